@@ -1,0 +1,1 @@
+"""The mechanisms: one module each, and the registry."""

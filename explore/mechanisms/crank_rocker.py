@@ -1,0 +1,326 @@
+"""The crank-rocker of a pulsating stepless transmission: closed-form metrics, windows and the declaration.
+
+Limit positions (C on the line AB) come from the half-angle form of the triangles at A and D with sides (AC, ground,
+rocker), AC = coupler - crank ("overlapped") and coupler + crank ("extended"); all sums of lengths are exact, and no
+arccos is used. Formulas are for branch +1; branch -1 is the mirror image, its motion at theta that of branch +1 at
+-theta.
+"""
+
+import math
+
+import numpy as np
+from numba import njit
+
+from explore.mechanisms import four_bar
+from explore.mechanisms.four_bar import FOUR_BAR_SIZE, ROCKER_VELOCITY, VELOCITIES, exact_sum
+from explore.vocabulary import PIECES_SIGNATURE, Mechanism, Metric, Parameter, Signal, Status, Window
+
+# Kernel row: the four-bar constants, then tan(A/2) of the two limit positions, whether the slow stroke passes crank
+# angle 0, and the phases.
+TAN_EXTENDED, TAN_OVERLAPPED, SLOW_PASSES_ZERO, PHASES = range(FOUR_BAR_SIZE, FOUR_BAR_SIZE + 4)
+KERNEL_SIZE = FOUR_BAR_SIZE + 4
+
+CYCLE, DRIVE, RETURN, OVERLAPPED_TO_EXTENDED, EXTENDED_TO_OVERLAPPED, CLUTCH, INTERVAL = range(7)
+DRIVES = {"slow": 0, "fast": 1, "overlapped_to_extended": 2, "extended_to_overlapped": 3}
+
+_DEGREES = 180.0 / math.pi
+_OK, _CANNOT_ASSEMBLE, _CRANK_BLOCKED = int(Status.OK), int(Status.CANNOT_ASSEMBLE), int(Status.CRANK_BLOCKED)
+_CHANGE_POINT, _NO_STROKE, _NOT_FINITE = int(Status.CHANGE_POINT), int(Status.NO_STROKE), int(Status.NOT_FINITE)
+
+
+@njit(
+    "void(float64, float64, float64, float64, float64, float64[::1], float64[::1])",
+    cache=True,
+    error_model="numpy",
+    nogil=True,
+)
+def _limits(crank, coupler, rocker, ground, branch, row, metrics):
+    """Limit positions and which stroke is slow into the row; swing, mid-angle, time ratio, ratio into ``metrics[2:6]``."""
+    total = exact_sum(crank, coupler, rocker, ground)
+    less_crank = exact_sum(coupler, rocker, ground, -crank)
+    less_coupler = exact_sum(rocker, ground, crank, -coupler)
+    less_rocker = exact_sum(crank, coupler, ground, -rocker)
+    less_ground = exact_sum(crank, coupler, rocker, -ground)
+    e1 = exact_sum(ground, -crank, -coupler, rocker)
+    e2 = exact_sum(ground, -crank, coupler, -rocker)
+    e3 = exact_sum(coupler, rocker, -ground, -crank)
+    # tan(A/2) at the crank pivot, and tan(psi/2) at the rocker pivot, in both limit positions.
+    extended = math.sqrt(e1 * less_ground / (total * less_rocker))
+    overlapped = math.sqrt(less_coupler * e3 / (less_crank * e2))
+    psi_extended = math.sqrt(less_ground * less_rocker / (total * e1))
+    psi_overlapped = math.sqrt(e2 * e3 / (less_crank * less_coupler))
+    # The half swing is half the difference of the psi: its sine by the law of sines, which does not cancel.
+    scale = math.sqrt((1.0 + psi_extended * psi_extended) * (1.0 + psi_overlapped * psi_overlapped))
+    sine_half_swing = crank * coupler * scale / (rocker * ground * (psi_extended + psi_overlapped))
+    swing = 2.0 * math.atan2(sine_half_swing, (1.0 + psi_extended * psi_overlapped) / scale)
+    half_sum = math.atan2(psi_extended + psi_overlapped, 1.0 - psi_extended * psi_overlapped)
+    imbalance = 2.0 * abs(math.atan2(extended - overlapped, 1.0 + extended * overlapped))
+    metrics[2] = swing * _DEGREES
+    metrics[3] = branch * (math.pi - half_sum) * _DEGREES
+    metrics[4] = (math.pi + imbalance) / (math.pi - imbalance)
+    metrics[5] = swing / (2.0 * math.pi)
+    row[TAN_EXTENDED] = extended
+    row[TAN_OVERLAPPED] = overlapped
+    # r2^2 + r3^2 - r1^2 - r4^2: negative when the stroke through crank angle 0 is the slow one.
+    order = (coupler - ground) * (coupler + ground) + (rocker - crank) * (rocker + crank)
+    tie = 4.0 * np.spacing(max(coupler * coupler, rocker * rocker, ground * ground))
+    row[SLOW_PASSES_ZERO] = 1.0 if order < -tie else 0.0
+
+
+@njit(
+    "void(float64[:, ::1], float64[:, ::1], int8[::1], float64[:, ::1], float64[:, ::1], float64[::1])",
+    cache=True,
+    error_model="numpy",
+    nogil=True,
+)
+def closed_form(parameters, metrics, status, kernel, singular, noise):
+    """Class, margins, limit positions and transmission angles of a block of designs.
+
+    See `explore.vocabulary.Mechanism` for the arguments; metrics are in the declared order and units, NaN where
+    undefined.
+    """
+    for i in range(parameters.shape[0]):
+        crank, coupler, rocker, ground = parameters[i, 0], parameters[i, 1], parameters[i, 2], parameters[i, 3]
+        branch = parameters[i, 5]
+        metrics[i, :] = np.nan
+        linkage_class, margin = four_bar.classify(crank, coupler, rocker, ground)
+        metrics[i, 0] = linkage_class
+        metrics[i, 1] = margin
+        if linkage_class == four_bar.CANNOT_ASSEMBLE:
+            status[i] = _CANNOT_ASSEMBLE
+            continue
+        if linkage_class == four_bar.CHANGE_POINT:
+            status[i] = _CHANGE_POINT
+            continue
+        if linkage_class != four_bar.CRANK_ROCKER and linkage_class != four_bar.DOUBLE_CRANK:
+            status[i] = _CRANK_BLOCKED
+            continue
+        row = kernel[i]
+        four_bar.prepare(crank, coupler, rocker, ground, branch, row)
+        row[PHASES] = parameters[i, 4]
+        four_products, p0, q0 = row[four_bar.FOUR_CRANK_GROUND], row[four_bar.E1_E2], row[four_bar.E3_E4]
+        # tanh(distance/2) of p = 0 and q = 0 from the real axis, and of d = 0 (a pole beside p = 0).
+        singular[i, 0] = math.sqrt(p0 / (p0 + four_products))
+        singular[i, 1] = math.sqrt(q0 / (q0 + four_products))
+        singular[i, 2] = abs(ground - crank) / (ground + crank)
+        # Where d is short the two terms of the velocities are large and may cancel.
+        noise[i] = 1.0 + crank / abs(ground - crank)
+        metrics[i, 6] = 2.0 * math.atan2(math.sqrt(p0), math.sqrt(q0 + four_products)) * _DEGREES
+        metrics[i, 7] = 2.0 * math.atan2(math.sqrt(p0 + four_products), math.sqrt(q0)) * _DEGREES
+        if linkage_class == four_bar.DOUBLE_CRANK:
+            status[i] = _NO_STROKE
+            continue
+        status[i] = _OK
+        _limits(crank, coupler, rocker, ground, branch, row, metrics[i])
+
+
+@njit("float64(float64[::1], float64, int64, float64[:, ::1], float64[:, ::1])", cache=True, error_model="numpy", nogil=True)
+def _rocker_velocity(row, offset, anchor, node, scratch):
+    """Rocker velocity at an offset (rad) from the anchor, for unit crank velocity."""
+    if anchor == 0:
+        node[0, 0], node[1, 0] = math.sin(0.5 * offset), math.cos(0.5 * offset)
+    else:
+        node[0, 0], node[1, 0] = math.cos(0.5 * offset), -math.sin(0.5 * offset)
+    four_bar.fill(row, node[0], node[1], 1, VELOCITIES, scratch)
+    return scratch[ROCKER_VELOCITY, 0]
+
+
+@njit("float64(float64[::1], int64, float64, float64, float64)", cache=True, error_model="numpy", nogil=True)
+def _hand_over(row, anchor, start, stop, period):
+    """Offset at which one clutch hands over to the next: the root of w(t) - w(t + period) on the drive stroke.
+
+    The Illinois form of regula falsi. An error of the root enters the statistics only squared, since both
+    velocities are equal there.
+    """
+    node = np.empty((2, 1))
+    scratch = np.empty((four_bar.SIGNAL_ROWS, 1))
+    low, high = start, stop - period
+    sense = 1.0 if _rocker_velocity(row, 0.5 * (start + stop), anchor, node, scratch) > 0.0 else -1.0
+    at_low = -sense * _rocker_velocity(row, low + period, anchor, node, scratch)
+    at_high = sense * _rocker_velocity(row, high, anchor, node, scratch)
+    side = 0
+    for _ in range(200):
+        middle = (low * at_high - high * at_low) / (at_high - at_low)
+        if not (low < middle < high) or high - low < 1e-15 * (abs(low) + abs(high)):
+            break
+        value = sense * (
+            _rocker_velocity(row, middle, anchor, node, scratch)
+            - _rocker_velocity(row, middle + period, anchor, node, scratch)
+        )
+        if value < 0.0:
+            low, at_low = middle, value
+            at_high = 0.5 * at_high if side == -1 else at_high
+            side = -1
+        elif value > 0.0:
+            high, at_high = middle, value
+            at_low = 0.5 * at_low if side == 1 else at_low
+            side = 1
+        else:
+            return middle
+    return 0.5 * (low + high)
+
+
+@njit("int64(float64, float64, float64[:, ::1])", cache=True, error_model="numpy", nogil=True)
+def _interval(start, stop, out):
+    """Pieces of an explicit interval (rad): one where it stays clear of an anchor's opposite, else quarter turns."""
+    out[3, 0] = stop - start
+    anchor = np.round(0.5 * (start + stop) / math.pi)
+    reach = 0.9 * math.pi
+    if stop - anchor * math.pi < reach and start - anchor * math.pi > -reach:
+        out[0, 0] = anchor % 2.0
+        out[0, 1] = math.tan(0.5 * (start - anchor * math.pi))
+        out[0, 2] = math.tan(0.5 * (stop - anchor * math.pi))
+        return 1
+    count = 0
+    anchor = np.floor(start / math.pi + 0.5)
+    while count < 3:
+        end = min(stop, (anchor + 0.5) * math.pi)
+        out[count, 0] = anchor % 2.0
+        out[count, 1] = math.tan(0.5 * (start - anchor * math.pi))
+        out[count, 2] = math.tan(0.5 * (end - anchor * math.pi))
+        count += 1
+        if end == stop:
+            break
+        start = end
+        anchor += 1.0
+    return count
+
+
+@njit(PIECES_SIGNATURE, cache=True, error_model="numpy", nogil=True)
+def pieces(row, window, drive, start, stop, out):
+    """A window as smooth pieces; see `explore.vocabulary.Mechanism`."""
+    if window == CYCLE:
+        out[0, 0], out[0, 1], out[0, 2] = 0.0, -1.0, 1.0
+        out[1, 0], out[1, 1], out[1, 2] = 1.0, -1.0, 1.0
+        out[3, 0] = 2.0 * math.pi
+        return 2
+    if window == INTERVAL:
+        return _interval(start, stop, out)
+    forward = row[four_bar.BRANCH] > 0.0
+    if window == OVERLAPPED_TO_EXTENDED or window == EXTENDED_TO_OVERLAPPED:
+        through_zero = (window == OVERLAPPED_TO_EXTENDED) == forward
+    else:
+        if drive >= 2:
+            through_zero = (drive == 2) == forward
+        else:
+            through_zero = (row[SLOW_PASSES_ZERO] == 1.0) == (drive == 0)
+        if window == RETURN:
+            through_zero = not through_zero
+    if through_zero:
+        first, last = -1.0 / row[TAN_OVERLAPPED], row[TAN_EXTENDED]
+    else:
+        first, last = -1.0 / row[TAN_EXTENDED], row[TAN_OVERLAPPED]
+    if not forward:
+        first, last = -last, -first
+    anchor = 0 if through_zero else 1
+    length = 2.0 * (math.atan(last) - math.atan(first))
+    out[3, 0] = length
+    if window == CLUTCH:
+        period = 2.0 * math.pi / row[PHASES]
+        out[3, 0] = period
+        if period < length:
+            at = _hand_over(row, anchor, 2.0 * math.atan(first), 2.0 * math.atan(last), period)
+            first, last = math.tan(0.5 * at), math.tan(0.5 * (at + period))
+    out[0, 0], out[0, 1], out[0, 2] = anchor, first, last
+    return 1
+
+
+_VELOCITY_SIGNALS = tuple(
+    Signal(f"{link}_velocity", "rad/s", f"{link} angular velocity", row, VELOCITIES, speed_power=1)
+    for link, row in (("coupler", four_bar.COUPLER_VELOCITY), ("rocker", ROCKER_VELOCITY))
+)
+_ACCELERATION_SIGNALS = tuple(
+    Signal(
+        f"{link}_acceleration",
+        "rad/s^2",
+        f"{link} angular acceleration",
+        row,
+        four_bar.ACCELERATIONS,
+        speed_power=2,
+        pole_order=4,
+    )
+    for link, row in (("coupler", four_bar.COUPLER_ACCELERATION), ("rocker", four_bar.ROCKER_ACCELERATION))
+)
+_STROKE_WINDOWS = ("drive", "return", "overlapped_to_extended", "extended_to_overlapped")
+_GEOMETRY_METRICS = (
+    Metric("linkage_class", "", "class of the linkage", labels=four_bar.CLASS_LABELS),
+    Metric("grashof_margin", "mm", "Grashof margin: middle two lengths minus shortest and longest", "max"),
+    Metric("swing_angle", "deg", "swing of the rocker", "max"),
+    Metric("mid_angle", "deg", "mean of the rocker's two limit angles"),
+    Metric("time_ratio", "1", "time ratio: longer crank interval over shorter"),
+    Metric("mean_output_ratio", "1", "mean output speed over input speed with one clutch", "max"),
+    Metric("transmission_angle_min", "deg", "smallest transmission angle over the turn", "max"),
+    Metric("transmission_angle_max", "deg", "largest transmission angle over the turn", "min"),
+)
+_CLOSED_NAMES = tuple(metric.name for metric in _GEOMETRY_METRICS)
+_SAMPLED_DEFAULTS = (
+    *(f"{signal}_{statistic}" for signal in ("coupler_velocity", "rocker_velocity") for statistic in ("mean", "variance", "cv")),
+    *(f"coupler_acceleration_{statistic}" for statistic in ("mean", "variance", "cv")),
+    "rocker_acceleration_mean",
+    "rocker_acceleration_variance",
+    *(f"velocity_ratio_{statistic}" for statistic in ("mean", "variance", "cv")),
+    "cv",
+)
+_CYCLE_DEFAULTS = tuple(name for name in _SAMPLED_DEFAULTS if not name.endswith("cv"))
+_CLUTCH_DEFAULTS = ("output_velocity_mean", "output_velocity_variance", "output_velocity_cv", "cv")
+
+CRANK_ROCKER = Mechanism(
+    name="crank-rocker",
+    summary="four-bar whose crank turns and whose rocker swings: the heart of a pulsating stepless transmission",
+    parameters=(
+        Parameter("crank", "mm", "crank length"),
+        Parameter("coupler", "mm", "coupler length"),
+        Parameter("rocker", "mm", "rocker length"),
+        Parameter("ground", "mm", "distance of the ground pivots"),
+        Parameter("speed", "rad/s", "constant crank velocity", default=1.0, scales_speed=True),
+        Parameter("phases", "1", "linkages that share the output through clutches", 3.0, choices=tuple(map(float, range(1, 13)))),
+        Parameter("branch", "1", "1: coupler joint left of the line crank pin to rocker pivot; -1: right", 1.0, -2.0, choices=(1.0, -1.0)),
+    ),
+    signals=(
+        Signal("coupler_angle", "deg", "coupler angle", four_bar.COUPLER_ANGLE, four_bar.ANGLES),
+        Signal("rocker_angle", "deg", "rocker angle", four_bar.ROCKER_ANGLE, four_bar.ANGLES),
+        Signal("transmission_angle", "deg", "transmission angle", four_bar.TRANSMISSION_ANGLE, four_bar.ANGLES),
+        *_VELOCITY_SIGNALS,
+        Signal(
+            "output_velocity",
+            "rad/s",
+            "velocity of the output behind the clutches",
+            ROCKER_VELOCITY,
+            VELOCITIES,
+            speed_power=1,
+            rectified=True,
+            only_in=("clutch",),
+        ),
+        *_ACCELERATION_SIGNALS,
+        Signal("velocity_ratio", "1", "rocker velocity over crank velocity", ROCKER_VELOCITY, VELOCITIES),
+    ),
+    metrics=_GEOMETRY_METRICS,
+    windows=(
+        Window("cycle", CYCLE, "the full turn", needs_stroke=False),
+        Window("drive", DRIVE, "the stroke that the clutch transmits (setting `drive`)"),
+        Window("return", RETURN, "the other stroke"),
+        Window("overlapped_to_extended", OVERLAPPED_TO_EXTENDED, "from coupler over crank to coupler in line with it"),
+        Window("extended_to_overlapped", EXTENDED_TO_OVERLAPPED, "from coupler in line with crank to coupler over it"),
+        Window("clutch", CLUTCH, "the output of `phases` linkages through one-way clutches"),
+        Window("interval", INTERVAL, "an explicit interval of crank angles, { from = 0, to = 90 }"),
+    ),
+    drives=DRIVES,
+    output={"": "rocker_velocity", "clutch": "output_velocity"},
+    zero_mean=frozenset(
+        [(s.name, "cycle") for s in (*_VELOCITY_SIGNALS, *_ACCELERATION_SIGNALS)]
+        + [("velocity_ratio", "cycle")]
+        + [("rocker_acceleration", window) for window in _STROKE_WINDOWS]
+    ),
+    default_metrics={
+        "": (*_CLOSED_NAMES, *_SAMPLED_DEFAULTS),
+        "cycle": (*_CLOSED_NAMES, *_CYCLE_DEFAULTS),
+        "clutch": (*_CLOSED_NAMES, *_CLUTCH_DEFAULTS),
+    },
+    objectives=("cv", "swing_angle:max", "transmission_angle_min:max"),
+    kernel_version="1",
+    kernel_size=KERNEL_SIZE,
+    signal_rows=four_bar.SIGNAL_ROWS,
+    closed_form=closed_form,
+    pieces=pieces,
+    fill=four_bar.fill,
+)

@@ -1,0 +1,173 @@
+"""The four-bar linkage: cancellation-free position, velocity and acceleration in closed form.
+
+Ground pivots A = (0, 0) and D = (ground, 0); crank AB at theta_1, coupler BC at theta_2, rocker DC at theta_3::
+
+    r1 e^{i theta_1} + r2 e^{i theta_2} = r4 + r3 e^{i theta_3}
+
+Everything follows from d = D - B. With the four exactly rounded sums of lengths e1 … e4 both factors of the
+discriminant are sums of non-negative terms for a crank that turns, so they keep full relative accuracy up to the
+change point::
+
+    p = d^2 - (r2 - r3)^2 = e1 e2 + 4 r1 r4 sin^2(theta_1/2)
+    q = (r2 + r3)^2 - d^2 = e3 e4 + 4 r1 r4 cos^2(theta_1/2)
+    x = branch sqrt(p q) / 2                        (twice the area of the triangle BCD)
+
+Velocities per unit crank velocity are written with f = r1 r4 sin(theta_1) / x, the rate of the transmission angle,
+and g = d.B / d^2, the rate at which d turns: theta_3' = k f - g and theta_2' = (k - 1) f - g with
+k = (1 + (r2^2 - r3^2)/d^2)/2; accelerations are the derivatives of these. Written so, no pair of large terms
+cancels where d is short (crank near ground, coupler near rocker), unlike the usual vector form.
+"""
+
+import math
+
+import numpy as np
+from numba import njit
+
+from explore.vocabulary import FASTMATH, FILL_SIGNATURE
+
+# One column each of a kernel row. The first eight are what the node loop needs.
+GROUND_MINUS_CRANK_SQUARED, FOUR_CRANK_GROUND, E1_E2, E3_E4, SQUARES, CRANK_TIMES_DIFFERENCE, BRANCH = range(7)
+CRANK, GROUND_MINUS_CRANK = 7, 8
+FOUR_BAR_SIZE = 9
+
+# Rows of the scratch array, and the bits that ask for them.
+COUPLER_VELOCITY, ROCKER_VELOCITY, COUPLER_ACCELERATION, ROCKER_ACCELERATION = range(4)
+COUPLER_ANGLE, ROCKER_ANGLE, TRANSMISSION_ANGLE = 4, 5, 6
+SIGNAL_ROWS = 7
+VELOCITIES, ACCELERATIONS, ANGLES = 1, 2, 4
+
+CRANK_ROCKER, DOUBLE_CRANK, DOUBLE_ROCKER, ROCKER_CRANK, NON_GRASHOF, CHANGE_POINT, CANNOT_ASSEMBLE = range(7)
+CLASS_LABELS = (
+    "crank_rocker",
+    "double_crank",
+    "double_rocker",
+    "rocker_crank",
+    "non_grashof",
+    "change_point",
+    "cannot_assemble",
+)
+
+
+@njit("float64(float64, float64, float64, float64)", cache=True, error_model="numpy", nogil=True)
+def exact_sum(a, b, c, d):
+    """Sum of four numbers with the rounding errors carried along (Ogita, Rump & Oishi 2005, Sum2).
+
+    The result is as if summed in twice the precision and rounded once; plain summation loses the margin of a
+    linkage near the change point.
+    """
+    total = a
+    carried = 0.0
+    for term in (b, c, d):
+        new = total + term
+        shadow = new - total
+        carried += (total - (new - shadow)) + (term - shadow)
+        total = new
+    return total + carried
+
+
+@njit("Tuple((int64, float64))(float64, float64, float64, float64)", cache=True, error_model="numpy", nogil=True)
+def classify(crank, coupler, rocker, ground):
+    """Class of the linkage and its Grashof margin: shortest + longest against the other two, exactly."""
+    longest = max(crank, coupler, rocker, ground)
+    shortest = min(crank, coupler, rocker, ground)
+    if longest == shortest:
+        return CHANGE_POINT, 0.0
+    at_longest = 0 if crank == longest else 1 if coupler == longest else 2 if rocker == longest else 3
+    at_shortest = 0 if crank == shortest else 3 if ground == shortest else 1 if coupler == shortest else 2
+    a = -crank if at_longest == 0 else crank
+    b = -coupler if at_longest == 1 else coupler
+    c = -rocker if at_longest == 2 else rocker
+    d = -ground if at_longest == 3 else ground
+    others_minus_longest = exact_sum(a, b, c, d)
+    a = -crank if at_shortest == 0 else a
+    b = -coupler if at_shortest == 1 else b
+    c = -rocker if at_shortest == 2 else c
+    d = -ground if at_shortest == 3 else d
+    margin = exact_sum(a, b, c, d)
+    if others_minus_longest <= 0.0:
+        return CANNOT_ASSEMBLE, margin
+    # A decimal change point misses exact zero by a few units in the last place of the longest link.
+    if abs(margin) <= 4.0 * np.spacing(longest):
+        return CHANGE_POINT, margin
+    if margin < 0.0:
+        return NON_GRASHOF, margin
+    if at_shortest == 0:
+        return CRANK_ROCKER, margin
+    if at_shortest == 3:
+        return DOUBLE_CRANK, margin
+    if at_shortest == 1:
+        return DOUBLE_ROCKER, margin
+    return ROCKER_CRANK, margin
+
+
+@njit("void(float64, float64, float64, float64, float64, float64[::1])", cache=True, error_model="numpy", nogil=True)
+def prepare(crank, coupler, rocker, ground, branch, row):
+    """Fill the constants that `fill` needs, ``row[:FOUR_BAR_SIZE]``."""
+    row[GROUND_MINUS_CRANK_SQUARED] = (ground - crank) * (ground - crank)
+    row[FOUR_CRANK_GROUND] = 4.0 * crank * ground
+    row[E1_E2] = exact_sum(ground, -crank, -coupler, rocker) * exact_sum(ground, -crank, coupler, -rocker)
+    row[E3_E4] = exact_sum(coupler, rocker, -ground, -crank) * exact_sum(crank, coupler, rocker, ground)
+    row[SQUARES] = (coupler - rocker) * (coupler + rocker)
+    row[CRANK_TIMES_DIFFERENCE] = crank * (ground - crank)
+    row[BRANCH] = branch
+    row[CRANK] = crank
+    row[GROUND_MINUS_CRANK] = ground - crank
+
+
+@njit(FILL_SIGNATURE, cache=True, error_model="numpy", nogil=True, fastmath=FASTMATH)
+def fill(row, sin_half, cos_half, count, needs, out):
+    """Signals at the nodes, for unit crank velocity: rad, 1, 1/rad.
+
+    Parameters
+    ----------
+    row : (FOUR_BAR_SIZE,) array
+        From `prepare`.
+    sin_half, cos_half : (t,) arrays
+        Sine and cosine of half the crank angle, each accurate relative to its own size.
+    count : int
+        The number of nodes to fill.
+    needs : int
+        VELOCITIES, ACCELERATIONS (with velocities), ANGLES, or-ed.
+    out : (SIGNAL_ROWS, t) array
+        The rows asked for are filled.
+    """
+    difference_squared, four_products, p0, q0, squares, numerator0, branch = row[0], row[1], row[2], row[3], row[4], row[5], row[6]
+    product = 0.25 * four_products
+    if needs & 3:
+        for j in range(count):
+            sine_squared = sin_half[j] * sin_half[j]
+            cosine_squared = cos_half[j] * cos_half[j]
+            d_squared = difference_squared + four_products * sine_squared
+            p = p0 + four_products * sine_squared
+            q = q0 + four_products * cosine_squared
+            x = 0.5 * branch * math.sqrt(p * q)
+            both = 1.0 / (d_squared * x)
+            one_over_d_squared = x * both
+            one_over_x = d_squared * both
+            product_sine = 2.0 * product * sin_half[j] * cos_half[j]
+            f = product_sine * one_over_x
+            k_less_half = 0.5 * squares * one_over_d_squared
+            g = (numerator0 - 2.0 * product * sine_squared) * one_over_d_squared
+            out[COUPLER_VELOCITY, j] = (k_less_half - 0.5) * f - g
+            out[ROCKER_VELOCITY, j] = (k_less_half + 0.5) * f - g
+            if needs & ACCELERATIONS:
+                # d_log = (d^2)'/d^2, k' = -k_less_half d_log, x' = product_sine (q - p)/(4 x)
+                d_log = 2.0 * product_sine * one_over_d_squared
+                f_rate = (product * (cosine_squared - sine_squared) - 0.25 * f * f * (q - p)) * one_over_x
+                common = -k_less_half * d_log * f + 0.5 * d_log * (1.0 + 2.0 * g)
+                out[COUPLER_ACCELERATION, j] = (k_less_half - 0.5) * f_rate + common
+                out[ROCKER_ACCELERATION, j] = (k_less_half + 0.5) * f_rate + common
+    if needs & ANGLES:
+        for j in range(count):
+            sine_squared = sin_half[j] * sin_half[j]
+            d_squared = difference_squared + four_products * sine_squared
+            p = p0 + four_products * sine_squared
+            q = q0 + four_products * cos_half[j] * cos_half[j]
+            across = 0.5 * branch * math.sqrt(p * q) / d_squared
+            along = 0.5 + 0.5 * squares / d_squared
+            dx = row[GROUND_MINUS_CRANK] + 2.0 * row[CRANK] * sine_squared
+            dy = -2.0 * row[CRANK] * sin_half[j] * cos_half[j]
+            out[COUPLER_ANGLE, j] = math.atan2(along * dy + across * dx, along * dx - across * dy)
+            along -= 1.0
+            out[ROCKER_ANGLE, j] = math.atan2(along * dy + across * dx, along * dx - across * dy)
+            out[TRANSMISSION_ANGLE, j] = 2.0 * math.atan2(math.sqrt(p), math.sqrt(q))

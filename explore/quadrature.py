@@ -1,0 +1,162 @@
+"""Quadrature over the crank angle: graded Gauss-Legendre panels, their node counts and their error bounds.
+
+The signals of a crank-driven linkage have all their complex singularities on two vertical lines, above and below an
+anchor angle (0) and its opposite (pi). About an anchor the substitution
+
+    tan((theta - anchor)/2) = T sinh(t),    T = tanh(distance of the nearest singularity / 2)
+
+puts every one of them on the lines Im t = +-pi/2: the nearest at Re t = 0, those of the other anchor at
+Re t = +-acosh(1/(T T_other)), and theta = +-i infinity at +-acosh(1/T). A Gauss-Legendre rule of N nodes on a panel
+in t then converges like rho^(-2N), rho the sum of semi-axes of the largest Bernstein ellipse that stays between them
+(Trefethen, Approximation Theory and Approximation Practice, theorem 19.3). The panel's length grows only like the
+logarithm of 1/T, and with it the number of nodes; nothing else is needed near a change point.
+"""
+
+import math
+from functools import cache
+from importlib.resources import files
+
+import numpy as np
+import numpy.typing as npt
+from numba import njit
+
+#: Node counts for which rules are kept. Steps grow so that no request is exceeded by more than 10 %.
+SIZES = (*range(4, 41), *range(44, 81, 4), *range(88, 161, 8), *range(176, 321, 16))
+LARGEST = SIZES[-1]
+
+#: Natural logarithm of the factor C in the error model C ((2N + 1)/h)^order rho^(-2N), h half the panel's length in t;
+#: by pole order: 2 (angles, velocities) and 4 (accelerations). Calibrated by benchmarks/calibrate_error.py.
+LOG_CONSTANT_2 = 4.2
+LOG_CONSTANT_4 = 3.3
+
+_OPTIONS = {"cache": True, "error_model": "numpy", "nogil": True}
+
+
+@cache
+def rules() -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64], npt.NDArray[np.float64]]:
+    """The Gauss-Legendre rules: all of them in one table.
+
+    Computed with 40 digits by ``tests/reference/make_gauss_legendre.py`` and rounded once; the weights of numpy and
+    scipy lose up to six digits near the ends at these sizes.
+
+    Returns
+    -------
+    size_of : (LARGEST + 1,) array
+        The smallest kept size that is at least n.
+    row_of : (LARGEST + 1,) array
+        Where the rule of size n starts in the table.
+    table : (rows, 2) array
+        Non-negative nodes, descending, and weights.
+    """
+    with files("explore").joinpath("data/gauss_legendre.npy").open("rb") as stream:
+        table = np.load(stream, allow_pickle=False)
+    size_of = np.zeros(LARGEST + 1, dtype=np.int64)
+    row_of = np.zeros(LARGEST + 1, dtype=np.int64)
+    row, low = 0, 0
+    for size in SIZES:
+        size_of[low : size + 1] = size
+        row_of[size] = row
+        row, low = row + (size + 1) // 2, size + 1
+    return size_of, row_of, table
+
+
+@njit("float64(float64)", **_OPTIONS)
+def _acosh(x):
+    """acosh that takes 1 - rounding for 1."""
+    return math.log(x + math.sqrt(max(x * x - 1.0, 0.0)))
+
+
+@njit("void(float64, float64, float64, float64[::1], float64[::1])", **_OPTIONS)
+def panel(anchor, first, last, singular, out):
+    """Centre, half length, scale and convergence rate of one piece of a window.
+
+    Parameters
+    ----------
+    anchor : float
+        0 for the anchor angle, 1 for its opposite.
+    first, last : float
+        Half-tangents of the piece's ends, measured from the anchor.
+    singular : (3,) array
+        Half-tangents of the distances of the singularities: nearest at the anchor angle, nearest at its opposite, a
+        second one at the anchor angle.
+    out : (4,) array
+        Filled with centre and half length in t, T, and ln(rho).
+    """
+    here, there = (singular[0], singular[1]) if anchor == 0.0 else (singular[1], singular[0])
+    start, stop = math.asinh(first / here), math.asinh(last / here)
+    centre, half = 0.5 * (start + stop), 0.5 * (stop - start)
+    # On the line Im t = pi/2 the singularity nearest to the centre decides.
+    distance = abs(centre)
+    at_infinity = _acosh(1.0 / here)
+    nearest = min(distance, abs(distance - at_infinity))
+    second = _acosh(max(singular[2] / here, 1.0)) if anchor == 0.0 else _acosh(1.0 / (here * singular[2]))
+    nearest = min(nearest, abs(distance - second), abs(distance - _acosh(1.0 / (here * there))))
+    x, y = nearest / half, 0.5 * math.pi / half
+    axis = 0.5 * (math.sqrt((x - 1.0) ** 2 + y * y) + math.sqrt((x + 1.0) ** 2 + y * y))
+    out[0], out[1], out[2], out[3] = centre, half, here, _acosh(axis)
+
+
+@njit("float64(int64, float64, float64, int64)", **_OPTIONS)
+def log_error(count, half, rate, order):
+    """Natural logarithm of the error model of a panel, relative to the rms (squared, for variances)."""
+    constant = LOG_CONSTANT_4 if order == 4 else LOG_CONSTANT_2
+    return constant + order * math.log((2.0 * count + 1.0) / half) - 2.0 * count * rate
+
+
+@njit("int64(float64, float64, float64, int64, int64[::1])", **_OPTIONS)
+def node_count(log_tolerance, half, rate, order, size_of):
+    """Smallest kept number of nodes whose modelled error is below the tolerance."""
+    constant = LOG_CONSTANT_4 if order == 4 else LOG_CONSTANT_2
+    # The model has its maximum where d/dN = 0; it falls from there on.
+    count = max(4.0, order / (2.0 * rate))
+    for _ in range(4):
+        count = max(count, (constant - log_tolerance + order * math.log((2.0 * count + 1.0) / half)) / (2.0 * rate))
+    return size_of[min(int(math.ceil(count)), LARGEST)]
+
+
+@njit(
+    "void(float64[::1], int64, int64, int64, int64[::1], float64[:, ::1], boolean, "
+    "float64[::1], float64[::1], float64[::1], float64[::1])",
+    fastmath={"contract", "reassoc", "nsz", "arcp"},
+    **_OPTIONS,
+)
+def place_nodes(shape, anchor, count, offset, row_of, table, ends, t, sin_half, cos_half, weight):
+    """Nodes of a panel from `offset` on: t, half-angle sine and cosine, weights (rad).
+
+    With `ends` the panel's two ends are placed as well, first and last, with weight 0.
+    """
+    centre, half, scale = shape[0], shape[1], shape[2]
+    row = row_of[count]
+    pairs = (count + 1) // 2
+    begin = offset + 1 if ends else offset
+    last = begin + count - 1
+    up, down = 0.5 * scale * math.exp(centre), 0.5 * scale * math.exp(-centre)
+    # First store scale*sinh(t) in sin_half and scale*cosh(t) in weight; one exponential serves a symmetric pair.
+    for j in range(pairs):
+        step = half * table[row + j, 0]
+        grow = math.exp(step)
+        shrink = 1.0 / grow
+        share = 2.0 * half * table[row + j, 1]
+        t[begin + j], t[last - j] = centre - step, centre + step
+        sin_half[begin + j], sin_half[last - j] = up * shrink - down * grow, up * grow - down * shrink
+        weight[begin + j], weight[last - j] = share * (up * shrink + down * grow), share * (up * grow + down * shrink)
+    if ends:
+        grow = math.exp(half)
+        shrink = 1.0 / grow
+        t[offset], t[last + 1] = centre - half, centre + half
+        sin_half[offset], sin_half[last + 1] = up * shrink - down * grow, up * grow - down * shrink
+        weight[offset], weight[last + 1] = 0.0, 0.0
+        begin -= 1
+        last += 1
+    if anchor == 0:
+        for j in range(begin, last + 1):
+            tangent = sin_half[j]
+            cosine = 1.0 / math.sqrt(1.0 + tangent * tangent)
+            sin_half[j], cos_half[j] = tangent * cosine, cosine
+            weight[j] *= cosine * cosine
+    else:
+        for j in range(begin, last + 1):
+            tangent = sin_half[j]
+            cosine = 1.0 / math.sqrt(1.0 + tangent * tangent)
+            sin_half[j], cos_half[j] = cosine, -tangent * cosine
+            weight[j] *= cosine * cosine

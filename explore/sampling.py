@@ -1,0 +1,176 @@
+"""The compiled loop over designs: windows to panels, panels to nodes, nodes to statistics and their error bound."""
+
+import math
+
+import numpy as np
+from numba import njit, types
+from numba.core import sigutils
+
+from explore.quadrature import LARGEST, log_error, node_count, panel, place_nodes
+from explore.statistics import CV, EXTREMES, MOMENTS, STD, moments, refined_minimum
+from explore.vocabulary import FILL_SIGNATURE, PIECES_SIGNATURE
+
+_OPTIONS = {"cache": True, "error_model": "numpy", "nogil": True}
+
+#: Columns of the statistics of one window and row.
+MEAN, VARIANCE, MINIMUM, MAXIMUM = range(4)
+PIECES = 3
+CAPACITY = PIECES * (LARGEST + 2)
+#: Rounding of one statistic in units of the signal's own size, from the accuracy campaign.
+ROUNDING = 4e-15
+
+
+def _function_type(signature: str) -> types.FunctionType:
+    """The first-class function type of a signature string."""
+    arguments, result = sigutils.normalize_signature(signature)
+    return types.FunctionType(result(*arguments))
+
+
+FILL, PIECES_FUNCTION = _function_type(FILL_SIGNATURE), _function_type(PIECES_SIGNATURE)
+_F1, _F2, _F4 = types.float64[::1], types.float64[:, ::1], types.Array(types.float64, 4, "C")
+_I1, _I2 = types.int64[::1], types.int64[:, ::1]
+
+
+@njit(**_OPTIONS)
+def _bounds(asked, quadrature, rounding, mean, variance, tolerance):
+    """Bound of the worst statistic asked of one signal; see `explore.evaluate` for the norms."""
+    rms = math.sqrt(mean * mean + variance)
+    std = math.sqrt(variance)
+    bound = quadrature + rounding
+    if asked & STD and std > 0.0:
+        bound = max(bound, (0.5 * quadrature * rms + rounding * std) / std + rounding)
+    if asked & CV and abs(mean) >= 1e3 * tolerance * rms and std > 0.0:
+        bound = max(
+            bound,
+            quadrature * (0.5 * rms * rms / variance + rms / abs(mean)) + rounding * (rms / std + rms / abs(mean)),
+        )
+    return bound
+
+
+@njit(**_OPTIONS)
+def _extremes(fill, kernel, needs, row, shapes, anchors, offsets, counts, panels, t, values, node, scratch, sign):
+    """Smallest ``sign * signal`` over all panels, refined from every local minimum of the samples."""
+    best = np.inf
+    for p in range(panels):
+        begin, end = offsets[p], offsets[p] + counts[p]
+        for j in range(begin, end):
+            value = sign * values[j]
+            left = sign * values[j - 1] if j > begin else np.inf
+            right = sign * values[j + 1] if j < end - 1 else np.inf
+            if value <= left and value <= right:
+                low, high = t[max(j - 1, begin)], t[min(j + 1, end - 1)]
+                refined = refined_minimum(
+                    fill, kernel, shapes[p], anchors[p], row, needs, sign, low, t[j], high, value, node, scratch
+                )
+                best = min(best, refined)
+    return sign * best
+
+
+@njit(
+    types.void(
+        FILL, PIECES_FUNCTION, _F2, _F2, _F1, types.boolean[::1],
+        _I1, _F2, types.int64, _I1, _I2, _I2, types.float64,
+        _I1, _I1, _F2,
+        _F4, _I1, _F1,
+    ),
+    **_OPTIONS,
+)  # fmt: skip
+def sample(
+    fill, pieces, kernel, singular, noise, active,
+    windows, intervals, drive, needs, asked, orders, tolerance,
+    size_of, row_of, table,
+    statistics, nodes, error,
+):  # fmt: skip
+    """Statistics of every active design over every window.
+
+    Parameters
+    ----------
+    fill, pieces
+        Compiled functions of the mechanism.
+    kernel : (n, k), singular : (n, 3), noise : (n,)
+        From its closed form.
+    active : (n,)
+        Which designs to sample; the others keep what they have.
+    windows : (w,), intervals : (w, 2), drive
+        Codes of the windows, start and stop (rad) of explicit ones, code of the drive stroke.
+    needs : (w,), asked : (w, s), orders : (w, s)
+        What the kernel must fill, what is asked of each row (0: nothing), and its pole order.
+    tolerance : float
+        Relative, see `explore.evaluate`.
+    size_of, row_of, table
+        From `explore.quadrature.rules`.
+    statistics : (n, w, s, 4), nodes : (n,), error : (n,)
+        Filled: mean, variance, minimum, maximum for unit speed and rad; signal evaluations; bound.
+    """
+    rows = asked.shape[1]
+    scratch = np.empty((rows, CAPACITY))
+    t, sin_half, cos_half, weight = np.empty(CAPACITY), np.empty(CAPACITY), np.empty(CAPACITY), np.empty(CAPACITY)
+    node, one = np.empty((2, 1)), np.empty((rows, 1))
+    parts, shapes = np.zeros((4, 3)), np.zeros((PIECES, 4))
+    anchors, offsets, counts = np.zeros(PIECES, np.int64), np.zeros(PIECES, np.int64), np.zeros(PIECES, np.int64)
+    log_tolerance = math.log(tolerance)
+    for i in range(kernel.shape[0]):
+        if not active[i]:
+            continue
+        for w in range(windows.shape[0]):
+            panels = pieces(kernel[i], windows[w], drive, intervals[w, 0], intervals[w, 1], parts)
+            length, covered = parts[3, 0], 0.0
+            for p in range(panels):
+                panel(parts[p, 0], parts[p, 1], parts[p, 2], singular[i], shapes[p])
+                anchors[p] = int(parts[p, 0])
+                covered += 2.0 * (math.atan(parts[p, 2]) - math.atan(parts[p, 1]))
+            rest = max(length - covered, 0.0)
+            order, ends = 2, False
+            for s in range(rows):
+                order = max(order, orders[w, s] if asked[w, s] else 2)
+                ends = ends or (asked[w, s] & EXTREMES) != 0
+            # A coefficient of variation multiplies the error by a few; aim lower at once.
+            target = log_tolerance - 2.0
+            worst = 0.0
+            for _ in range(4):
+                total, second, fourth, full = 0, 0.0, 0.0, True
+                for p in range(panels):
+                    count = node_count(target, shapes[p, 1], shapes[p, 3], order, size_of)
+                    place_nodes(
+                        shapes[p], anchors[p], count, total, row_of, table, ends, t, sin_half, cos_half, weight
+                    )
+                    second += math.exp(log_error(count, shapes[p, 1], shapes[p, 3], 2))
+                    fourth += math.exp(log_error(count, shapes[p, 1], shapes[p, 3], 4))
+                    full = full and count == LARGEST
+                    offsets[p], counts[p] = total, count + 2 if ends else count
+                    total += counts[p]
+                fill(kernel[i], sin_half, cos_half, total, needs[w], scratch)
+                nodes[i] += total
+                largest = 0.0
+                for s in range(rows):
+                    if asked[w, s]:
+                        mean, variance = moments(scratch[s], weight, total, length, rest)
+                        statistics[i, w, s, MEAN], statistics[i, w, s, VARIANCE] = mean, variance
+                        largest = max(largest, math.sqrt(mean * mean + variance))
+                worst, improvable = 0.0, False
+                for s in range(rows):
+                    if asked[w, s]:
+                        mean, variance = statistics[i, w, s, MEAN], statistics[i, w, s, VARIANCE]
+                        rms = math.sqrt(mean * mean + variance)
+                        quadrature = fourth if orders[w, s] == 4 else second
+                        rounding = ROUNDING
+                        if rms > 0.0:
+                            rounding *= 1.0 + 0.02 * (noise[i] + largest) / rms
+                        bound = _bounds(asked[w, s], quadrature, rounding, mean, variance, tolerance)
+                        floor = _bounds(asked[w, s], 0.0, rounding, mean, variance, tolerance)
+                        improvable = improvable or (bound > tolerance and bound > 2.0 * floor)
+                        worst = max(worst, bound)
+                if not improvable or full:
+                    break
+                target -= math.log(worst / tolerance) + 0.5
+            error[i] = max(error[i], worst)
+            for s in range(rows):
+                if asked[w, s] & EXTREMES:
+                    for k in range(2):
+                        statistics[i, w, s, MINIMUM + k] = _extremes(
+                            fill, kernel[i], needs[w], s, shapes, anchors, offsets, counts, panels,
+                            t, scratch[s], node, one, 1.0 - 2.0 * k,
+                        )  # fmt: skip
+                    if rest > 1e-9 * length:
+                        statistics[i, w, s, MINIMUM] = min(statistics[i, w, s, MINIMUM], 0.0)
+                        statistics[i, w, s, MAXIMUM] = max(statistics[i, w, s, MAXIMUM], 0.0)

@@ -1,0 +1,251 @@
+"""The words of the field, as frozen data: what a mechanism declares and what the rest passes around."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from enum import IntEnum
+from typing import Any, Literal
+
+import numpy as np
+import numpy.typing as npt
+
+FloatArray = npt.NDArray[np.float64]
+Columns = dict[str, npt.NDArray[Any]]
+Sense = Literal["min", "max"]
+
+#: Numba's fast-math flags of node loops. Never nnan or ninf: NaN and infinities must stay visible.
+FASTMATH = {"contract", "reassoc", "nsz", "arcp"}
+
+#: Signatures of a mechanism's compiled functions `fill` and `pieces`; one compiled loop serves all mechanisms.
+FILL_SIGNATURE = "void(float64[::1], float64[::1], float64[::1], int64, int64, float64[:, ::1])"
+PIECES_SIGNATURE = "int64(float64[::1], int64, int64, float64, float64, float64[:, ::1])"
+
+STATISTICS = ("mean", "variance", "std", "cv", "min", "max", "rms", "peak_to_peak")
+
+
+class Status(IntEnum):
+    """What became of one design. Mechanisms may add codes of their own from 20."""
+
+    PENDING = 0
+    OK = 1
+    CANNOT_ASSEMBLE = 2
+    CRANK_BLOCKED = 3
+    CHANGE_POINT = 4
+    NO_STROKE = 5
+    SCREENED = 6
+    TOLERANCE_NOT_MET = 7
+    NOT_FINITE = 8
+    FAILED = 9
+
+    @property
+    def label(self) -> str:
+        """The word used in tables and files."""
+        return self.name.lower()
+
+    @property
+    def sentence(self) -> str:
+        """What the status means, for people."""
+        return _STATUS_SENTENCES[self]
+
+
+_STATUS_SENTENCES = {
+    Status.PENDING: "not computed yet",
+    Status.OK: "computed",
+    Status.CANNOT_ASSEMBLE: "the links cannot be assembled: the longest is at least as long as the others together",
+    Status.CRANK_BLOCKED: "the crank cannot turn fully: the linkage locks before a full turn",
+    Status.CHANGE_POINT: "change point: all links fall into one line, where the motion may continue on either branch",
+    Status.NO_STROKE: "the output turns fully, so there are no strokes: only the window 'cycle' is defined",
+    Status.SCREENED: "a constraint known from the geometry alone fails; nothing was sampled",
+    Status.TOLERANCE_NOT_MET: "the error bound misses the tolerance; the values are kept",
+    Status.NOT_FINITE: "a parameter or a metric is not a usable finite number",
+    Status.FAILED: "the block of this design failed to compute",
+}
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """An input of a mechanism: one column of every sweep that names it.
+
+    Values must be ``> lower`` and ``<= upper``. `scales_speed` marks the input speed: velocities are proportional
+    to it and accelerations to its square, so it never asks for a new kinematic evaluation.
+    """
+
+    name: str
+    unit: str
+    long_name: str
+    default: float | None = None
+    lower: float = 0.0
+    upper: float = np.inf
+    choices: tuple[float, ...] = ()
+    scales_speed: bool = False
+
+
+@dataclass(frozen=True)
+class Signal:
+    """A function of the crank angle: one row of the scratch array, times speed to a power.
+
+    `needs` is the bit that the mechanism's kernel must be given to fill the row; `pole_order` is the power of the
+    node count in the quadrature's error model (2 for velocities, 4 for accelerations). A `rectified` signal is
+    taken in the sense in which its mean is positive. `only_in` restricts a signal to the windows named.
+    """
+
+    name: str
+    unit: str
+    long_name: str
+    row: int
+    needs: int
+    speed_power: int = 0
+    pole_order: int = 2
+    rectified: bool = False
+    only_in: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Metric:
+    """A closed-form metric: known from the geometry alone. `labels` name the values of an integer code."""
+
+    name: str
+    unit: str
+    long_name: str
+    sense: Sense | None = None
+    labels: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Window:
+    """A part of the turn: `code` is what the mechanism's kernel is told; `needs_stroke` marks windows that only
+    exist when the output rocks; `start` and `stop` (rad) belong to explicit intervals."""
+
+    name: str
+    code: int
+    long_name: str
+    needs_stroke: bool = True
+    start: float = 0.0
+    stop: float = 0.0
+
+
+@dataclass(frozen=True)
+class SampledMetric:
+    """A statistic of a signal over a window."""
+
+    name: str
+    unit: str
+    long_name: str
+    sense: Sense | None
+    signal: Signal
+    statistic: str
+    window: Window
+
+
+@dataclass(frozen=True)
+class Constraint:
+    """Bounds on one metric; None leaves a side open."""
+
+    metric: Metric | SampledMetric
+    minimum: float | None = None
+    maximum: float | None = None
+
+
+@dataclass(frozen=True)
+class Objective:
+    """One aim of a ranking: a column and the sense in which it is better."""
+
+    metric: str
+    sense: Sense
+
+
+@dataclass(frozen=True)
+class Column:
+    """One column of results. `role` is index, parameter, metric, margin or bookkeeping; `labels` name integer codes."""
+
+    name: str
+    unit: str
+    long_name: str
+    role: str
+    dtype: str = "<f8"
+    labels: Mapping[int, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Block:
+    """The unit of work, of commit and of loss: consecutive designs, their parameters by name, each of shape (n,)."""
+
+    number: int
+    start: int
+    columns: Columns
+
+
+@dataclass(frozen=True)
+class Mechanism:
+    """A mechanism: a declaration and three compiled functions, all else is generic.
+
+    Attributes
+    ----------
+    closed_form
+        ``closed_form(parameters[n, p], metrics[n, m], status[n], kernel[n, k], singular[n, 3], noise[n])`` fills the
+        closed-form metrics, the status, the constants of the other two functions, the half-tangents of the
+        distances of the motion's complex singularities (see `explore.quadrature`), and the amplification of
+        rounding errors. ``parameters`` has every parameter but the speed, in declared order.
+    pieces
+        ``pieces(kernel_row, window_code, drive_code, start, stop, out[4, 3]) -> count`` gives a window as at most
+        three pieces (anchor, half-tangent of start, half-tangent of end); ``out[3, 0]`` is the averaging length, rad.
+    fill
+        ``fill(kernel_row, sin_half, cos_half, count, needs, out[s, t])`` fills the signals at the nodes.
+    """
+
+    name: str
+    summary: str
+    parameters: tuple[Parameter, ...]
+    signals: tuple[Signal, ...]
+    metrics: tuple[Metric, ...]
+    windows: tuple[Window, ...]
+    drives: Mapping[str, int]
+    output: Mapping[str, str]
+    zero_mean: frozenset[tuple[str, str]]
+    default_metrics: Mapping[str, tuple[str, ...]]
+    objectives: tuple[str, ...]
+    kernel_version: str
+    kernel_size: int
+    signal_rows: int
+    closed_form: Callable[..., None]
+    pieces: Callable[..., int]
+    fill: Callable[..., None]
+    default_window: str = "drive"
+    default_drive: str = "slow"
+
+    def parameter(self, name: str) -> Parameter:
+        """The parameter of that name."""
+        return next(p for p in self.parameters if p.name == name)
+
+    @property
+    def geometry(self) -> tuple[Parameter, ...]:
+        """The parameters that ask for a kinematic evaluation of their own: all but the speed."""
+        return tuple(p for p in self.parameters if not p.scales_speed)
+
+    @property
+    def speed(self) -> Parameter:
+        """The parameter that only scales the motion."""
+        return next(p for p in self.parameters if p.scales_speed)
+
+
+@dataclass(frozen=True)
+class Request:
+    """What is to be known of each design, all names resolved: the work order of `explore.evaluate`."""
+
+    mechanism: Mechanism
+    metrics: tuple[Metric | SampledMetric, ...]
+    constraints: tuple[Constraint, ...] = ()
+    window: Window = field(default=None)  # type: ignore[assignment]  # set by explore.request in every case
+    drive: str = "slow"
+    tolerance: float = 1e-9
+
+    @property
+    def all_metrics(self) -> tuple[Metric | SampledMetric, ...]:
+        """The metrics of the columns and those that only constraints use, each once."""
+        return tuple(dict.fromkeys((*self.metrics, *(c.metric for c in self.constraints))))
+
+    @property
+    def sampled(self) -> tuple[SampledMetric, ...]:
+        """The metrics that need samples of the motion."""
+        return tuple(m for m in self.all_metrics if isinstance(m, SampledMetric))
