@@ -7,7 +7,7 @@ from numba import njit, types
 from numba.core import sigutils
 
 from explore.quadrature import LARGEST, log_error, node_count, panel, place_nodes
-from explore.statistics import CV, EXTREMES, MOMENTS, STD, moments, refined_minimum
+from explore.statistics import CV, EXTREMES, STD, moments, refined_minimum
 from explore.vocabulary import FILL_SIGNATURE, PIECES_SIGNATURE
 
 _OPTIONS = {"cache": True, "error_model": "numpy", "nogil": True}
@@ -16,6 +16,8 @@ _OPTIONS = {"cache": True, "error_model": "numpy", "nogil": True}
 MEAN, VARIANCE, MINIMUM, MAXIMUM = range(4)
 PIECES = 3
 CAPACITY = PIECES * (LARGEST + 2)
+#: Natural logarithm by which the first node count undercuts the tolerance: a cv multiplies the error by a few.
+HEADROOM = 2.0
 #: Rounding of one statistic in units of the signal's own size, from the accuracy campaign.
 ROUNDING = 4e-15
 
@@ -27,8 +29,8 @@ def _function_type(signature: str) -> types.FunctionType:
 
 
 FILL, PIECES_FUNCTION = _function_type(FILL_SIGNATURE), _function_type(PIECES_SIGNATURE)
-_F1, _F2, _F4 = types.float64[::1], types.float64[:, ::1], types.Array(types.float64, 4, "C")
-_I1, _I2 = types.int64[::1], types.int64[:, ::1]
+_F1, _F2 = types.float64[::1], types.float64[:, ::1]
+_I1, _I2, _I3 = types.int64[::1], types.int64[:, ::1], types.int64[:, :, ::1]
 
 
 @njit(**_OPTIONS)
@@ -45,6 +47,23 @@ def _bounds(asked, quadrature, rounding, mean, variance, tolerance):
             quadrature * (0.5 * rms * rms / variance + rms / abs(mean)) + rounding * (rms / std + rms / abs(mean)),
         )
     return bound
+
+
+@njit(**_OPTIONS)
+def _worst_bound(asked, orders, found, second, fourth, absolute, tolerance):
+    """Bound of the worst statistic over all rows, and whether more nodes would lower it enough."""
+    worst, improvable = 0.0, False
+    for s in range(asked.shape[0]):
+        if asked[s]:
+            mean, variance = found[s, MEAN], found[s, VARIANCE]
+            rms = math.sqrt(mean * mean + variance)
+            # Terms of the size of the other signals are rounded too, and may be larger than this signal.
+            rounding = ROUNDING * (1.0 + 0.02 * absolute / rms) if rms > 0.0 else ROUNDING
+            bound = _bounds(asked[s], fourth if orders[s] == 4 else second, rounding, mean, variance, tolerance)
+            floor = _bounds(asked[s], 0.0, rounding, mean, variance, tolerance)
+            improvable = improvable or (bound > tolerance and bound > 2.0 * floor)
+            worst = max(worst, bound)
+    return worst, improvable
 
 
 @njit(**_OPTIONS)
@@ -71,7 +90,7 @@ def _extremes(fill, kernel, needs, row, shapes, anchors, offsets, counts, panels
         FILL, PIECES_FUNCTION, _F2, _F2, _F1, types.boolean[::1],
         _I1, _F2, types.int64, _I1, _I2, _I2, types.float64,
         _I1, _I1, _F2,
-        _F4, _I1, _F1,
+        _I3, _F2, _I1, _F1,
     ),
     **_OPTIONS,
 )  # fmt: skip
@@ -79,7 +98,7 @@ def sample(
     fill, pieces, kernel, singular, noise, active,
     windows, intervals, drive, needs, asked, orders, tolerance,
     size_of, row_of, table,
-    statistics, nodes, error,
+    slots, statistics, nodes, error,
 ):  # fmt: skip
     """Statistics of every active design over every window.
 
@@ -99,16 +118,17 @@ def sample(
         Relative, see `explore.evaluate`.
     size_of, row_of, table
         From `explore.quadrature.rules`.
-    statistics : (n, w, s, 4), nodes : (n,), error : (n,)
-        Filled: mean, variance, minimum, maximum for unit speed and rad; signal evaluations; bound.
+    slots : (w, s, 4)
+        Which row of `statistics` takes mean, variance, minimum, maximum of a signal over a window; -1 for none.
+    statistics : (m, n), nodes : (n,), error : (n,)
+        Filled: statistics for unit speed and rad; signal evaluations; bound.
     """
     rows = asked.shape[1]
-    scratch = np.empty((rows, CAPACITY))
+    scratch, found = np.empty((rows, CAPACITY)), np.zeros((rows, 4))
     t, sin_half, cos_half, weight = np.empty(CAPACITY), np.empty(CAPACITY), np.empty(CAPACITY), np.empty(CAPACITY)
     node, one = np.empty((2, 1)), np.empty((rows, 1))
     parts, shapes = np.zeros((4, 3)), np.zeros((PIECES, 4))
     anchors, offsets, counts = np.zeros(PIECES, np.int64), np.zeros(PIECES, np.int64), np.zeros(PIECES, np.int64)
-    log_tolerance = math.log(tolerance)
     for i in range(kernel.shape[0]):
         if not active[i]:
             continue
@@ -124,8 +144,7 @@ def sample(
             for s in range(rows):
                 order = max(order, orders[w, s] if asked[w, s] else 2)
                 ends = ends or (asked[w, s] & EXTREMES) != 0
-            # A coefficient of variation multiplies the error by a few; aim lower at once.
-            target = log_tolerance - 2.0
+            target = math.log(tolerance) - HEADROOM
             worst = 0.0
             for _ in range(4):
                 total, second, fourth, full = 0, 0.0, 0.0, True
@@ -145,21 +164,11 @@ def sample(
                 for s in range(rows):
                     if asked[w, s]:
                         mean, variance = moments(scratch[s], weight, total, length, rest)
-                        statistics[i, w, s, MEAN], statistics[i, w, s, VARIANCE] = mean, variance
+                        found[s, MEAN], found[s, VARIANCE] = mean, variance
                         largest = max(largest, math.sqrt(mean * mean + variance))
-                worst, improvable = 0.0, False
-                for s in range(rows):
-                    if asked[w, s]:
-                        mean, variance = statistics[i, w, s, MEAN], statistics[i, w, s, VARIANCE]
-                        rms = math.sqrt(mean * mean + variance)
-                        quadrature = fourth if orders[w, s] == 4 else second
-                        rounding = ROUNDING
-                        if rms > 0.0:
-                            rounding *= 1.0 + 0.02 * (noise[i] + largest) / rms
-                        bound = _bounds(asked[w, s], quadrature, rounding, mean, variance, tolerance)
-                        floor = _bounds(asked[w, s], 0.0, rounding, mean, variance, tolerance)
-                        improvable = improvable or (bound > tolerance and bound > 2.0 * floor)
-                        worst = max(worst, bound)
+                worst, improvable = _worst_bound(
+                    asked[w], orders[w], found, second, fourth, noise[i] + largest, tolerance
+                )
                 if not improvable or full:
                     break
                 target -= math.log(worst / tolerance) + 0.5
@@ -167,10 +176,13 @@ def sample(
             for s in range(rows):
                 if asked[w, s] & EXTREMES:
                     for k in range(2):
-                        statistics[i, w, s, MINIMUM + k] = _extremes(
+                        found[s, MINIMUM + k] = _extremes(
                             fill, kernel[i], needs[w], s, shapes, anchors, offsets, counts, panels,
                             t, scratch[s], node, one, 1.0 - 2.0 * k,
                         )  # fmt: skip
                     if rest > 1e-9 * length:
-                        statistics[i, w, s, MINIMUM] = min(statistics[i, w, s, MINIMUM], 0.0)
-                        statistics[i, w, s, MAXIMUM] = max(statistics[i, w, s, MAXIMUM], 0.0)
+                        found[s, MINIMUM] = min(found[s, MINIMUM], 0.0)
+                        found[s, MAXIMUM] = max(found[s, MAXIMUM], 0.0)
+                for k in range(4):
+                    if slots[w, s, k] >= 0:
+                        statistics[slots[w, s, k], i] = found[s, k]

@@ -183,7 +183,7 @@ class Mechanism:
     Attributes
     ----------
     closed_form
-        ``closed_form(parameters[n, p], metrics[n, m], status[n], kernel[n, k], singular[n, 3], noise[n])`` fills the
+        ``closed_form(parameters[n, p], metrics[m, n], status[n], kernel[n, k], singular[n, 3], noise[n])`` fills the
         closed-form metrics, the status, the constants of the other two functions, the half-tangents of the
         distances of the motion's complex singularities (see `explore.quadrature`), and the amplification of
         rounding errors. ``parameters`` has every parameter but the speed, in declared order.

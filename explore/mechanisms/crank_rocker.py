@@ -29,13 +29,13 @@ _CHANGE_POINT, _NO_STROKE, _NOT_FINITE = int(Status.CHANGE_POINT), int(Status.NO
 
 
 @njit(
-    "void(float64, float64, float64, float64, float64, float64[::1], float64[::1])",
+    "void(float64, float64, float64, float64, float64, float64[::1], float64[:, ::1], int64)",
     cache=True,
     error_model="numpy",
     nogil=True,
 )
-def _limits(crank, coupler, rocker, ground, branch, row, metrics):
-    """Limit positions and which stroke is slow into the row; swing, mid-angle, time ratio, ratio into ``metrics[2:6]``."""
+def _limits(crank, coupler, rocker, ground, branch, row, metrics, i):
+    """Limit positions and which stroke is slow into the row; swing, mid-angle, time ratio, ratio into ``metrics[2:6, i]``."""
     total = exact_sum(crank, coupler, rocker, ground)
     less_crank = exact_sum(coupler, rocker, ground, -crank)
     less_coupler = exact_sum(rocker, ground, crank, -coupler)
@@ -55,10 +55,10 @@ def _limits(crank, coupler, rocker, ground, branch, row, metrics):
     swing = 2.0 * math.atan2(sine_half_swing, (1.0 + psi_extended * psi_overlapped) / scale)
     half_sum = math.atan2(psi_extended + psi_overlapped, 1.0 - psi_extended * psi_overlapped)
     imbalance = 2.0 * abs(math.atan2(extended - overlapped, 1.0 + extended * overlapped))
-    metrics[2] = swing * _DEGREES
-    metrics[3] = branch * (math.pi - half_sum) * _DEGREES
-    metrics[4] = (math.pi + imbalance) / (math.pi - imbalance)
-    metrics[5] = swing / (2.0 * math.pi)
+    metrics[2, i] = swing * _DEGREES
+    metrics[3, i] = branch * (math.pi - half_sum) * _DEGREES
+    metrics[4, i] = (math.pi + imbalance) / (math.pi - imbalance)
+    metrics[5, i] = swing / (2.0 * math.pi)
     row[TAN_EXTENDED] = extended
     row[TAN_OVERLAPPED] = overlapped
     # r2^2 + r3^2 - r1^2 - r4^2: negative when the stroke through crank angle 0 is the slow one.
@@ -82,10 +82,10 @@ def closed_form(parameters, metrics, status, kernel, singular, noise):
     for i in range(parameters.shape[0]):
         crank, coupler, rocker, ground = parameters[i, 0], parameters[i, 1], parameters[i, 2], parameters[i, 3]
         branch = parameters[i, 5]
-        metrics[i, :] = np.nan
+        metrics[:, i] = np.nan
         linkage_class, margin = four_bar.classify(crank, coupler, rocker, ground)
-        metrics[i, 0] = linkage_class
-        metrics[i, 1] = margin
+        metrics[0, i] = linkage_class
+        metrics[1, i] = margin
         if linkage_class == four_bar.CANNOT_ASSEMBLE:
             status[i] = _CANNOT_ASSEMBLE
             continue
@@ -105,13 +105,13 @@ def closed_form(parameters, metrics, status, kernel, singular, noise):
         singular[i, 2] = abs(ground - crank) / (ground + crank)
         # Where d is short the two terms of the velocities are large and may cancel.
         noise[i] = 1.0 + crank / abs(ground - crank)
-        metrics[i, 6] = 2.0 * math.atan2(math.sqrt(p0), math.sqrt(q0 + four_products)) * _DEGREES
-        metrics[i, 7] = 2.0 * math.atan2(math.sqrt(p0 + four_products), math.sqrt(q0)) * _DEGREES
+        metrics[6, i] = 2.0 * math.atan2(math.sqrt(p0), math.sqrt(q0 + four_products)) * _DEGREES
+        metrics[7, i] = 2.0 * math.atan2(math.sqrt(p0 + four_products), math.sqrt(q0)) * _DEGREES
         if linkage_class == four_bar.DOUBLE_CRANK:
             status[i] = _NO_STROKE
             continue
         status[i] = _OK
-        _limits(crank, coupler, rocker, ground, branch, row, metrics[i])
+        _limits(crank, coupler, rocker, ground, branch, row, metrics, i)
 
 
 @njit("float64(float64[::1], float64, int64, float64[:, ::1], float64[:, ::1])", cache=True, error_model="numpy", nogil=True)

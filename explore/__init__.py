@@ -1,0 +1,59 @@
+"""Sweep the dimensions of linkages, simulate every design exactly, keep and rank the results.
+
+Names are loaded when first used, so that `import explore` and the command line start at once.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+from explore._version import __version__
+
+if TYPE_CHECKING:
+    from explore.api import evaluate, rank, read_results, simulate
+    from explore.config import load_study
+    from explore.errors import ConfigError, ExploreError, MotionError, RequestError, ResultsError
+    from explore.results import open_results
+    from explore.sweeping import sweep
+
+_HOME = {
+    "ConfigError": "errors",
+    "ExploreError": "errors",
+    "MotionError": "errors",
+    "RequestError": "errors",
+    "ResultsError": "errors",
+    "evaluate": "api",
+    "load_study": "config",
+    "open_results": "results",
+    "rank": "api",
+    "read_results": "api",
+    "simulate": "api",
+    "sweep": "sweeping",
+}
+
+__all__ = [
+    "ConfigError",
+    "ExploreError",
+    "MotionError",
+    "RequestError",
+    "ResultsError",
+    "__version__",
+    "evaluate",
+    "load_study",
+    "open_results",
+    "rank",
+    "read_results",
+    "simulate",
+    "sweep",
+]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOME:
+        raise AttributeError(f"module 'explore' has no attribute '{name}'")
+    value = getattr(import_module(f"explore.{_HOME[name]}"), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return __all__

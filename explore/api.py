@@ -1,0 +1,199 @@
+"""The public functions: names become objects here and in the config, nowhere below."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+
+from explore.errors import MotionError, RequestError
+from explore.evaluation import evaluate_columns
+from explore.ranking import choose_objectives, rank_frame, rank_source
+from explore.request import find_mechanism, make_request
+from explore.results import Results, open_results
+from explore.vocabulary import Columns, Mechanism, Status
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+_ARRAY = npt.ArrayLike
+
+
+def read_results(path: Path | str, columns: Sequence[str] | None = None) -> pd.DataFrame:
+    """Committed designs of a results file as a DataFrame with index "design"."""
+    return open_results(path).to_pandas(columns)
+
+
+def evaluate(
+    mechanism: str,
+    designs: Mapping[str, _ARRAY] | pd.DataFrame,
+    metrics: Sequence[str] | None = None,
+    window: str | Mapping[str, float] | None = None,
+    drive: str | None = None,
+    constraints: Mapping[str, Mapping[str, float]] | None = None,
+    tolerance: float = 1e-9,
+) -> pd.DataFrame:
+    """Evaluate designs, each exactly to the tolerance and sampling no more than that takes.
+
+    Parameters
+    ----------
+    mechanism
+        Name, as listed by `explore mechanisms`.
+    designs
+        Parameters by name in declared units: columns of a table, or numbers and arrays that broadcast.
+    metrics
+        Names of metrics; the mechanism's default list unless given.
+    window, drive
+        Part of the turn the statistics run over: a name, or ``{"from": 0, "to": 90}`` in degrees; the stroke that
+        the window "drive" means.
+    constraints
+        Bounds by metric, such as ``{"transmission_angle_min": {"min": 30}}``.
+    tolerance
+        On every sampled statistic, in the norms of `explore.evaluate`.
+
+    Returns
+    -------
+    DataFrame
+        One row for each design: parameters, metrics, margins, nodes, error, feasible (bool), status (int8).
+        ``attrs["kinematic_evaluations"]`` is the number of geometries sampled.
+
+    Raises
+    ------
+    RequestError
+        If a name, a window, a bound or the shape of the designs is wrong. A bad design is a row with a status.
+    """
+    import pandas as pd
+
+    declared = find_mechanism(mechanism)
+    request = make_request(declared, metrics, window, drive, constraints, tolerance)
+    columns = _parameter_columns(declared, designs)
+    evaluation = evaluate_columns(request, columns)
+    index = designs.index if isinstance(designs, pd.DataFrame) else None
+    frame = pd.DataFrame(evaluation.columns, index=index)
+    frame["feasible"] = frame["feasible"].astype(bool)
+    frame.attrs["kinematic_evaluations"] = evaluation.kinematic_evaluations
+    frame.attrs["senses"] = {metric.name: metric.sense for metric in request.metrics}
+    return frame
+
+
+def _parameter_columns(mechanism: Mechanism, designs: Mapping[str, _ARRAY] | pd.DataFrame) -> Columns:
+    """Designs as columns of one length, checked against the declaration."""
+    known = [p.name for p in mechanism.parameters]
+    for name in designs:
+        if name not in known:
+            raise RequestError(f"{mechanism.name} has no parameter '{name}'; it has {', '.join(known)}")
+    missing = [p.name for p in mechanism.parameters if p.default is None and p.name not in designs]
+    if missing:
+        raise RequestError(f"{mechanism.name} needs {', '.join(missing)}")
+    try:
+        values = [np.asarray(designs[name], dtype=np.float64) for name in designs]
+        arrays = np.broadcast_arrays(*values)
+    except ValueError as problem:
+        raise RequestError(f"designs must be numbers of one length: {problem}") from None
+    if arrays[0].ndim > 1:
+        raise RequestError(f"designs must be numbers or one-dimensional arrays, not of shape {arrays[0].shape}")
+    return {name: np.atleast_1d(array).copy() for name, array in zip(designs, arrays, strict=True)}
+
+
+def simulate(
+    mechanism: str, *, angles: int | Sequence[float] | npt.NDArray[np.float64] = 360, **parameters: float
+) -> pd.DataFrame:
+    """The motion of one design: every signal by name at crank angles.
+
+    Parameters
+    ----------
+    mechanism
+        Name.
+    angles
+        Crank angles in degrees, or how many equispaced ones from 0.
+    parameters
+        Of the design, in declared units.
+
+    Returns
+    -------
+    DataFrame
+        Index ``crank_angle`` (deg), one column for each signal in its declared unit.
+
+    Raises
+    ------
+    MotionError
+        If the design cannot make the full turn.
+    """
+    import pandas as pd
+
+    declared = find_mechanism(mechanism)
+    columns = _parameter_columns(declared, parameters)
+    request = make_request(declared, [declared.metrics[0].name], "cycle")
+    if len(columns[next(iter(columns))]) != 1:
+        raise RequestError("simulate takes one design; evaluate takes many")
+    status = Status(int(evaluate_columns(request, columns).columns["status"][0]))
+    if status is not Status.OK:
+        raise MotionError(f"no full turn to simulate: {status.sentence}")
+    crank_angle = np.arange(angles) * (360.0 / angles) if isinstance(angles, int) else np.asarray(angles, np.float64)
+    if crank_angle.ndim != 1 or len(crank_angle) == 0 or not np.isfinite(crank_angle).all():
+        raise RequestError("angles must be a positive number of angles or a list of finite angles in degrees")
+    signals = _signals(declared, columns, crank_angle)
+    return pd.DataFrame(signals, index=pd.Index(crank_angle, name="crank_angle"))
+
+
+def _signals(mechanism: Mechanism, columns: Columns, crank_angle: npt.NDArray[np.float64]) -> Columns:
+    """All signals that exist outside clutches, in declared units, each of shape (t,)."""
+    defaults = {p.name: np.array([p.default]) for p in mechanism.parameters if p.name not in columns}
+    inputs = {**defaults, **columns}
+    geometry = np.array([[inputs[p.name][0] for p in mechanism.geometry]], dtype=np.float64)
+    kernel = np.zeros((1, mechanism.kernel_size))
+    mechanism.closed_form(
+        geometry, np.empty((len(mechanism.metrics), 1)), np.zeros(1, np.int8), kernel, np.ones((1, 3)), np.ones(1)
+    )
+    # Half the offset from the nearest multiple of 180 degrees, so that both sine and cosine keep their digits.
+    quarter = np.round(crank_angle / 180.0)
+    offset = np.deg2rad(crank_angle - 180.0 * quarter) / 2.0
+    turn = quarter % 4.0
+    sine, cosine = np.sin(offset), np.cos(offset)
+    sin_half = np.select([turn == 0.0, turn == 1.0, turn == 2.0], [sine, cosine, -sine], -cosine)
+    cos_half = np.select([turn == 0.0, turn == 1.0, turn == 2.0], [cosine, -sine, -cosine], sine)
+    out = np.zeros((mechanism.signal_rows, len(crank_angle)))
+    needs = int(np.bitwise_or.reduce([signal.needs for signal in mechanism.signals]))
+    mechanism.fill(kernel[0], sin_half, cos_half, len(crank_angle), needs, out)
+    speed = float(inputs[mechanism.speed.name][0])
+    return {
+        s.name: out[s.row] * (np.rad2deg(1.0) if s.unit == "deg" else speed**s.speed_power)
+        for s in mechanism.signals
+        if not s.only_in
+    }
+
+
+def rank(
+    results: Results | pd.DataFrame | Path | str,
+    metrics: Sequence[str] | None = None,
+    order_by: str | None = None,
+    fronts: int = 1,
+) -> pd.DataFrame:
+    """The Pareto-optimal designs, best first.
+
+    Parameters
+    ----------
+    results
+        Results, the path of a results file, or any table.
+    metrics
+        Objectives, such as ``["cv", "swing_angle:max"]``; those of the study unless given.
+    order_by
+        The metric that orders the designs; the first objective unless given.
+    fronts
+        How many fronts to return; column ``front`` counts them from 1.
+
+    Returns
+    -------
+    DataFrame
+    """
+    import pandas as pd
+
+    if isinstance(results, pd.DataFrame):
+        senses = results.attrs.get("senses", {})
+        objectives, order = choose_objectives(metrics, order_by, senses, list(results.columns))
+        return rank_frame(results, objectives, order, fronts)
+    source = results if isinstance(results, Results) else open_results(results)
+    return rank_source(source, metrics, order_by, fronts).frame

@@ -1,0 +1,129 @@
+"""All commands and their options."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Optional
+
+import typer
+
+from explore._version import __version__
+
+app = typer.Typer(
+    name="explore",
+    help="Sweep the dimensions of linkages, simulate every design exactly, keep and rank the results.",
+    epilog="Exit codes: 0 done, 1 failed, 2 bad usage or config, 3 done but some blocks failed, 130 interrupted.",
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+
+# typer evaluates annotations at run time and does not know `X | None` of strings on every version it supports.
+Results = Annotated[
+    Optional[Path], typer.Argument(metavar="[RESULTS]", help="A results file; the newest results/*.h5 unless given.")  # noqa: UP045
+]
+Json = Annotated[bool, typer.Option("--json", help="Print JSON instead of a table.")]
+
+
+def _version(value: bool) -> None:
+    if value:
+        typer.echo(f"explore {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _options(
+    version: Annotated[bool, typer.Option("--version", callback=_version, is_eager=True, help="Show the version.")] = False,
+) -> None:
+    pass
+
+
+@app.command(epilog="Example: explore sweep configs/grid.toml")
+def sweep(
+    config: Annotated[Path, typer.Argument(help="The study, a TOML file.")],
+    output: Annotated[Optional[Path], typer.Option("-o", "--output", help="Results file; results/NAME.h5 unless given.")] = None,  # noqa: UP045
+    workers: Annotated[Optional[int], typer.Option(min=1, help="Threads; all processors unless given.")] = None,  # noqa: UP045
+    dry_run: Annotated[bool, typer.Option("--dry-run", help="Show what would be computed, and compute nothing.")] = False,
+    restart: Annotated[bool, typer.Option("--restart", help="Move existing results aside and start over.")] = False,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress.")] = False,
+) -> None:
+    """Compute every design of a study; the same command again continues."""
+    from explore.cli.sweeps import run_sweep
+
+    raise typer.Exit(run_sweep(config, output, workers, dry_run=dry_run, restart=restart, quiet=quiet))
+
+
+@app.command(epilog="Example: explore rank --metric cv --metric swing_angle:max --top 5")
+def rank(
+    results: Results = None,
+    metric: Annotated[
+        Optional[list[str]],  # noqa: UP045
+        typer.Option(help="One: orders the Pareto set. Several: the objectives, each NAME, NAME:min or NAME:max."),
+    ] = None,
+    top: Annotated[int, typer.Option(min=0, help="Lines to print; 0 for all.")] = 10,
+    json: Json = False,
+    output: Annotated[Optional[Path], typer.Option("-o", "--output", help="Also write the Pareto set to a CSV file.")] = None,  # noqa: UP045
+) -> None:
+    """Choose the Pareto-optimal designs, best first."""
+    from explore.cli.ranks import print_ranking
+
+    print_ranking(results, metric or [], top, output, as_json=json)
+
+
+@app.command(epilog="Example: explore show --design 42")
+def show(
+    results: Results = None,
+    design: Annotated[Optional[int], typer.Option(help="Number of a design.")] = None,  # noqa: UP045
+    json: Json = False,
+) -> None:
+    """Show what is in a results file, or one design in full."""
+    from explore.cli.shows import show_design, show_results
+
+    if design is None:
+        show_results(results, as_json=json)
+    else:
+        show_design(results, design, as_json=json)
+
+
+@app.command(
+    epilog="Example: explore simulate --mechanism crank-rocker --set crank=100 --set coupler=1083.4236 "
+    "--set rocker=541.7118 --set ground=691.7118 -o motion.csv"
+)
+def simulate(
+    config: Annotated[Optional[Path], typer.Argument(metavar="[CONFIG]", help="A study; its design --design is simulated.")] = None,  # noqa: UP045
+    mechanism: Annotated[Optional[str], typer.Option(help="A mechanism, with --set in place of a study.")] = None,  # noqa: UP045
+    set_: Annotated[Optional[list[str]], typer.Option("--set", metavar="NAME=VALUE", help="A parameter; units may follow: speed='60 rpm'.")] = None,  # noqa: UP045
+    design: Annotated[int, typer.Option(min=0, help="Which design of the study.")] = 0,
+    angles: Annotated[int, typer.Option(min=1, help="How many equispaced crank angles.")] = 360,
+    output: Annotated[Optional[Path], typer.Option("-o", "--output", help="A .csv or .json file; stdout unless given.")] = None,  # noqa: UP045
+    json: Json = False,
+) -> None:
+    """Print the motion of one design over a turn: angles, velocities, accelerations."""
+    from explore.cli.motions import print_motion
+
+    print_motion(config, mechanism, set_ or [], design, angles, output, as_json=json)
+
+
+@app.command(epilog="Example: explore mechanisms crank-rocker")
+def mechanisms(
+    name: Annotated[Optional[str], typer.Argument(help="One mechanism in full.")] = None,  # noqa: UP045
+    json: Json = False,
+) -> None:
+    """List the mechanisms with their parameters, signals, metrics and windows."""
+    from explore.cli.listings import print_mechanism, print_mechanisms
+
+    if name is None:
+        print_mechanisms(as_json=json)
+    else:
+        print_mechanism(name, as_json=json)
+
+
+@app.command(epilog="Example: explore init my_study.toml")
+def init(
+    config: Annotated[Path, typer.Argument(help="The file to write.")] = Path("study.toml"),
+    mechanism: Annotated[str, typer.Option(help="The mechanism.")] = "crank-rocker",
+) -> None:
+    """Write a commented study that runs, to start from."""
+    from explore.cli.starters import write_starter
+
+    write_starter(config, mechanism)

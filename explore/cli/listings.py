@@ -1,0 +1,71 @@
+"""`explore mechanisms`."""
+
+from __future__ import annotations
+
+from explore.cli.output import compiled_kernels, number, print_json, print_table, say
+from explore.vocabulary import STATISTICS, Mechanism, Parameter
+
+
+def print_mechanisms(*, as_json: bool) -> None:
+    """Print all mechanisms, a line each."""
+    with compiled_kernels():
+        from explore.mechanisms.registry import MECHANISMS
+    if as_json:
+        print_json({name: mechanism.summary for name, mechanism in MECHANISMS.items()})
+        return
+    print_table("", [("mechanism", ""), ("what it is", "")], [[m.name, m.summary] for m in MECHANISMS.values()])
+    say("[dim]explore mechanisms NAME shows parameters, signals, metrics and windows[/]")
+
+
+def print_mechanism(name: str, *, as_json: bool) -> None:
+    """Print one mechanism in full."""
+    with compiled_kernels():
+        from explore.request import find_mechanism
+    mechanism = find_mechanism(name)
+    if as_json:
+        print_json(_described(mechanism))
+        return
+    say(f"[bold]{mechanism.name}[/]: {mechanism.summary}")
+    print_table(
+        "parameters",
+        [("parameter", ""), ("unit", ""), ("default", ""), ("allowed", ""), ("meaning", "")],
+        [
+            [p.name, p.unit, "required" if p.default is None else number(p.default), _allowed(p), p.long_name]
+            for p in mechanism.parameters
+        ],
+    )
+    print_table(
+        "signals, functions of the crank angle",
+        [("signal", ""), ("unit", ""), ("meaning", "")],
+        [[s.name, s.unit, s.long_name + (f" (window {', '.join(s.only_in)})" if s.only_in else "")] for s in mechanism.signals],
+    )
+    print_table(
+        "closed-form metrics",
+        [("metric", ""), ("unit", ""), ("meaning", "")],
+        [[m.name, m.unit, m.long_name] for m in mechanism.metrics],
+    )
+    print_table("windows", [("window", ""), ("meaning", "")], [[w.name, w.long_name] for w in mechanism.windows])
+    say(f"sampled metrics: SIGNAL_STATISTIC over the study's window, or SIGNAL_STATISTIC_WINDOW; "
+        f"statistics: {', '.join(STATISTICS)}")  # fmt: skip
+    say(f"mean, variance and cv alone are those of the output, {mechanism.output['']}; "
+        f"drive is one of {', '.join(mechanism.drives)}; default objectives: {', '.join(mechanism.objectives)}")  # fmt: skip
+
+
+def _allowed(parameter: Parameter) -> str:
+    if parameter.choices:
+        return ", ".join(number(choice) for choice in parameter.choices)
+    return f"> {number(parameter.lower)}"
+
+
+def _described(mechanism: Mechanism) -> dict[str, object]:
+    return {
+        "name": mechanism.name,
+        "summary": mechanism.summary,
+        "parameters": {p.name: {"unit": p.unit, "default": p.default, "meaning": p.long_name} for p in mechanism.parameters},
+        "signals": {s.name: {"unit": s.unit, "meaning": s.long_name} for s in mechanism.signals},
+        "metrics": {m.name: {"unit": m.unit, "meaning": m.long_name, "sense": m.sense} for m in mechanism.metrics},
+        "windows": {w.name: w.long_name for w in mechanism.windows},
+        "statistics": list(STATISTICS),
+        "drives": list(mechanism.drives),
+        "objectives": list(mechanism.objectives),
+    }

@@ -1,0 +1,82 @@
+"""`explore simulate`."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from explore.cli.output import compiled_kernels, print_json, say
+from explore.errors import RequestError
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+
+def print_motion(
+    config: Path | None,
+    mechanism: str | None,
+    settings: list[str],
+    design: int,
+    angles: int,
+    output: Path | None,
+    *,
+    as_json: bool,
+) -> None:
+    """Write the motion of one design as CSV or JSON."""
+    if (config is None) == (mechanism is None):
+        raise RequestError("name either a study or --mechanism with its --set NAME=VALUE")
+    with compiled_kernels():
+        from explore.api import simulate
+    name, parameters = _from_study(config, design) if config else _from_settings(mechanism or "", settings)
+    _write(simulate(name, angles=angles, **parameters), output, as_json=as_json)
+
+
+def _from_study(config: Path, design: int) -> tuple[str, dict[str, float]]:
+    """The mechanism and the parameters of one design of a study."""
+    from explore.config import load_study
+
+    study = load_study(config)
+    if design >= study.space.count:
+        raise RequestError(f"{config} has {study.space.count:,} designs, numbered from 0; there is no design {design}")
+    columns = study.space.designs(design, design + 1)
+    say(f"design {design} of {study.space.count:,}: " + ", ".join(f"{k} = {v[0]:.10g}" for k, v in columns.items()))
+    return study.request.mechanism.name, {key: float(values[0]) for key, values in columns.items()}
+
+
+def _from_settings(mechanism: str, settings: list[str]) -> tuple[str, dict[str, float]]:
+    """Parameters given as NAME=VALUE, units allowed."""
+    from explore.request import find_mechanism
+    from explore.suggest import suggestion
+    from explore.units import quantity
+
+    declared = {p.name: p for p in find_mechanism(mechanism).parameters}
+    parameters = {}
+    for setting in settings:
+        name, equals, text = setting.partition("=")
+        if not equals:
+            raise RequestError(f"--set {setting}: write NAME=VALUE, such as crank=100")
+        if name not in declared:
+            raise RequestError(f"--set {setting}: unknown parameter; {suggestion(name, declared)}")
+        try:
+            parameters[name] = float(text)
+        except ValueError:
+            parameters[name] = quantity(text, declared[name].unit)
+    return mechanism, parameters
+
+
+def _write(motion: pd.DataFrame, output: Path | None, *, as_json: bool) -> None:
+    columns = {str(name): column.tolist() for name, column in motion.reset_index().items()}
+    if output is None:
+        if as_json:
+            print_json(columns)
+        else:
+            motion.to_csv(sys.stdout)
+        return
+    if as_json or output.suffix == ".json":
+        import json
+
+        output.write_text(json.dumps(columns), encoding="utf-8")
+    else:
+        motion.to_csv(output)
+    say(f"wrote {len(motion)} crank angles to {output}")

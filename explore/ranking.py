@@ -1,0 +1,240 @@
+"""Pareto sets: which designs no other design beats in every objective."""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from explore.errors import RequestError
+from explore.vocabulary import Columns, FloatArray, Objective, Sense, Status
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+_OK = int(Status.OK)
+#: Endings of names whose small values are better wherever they come from.
+_SMALL_IS_GOOD = ("cv", "variance", "_std", "_rms", "_peak_to_peak")
+
+
+def nondominated(values: FloatArray) -> npt.NDArray[np.bool_]:
+    """Which rows no other row dominates, all columns minimised; equal rows are all kept.
+
+    Parameters
+    ----------
+    values
+        Finite numbers, shape (n, m).
+
+    Returns
+    -------
+    (n,) array
+    """
+    import moocore
+
+    # moocore crashes the process on -inf, mis-masks +inf and is silent on NaN.
+    if not np.isfinite(values).all():
+        raise RequestError("objectives must be finite; leave out the other designs first")
+    if len(values) == 0:
+        return np.zeros(0, dtype=np.bool_)
+    return np.asarray(moocore.is_nondominated(np.ascontiguousarray(values), keep_weakly=True), dtype=np.bool_)
+
+
+def parse_objective(text: str, senses: Mapping[str, Sense | None], columns: Sequence[str]) -> Objective:
+    """An objective from "cv" or "swing_angle:max".
+
+    Parameters
+    ----------
+    senses
+        The own sense of each metric, None where it has none.
+    columns
+        The columns there are.
+    """
+    import difflib
+
+    name, _, sense = text.partition(":")
+    if name not in columns:
+        near = difflib.get_close_matches(name, columns, 1)
+        hint = f"; did you mean '{near[0]}'?" if near else f"; there are {', '.join(columns)}"
+        raise RequestError(f"no column '{name}' in these results{hint}")
+    if sense == "" and ":" not in text:
+        own = senses.get(name) or ("min" if name.endswith(_SMALL_IS_GOOD) else None)
+        if own is None:
+            raise RequestError(f"'{name}' has no better side of its own: write {name}:min or {name}:max")
+        return Objective(name, own)
+    if sense not in ("min", "max"):
+        raise RequestError(f"'{text}': the sense is min or max, as in {name}:max")
+    return Objective(name, "min" if sense == "min" else "max")
+
+
+@dataclass
+class Tally:
+    """How many designs were ranked and why the others were left out."""
+
+    ranked: int = 0
+    not_finite: int = 0
+    by_status: Counter[str] = field(default_factory=Counter)
+    by_constraint: Counter[str] = field(default_factory=Counter)
+
+    def add(self, columns: Columns, eligible: npt.NDArray[np.bool_], finite: npt.NDArray[np.bool_]) -> None:
+        """Count one block."""
+        self.ranked += int(np.count_nonzero(eligible & finite))
+        self.not_finite += int(np.count_nonzero(eligible & ~finite))
+        if "status" not in columns:
+            return
+        status = columns["status"]
+        for code, count in zip(*np.unique(status, return_counts=True), strict=True):
+            if code not in (_OK, Status.SCREENED):
+                label = Status(code).label if code in Status._value2member_map_ else f"status {code}"
+                self.by_status[label] += int(count)
+        judged = (status == _OK) | (status == Status.SCREENED)
+        for name, column in columns.items():
+            if name.endswith("_margin") and name != "grashof_margin":
+                broken = int(np.count_nonzero(judged & (column < 0.0)))
+                if broken:
+                    self.by_constraint[name.removesuffix("_margin")] += broken
+
+
+def front(
+    blocks: Iterable[Columns], objectives: Sequence[Objective], tally: Tally | None = None
+) -> npt.NDArray[np.int64]:
+    """Row numbers of the first front of designs that come in blocks; memory holds one block and one front.
+
+    Parameters
+    ----------
+    blocks
+        Columns of consecutive designs, each with the objectives and, where they exist, ``feasible`` and "design".
+    objectives
+        At least one.
+
+    Returns
+    -------
+    (k,) array
+        Ascending row numbers, counted over all blocks or taken from "design".
+    """
+    signs = np.array([1.0 if objective.sense == "min" else -1.0 for objective in objectives])
+    kept_values, kept_rows, offset = np.empty((0, len(signs))), np.empty(0, dtype=np.int64), 0
+    for columns in blocks:
+        values = np.column_stack([np.asarray(columns[o.metric], dtype=np.float64) for o in objectives]) * signs
+        n = len(values)
+        rows = np.asarray(columns["design"]) if "design" in columns else np.arange(offset, offset + n)
+        eligible = np.asarray(columns["feasible"]).astype(bool) if "feasible" in columns else np.ones(n, dtype=bool)
+        finite = np.isfinite(values).all(axis=1)
+        if tally is not None:
+            tally.add(columns, eligible, finite)
+        chosen = eligible & finite
+        values, rows, offset = values[chosen], rows[chosen], offset + n
+        # The front of a union is within the union of the fronts; the local one first, since it is small.
+        local = nondominated(values)
+        values, rows = np.vstack([kept_values, values[local]]), np.concatenate([kept_rows, rows[local]])
+        mask = nondominated(values)
+        kept_values, kept_rows = values[mask], rows[mask]
+    return np.sort(kept_rows)
+
+
+def rank_frame(
+    frame: pd.DataFrame, objectives: Sequence[Objective], order_by: Objective | None = None, fronts: int = 1
+) -> pd.DataFrame:
+    """The Pareto-optimal rows of a table, best first.
+
+    Parameters
+    ----------
+    frame
+        Any table with the objectives as columns; rows whose column ``feasible`` is false are left out.
+    objectives
+        Aims; rows where one is not finite are left out.
+    order_by
+        Column that orders each front; the first objective unless given. Ties keep their order.
+    fronts
+        How many fronts; the second is the first of what is left, and so on.
+
+    Returns
+    -------
+    DataFrame
+        The rows with a column ``front``, from 1.
+    """
+    import pandas as pd
+
+    eligible = frame[frame["feasible"].astype(bool)] if "feasible" in frame.columns else frame
+    order = order_by or objectives[0]
+    names = [objective.metric for objective in objectives]
+    parts, left = [], eligible
+    for number in range(1, fronts + 1):
+        if left.empty:
+            break
+        rows = front([{name: left[name].to_numpy() for name in names}], objectives)
+        best = left.iloc[rows].sort_values(order.metric, ascending=order.sense == "min", kind="stable")
+        parts.append(best.assign(front=number))
+        left = left.drop(left.index[rows])
+    return pd.concat(parts) if parts else eligible.iloc[:0].assign(front=0)
+
+
+class Source(Protocol):
+    """What a ranking needs of results: blocks of columns, and single rows."""
+
+    @property
+    def attributes(self) -> Mapping[str, Any]:
+        """Facts of the study; ``objectives`` and ``senses`` are JSON texts."""
+
+    @property
+    def units(self) -> Mapping[str, str]:
+        """Unit of each column, in the columns' order."""
+
+    def blocks(self, columns: Sequence[str] | None = None) -> Iterable[Columns]:
+        """Columns of consecutive designs."""
+
+    def rows(self, numbers: npt.NDArray[np.int64]) -> pd.DataFrame:
+        """Whole rows by design number."""
+
+
+@dataclass(frozen=True)
+class Ranking:
+    """Pareto-optimal designs, best first, with the aims that chose them and the count of the others."""
+
+    frame: pd.DataFrame
+    objectives: tuple[Objective, ...]
+    order_by: Objective
+    tally: Tally
+
+
+def choose_objectives(
+    metrics: Sequence[str] | None,
+    order_by: str | None,
+    senses: Mapping[str, Sense | None],
+    columns: Sequence[str],
+    usual: Sequence[str] = (),
+) -> tuple[tuple[Objective, ...], Objective]:
+    """The aims of a ranking and what orders it: what was asked for, else the study's own."""
+    texts = list(metrics) if metrics else list(usual)
+    if not texts:
+        raise RequestError("nothing to rank by: give metrics, such as cv and swing_angle:max")
+    objectives = tuple(dict.fromkeys(parse_objective(text, senses, columns) for text in texts))
+    order = parse_objective(order_by, senses, columns) if order_by else objectives[0]
+    return objectives, order
+
+
+def rank_source(
+    source: Source, metrics: Sequence[str] | None = None, order_by: str | None = None, fronts: int = 1
+) -> Ranking:
+    """Rank the designs of a results file, block by block; see `rank_frame`."""
+    names = list(source.units)
+    usual = json.loads(str(source.attributes.get("objectives", "[]")))
+    objectives, order = choose_objectives(metrics, order_by, senses_of(source.attributes), names, usual)
+    judged = [name for name in names if name in ("design", "feasible", "status") or name.endswith("_margin")]
+    wanted = list(dict.fromkeys([*judged, *(objective.metric for objective in objectives)]))
+    tally = Tally()
+    best = source.rows(front(source.blocks(wanted), objectives, tally))
+    if fronts > 1:
+        chosen = source.rows(np.concatenate([block["design"][block["feasible"] != 0] for block in source.blocks(wanted)]))
+        return Ranking(rank_frame(chosen, objectives, order, fronts), objectives, order, tally)
+    best = best.sort_values(order.metric, ascending=order.sense == "min", kind="stable").assign(front=1)
+    return Ranking(best, objectives, order, tally)
+
+
+def senses_of(attributes: Mapping[str, object]) -> dict[str, Sense | None]:
+    """The own sense of each metric, from a results file's attributes."""
+    return dict(json.loads(str(attributes.get("senses", "{}"))))
