@@ -1,0 +1,162 @@
+"""A new results file, laid out in memory: everything but the columns' values."""
+
+from __future__ import annotations
+
+import io
+import json
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import h5py
+import numpy as np
+from h5py import h5d, h5p, h5s, h5t
+
+from explore.layout import FORMAT, FORMAT_VERSION, INDEX, Attribute
+from explore.vocabulary import Column
+
+#: Longest text kept as an attribute, in bytes. HDF5 allows 64 KiB with the header; beyond, it is a dataset in /study.
+_LONGEST_ATTRIBUTE = 60_000
+#: Alignment of everything at least as long, so that a block's slices do not share pages with other columns.
+_PAGE = 4096
+
+
+class Image(io.RawIOBase):
+    """An HDF5 file in memory that keeps only what was written: the columns' reserved space takes no memory.
+
+    HDF5 itself never writes to the disk, because it does not report all write errors and may crash on a full disk.
+    """
+
+    def __init__(self) -> None:
+        self.pieces: list[tuple[int, bytes]] = []
+        self.size = 0
+        self._position = 0
+
+    def seek(self, offset: int, whence: int = io.SEEK_SET, /) -> int:
+        """Go to a place."""
+        self._position = offset + (0, self._position, self.size)[whence]
+        return self._position
+
+    def tell(self) -> int:
+        """Where the next byte goes."""
+        return self._position
+
+    def write(self, data: Any, /) -> int:
+        """Keep a piece."""
+        piece = bytes(data)
+        self.pieces.append((self._position, piece))
+        self._position += len(piece)
+        self.size = max(self.size, self._position)
+        return len(piece)
+
+    def readinto(self, buffer: Any, /) -> int:
+        """Read what was written; the rest is zeros."""
+        view, first = memoryview(buffer).cast("B"), self._position
+        view[:] = bytes(len(view))
+        for start, piece in self.pieces:  # later pieces over earlier ones
+            low, high = max(start, first), min(start + len(piece), first + len(view))
+            if low < high:
+                view[low - first : high - first] = piece[low - start : high - start]
+        self._position += len(view)
+        return len(view)
+
+    def truncate(self, size: int | None = None, /) -> int:
+        """Set the length of the file, which takes no memory."""
+        self.size = self._position if size is None else size
+        return self.size
+
+
+def build(columns: Sequence[Column], n_designs: int, block_size: int, attributes: Mapping[str, Attribute]) -> Image:
+    """Lay out a results file. Every byte but the columns' and the commit words' is in the image."""
+    _check_request(columns, n_designs, block_size)
+    image = Image()
+    with h5py.File(
+        image, "w", libver="earliest", track_order=False, alignment_threshold=_PAGE, alignment_interval=_PAGE
+    ) as file:
+        own: dict[str, Attribute] = {
+            "format": FORMAT,
+            "format_version": FORMAT_VERSION,
+            "n_designs": n_designs,
+            "block_size": block_size,
+        }
+        for name, value in {**attributes, **own}.items():
+            _put_attribute(file, name, value)
+        designs = file.create_group("designs", track_order=False)
+        for column in columns:
+            _put_column(designs, column, n_designs)
+        _put_frame(file, [column.name for column in columns[1:]])
+        progress = file.create_group("progress", track_order=False)
+        _reserve(progress, "commit", "<u8", -(-n_designs // block_size))
+    return image
+
+
+def _check_request(columns: Sequence[Column], n_designs: int, block_size: int) -> None:
+    names = [column.name for column in columns]
+    if not names or names[0] != INDEX or columns[0].dtype != "<i8":
+        raise ValueError("the first column must be 'design' of dtype '<i8'")
+    if len(set(names)) != len(names) or any(not name or "/" in name or name == "." for name in names):
+        raise ValueError("column names must be unique, not empty and without '/'")
+    if len(names) < 2:
+        raise ValueError("a results file needs a column besides 'design'")
+    if n_designs < 1 or block_size < 1:
+        raise ValueError("a results file needs at least one design and blocks of at least one design")
+
+
+def _reserve(group: h5py.Group, name: str, dtype: str, length: int) -> h5py.Dataset:
+    """A contiguous dataset whose space is set aside now and filled by nobody but us."""
+    plist = h5p.create(h5p.DATASET_CREATE)
+    plist.set_layout(h5d.CONTIGUOUS)
+    plist.set_alloc_time(h5d.ALLOC_TIME_EARLY)
+    plist.set_fill_time(h5d.FILL_TIME_NEVER)
+    plist.set_obj_track_times(False)  # a time would make the bytes differ from run to run
+    kind = h5t.py_create(np.dtype(dtype), logical=True)
+    return h5py.Dataset(h5d.create(group.id, name.encode(), kind, h5s.create_simple((length,)), plist))
+
+
+def _put_column(designs: h5py.Group, column: Column, n_designs: int) -> None:
+    dataset = _reserve(designs, column.name, column.dtype, n_designs)
+    texts = {"units": column.unit, "long_name": column.long_name, "role": column.role}
+    if column.labels:
+        texts["labels"] = json.dumps({str(code): label for code, label in column.labels.items()})
+    for name, text in texts.items():
+        _put_attribute(dataset, name, text)
+
+
+def _put_attribute(owner: h5py.HLObject, name: str, value: Attribute) -> None:
+    if not isinstance(value, str):
+        owner.attrs.create(name, value, dtype="<f8" if isinstance(value, float) else "<i8")
+        return
+    # Fixed length, because variable-length text is kept in a heap apart that other programs read less well.
+    data = value.encode()
+    kind = h5py.string_dtype("utf-8", max(1, len(data)))
+    if len(data) > _LONGEST_ATTRIBUTE:
+        owner.require_group("study").create_dataset(name, data=np.array(data, dtype=kind), track_times=False)
+    else:
+        owner.attrs.create(name, np.array(data, dtype=kind), dtype=kind)
+
+
+def _put_frame(file: h5py.File, names: Sequence[str]) -> None:
+    """Describe the columns the way pandas does, each as a block of its own; only links, no copies of data."""
+    frame = file.create_group("frame", track_order=False)
+    words: dict[str, Attribute] = {
+        "pandas_type": "frame",
+        "encoding": "UTF-8",
+        "errors": "strict",
+        "ndim": 2,
+        "nblocks": len(names),
+    }
+    words |= {"axis0_variety": "regular", "axis1_variety": "regular"}
+    words |= {f"block{i}_items_variety": "regular" for i in range(len(names))}
+    for word, value in words.items():
+        _put_attribute(frame, word, value)
+    encoded = np.array([name.encode() for name in names], dtype=f"S{max(map(len, map(str.encode, names)), default=1)}")
+    _put_names(frame, "axis0", encoded)
+    frame["axis1"] = file["designs"][INDEX]
+    _put_attribute(frame["axis1"], "kind", "integer")
+    _put_attribute(frame["axis1"], "name", INDEX)
+    for i, name in enumerate(names):
+        _put_names(frame, f"block{i}_items", encoded[i : i + 1])
+        frame[f"block{i}_values"] = file["designs"][name]
+
+
+def _put_names(frame: h5py.Group, name: str, encoded: Any) -> None:
+    _put_attribute(frame.create_dataset(name, data=encoded, track_times=False), "kind", "string")

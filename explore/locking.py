@@ -1,0 +1,72 @@
+"""Who may write a results file: the process that holds the lock on the file beside it."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import socket
+from pathlib import Path
+from types import TracebackType
+from typing import Self
+
+from explore import platform
+from explore.errors import ResultsError
+
+
+class LockFile:
+    """The right to write ``path``, a context manager. It ends with the process, however that ends.
+
+    Parameters
+    ----------
+    path
+        The results file; the lock is on ``<path>.lock``, because the results file itself may be replaced.
+
+    Raises
+    ------
+    ResultsError
+        On entering: another process holds the lock, or the folder cannot be written.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._results = path
+        self.path = path.with_name(path.name + ".lock")
+
+    def __enter__(self) -> Self:
+        try:
+            self._results.parent.mkdir(parents=True, exist_ok=True)
+            self._descriptor = self._acquire()
+        except ResultsError:
+            raise
+        except OSError as error:
+            reason = f"the folder {self._results.parent} cannot be written: {error.strerror}"
+            raise ResultsError(f"{reason}; choose another with -o") from error
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        with contextlib.suppress(OSError):  # Windows does not remove a file that is open; it does no harm
+            self.path.unlink()
+        os.close(self._descriptor)
+
+    def _acquire(self) -> int:
+        while True:
+            descriptor = platform.open_binary(self.path, os.O_RDWR | os.O_CREAT)
+            with contextlib.ExitStack() as stack:
+                stack.callback(os.close, descriptor)
+                if not platform.lock(descriptor):
+                    os.lseek(descriptor, 0, os.SEEK_SET)
+                    holder = os.read(descriptor, 200).decode(errors="replace") or "another process"
+                    raise ResultsError(f"{self._results} is being written by {holder}; wait for it or stop it")
+                if self._is_current(descriptor):
+                    os.ftruncate(descriptor, 0)
+                    platform.write_at(descriptor, f"process {os.getpid()} on host {socket.gethostname()}".encode(), 0)
+                    stack.pop_all()
+                    return descriptor
+
+    def _is_current(self, descriptor: int) -> bool:
+        """Whether the file is still the one of that name: its last holder may have removed it meanwhile."""
+        try:
+            return os.path.samestat(os.fstat(descriptor), self.path.stat())
+        except FileNotFoundError:
+            return False

@@ -1,0 +1,229 @@
+"""Reading a results file: whole, in part, or block by block, while a sweep still writes to it."""
+
+from __future__ import annotations
+
+import difflib
+import io
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from explore.errors import ResultsError
+from explore.layout import COMMITTED, INDEX, Attribute, Layout, damaged_blocks, read_layout, read_values, read_words
+from explore.vocabulary import Column
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+#: Columns that are kept as 0 and 1, because pandas reads HDF5's booleans as numbers, and are booleans in Python.
+_BOOLEANS = ("feasible",)
+#: Rows that are read over rather than skipped: a page costs as much as one of its values.
+_GAP = 512
+
+
+def open_results(path: Path | str) -> Results:
+    """Open a results file for reading.
+
+    Parameters
+    ----------
+    path
+        The HDF5 file of a sweep, finished or not.
+
+    Raises
+    ------
+    ResultsError
+        The file is missing, foreign, damaged or of a newer version.
+    """
+    return Results(Path(path))
+
+
+class Results:
+    """What was committed to a results file at the moment when it was opened.
+
+    No file stays open in between, and a running sweep is not disturbed.
+
+    Parameters
+    ----------
+    path
+        The file.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self._layout: Layout = read_layout(path)
+        self._identity = _identity(path)
+        with self._open() as file:
+            words = read_words(file, self._layout)
+        #: Numbers of the committed blocks, ascending.
+        self._blocks: list[int] = np.flatnonzero(words >> 32 == COMMITTED >> 32).tolist()
+
+    def __repr__(self) -> str:
+        return f"<Results {str(self.path)!r}: {self.n_committed} of {self.n_designs} designs>"
+
+    def __len__(self) -> int:
+        return self.n_committed
+
+    @property
+    def attributes(self) -> Mapping[str, Attribute]:
+        """Everything that is known of the study: seed, versions, hashes and so on."""
+        return dict(self._layout.attributes)
+
+    @property
+    def config(self) -> str:
+        """The study's config as written, TOML."""
+        return str(self._layout.attributes.get("config", ""))
+
+    @property
+    def columns(self) -> tuple[Column, ...]:
+        """The columns in their order, the index first."""
+        return self._layout.columns
+
+    @property
+    def units(self) -> dict[str, str]:
+        """Unit of each column."""
+        return {column.name: column.unit for column in self.columns}
+
+    @property
+    def n_designs(self) -> int:
+        """Number of designs of the study."""
+        return self._layout.n_designs
+
+    @cached_property
+    def n_committed(self) -> int:
+        """Number of designs that are there."""
+        return sum(stop - start for start, stop in map(self._layout.rows, self._blocks))
+
+    @property
+    def complete(self) -> bool:
+        """Whether every design is there."""
+        return len(self._blocks) == self._layout.n_blocks
+
+    @cached_property
+    def counts(self) -> dict[str, int]:
+        """Number of committed designs by the label of their status; labels that do not occur are left out."""
+        found: Counter[int] = Counter()
+        for block in self.blocks(["status"]):
+            codes, numbers = np.unique(block["status"], return_counts=True)
+            found.update(dict(zip(codes.tolist(), numbers.tolist(), strict=True)))
+        labels = self._column("status").labels
+        return {labels.get(code, str(code)): found[code] for code in sorted(found)}
+
+    def to_pandas(self, columns: Sequence[str] | None = None) -> pd.DataFrame:
+        """The committed designs as a table.
+
+        Parameters
+        ----------
+        columns
+            Names of the columns wanted; all when None.
+
+        Returns
+        -------
+        pandas.DataFrame
+            Index "design", one row for each committed design.
+        """
+        import pandas as pd  # 0.4 s, not needed by a sweep
+
+        names = [c.name for c in self.columns] if columns is None else list(columns)
+        wanted = [self._column(name) for name in names if name != INDEX]
+        runs = self._runs()
+        with self._open() as file:
+            index, *arrays = (
+                _joined([self._read(file, column, *run) for run in runs], column)
+                for column in (self._column(INDEX), *wanted)
+            )
+        data = dict(zip((c.name for c in wanted), arrays, strict=True))
+        return pd.DataFrame(data, index=pd.Index(index, name=INDEX), copy=False)
+
+    def design(self, number: int) -> dict[str, Any]:
+        """One design: the value of each column by name."""
+        self._check_committed(np.array([number]))
+        with self._open() as file:
+            return {c.name: self._read(file, c, number, number + 1)[0].item() for c in self.columns}
+
+    def rows(self, numbers: npt.ArrayLike) -> pd.DataFrame:
+        """Whole designs by number, in the order given; of a large file only these are read.
+
+        Parameters
+        ----------
+        numbers
+            Design numbers, shape (n,).
+
+        Returns
+        -------
+        pandas.DataFrame
+            Index "design".
+        """
+        import pandas as pd  # 0.4 s, not needed by a sweep
+
+        wanted, places = np.unique(np.asarray(numbers, dtype=np.int64), return_inverse=True)
+        self._check_committed(wanted)
+        runs = np.split(wanted, np.flatnonzero(np.diff(wanted) > _GAP) + 1) if len(wanted) else []
+        with self._open() as file:
+            data = {
+                c.name: _joined([self._read(file, c, run[0], run[-1] + 1)[run - run[0]] for run in runs], c)[places]
+                for c in self.columns
+            }
+        return pd.DataFrame(data, copy=False).set_index(INDEX)
+
+    def blocks(self, columns: Sequence[str] | None = None) -> Iterator[dict[str, npt.NDArray[Any]]]:
+        """The committed blocks in order, each as arrays of shape (n,) by name; all columns when None."""
+        wanted = self.columns if columns is None else tuple(self._column(name) for name in columns)
+        with self._open() as file:
+            for number in self._blocks:
+                yield {column.name: self._read(file, column, *self._layout.rows(number)) for column in wanted}
+
+    def verify(self) -> list[int]:
+        """Numbers of the blocks whose bytes are not those that were committed; empty when all is well."""
+        with self._open() as file:
+            return damaged_blocks(file, self._layout)
+
+    def _check_committed(self, numbers: npt.NDArray[np.int64]) -> None:
+        for number in numbers[(numbers < 0) | (numbers >= self.n_designs)][:1].tolist():
+            raise ResultsError(f"{self.path} has no design {number}: they are numbered 0 to {self.n_designs - 1}")
+        for number in numbers[~np.isin(numbers // self._layout.block_size, self._blocks)][:1].tolist():
+            raise ResultsError(f"{self.path}: design {number} is not computed yet; run the sweep again to go on")
+
+    def _column(self, name: str) -> Column:
+        for column in self.columns:
+            if column.name == name:
+                return column
+        close = difflib.get_close_matches(name, [c.name for c in self.columns], 1)
+        advice = f"did you mean {close[0]!r}?" if close else "it has " + ", ".join(c.name for c in self.columns)
+        raise ResultsError(f"{self.path} has no column {name!r}; {advice}")
+
+    def _runs(self) -> list[tuple[int, int]]:
+        """The committed rows as (first, stop), neighbouring blocks joined: fewer and longer reads."""
+        runs: list[tuple[int, int]] = []
+        for start, stop in map(self._layout.rows, self._blocks):
+            goes_on = runs and runs[-1][1] == start
+            runs.append((runs.pop()[0] if goes_on else start, stop))
+        return runs
+
+    def _read(self, file: io.FileIO, column: Column, start: int, stop: int) -> npt.NDArray[Any]:
+        values = read_values(file, self._layout.offset(column, start), stop - start, column.dtype)
+        return values != 0 if column.name in _BOOLEANS else values
+
+    def _open(self) -> io.FileIO:
+        """The file's bytes: HDF5 may keep old ones in memory, and is not needed once the layout is known."""
+        try:
+            if _identity(self.path) != self._identity:
+                raise ResultsError(f"{self.path} was replaced after it was opened; open it again")
+            return io.FileIO(self.path)
+        except FileNotFoundError:
+            raise ResultsError(f"{self.path} was removed after it was opened") from None
+
+
+def _joined(pieces: list[npt.NDArray[Any]], column: Column) -> npt.NDArray[Any]:
+    if len(pieces) == 1:  # the usual case, a complete file: no copy
+        return pieces[0]
+    return np.concatenate(pieces) if pieces else np.empty(0, bool if column.name in _BOOLEANS else column.dtype)
+
+
+def _identity(path: Path) -> tuple[int, int]:
+    status = path.stat()
+    return status.st_dev, status.st_ino

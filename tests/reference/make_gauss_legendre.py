@@ -1,0 +1,48 @@
+"""Compute explore/data/gauss_legendre.npy: the Gauss-Legendre rules of all sizes in explore.quadrature.SIZES.
+
+Newton's method on the three-term recurrence with 40 digits, each number rounded once to double; about a minute.
+Run by hand after a change of SIZES: ``python tests/reference/make_gauss_legendre.py``.
+"""
+
+from pathlib import Path
+
+import mpmath
+import numpy as np
+
+import explore.quadrature
+
+DIGITS = 40
+
+
+def legendre(n, x):
+    """P_n(x) and its derivative, |x| < 1, by the three-term recurrence."""
+    before, now = mpmath.mpf(1), x
+    for k in range(2, n + 1):
+        before, now = now, ((2 * k - 1) * x * now - (k - 1) * before) / k
+    return now, n * (x * now - before) / (x * x - 1)
+
+
+def rule(n):
+    """Non-negative nodes, descending, and their weights, as doubles: shape ((n + 1)//2, 2)."""
+    rows = []
+    with mpmath.workdps(DIGITS):
+        for k in range(1, (n + 1) // 2 + 1):
+            x = mpmath.mpf(0) if 2 * k == n + 1 else mpmath.cos(mpmath.pi * (4 * k - 1) / (4 * n + 2))
+            for _ in range(8):
+                value, slope = legendre(n, x)
+                x -= value / slope
+                if abs(value / slope) < mpmath.mpf(10) ** (4 - DIGITS):
+                    break
+            _, slope = legendre(n, x)
+            rows.append((float(x), float(2 / ((1 - x * x) * slope * slope))))
+    return np.array(rows)
+
+
+def main():
+    """Write the table."""
+    table = np.concatenate([rule(n) for n in explore.quadrature.SIZES])
+    np.save(Path(explore.quadrature.__file__).parent / "data" / "gauss_legendre.npy", table, allow_pickle=False)
+
+
+if __name__ == "__main__":
+    main()

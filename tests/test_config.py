@@ -1,0 +1,243 @@
+"""Study files: what is read, and its hash."""
+
+import json
+import math
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from explore.config import load_study, starter
+from explore.design_space import Continuous, Listed, Spaced
+from explore.errors import ConfigError
+from explore.mechanisms.registry import MECHANISMS
+
+CONFIGS = Path(__file__).parent.parent / "configs"
+
+GOOD = """\
+mechanism = "crank-rocker"
+[parameters]
+crank = 100
+coupler = 1000
+rocker = 500
+ground = 700
+"""
+
+
+@pytest.fixture
+def load(tmp_path, monkeypatch):
+    """Load a text as the file study.toml of the current folder."""
+    monkeypatch.chdir(tmp_path)
+
+    def load_text(text):
+        Path("study.toml").write_text(text, encoding="utf-8", newline="")
+        return load_study("study.toml")
+
+    return load_text
+
+
+@pytest.fixture
+def problems(load):
+    def problems_of(text):
+        with pytest.raises(ConfigError) as caught:
+            load(text)
+        assert str(caught.value) == "\n".join(caught.value.problems)
+        return caught.value.problems
+
+    return problems_of
+
+
+def with_parameter(name, value):
+    """GOOD with one parameter replaced or added, and the line it stands on."""
+    lines = [line for line in GOOD.splitlines() if not line.startswith(name + " ")]
+    return "\n".join([*lines, f"{name} = {value}"]) + "\n", len(lines) + 1
+
+
+# Happy paths
+
+
+def test_design_example(load):
+    study = load(
+        """\
+mechanism = "crank-rocker"
+[parameters]
+crank   = [100, 150, 200]                              # a list
+coupler = { start = 900, stop = 1100, num = 21 }
+rocker  = 541.7118
+ground  = { min = 650, max = 800, log = true }
+speed   = ["40 rpm", "60 rpm", 7]
+phases  = 3
+[sampling]
+method = "sobol"
+count = 100000
+seed = 1
+[evaluate]
+window = "drive"
+drive = "slow"
+metrics = ["cv", "rocker_acceleration_max", "swing_angle", "transmission_angle_min", "mean_output_ratio"]
+tolerance = 1e-9
+[constraints]
+transmission_angle_min = { min = 30 }
+transmission_angle_max = { max = "2.6 rad" }
+mean_output_ratio = { min = 0.02, max = 0.2 }
+[rank]
+metrics = ["cv", "mean_output_ratio:max", "transmission_angle_min:max"]
+"""
+    )
+    assert study.space.axes == (
+        Listed("crank", (100.0, 150.0, 200.0)),
+        Spaced("coupler", 900.0, 1100.0, 21),
+        Listed("rocker", (541.7118,)),
+        Continuous("ground", 650.0, 800.0, True),
+        Listed("phases", (3.0,)),
+        Listed("speed", (4.188790204786391, 2 * math.pi, 7.0)),  # 4 pi / 3, rounded once
+    )
+    assert (study.space.method, study.space.count, study.space.seed) == ("sobol", 100_000, 1)
+    assert [m.name for m in study.request.metrics][:2] == ["cv", "rocker_acceleration_max"]
+    assert [c.metric.name for c in study.request.constraints] == sorted(
+        ["transmission_angle_min", "transmission_angle_max", "mean_output_ratio"]
+    )
+    assert [(o.metric, o.sense) for o in study.objectives] == [
+        ("cv", "min"),
+        ("mean_output_ratio", "max"),
+        ("transmission_angle_min", "max"),
+    ]
+
+
+def test_parameters_that_are_not_named_are_no_axes_and_speed_varies_fastest(load):
+    study = load(GOOD + "speed = [1, 2]\nbranch = [1, -1]\n")
+    assert [axis.name for axis in study.space.axes] == ["crank", "coupler", "rocker", "ground", "branch", "speed"]
+    assert study.space.designs(0, 4)["speed"].tolist() == [1.0, 2.0, 1.0, 2.0]
+    assert study.space.count == 4
+
+
+def test_defaults(load):
+    study = load(GOOD)
+    mechanism = study.request.mechanism
+    assert (study.space.method, study.space.count, study.request.window.name) == ("grid", 1, "drive")
+    assert [m.name for m in study.request.metrics] == list(mechanism.default_metrics[""])
+    assert [o.metric for o in study.objectives] == ["cv", "swing_angle", "transmission_angle_min"]
+    assert study.text == GOOD
+
+
+def test_default_objectives_that_are_not_computed_are_left_out(load):
+    study = load(GOOD + '[evaluate]\nwindow = "cycle"\n')
+    assert [o.metric for o in study.objectives] == ["swing_angle", "transmission_angle_min"]
+    assert load(GOOD + '[evaluate]\nmetrics = ["time_ratio"]\n').objectives == ()
+
+
+def test_interval_window(load):
+    window = load(GOOD + '[evaluate]\nwindow = { from = 0, to = "1.5 rad" }\n').request.window
+    assert (window.name, window.start) == ("interval", 0.0)
+    assert window.stop == pytest.approx(1.5, rel=1e-15)
+
+
+def test_byte_order_mark_and_windows_line_ends(load, problems):
+    assert load("\ufeff" + GOOD.replace("\n", "\r\n")).sha256 == load(GOOD).sha256
+    text = GOOD.replace("\n", "\r\n") + 'metrics = """\r\n\r\n"""\r\nphases = 13\r\n'
+    assert [p.split(": ")[0] for p in problems(text)] == ["study.toml:7", "study.toml:10"]
+
+
+def test_num_1_is_one_value(load):
+    one = load(with_parameter("crank", "{ start = 100, stop = 120, num = 1 }")[0])
+    assert one.space.axes[0] == Listed("crank", (100.0,))
+    assert one.sha256 == load(GOOD).sha256
+
+
+def test_spaced_phases(load):
+    assert load(GOOD + "phases = { start = 1, stop = 12, num = 12 }\n").space.count == 12
+
+
+@pytest.mark.parametrize("name", ["published", "grid", "optimum"])
+def test_configs_of_the_project(name):
+    study = load_study(CONFIGS / f"{name}.toml")
+    assert study.objectives
+    assert study.space.swept
+
+
+def test_grid_config_is_the_newcomers_study():
+    study = load_study(CONFIGS / "grid.toml")
+    assert study.space.count >= 200_000
+    assert len(study.space.axes[-1]) == 3
+    ranked = {objective.metric for objective in study.objectives}
+    assert any(metric.signal.speed_power for metric in study.request.sampled if metric.name in ranked)
+
+
+def test_published_config_keeps_the_lengths_exact():
+    designs = load_study(CONFIGS / "published.toml").space.designs(0, 9)
+    assert designs["crank"].tolist() == [100.0] * 3 + [150.0] * 3 + [200.0] * 3
+    assert designs["speed"].tolist() == [4.2735, 5.9829, 7.6923] * 3
+    assert (designs["coupler"][0], designs["rocker"][0], designs["ground"][0]) == (1083.4236, 541.7118, 691.7118)
+
+
+@pytest.mark.parametrize("mechanism", MECHANISMS.values(), ids=lambda mechanism: mechanism.name)
+def test_starter_runs(load, mechanism):
+    study = load(starter(mechanism))
+    assert study.request.mechanism is mechanism
+    assert study.space.count > 1
+    assert study.objectives
+
+
+@pytest.mark.parametrize("value", ['"60 rpm"', '"1 turn/s"', '"360 deg/s"'])
+def test_speed_units(load, value):
+    assert load(GOOD + f"speed = {value}\n").space.axes[-1].at(np.array([0]))[0] == pytest.approx(
+        2 * math.pi, rel=3e-16
+    )
+
+
+def test_a_thousand_million_million_designs_are_a_study(load):
+    text = re.sub(r"(crank|coupler|rocker) = \d+", r"\1 = { start = 1, stop = 2, num = 100000 }", GOOD)
+    assert load(text).space.count == 10**15
+
+
+def test_sobol_limits(load, problems):
+    text = GOOD.replace("crank = 100", "crank = [100, 101]") + '[sampling]\nmethod = "sobol"\ncount = 1_073_741_824\n'
+    assert load(text).space.count == 2**30
+    assert load(text.replace("1_073_741_824", "3")).space.count == 3
+    assert problems(GOOD + '[sampling]\nmethod = "sobol"\ncount = 5\n') == [
+        "study.toml:2: parameters: nothing to draw: every parameter is fixed; give one a list or { min, max }"
+    ]
+
+
+# The hash
+
+
+def test_hash_ignores_comments_order_units_and_rank(load):
+    first = load(
+        GOOD + 'speed = "60 rpm"\n[constraints]\ncv = { max = 1 }\nswing_angle = { min = 5, max = 9 }\n'
+        '[rank]\nmetrics = ["cv"]\n'
+    )
+    second = load(
+        "# other words\nconstraints.swing_angle = { max = 9.0, min = 5.0 }\nconstraints.cv.max = 1.0\n"
+        f'parameters = {{ speed = {2 * math.pi!r}, ground = "70 cm", rocker = [500.0], coupler = 1e3, crank = 100 }}\n'
+        'evaluate = { window = "drive", drive = "slow", tolerance = 1e-9 }\nmechanism = "crank-rocker"\n'
+        "[sampling]\nmethod = 'grid'\n"
+    )
+    assert first.determines == second.determines
+    assert first.sha256 == second.sha256
+    assert first.request == second.request
+    assert json.loads(first.determines)["parameters"]["speed"] == {"values": [2 * math.pi]}
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        "phases = 4\n",
+        "speed = 1\n",
+        '[evaluate]\nwindow = "return"\n',
+        "[evaluate]\nwindow = { from = 0, to = 90 }\n",
+        '[evaluate]\ndrive = "fast"\n',
+        '[evaluate]\nmetrics = ["cv"]\n',
+        "[evaluate]\ntolerance = 1e-8\n",
+        "[constraints]\ncv = { max = 1 }\n",
+    ],
+)
+def test_hash_sees_what_determines_the_columns(load, change):
+    assert load(GOOD + change).sha256 != load(GOOD).sha256
+
+
+def test_hash_of_sampling(load):
+    text = with_parameter("crank", "{ min = 90, max = 110 }")[0] + '[sampling]\nmethod = "sobol"\ncount = 100\n'
+    hashes = [load(text + extra).sha256 for extra in ("", "seed = 0\n", "seed = 1\n")]
+    assert hashes[0] == hashes[1] != hashes[2]

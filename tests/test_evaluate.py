@@ -1,0 +1,227 @@
+"""The evaluation ladder: statuses, screening, grouping over the speed, invariance to how designs are grouped."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import explore
+from explore.design_space import BLOCK_SIZE
+
+PUBLISHED = {"crank": 100.0, "coupler": 1083.4236, "rocker": 541.7118, "ground": 691.7118}
+
+
+def random_designs(n, seed=0):
+    rng = np.random.default_rng(seed)
+    return {
+        "crank": rng.uniform(40, 220, n),
+        "coupler": rng.uniform(800, 1200, n),
+        "rocker": rng.uniform(300, 700, n),
+        "ground": rng.uniform(500, 900, n),
+    }
+
+
+@pytest.mark.parametrize(
+    ("lengths", "status"),
+    [
+        ((100, 1083.4236, 541.7118, 691.7118), "ok"),
+        ((150, 1083.4236, 541.7118, 691.7118), "change_point"),
+        ((200, 1083.4236, 541.7118, 691.7118), "crank_blocked"),
+        ((100, 2000, 541, 691), "cannot_assemble"),
+        ((150, 700, 541, 91), "crank_blocked"),  # ground shortest, but shortest + longest too long
+        ((500, 700, 600, 100), "no_stroke"),  # double crank
+        ((500, 100, 600, 700), "crank_blocked"),  # coupler shortest: double rocker
+        ((500, 700, 100, 600), "crank_blocked"),  # rocker shortest: only the rocker turns
+        ((100, 100, 100, 100), "change_point"),
+    ],
+)
+def test_every_class_gets_its_status_and_never_a_number(lengths, status):
+    labels = {1: "ok", 2: "cannot_assemble", 3: "crank_blocked", 4: "change_point", 5: "no_stroke"}
+    row = explore.evaluate("crank-rocker", dict(zip(PUBLISHED, lengths, strict=True))).iloc[0]
+
+    assert labels[row["status"]] == status
+    assert row["feasible"] == (status == "ok")
+    if status != "ok":
+        assert np.isnan(row["cv"])
+        assert np.isnan(row["swing_angle"])
+        assert row["nodes"] == 0
+
+
+def test_decimal_change_points_are_seen_although_they_miss_zero_in_doubles():
+    # Sums of multiples of 0.1 that are equal in decimals: more than half miss exact zero in doubles.
+    rng = np.random.default_rng(1)
+    tenths = rng.integers(200, 5000, (4000, 3))
+    crank, other = tenths.min(axis=1) // 2, tenths
+    longest = other[:, 0] + other[:, 1] - crank
+    keep = (longest > other.max(axis=1)) & (crank < other.min(axis=1))
+    crank, a, b, longest = (v[keep] / 10 for v in (crank, other[:, 0], other[:, 1], longest))
+
+    frame = explore.evaluate("crank-rocker", {"crank": crank, "coupler": longest, "rocker": a, "ground": b})
+
+    assert len(frame) > 500
+    assert (frame["status"] == 4).all()
+    assert (frame["grashof_margin"] != 0).any()  # else the test would prove nothing about rounding
+
+
+def test_a_margin_of_five_units_in_the_last_place_is_a_design():
+    ulp = np.spacing(1083.5)
+    frame = explore.evaluate(
+        "crank-rocker", {"crank": 150.0, "coupler": [1083.5, 1083.5 - 5 * ulp], "rocker": 541.75, "ground": 691.75}
+    )
+
+    assert frame["status"].tolist() == [4, 1]
+    assert frame["error"][1] <= 1e-9
+    assert frame["nodes"][1] < 300
+
+
+def test_bad_designs_do_not_disturb_their_neighbours():
+    designs = random_designs(500)
+    alone = explore.evaluate("crank-rocker", designs)
+    for i, bad in ((3, np.nan), (77, -5.0), (200, 0.0), (499, np.inf)):
+        designs["coupler"][i] = bad
+
+    frame = explore.evaluate("crank-rocker", designs)
+
+    touched = [3, 77, 200, 499]
+    assert (frame["status"].iloc[touched] == 8).all()
+    assert frame.iloc[touched][["cv", "swing_angle", "grashof_margin"]].isna().all(axis=None)
+    pd.testing.assert_frame_equal(frame.drop(touched), alone.drop(touched), check_exact=True)
+
+
+def test_splitting_into_blocks_changes_no_bit():
+    designs = random_designs(3000)
+    whole = explore.evaluate("crank-rocker", designs)
+    parts = [
+        explore.evaluate("crank-rocker", {k: v[a:b] for k, v in designs.items()})
+        for a, b in ((0, 1), (1, 1000), (1000, 1717), (1717, 3000))
+    ]
+
+    pd.testing.assert_frame_equal(pd.concat(parts, ignore_index=True), whole, check_exact=True)
+
+
+@pytest.mark.parametrize("order", ["speed fastest", "speed slowest"])
+def test_speeds_share_one_kinematic_evaluation(order):
+    designs = random_designs(200)
+    speeds = np.array([0.5, 1.0, 7.25])
+    if order == "speed fastest":
+        repeated = {k: np.repeat(v, 3) for k, v in designs.items()} | {"speed": np.tile(speeds, 200)}
+    else:
+        repeated = {k: np.tile(v, 3) for k, v in designs.items()} | {"speed": np.repeat(speeds, 200)}
+    metrics = ["cv", "rocker_velocity_mean", "rocker_acceleration_max", "coupler_acceleration_variance"]
+
+    one = explore.evaluate("crank-rocker", designs, metrics)
+    three = explore.evaluate("crank-rocker", repeated, metrics)
+
+    assert three.attrs["kinematic_evaluations"] == one.attrs["kinematic_evaluations"] == (one["status"] == 1).sum()
+    for speed in speeds:
+        rows = three[three["speed"] == speed].reset_index(drop=True)
+        np.testing.assert_array_equal(rows["cv"], one["cv"])
+        # one product each, rounded once or (for powers) a few times
+        np.testing.assert_allclose(rows["rocker_velocity_mean"], one["rocker_velocity_mean"] * speed, rtol=3e-16)
+        np.testing.assert_allclose(rows["rocker_acceleration_max"], one["rocker_acceleration_max"] * speed**2, rtol=5e-16)
+        np.testing.assert_allclose(
+            rows["coupler_acceleration_variance"], one["coupler_acceleration_variance"] * speed**4, rtol=1e-15
+        )
+
+
+def test_closed_form_metrics_alone_sample_nothing():
+    frame = explore.evaluate("crank-rocker", random_designs(100), ["swing_angle", "transmission_angle_min"])
+
+    assert frame.attrs["kinematic_evaluations"] == 0
+    assert (frame["nodes"] == 0).all()
+    assert (frame["error"] == 0).all()
+
+
+def test_what_fails_a_geometric_constraint_is_not_sampled():
+    designs = random_designs(2000)
+    free = explore.evaluate("crank-rocker", designs, ["cv", "transmission_angle_min"])
+    bound = explore.evaluate(
+        "crank-rocker", designs, ["cv", "transmission_angle_min"], constraints={"transmission_angle_min": {"min": 30}}
+    )
+
+    passes = free["transmission_angle_min"] >= 30
+    computed = free["status"] == 1
+    assert 100 < (computed & ~passes).sum() < (computed & passes).sum()
+    assert (bound["status"][computed & ~passes] == 6).all()
+    assert bound.attrs["kinematic_evaluations"] == (computed & passes).sum()
+    np.testing.assert_array_equal(
+        bound["transmission_angle_min_margin"][computed], free["transmission_angle_min"][computed] - 30
+    )
+    np.testing.assert_array_equal(bound["feasible"], computed & passes)
+
+
+def test_margins_are_to_the_nearer_bound_and_count_as_satisfied_at_zero():
+    swing = explore.evaluate("crank-rocker", PUBLISHED, ["swing_angle"])["swing_angle"][0]
+    frame = explore.evaluate("crank-rocker", PUBLISHED, ["cv"], constraints={"swing_angle": {"min": 10, "max": swing}})
+
+    assert frame["swing_angle_margin"][0] == 0
+    assert frame["feasible"][0]
+
+
+def test_a_tolerance_that_rounding_forbids_is_said_so():
+    # a kite: ground hardly longer than crank, rocker than coupler, so the two terms of the velocity are large and cancel
+    frame = explore.evaluate(
+        "crank-rocker",
+        {"crank": 0.74187406, "coupler": 0.7617274, "rocker": 0.7637541, "ground": 0.74390088},
+        window="return",
+        tolerance=1e-13,
+    )
+
+    assert frame["status"][0] == 7
+    assert frame["error"][0] > 1e-13
+    assert np.isfinite(frame["rocker_velocity_mean"][0])
+    assert not frame["feasible"][0]
+
+
+def test_a_double_crank_is_defined_over_the_cycle_only():
+    lengths = {"crank": 500, "coupler": 700, "rocker": 600, "ground": 100}
+    cycle = explore.evaluate("crank-rocker", lengths, ["rocker_velocity_mean", "coupler_acceleration_mean"], "cycle").iloc[0]
+
+    assert cycle["status"] == 1
+    # A full turn of the crank is a full turn of the output; the acceleration has nowhere to accumulate.
+    assert cycle["rocker_velocity_mean"] == pytest.approx(1, abs=1e-9)
+    assert cycle["coupler_acceleration_mean"] == pytest.approx(0, abs=1e-9)
+
+
+def test_input_may_be_a_table_with_its_own_index():
+    table = pd.DataFrame(random_designs(5), index=list("abcde"))
+
+    assert explore.evaluate("crank-rocker", table, ["cv"]).index.tolist() == list("abcde")
+
+
+@pytest.mark.parametrize(
+    ("designs", "message"),
+    [
+        ({"crank": 1.0}, "needs coupler, rocker, ground"),
+        (PUBLISHED | {"crnak": 3.0}, "no parameter 'crnak'"),
+        (PUBLISHED | {"crank": [1.0, 2.0], "rocker": [1.0, 2.0, 3.0]}, "one length"),
+        (PUBLISHED | {"crank": "long"}, "numbers"),
+        (PUBLISHED | {"crank": np.ones((2, 2))}, "one-dimensional"),
+    ],
+)
+def test_designs_of_the_wrong_form_are_refused(designs, message):
+    with pytest.raises(explore.RequestError, match=message):
+        explore.evaluate("crank-rocker", designs)
+
+
+def test_simulate_matches_the_statistics_and_refuses_what_cannot_turn():
+    motion = explore.simulate("crank-rocker", **PUBLISHED, speed=2.0, angles=720)
+
+    assert motion.index.name == "crank_angle"
+    # The trapezoidal rule over the full turn converges like exp(-720 * 0.877): equal to rounding.
+    cycle = explore.evaluate("crank-rocker", PUBLISHED | {"speed": 2.0}, ["rocker_velocity_rms"], "cycle", tolerance=1e-12)
+    assert np.sqrt((motion["rocker_velocity"] ** 2).mean()) == pytest.approx(cycle["rocker_velocity_rms"][0], rel=1e-12)
+    with pytest.raises(explore.MotionError, match="cannot turn fully"):
+        explore.simulate("crank-rocker", **PUBLISHED | {"crank": 200.0})
+    with pytest.raises(explore.MotionError, match="change point"):
+        explore.simulate("crank-rocker", **PUBLISHED | {"crank": 150.0})
+
+
+def test_simulate_keeps_angles_beyond_a_turn_and_at_the_ends_of_the_strokes():
+    a = explore.simulate("crank-rocker", **PUBLISHED, angles=[-90.0, 0.0, 180.0, 359.0])
+    b = explore.simulate("crank-rocker", **PUBLISHED, angles=[270.0, 720.0, -180.0, -1.0])
+
+    np.testing.assert_array_equal(a.to_numpy(), b.to_numpy())
+
+
+def test_blocks_are_of_the_size_that_the_format_fixes():
+    assert BLOCK_SIZE == 65_536

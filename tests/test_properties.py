@@ -1,0 +1,267 @@
+"""Properties of the crank-rocker that hold for every design: derivatives, mirror, scale, speed, identities, clutch."""
+
+import math
+
+import numpy as np
+import pytest
+from exact_linkage import ExactLinkage
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+
+import explore
+
+CI = settings(derandomize=True, deadline=None, max_examples=60)
+SIGNALS = ("coupler_velocity", "rocker_velocity", "coupler_acceleration", "rocker_acceleration")
+LENGTHS = ("crank", "coupler", "rocker", "ground")
+OK, TOLERANCE_NOT_MET = 1, 7
+PLAIN = {"crank": 100.0, "coupler": 1083.4236, "rocker": 541.7118, "ground": 691.7118}
+# central differences of order 8: weights of f(x + k h) - f(x - k h), k = 1..4
+DIFFERENCES = np.array([4 / 5, -1 / 5, 4 / 105, -1 / 280])
+
+
+@st.composite
+def crank_rockers(draw, margins=(-12.0, 0.0)):
+    """Lengths of a crank-rocker whose relative margin is log-uniform in the given decades; any link may be longest."""
+    crank = 10.0 ** draw(st.floats(-2.0, -0.15))
+    middle = [draw(st.floats(1.05 * crank, 1.6)) for _ in range(2)]
+    longest = (sum(middle) - crank) / (1.0 + 10.0 ** draw(st.floats(*margins)))
+    assume(longest > max(middle))
+    lengths = np.array([crank, *draw(st.permutations([*middle, longest]))]) * draw(st.sampled_from([1.0, 37.0, 1000.0]))
+    return dict(zip(LENGTHS, map(float, lengths), strict=True))
+
+
+def table(design, metrics, **more):
+    frame = explore.evaluate("crank-rocker", design, metrics=metrics, **more)
+    assert frame["status"].isin((OK, TOLERANCE_NOT_MET)).all()
+    return frame
+
+
+@CI
+@given(design=crank_rockers((-3.0, 0.0)), branch=st.sampled_from([1.0, -1.0]), start=st.floats(-200.0, 500.0))
+def test_derivatives_agree_with_finite_differences(design, branch, start):
+    step = 0.02  # deg; signals at least sqrt(1e-3) rad = 2 deg from their singularities vary over 100 steps
+    angles = start + step * np.arange(-4, 5)
+    motion = explore.simulate("crank-rocker", **design, branch=branch, angles=angles)
+    singular = distance_of_singularities(design)
+    assume(singular > 0.02)
+    h = math.radians(step)
+    for link in ("coupler", "rocker"):
+        unwrapped = np.unwrap(np.deg2rad(motion[f"{link}_angle"].to_numpy()))
+        for rate, values in (
+            (f"{link}_velocity", unwrapped),
+            (f"{link}_acceleration", motion[f"{link}_velocity"].to_numpy()),
+        ):
+            ahead, behind = values[5:], values[3::-1]
+            slope = DIFFERENCES @ (ahead - behind) / h
+            # Rounding: eps max|f|/h; the crank angle itself is rounded, eps*theta|f'|/h. Truncation: Cauchy's
+            # estimate 8!4!/(9!)... < 1 times (h/singular)^8 max|f'|.
+            largest = np.abs(motion[rate].to_numpy()).max()
+            rounding = 4e-16 * (np.abs(values).max() + math.radians(abs(start) + 360.0) * largest + 4.0) / h
+            truncation = 40.0 * (h / singular) ** 8 * (largest + 1.0 / singular**2)
+            scale = 1.0 + design["crank"] / abs(design["ground"] - design["crank"])
+            assert abs(motion[rate].to_numpy()[4] - slope) <= 20.0 * scale * rounding + truncation, rate
+
+
+def distance_of_singularities(design):
+    """Imaginary part of the crank angles where the linkage is in a toggle position, the nearer one."""
+    r1, r2, r3, r4 = (design[k] for k in LENGTHS)
+    toggles = [(r1**2 + r4**2 - (r2 + sign * r3) ** 2) / (2.0 * r1 * r4) for sign in (1, -1)]
+    return min(math.acosh(max(1.0, abs(c))) for c in toggles)
+
+
+@CI
+@given(design=crank_rockers(), branch=st.sampled_from([1.0, -1.0]), angle=st.floats(-720.0, 720.0))
+def test_motion_agrees_with_60_digits(design, branch, angle):
+    """Angles and derivatives at one crank angle, the change point down to 1e-12 included."""
+    motion = explore.simulate("crank-rocker", **design, branch=branch, angles=[angle]).iloc[0]
+    exact = ExactLinkage(*design.values(), branch=int(branch))
+    radians = exact.radians(angle)
+    values = [float(v) for v in (*exact.angles(radians), *exact.motion(radians))]
+    names = [*(f"{link}_angle" for link in ("coupler", "rocker")), *SIGNALS]
+    velocity, acceleration = np.abs(values[2:4]).max(), np.abs(values[4:]).max()
+    # An angle in degrees is rounded when turned into rad: at most 1e-13 rad at two turns, times the rate; the rest
+    # are a few roundings of terms as large as the sum of the velocities (accelerations).
+    noise = 1.0 + design["crank"] / abs(design["ground"] - design["crank"])
+    for name, value in zip(names, values, strict=True):
+        size = {"e": math.pi, "y": 1.0 + velocity, "n": 1.0 + acceleration}[name[-1]]
+        found = math.radians(motion[name]) if name.endswith("angle") else motion[name]
+        difference = abs(found - value)
+        if name.endswith("angle"):
+            difference = min(difference, abs(2.0 * math.pi - difference))
+        rate = {"e": velocity, "y": acceleration, "n": acceleration * (1.0 + velocity) / distance_of_singularities(design)}
+        assert difference <= 2e-14 * noise * size + 2e-16 * rate[name[-1]] * math.radians(180.0), name
+
+
+@CI
+@given(design=crank_rockers(), branch=st.sampled_from([1.0, -1.0]))
+def test_the_loop_closes(design, branch):
+    motion = explore.simulate("crank-rocker", **design, branch=branch, angles=72)
+    crank, coupler, rocker = (
+        np.exp(1j * np.deg2rad(angle))
+        for angle in (motion.index.to_numpy(), motion["coupler_angle"].to_numpy(), motion["rocker_angle"].to_numpy())
+    )
+    gap = design["crank"] * crank + design["coupler"] * coupler - design["rocker"] * rocker - design["ground"]
+    # each angle carries a few roundings of pi, 4e-16 each, times its length
+    assert np.abs(gap).max() <= 1e-14 * max(design.values())
+    mu = motion["transmission_angle"].to_numpy()
+    opposite = np.degrees(np.abs(np.angle(coupler / rocker)))
+    # a difference of two angles of up to 180 deg, each rounded: a few 3e-14 deg; the direction of a short link comes
+    # from a difference of longer ones, with the roundings of those
+    short = min(design["coupler"], design["rocker"])
+    assert np.abs(mu - opposite).max() <= 3e-13 + 3e-14 * max(design.values()) / short
+    # branch 1: the joint lies left of the line from crank pin to rocker pivot
+    pin = design["crank"] * crank
+    side = (np.conj(design["ground"] - pin) * design["coupler"] * coupler).imag
+    assert (np.sign(side) == branch).all()
+
+
+@CI
+@given(design=crank_rockers())
+def test_branches_are_mirror_images(design):
+    angles = np.linspace(0.0, 360.0, 31)
+    right = explore.simulate("crank-rocker", **design, branch=-1, angles=-angles)
+    left = explore.simulate("crank-rocker", **design, branch=1, angles=angles)
+    for name in left.columns:
+        # angles and accelerations change sign, velocities keep theirs; the transmission angle has none
+        sign = 1.0 if name.endswith(("velocity", "ratio")) or name == "transmission_angle" else -1.0
+        # a few roundings of the largest value over the turn
+        scale = np.abs(left[name]).max()
+        np.testing.assert_allclose(right[name].to_numpy(), sign * left[name].to_numpy(), rtol=0.0, atol=1e-14 * scale)
+    metrics = [f"{signal}_{s}" for signal in SIGNALS for s in ("mean", "variance")]
+    one, other = (table(design | {"branch": b}, metrics, drive="slow").iloc[0] for b in (1, -1))
+    for name in metrics:
+        sign = -1.0 if name.endswith("acceleration_mean") else 1.0
+        rms = math.sqrt(one[name.rsplit("_", 1)[0] + "_mean"] ** 2 + one[name.rsplit("_", 1)[0] + "_variance"])
+        size = rms**2 if name.endswith("variance") else rms
+        # both are within their bounds of the same value
+        assert abs(other[name] - sign * one[name]) <= (one["error"] + other["error"]) * size, name
+
+
+METRICS = ["swing_angle", "mid_angle", "time_ratio", "transmission_angle_min", "transmission_angle_max", "cv"]
+METRICS += [f"{signal}_{s}" for signal in SIGNALS for s in ("mean", "variance", "min", "max")]
+
+
+@CI
+@given(design=crank_rockers(), power=st.integers(-40, 40))
+def test_powers_of_two_change_nothing(design, power):
+    scaled = {name: length * 2.0**power for name, length in design.items()}
+    one, other = (table(d, [*METRICS, "grashof_margin"]).iloc[0] for d in (design, scaled))
+    # scaling by a power of two commutes with every rounding: bit for bit
+    for name in [*METRICS, "nodes", "error", "status"]:
+        assert one[name] == other[name] or (np.isnan(one[name]) and np.isnan(other[name])), name
+    assert other["grashof_margin"] == one["grashof_margin"] * 2.0**power
+
+
+@CI
+@given(design=crank_rockers((-4.0, 0.0)), factor=st.floats(0.001, 1000.0))
+def test_size_does_not_matter(design, factor):
+    scaled = {name: length * factor for name, length in design.items()}
+    one, other = (table(d, METRICS, tolerance=1e-9).iloc[0] for d in (design, scaled))
+    # Lengths rounded anew differ by half an ulp, which moves the margin, at least 1e-4 of them, by 1e-12 relative;
+    # accelerations near the change point grow like its inverse, their variance at most like its square.
+    for name in METRICS:
+        if name.startswith(("swing", "mid", "time", "trans")):
+            assert other[name] == pytest.approx(one[name], rel=1e-10), name
+        elif name != "cv":
+            signal = name.rsplit("_", 1)[0]
+            largest = max(abs(one[signal + "_min"]), abs(one[signal + "_max"]))
+            size = largest**2 if name.endswith("variance") else largest
+            assert abs(other[name] - one[name]) <= (1e-10 + one["error"] + other["error"]) * size, name
+
+
+@CI
+@given(design=crank_rockers(), speeds=st.lists(st.floats(1e-3, 1e3), min_size=2, max_size=5))
+def test_speed_only_scales(design, speeds):
+    names = [*METRICS, *(f"{signal}_cv" for signal in SIGNALS[:3]), "velocity_ratio_mean", "velocity_ratio_variance"]
+    frame = table(design | {"speed": np.array([1.0, *speeds])}, names)
+    assert frame.attrs["kinematic_evaluations"] == 1
+    unit = frame.iloc[0]
+    for _, row in frame.iterrows():
+        for name in names:
+            power = 2 if "_acceleration_" in name else 1 if "_velocity_" in name else 0
+            power = 0 if name.endswith("cv") else 2 * power if name.endswith("variance") else power
+            if power == 0:
+                # bit-equal, NaN included
+                assert row[name] == unit[name] or (np.isnan(row[name]) and np.isnan(unit[name])), name
+            else:
+                # one product and one power, each rounded to within an ulp
+                assert row[name] == pytest.approx(unit[name] * row["speed"] ** power, rel=1e-15), name
+
+
+@CI
+@given(design=crank_rockers(), branch=st.sampled_from([1.0, -1.0]))
+def test_mean_stroke_velocity_is_swing_over_crank_interval(design, branch):
+    names = ["swing_angle", "time_ratio", "rocker_velocity_mean_drive", "rocker_velocity_mean_return"]
+    row = table(design | {"branch": branch}, names, tolerance=1e-13).iloc[0]
+    # the slow stroke takes 2 pi K/(1 + K), the other the rest
+    interval = 2.0 * math.pi * row["time_ratio"] / (1.0 + row["time_ratio"])
+    swing = math.radians(row["swing_angle"])
+    assume(row["time_ratio"] > 1.0 + 1e-9)  # nearer to 1 the last digits say which stroke is slow
+    for name, length in (("rocker_velocity_mean_drive", interval), ("rocker_velocity_mean_return", 2 * math.pi - interval)):
+        assert abs(row[name]) == pytest.approx(swing / length, rel=1e-13), name
+    assert row["rocker_velocity_mean_drive"] * row["rocker_velocity_mean_return"] < 0.0
+
+
+@CI
+@given(design=crank_rockers())
+def test_closed_form_agrees_with_60_digits(design):
+    names = ["swing_angle", "mid_angle", "time_ratio", "transmission_angle_min", "transmission_angle_max"]
+    row = explore.evaluate("crank-rocker", design, metrics=["mean_output_ratio", *names, "grashof_margin"]).iloc[0]
+    exact = ExactLinkage(*design.values())
+    for name in names:
+        expected = getattr(exact, name) if name == "time_ratio" else np.degrees(float(swing_or_angle(exact, name)))
+        # promised: 1e-12 relative for any doubles as lengths at a relative margin >= 1e-12
+        assert row[name] == pytest.approx(float(expected), rel=1e-12, abs=0.0), name
+    assert row["mean_output_ratio"] == pytest.approx(float(exact.swing) / (2 * math.pi), rel=1e-12, abs=0.0)
+    # rounded exactly once
+    assert row["grashof_margin"] == pytest.approx(float(exact.grashof_margin), rel=1e-15, abs=0.0)
+
+
+def swing_or_angle(exact, name):
+    return exact.swing if name == "swing_angle" else getattr(exact, name)
+
+
+def brute_clutch(design, phases, sense, samples=20_000):
+    """Output of the clutches at angles dense everywhere and denser near 0 and 180 deg, as the largest of all phases."""
+    near = distance_of_singularities(design)
+    t = np.linspace(-1.0, 1.0, samples // 2) * math.asinh(math.pi / 2 / near)
+    graded = np.degrees(near * np.sinh(t))
+    period = 360.0 / phases
+    angles = np.unique(np.concatenate([np.mod(graded, period), np.mod(graded + 180.0, period)]))
+    velocity = [
+        explore.simulate("crank-rocker", **design, angles=angles + k * period)["rocker_velocity"].to_numpy()
+        for k in range(phases)
+    ]
+    return angles, np.maximum(np.max(sense * np.array(velocity), axis=0), 0.0)
+
+
+@settings(derandomize=True, deadline=None, max_examples=25)
+@given(
+    design=crank_rockers((-9.0, 0.0)), phases=st.integers(1, 12), drive=st.sampled_from(["slow", "fast"])
+)
+def test_clutch_output_is_the_largest_of_all_phases(design, phases, drive):
+    names = [f"output_velocity_{s}" for s in ("mean", "variance", "min", "max")]
+    row = table(design | {"phases": phases}, names, window="clutch", drive=drive).iloc[0]
+    stroke = table(design, ["rocker_velocity_mean"], window="drive", drive=drive).iloc[0]["rocker_velocity_mean"]
+    angles, output = brute_clutch(design, phases, np.sign(stroke))
+    period = 360.0 / phases
+    closed_angles, closed = np.append(angles, angles[0] + period), np.append(output, output[0])
+    mean = np.trapezoid(closed, closed_angles) / period
+    square = np.trapezoid(closed**2, closed_angles) / period
+    largest = output.max()
+    # trapezoids of 20,000 graded samples: 1e-7 in smooth parts, and at a kink a step (1e-3) squared
+    assert row["output_velocity_mean"] == pytest.approx(mean, abs=2e-5 * largest)
+    assert row["output_velocity_variance"] == pytest.approx(square - mean**2, abs=4e-5 * largest**2)
+    # a sample misses the largest value by a step squared, and the smallest, at a kink, by a step times the slope
+    assert largest * (1 - 1e-12) <= row["output_velocity_max"] <= largest * (1 + 1e-4)
+    assert output.min() - 1e-2 * largest <= row["output_velocity_min"] <= output.min() + 1e-12 * largest
+
+
+def test_derivative_check_would_notice_an_error():
+    """The tolerance of the finite differences is far below the signals on a plain design."""
+    motion = explore.simulate("crank-rocker", **PLAIN, angles=40.0 + 0.02 * np.arange(-4, 5))
+    values = np.deg2rad(motion["rocker_angle"].to_numpy())
+    slope = DIFFERENCES @ (values[5:] - values[3::-1]) / math.radians(0.02)
+    # eps/h = 1e-12
+    assert motion["rocker_velocity"].iloc[4] == pytest.approx(slope, abs=5e-12)
+    assert abs(slope) > 0.1

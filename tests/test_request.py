@@ -1,0 +1,255 @@
+"""Names become objects: metrics, windows, constraints, objectives."""
+
+import math
+
+import pytest
+
+from explore.errors import RequestError
+from explore.mechanisms.registry import MECHANISMS
+from explore.names import all_metric_names
+from explore.request import find_mechanism, find_metric, make_objective, make_request
+from explore.vocabulary import STATISTICS, Metric, SampledMetric, Window
+
+MECHANISM = MECHANISMS["crank-rocker"]
+WINDOWS = {window.name: window for window in MECHANISM.windows}
+STROKES = ("drive", "return", "overlapped_to_extended", "extended_to_overlapped")
+DRIVE = WINDOWS["drive"]
+
+
+def problem(**arguments):
+    with pytest.raises(RequestError) as caught:
+        make_request(MECHANISM, **arguments)
+    return str(caught.value)
+
+
+def test_mechanism_by_name():
+    assert find_mechanism("crank-rocker") is MECHANISM
+    with pytest.raises(RequestError, match="unknown mechanism 'crank-roker'; did you mean 'crank-rocker'"):
+        find_mechanism("crank-roker")
+
+
+def test_closed_form_metric_owns_its_name():
+    metric = find_metric(MECHANISM, "transmission_angle_min", DRIVE)
+    assert isinstance(metric, Metric)
+    sampled = find_metric(MECHANISM, "transmission_angle_min_drive", DRIVE)
+    assert isinstance(sampled, SampledMetric)
+    assert (sampled.signal.name, sampled.statistic, sampled.window.name) == ("transmission_angle", "min", "drive")
+
+
+@pytest.mark.parametrize(
+    ("name", "signal", "statistic", "window"),
+    [
+        ("rocker_velocity_mean", "rocker_velocity", "mean", "return"),
+        ("coupler_acceleration_peak_to_peak", "coupler_acceleration", "peak_to_peak", "return"),
+        ("rocker_velocity_rms_cycle", "rocker_velocity", "rms", "cycle"),
+        (
+            "velocity_ratio_peak_to_peak_extended_to_overlapped",
+            "velocity_ratio",
+            "peak_to_peak",
+            "extended_to_overlapped",
+        ),
+        ("output_velocity_cv_clutch", "output_velocity", "cv", "clutch"),
+        ("cv", "rocker_velocity", "cv", "return"),
+        ("mean", "rocker_velocity", "mean", "return"),
+        ("variance", "rocker_velocity", "variance", "return"),
+    ],
+)
+def test_sampled_metric_by_name(name, signal, statistic, window):
+    metric = find_metric(MECHANISM, name, WINDOWS["return"])
+    assert metric.name == name
+    assert (metric.signal.name, metric.statistic, metric.window.name) == (signal, statistic, window)
+
+
+def test_output_of_the_clutch_window():
+    assert find_metric(MECHANISM, "cv", WINDOWS["clutch"]).signal.name == "output_velocity"
+
+
+@pytest.mark.parametrize(
+    ("name", "unit", "sense"),
+    [
+        ("rocker_velocity_mean", "rad/s", None),
+        ("rocker_velocity_variance", "rad^2/s^2", "min"),
+        ("rocker_acceleration_variance", "rad^2/s^4", "min"),
+        ("rocker_acceleration_std", "rad/s^2", "min"),
+        ("rocker_angle_variance", "deg^2", "min"),
+        ("velocity_ratio_variance", "1", "min"),
+        ("rocker_velocity_cv", "1", "min"),
+        ("rocker_acceleration_max", "rad/s^2", "min"),
+        ("rocker_acceleration_min", "rad/s^2", None),
+        ("rocker_acceleration_rms", "rad/s^2", "min"),
+        ("rocker_angle_peak_to_peak", "deg", "min"),
+    ],
+)
+def test_units_and_senses(name, unit, sense):
+    metric = find_metric(MECHANISM, name, DRIVE)
+    assert (metric.unit, metric.sense) == (unit, sense)
+    assert metric.long_name
+
+
+def test_every_listed_name_is_known():
+    refused = []
+    for name in all_metric_names(MECHANISM):
+        try:
+            assert find_metric(MECHANISM, name, DRIVE).name == name
+        except RequestError as error:
+            refused.append(str(error))
+    assert refused
+    assert all("exactly 0" in reason or "exist" in reason for reason in refused)
+
+
+def test_unknown_metric_is_suggested():
+    assert problem(metrics=["rocker_velocty_mean"]).endswith(
+        "unknown metric 'rocker_velocty_mean'; did you mean 'rocker_velocity_mean'?"
+    )
+    assert "`explore mechanisms crank-rocker` lists them" in problem(metrics=["zzz"])
+
+
+@pytest.mark.parametrize("window", STROKES)
+def test_cv_of_rocker_acceleration_over_a_stroke_is_refused(window):
+    expected = "the mean of rocker_acceleration over a stroke is exactly 0, so its cv is undefined for every design"
+    assert expected in problem(metrics=[f"rocker_acceleration_cv_{window}"])
+    assert expected in problem(metrics=["rocker_acceleration_cv"], window=window)
+    assert make_request(MECHANISM, ["rocker_acceleration_mean"], window).metrics
+
+
+@pytest.mark.parametrize("window", ["cycle", {"from": 0, "to": 360}, {"from": -10.1, "to": 349.9}])
+@pytest.mark.parametrize("metric", ["cv", "rocker_velocity_cv", "coupler_acceleration_cv", "velocity_ratio_cv"])
+def test_cv_over_a_full_turn_is_refused(window, metric):
+    assert "over a full turn is exactly 0, so its cv is undefined" in problem(metrics=[metric], window=window)
+
+
+def test_signals_of_the_clutch_window():
+    assert "output_velocity exists only in the window 'clutch'" in problem(metrics=["output_velocity_mean"])
+    message = problem(metrics=["rocker_velocity_mean"], window="clutch")
+    assert "in the window 'clutch' only output_velocity exists" in message
+    assert make_request(MECHANISM, ["rocker_velocity_mean_drive"], "clutch").metrics
+
+
+@pytest.mark.parametrize("window", [*WINDOWS, {"from": 0, "to": 90}, {"from": 0, "to": 360}])
+def test_default_metrics_exist_in_every_window(window):
+    if window == "interval":
+        assert "write { from = 0, to = 90 }" in problem(window=window)
+        return
+    names = [metric.name for metric in make_request(MECHANISM, window=window).metrics]
+    cycle = window == "cycle" or window == {"from": 0, "to": 360}
+    expected = MECHANISM.default_metrics.get("cycle" if cycle else str(window), MECHANISM.default_metrics[""])
+    assert names == list(expected)
+
+
+def test_interval_in_degrees():
+    window = make_request(MECHANISM, window={"from": 30, "to": 390}).window
+    assert (window.name, window.code) == ("interval", WINDOWS["interval"].code)
+    assert (window.start, window.stop) == (math.radians(30), math.radians(390))
+
+
+@pytest.mark.parametrize(
+    ("window", "reason"),
+    [
+        ({"from": 90, "to": 90}, "must be below"),
+        ({"from": 0, "to": 361}, "longer than a turn"),
+        ({"from": 0}, "needs both ends"),
+        ({"from": 0, "too": 3}, "unknown key 'too'"),
+        ({"from": 0, "to": math.inf}, "not a finite number"),
+        ({"from": "0 mm", "to": 3}, "does not measure the same as 'deg'"),
+        ("dirve", "did you mean 'drive'"),
+        ([1], "unknown window"),
+    ],
+)
+def test_bad_window(window, reason):
+    assert reason in problem(window=window)
+
+
+def test_metric_names_cannot_name_an_interval():
+    assert "an interval has no name" in problem(metrics=["rocker_velocity_mean_interval"])
+
+
+def test_defaults():
+    request = make_request(MECHANISM)
+    assert (request.window.name, request.drive, request.tolerance) == ("drive", "slow", 1e-9)
+    assert request.constraints == ()
+
+
+@pytest.mark.parametrize(
+    ("tolerance", "reason"),
+    [
+        (1e-14, "rounding errors of doubles are larger"),
+        (0.2, "mean nothing"),
+        (math.nan, "not a finite"),
+        (True, "not a number"),
+    ],
+)
+def test_bad_tolerance(tolerance, reason):
+    assert reason in problem(tolerance=tolerance)
+
+
+def test_constraints_are_sorted_by_name_and_converted():
+    bounds = {"swing_angle": {"max": "1 rad"}, "cv": {"min": 0.1, "max": 0.5}, "grashof_margin": {"min": "1 cm"}}
+    constraints = make_request(MECHANISM, constraints=bounds).constraints
+    assert [c.metric.name for c in constraints] == ["cv", "grashof_margin", "swing_angle"]
+    assert [(c.minimum, c.maximum) for c in constraints] == [(0.1, 0.5), (10.0, None), (None, math.degrees(1.0))]
+
+
+@pytest.mark.parametrize(
+    ("bounds", "reason"),
+    [
+        ({"linkage_class": {"min": 1}}, "constraints.linkage_class: linkage_class is a label"),
+        ({"swng_angle": {"min": 1}}, "did you mean 'swing_angle'"),
+        ({"swing_angle": {}}, "at least one bound"),
+        ({"swing_angle": 3}, "at least one bound"),
+        ({"swing_angle": {"mni": 3}}, "constraints.swing_angle.mni: unknown key; did you mean 'min'"),
+        ({"swing_angle": {"min": 3, "max": 2}}, "min = 3 is above max = 2"),
+        ({"swing_angle": {"min": math.nan}}, "constraints.swing_angle.min: nan is not a finite number"),
+        ({"swing_angle": {"max": True}}, "true is not a number"),
+    ],
+)
+def test_bad_constraints(bounds, reason):
+    assert reason in problem(constraints=bounds)
+
+
+def test_all_problems_at_once():
+    lines = problem(metrics=["foo", "cv", "cv", 3], window="dirve", drive="slo", tolerance=1, constraints={"bar": {}})
+    assert [line.split(":")[0] for line in lines.splitlines()] == [
+        "window",
+        "drive",
+        "metrics",
+        "metrics",
+        "metrics",
+        "constraints.bar",
+        "tolerance",
+    ]
+
+
+def test_empty_metrics():
+    assert "an empty list leaves nothing to compute" in problem(metrics=[])
+
+
+@pytest.mark.parametrize(
+    ("text", "sense"),
+    [("cv", "min"), ("swing_angle:max", "max"), ("swing_angle", "max"), ("cv:max", "max"), ("mid_angle : min", "min")],
+)
+def test_objective(text, sense):
+    objective = make_objective((MECHANISM, DRIVE), text)
+    assert objective.sense == sense
+    assert objective == make_objective(make_request(MECHANISM), text)
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        ("mid_angle", "write mid_angle:min or mid_angle:max"),
+        ("rocker_velocity_mean", "write rocker_velocity_mean:min or"),
+        ("cv:up", "unknown sense 'up' of cv"),
+        ("cv:", "unknown sense ''"),
+        ("linkage_class:min", "is a label"),
+        ("crank", "crank is a parameter"),
+        ("foo", "unknown metric"),
+    ],
+)
+def test_bad_objective(text, reason):
+    with pytest.raises(RequestError, match=reason):
+        make_objective((MECHANISM, DRIVE), text)
+
+
+def test_only_declared_statistics():
+    assert set(STATISTICS) == {"mean", "variance", "std", "cv", "min", "max", "rms", "peak_to_peak"}
+    assert isinstance(DRIVE, Window)

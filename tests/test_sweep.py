@@ -1,0 +1,145 @@
+"""Sweeps on real clusters: same bytes everywhere, resume, failing blocks, refusals."""
+
+import hashlib
+
+import numpy as np
+import pytest
+from distributed import Client, LocalCluster
+
+import explore
+from explore import sweeping
+from explore.design_space import BLOCK_SIZE
+
+STUDY = """
+mechanism = "crank-rocker"
+[parameters]
+crank = {{ start = 60, stop = 180, num = {num} }}
+coupler = {{ start = 900, stop = 1300, num = 21 }}
+rocker = {{ start = 450, stop = 660, num = 15 }}
+ground = {{ start = 620, stop = 830, num = 15 }}
+speed = [1, 2.5]
+[constraints]
+transmission_angle_min = {{ min = 20 }}
+"""
+
+
+@pytest.fixture
+def study(tmp_path):
+    path = tmp_path / "study.toml"
+    path.write_text(STUDY.format(num=16))  # 151,200 designs, three blocks
+    return explore.load_study(path)
+
+
+def digest(path):
+    return hashlib.sha256(path.read_bytes()).hexdigest()
+
+
+def test_the_file_holds_what_evaluate_says_of_every_design(study, tmp_path):
+    summary = explore.sweep(study, tmp_path / "a.h5")
+
+    frame = explore.read_results(tmp_path / "a.h5")
+    designs = study.space.designs(0, study.space.count)
+    expected = explore.evaluate("crank-rocker", designs, constraints={"transmission_angle_min": {"min": 20}})
+    expected.index.name = "design"
+    assert summary.designs == summary.computed == len(frame) == 151_200
+    assert summary.feasible == frame["feasible"].sum()
+    assert set(frame["status"]) >= {1, 3, 6}
+    for name in expected:
+        np.testing.assert_array_equal(frame[name], expected[name], err_msg=name)
+
+
+def test_threads_processes_over_tcp_and_a_resumed_run_give_the_same_bytes(study, tmp_path):
+    explore.sweep(study, tmp_path / "one.h5", workers=1)
+    explore.sweep(study, tmp_path / "three.h5", workers=3)
+    with (
+        LocalCluster(n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None) as cluster,
+        Client(cluster) as client,
+    ):
+        assert cluster.scheduler_address.startswith("tcp://")
+        explore.sweep(study, tmp_path / "tcp.h5", client=client)
+
+    class Stop(Exception):
+        pass
+
+    def stop(_):
+        raise Stop
+
+    for _ in range(2):
+        with pytest.raises(Stop):
+            explore.sweep(study, tmp_path / "resumed.h5", progress=stop)
+    summary = explore.sweep(study, tmp_path / "resumed.h5")
+
+    assert summary.resumed == 2 * BLOCK_SIZE or summary.resumed == BLOCK_SIZE + 151_200 % BLOCK_SIZE
+    assert len({digest(tmp_path / f"{name}.h5") for name in ("one", "three", "tcp", "resumed")}) == 1
+
+
+def test_a_finished_file_is_left_as_it_is(study, tmp_path):
+    explore.sweep(study, tmp_path / "a.h5")
+    before = (tmp_path / "a.h5").stat().st_mtime_ns, digest(tmp_path / "a.h5")
+
+    summary = explore.sweep(study, tmp_path / "a.h5")
+
+    assert summary.computed == 0
+    assert summary.resumed == 151_200
+    assert ((tmp_path / "a.h5").stat().st_mtime_ns, digest(tmp_path / "a.h5")) == before
+
+
+def test_a_block_that_fails_twice_is_reported_and_the_others_finish(study, tmp_path, monkeypatch):
+    real, tries = sweeping.evaluate_block, tmp_path / "tries"
+
+    def poisoned(request, space, number):
+        if number == 1:
+            with tries.open("a") as stream:  # a file, because the function travels to the worker as a copy
+                stream.write("tried\n")
+            raise ZeroDivisionError("poison")
+        return real(request, space, number)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(sweeping, "evaluate_block", poisoned)
+        summary = explore.sweep(study, tmp_path / "a.h5")
+
+    assert tries.read_text() == "tried\ntried\n"
+    assert list(summary.failed) == [1]
+    assert "poison" in summary.failed[1]
+    results = explore.open_results(tmp_path / "a.h5")
+    assert not results.complete
+    assert results.n_committed == 151_200 - BLOCK_SIZE
+    assert explore.sweep(study, tmp_path / "a.h5").failed == {}
+    assert explore.open_results(tmp_path / "a.h5").complete
+
+
+def test_sobol_sweeps_are_reproducible(tmp_path):
+    (tmp_path / "s.toml").write_text(
+        'mechanism = "crank-rocker"\n[parameters]\ncrank = 50\ncoupler = { min = 50, max = 1000 }\n'
+        "rocker = { min = 50, max = 500 }\nground = { min = 50, max = 1000 }\n"
+        '[sampling]\nmethod = "sobol"\ncount = 70000\nseed = 3\n'
+    )
+    study = explore.load_study(tmp_path / "s.toml")
+    explore.sweep(study, tmp_path / "a.h5")
+    explore.sweep(study, tmp_path / "b.h5")
+
+    assert digest(tmp_path / "a.h5") == digest(tmp_path / "b.h5")
+    assert len(explore.read_results(tmp_path / "a.h5")) == 70_000
+
+
+def test_a_sweep_that_cannot_fit_is_refused_with_its_size(tmp_path):
+    path = tmp_path / "huge.toml"
+    path.write_text(STUDY.format(num=160_000_000_000))
+    study = explore.load_study(path)
+
+    with pytest.raises(explore.ResultsError, match="designs need .* GB, but only .* GB are free"):
+        sweeping.check_room(study, tmp_path / "results" / "huge.h5")
+    assert not (tmp_path / "results").exists()
+
+
+def test_ranking_a_file_agrees_with_ranking_its_table(study, tmp_path):
+    explore.sweep(study, tmp_path / "a.h5")
+
+    streamed = explore.rank(tmp_path / "a.h5", ["cv", "swing_angle:max"], order_by="cv")
+    at_once = explore.rank(explore.read_results(tmp_path / "a.h5"), ["cv", "swing_angle:max"], order_by="cv")
+    second = explore.rank(tmp_path / "a.h5", ["cv", "swing_angle:max"], fronts=2)
+
+    assert len(streamed) > 10
+    assert streamed.index.tolist() == at_once.index.tolist()
+    assert second[second["front"] == 1].index.tolist() == streamed.index.tolist()
+    assert (second["front"] == 2).any()

@@ -1,0 +1,65 @@
+"""Numbers with units."""
+
+import math
+
+import pytest
+
+from explore.errors import RequestError
+from explore.units import quantity
+
+
+@pytest.mark.parametrize(
+    ("text", "unit", "value"),
+    [
+        ("60 rpm", "rad/s", 2.0 * math.pi),
+        ("1440 rpm", "rad/s", 48.0 * math.pi),
+        ("60 rev/min", "rad/s", 2.0 * math.pi),
+        ("60 RPM", "rad/s", 2.0 * math.pi),
+        ("360 deg/s", "rad/s", 2.0 * math.pi),
+        ("180 deg", "deg", 180.0),
+        ("0.5236 rad", "deg", math.degrees(0.5236)),
+        ("50 cm", "mm", 500.0),
+        ("108.34236 cm", "mm", 1083.4236),
+        ("54.17118cm", "mm", 541.7118),
+        ("1 in", "mm", 25.4),
+        ("5. mm", "mm", 5.0),
+        (".5e1 mm", "mm", 5.0),
+        ("30 %", "1", 0.3),
+        ("1 rad^2/s^2", "rad^2/s^2", 1.0),
+    ],
+)
+def test_units_to_full_precision(text, unit, value):
+    # Digits are kept as written and the factor is exact, so that one rounding remains: at most one unit in the last
+    # place against the expected value, which is itself rounded. Lengths must be exact: the sum 150 + 1083.4236 -
+    # 541.7118 - 691.7118 has to stay exactly 0.
+    result = quantity(text, unit)
+    assert abs(result - value) <= (0.0 if unit == "mm" else math.ulp(value))
+
+
+@pytest.mark.parametrize(
+    ("value", "unit", "reason"),
+    [
+        ("5 kg", "mm", "'kg' does not measure the same as 'mm'; use mm, cm, m or in"),
+        ("1 Hz", "rad/s", "'Hz' does not measure the same as 'rad/s'; use rad/s, deg/s or rpm"),
+        ("1 1/s", "rad/s", "does not measure the same"),
+        ("3 mmm", "mm", "unknown unit 'mmm'; did you mean 'mm'"),
+        ("3 furlongz", "mm", "unknown unit 'furlongz'; use mm, cm, m or in"),
+        ("100", "mm", 'a text without a unit; write 100 without quotes or "100 mm"'),
+        ("3", "1", "write 3 without quotes"),
+        ("3 mm", "1", "a plain number is wanted"),
+        ("nan mm", "mm", "is not a number with a unit"),
+        ("", "mm", "is not a number with a unit"),
+        ("10**10**10 mm", "mm", "is not a number with a unit"),
+        ("1e308 km", "mm", "too large"),
+        (10**400, "mm", "too large"),
+        pytest.param(16**5000, "mm", "too large", id="too long to print"),
+        (True, "mm", "true is not a number"),
+        (None, "mm", "is not a number or a text with a unit"),
+        (math.inf, "mm", "inf is not a finite number"),
+    ],
+)
+def test_bad_quantities(value, unit, reason):
+    with pytest.raises(RequestError) as caught:
+        quantity(value, unit)
+    assert reason in str(caught.value)
+    assert "\n" not in str(caught.value)
