@@ -54,7 +54,7 @@ def main():
     parser.add_argument("--repetitions", type=int, default=15)
     arguments = parser.parse_args()
     n, rng = arguments.designs, np.random.default_rng(0)
-    lengths = np.column_stack([rng.uniform(*r, n) for r in ((60, 140), (900, 1100), (500, 600), (700, 800))])
+    lengths = np.column_stack([rng.uniform(*r, n) for r in ((60, 140), (900, 1000), (500, 600), (700, 800))])
     half = np.pi * (np.arange(NODES) + 0.5) / NODES
     sin_half, cos_half, weight = np.sin(half), np.cos(half), np.full(NODES, 2 * np.pi / NODES)
     ours, theirs = np.empty((n, 8)), np.empty((n, 8))

@@ -15,7 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
-from explore.store import Writer
+from explore.store.writer import Writer
 from explore.vocabulary import Column
 
 BLOCK_SIZE, N_BLOCKS, REPETITIONS = 65_536, 16, 9

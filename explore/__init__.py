@@ -10,9 +10,9 @@ from explore._version import __version__
 
 if TYPE_CHECKING:
     from explore.api import evaluate, rank, read_results, simulate
-    from explore.config import load_study
+    from explore.config.study_file import load_study
     from explore.errors import ConfigError, ExploreError, MotionError, RequestError, ResultsError
-    from explore.results import open_results
+    from explore.store.results import open_results
     from explore.sweeping import sweep
 
 _HOME = {
@@ -22,8 +22,8 @@ _HOME = {
     "RequestError": "errors",
     "ResultsError": "errors",
     "evaluate": "api",
-    "load_study": "config",
-    "open_results": "results",
+    "load_study": "config.study_file",
+    "open_results": "store.results",
     "rank": "api",
     "read_results": "api",
     "simulate": "api",

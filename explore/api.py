@@ -12,8 +12,8 @@ import numpy.typing as npt
 from explore.errors import MotionError, RequestError
 from explore.evaluation import evaluate_columns
 from explore.ranking import choose_objectives, rank_frame, rank_source
-from explore.request import find_mechanism, make_request
-from explore.results import Results, open_results
+from explore.request.requests import find_mechanism, make_request
+from explore.store.results import Results, open_results
 from explore.vocabulary import Columns, Mechanism, Status
 
 if TYPE_CHECKING:
@@ -81,21 +81,22 @@ def evaluate(
 
 def _parameter_columns(mechanism: Mechanism, designs: Mapping[str, _ARRAY] | pd.DataFrame) -> Columns:
     """Designs as columns of one length, checked against the declaration."""
+    given = {str(name): designs[name] for name in list(designs)}  # type: ignore[index]  # a table has any labels
     known = [p.name for p in mechanism.parameters]
-    for name in designs:
+    for name in given:
         if name not in known:
             raise RequestError(f"{mechanism.name} has no parameter '{name}'; it has {', '.join(known)}")
-    missing = [p.name for p in mechanism.parameters if p.default is None and p.name not in designs]
+    missing = [p.name for p in mechanism.parameters if p.default is None and p.name not in given]
     if missing:
         raise RequestError(f"{mechanism.name} needs {', '.join(missing)}")
     try:
-        values = [np.asarray(designs[name], dtype=np.float64) for name in designs]
+        values = [np.asarray(column, dtype=np.float64) for column in given.values()]
         arrays = np.broadcast_arrays(*values)
     except ValueError as problem:
         raise RequestError(f"designs must be numbers of one length: {problem}") from None
     if arrays[0].ndim > 1:
         raise RequestError(f"designs must be numbers or one-dimensional arrays, not of shape {arrays[0].shape}")
-    return {name: np.atleast_1d(array).copy() for name, array in zip(designs, arrays, strict=True)}
+    return {name: np.atleast_1d(array).copy() for name, array in zip(given, arrays, strict=True)}
 
 
 def simulate(
@@ -132,7 +133,8 @@ def simulate(
     status = Status(int(evaluate_columns(request, columns).columns["status"][0]))
     if status is not Status.OK:
         raise MotionError(f"no full turn to simulate: {status.sentence}")
-    crank_angle = np.arange(angles) * (360.0 / angles) if isinstance(angles, int) else np.asarray(angles, np.float64)
+    spaced = np.arange(angles) * (360.0 / max(angles, 1)) if isinstance(angles, int) else angles
+    crank_angle: npt.NDArray[np.float64] = np.asarray(spaced, dtype=np.float64)
     if crank_angle.ndim != 1 or len(crank_angle) == 0 or not np.isfinite(crank_angle).all():
         raise RequestError("angles must be a positive number of angles or a list of finite angles in degrees")
     signals = _signals(declared, columns, crank_angle)

@@ -95,7 +95,9 @@ class DesignSpace:
     @staticmethod
     def grid(axes: tuple[Listed | Spaced, ...]) -> DesignSpace:
         """The full grid over the axes."""
-        return DesignSpace(axes, "grid", math.prod(axis.num if isinstance(axis, Spaced) else len(axis) for axis in axes))
+        return DesignSpace(
+            axes, "grid", math.prod(axis.num if isinstance(axis, Spaced) else len(axis) for axis in axes)
+        )
 
     @property
     def n_blocks(self) -> int:
@@ -119,7 +121,8 @@ class DesignSpace:
         remaining = np.arange(start, stop, dtype=np.int64)
         columns: Columns = {}
         for axis in reversed(self.axes):
-            assert not isinstance(axis, Continuous)
+            if isinstance(axis, Continuous):
+                raise TypeError(f"{axis.name}: a grid has no continuous axes")
             remaining, index = np.divmod(remaining, len(axis)) if len(axis) > 1 else (remaining, remaining * 0)
             columns[axis.name] = axis.at(index)
         return {axis.name: columns[axis.name] for axis in self.axes}
@@ -138,8 +141,7 @@ class DesignSpace:
                 unit = engine.random(stop - start)
         columns: Columns = {}
         for axis in self.axes:
-            if axis not in drawn:
-                assert not isinstance(axis, Continuous)
+            if axis not in drawn and not isinstance(axis, Continuous):
                 columns[axis.name] = axis.at(np.zeros(stop - start, dtype=np.int64))
                 continue
             u = unit[:, drawn.index(axis)]

@@ -96,7 +96,9 @@ def _usable(mechanism: Mechanism, inputs: Columns) -> npt.NDArray[np.bool_]:
     usable = np.ones(len(inputs[mechanism.parameters[0].name]), dtype=np.bool_)
     for p in mechanism.parameters:
         column = inputs[p.name]
-        usable &= np.isin(column, p.choices) if p.choices else (column > p.lower) & (column <= p.upper) & np.isfinite(column)
+        usable &= (
+            np.isin(column, p.choices) if p.choices else (column > p.lower) & (column <= p.upper) & np.isfinite(column)
+        )
     return usable
 
 
@@ -129,7 +131,9 @@ class _Geometry:
     error: FloatArray
     evaluations: int
 
-    def scaled(self, request: Request, inverse: npt.NDArray[np.intp] | None, speed: FloatArray) -> dict[str, FloatArray]:
+    def scaled(
+        self, request: Request, inverse: npt.NDArray[np.intp] | None, speed: FloatArray
+    ) -> dict[str, FloatArray]:
         """All metrics at the designs' own speeds, each of shape (n,)."""
         values = {}
         powers = {0: None, 1: speed}
@@ -212,25 +216,27 @@ def _sample(request: Request, kernel: FloatArray, singular: FloatArray, noise: F
 def _statistic(metric: SampledMetric, found: FloatArray, at: npt.NDArray[np.int64], tolerance: float) -> FloatArray:
     """A statistic for unit speed in the signal's unit, shape (u,); ``found[at]`` are mean, variance, min, max."""
     mean, variance, factor = found[at[0]], found[at[1]], _unit_factor(metric.signal)
-    std = np.sqrt(variance)
-    if metric.statistic in ("min", "max", "peak_to_peak"):
-        low, high = found[at[2]], found[at[3]]
-        if metric.signal.rectified:
-            low, high = np.where(mean < 0.0, -high, low), np.where(mean < 0.0, -low, high)
-        return factor * {"min": low, "max": high, "peak_to_peak": high - low}[metric.statistic]
-    size = np.abs(mean)
+    value: FloatArray
     match metric.statistic:
         case "mean":
-            return factor * (size if metric.signal.rectified else mean)
+            value = np.abs(mean) if metric.signal.rectified else mean
         case "variance":
-            return factor**2 * variance
+            value, factor = variance, factor**2
         case "std":
-            return factor * std
+            value = np.sqrt(variance)
         case "rms":
-            return factor * np.hypot(mean, std)
-    # cv: where the mean only happens to be tiny the quotient would be noise.
-    defined = (size > 0.0) & (size >= 1e3 * tolerance * np.hypot(mean, std))
-    return np.where(defined, std / np.where(defined, size, np.nan), np.nan)
+            value = np.sqrt(mean * mean + variance)
+        case "cv":
+            # Where the mean only happens to be tiny the quotient would be noise.
+            square = mean * mean
+            defined = (square > 0.0) & (square >= (1e3 * tolerance) ** 2 * (square + variance))
+            value, factor = np.sqrt(variance / np.where(defined, square, np.nan)), 1.0
+        case _:
+            low, high = found[at[2]], found[at[3]]
+            if metric.signal.rectified:
+                low, high = np.where(mean < 0.0, -high, low), np.where(mean < 0.0, -low, high)
+            value = {"min": low, "max": high, "peak_to_peak": high - low}[metric.statistic]
+    return value if factor == 1.0 else value * factor
 
 
 def _unit_factor(signal: Signal) -> float:

@@ -18,7 +18,8 @@ from importlib.resources import files
 
 import numpy as np
 import numpy.typing as npt
-from numba import njit
+
+from explore.compiling import compiled
 
 #: Node counts for which rules are kept. Steps grow so that no request is exceeded by more than 10 %.
 SIZES = (*range(4, 41), *range(44, 81, 4), *range(88, 161, 8), *range(176, 321, 16))
@@ -28,8 +29,6 @@ LARGEST = SIZES[-1]
 #: by pole order: 2 (angles, velocities) and 4 (accelerations). Calibrated by benchmarks/calibrate_error.py.
 LOG_CONSTANT_2 = 4.2
 LOG_CONSTANT_4 = 3.3
-
-_OPTIONS = {"cache": True, "error_model": "numpy", "nogil": True}
 
 
 @cache
@@ -60,13 +59,13 @@ def rules() -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64], npt.NDArray[n
     return size_of, row_of, table
 
 
-@njit("float64(float64)", **_OPTIONS)
+@compiled("float64(float64)")
 def _acosh(x):
-    """acosh that takes 1 - rounding for 1."""
+    """Acosh that takes 1 - rounding for 1."""
     return math.log(x + math.sqrt(max(x * x - 1.0, 0.0)))
 
 
-@njit("void(float64, float64, float64, float64[::1], float64[::1])", **_OPTIONS)
+@compiled("void(float64, float64, float64, float64[::1], float64[::1])")
 def panel(anchor, first, last, singular, out):
     """Centre, half length, scale and convergence rate of one piece of a window.
 
@@ -96,14 +95,14 @@ def panel(anchor, first, last, singular, out):
     out[0], out[1], out[2], out[3] = centre, half, here, _acosh(axis)
 
 
-@njit("float64(int64, float64, float64, int64)", **_OPTIONS)
+@compiled("float64(int64, float64, float64, int64)")
 def log_error(count, half, rate, order):
     """Natural logarithm of the error model of a panel, relative to the rms (squared, for variances)."""
     constant = LOG_CONSTANT_4 if order == 4 else LOG_CONSTANT_2
     return constant + order * math.log((2.0 * count + 1.0) / half) - 2.0 * count * rate
 
 
-@njit("int64(float64, float64, float64, int64, int64[::1])", **_OPTIONS)
+@compiled("int64(float64, float64, float64, int64, int64[::1])")
 def node_count(log_tolerance, half, rate, order, size_of):
     """Smallest kept number of nodes whose modelled error is below the tolerance."""
     constant = LOG_CONSTANT_4 if order == 4 else LOG_CONSTANT_2
@@ -111,14 +110,13 @@ def node_count(log_tolerance, half, rate, order, size_of):
     count = max(4.0, order / (2.0 * rate))
     for _ in range(4):
         count = max(count, (constant - log_tolerance + order * math.log((2.0 * count + 1.0) / half)) / (2.0 * rate))
-    return size_of[min(int(math.ceil(count)), LARGEST)]
+    return size_of[min(math.ceil(count), LARGEST)]
 
 
-@njit(
+@compiled(
     "void(float64[::1], int64, int64, int64, int64[::1], float64[:, ::1], boolean, "
     "float64[::1], float64[::1], float64[::1], float64[::1])",
-    fastmath={"contract", "reassoc", "nsz", "arcp"},
-    **_OPTIONS,
+    fast=True,
 )
 def place_nodes(shape, anchor, count, offset, row_of, table, ends, t, sin_half, cos_half, weight):
     """Nodes of a panel from `offset` on: t, half-angle sine and cosine, weights (rad).

@@ -229,7 +229,9 @@ def rank_source(
     tally = Tally()
     best = source.rows(front(source.blocks(wanted), objectives, tally))
     if fronts > 1:
-        chosen = source.rows(np.concatenate([block["design"][block["feasible"] != 0] for block in source.blocks(wanted)]))
+        chosen = source.rows(
+            np.concatenate([block["design"][block["feasible"] != 0] for block in source.blocks(wanted)])
+        )
         return Ranking(rank_frame(chosen, objectives, order, fronts), objectives, order, tally)
     best = best.sort_values(order.metric, ascending=order.sense == "min", kind="stable").assign(front=1)
     return Ranking(best, objectives, order, tally)

@@ -3,14 +3,11 @@
 import math
 
 import numpy as np
-from numba import njit, types
-from numba.core import sigutils
+from numba import types
 
+from explore.compiling import FILL_SIGNATURE, PIECES_SIGNATURE, compiled, function_type
 from explore.quadrature import LARGEST, log_error, node_count, panel, place_nodes
 from explore.statistics import CV, EXTREMES, STD, moments, refined_minimum
-from explore.vocabulary import FILL_SIGNATURE, PIECES_SIGNATURE
-
-_OPTIONS = {"cache": True, "error_model": "numpy", "nogil": True}
 
 #: Columns of the statistics of one window and row.
 MEAN, VARIANCE, MINIMUM, MAXIMUM = range(4)
@@ -22,18 +19,12 @@ HEADROOM = 2.0
 ROUNDING = 4e-15
 
 
-def _function_type(signature: str) -> types.FunctionType:
-    """The first-class function type of a signature string."""
-    arguments, result = sigutils.normalize_signature(signature)
-    return types.FunctionType(result(*arguments))
-
-
-FILL, PIECES_FUNCTION = _function_type(FILL_SIGNATURE), _function_type(PIECES_SIGNATURE)
+FILL, PIECES_FUNCTION = function_type(FILL_SIGNATURE), function_type(PIECES_SIGNATURE)
 _F1, _F2 = types.float64[::1], types.float64[:, ::1]
 _I1, _I2, _I3 = types.int64[::1], types.int64[:, ::1], types.int64[:, :, ::1]
 
 
-@njit(**_OPTIONS)
+@compiled()
 def _bounds(asked, quadrature, rounding, mean, variance, tolerance):
     """Bound of the worst statistic asked of one signal; see `explore.evaluate` for the norms."""
     rms = math.sqrt(mean * mean + variance)
@@ -49,7 +40,7 @@ def _bounds(asked, quadrature, rounding, mean, variance, tolerance):
     return bound
 
 
-@njit(**_OPTIONS)
+@compiled()
 def _worst_bound(asked, orders, found, second, fourth, absolute, tolerance):
     """Bound of the worst statistic over all rows, and whether more nodes would lower it enough."""
     worst, improvable = 0.0, False
@@ -66,7 +57,7 @@ def _worst_bound(asked, orders, found, second, fourth, absolute, tolerance):
     return worst, improvable
 
 
-@njit(**_OPTIONS)
+@compiled()
 def _extremes(fill, kernel, needs, row, shapes, anchors, offsets, counts, panels, t, values, node, scratch, sign):
     """Smallest ``sign * signal`` over all panels, refined from every local minimum of the samples."""
     best = np.inf
@@ -85,15 +76,13 @@ def _extremes(fill, kernel, needs, row, shapes, anchors, offsets, counts, panels
     return sign * best
 
 
-@njit(
+@compiled(
     types.void(
         FILL, PIECES_FUNCTION, _F2, _F2, _F1, types.boolean[::1],
         _I1, _F2, types.int64, _I1, _I2, _I2, types.float64,
         _I1, _I1, _F2,
         _I3, _F2, _I1, _F1,
-    ),
-    **_OPTIONS,
-)  # fmt: skip
+    ))  # fmt: skip
 def sample(
     fill, pieces, kernel, singular, noise, active,
     windows, intervals, drive, needs, asked, orders, tolerance,
@@ -150,9 +139,7 @@ def sample(
                 total, second, fourth, full = 0, 0.0, 0.0, True
                 for p in range(panels):
                     count = node_count(target, shapes[p, 1], shapes[p, 3], order, size_of)
-                    place_nodes(
-                        shapes[p], anchors[p], count, total, row_of, table, ends, t, sin_half, cos_half, weight
-                    )
+                    place_nodes(shapes[p], anchors[p], count, total, row_of, table, ends, t, sin_half, cos_half, weight)
                     second += math.exp(log_error(count, shapes[p, 1], shapes[p, 3], 2))
                     fourth += math.exp(log_error(count, shapes[p, 1], shapes[p, 3], 4))
                     full = full and count == LARGEST

@@ -2,18 +2,15 @@
 
 import math
 
-from numba import njit
+from explore.compiling import compiled
 
-from explore.vocabulary import FASTMATH
-
-_OPTIONS = {"cache": True, "error_model": "numpy", "nogil": True}
 _GOLDEN = 0.5 * (3.0 - math.sqrt(5.0))
 
 #: What is asked of a signal, or-ed: moments only, their ratio cv, the standard deviation, extremes.
 MOMENTS, CV, STD, EXTREMES = 1, 2, 4, 8
 
 
-@njit("UniTuple(float64, 2)(float64[::1], float64[::1], int64, float64, float64)", fastmath=FASTMATH, **_OPTIONS)
+@compiled("UniTuple(float64, 2)(float64[::1], float64[::1], int64, float64, float64)", fast=True)
 def moments(values, weights, count, length, rest):
     """Mean and population variance over `length`, of which the signal is 0 for `rest`.
 
@@ -30,7 +27,7 @@ def moments(values, weights, count, length, rest):
     return mean, (total + rest * mean * mean) / length
 
 
-@njit
+@compiled()
 def _value_at(fill, kernel, shape, anchor, row, needs, t, node, scratch):
     """The signal at one t of a panel."""
     tangent = shape[2] * math.sinh(t)
@@ -43,7 +40,7 @@ def _value_at(fill, kernel, shape, anchor, row, needs, t, node, scratch):
     return scratch[row, 0]
 
 
-@njit
+@compiled()
 def refined_minimum(fill, kernel, shape, anchor, row, needs, sign, low, best, high, value, node, scratch):
     """Smallest ``sign * signal`` between low and high (in t), by Brent's method without derivatives.
 

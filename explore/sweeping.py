@@ -19,7 +19,7 @@ from explore._version import __version__
 from explore.design_space import BLOCK_SIZE, DesignSpace
 from explore.errors import ResultsError
 from explore.evaluation import Evaluation, evaluate_columns, output_columns
-from explore.store import Writer
+from explore.store.writer import Writer
 from explore.study import Study
 from explore.vocabulary import Column, Request, SampledMetric, Status
 
@@ -149,7 +149,7 @@ def _run(
     retried: set[int] = set()
     window = max(sum(client.nthreads().values()), 1) + SPARE_BLOCKS
     arriving: Any = as_completed()
-    numbers: dict[str, int] = {}
+    numbers: dict[Any, int] = {}
 
     def submit(number: int) -> None:
         future = client.submit(evaluate_block, study.request, study.space, number, pure=False, retries=0)
@@ -164,7 +164,7 @@ def _run(
             evaluation = future.result()
         except (OSError, KeyboardInterrupt):
             raise
-        except Exception as problem:  # noqa: BLE001 - whatever a block raises must not stop the others
+        except Exception as problem:
             if number not in retried:
                 retried.add(number)
                 submit(number)
@@ -238,5 +238,5 @@ def check_room(study: Study, path: Path) -> None:
     if needed > free:
         raise ResultsError(
             f"{study.space.count:,} designs need {needed / 1e9:,.1f} GB, but only {free / 1e9:,.1f} GB are free in "
-            f"{folder}; sweep fewer values or use method = \"sobol\" with a count"
+            f'{folder}; sweep fewer values or use method = "sobol" with a count'
         )

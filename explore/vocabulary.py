@@ -14,13 +14,6 @@ FloatArray = npt.NDArray[np.float64]
 Columns = dict[str, npt.NDArray[Any]]
 Sense = Literal["min", "max"]
 
-#: Numba's fast-math flags of node loops. Never nnan or ninf: NaN and infinities must stay visible.
-FASTMATH = {"contract", "reassoc", "nsz", "arcp"}
-
-#: Signatures of a mechanism's compiled functions `fill` and `pieces`; one compiled loop serves all mechanisms.
-FILL_SIGNATURE = "void(float64[::1], float64[::1], float64[::1], int64, int64, float64[:, ::1])"
-PIECES_SIGNATURE = "int64(float64[::1], int64, int64, float64, float64, float64[:, ::1])"
-
 STATISTICS = ("mean", "variance", "std", "cv", "min", "max", "rms", "peak_to_peak")
 
 
@@ -115,7 +108,8 @@ class Metric:
 @dataclass(frozen=True)
 class Window:
     """A part of the turn: `code` is what the mechanism's kernel is told; `needs_stroke` marks windows that only
-    exist when the output rocks; `start` and `stop` (rad) belong to explicit intervals."""
+    exist when the output rocks; `start` and `stop` (rad) belong to explicit intervals.
+    """
 
     name: str
     code: int

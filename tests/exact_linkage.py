@@ -27,7 +27,9 @@ class ExactLinkage:
         self.swing = psi_extended - psi_overlapped
         self.mid_angle = branch * (mpmath.pi - (psi_extended + psi_overlapped) / 2)
         through_zero = extended - overlapped
-        self.time_ratio = max(through_zero / (2 * mpmath.pi - through_zero), (2 * mpmath.pi - through_zero) / through_zero)
+        self.time_ratio = max(
+            through_zero / (2 * mpmath.pi - through_zero), (2 * mpmath.pi - through_zero) / through_zero
+        )
         self.transmission_angle_min = mpmath.acos((r2**2 + r3**2 - (r4 - r1) ** 2) / (2 * r2 * r3))
         self.transmission_angle_max = mpmath.acos((r2**2 + r3**2 - (r4 + r1) ** 2) / (2 * r2 * r3))
         self.grashof_margin = r2 + r3 + r4 - 2 * max(r2, r3, r4) - r1

@@ -150,7 +150,9 @@ def test_simulate_takes_units_and_a_design_of_a_study(tmp_path):
     (tmp_path / "small.toml").write_text(SMALL)
 
     done = run("simulate", "small.toml", "--design", 1, "--angles", 4, cwd=tmp_path)
-    other = run("simulate", "--mechanism", "crank-rocker", *LENGTHS, "--set", "speed=5.9829 rad/s", "--angles", 4, cwd=tmp_path)
+    other = run(
+        "simulate", "--mechanism", "crank-rocker", *LENGTHS, "--set", "speed=5.9829 rad/s", "--angles", 4, cwd=tmp_path
+    )
 
     assert "speed = 5.9829" in done.stderr
     assert done.stdout == other.stdout
@@ -187,7 +189,9 @@ def test_dry_run_shows_designs_and_writes_nothing(tmp_path):
 
 
 def test_a_trillion_designs_can_be_planned_at_once_but_not_swept(tmp_path):
-    (tmp_path / "big.toml").write_text(SMALL.replace("[100, 150, 200]", "{ start = 1, stop = 200, num = 1000000000000 }"))
+    (tmp_path / "big.toml").write_text(
+        SMALL.replace("[100, 150, 200]", "{ start = 1, stop = 200, num = 1000000000000 }")
+    )
 
     assert "2,000,000,000,000 designs" in run("sweep", "big.toml", "--dry-run", cwd=tmp_path).stderr
     done = run("sweep", "big.toml", cwd=tmp_path, code=1)

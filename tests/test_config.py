@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from explore.config import load_study, starter
+from explore.config.study_file import load_study, starter
 from explore.design_space import Continuous, Listed, Spaced
 from explore.errors import ConfigError
 from explore.mechanisms.registry import MECHANISMS
@@ -54,12 +54,7 @@ def with_parameter(name, value):
     return "\n".join([*lines, f"{name} = {value}"]) + "\n", len(lines) + 1
 
 
-# Happy paths
-
-
-def test_design_example(load):
-    study = load(
-        """\
+EXAMPLE = """\
 mechanism = "crank-rocker"
 [parameters]
 crank   = [100, 150, 200]                              # a list
@@ -84,7 +79,12 @@ mean_output_ratio = { min = 0.02, max = 0.2 }
 [rank]
 metrics = ["cv", "mean_output_ratio:max", "transmission_angle_min:max"]
 """
-    )
+
+# Happy paths
+
+
+def test_design_example(load):
+    study = load(EXAMPLE)
     assert study.space.axes == (
         Listed("crank", (100.0, 150.0, 200.0)),
         Spaced("coupler", 900.0, 1100.0, 21),

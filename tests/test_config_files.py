@@ -9,9 +9,9 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from explore.config import load_study
+from explore.config.locate import line_of, locate
+from explore.config.study_file import load_study
 from explore.errors import ConfigError
-from explore.locate import line_of, locate
 
 CONFIGS = Path(__file__).parent.parent / "configs"
 

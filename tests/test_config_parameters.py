@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from explore.config import load_study
+from explore.config.study_file import load_study
 from explore.errors import ConfigError
 
 GOOD = """\

@@ -7,7 +7,12 @@ import pytest
 
 from explore.design_space import BLOCK_SIZE, Continuous, DesignSpace, Listed, Spaced
 
-AXES = (Listed("crank", (1.0, 5.0, 2.0)), Spaced("coupler", 10.0, 11.0, 7), Listed("rocker", (3.0,)), Listed("speed", (4.0, 6.0)))
+AXES = (
+    Listed("crank", (1.0, 5.0, 2.0)),
+    Spaced("coupler", 10.0, 11.0, 7),
+    Listed("rocker", (3.0,)),
+    Listed("speed", (4.0, 6.0)),
+)
 
 
 def test_a_grid_is_the_product_with_the_last_axis_fastest():
@@ -48,7 +53,11 @@ def test_blocks_are_slices_of_the_whole(method):
 
 
 def test_sobol_designs_fill_the_box_evenly_and_follow_the_seed():
-    axes = (Continuous("crank", 2.0, 4.0), Continuous("ground", 1.0, 1000.0, log=True), Listed("phases", (1.0, 2.0, 3.0, 4.0)))
+    axes = (
+        Continuous("crank", 2.0, 4.0),
+        Continuous("ground", 1.0, 1000.0, log=True),
+        Listed("phases", (1.0, 2.0, 3.0, 4.0)),
+    )
     columns = DesignSpace(axes, "sobol", 4096, 1).designs(0, 4096)
 
     # A scrambled Sobol' sequence puts exactly one of 4096 points into each of 4096 equal slices of every axis.

@@ -117,7 +117,9 @@ def test_speeds_share_one_kinematic_evaluation(order):
         np.testing.assert_array_equal(rows["cv"], one["cv"])
         # one product each, rounded once or (for powers) a few times
         np.testing.assert_allclose(rows["rocker_velocity_mean"], one["rocker_velocity_mean"] * speed, rtol=3e-16)
-        np.testing.assert_allclose(rows["rocker_acceleration_max"], one["rocker_acceleration_max"] * speed**2, rtol=5e-16)
+        np.testing.assert_allclose(
+            rows["rocker_acceleration_max"], one["rocker_acceleration_max"] * speed**2, rtol=5e-16
+        )
         np.testing.assert_allclose(
             rows["coupler_acceleration_variance"], one["coupler_acceleration_variance"] * speed**4, rtol=1e-15
         )
@@ -158,7 +160,7 @@ def test_margins_are_to_the_nearer_bound_and_count_as_satisfied_at_zero():
 
 
 def test_a_tolerance_that_rounding_forbids_is_said_so():
-    # a kite: ground hardly longer than crank, rocker than coupler, so the two terms of the velocity are large and cancel
+    # a kite: ground hardly longer than crank, rocker than coupler; the two terms of the velocity are large and cancel
     frame = explore.evaluate(
         "crank-rocker",
         {"crank": 0.74187406, "coupler": 0.7617274, "rocker": 0.7637541, "ground": 0.74390088},
@@ -174,7 +176,9 @@ def test_a_tolerance_that_rounding_forbids_is_said_so():
 
 def test_a_double_crank_is_defined_over_the_cycle_only():
     lengths = {"crank": 500, "coupler": 700, "rocker": 600, "ground": 100}
-    cycle = explore.evaluate("crank-rocker", lengths, ["rocker_velocity_mean", "coupler_acceleration_mean"], "cycle").iloc[0]
+    cycle = explore.evaluate(
+        "crank-rocker", lengths, ["rocker_velocity_mean", "coupler_acceleration_mean"], "cycle"
+    ).iloc[0]
 
     assert cycle["status"] == 1
     # A full turn of the crank is a full turn of the output; the acceleration has nowhere to accumulate.
@@ -208,7 +212,9 @@ def test_simulate_matches_the_statistics_and_refuses_what_cannot_turn():
 
     assert motion.index.name == "crank_angle"
     # The trapezoidal rule over the full turn converges like exp(-720 * 0.877): equal to rounding.
-    cycle = explore.evaluate("crank-rocker", PUBLISHED | {"speed": 2.0}, ["rocker_velocity_rms"], "cycle", tolerance=1e-12)
+    cycle = explore.evaluate(
+        "crank-rocker", PUBLISHED | {"speed": 2.0}, ["rocker_velocity_rms"], "cycle", tolerance=1e-12
+    )
     assert np.sqrt((motion["rocker_velocity"] ** 2).mean()) == pytest.approx(cycle["rocker_velocity_rms"][0], rel=1e-12)
     with pytest.raises(explore.MotionError, match="cannot turn fully"):
         explore.simulate("crank-rocker", **PUBLISHED | {"crank": 200.0})

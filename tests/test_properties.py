@@ -88,7 +88,11 @@ def test_motion_agrees_with_60_digits(design, branch, angle):
         difference = abs(found - value)
         if name.endswith("angle"):
             difference = min(difference, abs(2.0 * math.pi - difference))
-        rate = {"e": velocity, "y": acceleration, "n": acceleration * (1.0 + velocity) / distance_of_singularities(design)}
+        rate = {
+            "e": velocity,
+            "y": acceleration,
+            "n": acceleration * (1.0 + velocity) / distance_of_singularities(design),
+        }
         assert difference <= 2e-14 * noise * size + 2e-16 * rate[name[-1]] * math.radians(180.0), name
 
 
@@ -197,7 +201,10 @@ def test_mean_stroke_velocity_is_swing_over_crank_interval(design, branch):
     interval = 2.0 * math.pi * row["time_ratio"] / (1.0 + row["time_ratio"])
     swing = math.radians(row["swing_angle"])
     assume(row["time_ratio"] > 1.0 + 1e-9)  # nearer to 1 the last digits say which stroke is slow
-    for name, length in (("rocker_velocity_mean_drive", interval), ("rocker_velocity_mean_return", 2 * math.pi - interval)):
+    for name, length in (
+        ("rocker_velocity_mean_drive", interval),
+        ("rocker_velocity_mean_return", 2 * math.pi - interval),
+    ):
         assert abs(row[name]) == pytest.approx(swing / length, rel=1e-13), name
     assert row["rocker_velocity_mean_drive"] * row["rocker_velocity_mean_return"] < 0.0
 
@@ -236,9 +243,7 @@ def brute_clutch(design, phases, sense, samples=20_000):
 
 
 @settings(derandomize=True, deadline=None, max_examples=25)
-@given(
-    design=crank_rockers((-9.0, 0.0)), phases=st.integers(1, 12), drive=st.sampled_from(["slow", "fast"])
-)
+@given(design=crank_rockers((-9.0, 0.0)), phases=st.integers(1, 12), drive=st.sampled_from(["slow", "fast"]))
 def test_clutch_output_is_the_largest_of_all_phases(design, phases, drive):
     names = [f"output_velocity_{s}" for s in ("mean", "variance", "min", "max")]
     row = table(design | {"phases": phases}, names, window="clutch", drive=drive).iloc[0]

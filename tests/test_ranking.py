@@ -14,7 +14,9 @@ from explore.vocabulary import Objective
 
 def brute_force(values):
     """Rows that no row beats: at least as good in all and better in one."""
-    better = (values[:, None, :] <= values[None, :, :]).all(axis=2) & (values[:, None, :] < values[None, :, :]).any(axis=2)
+    better = (values[:, None, :] <= values[None, :, :]).all(axis=2) & (values[:, None, :] < values[None, :, :]).any(
+        axis=2
+    )
     return ~better.any(axis=0)
 
 
@@ -73,7 +75,9 @@ def test_the_front_does_not_depend_on_blocks_and_leaves_out_what_does_not_count(
 
 
 def test_any_table_can_be_ranked_in_fronts():
-    table = pd.DataFrame({"cv": [1.0, 2.0, 2.0, 3.0, 1.0], "swing_angle": [1.0, 5.0, 5.0, 4.0, 0.0]}, index=list("abcde"))
+    table = pd.DataFrame(
+        {"cv": [1.0, 2.0, 2.0, 3.0, 1.0], "swing_angle": [1.0, 5.0, 5.0, 4.0, 0.0]}, index=list("abcde")
+    )
 
     first = explore.rank(table, ["cv", "swing_angle:max"], order_by="swing_angle:max")
     both = explore.rank(table, ["cv", "swing_angle:max"], fronts=5)

@@ -25,7 +25,9 @@ def lengths(case):
 
 
 def evaluate(case, metrics, tolerance, **more):
-    row = explore.evaluate("crank-rocker", lengths(case) | more.pop("extra", {}), metrics=metrics, tolerance=tolerance, **more)
+    row = explore.evaluate(
+        "crank-rocker", lengths(case) | more.pop("extra", {}), metrics=metrics, tolerance=tolerance, **more
+    )
     row = row.iloc[0]
     if tolerance == 1e-12 and any(name.endswith("cv") for name in metrics):
         # std or mean may be a thousandth of the rms, and rounding, 4e-15 of the rms, grows by as much
@@ -41,7 +43,9 @@ def evaluate(case, metrics, tolerance, **more):
 def check(row, name, statistic, expected, tolerance):
     """One statistic against its reference, which is given with 25 digits, within the row's own bound."""
     true = {k: float(v) for k, v in expected.items() if v is not None}
-    if statistic == "cv" and abs(true["mean"]) < 1e3 * tolerance * math.hypot(true["mean"], math.sqrt(true["variance"])):
+    if statistic == "cv" and abs(true["mean"]) < 1e3 * tolerance * math.hypot(
+        true["mean"], math.sqrt(true["variance"])
+    ):
         assert math.isnan(row[name])  # the mean only happens to be tiny
         return
     extremes = (true["min"], true["max"]) if statistic in ("min", "max") else None
@@ -52,7 +56,14 @@ def check(row, name, statistic, expected, tolerance):
 
 @pytest.mark.parametrize("case", CASES, ids=NAMES)
 def test_closed_form(case):
-    names = ["swing_angle", "mid_angle", "time_ratio", "mean_output_ratio", "transmission_angle_min", "transmission_angle_max"]
+    names = [
+        "swing_angle",
+        "mid_angle",
+        "time_ratio",
+        "mean_output_ratio",
+        "transmission_angle_min",
+        "transmission_angle_max",
+    ]
     row = explore.evaluate("crank-rocker", lengths(case), metrics=["linkage_class", "grashof_margin", *names]).iloc[0]
     assert row["linkage_class"] == 0
     assert row["status"] == OK
@@ -61,7 +72,9 @@ def test_closed_form(case):
     limits = case["limit_positions"]
     expected = {
         "swing_angle": math.degrees(float(case["swing_angle"])),
-        "mid_angle": math.degrees(0.5 * (float(limits["rocker_angle_overlapped"]) + float(limits["rocker_angle_extended"]))),
+        "mid_angle": math.degrees(
+            0.5 * (float(limits["rocker_angle_overlapped"]) + float(limits["rocker_angle_extended"]))
+        ),
         "time_ratio": float(case["time_ratio"]),
         "mean_output_ratio": float(case["mean_transmission_ratio"]),
         "transmission_angle_min": math.degrees(float(case["transmission_angle_min"])),
@@ -128,14 +141,18 @@ def test_drive_and_return_are_the_slow_and_the_fast_stroke(case, tolerance):
 
 
 @pytest.mark.parametrize("tolerance", TOLERANCES)
-@pytest.mark.parametrize(("case", "sense", "z"), CLUTCHED, ids=[f"{c['crank']}-{c['coupler']}-{s}-{z}" for c, s, z in CLUTCHED])
+@pytest.mark.parametrize(
+    ("case", "sense", "z"), CLUTCHED, ids=[f"{c['crank']}-{c['coupler']}-{s}-{z}" for c, s, z in CLUTCHED]
+)
 def test_clutch(case, sense, z, tolerance):
     expected = case["clutch"][sense][z]
     metrics = [f"output_velocity_{s}" for s in expected]
     row = evaluate(case, metrics, tolerance, window="clutch", drive=sense, extra={"phases": int(z)})
     for statistic in expected:
         check(row, f"output_velocity_{statistic}", statistic, expected, tolerance)
-    alone = evaluate(case, ["mean", "variance", "cv"], tolerance, window="clutch", drive=sense, extra={"phases": int(z)})
+    alone = evaluate(
+        case, ["mean", "variance", "cv"], tolerance, window="clutch", drive=sense, extra={"phases": int(z)}
+    )
     for statistic in ("mean", "variance", "cv"):
         check(alone, statistic, statistic, expected, tolerance)
 

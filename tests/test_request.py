@@ -6,8 +6,8 @@ import pytest
 
 from explore.errors import RequestError
 from explore.mechanisms.registry import MECHANISMS
-from explore.names import all_metric_names
-from explore.request import find_mechanism, find_metric, make_objective, make_request
+from explore.request.names import all_metric_names
+from explore.request.requests import find_mechanism, find_metric, make_objective, make_request
 from explore.vocabulary import STATISTICS, Metric, SampledMetric, Window
 
 MECHANISM = MECHANISMS["crank-rocker"]

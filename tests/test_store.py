@@ -23,12 +23,12 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from explore import platform
 from explore.errors import ResultsError
-from explore.image import Image
-from explore.locking import LockFile
-from explore.results import open_results
-from explore.store import Writer, create
+from explore.store import platform
+from explore.store.image import Image
+from explore.store.locking import LockFile
+from explore.store.results import open_results
+from explore.store.writer import Writer, create
 from explore.vocabulary import Column, Status
 
 LABELS = {int(status): status.label for status in Status}

@@ -5,7 +5,7 @@ import math
 import pytest
 
 from explore.errors import RequestError
-from explore.units import quantity
+from explore.request.units import quantity
 
 
 @pytest.mark.parametrize(

@@ -1,9 +1,7 @@
 """All commands and their options."""
 
-from __future__ import annotations
-
 from pathlib import Path
-from typing import Annotated, Optional
+from typing import Annotated
 
 import typer
 
@@ -18,9 +16,8 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 
-# typer evaluates annotations at run time and does not know `X | None` of strings on every version it supports.
 Results = Annotated[
-    Optional[Path], typer.Argument(metavar="[RESULTS]", help="A results file; the newest results/*.h5 unless given.")  # noqa: UP045
+    Path | None, typer.Argument(metavar="[RESULTS]", help="A results file; the newest results/*.h5 unless given.")
 ]
 Json = Annotated[bool, typer.Option("--json", help="Print JSON instead of a table.")]
 
@@ -33,7 +30,9 @@ def _version(value: bool) -> None:
 
 @app.callback()
 def _options(
-    version: Annotated[bool, typer.Option("--version", callback=_version, is_eager=True, help="Show the version.")] = False,
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Show the version.")
+    ] = False,
 ) -> None:
     pass
 
@@ -41,9 +40,13 @@ def _options(
 @app.command(epilog="Example: explore sweep configs/grid.toml")
 def sweep(
     config: Annotated[Path, typer.Argument(help="The study, a TOML file.")],
-    output: Annotated[Optional[Path], typer.Option("-o", "--output", help="Results file; results/NAME.h5 unless given.")] = None,  # noqa: UP045
-    workers: Annotated[Optional[int], typer.Option(min=1, help="Threads; all processors unless given.")] = None,  # noqa: UP045
-    dry_run: Annotated[bool, typer.Option("--dry-run", help="Show what would be computed, and compute nothing.")] = False,
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", help="Results file; results/NAME.h5 unless given.")
+    ] = None,
+    workers: Annotated[int | None, typer.Option(min=1, help="Threads; all processors unless given.")] = None,
+    dry_run: Annotated[
+        bool, typer.Option("--dry-run", help="Show what would be computed, and compute nothing.")
+    ] = False,
     restart: Annotated[bool, typer.Option("--restart", help="Move existing results aside and start over.")] = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress.")] = False,
 ) -> None:
@@ -57,12 +60,14 @@ def sweep(
 def rank(
     results: Results = None,
     metric: Annotated[
-        Optional[list[str]],  # noqa: UP045
+        list[str] | None,
         typer.Option(help="One: orders the Pareto set. Several: the objectives, each NAME, NAME:min or NAME:max."),
     ] = None,
     top: Annotated[int, typer.Option(min=0, help="Lines to print; 0 for all.")] = 10,
     json: Json = False,
-    output: Annotated[Optional[Path], typer.Option("-o", "--output", help="Also write the Pareto set to a CSV file.")] = None,  # noqa: UP045
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", help="Also write the Pareto set to a CSV file.")
+    ] = None,
 ) -> None:
     """Choose the Pareto-optimal designs, best first."""
     from explore.cli.ranks import print_ranking
@@ -73,7 +78,7 @@ def rank(
 @app.command(epilog="Example: explore show --design 42")
 def show(
     results: Results = None,
-    design: Annotated[Optional[int], typer.Option(help="Number of a design.")] = None,  # noqa: UP045
+    design: Annotated[int | None, typer.Option(help="Number of a design.")] = None,
     json: Json = False,
 ) -> None:
     """Show what is in a results file, or one design in full."""
@@ -90,12 +95,17 @@ def show(
     "--set rocker=541.7118 --set ground=691.7118 -o motion.csv"
 )
 def simulate(
-    config: Annotated[Optional[Path], typer.Argument(metavar="[CONFIG]", help="A study; its design --design is simulated.")] = None,  # noqa: UP045
-    mechanism: Annotated[Optional[str], typer.Option(help="A mechanism, with --set in place of a study.")] = None,  # noqa: UP045
-    set_: Annotated[Optional[list[str]], typer.Option("--set", metavar="NAME=VALUE", help="A parameter; units may follow: speed='60 rpm'.")] = None,  # noqa: UP045
+    config: Annotated[Path | None, typer.Argument(metavar="[CONFIG]", help="A study, of which one design.")] = None,
+    mechanism: Annotated[str | None, typer.Option(help="A mechanism, with --set in place of a study.")] = None,
+    set_: Annotated[
+        list[str] | None,
+        typer.Option("--set", metavar="NAME=VALUE", help="A parameter; units may follow: speed='60 rpm'."),
+    ] = None,
     design: Annotated[int, typer.Option(min=0, help="Which design of the study.")] = 0,
     angles: Annotated[int, typer.Option(min=1, help="How many equispaced crank angles.")] = 360,
-    output: Annotated[Optional[Path], typer.Option("-o", "--output", help="A .csv or .json file; stdout unless given.")] = None,  # noqa: UP045
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", help="A .csv or .json file; stdout unless given.")
+    ] = None,
     json: Json = False,
 ) -> None:
     """Print the motion of one design over a turn: angles, velocities, accelerations."""
@@ -106,7 +116,7 @@ def simulate(
 
 @app.command(epilog="Example: explore mechanisms crank-rocker")
 def mechanisms(
-    name: Annotated[Optional[str], typer.Argument(help="One mechanism in full.")] = None,  # noqa: UP045
+    name: Annotated[str | None, typer.Argument(help="One mechanism in full.")] = None,
     json: Json = False,
 ) -> None:
     """List the mechanisms with their parameters, signals, metrics and windows."""

@@ -20,7 +20,7 @@ def print_mechanisms(*, as_json: bool) -> None:
 def print_mechanism(name: str, *, as_json: bool) -> None:
     """Print one mechanism in full."""
     with compiled_kernels():
-        from explore.request import find_mechanism
+        from explore.request.requests import find_mechanism
     mechanism = find_mechanism(name)
     if as_json:
         print_json(_described(mechanism))
@@ -37,7 +37,10 @@ def print_mechanism(name: str, *, as_json: bool) -> None:
     print_table(
         "signals, functions of the crank angle",
         [("signal", ""), ("unit", ""), ("meaning", "")],
-        [[s.name, s.unit, s.long_name + (f" (window {', '.join(s.only_in)})" if s.only_in else "")] for s in mechanism.signals],
+        [
+            [s.name, s.unit, s.long_name + (f" (window {', '.join(s.only_in)})" if s.only_in else "")]
+            for s in mechanism.signals
+        ],
     )
     print_table(
         "closed-form metrics",
@@ -45,10 +48,9 @@ def print_mechanism(name: str, *, as_json: bool) -> None:
         [[m.name, m.unit, m.long_name] for m in mechanism.metrics],
     )
     print_table("windows", [("window", ""), ("meaning", "")], [[w.name, w.long_name] for w in mechanism.windows])
-    say(f"sampled metrics: SIGNAL_STATISTIC over the study's window, or SIGNAL_STATISTIC_WINDOW; "
-        f"statistics: {', '.join(STATISTICS)}")  # fmt: skip
-    say(f"mean, variance and cv alone are those of the output, {mechanism.output['']}; "
-        f"drive is one of {', '.join(mechanism.drives)}; default objectives: {', '.join(mechanism.objectives)}")  # fmt: skip
+    say(f"sampled metrics: SIGNAL_STATISTIC or SIGNAL_STATISTIC_WINDOW, statistics {', '.join(STATISTICS)}")
+    say(f"mean, variance and cv alone are those of the output, {mechanism.output['']}")
+    say(f"drive is one of {', '.join(mechanism.drives)}; default objectives are {', '.join(mechanism.objectives)}")
 
 
 def _allowed(parameter: Parameter) -> str:
@@ -61,7 +63,9 @@ def _described(mechanism: Mechanism) -> dict[str, object]:
     return {
         "name": mechanism.name,
         "summary": mechanism.summary,
-        "parameters": {p.name: {"unit": p.unit, "default": p.default, "meaning": p.long_name} for p in mechanism.parameters},
+        "parameters": {
+            p.name: {"unit": p.unit, "default": p.default, "meaning": p.long_name} for p in mechanism.parameters
+        },
         "signals": {s.name: {"unit": s.unit, "meaning": s.long_name} for s in mechanism.signals},
         "metrics": {m.name: {"unit": m.unit, "meaning": m.long_name, "sense": m.sense} for m in mechanism.metrics},
         "windows": {w.name: w.long_name for w in mechanism.windows},

@@ -34,7 +34,7 @@ def print_motion(
 
 def _from_study(config: Path, design: int) -> tuple[str, dict[str, float]]:
     """The mechanism and the parameters of one design of a study."""
-    from explore.config import load_study
+    from explore.config.study_file import load_study
 
     study = load_study(config)
     if design >= study.space.count:
@@ -46,9 +46,9 @@ def _from_study(config: Path, design: int) -> tuple[str, dict[str, float]]:
 
 def _from_settings(mechanism: str, settings: list[str]) -> tuple[str, dict[str, float]]:
     """Parameters given as NAME=VALUE, units allowed."""
-    from explore.request import find_mechanism
-    from explore.suggest import suggestion
-    from explore.units import quantity
+    from explore.request.requests import find_mechanism
+    from explore.request.suggest import suggestion
+    from explore.request.units import quantity
 
     declared = {p.name: p for p in find_mechanism(mechanism).parameters}
     parameters = {}

@@ -40,7 +40,9 @@ def number(value: object, digits: int = 6) -> str:
     return f"{value:,}" if isinstance(value, int) else str(value)
 
 
-def print_table(title: str, columns: Sequence[tuple[str, str]], rows: Sequence[Sequence[str]], caption: str = "") -> None:
+def print_table(
+    title: str, columns: Sequence[tuple[str, str]], rows: Sequence[Sequence[str]], caption: str = ""
+) -> None:
     """A table on stdout; columns are (name, unit)."""
     from rich import box
     from rich.console import Console

@@ -12,13 +12,13 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from explore.ranking import Ranking, Tally
-    from explore.results import Results
+    from explore.store.results import Results
 
 
 def print_ranking(path: Path | None, metrics: list[str], top: int, output: Path | None, *, as_json: bool) -> None:
     """Rank a results file and print its Pareto set; one metric orders, several replace the objectives."""
     from explore.ranking import rank_source
-    from explore.results import open_results
+    from explore.store.results import open_results
 
     results = open_results(path or newest_results())
     if not results.complete:
@@ -76,7 +76,11 @@ def _print_front(results: Results, ranking: Ranking, top: int) -> None:
         for _, group in shown
     ]  # fmt: skip
     columns = [("design", ""), ("alike", ""), *((name, units[name]) for name in (*parameters, *names))]
-    more = f"{len(groups) - len(shown):,} more lines: --top 0 prints all, -o FILE.csv writes them" if len(groups) > len(shown) else ""
+    more = (
+        f"{len(groups) - len(shown):,} more lines: --top 0 prints all, -o FILE.csv writes them"
+        if len(groups) > len(shown)
+        else ""
+    )
     print_table(f"Pareto set, best {ranking.order_by.metric} first", columns, rows, more)
 
 

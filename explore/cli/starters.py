@@ -9,8 +9,8 @@ from explore.errors import RequestError
 def write_starter(path: Path, mechanism: str) -> None:
     """Write the starter config of a mechanism; an existing file is kept."""
     with compiled_kernels():
-        from explore.config import starter
-        from explore.request import find_mechanism
+        from explore.config.study_file import starter
+        from explore.request.requests import find_mechanism
     text = starter(find_mechanism(mechanism))
     try:
         with path.open("x", encoding="utf-8") as stream:

@@ -25,7 +25,7 @@ def run_sweep(
     """Sweep a study and return the exit code."""
     with compiled_kernels():
         from explore import sweeping
-        from explore.config import load_study
+        from explore.config.study_file import load_study
     study = load_study(config)
     path = output or Path("results") / f"{config.stem}.h5"
     if dry_run:
@@ -74,19 +74,19 @@ def _progress(total: int, *, quiet: bool) -> Iterator[Callable[[Progress], None]
 
 @contextmanager
 def _bar(total: int) -> Iterator[Callable[[Progress], None]]:
+    from rich import progress
     from rich.console import Console
-    from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 
     columns = (
-        TextColumn("{task.completed:,.0f} of {task.total:,.0f} designs"),
-        BarColumn(),
-        TaskProgressColumn(),
-        TextColumn("{task.fields[rate]}"),
-        TextColumn("{task.fields[share]}"),
-        TimeRemainingColumn(),
+        progress.TextColumn("{task.completed:,.0f} of {task.total:,.0f} designs"),
+        progress.BarColumn(),
+        progress.TaskProgressColumn(),
+        progress.TextColumn("{task.fields[rate]}"),
+        progress.TextColumn("{task.fields[share]}"),
+        progress.TimeRemainingColumn(),
     )
     begun = time.monotonic()
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+    with progress.Progress(*columns, console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task("", total=total, rate="", share="")
 
         def update(state: Progress) -> None:

@@ -9,11 +9,11 @@ arccos is used. Formulas are for branch +1; branch -1 is the mirror image, its m
 import math
 
 import numpy as np
-from numba import njit
 
+from explore.compiling import PIECES_SIGNATURE, compiled
 from explore.mechanisms import four_bar
 from explore.mechanisms.four_bar import FOUR_BAR_SIZE, ROCKER_VELOCITY, VELOCITIES, exact_sum
-from explore.vocabulary import PIECES_SIGNATURE, Mechanism, Metric, Parameter, Signal, Status, Window
+from explore.vocabulary import Mechanism, Metric, Parameter, Signal, Status, Window
 
 # Kernel row: the four-bar constants, then tan(A/2) of the two limit positions, whether the slow stroke passes crank
 # angle 0, and the phases.
@@ -28,14 +28,9 @@ _OK, _CANNOT_ASSEMBLE, _CRANK_BLOCKED = int(Status.OK), int(Status.CANNOT_ASSEMB
 _CHANGE_POINT, _NO_STROKE, _NOT_FINITE = int(Status.CHANGE_POINT), int(Status.NO_STROKE), int(Status.NOT_FINITE)
 
 
-@njit(
-    "void(float64, float64, float64, float64, float64, float64[::1], float64[:, ::1], int64)",
-    cache=True,
-    error_model="numpy",
-    nogil=True,
-)
+@compiled("void(float64, float64, float64, float64, float64, float64[::1], float64[:, ::1], int64)")
 def _limits(crank, coupler, rocker, ground, branch, row, metrics, i):
-    """Limit positions and which stroke is slow into the row; swing, mid-angle, time ratio, ratio into ``metrics[2:6, i]``."""
+    """Limit positions and slow stroke into the row; swing, mid-angle, time ratio, ratio into ``metrics[2:6, i]``."""
     total = exact_sum(crank, coupler, rocker, ground)
     less_crank = exact_sum(coupler, rocker, ground, -crank)
     less_coupler = exact_sum(rocker, ground, crank, -coupler)
@@ -67,12 +62,7 @@ def _limits(crank, coupler, rocker, ground, branch, row, metrics, i):
     row[SLOW_PASSES_ZERO] = 1.0 if order < -tie else 0.0
 
 
-@njit(
-    "void(float64[:, ::1], float64[:, ::1], int8[::1], float64[:, ::1], float64[:, ::1], float64[::1])",
-    cache=True,
-    error_model="numpy",
-    nogil=True,
-)
+@compiled("void(float64[:, ::1], float64[:, ::1], int8[::1], float64[:, ::1], float64[:, ::1], float64[::1])")
 def closed_form(parameters, metrics, status, kernel, singular, noise):
     """Class, margins, limit positions and transmission angles of a block of designs.
 
@@ -114,7 +104,7 @@ def closed_form(parameters, metrics, status, kernel, singular, noise):
         _limits(crank, coupler, rocker, ground, branch, row, metrics, i)
 
 
-@njit("float64(float64[::1], float64, int64, float64[:, ::1], float64[:, ::1])", cache=True, error_model="numpy", nogil=True)
+@compiled("float64(float64[::1], float64, int64, float64[:, ::1], float64[:, ::1])")
 def _rocker_velocity(row, offset, anchor, node, scratch):
     """Rocker velocity at an offset (rad) from the anchor, for unit crank velocity."""
     if anchor == 0:
@@ -125,7 +115,7 @@ def _rocker_velocity(row, offset, anchor, node, scratch):
     return scratch[ROCKER_VELOCITY, 0]
 
 
-@njit("float64(float64[::1], int64, float64, float64, float64)", cache=True, error_model="numpy", nogil=True)
+@compiled("float64(float64[::1], int64, float64, float64, float64)")
 def _hand_over(row, anchor, start, stop, period):
     """Offset at which one clutch hands over to the next: the root of w(t) - w(t + period) on the drive stroke.
 
@@ -160,7 +150,7 @@ def _hand_over(row, anchor, start, stop, period):
     return 0.5 * (low + high)
 
 
-@njit("int64(float64, float64, float64[:, ::1])", cache=True, error_model="numpy", nogil=True)
+@compiled("int64(float64, float64, float64[:, ::1])")
 def _interval(start, stop, out):
     """Pieces of an explicit interval (rad): one where it stays clear of an anchor's opposite, else quarter turns."""
     out[3, 0] = stop - start
@@ -186,7 +176,7 @@ def _interval(start, stop, out):
     return count
 
 
-@njit(PIECES_SIGNATURE, cache=True, error_model="numpy", nogil=True)
+@compiled(PIECES_SIGNATURE)
 def pieces(row, window, drive, start, stop, out):
     """A window as smooth pieces; see `explore.vocabulary.Mechanism`."""
     if window == CYCLE:
@@ -200,10 +190,7 @@ def pieces(row, window, drive, start, stop, out):
     if window == OVERLAPPED_TO_EXTENDED or window == EXTENDED_TO_OVERLAPPED:
         through_zero = (window == OVERLAPPED_TO_EXTENDED) == forward
     else:
-        if drive >= 2:
-            through_zero = (drive == 2) == forward
-        else:
-            through_zero = (row[SLOW_PASSES_ZERO] == 1.0) == (drive == 0)
+        through_zero = (drive == 2) == forward if drive >= 2 else (row[SLOW_PASSES_ZERO] == 1.0) == (drive == 0)
         if window == RETURN:
             through_zero = not through_zero
     if through_zero:
@@ -254,7 +241,11 @@ _GEOMETRY_METRICS = (
 )
 _CLOSED_NAMES = tuple(metric.name for metric in _GEOMETRY_METRICS)
 _SAMPLED_DEFAULTS = (
-    *(f"{signal}_{statistic}" for signal in ("coupler_velocity", "rocker_velocity") for statistic in ("mean", "variance", "cv")),
+    *(
+        f"{signal}_{statistic}"
+        for signal in ("coupler_velocity", "rocker_velocity")
+        for statistic in ("mean", "variance", "cv")
+    ),
     *(f"coupler_acceleration_{statistic}" for statistic in ("mean", "variance", "cv")),
     "rocker_acceleration_mean",
     "rocker_acceleration_variance",
@@ -273,8 +264,21 @@ CRANK_ROCKER = Mechanism(
         Parameter("rocker", "mm", "rocker length"),
         Parameter("ground", "mm", "distance of the ground pivots"),
         Parameter("speed", "rad/s", "constant crank velocity", default=1.0, scales_speed=True),
-        Parameter("phases", "1", "linkages that share the output through clutches", 3.0, choices=tuple(map(float, range(1, 13)))),
-        Parameter("branch", "1", "1: coupler joint left of the line crank pin to rocker pivot; -1: right", 1.0, -2.0, choices=(1.0, -1.0)),
+        Parameter(
+            "phases",
+            "1",
+            "linkages that share the output through clutches",
+            3.0,
+            choices=tuple(map(float, range(1, 13))),
+        ),
+        Parameter(
+            "branch",
+            "1",
+            "1: coupler joint left of the line crank pin to rocker pivot; -1: right",
+            1.0,
+            -2.0,
+            choices=(1.0, -1.0),
+        ),
     ),
     signals=(
         Signal("coupler_angle", "deg", "coupler angle", four_bar.COUPLER_ANGLE, four_bar.ANGLES),

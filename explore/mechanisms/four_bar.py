@@ -21,9 +21,8 @@ cancels where d is short (crank near ground, coupler near rocker), unlike the us
 import math
 
 import numpy as np
-from numba import njit
 
-from explore.vocabulary import FASTMATH, FILL_SIGNATURE
+from explore.compiling import FILL_SIGNATURE, compiled
 
 # One column each of a kernel row. The first eight are what the node loop needs.
 GROUND_MINUS_CRANK_SQUARED, FOUR_CRANK_GROUND, E1_E2, E3_E4, SQUARES, CRANK_TIMES_DIFFERENCE, BRANCH = range(7)
@@ -48,7 +47,7 @@ CLASS_LABELS = (
 )
 
 
-@njit("float64(float64, float64, float64, float64)", cache=True, error_model="numpy", nogil=True)
+@compiled("float64(float64, float64, float64, float64)")
 def exact_sum(a, b, c, d):
     """Sum of four numbers with the rounding errors carried along (Ogita, Rump & Oishi 2005, Sum2).
 
@@ -65,7 +64,7 @@ def exact_sum(a, b, c, d):
     return total + carried
 
 
-@njit("Tuple((int64, float64))(float64, float64, float64, float64)", cache=True, error_model="numpy", nogil=True)
+@compiled("Tuple((int64, float64))(float64, float64, float64, float64)")
 def classify(crank, coupler, rocker, ground):
     """Class of the linkage and its Grashof margin: shortest + longest against the other two, exactly."""
     longest = max(crank, coupler, rocker, ground)
@@ -100,7 +99,7 @@ def classify(crank, coupler, rocker, ground):
     return ROCKER_CRANK, margin
 
 
-@njit("void(float64, float64, float64, float64, float64, float64[::1])", cache=True, error_model="numpy", nogil=True)
+@compiled("void(float64, float64, float64, float64, float64, float64[::1])")
 def prepare(crank, coupler, rocker, ground, branch, row):
     """Fill the constants that `fill` needs, ``row[:FOUR_BAR_SIZE]``."""
     row[GROUND_MINUS_CRANK_SQUARED] = (ground - crank) * (ground - crank)
@@ -114,7 +113,7 @@ def prepare(crank, coupler, rocker, ground, branch, row):
     row[GROUND_MINUS_CRANK] = ground - crank
 
 
-@njit(FILL_SIGNATURE, cache=True, error_model="numpy", nogil=True, fastmath=FASTMATH)
+@compiled(FILL_SIGNATURE, fast=True)
 def fill(row, sin_half, cos_half, count, needs, out):
     """Signals at the nodes, for unit crank velocity: rad, 1, 1/rad.
 
@@ -131,7 +130,15 @@ def fill(row, sin_half, cos_half, count, needs, out):
     out : (SIGNAL_ROWS, t) array
         The rows asked for are filled.
     """
-    difference_squared, four_products, p0, q0, squares, numerator0, branch = row[0], row[1], row[2], row[3], row[4], row[5], row[6]
+    difference_squared, four_products, p0, q0, squares, numerator0, branch = (
+        row[0],
+        row[1],
+        row[2],
+        row[3],
+        row[4],
+        row[5],
+        row[6],
+    )
     product = 0.25 * four_products
     if needs & 3:
         for j in range(count):

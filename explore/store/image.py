@@ -11,7 +11,7 @@ import h5py
 import numpy as np
 from h5py import h5d, h5p, h5s, h5t
 
-from explore.layout import FORMAT, FORMAT_VERSION, INDEX, Attribute
+from explore.store.layout import FORMAT, FORMAT_VERSION, INDEX, Attribute
 from explore.vocabulary import Column
 
 #: Longest text kept as an attribute, in bytes. HDF5 allows 64 KiB with the header; beyond, it is a dataset in /study.

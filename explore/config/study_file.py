@@ -9,14 +9,14 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from explore import locate, toml_text
-from explore.axes import read_axes
+from explore.config import locate, toml_text
+from explore.config.axes import read_axes
+from explore.config.schema import Evaluate, Problems, Rank, Sampling, StudyFile, read
 from explore.design_space import BLOCK_SIZE, Axis, Continuous, DesignSpace, Listed
 from explore.errors import ConfigError, RequestError
-from explore.request import Wanted, find_mechanism, make_objective, resolve
-from explore.schema import Evaluate, Problems, Rank, Sampling, StudyFile, read
+from explore.request.requests import Wanted, find_mechanism, make_objective, resolve
+from explore.request.suggest import shown, suggestion
 from explore.study import Study
-from explore.suggest import shown, suggestion
 from explore.vocabulary import Mechanism, Objective, Request, Window
 
 METHODS = ("grid", "sobol")

@@ -9,8 +9,8 @@ from pathlib import Path
 from types import TracebackType
 from typing import Self
 
-from explore import platform
 from explore.errors import ResultsError
+from explore.store import platform
 
 
 class LockFile:

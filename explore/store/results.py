@@ -14,7 +14,16 @@ import numpy as np
 import numpy.typing as npt
 
 from explore.errors import ResultsError
-from explore.layout import COMMITTED, INDEX, Attribute, Layout, damaged_blocks, read_layout, read_values, read_words
+from explore.store.layout import (
+    COMMITTED,
+    INDEX,
+    Attribute,
+    Layout,
+    damaged_blocks,
+    read_layout,
+    read_values,
+    read_words,
+)
 from explore.vocabulary import Column
 
 if TYPE_CHECKING:

@@ -1,4 +1,4 @@
-"""The request and the objectives of a study: names become objects here and in `explore.names`, nowhere below."""
+"""The request and the objectives of a study: names become objects here and in `names`, nowhere below."""
 
 from __future__ import annotations
 
@@ -6,9 +6,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from explore.errors import RequestError
-from explore.names import effective_window, find_mechanism, find_metric, likely_window, make_window
-from explore.suggest import shown, suggestion
-from explore.units import quantity
+from explore.request.names import effective_window, find_mechanism, find_metric, likely_window, make_window
+from explore.request.suggest import shown, suggestion
+from explore.request.units import quantity
 from explore.vocabulary import Constraint, Mechanism, Metric, Objective, Request, SampledMetric, Sense, Window
 
 __all__ = ["Wanted", "find_mechanism", "find_metric", "make_objective", "make_request", "resolve"]

@@ -8,8 +8,8 @@ from dataclasses import replace
 
 from explore.errors import RequestError
 from explore.mechanisms.registry import MECHANISMS
-from explore.suggest import closest, shown, suggestion
-from explore.units import quantity
+from explore.request.suggest import closest, shown, suggestion
+from explore.request.units import quantity
 from explore.vocabulary import STATISTICS, Mechanism, Metric, SampledMetric, Signal, Window
 
 #: Statistics that may stand alone, for the output of the mechanism.
@@ -122,12 +122,7 @@ def find_metric(mechanism: Mechanism, name: str, window: Window) -> Metric | Sam
         raise RequestError(f"unknown metric {shown(name)}; {hint}")
     signal, statistic, over = parsed
     _check_window(mechanism, signal, statistic, over)
-    if statistic == "cv" and (signal.name, effective_window(over)) in mechanism.zero_mean:
-        length = "a stroke" if over.needs_stroke and effective_window(over) != "cycle" else "a full turn"
-        raise RequestError(
-            f"the mean of {signal.name} over {length} is exactly 0, so its cv is undefined for every design; "
-            f"use {signal.name}_std"
-        )
+    _refuse_undefined(mechanism, signal, statistic, over)
     return SampledMetric(
         name,
         _unit(signal.unit, statistic),
@@ -189,6 +184,16 @@ def _check_window(mechanism: Mechanism, signal: Signal, statistic: str, window: 
         raise RequestError(
             f"in the window '{window.name}' only {', '.join(inside)} exists, not {signal.name}; "
             f"name another window, such as {signal.name}_{statistic}_{mechanism.default_window}"
+        )
+
+
+def _refuse_undefined(mechanism: Mechanism, signal: Signal, statistic: str, over: Window) -> None:
+    """Refuse a coefficient of variation about a mean that is exactly 0."""
+    if statistic == "cv" and (signal.name, effective_window(over)) in mechanism.zero_mean:
+        length = "a stroke" if over.needs_stroke and effective_window(over) != "cycle" else "a full turn"
+        raise RequestError(
+            f"the mean of {signal.name} over {length} is exactly 0, so its cv is undefined for every design; "
+            f"use {signal.name}_std"
         )
 
 

@@ -20,12 +20,12 @@ from typing import Any, Self
 import numpy as np
 import numpy.typing as npt
 
-from explore import platform
-from explore.difference import changed_keys, changed_values
 from explore.errors import ResultsError
-from explore.image import build
-from explore.layout import INDEX, Attribute, Layout, commit_word, damaged_blocks, read_layout, read_words
-from explore.locking import LockFile
+from explore.store import platform
+from explore.store.difference import changed_keys, changed_values
+from explore.store.image import build
+from explore.store.layout import INDEX, Attribute, Layout, commit_word, damaged_blocks, read_layout, read_words
+from explore.store.locking import LockFile
 from explore.vocabulary import Column
 
 #: Values of the index written at a time.

@@ -8,9 +8,9 @@ import tomllib
 from pathlib import Path
 from typing import Any
 
+from explore.config.locate import Path as KeyPath
+from explore.config.locate import locate
 from explore.errors import ConfigError
-from explore.locate import Path as KeyPath
-from explore.locate import locate
 
 _PLACE = re.compile(r" \(at (?:line (\d+), column (\d+)|end of document)\)$")
 # What people write that is no TOML, and what to tell them.

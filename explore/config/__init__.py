@@ -1,0 +1,1 @@
+"""Studies from TOML files, with all errors at once."""

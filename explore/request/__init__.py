@@ -1,0 +1,1 @@
+"""Names as users write them become objects here, and nowhere below."""
