@@ -23,8 +23,11 @@ from explore.vocabulary import Status
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "reference"))
 from make_campaign import KINDS, draw, margin
 
-ROWS = (four_bar.COUPLER_VELOCITY, four_bar.ROCKER_VELOCITY, four_bar.COUPLER_ACCELERATION, four_bar.ROCKER_ACCELERATION,
-        four_bar.ROCKER_ANGLE, four_bar.TRANSMISSION_ANGLE)  # fmt: skip
+ROWS = (
+    *(four_bar.COUPLER_VELOCITY, four_bar.ROCKER_VELOCITY),
+    *(four_bar.COUPLER_ACCELERATION, four_bar.ROCKER_ACCELERATION),
+    *(four_bar.ROCKER_ANGLE, four_bar.TRANSMISSION_ANGLE),
+)
 ORDERS = (2, 2, 4, 4, 2, 2)
 WINDOWS = {
     "cycle": crank_rocker.CYCLE,
@@ -116,7 +119,8 @@ def report(order, window, name, out, kinds, parameters):
     by_kind = [worst[seen & (kinds == k)] for k in range(len(KINDS))]
     by_kind = [np.quantile(of, 0.999) if len(of) > 500 else np.nan for of in by_kind]
     numbers = "".join(f"{value:7.2f}" for value in (*quantiles, *by_kind))
-    print(f"{order:<6d}{window:10s}{name:24s}{np.count_nonzero(seen):7d}{numbers}   {parameters[np.argmax(worst)].tolist()}")
+    line = f"{order:<6d}{window:10s}{name:24s}{np.count_nonzero(seen):7d}{numbers}"
+    print(line, " ", parameters[np.argmax(worst)].tolist())
 
 
 def main():

@@ -163,7 +163,9 @@ def _evaluate_geometry(request: Request, geometry: FloatArray) -> _Geometry:
     kernel, singular, noise = np.zeros((u, mechanism.kernel_size)), np.ones((u, 3)), np.ones(u)
     mechanism.closed_form(np.ascontiguousarray(geometry), metrics, status, kernel, singular, noise)
     closed = {metric.name: metrics[k] for k, metric in enumerate(mechanism.metrics)}
-    if not any(window.needs_stroke for window in (request.window, *(m.window for m in request.sampled))):
+    windows = (request.window, *(metric.window for metric in request.sampled))
+    rocking = [window.needs_stroke for window in windows] + [metric.signal.needs_stroke for metric in request.sampled]
+    if not any(rocking):
         status[status == Status.NO_STROKE] = Status.OK
     _screen(request, closed, status)
     known = _Geometry(closed, {}, status, np.zeros(u, dtype=np.int64), np.zeros(u), 0)

@@ -27,8 +27,8 @@ LARGEST = SIZES[-1]
 
 #: Natural logarithm of the factor C in the error model C ((2N + 1)/h)^order rho^(-2N), h half the panel's length in t;
 #: by pole order: 2 (angles, velocities) and 4 (accelerations). Calibrated by benchmarks/calibrate_error.py.
-LOG_CONSTANT_2 = 4.2
-LOG_CONSTANT_4 = 3.3
+LOG_CONSTANT_2 = 4.9
+LOG_CONSTANT_4 = 4.9
 
 
 @cache
@@ -95,11 +95,12 @@ def panel(anchor, first, last, singular, out):
     out[0], out[1], out[2], out[3] = centre, half, here, _acosh(axis)
 
 
-@compiled("float64(int64, float64, float64, int64)")
-def log_error(count, half, rate, order):
-    """Natural logarithm of the error model of a panel, relative to the rms (squared, for variances)."""
-    constant = LOG_CONSTANT_4 if order == 4 else LOG_CONSTANT_2
-    return constant + order * math.log((2.0 * count + 1.0) / half) - 2.0 * count * rate
+@compiled("UniTuple(float64, 2)(int64, float64, float64)")
+def model_errors(count, half, rate):
+    """Error model of a panel for pole orders 2 and 4, relative to the rms (squared, for variances)."""
+    density = (2.0 * count + 1.0) / half
+    second = density * density * math.exp(LOG_CONSTANT_2 - 2.0 * count * rate)
+    return second, second * density * density * math.exp(LOG_CONSTANT_4 - LOG_CONSTANT_2)
 
 
 @compiled("int64(float64, float64, float64, int64, int64[::1])")
@@ -108,7 +109,7 @@ def node_count(log_tolerance, half, rate, order, size_of):
     constant = LOG_CONSTANT_4 if order == 4 else LOG_CONSTANT_2
     # The model has its maximum where d/dN = 0; it falls from there on.
     count = max(4.0, order / (2.0 * rate))
-    for _ in range(4):
+    for _ in range(3):
         count = max(count, (constant - log_tolerance + order * math.log((2.0 * count + 1.0) / half)) / (2.0 * rate))
     return size_of[min(math.ceil(count), LARGEST)]
 

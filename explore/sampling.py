@@ -6,7 +6,7 @@ import numpy as np
 from numba import types
 
 from explore.compiling import FILL_SIGNATURE, PIECES_SIGNATURE, compiled, function_type
-from explore.quadrature import LARGEST, log_error, node_count, panel, place_nodes
+from explore.quadrature import LARGEST, model_errors, node_count, panel, place_nodes
 from explore.statistics import CV, EXTREMES, STD, moments, refined_minimum
 
 #: Columns of the statistics of one window and row.
@@ -14,7 +14,9 @@ MEAN, VARIANCE, MINIMUM, MAXIMUM = range(4)
 PIECES = 3
 CAPACITY = PIECES * (LARGEST + 2)
 #: Natural logarithm by which the first node count undercuts the tolerance: a cv multiplies the error by a few.
-HEADROOM = 2.0
+HEADROOM = 1.5
+#: How often the nodes of a design may be increased when its statistics turn out to need it.
+ROUNDS = 4
 #: Rounding of one statistic in units of the signal's own size, from the accuracy campaign.
 ROUNDING = 4e-15
 
@@ -41,28 +43,79 @@ def _bounds(asked, quadrature, rounding, mean, variance, tolerance):
 
 
 @compiled()
-def _worst_bound(asked, orders, found, second, fourth, absolute, tolerance):
+def _worst_bound(asked, orders, found, second, fourth, noise, tolerance):
     """Bound of the worst statistic over all rows, and whether more nodes would lower it enough."""
+    slow, fast = 0.0, 0.0
+    for s in range(asked.shape[0]):
+        if asked[s]:
+            rms = math.sqrt(found[s, MEAN] * found[s, MEAN] + found[s, VARIANCE])
+            fast = max(fast, rms)
+            slow = max(slow, rms) if orders[s] == 2 else slow
     worst, improvable = 0.0, False
     for s in range(asked.shape[0]):
         if asked[s]:
             mean, variance = found[s, MEAN], found[s, VARIANCE]
             rms = math.sqrt(mean * mean + variance)
-            # Terms of the size of the other signals are rounded too, and may be larger than this signal.
-            rounding = ROUNDING * (1.0 + 0.02 * absolute / rms) if rms > 0.0 else ROUNDING
+            # Intermediate terms and signals of the same kind are rounded too, and may be larger than this signal.
+            terms = fast + noise * (1.0 + noise) if orders[s] == 4 else slow + noise
+            rounding = ROUNDING * (1.0 + 0.2 * terms / rms) if rms > 0.0 else ROUNDING
             bound = _bounds(asked[s], fourth if orders[s] == 4 else second, rounding, mean, variance, tolerance)
-            floor = _bounds(asked[s], 0.0, rounding, mean, variance, tolerance)
-            improvable = improvable or (bound > tolerance and bound > 2.0 * floor)
+            if bound > tolerance:
+                improvable = improvable or bound > 2.0 * _bounds(asked[s], 0.0, rounding, mean, variance, tolerance)
             worst = max(worst, bound)
     return worst, improvable
 
 
-@compiled()
-def _extremes(fill, kernel, needs, row, shapes, anchors, offsets, counts, panels, t, values, node, scratch, sign):
+@compiled(inline=True)
+def _moments(
+    fill, kernel, needs, asked, orders, ends, noise, tolerance,
+    panels, parts, shapes, offsets, size_of, row_of, table,
+    t, sin_half, cos_half, weight, scratch, found,
+):  # fmt: skip
+    """Sample until the moments meet the tolerance or more nodes cannot help: (nodes, bound)."""
+    order = 2
+    for s in range(len(asked)):
+        order = max(order, orders[s] if asked[s] else 2)
+    target = math.log(tolerance) - HEADROOM
+    nodes, total, worst = 0, 0, 0.0
+    for _ in range(ROUNDS):
+        total, second, fourth, full = 0, 0.0, 0.0, True
+        for p in range(panels):
+            half, rate = shapes[p, 1], shapes[p, 3]
+            count = node_count(target, half, rate, order, size_of)
+            place_nodes(
+                shapes[p], int(parts[p, 0]), count, total, row_of, table, ends,
+                t, sin_half, cos_half, weight,
+            )  # fmt: skip
+            errors = model_errors(count, half, rate)
+            second += errors[0]
+            fourth += errors[1]
+            full = full and count == LARGEST
+            offsets[p] = total
+            total += count + 2 if ends else count
+        offsets[panels] = total
+        nodes += total
+        fill(kernel, sin_half, cos_half, total, needs, scratch)
+        for s in range(len(asked)):
+            if asked[s]:
+                mean, variance = moments(scratch[s], weight, total, parts[3, 0], parts[3, 1])
+                found[s, MEAN], found[s, VARIANCE] = mean, variance
+        worst, improvable = _worst_bound(asked, orders, found, second, fourth, noise, tolerance)
+        if not improvable or full:
+            break
+        # Aim lower than what was reached, which may be far below what was asked.
+        reached = math.log(fourth if order == 4 else second)
+        target = min(target, reached) - math.log(worst / tolerance) - 0.5
+    return nodes, worst
+
+
+@compiled(inline=True)
+def _extreme(fill, kernel, needs, row, panels, sign, parts, shapes, offsets, t, scratch, node, one):
     """Smallest ``sign * signal`` over all panels, refined from every local minimum of the samples."""
     best = np.inf
+    values = scratch[row]
     for p in range(panels):
-        begin, end = offsets[p], offsets[p] + counts[p]
+        begin, end = offsets[p], offsets[p + 1]
         for j in range(begin, end):
             value = sign * values[j]
             left = sign * values[j - 1] if j > begin else np.inf
@@ -70,8 +123,9 @@ def _extremes(fill, kernel, needs, row, shapes, anchors, offsets, counts, panels
             if value <= left and value <= right:
                 low, high = t[max(j - 1, begin)], t[min(j + 1, end - 1)]
                 refined = refined_minimum(
-                    fill, kernel, shapes[p], anchors[p], row, needs, sign, low, t[j], high, value, node, scratch
-                )
+                    fill, kernel, shapes[p], int(parts[p, 0]), row, needs, sign,
+                    low, t[j], high, value, node, one,
+                )  # fmt: skip
                 best = min(best, refined)
     return sign * best
 
@@ -113,63 +167,38 @@ def sample(
         Filled: statistics for unit speed and rad; signal evaluations; bound.
     """
     rows = asked.shape[1]
+    # Small enough for the first-level cache at usual node counts.
     scratch, found = np.empty((rows, CAPACITY)), np.zeros((rows, 4))
     t, sin_half, cos_half, weight = np.empty(CAPACITY), np.empty(CAPACITY), np.empty(CAPACITY), np.empty(CAPACITY)
     node, one = np.empty((2, 1)), np.empty((rows, 1))
-    parts, shapes = np.zeros((4, 3)), np.zeros((PIECES, 4))
-    anchors, offsets, counts = np.zeros(PIECES, np.int64), np.zeros(PIECES, np.int64), np.zeros(PIECES, np.int64)
+    parts, shapes, offsets = np.zeros((PIECES + 1, 3)), np.zeros((PIECES, 4)), np.zeros(PIECES + 1, np.int64)
     for i in range(kernel.shape[0]):
         if not active[i]:
             continue
         for w in range(windows.shape[0]):
             panels = pieces(kernel[i], windows[w], drive, intervals[w, 0], intervals[w, 1], parts)
-            length, covered = parts[3, 0], 0.0
+            rest, ends = parts[3, 1], False
             for p in range(panels):
                 panel(parts[p, 0], parts[p, 1], parts[p, 2], singular[i], shapes[p])
-                anchors[p] = int(parts[p, 0])
-                covered += 2.0 * (math.atan(parts[p, 2]) - math.atan(parts[p, 1]))
-            rest = max(length - covered, 0.0)
-            order, ends = 2, False
             for s in range(rows):
-                order = max(order, orders[w, s] if asked[w, s] else 2)
                 ends = ends or (asked[w, s] & EXTREMES) != 0
-            target = math.log(tolerance) - HEADROOM
-            worst = 0.0
-            for _ in range(4):
-                total, second, fourth, full = 0, 0.0, 0.0, True
-                for p in range(panels):
-                    count = node_count(target, shapes[p, 1], shapes[p, 3], order, size_of)
-                    place_nodes(shapes[p], anchors[p], count, total, row_of, table, ends, t, sin_half, cos_half, weight)
-                    second += math.exp(log_error(count, shapes[p, 1], shapes[p, 3], 2))
-                    fourth += math.exp(log_error(count, shapes[p, 1], shapes[p, 3], 4))
-                    full = full and count == LARGEST
-                    offsets[p], counts[p] = total, count + 2 if ends else count
-                    total += counts[p]
-                fill(kernel[i], sin_half, cos_half, total, needs[w], scratch)
-                nodes[i] += total
-                largest = 0.0
-                for s in range(rows):
-                    if asked[w, s]:
-                        mean, variance = moments(scratch[s], weight, total, length, rest)
-                        found[s, MEAN], found[s, VARIANCE] = mean, variance
-                        largest = max(largest, math.sqrt(mean * mean + variance))
-                worst, improvable = _worst_bound(
-                    asked[w], orders[w], found, second, fourth, noise[i] + largest, tolerance
-                )
-                if not improvable or full:
-                    break
-                target -= math.log(worst / tolerance) + 0.5
+            count, worst = _moments(
+                fill, kernel[i], needs[w], asked[w], orders[w], ends, noise[i], tolerance,
+                panels, parts, shapes, offsets, size_of, row_of, table,
+                t, sin_half, cos_half, weight, scratch, found,
+            )  # fmt: skip
+            nodes[i] += count
             error[i] = max(error[i], worst)
             for s in range(rows):
                 if asked[w, s] & EXTREMES:
-                    for k in range(2):
-                        found[s, MINIMUM + k] = _extremes(
-                            fill, kernel[i], needs[w], s, shapes, anchors, offsets, counts, panels,
-                            t, scratch[s], node, one, 1.0 - 2.0 * k,
-                        )  # fmt: skip
-                    if rest > 1e-9 * length:
-                        found[s, MINIMUM] = min(found[s, MINIMUM], 0.0)
-                        found[s, MAXIMUM] = max(found[s, MAXIMUM], 0.0)
+                    low = _extreme(
+                        fill, kernel[i], needs[w], s, panels, 1.0, parts, shapes, offsets, t, scratch, node, one
+                    )
+                    high = _extreme(
+                        fill, kernel[i], needs[w], s, panels, -1.0, parts, shapes, offsets, t, scratch, node, one
+                    )
+                    found[s, MINIMUM] = min(low, 0.0) if rest > 0.0 else low
+                    found[s, MAXIMUM] = max(high, 0.0) if rest > 0.0 else high
                 for k in range(4):
                     if slots[w, s, k] >= 0:
                         statistics[slots[w, s, k], i] = found[s, k]

@@ -80,7 +80,8 @@ class Signal:
 
     `needs` is the bit that the mechanism's kernel must be given to fill the row; `pole_order` is the power of the
     node count in the quadrature's error model (2 for velocities, 4 for accelerations). A `rectified` signal is
-    taken in the sense in which its mean is positive. `only_in` restricts a signal to the windows named.
+    taken in the sense in which its mean is positive. `needs_stroke` marks angles that have no mean when the output
+    turns on and on. `only_in` restricts a signal to the windows named.
     """
 
     name: str
@@ -91,6 +92,7 @@ class Signal:
     speed_power: int = 0
     pole_order: int = 2
     rectified: bool = False
+    needs_stroke: bool = False
     only_in: tuple[str, ...] = ()
 
 
@@ -183,7 +185,8 @@ class Mechanism:
         rounding errors. ``parameters`` has every parameter but the speed, in declared order.
     pieces
         ``pieces(kernel_row, window_code, drive_code, start, stop, out[4, 3]) -> count`` gives a window as at most
-        three pieces (anchor, half-tangent of start, half-tangent of end); ``out[3, 0]`` is the averaging length, rad.
+        three pieces (anchor, half-tangent of start, half-tangent of end); ``out[3]`` is the averaging length and how
+        much of it the signal rests at 0, rad.
     fill
         ``fill(kernel_row, sin_half, cos_half, count, needs, out[s, t])`` fills the signals at the nodes.
     """

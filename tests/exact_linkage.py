@@ -3,6 +3,8 @@
 Used to check the stored references and the closed-form metrics; shares no formula with the package or the campaign.
 """
 
+from itertools import pairwise
+
 import mpmath
 from mpmath import mpf
 
@@ -71,11 +73,11 @@ class ExactLinkage:
         return (low, high) if through_zero else (high, low + 2 * mpmath.pi)
 
     def moments(self, first, last):
-        """Mean and variance of the four SIGNALS between two crank angles; Gauss-Legendre, panels halved towards k pi."""
+        """Mean and variance of the SIGNALS between two crank angles; Gauss-Legendre, panels graded towards k pi."""
         nodes = mpmath.calculus.quadrature.GaussLegendre(mpmath.mp).get_nodes(-1, 1, 4, mpmath.mp.prec)
         total, squares = [mpf(0)] * 4, [mpf(0)] * 4
         edges = self._edges(first, last)
-        for low, high in zip(edges, edges[1:], strict=False):
+        for low, high in pairwise(edges):
             half, centre = (high - low) / 2, (high + low) / 2
             for x, w in nodes:
                 for s, value in enumerate(self.motion(centre + half * x)):

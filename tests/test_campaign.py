@@ -10,7 +10,6 @@ from exact_linkage import SIGNALS, ExactLinkage
 
 import explore
 
-SAMPLE = 2_000
 PHASES = (1, 2, 3, 4, 6)
 WINDOWS = ("overlapped_to_extended", "extended_to_overlapped", "cycle")
 TOLERANCES = (1e-6, 1e-9, 1e-12)
@@ -40,9 +39,9 @@ def campaign():
     return Campaign(Path(__file__).parent / "reference" / "campaign.npz")
 
 
-@pytest.fixture(scope="module", params=["sample", pytest.param("whole", marks=pytest.mark.slow)])
-def count(request, campaign):
-    return SAMPLE if request.param == "sample" else campaign.size
+@pytest.fixture(scope="module")
+def count(campaign):
+    return campaign.size
 
 
 def check_bound(true, table, tolerance, what):

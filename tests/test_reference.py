@@ -1,4 +1,4 @@
-"""Every number of reference/crank_rocker.json: closed form, strokes, cycle and clutch, near-singular designs included."""
+"""Every number of reference/crank_rocker.json: closed form, strokes, cycle, clutch, near-singular designs included."""
 
 import json
 import math

@@ -39,7 +39,7 @@ def _options(
 
 @app.command(epilog="Example: explore sweep configs/grid.toml")
 def sweep(
-    config: Annotated[Path, typer.Argument(help="The study, a TOML file.")],
+    config: Annotated[Path, typer.Argument(metavar="CONFIG", help="The study, a TOML file.")],
     output: Annotated[
         Path | None, typer.Option("-o", "--output", help="Results file; results/NAME.h5 unless given.")
     ] = None,
@@ -116,7 +116,7 @@ def simulate(
 
 @app.command(epilog="Example: explore mechanisms crank-rocker")
 def mechanisms(
-    name: Annotated[str | None, typer.Argument(help="One mechanism in full.")] = None,
+    name: Annotated[str | None, typer.Argument(metavar="[NAME]", help="One mechanism in full.")] = None,
     json: Json = False,
 ) -> None:
     """List the mechanisms with their parameters, signals, metrics and windows."""
@@ -130,7 +130,7 @@ def mechanisms(
 
 @app.command(epilog="Example: explore init my_study.toml")
 def init(
-    config: Annotated[Path, typer.Argument(help="The file to write.")] = Path("study.toml"),
+    config: Annotated[Path, typer.Argument(metavar="[CONFIG]", help="The file to write.")] = Path("study.toml"),
     mechanism: Annotated[str, typer.Option(help="The mechanism.")] = "crank-rocker",
 ) -> None:
     """Write a commented study that runs, to start from."""

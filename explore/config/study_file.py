@@ -6,7 +6,7 @@ import json
 import math
 import os
 from collections.abc import Mapping
-from pathlib import Path
+from importlib.resources import files
 from typing import Any
 
 from explore.config import locate, toml_text
@@ -58,7 +58,7 @@ def load_study(path: str | os.PathLike[str]) -> Study:
 
 def starter(mechanism: Mechanism) -> str:
     """Text of a commented study file of this mechanism that runs as it is."""
-    return (Path(__file__).parent / "data" / f"starter-{mechanism.name}.toml").read_text(encoding="utf-8")
+    return files("explore").joinpath(f"data/starter-{mechanism.name}.toml").read_text(encoding="utf-8")
 
 
 def _study(raw: Mapping[str, Any], text: str, problems: Problems) -> Study | None:

@@ -12,7 +12,7 @@ import numpy as np
 
 from explore.compiling import PIECES_SIGNATURE, compiled
 from explore.mechanisms import four_bar
-from explore.mechanisms.four_bar import FOUR_BAR_SIZE, ROCKER_VELOCITY, VELOCITIES, exact_sum
+from explore.mechanisms.four_bar import ACCELERATIONS, FOUR_BAR_SIZE, ROCKER_VELOCITY, VELOCITIES, exact_sum
 from explore.vocabulary import Mechanism, Metric, Parameter, Signal, Status, Window
 
 # Kernel row: the four-bar constants, then tan(A/2) of the two limit positions, whether the slow stroke passes crank
@@ -93,8 +93,8 @@ def closed_form(parameters, metrics, status, kernel, singular, noise):
         singular[i, 0] = math.sqrt(p0 / (p0 + four_products))
         singular[i, 1] = math.sqrt(q0 / (q0 + four_products))
         singular[i, 2] = abs(ground - crank) / (ground + crank)
-        # Where d is short the two terms of the velocities are large and may cancel.
-        noise[i] = 1.0 + crank / abs(ground - crank)
+        # The largest d.B/d^2: where d is short the two terms of the velocities are large and may cancel.
+        noise[i] = crank / abs(ground - crank)
         metrics[6, i] = 2.0 * math.atan2(math.sqrt(p0), math.sqrt(q0 + four_products)) * _DEGREES
         metrics[7, i] = 2.0 * math.atan2(math.sqrt(p0 + four_products), math.sqrt(q0)) * _DEGREES
         if linkage_class == four_bar.DOUBLE_CRANK:
@@ -104,50 +104,77 @@ def closed_form(parameters, metrics, status, kernel, singular, noise):
         _limits(crank, coupler, rocker, ground, branch, row, metrics, i)
 
 
-@compiled("float64(float64[::1], float64, int64, float64[:, ::1], float64[:, ::1])")
-def _rocker_velocity(row, offset, anchor, node, scratch):
-    """Rocker velocity at an offset (rad) from the anchor, for unit crank velocity."""
-    if anchor == 0:
-        node[0, 0], node[1, 0] = math.sin(0.5 * offset), math.cos(0.5 * offset)
-    else:
-        node[0, 0], node[1, 0] = math.cos(0.5 * offset), -math.sin(0.5 * offset)
-    four_bar.fill(row, node[0], node[1], 1, VELOCITIES, scratch)
-    return scratch[ROCKER_VELOCITY, 0]
+@compiled("float64(float64[::1], float64[::1], float64, float64[:, ::1], float64[:, ::1])")
+def _gap(row, shift, t, node, scratch):
+    """Rocker velocity at a point of the drive stroke minus that at the point shifted from it.
 
-
-@compiled("float64(float64[::1], int64, float64, float64, float64)")
-def _hand_over(row, anchor, start, stop, period):
-    """Offset at which one clutch hands over to the next: the root of w(t) - w(t + period) on the drive stroke.
-
-    The Illinois form of regula falsi. An error of the root enters the statistics only squared, since both
-    velocities are equal there.
+    The point is tan(offset/2) = T sinh(t) as in `explore.quadrature`; ``shift`` holds sine and cosine of half the
+    shift, the anchor and T. Half-angle sines and cosines are turned, never angles added: next to a singularity the
+    last bits of an offset decide.
     """
-    node = np.empty((2, 1))
-    scratch = np.empty((four_bar.SIGNAL_ROWS, 1))
-    low, high = start, stop - period
-    sense = 1.0 if _rocker_velocity(row, 0.5 * (start + stop), anchor, node, scratch) > 0.0 else -1.0
-    at_low = -sense * _rocker_velocity(row, low + period, anchor, node, scratch)
-    at_high = sense * _rocker_velocity(row, high, anchor, node, scratch)
-    side = 0
-    for _ in range(200):
+    tangent = shift[3] * math.sinh(t)
+    cosine = 1.0 / math.sqrt(1.0 + tangent * tangent)
+    sine = tangent * cosine
+    shifted_sine, shifted_cosine = sine * shift[1] + cosine * shift[0], cosine * shift[1] - sine * shift[0]
+    if shift[2] == 0.0:
+        node[0, 0], node[1, 0], node[0, 1], node[1, 1] = sine, cosine, shifted_sine, shifted_cosine
+    else:
+        node[0, 0], node[1, 0], node[0, 1], node[1, 1] = cosine, -sine, shifted_cosine, -shifted_sine
+    four_bar.fill(row, node[0], node[1], 2, ACCELERATIONS, scratch)
+    return scratch[ROCKER_VELOCITY, 0] - scratch[ROCKER_VELOCITY, 1]
+
+
+@compiled("float64(float64[::1], float64[::1], float64, float64, float64, float64[:, ::1], float64[:, ::1])")
+def _root(row, shift, low, high, sign, node, scratch):
+    """Root of ``sign * gap`` between low, where it is negative, and high: regula falsi (Illinois) with bisection."""
+    at_low, at_high = sign * _gap(row, shift, low, node, scratch), sign * _gap(row, shift, high, node, scratch)
+    root, side = low, 0
+    for k in range(100):
         middle = (low * at_high - high * at_low) / (at_high - at_low)
-        if not (low < middle < high) or high - low < 1e-15 * (abs(low) + abs(high)):
+        if k % 4 == 3 or not low < middle < high:
+            middle = 0.5 * (low + high)
+        if abs(middle - root) <= 3e-16 * abs(middle) or not low < middle < high:
             break
-        value = sense * (
-            _rocker_velocity(row, middle, anchor, node, scratch)
-            - _rocker_velocity(row, middle + period, anchor, node, scratch)
-        )
+        root = middle
+        value = sign * _gap(row, shift, root, node, scratch)
+        if value == 0.0:
+            break
         if value < 0.0:
-            low, at_low = middle, value
+            low, at_low = root, value
             at_high = 0.5 * at_high if side == -1 else at_high
             side = -1
-        elif value > 0.0:
-            high, at_high = middle, value
+        else:
+            high, at_high = root, value
             at_low = 0.5 * at_low if side == 1 else at_low
             side = 1
-        else:
-            return middle
-    return 0.5 * (low + high)
+    return root
+
+
+@compiled("void(float64[::1], int64, float64, float64, float64[::1])")
+def _hand_over(row, anchor, first, last, ends):
+    """Half-tangents of the two points of the drive stroke, a period apart, where one clutch hands over to the next.
+
+    One crossing in a period: the rocker velocity has one extreme on each stroke (no exception among the 10,000 designs
+    of the accuracy campaign). The unknown is the point of the larger acceleration, the other follows from it.
+    """
+    node, scratch, shift = np.empty((2, 2)), np.empty((four_bar.SIGNAL_ROWS, 2)), np.empty(4)
+    at_pole = row[four_bar.E1_E2] if anchor == 0 else row[four_bar.E3_E4]
+    scale = math.sqrt(at_pole / (at_pole + row[four_bar.FOUR_CRANK_GROUND]))
+    sine = math.sin(math.pi / row[PHASES])
+    cosine = 0.0 if row[PHASES] == 2.0 else math.cos(math.pi / row[PHASES])
+    shift[0], shift[1], shift[2], shift[3] = sine, cosine, anchor, scale
+    sense = -1.0 if anchor == 0 else 1.0
+    latest = (last * cosine - sine) / (cosine + last * sine)
+    t = _root(row, shift, math.asinh(first / scale), math.asinh(latest / scale), sense, node, scratch)
+    _gap(row, shift, t, node, scratch)
+    ends[0] = scale * math.sinh(t)
+    ends[1] = (ends[0] * cosine + sine) / (cosine - ends[0] * sine)
+    if abs(scratch[four_bar.ROCKER_ACCELERATION, 1]) > abs(scratch[four_bar.ROCKER_ACCELERATION, 0]):
+        shift[0] = -sine
+        earliest = (first * cosine + sine) / (cosine - first * sine)
+        t = _root(row, shift, math.asinh(earliest / scale), math.asinh(last / scale), -sense, node, scratch)
+        ends[1] = scale * math.sinh(t)
+        ends[0] = (ends[1] * cosine - sine) / (cosine + ends[1] * sine)
 
 
 @compiled("int64(float64, float64, float64[:, ::1])")
@@ -179,6 +206,7 @@ def _interval(start, stop, out):
 @compiled(PIECES_SIGNATURE)
 def pieces(row, window, drive, start, stop, out):
     """A window as smooth pieces; see `explore.vocabulary.Mechanism`."""
+    out[3, 1] = 0.0
     if window == CYCLE:
         out[0, 0], out[0, 1], out[0, 2] = 0.0, -1.0, 1.0
         out[1, 0], out[1, 1], out[1, 2] = 1.0, -1.0, 1.0
@@ -204,10 +232,11 @@ def pieces(row, window, drive, start, stop, out):
     out[3, 0] = length
     if window == CLUTCH:
         period = 2.0 * math.pi / row[PHASES]
-        out[3, 0] = period
+        out[3, 0], out[3, 1] = period, max(period - length, 0.0)
         if period < length:
-            at = _hand_over(row, anchor, 2.0 * math.atan(first), 2.0 * math.atan(last), period)
-            first, last = math.tan(0.5 * at), math.tan(0.5 * (at + period))
+            ends = np.empty(2)
+            _hand_over(row, anchor, first, last, ends)
+            first, last = ends[0], ends[1]
     out[0, 0], out[0, 1], out[0, 2] = anchor, first, last
     return 1
 
@@ -281,8 +310,8 @@ CRANK_ROCKER = Mechanism(
         ),
     ),
     signals=(
-        Signal("coupler_angle", "deg", "coupler angle", four_bar.COUPLER_ANGLE, four_bar.ANGLES),
-        Signal("rocker_angle", "deg", "rocker angle", four_bar.ROCKER_ANGLE, four_bar.ANGLES),
+        Signal("coupler_angle", "deg", "coupler angle", four_bar.COUPLER_ANGLE, four_bar.ANGLES, needs_stroke=True),
+        Signal("rocker_angle", "deg", "rocker angle", four_bar.ROCKER_ANGLE, four_bar.ANGLES, needs_stroke=True),
         Signal("transmission_angle", "deg", "transmission angle", four_bar.TRANSMISSION_ANGLE, four_bar.ANGLES),
         *_VELOCITY_SIGNALS,
         Signal(

@@ -1,0 +1,70 @@
+"""Make the pictures of the documentation from real runs: ``python docs/figures.py`` in the repository's root.
+
+Needs the extra `docs` (matplotlib) and the results of ``explore sweep configs/grid.toml``.
+"""
+
+from pathlib import Path
+
+import matplotlib as mpl
+import matplotlib.pyplot as plt
+import numpy as np
+
+import explore
+
+mpl.use("Agg")
+HERE = Path(__file__).parent
+INK, FRONT, CHOSEN, MUTED = "#222222", "#0b6e4f", "#c8102e", "#9aa5b1"
+
+
+def first_study() -> None:
+    """The designs of the first study, their Pareto set, and the steadiest linkage in both limit positions."""
+    table = explore.read_results("results/grid.h5")
+    best = explore.rank("results/grid.h5", order_by="cv")
+    feasible = table[table["feasible"]]
+    chosen = best.iloc[0]
+
+    figure, (chart, sketch) = plt.subplots(1, 2, figsize=(10, 4.2), width_ratios=[1.25, 1], layout="constrained")
+    chart.plot(feasible["rocker_acceleration_max"], feasible["cv"], ".", color=MUTED, ms=1.5, rasterized=True)
+    points = chart.scatter(
+        best["rocker_acceleration_max"], best["cv"], c=best["transmission_angle_min"], s=16, cmap="viridis"
+    )
+    chart.plot(
+        chosen["rocker_acceleration_max"], chosen["cv"], "*", color=CHOSEN, ms=13, label=f"design {best.index[0]:,}"
+    )
+    chart.set_xlabel("largest rocker acceleration [rad/s²]")
+    chart.set_ylabel("coefficient of variation of the output [1]")
+    chart.set_title(
+        f"{len(best):,} Pareto-optimal of {len(feasible):,} feasible of {len(table):,} designs", fontsize=10
+    )
+    chart.legend(loc="upper right", frameon=False)
+    figure.colorbar(points, ax=chart, label="smallest transmission angle [deg]")
+    draw_linkage(sketch, chosen)
+    figure.savefig(HERE / "first_study.png", dpi=130)
+
+
+def draw_linkage(axes: plt.Axes, design) -> None:
+    """The linkage in true proportions: both limit positions and the circle and arc of the joints."""
+    lengths = {name: float(design[name]) for name in ("crank", "coupler", "rocker", "ground")}
+    motion = explore.simulate("crank-rocker", **lengths, angles=720)
+    rocker = np.deg2rad(motion["rocker_angle"].to_numpy())
+    crank = np.deg2rad(motion.index.to_numpy())
+    pin = np.column_stack([np.cos(crank), np.sin(crank)]) * lengths["crank"]
+    joint = np.column_stack(
+        [lengths["ground"] + lengths["rocker"] * np.cos(rocker), lengths["rocker"] * np.sin(rocker)]
+    )
+    axes.plot(*pin.T, color=MUTED, lw=1)
+    axes.plot(*joint.T, color=MUTED, lw=3, alpha=0.5)
+    for index, style, label in ((rocker.argmax(), "-", "coupler over crank"), (rocker.argmin(), "--", "in line")):
+        chain = np.array([[0, 0], pin[index], joint[index], [lengths["ground"], 0]])
+        axes.plot(*chain.T, style, color=FRONT, lw=2, marker="o", ms=4, mfc="white", label=label)
+    axes.plot([0, lengths["ground"]], [0, 0], color=INK, lw=1)
+    axes.plot([0, lengths["ground"]], [0, 0], "^", color=INK, ms=8)
+    axes.set_aspect("equal")
+    axes.set_xlabel("mm")
+    axes.set_title("the steadiest: its two limit positions", fontsize=10)
+    axes.legend(loc="lower right", fontsize=8, frameon=False)
+    axes.spines[["top", "right"]].set_visible(False)
+
+
+if __name__ == "__main__":
+    first_study()
