@@ -107,7 +107,7 @@ def test_rank_says_when_nothing_is_feasible(tmp_path):
     done = run("rank", cwd=tmp_path)
 
     assert "no design of results/none.h5 is feasible" in done.stderr
-    assert "2 that miss swing_angle" in done.stderr
+    assert "2 miss the constraint on swing_angle" in done.stderr
     assert done.stdout == ""
 
 

@@ -44,7 +44,8 @@ def _explain(results: Results, ranking: Ranking) -> None:
         say(f"{len(ranking.frame):,} of {tally.ranked:,} feasible designs are Pareto-optimal in {aims}")
     else:
         say(f"[bold yellow]no design of {results.path} is feasible, so there is nothing to rank[/]")
-    for line in _left_out(tally):
+    sentences = json.loads(str(results.attributes.get("status_sentences", "{}")))
+    for line in _left_out(tally, sentences):
         say(f"  left out: {line}")
     speed = str(results.attributes.get("speed", ""))
     powers = json.loads(str(results.attributes.get("speed_powers", "{}")))
@@ -53,9 +54,9 @@ def _explain(results: Results, ranking: Ranking) -> None:
         say(f"  {speed} changes none of these objectives; designs that differ only in it are shown as one line")
 
 
-def _left_out(tally: Tally) -> list[str]:
-    lines = [f"{count:,} that miss {name}" for name, count in tally.by_constraint.most_common()]
-    lines += [f"{count:,} {label}" for label, count in tally.by_status.most_common()]
+def _left_out(tally: Tally, sentences: dict[str, str]) -> list[str]:
+    lines = [f"{count:,} miss the constraint on {name}" for name, count in tally.by_constraint.most_common()]
+    lines += [f"{count:,} {label}: {sentences.get(label, '')}" for label, count in tally.by_status.most_common()]
     if tally.not_finite:
         lines.append(f"{tally.not_finite:,} in which an objective is undefined")
     return lines
