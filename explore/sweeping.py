@@ -126,17 +126,30 @@ def _cluster(client: Client | None, workers: int | None) -> Iterator[Client]:
     import dask
     from distributed import Client, LocalCluster
 
-    threads = workers or len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else workers or os.cpu_count()
-    # Memory is bounded by the window of blocks; the nanny-less worker must not pause on a small machine.
-    settings = {"distributed.worker.memory.target": False, "distributed.worker.memory.spill": False,
-                "distributed.worker.memory.pause": False, "distributed.worker.memory.terminate": False,
-                "distributed.admin.tick.limit": "1h"}  # fmt: skip
+    # The window of blocks bounds the memory, so the worker must not pause on a small machine; and nothing is served
+    # over HTTP, where the default port would collide with the next sweep's.
+    limits = ("target", "spill", "pause", "terminate")
+    settings: dict[str, Any] = {f"distributed.worker.memory.{limit}": False for limit in limits}
+    settings |= {"distributed.scheduler.http.routes": [], "distributed.worker.http.routes": []}
     with (
         dask.config.set(settings),
-        LocalCluster(n_workers=1, threads_per_worker=threads, processes=False, dashboard_address=None) as cluster,
+        LocalCluster(
+            n_workers=1,
+            threads_per_worker=workers or _processors(),
+            processes=False,
+            dashboard_address="127.0.0.1:0",
+            scheduler_kwargs={"dashboard": False},
+        ) as cluster,
         Client(cluster) as running,
     ):
         yield running
+
+
+def _processors() -> int:
+    """How many processors this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
 
 
 def _run(

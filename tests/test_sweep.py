@@ -1,6 +1,8 @@
 """Sweeps on real clusters: same bytes everywhere, resume, failing blocks, refusals."""
 
+import contextlib
 import hashlib
+import socket
 
 import numpy as np
 import pytest
@@ -52,7 +54,7 @@ def test_threads_processes_over_tcp_and_a_resumed_run_give_the_same_bytes(study,
     explore.sweep(study, tmp_path / "one.h5", workers=1)
     explore.sweep(study, tmp_path / "three.h5", workers=3)
     with (
-        LocalCluster(n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None) as cluster,
+        LocalCluster(n_workers=2, threads_per_worker=1, processes=True, dashboard_address="127.0.0.1:0") as cluster,
         Client(cluster) as client,
     ):
         assert cluster.scheduler_address.startswith("tcp://")
@@ -71,6 +73,17 @@ def test_threads_processes_over_tcp_and_a_resumed_run_give_the_same_bytes(study,
 
     assert summary.resumed == 2 * BLOCK_SIZE or summary.resumed == BLOCK_SIZE + 151_200 % BLOCK_SIZE
     assert len({digest(tmp_path / f"{name}.h5") for name in ("one", "three", "tcp", "resumed")}) == 1
+
+
+def test_two_sweeps_at_a_time_do_not_disturb_each_other(study, tmp_path):
+    # Warnings are errors here: a port that both want would be one.
+    with socket.socket() as taken:
+        with contextlib.suppress(OSError):  # taken by somebody else is as good
+            taken.bind(("0.0.0.0", 8787))
+            taken.listen()
+        explore.sweep(study, tmp_path / "b.h5")
+
+    assert explore.open_results(tmp_path / "b.h5").complete
 
 
 def test_a_finished_file_is_left_as_it_is(study, tmp_path):
