@@ -80,7 +80,8 @@ class DesignSpace:
     axes
         One for every parameter of the study. In a grid the last axis varies fastest.
     method
-        "grid" (everything with everything) or "sobol" (Owen-scrambled Sobol' sequence).
+        "grid" (everything with everything) or "sobol" (scrambled Sobol' sequence of `scipy.stats.qmc`: random linear
+        matrix scramble and digital shift).
     count
         Number of designs; for a grid the product of the axes' lengths.
     seed

@@ -237,6 +237,7 @@ def _statistic(metric: SampledMetric, found: FloatArray, at: npt.NDArray[np.int6
             low, high = found[at[2]], found[at[3]]
             if metric.signal.rectified:
                 low, high = np.where(mean < 0.0, -high, low), np.where(mean < 0.0, -low, high)
+                low = np.maximum(low, 0.0)
             value = {"min": low, "max": high, "peak_to_peak": high - low}[metric.statistic]
     return value if factor == 1.0 else value * factor
 

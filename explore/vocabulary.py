@@ -47,7 +47,7 @@ _STATUS_SENTENCES = {
     Status.OK: "computed",
     Status.CANNOT_ASSEMBLE: "the links cannot be assembled: the longest is at least as long as the others together",
     Status.CRANK_BLOCKED: "the crank cannot turn fully: the linkage locks before a full turn",
-    Status.CHANGE_POINT: "change point: all links fall into one line, where the motion may continue on either branch",
+    Status.CHANGE_POINT: "all links fall into one line, from where the motion may continue on either branch",
     Status.NO_STROKE: "the output turns fully, so there are no strokes: only the window 'cycle' is defined",
     Status.SCREENED: "a constraint known from the geometry alone fails; nothing was sampled",
     Status.TOLERANCE_NOT_MET: "the error bound misses the tolerance; the values are kept",

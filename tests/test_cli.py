@@ -113,7 +113,7 @@ def test_rank_says_when_nothing_is_feasible(tmp_path):
 
 @pytest.mark.parametrize(
     ("design", "status", "sentence"),
-    [(0, "ok", "computed"), (2, "change_point", "change point"), (4, "crank_blocked", "cannot turn fully")],
+    [(0, "ok", "computed"), (2, "change_point", "fall into one line"), (4, "crank_blocked", "cannot turn fully")],
 )
 def test_show_says_the_status_in_words_and_never_a_number(swept, design, status, sentence):
     done = run("show", "--design", design, cwd=swept)

@@ -31,6 +31,8 @@ def show_results(path: Path | None, *, as_json: bool) -> None:
     state = "complete" if results.complete else f"not finished, {results.n_committed:,} designs so far"
     say(f"{results.path}: {results.attributes.get('mechanism')}, {results.n_designs:,} designs, {state}")
     counts = results.counts
+    if not results.complete:
+        say("to go on with it: run its `explore sweep` again")
     print_table(
         "designs by status",
         [("status", ""), ("designs", ""), ("meaning", "")],
