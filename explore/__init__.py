@@ -9,11 +9,10 @@ from typing import TYPE_CHECKING, Any
 from explore._version import __version__
 
 if TYPE_CHECKING:
-    from explore.api import evaluate, rank, read_results, simulate
+    from explore.api import evaluate, rank, read_results, simulate, sweep
     from explore.config.study_file import load_study
     from explore.errors import ConfigError, ExploreError, MotionError, RequestError, ResultsError
     from explore.store.results import open_results
-    from explore.sweeping import sweep
 
 _HOME = {
     "ConfigError": "errors",
@@ -27,7 +26,7 @@ _HOME = {
     "rank": "api",
     "read_results": "api",
     "simulate": "api",
-    "sweep": "sweeping",
+    "sweep": "api",
 }
 
 __all__ = [

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -14,10 +14,14 @@ from explore.evaluation import evaluate_columns
 from explore.ranking import choose_objectives, rank_frame, rank_source
 from explore.request.requests import find_mechanism, make_request
 from explore.store.results import Results, open_results
+from explore.sweeping import Progress, run_study
 from explore.vocabulary import Columns, Mechanism, Status
 
 if TYPE_CHECKING:
     import pandas as pd
+    from distributed import Client
+
+    from explore.study import Study
 
 _ARRAY = npt.ArrayLike
 
@@ -25,6 +29,51 @@ _ARRAY = npt.ArrayLike
 def read_results(path: Path | str, columns: Sequence[str] | None = None) -> pd.DataFrame:
     """Committed designs of a results file as a DataFrame with index "design"."""
     return open_results(path).to_pandas(columns)
+
+
+def sweep(
+    study: Study,
+    path: Path | str,
+    *,
+    client: Client | None = None,
+    workers: int | None = None,
+    restart: bool = False,
+    progress: Callable[[Progress], None] | None = None,
+) -> Results:
+    """Compute every pending block of a study into a results file.
+
+    Parameters
+    ----------
+    study
+        From `load_study`.
+    path
+        The results file; an unfinished one of the same study is continued.
+    client
+        Any synchronous dask.distributed Client; an in-process cluster of threads unless given.
+    workers
+        Threads of the in-process cluster; all processors unless given.
+    restart
+        Move an existing file aside and start over.
+    progress
+        Called after every commit.
+
+    Returns
+    -------
+    Results
+        Those in the file. Blocks that failed twice are not committed; the warning says which.
+
+    Raises
+    ------
+    ResultsError
+        If the file cannot be created, belongs to another study, or is being written by another process, or if the
+        cluster is lost.
+    """
+    import warnings
+
+    summary = run_study(study, path, client=client, workers=workers, restart=restart, progress=progress)
+    for block, problem in summary.failed.items():
+        warnings.warn(f"block {block} failed twice and was left out: {problem}", RuntimeWarning, stacklevel=2)
+    return open_results(path)
 
 
 def evaluate(
@@ -81,6 +130,8 @@ def evaluate(
 
 def _parameter_columns(mechanism: Mechanism, designs: Mapping[str, _ARRAY] | pd.DataFrame) -> Columns:
     """Designs as columns of one length, checked against the declaration."""
+    if not hasattr(designs, "keys"):
+        raise RequestError("designs must be a table or a dict of parameters by name")
     given = {str(name): designs[name] for name in list(designs)}  # type: ignore[index]  # a table has any labels
     known = [p.name for p in mechanism.parameters]
     for name in given:
@@ -92,7 +143,7 @@ def _parameter_columns(mechanism: Mechanism, designs: Mapping[str, _ARRAY] | pd.
     try:
         values = [np.asarray(column, dtype=np.float64) for column in given.values()]
         arrays = np.broadcast_arrays(*values)
-    except ValueError as problem:
+    except (TypeError, ValueError) as problem:
         raise RequestError(f"designs must be numbers of one length: {problem}") from None
     if arrays[0].ndim > 1:
         raise RequestError(f"designs must be numbers or one-dimensional arrays, not of shape {arrays[0].shape}")
@@ -133,8 +184,10 @@ def simulate(
     status = Status(int(evaluate_columns(request, columns).columns["status"][0]))
     if status is not Status.OK:
         raise MotionError(f"no full turn to simulate: {status.sentence}")
-    spaced = np.arange(angles) * (360.0 / max(angles, 1)) if isinstance(angles, int) else angles
-    crank_angle: npt.NDArray[np.float64] = np.asarray(spaced, dtype=np.float64)
+    count = int(angles) if isinstance(angles, (int, np.integer)) and not isinstance(angles, bool) else None
+    crank_angle: npt.NDArray[np.float64] = np.asarray(
+        angles if count is None else np.arange(count) * (360.0 / max(count, 1)), dtype=np.float64
+    )
     if crank_angle.ndim != 1 or len(crank_angle) == 0 or not np.isfinite(crank_angle).all():
         raise RequestError("angles must be a positive number of angles or a list of finite angles in degrees")
     signals = _signals(declared, columns, crank_angle)
@@ -170,7 +223,7 @@ def _signals(mechanism: Mechanism, columns: Columns, crank_angle: npt.NDArray[np
 
 def rank(
     results: Results | pd.DataFrame | Path | str,
-    metrics: Sequence[str] | None = None,
+    metrics: Sequence[str] | str | None = None,
     order_by: str | None = None,
     fronts: int = 1,
 ) -> pd.DataFrame:
@@ -194,8 +247,8 @@ def rank(
     import pandas as pd
 
     if isinstance(results, pd.DataFrame):
-        senses = results.attrs.get("senses", {})
-        objectives, order = choose_objectives(metrics, order_by, senses, list(results.columns))
+        senses, usual = results.attrs.get("senses", {}), results.attrs.get("objectives", ())
+        objectives, order = choose_objectives(metrics, order_by, senses, list(results.columns), usual)
         return rank_frame(results, objectives, order, fronts)
     source = results if isinstance(results, Results) else open_results(results)
     return rank_source(source, metrics, order_by, fronts).frame

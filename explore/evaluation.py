@@ -22,6 +22,8 @@ from explore.vocabulary import Column, Columns, FloatArray, Mechanism, Metric, R
 
 _ASKED = {"cv": ask.CV, "std": ask.STD, "min": ask.EXTREMES, "max": ask.EXTREMES, "peak_to_peak": ask.EXTREMES}
 _INPUTS = {"min": (2, 3), "max": (2, 3), "peak_to_peak": (2, 3)}
+#: Parameters outside are no usable numbers: squares and products of four would leave the range of doubles.
+SMALLEST, LARGEST = 1e-30, 1e30
 _DEGREES = 180.0 / np.pi
 
 
@@ -82,6 +84,10 @@ def evaluate_columns(request: Request, parameters: Columns) -> Evaluation:
     }
     usable = _usable(mechanism, inputs)
     geometry = np.column_stack([np.where(usable, inputs[p.name], 0.0) for p in mechanism.geometry])
+    windows = {metric.window.name for metric in request.sampled}
+    for k, p in enumerate(mechanism.geometry):
+        if p.only_in and not windows.intersection(p.only_in):
+            geometry[:, k] = p.default  # it changes nothing here, so it must not ask for evaluations of its own
     speed = inputs[mechanism.speed.name]
     chosen, inverse = _distinct(geometry, speed)
     geometry_level = _evaluate_geometry(request, geometry if chosen is None else geometry[chosen])
@@ -96,9 +102,10 @@ def _usable(mechanism: Mechanism, inputs: Columns) -> npt.NDArray[np.bool_]:
     usable = np.ones(len(inputs[mechanism.parameters[0].name]), dtype=np.bool_)
     for p in mechanism.parameters:
         column = inputs[p.name]
-        usable &= (
-            np.isin(column, p.choices) if p.choices else (column > p.lower) & (column <= p.upper) & np.isfinite(column)
-        )
+        if p.choices:
+            usable &= np.isin(column, p.choices)
+        else:
+            usable &= (column > max(p.lower, SMALLEST)) & (column <= min(p.upper, LARGEST))
     return usable
 
 
@@ -107,14 +114,14 @@ def _distinct(
 ) -> tuple[npt.NDArray[np.intp] | None, npt.NDArray[np.intp] | None]:
     """Rows of distinct geometry and where each design finds its own; None, None when nothing is shared."""
     n = len(speed)
-    if n < 2 or np.all(speed == speed[0]):
+    if n < 2:
         return None, None
     new = np.ones(n, dtype=np.bool_)
     new[1:] = np.any(geometry[1:] != geometry[:-1], axis=1)
     if not new.all():
         return np.flatnonzero(new), np.cumsum(new) - 1
     # No neighbours are equal: look further only if the speed repeats, as in a grid whose speed varies slowest.
-    if len(np.unique(speed)) > n // 2:
+    if not 1 < len(np.unique(speed)) <= n // 2:
         return None, None
     _, chosen, inverse = np.unique(geometry, axis=0, return_index=True, return_inverse=True)
     return (None, None) if len(chosen) == n else (chosen, inverse.reshape(n))
@@ -140,7 +147,7 @@ class _Geometry:
         for metric in request.all_metrics:
             known = self.sampled if isinstance(metric, SampledMetric) else self.closed
             column = known[metric.name] if inverse is None else known[metric.name][inverse]
-            power = _speed_power(metric)
+            power = speed_power(metric)
             if power not in powers:
                 powers[power] = speed**power
             factor = powers[power]
@@ -148,7 +155,7 @@ class _Geometry:
         return values
 
 
-def _speed_power(metric: Metric | SampledMetric) -> int:
+def speed_power(metric: Metric | SampledMetric) -> int:
     """The power of the speed to which a metric is proportional."""
     if not isinstance(metric, SampledMetric) or metric.statistic == "cv":
         return 0

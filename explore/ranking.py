@@ -12,12 +12,14 @@ import numpy as np
 import numpy.typing as npt
 
 from explore.errors import RequestError
-from explore.vocabulary import Columns, FloatArray, Objective, Sense, Status
+from explore.vocabulary import Column, Columns, FloatArray, Objective, Sense, Status
 
 if TYPE_CHECKING:
     import pandas as pd
 
 _OK = int(Status.OK)
+#: Roles of columns that can be an aim; codes and bookkeeping cannot.
+_RANKABLE = ("parameter", "metric", "margin")
 #: Endings of names whose small values are better wherever they come from.
 _SMALL_IS_GOOD = ("cv", "variance", "_std", "_rms", "_peak_to_peak")
 
@@ -73,12 +75,14 @@ def parse_objective(text: str, senses: Mapping[str, Sense | None], columns: Sequ
 
 @dataclass
 class Tally:
-    """How many designs were ranked and why the others were left out."""
+    """How many designs were ranked and why the others were left out; `margins` are the columns of constraints."""
 
+    margins: tuple[str, ...] = ()
     ranked: int = 0
     not_finite: int = 0
     by_status: Counter[str] = field(default_factory=Counter)
     by_constraint: Counter[str] = field(default_factory=Counter)
+    undefined: Counter[str] = field(default_factory=Counter)
 
     def add(self, columns: Columns, eligible: npt.NDArray[np.bool_], finite: npt.NDArray[np.bool_]) -> None:
         """Count one block."""
@@ -92,11 +96,10 @@ class Tally:
                 label = Status(code).label if code in Status._value2member_map_ else f"status {code}"
                 self.by_status[label] += int(count)
         judged = (status == _OK) | (status == Status.SCREENED)
-        for name, column in columns.items():
-            if name.endswith("_margin") and name != "grashof_margin":
-                broken = int(np.count_nonzero(judged & (column < 0.0)))
-                if broken:
-                    self.by_constraint[name.removesuffix("_margin")] += broken
+        for name in self.margins:
+            # A screened design was never asked for the constraints on sampled metrics.
+            self.by_constraint[name] += int(np.count_nonzero(judged & (columns[name] < 0.0)))
+            self.undefined[name] += int(np.count_nonzero((status == _OK) & np.isnan(columns[name])))
 
 
 def front(
@@ -159,6 +162,11 @@ def rank_frame(
     """
     import pandas as pd
 
+    if fronts < 1:
+        raise RequestError(f"fronts = {fronts}: ask for at least one")
+    for objective in objectives:
+        if not pd.api.types.is_numeric_dtype(frame[objective.metric]):
+            raise RequestError(f"column '{objective.metric}' does not hold numbers, so it cannot be ranked")
     eligible = frame[frame["feasible"].astype(bool)] if "feasible" in frame.columns else frame
     order = order_by or objectives[0]
     names = [objective.metric for objective in objectives]
@@ -169,7 +177,10 @@ def rank_frame(
         rows = front([{name: left[name].to_numpy() for name in names}], objectives)
         best = left.iloc[rows].sort_values(order.metric, ascending=order.sense == "min", kind="stable")
         parts.append(best.assign(front=number))
-        left = left.drop(left.index[rows])
+        # By position: labels of a user's table may repeat.
+        remaining = np.ones(len(left), dtype=np.bool_)
+        remaining[rows] = False
+        left = left.iloc[remaining]
     return pd.concat(parts) if parts else eligible.iloc[:0].assign(front=0)
 
 
@@ -181,8 +192,8 @@ class Source(Protocol):
         """Facts of the study; ``objectives`` and ``senses`` are JSON texts."""
 
     @property
-    def units(self) -> Mapping[str, str]:
-        """Unit of each column, in the columns' order."""
+    def columns(self) -> tuple[Column, ...]:
+        """The columns in their order."""
 
     def blocks(self, columns: Sequence[str] | None = None) -> Iterable[Columns]:
         """Columns of consecutive designs."""
@@ -202,31 +213,30 @@ class Ranking:
 
 
 def choose_objectives(
-    metrics: Sequence[str] | None,
+    metrics: Sequence[str] | str | None,
     order_by: str | None,
     senses: Mapping[str, Sense | None],
     columns: Sequence[str],
     usual: Sequence[str] = (),
 ) -> tuple[tuple[Objective, ...], Objective]:
     """The aims of a ranking and what orders it: what was asked for, else the study's own."""
-    texts = list(metrics) if metrics else list(usual)
+    texts = [metrics] if isinstance(metrics, str) else list(usual if metrics is None else metrics)
     if not texts:
         raise RequestError("nothing to rank by: give metrics, such as cv and swing_angle:max")
     objectives = tuple(dict.fromkeys(parse_objective(text, senses, columns) for text in texts))
-    order = parse_objective(order_by, senses, columns) if order_by else objectives[0]
+    order = objectives[0] if order_by is None else parse_objective(order_by, senses, columns)
     return objectives, order
 
 
 def rank_source(
-    source: Source, metrics: Sequence[str] | None = None, order_by: str | None = None, fronts: int = 1
+    source: Source, metrics: Sequence[str] | str | None = None, order_by: str | None = None, fronts: int = 1
 ) -> Ranking:
     """Rank the designs of a results file, block by block; see `rank_frame`."""
-    names = list(source.units)
     usual = json.loads(str(source.attributes.get("objectives", "[]")))
-    objectives, order = choose_objectives(metrics, order_by, senses_of(source.attributes), names, usual)
-    judged = [name for name in names if name in ("design", "feasible", "status") or name.endswith("_margin")]
-    wanted = list(dict.fromkeys([*judged, *(objective.metric for objective in objectives)]))
-    tally = Tally()
+    rankable = [c.name for c in source.columns if c.role in _RANKABLE and not c.labels]
+    objectives, order = choose_objectives(metrics, order_by, senses_of(source.attributes), rankable, usual)
+    tally = Tally(tuple(column.name for column in source.columns if column.role == "margin"))
+    wanted = list(dict.fromkeys(["design", "feasible", "status", *tally.margins, *(o.metric for o in objectives)]))
     best = source.rows(front(source.blocks(wanted), objectives, tally))
     if fronts > 1:
         chosen = source.rows(

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import itertools
 import json
+import logging
 import os
 import platform
 import time
+from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -17,17 +19,19 @@ import numpy as np
 
 from explore._version import __version__
 from explore.design_space import BLOCK_SIZE, DesignSpace
-from explore.errors import ResultsError
-from explore.evaluation import Evaluation, evaluate_columns, output_columns
+from explore.errors import RequestError, ResultsError
+from explore.evaluation import Evaluation, evaluate_columns, output_columns, speed_power
 from explore.store.writer import Writer
 from explore.study import Study
-from explore.vocabulary import Column, Request, SampledMetric, Status
+from explore.vocabulary import Column, Request, Status
 
 if TYPE_CHECKING:
     from distributed import Client
 
 #: Blocks under way at a time beyond one for each worker thread: enough to keep them busy while one is committed.
 SPARE_BLOCKS = 2
+#: How often a block is tried before it is left out.
+TRIES = 2
 
 
 @dataclass(frozen=True)
@@ -54,6 +58,12 @@ class Summary:
     seconds: float = 0.0
     failed: dict[int, str] = field(default_factory=dict)
 
+    @property
+    def progress(self) -> Progress:
+        """How far it is."""
+        done = self.resumed + self.computed
+        return Progress(done, self.designs, self.resumed, self.feasible, self.computed)
+
 
 def evaluate_block(request: Request, space: DesignSpace, number: int) -> Evaluation:
     """Evaluate one block of a design space; what a worker runs."""
@@ -74,7 +84,7 @@ def row_bytes(study: Study) -> int:
     return sum(np.dtype(column.dtype).itemsize for column in results_columns(study))
 
 
-def sweep(
+def run_study(
     study: Study,
     path: Path | str,
     *,
@@ -83,28 +93,7 @@ def sweep(
     restart: bool = False,
     progress: Callable[[Progress], None] | None = None,
 ) -> Summary:
-    """Compute every pending block of a study into a results file.
-
-    Parameters
-    ----------
-    study
-        From `explore.load_study`.
-    path
-        The results file; an unfinished one of the same study is continued.
-    client
-        Any dask.distributed Client; an in-process cluster of threads unless given.
-    workers
-        Threads of the in-process cluster; all processors unless given.
-    restart
-        Move an existing file aside and start over.
-    progress
-        Called after every commit.
-
-    Raises
-    ------
-    ResultsError
-        If the file cannot be created, belongs to another study, or is being written by another process.
-    """
+    """Run a study into a results file and say what was done; `explore.sweep` describes the arguments."""
     begun = time.monotonic()
     path = Path(path)
     writer = Writer(path, results_columns(study), study.space.count, BLOCK_SIZE, _attributes(study), restart=restart)
@@ -121,6 +110,8 @@ def sweep(
 def _cluster(client: Client | None, workers: int | None) -> Iterator[Client]:
     """The client given, or an in-process cluster of threads: the kernels release the GIL."""
     if client is not None:
+        if client.asynchronous:
+            raise RequestError("the client is asynchronous; give a synchronous dask.distributed Client")
         yield client
         return
     import dask
@@ -133,6 +124,7 @@ def _cluster(client: Client | None, workers: int | None) -> Iterator[Client]:
     settings |= {"distributed.scheduler.http.routes": [], "distributed.worker.http.routes": []}
     with (
         dask.config.set(settings),
+        _quiet("distributed"),
         LocalCluster(
             n_workers=1,
             threads_per_worker=workers or _processors(),
@@ -140,9 +132,21 @@ def _cluster(client: Client | None, workers: int | None) -> Iterator[Client]:
             dashboard_address="127.0.0.1:0",
             scheduler_kwargs={"dashboard": False},
         ) as cluster,
-        Client(cluster) as running,
+        Client(cluster, set_as_default=False) as running,
     ):
         yield running
+
+
+@contextmanager
+def _quiet(name: str) -> Iterator[None]:
+    """Keep a logger to itself: what a user must know of failed or cancelled blocks is said by the sweep."""
+    logger = logging.getLogger(name)
+    level = logger.level
+    logger.setLevel(logging.CRITICAL + 1)
+    try:
+        yield
+    finally:
+        logger.setLevel(level)
 
 
 def _processors() -> int:
@@ -159,43 +163,55 @@ def _run(
     from distributed import as_completed
 
     queue = iter(writer.pending)
-    retried: set[int] = set()
+    tries: Counter[int] = Counter()
     window = max(sum(client.nthreads().values()), 1) + SPARE_BLOCKS
-    arriving: Any = as_completed()
+    arriving: Any = as_completed(loop=client.loop)
     numbers: dict[Any, int] = {}
 
     def submit(number: int) -> None:
-        future = client.submit(evaluate_block, study.request, study.space, number, pure=False, retries=0)
+        tries[number] += 1
+        try:
+            future = client.submit(evaluate_block, study.request, study.space, number, pure=False, retries=0)
+        except Exception as problem:
+            raise _lost(problem) from problem
         numbers[future.key] = number
         arriving.add(future)
 
     for number in itertools.islice(queue, window):
         submit(number)
     for future in arriving:
-        number = numbers.pop(future.key)
-        try:
-            evaluation = future.result()
-        except (OSError, KeyboardInterrupt):
-            raise
-        except Exception as problem:
-            if number not in retried:
-                retried.add(number)
-                submit(number)
-                continue
-            summary.failed[number] = f"{type(problem).__name__}: {problem}"
-        else:
-            _commit(writer, number, evaluation, summary)
-            if progress is not None:
-                done = summary.resumed + summary.computed
-                progress(Progress(done, summary.designs, summary.resumed, summary.feasible, summary.computed))
+        number, outcome = numbers.pop(future.key), _outcome(future)
         future.release()
-        following = next(queue, None)
-        if following is not None:
+        if isinstance(outcome, str) and tries[number] < TRIES:
+            submit(number)
+            continue
+        if isinstance(outcome, str):
+            summary.failed[number] = outcome
+        else:
+            _commit(writer, number, outcome, summary)
+            if progress is not None:
+                progress(summary.progress)
+        for following in itertools.islice(queue, 1):
             submit(following)
     # The commit table decides what is done, not the count of what came back.
     lost = set(writer.pending) - set(summary.failed)
     if lost:
         raise ResultsError(f"blocks {sorted(lost)[:5]} never came back from the workers; run the sweep again to go on")
+
+
+def _lost(problem: Exception) -> ResultsError:
+    return ResultsError(f"the cluster was lost ({problem}); run the sweep again to go on")
+
+
+def _outcome(future: Any) -> Evaluation | str:
+    """What a block gave: its columns, or why it failed. Whatever it raises must not stop the others."""
+    try:
+        evaluation: Evaluation = future.result()
+    except Exception as problem:
+        if future.status != "error":  # the block did not fail, the cluster did
+            raise _lost(problem) from problem
+        return f"{type(problem).__name__}: {problem}"
+    return evaluation
 
 
 def _commit(writer: Writer, number: int, evaluation: Evaluation, summary: Summary) -> None:
@@ -210,14 +226,13 @@ def _commit(writer: Writer, number: int, evaluation: Evaluation, summary: Summar
 def _attributes(study: Study) -> dict[str, str | int | float]:
     """What the results file says about itself; nothing that differs between two runs of the same study."""
     import h5py
+    import numba
+    import scipy
 
     request = study.request
     senses = {metric.name: metric.sense for metric in request.metrics}
-    powers = {
-        metric.name: metric.signal.speed_power if metric.statistic != "cv" else 0
-        for metric in request.metrics
-        if isinstance(metric, SampledMetric)
-    }
+    powers = {metric.name: speed_power(metric) for metric in request.metrics}
+    powers |= {f"{constraint.metric.name}_margin": speed_power(constraint.metric) for constraint in request.constraints}
     return {
         "config": study.text,
         "request_sha256": study.sha256,
@@ -233,23 +248,9 @@ def _attributes(study: Study) -> dict[str, str | int | float]:
         "status_sentences": json.dumps({status.label: status.sentence for status in Status}),
         "explore_version": __version__,
         "numpy_version": np.__version__,
+        "scipy_version": scipy.__version__,
+        "numba_version": numba.__version__,
         "h5py_version": h5py.__version__,
         "hdf5_version": h5py.version.hdf5_version,
         "machine": platform.machine(),
     }
-
-
-def check_room(study: Study, path: Path) -> None:
-    """Refuse a sweep whose results cannot fit on the disk, before anything is written."""
-    import shutil
-
-    needed = row_bytes(study) * study.space.count
-    folder = path.parent
-    while not folder.exists():
-        folder = folder.parent
-    free = shutil.disk_usage(folder).free
-    if needed > free:
-        raise ResultsError(
-            f"{study.space.count:,} designs need {needed / 1e9:,.1f} GB, but only {free / 1e9:,.1f} GB are free in "
-            f'{folder}; sweep fewer values or use method = "sobol" with a count'
-        )

@@ -60,7 +60,8 @@ _STATUS_SENTENCES = {
 class Parameter:
     """An input of a mechanism: one column of every sweep that names it.
 
-    Values must be ``> lower`` and ``<= upper``. `scales_speed` marks the input speed: velocities are proportional
+    Values must be ``> lower`` and ``<= upper``. `only_in` names the windows that the parameter matters to; none means
+    all. `scales_speed` marks the input speed: velocities are proportional
     to it and accelerations to its square, so it never asks for a new kinematic evaluation.
     """
 
@@ -71,6 +72,7 @@ class Parameter:
     lower: float = 0.0
     upper: float = np.inf
     choices: tuple[float, ...] = ()
+    only_in: tuple[str, ...] = ()
     scales_speed: bool = False
 
 
@@ -232,10 +234,10 @@ class Request:
 
     mechanism: Mechanism
     metrics: tuple[Metric | SampledMetric, ...]
-    constraints: tuple[Constraint, ...] = ()
-    window: Window = field(default=None)  # type: ignore[assignment]  # set by explore.request in every case
-    drive: str = "slow"
-    tolerance: float = 1e-9
+    constraints: tuple[Constraint, ...]
+    window: Window
+    drive: str
+    tolerance: float
 
     @property
     def all_metrics(self) -> tuple[Metric | SampledMetric, ...]:

@@ -71,7 +71,7 @@ def test_bad_sampling(problems, section, problem):
         ("[evaluate]\nwindow = 5", "8: evaluate.window: unknown window 5"),
         ('[evaluate]\ndrive = "slwo"', "8: evaluate.drive: unknown drive 'slwo'; did you mean 'slow'?"),
         ("[evaluate]\ndrive = 3", "8: evaluate.drive: must be a text in quotes, got 3"),
-        ("[evaluate]\ntolerance = 1e-15", "8: evaluate.tolerance: 1e-15 is outside 1e-13 to 0.1"),
+        ("[evaluate]\ntolerance = 1e-15", "8: evaluate.tolerance: 1e-15 is outside 1e-13 to 0.0001"),
         ("[evaluate]\ntolerence = 1e-9", "8: evaluate.tolerence: unknown key; did you mean 'tolerance'?"),
         (
             '[evaluate]\nmetrics = ["rocker_acceleration_cv"]',

@@ -231,3 +231,31 @@ def test_simulate_keeps_angles_beyond_a_turn_and_at_the_ends_of_the_strokes():
 
 def test_blocks_are_of_the_size_that_the_format_fixes():
     assert BLOCK_SIZE == 65_536
+
+
+@pytest.mark.parametrize("factor", [1e-25, 1e25])
+def test_the_size_of_the_linkage_changes_nothing(factor):
+    lengths = dict(zip(PUBLISHED, (100.0, 1083.0, 541.0, 691.0), strict=True))
+    metrics = ["swing_angle", "transmission_angle_min", "cv", "coupler_acceleration_variance"]
+    one = explore.evaluate("crank-rocker", lengths, metrics).iloc[0]
+    # Scaled lengths are rounded once each, which moves the metrics by a few times 1e-16 of themselves.
+    other = explore.evaluate("crank-rocker", {k: v * factor for k, v in lengths.items()}, metrics).iloc[0]
+
+    assert other["status"] == 1
+    np.testing.assert_allclose(other[metrics].astype(float), one[metrics].astype(float), rtol=1e-13)
+
+
+@pytest.mark.parametrize("change", [{"crank": 1e-31}, {"coupler": 1e31}, {"speed": 1e31}])
+def test_sizes_beyond_the_range_of_doubles_are_no_usable_numbers(change):
+    row = explore.evaluate("crank-rocker", PUBLISHED | change).iloc[0]
+
+    assert row["status"] == 8
+    assert np.isnan(row["swing_angle"])
+    assert not row["feasible"]
+
+
+def test_phases_ask_for_no_evaluation_of_their_own_outside_the_clutch():
+    designs = PUBLISHED | {"phases": [1, 2, 3, 4]}
+
+    assert explore.evaluate("crank-rocker", designs, ["cv"]).attrs["kinematic_evaluations"] == 1
+    assert explore.evaluate("crank-rocker", designs, ["cv"], "clutch").attrs["kinematic_evaluations"] == 4

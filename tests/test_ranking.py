@@ -61,7 +61,7 @@ def test_the_front_does_not_depend_on_blocks_and_leaves_out_what_does_not_count(
     frame.loc[rng.random(n) < 0.05, "gain"] = np.nan
     frame.loc[::97, "gain"] = np.inf
     objectives = [Objective("cost", "min"), Objective("gain", "max")]
-    tally = Tally()
+    tally = Tally(("gain_margin",))
 
     rows = front(blocks_of(frame, [1, 999, 1500, 500]), objectives, tally)
 
@@ -71,7 +71,26 @@ def test_the_front_does_not_depend_on_blocks_and_leaves_out_what_does_not_count(
     assert tally.ranked == usable.sum()
     assert tally.not_finite == (frame["feasible"] & ~np.isfinite(frame["gain"])).sum()
     assert tally.by_status["crank_blocked"] == (frame["status"] == 3).sum()
-    assert tally.by_constraint["gain"] == ((frame["gain_margin"] < 0) & (frame["status"] == 1)).sum()
+    assert tally.by_constraint["gain_margin"] == ((frame["gain_margin"] < 0) & (frame["status"] == 1)).sum()
+
+
+def test_labels_of_a_table_may_repeat():
+    table = pd.DataFrame({"a": [1.0, 2, 3, 4], "b": [1.0, 2, 3, 4]}, index=[0, 0, 1, 1])
+
+    ranked = explore.rank(table, ["a:min", "b:min"], fronts=4)
+
+    assert ranked["a"].tolist() == [1, 2, 3, 4]
+    assert ranked["front"].tolist() == [1, 2, 3, 4]
+
+
+def test_an_undefined_constraint_is_counted_as_such():
+    columns = {"feasible": np.array([False]), "status": np.array([1]), "cv_margin": np.array([np.nan])}
+    tally = Tally(("cv_margin",))
+
+    tally.add(columns, np.array([False]), np.array([True]))
+
+    assert tally.undefined["cv_margin"] == 1
+    assert tally.by_constraint["cv_margin"] == 0
 
 
 def test_any_table_can_be_ranked_in_fronts():
@@ -95,11 +114,12 @@ def test_any_table_can_be_ranked_in_fronts():
         (["swing_angle:big"], "min or max"),
         (None, "give metrics"),
         ([], "give metrics"),
+        (["words:min"], "does not hold numbers"),
     ],
 )
 def test_wrong_objectives_get_one_line(metrics, message):
     with pytest.raises(explore.RequestError, match=message):
-        explore.rank(pd.DataFrame({"cv": [1.0], "swing_angle": [1.0]}), metrics)
+        explore.rank(pd.DataFrame({"cv": [1.0], "swing_angle": [1.0], "words": ["a"]}), metrics)
 
 
 def test_nothing_feasible_gives_an_empty_table():

@@ -137,9 +137,13 @@ def test_default_metrics_exist_in_every_window(window):
 
 
 def test_interval_in_degrees():
-    window = make_request(MECHANISM, window={"from": 30, "to": 390}).window
+    window = make_request(MECHANISM, metrics=["rocker_velocity_mean"], window={"from": 30, "to": 380}).window
     assert (window.name, window.code) == ("interval", WINDOWS["interval"].code)
-    assert (window.start, window.stop) == (math.radians(30), math.radians(390))
+    assert (window.start, window.stop) == (math.radians(30), math.radians(380))
+
+
+def test_an_interval_of_a_full_turn_is_the_cycle():
+    assert make_request(MECHANISM, window={"from": 30, "to": 390}).window == WINDOWS["cycle"]
 
 
 @pytest.mark.parametrize(
@@ -173,7 +177,7 @@ def test_defaults():
     ("tolerance", "reason"),
     [
         (1e-14, "rounding errors of doubles are larger"),
-        (0.2, "mean nothing"),
+        (0.2, "coefficients of variation"),
         (math.nan, "not a finite"),
         (True, "not a number"),
     ],

@@ -554,10 +554,14 @@ def test_restart_moves_the_old_file_aside(copy):
 def test_restart_over_a_file_that_is_no_results_file(tmp_path):
     path = tmp_path / "notes.h5"
     path.write_text("my notes")
-    with pytest.raises(ResultsError, match="not an HDF5 file; use --restart"):
+    (tmp_path / "folder.h5").mkdir()
+    with pytest.raises(ResultsError, match="not an HDF5 file; name another file"):
         fill(path)
-    with writer(path, restart=True):
-        assert path.with_name("notes.h5.old").read_text() == "my notes"
+    for other in (path, tmp_path / "folder.h5"):
+        with pytest.raises(ResultsError, match="left alone"), writer(other, restart=True):
+            pass
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["folder.h5", "notes.h5"]
+    assert path.read_text() == "my notes"
 
 
 # --- files that are not sound ----------------------------------------------------------------------------------------

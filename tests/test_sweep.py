@@ -37,7 +37,7 @@ def digest(path):
 
 
 def test_the_file_holds_what_evaluate_says_of_every_design(study, tmp_path):
-    summary = explore.sweep(study, tmp_path / "a.h5")
+    summary = sweeping.run_study(study, tmp_path / "a.h5")
 
     frame = explore.read_results(tmp_path / "a.h5")
     designs = study.space.designs(0, study.space.count)
@@ -69,7 +69,7 @@ def test_threads_processes_over_tcp_and_a_resumed_run_give_the_same_bytes(study,
     for _ in range(2):
         with pytest.raises(Stop):
             explore.sweep(study, tmp_path / "resumed.h5", progress=stop)
-    summary = explore.sweep(study, tmp_path / "resumed.h5")
+    summary = sweeping.run_study(study, tmp_path / "resumed.h5")
 
     assert summary.resumed == 2 * BLOCK_SIZE or summary.resumed == BLOCK_SIZE + 151_200 % BLOCK_SIZE
     assert len({digest(tmp_path / f"{name}.h5") for name in ("one", "three", "tcp", "resumed")}) == 1
@@ -90,7 +90,7 @@ def test_a_finished_file_is_left_as_it_is(study, tmp_path):
     explore.sweep(study, tmp_path / "a.h5")
     before = (tmp_path / "a.h5").stat().st_mtime_ns, digest(tmp_path / "a.h5")
 
-    summary = explore.sweep(study, tmp_path / "a.h5")
+    summary = sweeping.run_study(study, tmp_path / "a.h5")
 
     assert summary.computed == 0
     assert summary.resumed == 151_200
@@ -109,7 +109,7 @@ def test_a_block_that_fails_twice_is_reported_and_the_others_finish(study, tmp_p
 
     with monkeypatch.context() as patch:
         patch.setattr(sweeping, "evaluate_block", poisoned)
-        summary = explore.sweep(study, tmp_path / "a.h5")
+        summary = sweeping.run_study(study, tmp_path / "a.h5")
 
     assert tries.read_text() == "tried\ntried\n"
     assert list(summary.failed) == [1]
@@ -117,7 +117,7 @@ def test_a_block_that_fails_twice_is_reported_and_the_others_finish(study, tmp_p
     results = explore.open_results(tmp_path / "a.h5")
     assert not results.complete
     assert results.n_committed == 151_200 - BLOCK_SIZE
-    assert explore.sweep(study, tmp_path / "a.h5").failed == {}
+    assert sweeping.run_study(study, tmp_path / "a.h5").failed == {}
     assert explore.open_results(tmp_path / "a.h5").complete
 
 
@@ -140,9 +140,47 @@ def test_a_sweep_that_cannot_fit_is_refused_with_its_size(tmp_path):
     path.write_text(STUDY.format(num=160_000_000_000))
     study = explore.load_study(path)
 
-    with pytest.raises(explore.ResultsError, match="designs need .* GB, but only .* GB are free"):
-        sweeping.check_room(study, tmp_path / "results" / "huge.h5")
-    assert not (tmp_path / "results").exists()
+    with pytest.raises(explore.ResultsError, match="needs .* bytes, but only .* are free"):
+        explore.sweep(study, tmp_path / "huge.h5")
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_sweep_returns_the_results_and_warns_of_blocks_left_out(study, tmp_path, monkeypatch):
+    real = sweeping.evaluate_block
+
+    def full(request, space, number):
+        if number == 2:
+            raise OSError(28, "No space left on device")  # on the worker: not our file, and not the cluster's loss
+        return real(request, space, number)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(sweeping, "evaluate_block", full)
+        with pytest.warns(RuntimeWarning, match="block 2 failed twice"):
+            results = explore.sweep(study, tmp_path / "a.h5")
+
+    assert results.n_committed == 2 * BLOCK_SIZE
+    assert explore.rank(explore.sweep(study, tmp_path / "a.h5"), "cv").shape[0] >= 1
+
+
+def test_any_synchronous_client_will_do(study, tmp_path):
+    settings = {"processes": False, "n_workers": 1, "dashboard_address": "127.0.0.1:0"}
+    with LocalCluster(**settings) as cluster, Client(cluster, set_as_default=False) as client:
+        assert explore.sweep(study, tmp_path / "a.h5", client=client).complete
+
+
+def test_a_lost_cluster_ends_the_sweep_in_one_line_and_loses_nothing(tmp_path):
+    (tmp_path / "long.toml").write_text(STUDY.format(num=160))  # 23 blocks, so that some are still under way
+    study = explore.load_study(tmp_path / "long.toml")
+    settings = {"processes": False, "n_workers": 1, "dashboard_address": "127.0.0.1:0"}
+    with LocalCluster(**settings) as cluster, Client(cluster) as client:
+
+        def lose(_):
+            cluster.close()
+
+        with pytest.raises(explore.ResultsError, match="cluster was lost"):
+            explore.sweep(study, tmp_path / "a.h5", client=client, progress=lose)
+    assert explore.open_results(tmp_path / "a.h5").n_committed > 0
+    assert explore.sweep(study, tmp_path / "a.h5").complete
 
 
 def test_ranking_a_file_agrees_with_ranking_its_table(study, tmp_path):
@@ -151,8 +189,10 @@ def test_ranking_a_file_agrees_with_ranking_its_table(study, tmp_path):
     streamed = explore.rank(tmp_path / "a.h5", ["cv", "swing_angle:max"], order_by="cv")
     at_once = explore.rank(explore.read_results(tmp_path / "a.h5"), ["cv", "swing_angle:max"], order_by="cv")
     second = explore.rank(tmp_path / "a.h5", ["cv", "swing_angle:max"], fronts=2)
+    usual = explore.rank(explore.read_results(tmp_path / "a.h5"))
 
     assert len(streamed) > 10
     assert streamed.index.tolist() == at_once.index.tolist()
     assert second[second["front"] == 1].index.tolist() == streamed.index.tolist()
     assert (second["front"] == 2).any()
+    assert usual.index.tolist() == explore.rank(tmp_path / "a.h5").index.tolist()

@@ -63,7 +63,7 @@ def rank(
         list[str] | None,
         typer.Option(help="One: orders the Pareto set. Several: the objectives, each NAME, NAME:min or NAME:max."),
     ] = None,
-    top: Annotated[int, typer.Option(min=0, help="Lines to print; 0 for all.")] = 10,
+    top: Annotated[int | None, typer.Option(min=0, help="Lines to print, 0 for all; 10, or all of --json.")] = None,
     json: Json = False,
     output: Annotated[
         Path | None, typer.Option("-o", "--output", help="Also write the Pareto set to a CSV file.")
@@ -99,7 +99,7 @@ def simulate(
     mechanism: Annotated[str | None, typer.Option(help="A mechanism, with --set in place of a study.")] = None,
     set_: Annotated[
         list[str] | None,
-        typer.Option("--set", metavar="NAME=VALUE", help="A parameter; units may follow: speed='60 rpm'."),
+        typer.Option("--set", metavar="NAME=VALUE", help="A parameter, in place of the study's; a unit may follow."),
     ] = None,
     design: Annotated[int, typer.Option(min=0, help="Which design of the study.")] = 0,
     angles: Annotated[int, typer.Option(min=1, help="How many equispaced crank angles.")] = 360,

@@ -14,7 +14,7 @@ def print_mechanisms(*, as_json: bool) -> None:
         print_json({name: mechanism.summary for name, mechanism in MECHANISMS.items()})
         return
     print_table("", [("mechanism", ""), ("what it is", "")], [[m.name, m.summary] for m in MECHANISMS.values()])
-    say("[dim]explore mechanisms NAME shows parameters, signals, metrics and windows[/]")
+    say("explore mechanisms NAME shows parameters, signals, metrics and windows", "dim")
 
 
 def print_mechanism(name: str, *, as_json: bool) -> None:
@@ -25,7 +25,7 @@ def print_mechanism(name: str, *, as_json: bool) -> None:
     if as_json:
         print_json(_described(mechanism))
         return
-    say(f"[bold]{mechanism.name}[/]: {mechanism.summary}")
+    say(f"{mechanism.name}: {mechanism.summary}", "bold", data=True)
     print_table(
         "parameters",
         [("parameter", ""), ("unit", ""), ("default", ""), ("allowed", ""), ("meaning", "")],
@@ -48,9 +48,10 @@ def print_mechanism(name: str, *, as_json: bool) -> None:
         [[m.name, m.unit, m.long_name] for m in mechanism.metrics],
     )
     print_table("windows", [("window", ""), ("meaning", "")], [[w.name, w.long_name] for w in mechanism.windows])
-    say(f"sampled metrics: SIGNAL_STATISTIC or SIGNAL_STATISTIC_WINDOW, statistics {', '.join(STATISTICS)}")
-    say(f"mean, variance and cv alone are those of the output, {mechanism.output['']}")
-    say(f"drive is one of {', '.join(mechanism.drives)}; default objectives are {', '.join(mechanism.objectives)}")
+    say(f"sampled metrics: SIGNAL_STATISTIC or SIGNAL_STATISTIC_WINDOW, statistics {', '.join(STATISTICS)}", data=True)
+    say(f"mean, variance and cv alone are those of the output, {mechanism.output['']}", data=True)
+    say(f"drive is one of {', '.join(mechanism.drives)}", data=True)
+    say(f"default objectives are {', '.join(mechanism.objectives)}", data=True)
 
 
 def _allowed(parameter: Parameter) -> str:

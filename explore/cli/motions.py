@@ -28,7 +28,8 @@ def print_motion(
         raise RequestError("name either a study or --mechanism with its --set NAME=VALUE")
     with compiled_kernels():
         from explore.api import simulate
-    name, parameters = _from_study(config, design) if config else _from_settings(mechanism or "", settings)
+    name, parameters = _from_study(config, design) if config else (mechanism or "", {})
+    parameters |= _from_settings(name, settings)
     _write(simulate(name, angles=angles, **parameters), output, as_json=as_json)
 
 
@@ -44,14 +45,14 @@ def _from_study(config: Path, design: int) -> tuple[str, dict[str, float]]:
     return study.request.mechanism.name, {key: float(values[0]) for key, values in columns.items()}
 
 
-def _from_settings(mechanism: str, settings: list[str]) -> tuple[str, dict[str, float]]:
+def _from_settings(mechanism: str, settings: list[str]) -> dict[str, float]:
     """Parameters given as NAME=VALUE, units allowed."""
     from explore.request.requests import find_mechanism
     from explore.request.suggest import suggestion
     from explore.request.units import quantity
 
     declared = {p.name: p for p in find_mechanism(mechanism).parameters}
-    parameters = {}
+    parameters: dict[str, float] = {}
     for setting in settings:
         name, equals, text = setting.partition("=")
         if not equals:
@@ -62,7 +63,7 @@ def _from_settings(mechanism: str, settings: list[str]) -> tuple[str, dict[str, 
             parameters[name] = float(text)
         except ValueError:
             parameters[name] = quantity(text, declared[name].unit)
-    return mechanism, parameters
+    return parameters
 
 
 def _write(motion: pd.DataFrame, output: Path | None, *, as_json: bool) -> None:

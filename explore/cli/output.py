@@ -13,22 +13,19 @@ from typing import Any
 
 def complain(text: str) -> None:
     """Say what went wrong, on stderr."""
+    from rich.text import Text
+
+    say(Text.assemble(("error: ", "bold red"), text))
+
+
+def say(text: Any, style: str = "", *, data: bool = False) -> None:
+    """A line for people: a message on stderr, or with `data` a part of what was asked for, on stdout."""
     from rich.console import Console
+    from rich.text import Text
 
-    Console(stderr=True, highlight=False, soft_wrap=True).print(f"[bold red]error:[/] {_escaped(text)}")
-
-
-def say(text: str) -> None:
-    """A message for people, on stderr; it may carry rich's markup."""
-    from rich.console import Console
-
-    Console(stderr=True, highlight=False, soft_wrap=True).print(text)
-
-
-def _escaped(text: str) -> str:
-    from rich.markup import escape
-
-    return escape(text)
+    # No markup: a path may hold brackets. No wrapping: a line that is cut into pieces cannot be copied.
+    line = Text(text, style) if isinstance(text, str) else text
+    Console(stderr=not data, highlight=False, soft_wrap=True).print(line)
 
 
 def number(value: object, digits: int = 6) -> str:
@@ -51,26 +48,25 @@ def print_table(
 
     table = Table(title=title or None, caption=caption or None, box=box.SIMPLE_HEAD, title_justify="left",
                   caption_justify="left", title_style="bold", pad_edge=False)  # fmt: skip
-    for name, unit in columns:
+    least = 0
+    for k, (name, unit) in enumerate(columns):
         heading = Text(name)
         if unit and unit != "1":
             heading.append(f"\n{unit}", style="dim")
-        table.add_column(heading, justify="right" if rows and _numeric(rows, len(table.columns)) else "left")
+        cells = [row[k] for row in rows]
+        numeric = any(cell.lstrip("-–")[:1].isdigit() for cell in cells)
+        # Numbers are never cut; text may wrap.
+        width = max(map(len, (name, unit, *cells))) if numeric else 20
+        least += width + 4
+        table.add_column(heading, justify="right" if numeric else "left", min_width=width if numeric else None)
     for row in rows:
         table.add_row(*(Text(cell) for cell in row))
-    # Not cut to 80 columns when piped: a file has no width.
-    console = Console(highlight=False) if sys.stdout.isatty() else Console(highlight=False, width=_width(table))
+    console = Console(highlight=False)
+    if not sys.stdout.isatty():
+        # A file has no width.
+        console.width = max(80, int(Console(width=10_000).measure(table).maximum))
+    console.width = max(console.width, least)
     console.print(table)
-
-
-def _numeric(rows: Sequence[Sequence[str]], column: int) -> bool:
-    return any(row[column][:1].isdigit() or row[column][:2].lstrip("-–")[:1].isdigit() for row in rows)
-
-
-def _width(table: Any) -> int:
-    from rich.console import Console
-
-    return max(80, int(Console(width=10_000).measure(table).maximum))
 
 
 def print_json(value: object) -> None:
@@ -93,7 +89,7 @@ def _plain(value: Any) -> Any:
 def compiled_kernels() -> Iterator[None]:
     """Load the kernels; if that takes long they are being compiled, and the user is told why nothing happens."""
     timer = threading.Timer(
-        1.5, say, ["[dim]preparing the compiled kernels; the first time on a machine takes about ten seconds …[/]"]
+        1.5, say, ["preparing the compiled kernels; the first time on a machine takes about ten seconds …", "dim"]
     )
     timer.daemon = True
     timer.start()

@@ -8,6 +8,9 @@ from typing import TYPE_CHECKING
 
 from explore.cli.output import newest_results, number, print_json, print_table, say
 
+#: Lines of the table unless --top says otherwise.
+USUAL_LINES = 10
+
 if TYPE_CHECKING:
     import pandas as pd
 
@@ -15,51 +18,57 @@ if TYPE_CHECKING:
     from explore.store.results import Results
 
 
-def print_ranking(path: Path | None, metrics: list[str], top: int, output: Path | None, *, as_json: bool) -> None:
+def print_ranking(
+    path: Path | None, metrics: list[str], top: int | None, output: Path | None, *, as_json: bool
+) -> None:
     """Rank a results file and print its Pareto set; one metric orders, several replace the objectives."""
     from explore.ranking import rank_source
     from explore.store.results import open_results
 
     results = open_results(path or newest_results())
     if not results.complete:
-        say(f"[yellow]{results.path} is not finished: {results.n_committed:,} of {results.n_designs:,} designs[/]")
+        say(f"{results.path} is not finished: {results.n_committed:,} of {results.n_designs:,} designs", "yellow")
     ranking = rank_source(results, metrics if len(metrics) > 1 else None, metrics[0] if len(metrics) == 1 else None)
     if output is not None:
         ranking.frame.to_csv(output)
         say(f"wrote {len(ranking.frame):,} designs to {output}")
     if as_json:
-        frame = ranking.frame if top == 0 else ranking.frame.head(top)
+        frame = ranking.frame.head(top) if top else ranking.frame
         print_json(frame.reset_index().to_dict(orient="records"))
         return
     _explain(results, ranking)
     if not ranking.frame.empty:
-        _print_front(results, ranking, top)
+        _print_front(results, ranking, USUAL_LINES if top is None else top)
 
 
 def _explain(results: Results, ranking: Ranking) -> None:
     """Say what was ranked, what was left out and why."""
     tally = ranking.tally
-    aims = ", ".join(f"{o.metric} ({o.sense})" for o in ranking.objectives)
+    senses = ", ".join(f"{o.metric} ({o.sense})" for o in ranking.objectives)
     if tally.ranked:
-        say(f"{len(ranking.frame):,} of {tally.ranked:,} feasible designs are Pareto-optimal in {aims}")
+        say(f"{len(ranking.frame):,} of {tally.ranked:,} feasible designs are Pareto-optimal in {senses}")
     else:
-        say(f"[bold yellow]no design of {results.path} is feasible, so there is nothing to rank[/]")
+        say(f"no design of {results.path} is feasible, so there is nothing to rank", "bold yellow")
     sentences = json.loads(str(results.attributes.get("status_sentences", "{}")))
     for line in _left_out(tally, sentences):
         say(f"  left out: {line}")
     speed = str(results.attributes.get("speed", ""))
     powers = json.loads(str(results.attributes.get("speed_powers", "{}")))
     swept = {c.name for c in results.columns if c.role == "parameter"}
-    if speed in swept and all(powers.get(o.metric, 0) == 0 for o in ranking.objectives):
+    aims = {o.metric for o in (*ranking.objectives, ranking.order_by)}
+    if speed in swept and all(powers.get(aim) == 0 for aim in aims):
         say(f"  {speed} changes none of these objectives; designs that differ only in it are shown as one line")
 
 
 def _left_out(tally: Tally, sentences: dict[str, str]) -> list[str]:
-    lines = [f"{count:,} miss the constraint on {name}" for name, count in tally.by_constraint.most_common()]
-    lines += [f"{count:,} {label}: {sentences.get(label, '')}" for label, count in tally.by_status.most_common()]
-    if tally.not_finite:
-        lines.append(f"{tally.not_finite:,} in which an objective is undefined")
-    return lines
+    missed = [(name.removesuffix("_margin"), count) for name, count in tally.by_constraint.most_common() if count]
+    unknown = [(name.removesuffix("_margin"), count) for name, count in tally.undefined.most_common() if count]
+    return [
+        *(f"{count:,} miss the constraint on {name}" for name, count in missed),
+        *(f"{count:,} in which {name}, a constraint, is undefined" for name, count in unknown),
+        *(f"{count:,} {label}: {sentences.get(label, '')}" for label, count in tally.by_status.most_common()),
+        *([f"{tally.not_finite:,} in which an objective is undefined"] if tally.not_finite else []),
+    ]
 
 
 def _print_front(results: Results, ranking: Ranking, top: int) -> None:
@@ -72,7 +81,7 @@ def _print_front(results: Results, ranking: Ranking, top: int) -> None:
     units = results.units
     shown = groups if top == 0 else groups[:top]
     rows = [
-        [number(int(group.index[0])), number(len(group)), *(_spread(group[name]) for name in parameters),
+        [str(group.index[0]), number(len(group)), *(_spread(group[name]) for name in parameters),
          *(number(float(group[name].iloc[0])) for name in names)]
         for _, group in shown
     ]  # fmt: skip

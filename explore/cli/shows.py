@@ -29,10 +29,10 @@ def show_results(path: Path | None, *, as_json: bool) -> None:
         )
         return
     state = "complete" if results.complete else f"not finished, {results.n_committed:,} designs so far"
-    say(f"{results.path}: {results.attributes.get('mechanism')}, {results.n_designs:,} designs, {state}")
+    say(f"{results.path}: {results.attributes.get('mechanism')}, {results.n_designs:,} designs, {state}", data=True)
     counts = results.counts
     if not results.complete:
-        say("to go on with it: run its `explore sweep` again")
+        say("to go on with it, run its `explore sweep` again", data=True)
     print_table(
         "designs by status",
         [("status", ""), ("designs", ""), ("meaning", "")],
@@ -74,4 +74,4 @@ def show_design(path: Path | None, design: int, *, as_json: bool) -> None:
             if column.role != "index"
         ],
     )
-    say(f"[bold]{status}[/]: {sentences.get(status, '')}")
+    say(f"{status}: {sentences.get(status, '')}", "bold", data=True)

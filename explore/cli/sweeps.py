@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from explore.cli.output import compiled_kernels, complain, number, print_table, say
+from explore.errors import RequestError
 
 if TYPE_CHECKING:
     from explore.study import Study
@@ -31,17 +32,30 @@ def run_sweep(
     if dry_run:
         _print_plan(study, path)
         return 0
-    path.parent.mkdir(parents=True, exist_ok=True)
-    sweeping.check_room(study, path)
+    if path.exists() and path.samefile(config):
+        raise RequestError(f"-o {path} is the study itself; name another file")
     try:
         with _progress(study.space.count, quiet=quiet) as progress:
-            summary = sweeping.sweep(study, path, workers=workers, restart=restart, progress=progress)
+            summary = sweeping.run_study(study, path, workers=workers, restart=restart, progress=progress)
     except KeyboardInterrupt:
         kept = f" -o {output}" if output else ""
         say(f"interrupted; finished blocks are safe in {path}. To go on: explore sweep {config}{kept}")
         return 130
     _report(summary, quiet=quiet)
+    _compare_objectives(study, path)
     return 3 if summary.failed else 0
+
+
+def _compare_objectives(study: Study, path: Path) -> None:
+    """[rank] may change without a new sweep, but the file keeps the aims it was made with: say how to use the new."""
+    import json
+
+    from explore.store.results import open_results
+
+    aims = [f"{objective.metric}:{objective.sense}" for objective in study.objectives]
+    if json.loads(str(open_results(path).attributes["objectives"])) != aims:
+        say(f"[rank] differs from the one that {path} was made with; to rank by it: "
+            f"explore rank {path} {' '.join(f'--metric {aim}' for aim in aims)}")  # fmt: skip
 
 
 def _report(summary: Summary, *, quiet: bool) -> None:
@@ -127,7 +141,7 @@ def _print_plan(study: Study, path: Path) -> None:
     for start, stop in edges:
         designs = space.designs(start, stop)
         rows += [
-            [f"{start + i:,}", *(number(float(designs[column.name][i])) for column in columns)]
+            [str(start + i), *(number(float(designs[column.name][i])) for column in columns)]
             for i in range(stop - start)
         ]
     size = space.count * row_bytes(study)

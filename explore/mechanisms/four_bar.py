@@ -113,6 +113,25 @@ def prepare(crank, coupler, rocker, ground, branch, row):
     row[GROUND_MINUS_CRANK] = ground - crank
 
 
+@compiled(fast=True, inline=True)
+def _fill_angles(row, sin_half, cos_half, count, out):
+    """Angles of coupler and rocker and the transmission angle at the nodes, rad; see `fill`."""
+    four_products = row[FOUR_CRANK_GROUND]
+    for j in range(count):
+        sine_squared = sin_half[j] * sin_half[j]
+        d_squared = row[GROUND_MINUS_CRANK_SQUARED] + four_products * sine_squared
+        p = row[E1_E2] + four_products * sine_squared
+        q = row[E3_E4] + four_products * cos_half[j] * cos_half[j]
+        across = 0.5 * row[BRANCH] * math.sqrt(p * q) / d_squared
+        along = 0.5 + 0.5 * row[SQUARES] / d_squared
+        dx = row[GROUND_MINUS_CRANK] + 2.0 * row[CRANK] * sine_squared
+        dy = -2.0 * row[CRANK] * sin_half[j] * cos_half[j]
+        out[COUPLER_ANGLE, j] = math.atan2(along * dy + across * dx, along * dx - across * dy)
+        along -= 1.0
+        out[ROCKER_ANGLE, j] = math.atan2(along * dy + across * dx, along * dx - across * dy)
+        out[TRANSMISSION_ANGLE, j] = 2.0 * math.atan2(math.sqrt(p), math.sqrt(q))
+
+
 @compiled(FILL_SIGNATURE, fast=True)
 def fill(row, sin_half, cos_half, count, needs, out):
     """Signals at the nodes, for unit crank velocity: rad, 1, 1/rad.
@@ -130,17 +149,11 @@ def fill(row, sin_half, cos_half, count, needs, out):
     out : (SIGNAL_ROWS, t) array
         The rows asked for are filled.
     """
-    difference_squared, four_products, p0, q0, squares, numerator0, branch = (
-        row[0],
-        row[1],
-        row[2],
-        row[3],
-        row[4],
-        row[5],
-        row[6],
-    )
+    difference_squared, four_products = row[GROUND_MINUS_CRANK_SQUARED], row[FOUR_CRANK_GROUND]
+    p0, q0, squares = row[E1_E2], row[E3_E4], row[SQUARES]
+    numerator0, branch = row[CRANK_TIMES_DIFFERENCE], row[BRANCH]
     product = 0.25 * four_products
-    if needs & 3:
+    if needs & (VELOCITIES | ACCELERATIONS):
         for j in range(count):
             sine_squared = sin_half[j] * sin_half[j]
             cosine_squared = cos_half[j] * cos_half[j]
@@ -165,16 +178,4 @@ def fill(row, sin_half, cos_half, count, needs, out):
                 out[COUPLER_ACCELERATION, j] = (k_less_half - 0.5) * f_rate + common
                 out[ROCKER_ACCELERATION, j] = (k_less_half + 0.5) * f_rate + common
     if needs & ANGLES:
-        for j in range(count):
-            sine_squared = sin_half[j] * sin_half[j]
-            d_squared = difference_squared + four_products * sine_squared
-            p = p0 + four_products * sine_squared
-            q = q0 + four_products * cos_half[j] * cos_half[j]
-            across = 0.5 * branch * math.sqrt(p * q) / d_squared
-            along = 0.5 + 0.5 * squares / d_squared
-            dx = row[GROUND_MINUS_CRANK] + 2.0 * row[CRANK] * sine_squared
-            dy = -2.0 * row[CRANK] * sin_half[j] * cos_half[j]
-            out[COUPLER_ANGLE, j] = math.atan2(along * dy + across * dx, along * dx - across * dy)
-            along -= 1.0
-            out[ROCKER_ANGLE, j] = math.atan2(along * dy + across * dx, along * dx - across * dy)
-            out[TRANSMISSION_ANGLE, j] = 2.0 * math.atan2(math.sqrt(p), math.sqrt(q))
+        _fill_angles(row, sin_half, cos_half, count, out)

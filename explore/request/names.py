@@ -49,7 +49,10 @@ def make_window(mechanism: Mechanism, window: str | Mapping[str, object] | None)
     if window is None:
         window = mechanism.default_window
     if isinstance(window, Mapping):
-        return _interval(mechanism, window)
+        interval = _interval(mechanism, window)
+        # An interval of a full turn is the cycle: the same averages vanish, and a turning output has it too.
+        full = math.isclose(interval.stop - interval.start, 2.0 * math.pi, rel_tol=1e-12)
+        return _named_windows(mechanism).get("cycle", interval) if full else interval
     named = _named_windows(mechanism)
     if not isinstance(window, str) or window not in named:
         if window == "interval":
@@ -79,13 +82,6 @@ def _interval(mechanism: Mechanism, bounds: Mapping[str, object]) -> Window:
     if stop - start > 360.0 * (1.0 + 1e-12):
         raise RequestError(f"the interval of {stop - start:g} deg is longer than a turn; at most 360 deg")
     return replace(interval, start=math.radians(start), stop=math.radians(stop))
-
-
-def effective_window(window: Window) -> str:
-    """Name of the window, where an interval of a full turn counts as the cycle: the same averages vanish."""
-    if window.name == "interval" and math.isclose(window.stop - window.start, 2.0 * math.pi, rel_tol=1e-12):
-        return "cycle"
-    return window.name
 
 
 def likely_window(mechanism: Mechanism, written: object) -> Window:
@@ -189,8 +185,8 @@ def _check_window(mechanism: Mechanism, signal: Signal, statistic: str, window: 
 
 def _refuse_undefined(mechanism: Mechanism, signal: Signal, statistic: str, over: Window) -> None:
     """Refuse a coefficient of variation about a mean that is exactly 0."""
-    if statistic == "cv" and (signal.name, effective_window(over)) in mechanism.zero_mean:
-        length = "a stroke" if over.needs_stroke and effective_window(over) != "cycle" else "a full turn"
+    if statistic == "cv" and (signal.name, over.name) in mechanism.zero_mean:
+        length = "a stroke" if over.needs_stroke and over.name != "cycle" else "a full turn"
         raise RequestError(
             f"the mean of {signal.name} over {length} is exactly 0, so its cv is undefined for every design; "
             f"use {signal.name}_std"

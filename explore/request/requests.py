@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from explore.errors import RequestError
-from explore.request.names import effective_window, find_mechanism, find_metric, likely_window, make_window
+from explore.request.names import find_mechanism, find_metric, likely_window, make_window
 from explore.request.suggest import shown, suggestion
 from explore.request.units import quantity
 from explore.vocabulary import Constraint, Mechanism, Metric, Objective, Request, SampledMetric, Sense, Window
@@ -14,7 +14,7 @@ from explore.vocabulary import Constraint, Mechanism, Metric, Objective, Request
 __all__ = ["Wanted", "find_mechanism", "find_metric", "make_objective", "make_request", "resolve"]
 
 #: Tolerances that can be asked for.
-TOLERANCES = (1e-13, 0.1)
+TOLERANCES = (1e-13, 1e-4)
 
 Key = tuple[str | int, ...]
 Problems = list[tuple[Key, str]]
@@ -126,7 +126,7 @@ def _metrics(
 ) -> tuple[Metric | SampledMetric, ...]:
     """The metrics of the columns, each once."""
     if names is None:
-        names = mechanism.default_metrics.get(effective_window(window), mechanism.default_metrics[""])
+        names = mechanism.default_metrics.get(window.name, mechanism.default_metrics[""])
     names = [names] if isinstance(names, str) else list(names)
     if not names:
         problems.append(
@@ -199,6 +199,10 @@ def _tolerance(value: object, problems: Problems) -> float:
         problems.append((("tolerance",), str(error)))
         return 1e-9
     if not low <= tolerance <= high:
-        reason = "rounding errors of doubles are larger" if tolerance < low else "the numbers would mean nothing"
+        reason = (
+            "rounding errors of doubles are larger"
+            if tolerance < low
+            else "coefficients of variation would be undefined"
+        )
         problems.append((("tolerance",), f"{tolerance:g} is outside {low:g} to {high:g}: {reason}"))
     return tolerance

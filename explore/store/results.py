@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 import io
+import json
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
@@ -146,7 +147,13 @@ class Results:
                 for column in (self._column(INDEX), *wanted)
             )
         data = dict(zip((c.name for c in wanted), arrays, strict=True))
-        return pd.DataFrame(data, index=pd.Index(index, name=INDEX), copy=False)
+        return self._described(pd.DataFrame(data, index=pd.Index(index, name=INDEX), copy=False))
+
+    def _described(self, frame: pd.DataFrame) -> pd.DataFrame:
+        """The table with what a ranking of it needs to know."""
+        for name in ("senses", "objectives"):
+            frame.attrs[name] = json.loads(str(self.attributes.get(name, "null"))) or {}
+        return frame
 
     def design(self, number: int) -> dict[str, Any]:
         """One design: the value of each column by name."""

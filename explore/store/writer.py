@@ -30,6 +30,9 @@ from explore.vocabulary import Column
 
 #: Values of the index written at a time.
 _CHUNK = 1 << 17
+#: How every HDF5 file begins.
+_SIGNATURE = b"\x89HDF\r\n\x1a\n"
+_ELSEWHERE = "name another file with -o"
 
 
 def create(
@@ -77,6 +80,14 @@ def create(
         if isinstance(error, OSError) and not isinstance(error, ResultsError):
             raise _explained(error, path, image.size) from error
         raise
+
+
+def _is_hdf5(path: Path) -> bool:
+    """Whether there is an HDF5 file: nothing else is ever moved aside."""
+    if not path.is_file():
+        return False
+    with path.open("rb") as file:
+        return file.read(len(_SIGNATURE)) == _SIGNATURE
 
 
 def _temporary(path: Path) -> Path:
@@ -215,7 +226,8 @@ class Writer:
         try:
             self._layout = read_layout(self.path)
         except ResultsError as error:
-            raise ResultsError(f"{error}; use --restart to start over (the file is moved aside)") from error
+            advice = "use --restart to start over (the file is moved aside)" if _is_hdf5(self.path) else _ELSEWHERE
+            raise ResultsError(f"{error}; {advice}") from error
         _check_same_study(self.path, self._layout, *self._content)
         self._descriptor = platform.open_binary(self.path, os.O_RDWR)
         stack.callback(os.close, self._descriptor)
@@ -226,6 +238,8 @@ class Writer:
         """Make sure that there is a file; the lock is held, so what others left behind can go."""
         _temporary(self.path).unlink(missing_ok=True)
         if self._restart and self.path.exists():
+            if not _is_hdf5(self.path):
+                raise ResultsError(f"{self.path} is no results file, so it is left alone; {_ELSEWHERE}")
             aside = self.path.with_name(self.path.name + ".old")
             number = 1
             while aside.exists():

@@ -1,0 +1,241 @@
+"""The crank-rocker, compiled: closed-form metrics and windows.
+
+Limit positions (C on the line AB) come from the half-angle form of the triangles at A and D with sides (AC, ground,
+rocker), AC = coupler - crank ("overlapped") and coupler + crank ("extended"); all sums of lengths are exact, and no
+arccos is used. Formulas are for branch +1; branch -1 is the mirror image, its motion at theta that of branch +1 at
+-theta.
+"""
+
+import math
+
+import numpy as np
+
+from explore.compiling import PIECES_SIGNATURE, compiled
+from explore.mechanisms import four_bar
+from explore.mechanisms.four_bar import ACCELERATIONS, FOUR_BAR_SIZE, ROCKER_VELOCITY, exact_sum
+from explore.vocabulary import Status
+
+# Kernel row: the four-bar constants, then tan(A/2) of the two limit positions, whether the slow stroke passes crank
+# angle 0, and the phases.
+TAN_EXTENDED, TAN_OVERLAPPED, SLOW_PASSES_ZERO, PHASES = range(FOUR_BAR_SIZE, FOUR_BAR_SIZE + 4)
+KERNEL_SIZE = FOUR_BAR_SIZE + 4
+
+CYCLE, DRIVE, RETURN, OVERLAPPED_TO_EXTENDED, EXTENDED_TO_OVERLAPPED, CLUTCH, INTERVAL = range(7)
+DRIVES = {"slow": 0, "fast": 1, "overlapped_to_extended": 2, "extended_to_overlapped": 3}
+
+_DEGREES = 180.0 / math.pi
+_OK, _CANNOT_ASSEMBLE, _CRANK_BLOCKED = int(Status.OK), int(Status.CANNOT_ASSEMBLE), int(Status.CRANK_BLOCKED)
+_CHANGE_POINT, _NO_STROKE = int(Status.CHANGE_POINT), int(Status.NO_STROKE)
+
+
+@compiled("void(float64, float64, float64, float64, float64, float64[::1], float64[:, ::1], int64)")
+def _limits(crank, coupler, rocker, ground, branch, row, metrics, i):
+    """Limit positions and slow stroke into the row; swing, mid-angle, time ratio, ratio into ``metrics[2:6, i]``."""
+    total = exact_sum(crank, coupler, rocker, ground)
+    less_crank = exact_sum(coupler, rocker, ground, -crank)
+    less_coupler = exact_sum(rocker, ground, crank, -coupler)
+    less_rocker = exact_sum(crank, coupler, ground, -rocker)
+    less_ground = exact_sum(crank, coupler, rocker, -ground)
+    e1 = exact_sum(ground, -crank, -coupler, rocker)
+    e2 = exact_sum(ground, -crank, coupler, -rocker)
+    e3 = exact_sum(coupler, rocker, -ground, -crank)
+    # tan(A/2) at the crank pivot, and tan(psi/2) at the rocker pivot, in both limit positions.
+    extended = math.sqrt(e1 * less_ground / (total * less_rocker))
+    overlapped = math.sqrt(less_coupler * e3 / (less_crank * e2))
+    psi_extended = math.sqrt(less_ground * less_rocker / (total * e1))
+    psi_overlapped = math.sqrt(e2 * e3 / (less_crank * less_coupler))
+    # The half swing is half the difference of the psi: its sine by the law of sines, which does not cancel.
+    scale = math.sqrt((1.0 + psi_extended * psi_extended) * (1.0 + psi_overlapped * psi_overlapped))
+    sine_half_swing = crank * coupler * scale / (rocker * ground * (psi_extended + psi_overlapped))
+    swing = 2.0 * math.atan2(sine_half_swing, (1.0 + psi_extended * psi_overlapped) / scale)
+    half_sum = math.atan2(psi_extended + psi_overlapped, 1.0 - psi_extended * psi_overlapped)
+    imbalance = 2.0 * abs(math.atan2(extended - overlapped, 1.0 + extended * overlapped))
+    metrics[2, i] = swing * _DEGREES
+    metrics[3, i] = branch * (math.pi - half_sum) * _DEGREES
+    metrics[4, i] = (math.pi + imbalance) / (math.pi - imbalance)
+    metrics[5, i] = swing / (2.0 * math.pi)
+    row[TAN_EXTENDED] = extended
+    row[TAN_OVERLAPPED] = overlapped
+    # r2^2 + r3^2 - r1^2 - r4^2: negative when the stroke through crank angle 0 is the slow one.
+    order = (coupler - ground) * (coupler + ground) + (rocker - crank) * (rocker + crank)
+    tie = 4.0 * np.spacing(max(coupler * coupler, rocker * rocker, ground * ground))
+    row[SLOW_PASSES_ZERO] = 1.0 if order < -tie else 0.0
+
+
+@compiled("void(float64[:, ::1], float64[:, ::1], int8[::1], float64[:, ::1], float64[:, ::1], float64[::1])")
+def closed_form(parameters, metrics, status, kernel, singular, noise):
+    """Class, margins, limit positions and transmission angles of a block of designs.
+
+    See `explore.vocabulary.Mechanism` for the arguments; metrics are in the declared order and units, NaN where
+    undefined.
+    """
+    for i in range(parameters.shape[0]):
+        crank, coupler, rocker, ground = parameters[i, 0], parameters[i, 1], parameters[i, 2], parameters[i, 3]
+        branch = parameters[i, 5]
+        metrics[:, i] = np.nan
+        linkage_class, margin = four_bar.classify(crank, coupler, rocker, ground)
+        metrics[0, i] = linkage_class
+        metrics[1, i] = margin
+        if linkage_class == four_bar.CANNOT_ASSEMBLE:
+            status[i] = _CANNOT_ASSEMBLE
+            continue
+        if linkage_class == four_bar.CHANGE_POINT:
+            status[i] = _CHANGE_POINT
+            continue
+        if linkage_class != four_bar.CRANK_ROCKER and linkage_class != four_bar.DOUBLE_CRANK:
+            status[i] = _CRANK_BLOCKED
+            continue
+        row = kernel[i]
+        four_bar.prepare(crank, coupler, rocker, ground, branch, row)
+        row[PHASES] = parameters[i, 4]
+        four_products, p0, q0 = row[four_bar.FOUR_CRANK_GROUND], row[four_bar.E1_E2], row[four_bar.E3_E4]
+        # tanh(distance/2) of p = 0 and q = 0 from the real axis, and of d = 0 (a pole beside p = 0).
+        singular[i, 0] = math.sqrt(p0 / (p0 + four_products))
+        singular[i, 1] = math.sqrt(q0 / (q0 + four_products))
+        singular[i, 2] = abs(ground - crank) / (ground + crank)
+        # The largest d.B/d^2: where d is short the two terms of the velocities are large and may cancel.
+        noise[i] = crank / abs(ground - crank)
+        metrics[6, i] = 2.0 * math.atan2(math.sqrt(p0), math.sqrt(q0 + four_products)) * _DEGREES
+        metrics[7, i] = 2.0 * math.atan2(math.sqrt(p0 + four_products), math.sqrt(q0)) * _DEGREES
+        if linkage_class == four_bar.DOUBLE_CRANK:
+            status[i] = _NO_STROKE
+            continue
+        status[i] = _OK
+        _limits(crank, coupler, rocker, ground, branch, row, metrics, i)
+
+
+@compiled("float64(float64[::1], float64[::1], float64, float64[:, ::1], float64[:, ::1])")
+def _gap(row, shift, t, node, scratch):
+    """Rocker velocity at a point of the drive stroke minus that at the point shifted from it.
+
+    The point is tan(offset/2) = T sinh(t) as in `explore.quadrature`; ``shift`` holds sine and cosine of half the
+    shift, the anchor and T. Half-angle sines and cosines are turned, never angles added: next to a singularity the
+    last bits of an offset decide.
+    """
+    tangent = shift[3] * math.sinh(t)
+    cosine = 1.0 / math.sqrt(1.0 + tangent * tangent)
+    sine = tangent * cosine
+    shifted_sine, shifted_cosine = sine * shift[1] + cosine * shift[0], cosine * shift[1] - sine * shift[0]
+    if shift[2] == 0.0:
+        node[0, 0], node[1, 0], node[0, 1], node[1, 1] = sine, cosine, shifted_sine, shifted_cosine
+    else:
+        node[0, 0], node[1, 0], node[0, 1], node[1, 1] = cosine, -sine, shifted_cosine, -shifted_sine
+    four_bar.fill(row, node[0], node[1], 2, ACCELERATIONS, scratch)
+    return scratch[ROCKER_VELOCITY, 0] - scratch[ROCKER_VELOCITY, 1]
+
+
+@compiled("float64(float64[::1], float64[::1], float64, float64, float64, float64[:, ::1], float64[:, ::1])")
+def _root(row, shift, low, high, sign, node, scratch):
+    """Root of ``sign * gap`` between low, where it is negative, and high: regula falsi (Illinois) with bisection."""
+    at_low, at_high = sign * _gap(row, shift, low, node, scratch), sign * _gap(row, shift, high, node, scratch)
+    root, side = low, 0
+    for k in range(100):
+        middle = (low * at_high - high * at_low) / (at_high - at_low)
+        if k % 4 == 3 or not low < middle < high:
+            middle = 0.5 * (low + high)
+        if abs(middle - root) <= 3e-16 * abs(middle) or not low < middle < high:
+            break
+        root = middle
+        value = sign * _gap(row, shift, root, node, scratch)
+        if value == 0.0:
+            break
+        if value < 0.0:
+            low, at_low = root, value
+            at_high = 0.5 * at_high if side == -1 else at_high
+            side = -1
+        else:
+            high, at_high = root, value
+            at_low = 0.5 * at_low if side == 1 else at_low
+            side = 1
+    return root
+
+
+@compiled("void(float64[::1], int64, float64, float64, float64[::1])")
+def _hand_over(row, anchor, first, last, ends):
+    """Half-tangents of the two points of the drive stroke, a period apart, where one clutch hands over to the next.
+
+    One crossing in a period: the rocker velocity has one extreme on each stroke (no exception among the 10,000 designs
+    of the accuracy campaign). The unknown is the point of the larger acceleration, the other follows from it.
+    """
+    node, scratch, shift = np.empty((2, 2)), np.empty((four_bar.SIGNAL_ROWS, 2)), np.empty(4)
+    at_pole = row[four_bar.E1_E2] if anchor == 0 else row[four_bar.E3_E4]
+    scale = math.sqrt(at_pole / (at_pole + row[four_bar.FOUR_CRANK_GROUND]))
+    sine = math.sin(math.pi / row[PHASES])
+    cosine = 0.0 if row[PHASES] == 2.0 else math.cos(math.pi / row[PHASES])
+    shift[0], shift[1], shift[2], shift[3] = sine, cosine, anchor, scale
+    sense = -1.0 if anchor == 0 else 1.0
+    latest = (last * cosine - sine) / (cosine + last * sine)
+    t = _root(row, shift, math.asinh(first / scale), math.asinh(latest / scale), sense, node, scratch)
+    _gap(row, shift, t, node, scratch)
+    ends[0] = scale * math.sinh(t)
+    ends[1] = (ends[0] * cosine + sine) / (cosine - ends[0] * sine)
+    if abs(scratch[four_bar.ROCKER_ACCELERATION, 1]) > abs(scratch[four_bar.ROCKER_ACCELERATION, 0]):
+        shift[0] = -sine
+        earliest = (first * cosine + sine) / (cosine - first * sine)
+        t = _root(row, shift, math.asinh(earliest / scale), math.asinh(last / scale), -sense, node, scratch)
+        ends[1] = scale * math.sinh(t)
+        ends[0] = (ends[1] * cosine - sine) / (cosine + ends[1] * sine)
+
+
+@compiled("int64(float64, float64, float64[:, ::1])")
+def _interval(start, stop, out):
+    """Pieces of an explicit interval (rad): one where it stays clear of an anchor's opposite, else quarter turns."""
+    out[3, 0] = stop - start
+    anchor = np.round(0.5 * (start + stop) / math.pi)
+    reach = 0.9 * math.pi
+    if stop - anchor * math.pi < reach and start - anchor * math.pi > -reach:
+        out[0, 0] = anchor % 2.0
+        out[0, 1] = math.tan(0.5 * (start - anchor * math.pi))
+        out[0, 2] = math.tan(0.5 * (stop - anchor * math.pi))
+        return 1
+    count = 0
+    anchor = np.floor(start / math.pi + 0.5)
+    while count < 3:
+        end = min(stop, (anchor + 0.5) * math.pi)
+        out[count, 0] = anchor % 2.0
+        out[count, 1] = math.tan(0.5 * (start - anchor * math.pi))
+        out[count, 2] = math.tan(0.5 * (end - anchor * math.pi))
+        count += 1
+        if end == stop:
+            break
+        start = end
+        anchor += 1.0
+    return count
+
+
+@compiled(PIECES_SIGNATURE)
+def pieces(row, window, drive, start, stop, out):
+    """A window as smooth pieces; see `explore.vocabulary.Mechanism`."""
+    out[3, 1] = 0.0
+    if window == CYCLE:
+        out[0, 0], out[0, 1], out[0, 2] = 0.0, -1.0, 1.0
+        out[1, 0], out[1, 1], out[1, 2] = 1.0, -1.0, 1.0
+        out[3, 0] = 2.0 * math.pi
+        return 2
+    if window == INTERVAL:
+        return _interval(start, stop, out)
+    forward = row[four_bar.BRANCH] > 0.0
+    if window == OVERLAPPED_TO_EXTENDED or window == EXTENDED_TO_OVERLAPPED:
+        through_zero = (window == OVERLAPPED_TO_EXTENDED) == forward
+    else:
+        through_zero = (drive == 2) == forward if drive >= 2 else (row[SLOW_PASSES_ZERO] == 1.0) == (drive == 0)
+        if window == RETURN:
+            through_zero = not through_zero
+    if through_zero:
+        first, last = -1.0 / row[TAN_OVERLAPPED], row[TAN_EXTENDED]
+    else:
+        first, last = -1.0 / row[TAN_EXTENDED], row[TAN_OVERLAPPED]
+    if not forward:
+        first, last = -last, -first
+    anchor = 0 if through_zero else 1
+    length = 2.0 * (math.atan(last) - math.atan(first))
+    out[3, 0] = length
+    if window == CLUTCH:
+        period = 2.0 * math.pi / row[PHASES]
+        out[3, 0], out[3, 1] = period, max(period - length, 0.0)
+        if period < length:
+            ends = np.empty(2)
+            _hand_over(row, anchor, first, last, ends)
+            first, last = ends[0], ends[1]
+    out[0, 0], out[0, 1], out[0, 2] = anchor, first, last
+    return 1
