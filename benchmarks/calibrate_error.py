@@ -15,7 +15,7 @@ import numpy as np
 from numba import njit
 
 from explore import quadrature
-from explore.mechanisms import crank_rocker, four_bar
+from explore.mechanisms import crank_rocker, crank_rocker_kernel, four_bar
 from explore.sampling import ROUNDING
 from explore.statistics import moments
 from explore.vocabulary import Status
@@ -30,27 +30,26 @@ ROWS = (
 )
 ORDERS = (2, 2, 4, 4, 2, 2)
 WINDOWS = {
-    "cycle": crank_rocker.CYCLE,
-    "drive": crank_rocker.DRIVE,
-    "return": crank_rocker.RETURN,
-    "clutch": crank_rocker.CLUTCH,
-    "interval": crank_rocker.INTERVAL,
+    "cycle": crank_rocker_kernel.CYCLE,
+    "drive": crank_rocker_kernel.DRIVE,
+    "return": crank_rocker_kernel.RETURN,
+    "clutch": crank_rocker_kernel.CLUTCH,
+    "interval": crank_rocker_kernel.INTERVAL,
 }
 SHARES = {"general": 0.4, "extreme ratios": 0.15, "near kite": 0.15, "both ends singular": 0.1, "tiny crank": 0.2}
 
 
 @njit(error_model="numpy")
-def statistics(kernel, shapes, anchors, counts, panels, row_of, table, length, covered, work, out):
+def statistics(kernel, shapes, anchors, counts, panels, row_of, table, length, rest, work, out):
     """Mean and variance of every row with these node counts."""
     t, sine, cosine, weight, scratch = work[0], work[1], work[2], work[3], work[4:]
     total = 0
     for p in range(panels):
-        quadrature.place_nodes(shapes[p], anchors[p], counts[p], total, row_of, table, False, t, sine, cosine, weight)
+        quadrature.place_nodes(shapes, p, anchors[p], counts[p], total, row_of, table, False, t, sine, cosine, weight)
         total += counts[p]
     four_bar.fill(kernel, sine, cosine, total, 7, scratch)
-    rest = length - covered
     for s in range(scratch.shape[0]):
-        out[s, 0], out[s, 1] = moments(scratch[s], weight, total, length, rest if rest > 1e-14 * length else 0.0)
+        out[s, 0], out[s, 1] = moments(scratch, s, weight, total, length, rest)
 
 
 @njit(error_model="numpy")
@@ -61,18 +60,17 @@ def ratios(kernel, singular, noise, window, intervals, log_tolerance, size_of, r
     work = np.empty((4 + four_bar.SIGNAL_ROWS, 3 * quadrature.LARGEST))
     found, exact = np.empty((four_bar.SIGNAL_ROWS, 2)), np.empty((four_bar.SIGNAL_ROWS, 2))
     for i in range(len(kernel)):
-        panels = crank_rocker.pieces(kernel[i], window, 0, intervals[i, 0], intervals[i, 1], parts)
-        model, covered = 0.0, 0.0
+        panels = crank_rocker_kernel.pieces(kernel[i], window, 0, intervals[i, 0], intervals[i, 1], parts)
+        model = 0.0
         for p in range(panels):
-            quadrature.panel(parts[p, 0], parts[p, 1], parts[p, 2], singular[i], shapes[p])
+            quadrature.panel(parts, p, singular, i, shapes)
             anchors[p] = int(parts[p, 0])
-            covered += 2.0 * (math.atan(parts[p, 2]) - math.atan(parts[p, 1]))
             counts[p] = quadrature.node_count(log_tolerance[i], shapes[p, 1], shapes[p, 3], order, size_of)
             half, rate = shapes[p, 1], shapes[p, 3]
             model += math.exp(order * math.log((2.0 * counts[p] + 1.0) / half) - 2.0 * counts[p] * rate)
         shape = shapes, anchors
-        statistics(kernel[i], *shape, counts, panels, row_of, table, parts[3, 0], covered, work, found)
-        statistics(kernel[i], *shape, most, panels, row_of, table, parts[3, 0], covered, work, exact)
+        statistics(kernel[i], *shape, counts, panels, row_of, table, parts[3, 0], parts[3, 1], work, found)
+        statistics(kernel[i], *shape, most, panels, row_of, table, parts[3, 0], parts[3, 1], work, exact)
         largest = 0.0
         for s in range(4):
             largest = max(largest, math.hypot(exact[s, 0], math.sqrt(exact[s, 1])))
@@ -104,8 +102,8 @@ def closed(parameters):
     """What the closed form gives: status, kernel rows, singularities, noise."""
     n = len(parameters)
     metrics, status = np.empty((len(crank_rocker.CRANK_ROCKER.metrics), n)), np.zeros(n, np.int8)
-    kernel, singular, noise = np.zeros((n, crank_rocker.KERNEL_SIZE)), np.ones((n, 3)), np.ones(n)
-    crank_rocker.closed_form(np.ascontiguousarray(parameters), metrics, status, kernel, singular, noise)
+    kernel, singular, noise = np.zeros((n, crank_rocker.CRANK_ROCKER.kernel_size)), np.ones((n, 3)), np.ones(n)
+    crank_rocker_kernel.closed_form(np.ascontiguousarray(parameters), metrics, status, kernel, singular, noise)
     return status, kernel, singular, noise
 
 

@@ -34,7 +34,7 @@ def compiled(fill, lengths, sin_half, cos_half, weight, length, out):
         four_bar.prepare(lengths[i, 0], lengths[i, 1], lengths[i, 2], lengths[i, 3], 1.0, row)
         fill(row, sin_half, cos_half, count, NEEDS, scratch)
         for s in range(4):
-            out[i, s], out[i, 4 + s] = moments(scratch[s], weight, count, length, 0.0)
+            out[i, s], out[i, 4 + s] = moments(scratch, s, weight, count, length, 0.0)
 
 
 def hand_written(folder):

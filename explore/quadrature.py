@@ -65,34 +65,35 @@ def _acosh(x):
     return math.log(x + math.sqrt(max(x * x - 1.0, 0.0)))
 
 
-@compiled("void(float64, float64, float64, float64[::1], float64[::1])")
-def panel(anchor, first, last, singular, out):
+@compiled("void(float64[:, ::1], int64, float64[:, ::1], int64, float64[:, ::1])")
+def panel(parts, p, singular, i, shapes):
     """Centre, half length, scale and convergence rate of one piece of a window.
 
     Parameters
     ----------
-    anchor : float
-        0 for the anchor angle, 1 for its opposite.
-    first, last : float
-        Half-tangents of the piece's ends, measured from the anchor.
-    singular : (3,) array
-        Half-tangents of the distances of the singularities: nearest at the anchor angle, nearest at its opposite, a
-        second one at the anchor angle.
-    out : (4,) array
-        Filled with centre and half length in t, T, and ln(rho).
+    parts : (p, 3) array
+        Row p: anchor (0 for the anchor angle, 1 for its opposite), half-tangents of the piece's ends, measured from it.
+    singular : (n, 3) array
+        Row i: half-tangents of the distances of the singularities: nearest at the anchor angle, nearest at its
+        opposite, a second one at the anchor angle.
+    shapes : (p, 4) array
+        Row p is filled with centre and half length in t, T, and ln(rho).
     """
-    here, there = (singular[0], singular[1]) if anchor == 0.0 else (singular[1], singular[0])
-    start, stop = math.asinh(first / here), math.asinh(last / here)
+    # Whole arrays and row numbers: each row taken as an array of its own costs two atomic reference counts.
+    at_zero, at_opposite, second_at_zero = singular[i, 0], singular[i, 1], singular[i, 2]
+    anchor = parts[p, 0]
+    here, there = (at_zero, at_opposite) if anchor == 0.0 else (at_opposite, at_zero)
+    start, stop = math.asinh(parts[p, 1] / here), math.asinh(parts[p, 2] / here)
     centre, half = 0.5 * (start + stop), 0.5 * (stop - start)
     # On the line Im t = pi/2 the singularity nearest to the centre decides.
     distance = abs(centre)
     at_infinity = _acosh(1.0 / here)
     nearest = min(distance, abs(distance - at_infinity))
-    second = _acosh(max(singular[2] / here, 1.0)) if anchor == 0.0 else _acosh(1.0 / (here * singular[2]))
+    second = _acosh(max(second_at_zero / here, 1.0)) if anchor == 0.0 else _acosh(1.0 / (here * second_at_zero))
     nearest = min(nearest, abs(distance - second), abs(distance - _acosh(1.0 / (here * there))))
     x, y = nearest / half, 0.5 * math.pi / half
     axis = 0.5 * (math.sqrt((x - 1.0) ** 2 + y * y) + math.sqrt((x + 1.0) ** 2 + y * y))
-    out[0], out[1], out[2], out[3] = centre, half, here, _acosh(axis)
+    shapes[p, 0], shapes[p, 1], shapes[p, 2], shapes[p, 3] = centre, half, here, _acosh(axis)
 
 
 @compiled("UniTuple(float64, 2)(int64, float64, float64)")
@@ -115,16 +116,16 @@ def node_count(log_tolerance, half, rate, order, size_of):
 
 
 @compiled(
-    "void(float64[::1], int64, int64, int64, int64[::1], float64[:, ::1], boolean, "
+    "void(float64[:, ::1], int64, int64, int64, int64, int64[::1], float64[:, ::1], boolean, "
     "float64[::1], float64[::1], float64[::1], float64[::1])",
     fast=True,
 )
-def place_nodes(shape, anchor, count, offset, row_of, table, ends, t, sin_half, cos_half, weight):
+def place_nodes(shapes, p, anchor, count, offset, row_of, table, ends, t, sin_half, cos_half, weight):
     """Nodes of a panel from `offset` on: t, half-angle sine and cosine, weights (rad).
 
     With `ends` the panel's two ends are placed as well, first and last, with weight 0.
     """
-    centre, half, scale = shape[0], shape[1], shape[2]
+    centre, half, scale = shapes[p, 0], shapes[p, 1], shapes[p, 2]
     row = row_of[count]
     pairs = (count + 1) // 2
     begin = offset + 1 if ends else offset

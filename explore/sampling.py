@@ -43,39 +43,39 @@ def _bounds(asked, quadrature, rounding, mean, variance, tolerance):
 
 
 @compiled()
-def _worst_bound(asked, orders, found, second, fourth, noise, tolerance):
+def _worst_bound(asked, orders, w, found, second, fourth, noise, tolerance):
     """Bound of the worst statistic over all rows, and whether more nodes would lower it enough."""
     slow, fast = 0.0, 0.0
-    for s in range(asked.shape[0]):
-        if asked[s]:
+    for s in range(asked.shape[1]):
+        if asked[w, s]:
             rms = math.sqrt(found[s, MEAN] * found[s, MEAN] + found[s, VARIANCE])
             fast = max(fast, rms)
-            slow = max(slow, rms) if orders[s] == 2 else slow
+            slow = max(slow, rms) if orders[w, s] == 2 else slow
     worst, improvable = 0.0, False
-    for s in range(asked.shape[0]):
-        if asked[s]:
+    for s in range(asked.shape[1]):
+        if asked[w, s]:
             mean, variance = found[s, MEAN], found[s, VARIANCE]
             rms = math.sqrt(mean * mean + variance)
             # Intermediate terms and signals of the same kind are rounded too, and may be larger than this signal.
-            terms = fast + noise * (1.0 + noise) if orders[s] == 4 else slow + noise
+            terms = fast + noise * (1.0 + noise) if orders[w, s] == 4 else slow + noise
             rounding = ROUNDING * (1.0 + 0.2 * terms / rms) if rms > 0.0 else ROUNDING
-            bound = _bounds(asked[s], fourth if orders[s] == 4 else second, rounding, mean, variance, tolerance)
+            bound = _bounds(asked[w, s], fourth if orders[w, s] == 4 else second, rounding, mean, variance, tolerance)
             if bound > tolerance:
-                improvable = improvable or bound > 2.0 * _bounds(asked[s], 0.0, rounding, mean, variance, tolerance)
+                improvable = improvable or bound > 2.0 * _bounds(asked[w, s], 0.0, rounding, mean, variance, tolerance)
             worst = max(worst, bound)
     return worst, improvable
 
 
-@compiled(inline=True)
+@compiled()
 def _moments(
-    fill, kernel, needs, asked, orders, ends, noise, tolerance,
+    fill, row, needs, asked, orders, w, ends, noise, tolerance,
     panels, parts, shapes, offsets, size_of, row_of, table,
     t, sin_half, cos_half, weight, scratch, found,
 ):  # fmt: skip
     """Sample until the moments meet the tolerance or more nodes cannot help: (nodes, bound)."""
     order = 2
-    for s in range(len(asked)):
-        order = max(order, orders[s] if asked[s] else 2)
+    for s in range(asked.shape[1]):
+        order = max(order, orders[w, s] if asked[w, s] else 2)
     target = math.log(tolerance) - HEADROOM
     nodes, total, worst = 0, 0, 0.0
     for _ in range(ROUNDS):
@@ -84,7 +84,7 @@ def _moments(
             half, rate = shapes[p, 1], shapes[p, 3]
             count = node_count(target, half, rate, order, size_of)
             place_nodes(
-                shapes[p], int(parts[p, 0]), count, total, row_of, table, ends,
+                shapes, p, int(parts[p, 0]), count, total, row_of, table, ends,
                 t, sin_half, cos_half, weight,
             )  # fmt: skip
             errors = model_errors(count, half, rate)
@@ -95,12 +95,12 @@ def _moments(
             total += count + 2 if ends else count
         offsets[panels] = total
         nodes += total
-        fill(kernel, sin_half, cos_half, total, needs, scratch)
-        for s in range(len(asked)):
-            if asked[s]:
-                mean, variance = moments(scratch[s], weight, total, parts[3, 0], parts[3, 1])
+        fill(row, sin_half, cos_half, total, needs[w], scratch)
+        for s in range(asked.shape[1]):
+            if asked[w, s]:
+                mean, variance = moments(scratch, s, weight, total, parts[3, 0], parts[3, 1])
                 found[s, MEAN], found[s, VARIANCE] = mean, variance
-        worst, improvable = _worst_bound(asked, orders, found, second, fourth, noise, tolerance)
+        worst, improvable = _worst_bound(asked, orders, w, found, second, fourth, noise, tolerance)
         if not improvable or full:
             break
         # Aim lower than what was reached, which may be far below what was asked.
@@ -109,7 +109,7 @@ def _moments(
     return nodes, worst
 
 
-@compiled(inline=True)
+@compiled()
 def _extreme(fill, kernel, needs, row, panels, sign, parts, shapes, offsets, t, scratch, node, one):
     """Smallest ``sign * signal`` over all panels, refined from every local minimum of the samples."""
     best = np.inf
@@ -136,7 +136,7 @@ def _extreme(fill, kernel, needs, row, panels, sign, parts, shapes, offsets, t, 
         _I1, _F2, types.int64, _I1, _I2, _I2, types.float64,
         _I1, _I1, _F2,
         _I3, _F2, _I1, _F1,
-    ))  # fmt: skip
+    ), allocates=True)  # fmt: skip
 def sample(
     fill, pieces, kernel, singular, noise, active,
     windows, intervals, drive, needs, asked, orders, tolerance,
@@ -175,15 +175,16 @@ def sample(
     for i in range(kernel.shape[0]):
         if not active[i]:
             continue
+        row = kernel[i]
         for w in range(windows.shape[0]):
-            panels = pieces(kernel[i], windows[w], drive, intervals[w, 0], intervals[w, 1], parts)
+            panels = pieces(row, windows[w], drive, intervals[w, 0], intervals[w, 1], parts)
             rest, ends = parts[3, 1], False
             for p in range(panels):
-                panel(parts[p, 0], parts[p, 1], parts[p, 2], singular[i], shapes[p])
+                panel(parts, p, singular, i, shapes)
             for s in range(rows):
                 ends = ends or (asked[w, s] & EXTREMES) != 0
             count, worst = _moments(
-                fill, kernel[i], needs[w], asked[w], orders[w], ends, noise[i], tolerance,
+                fill, row, needs, asked, orders, w, ends, noise[i], tolerance,
                 panels, parts, shapes, offsets, size_of, row_of, table,
                 t, sin_half, cos_half, weight, scratch, found,
             )  # fmt: skip

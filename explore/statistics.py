@@ -10,19 +10,19 @@ _GOLDEN = 0.5 * (3.0 - math.sqrt(5.0))
 MOMENTS, CV, STD, EXTREMES = 1, 2, 4, 8
 
 
-@compiled("UniTuple(float64, 2)(float64[::1], float64[::1], int64, float64, float64)", fast=True)
-def moments(values, weights, count, length, rest):
-    """Mean and population variance over `length`, of which the signal is 0 for `rest`.
+@compiled("UniTuple(float64, 2)(float64[:, ::1], int64, float64[::1], int64, float64, float64)", fast=True)
+def moments(signals, row, weights, count, length, rest):
+    """Mean and population variance of one row over `length`, of which the signal is 0 for `rest`.
 
     Two passes: the variance is summed from deviations, so a swing of a fraction of a degree loses no digits.
     """
     total = 0.0
     for j in range(count):
-        total += weights[j] * values[j]
+        total += weights[j] * signals[row, j]
     mean = total / length
     total = 0.0
     for j in range(count):
-        deviation = values[j] - mean
+        deviation = signals[row, j] - mean
         total += weights[j] * deviation * deviation
     return mean, (total + rest * mean * mean) / length
 

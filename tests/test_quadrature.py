@@ -69,15 +69,16 @@ def test_panels_recover_the_length_of_their_interval(anchor, here, there, first,
     if last < first:
         first, last = last, first
     interval = 2.0 * math.atan2(last - first, 1.0 + first * last)
-    singular = np.array([here, there, 1.0]) if anchor == 0 else np.array([there, here, 1.0])
-    shape = np.empty(4)
-    quadrature.panel(float(anchor), first, last, singular, shape)
+    singular = np.array([[here, there, 1.0] if anchor == 0 else [there, here, 1.0]])
+    shapes = np.empty((1, 4))
+    quadrature.panel(np.array([[float(anchor), first, last]]), 0, singular, 0, shapes)
+    shape = shapes[0]
     if shape[1] < 1e-3:
         return  # no window of a linkage is that thin beside its own scale; ends too close cannot be told apart in t
     size_of, row_of, table = quadrature.rules()
     count = quadrature.node_count(math.log(1e-15), shape[1], shape[3], 2, size_of)
     t, sine, cosine, weight = (np.zeros(count + 2) for _ in range(4))
-    quadrature.place_nodes(shape, anchor, count, 0, row_of, table, ends, t, sine, cosine, weight)
+    quadrature.place_nodes(shapes, 0, anchor, count, 0, row_of, table, ends, t, sine, cosine, weight)
     total = count + 2 if ends else count
     if count < quadrature.LARGEST:
         # every weight carries a few roundings, and t = asinh(tangent/T), up to 32, carries its own into the ends

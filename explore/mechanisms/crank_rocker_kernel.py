@@ -150,8 +150,8 @@ def _root(row, shift, low, high, sign, node, scratch):
     return root
 
 
-@compiled("void(float64[::1], int64, float64, float64, float64[::1])")
-def _hand_over(row, anchor, first, last, ends):
+@compiled("UniTuple(float64, 2)(float64[::1], int64, float64, float64)", allocates=True)
+def _hand_over(row, anchor, first, last):
     """Half-tangents of the two points of the drive stroke, a period apart, where one clutch hands over to the next.
 
     One crossing in a period: the rocker velocity has one extreme on each stroke (no exception among the 10,000 designs
@@ -167,14 +167,15 @@ def _hand_over(row, anchor, first, last, ends):
     latest = (last * cosine - sine) / (cosine + last * sine)
     t = _root(row, shift, math.asinh(first / scale), math.asinh(latest / scale), sense, node, scratch)
     _gap(row, shift, t, node, scratch)
-    ends[0] = scale * math.sinh(t)
-    ends[1] = (ends[0] * cosine + sine) / (cosine - ends[0] * sine)
+    begin = scale * math.sinh(t)
+    end = (begin * cosine + sine) / (cosine - begin * sine)
     if abs(scratch[four_bar.ROCKER_ACCELERATION, 1]) > abs(scratch[four_bar.ROCKER_ACCELERATION, 0]):
         shift[0] = -sine
         earliest = (first * cosine + sine) / (cosine - first * sine)
         t = _root(row, shift, math.asinh(earliest / scale), math.asinh(last / scale), -sense, node, scratch)
-        ends[1] = scale * math.sinh(t)
-        ends[0] = (ends[1] * cosine - sine) / (cosine + ends[1] * sine)
+        end = scale * math.sinh(t)
+        begin = (end * cosine - sine) / (cosine + end * sine)
+    return begin, end
 
 
 @compiled("int64(float64, float64, float64[:, ::1])")
@@ -234,8 +235,6 @@ def pieces(row, window, drive, start, stop, out):
         period = 2.0 * math.pi / row[PHASES]
         out[3, 0], out[3, 1] = period, max(period - length, 0.0)
         if period < length:
-            ends = np.empty(2)
-            _hand_over(row, anchor, first, last, ends)
-            first, last = ends[0], ends[1]
+            first, last = _hand_over(row, anchor, first, last)
     out[0, 0], out[0, 1], out[0, 2] = anchor, first, last
     return 1

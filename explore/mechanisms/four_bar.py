@@ -113,7 +113,7 @@ def prepare(crank, coupler, rocker, ground, branch, row):
     row[GROUND_MINUS_CRANK] = ground - crank
 
 
-@compiled(fast=True, inline=True)
+@compiled(fast=True)
 def _fill_angles(row, sin_half, cos_half, count, out):
     """Angles of coupler and rocker and the transmission angle at the nodes, rad; see `fill`."""
     four_products = row[FOUR_CRANK_GROUND]
