@@ -7,45 +7,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from studies import GOOD
 
 from explore.config.study_file import load_study, starter
 from explore.design_space import Continuous, Listed, Spaced
-from explore.errors import ConfigError
 from explore.mechanisms.registry import MECHANISMS
 
 CONFIGS = Path(__file__).parent.parent / "configs"
-
-GOOD = """\
-mechanism = "crank-rocker"
-[parameters]
-crank = 100
-coupler = 1000
-rocker = 500
-ground = 700
-"""
-
-
-@pytest.fixture
-def load(tmp_path, monkeypatch):
-    """Load a text as the file study.toml of the current folder."""
-    monkeypatch.chdir(tmp_path)
-
-    def load_text(text):
-        Path("study.toml").write_text(text, encoding="utf-8", newline="")
-        return load_study("study.toml")
-
-    return load_text
-
-
-@pytest.fixture
-def problems(load):
-    def problems_of(text):
-        with pytest.raises(ConfigError) as caught:
-            load(text)
-        assert str(caught.value) == "\n".join(caught.value.problems)
-        return caught.value.problems
-
-    return problems_of
 
 
 def with_parameter(name, value):

@@ -1,35 +1,7 @@
 """Wrong sections and what they get."""
 
-from pathlib import Path
-
 import pytest
-
-from explore.config.study_file import load_study
-from explore.errors import ConfigError
-
-GOOD = """\
-mechanism = "crank-rocker"
-[parameters]
-crank = 100
-coupler = 1000
-rocker = 500
-ground = 700
-"""
-
-
-@pytest.fixture
-def problems(tmp_path, monkeypatch):
-    """Problems of a text as the file study.toml of the current folder."""
-    monkeypatch.chdir(tmp_path)
-
-    def problems_of(text):
-        Path("study.toml").write_text(text, encoding="utf-8", newline="")
-        with pytest.raises(ConfigError) as caught:
-            load_study("study.toml")
-        assert str(caught.value) == "\n".join(caught.value.problems)
-        return caught.value.problems
-
-    return problems_of
+from studies import GOOD
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,33 @@
+"""Fixtures of more than one file."""
+
+from pathlib import Path
+
+import pytest
+
+from explore.config.study_file import load_study
+from explore.errors import ConfigError
+
+
+@pytest.fixture
+def load(tmp_path, monkeypatch):
+    """Load a text as the file study.toml of the current folder."""
+    monkeypatch.chdir(tmp_path)
+
+    def load_text(text):
+        Path("study.toml").write_text(text, encoding="utf-8", newline="")
+        return load_study("study.toml")
+
+    return load_text
+
+
+@pytest.fixture
+def problems(load):
+    """Problems of a text as the file study.toml of the current folder."""
+
+    def problems_of(text):
+        with pytest.raises(ConfigError) as caught:
+            load(text)
+        assert str(caught.value) == "\n".join(caught.value.problems)
+        return caught.value.problems
+
+    return problems_of
