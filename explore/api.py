@@ -246,6 +246,8 @@ def rank(
     """
     import pandas as pd
 
+    if fronts < 1:
+        raise RequestError(f"fronts = {fronts}: ask for at least one")
     if isinstance(results, pd.DataFrame):
         senses, usual = results.attrs.get("senses", {}), results.attrs.get("objectives", ())
         objectives, order = choose_objectives(metrics, order_by, senses, list(results.columns), usual)

@@ -269,9 +269,8 @@ def _assemble(
 
     status = spread(known.status).astype(np.int8)
     status[~usable] = Status.NOT_FINITE
-    for name, column in values.items():
-        if not usable.all():
-            values[name] = np.where(usable, column, np.nan)
+    if not usable.all():
+        values = {name: np.where(usable, column, np.nan) for name, column in values.items()}
     feasible = status == Status.OK
     columns: Columns = {
         p.name: np.ascontiguousarray(parameters[p.name], dtype=np.float64)

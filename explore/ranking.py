@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from explore.errors import RequestError
+from explore.suggest import suggestion
 from explore.vocabulary import Column, Columns, FloatArray, Objective, Sense, Status
 
 if TYPE_CHECKING:
@@ -56,13 +57,9 @@ def parse_objective(text: str, senses: Mapping[str, Sense | None], columns: Sequ
     columns
         The columns there are.
     """
-    import difflib
-
     name, _, sense = text.partition(":")
     if name not in columns:
-        near = difflib.get_close_matches(name, columns, 1)
-        hint = f"; did you mean '{near[0]}'?" if near else f"; there are {', '.join(columns)}"
-        raise RequestError(f"no column '{name}' in these results{hint}")
+        raise RequestError(f"no column '{name}' in these results; {suggestion(name, columns)}")
     if sense == "" and ":" not in text:
         own = senses.get(name) or ("min" if name.endswith(_SMALL_IS_GOOD) else None)
         if own is None:
@@ -162,8 +159,6 @@ def rank_frame(
     """
     import pandas as pd
 
-    if fronts < 1:
-        raise RequestError(f"fronts = {fronts}: ask for at least one")
     for objective in objectives:
         if not pd.api.types.is_numeric_dtype(frame[objective.metric]):
             raise RequestError(f"column '{objective.metric}' does not hold numbers, so it cannot be ranked")

@@ -192,12 +192,8 @@ def sample(
             error[i] = max(error[i], worst)
             for s in range(rows):
                 if asked[w, s] & EXTREMES:
-                    low = _extreme(
-                        fill, kernel[i], needs[w], s, panels, 1.0, parts, shapes, offsets, t, scratch, node, one
-                    )
-                    high = _extreme(
-                        fill, kernel[i], needs[w], s, panels, -1.0, parts, shapes, offsets, t, scratch, node, one
-                    )
+                    low = _extreme(fill, row, needs[w], s, panels, 1.0, parts, shapes, offsets, t, scratch, node, one)
+                    high = _extreme(fill, row, needs[w], s, panels, -1.0, parts, shapes, offsets, t, scratch, node, one)
                     found[s, MINIMUM] = min(low, 0.0) if rest > 0.0 else low
                     found[s, MAXIMUM] = max(high, 0.0) if rest > 0.0 else high
                 for k in range(4):

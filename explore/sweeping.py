@@ -67,11 +67,7 @@ class Summary:
 
 def evaluate_block(request: Request, space: DesignSpace, number: int) -> Evaluation:
     """Evaluate one block of a design space; what a worker runs."""
-    block = space.block(number)
-    evaluation = evaluate_columns(request, block.columns)
-    n = len(evaluation.columns["status"])
-    design = np.arange(block.start, block.start + n, dtype=np.int64)
-    return Evaluation({"design": design, **evaluation.columns}, evaluation.kinematic_evaluations)
+    return evaluate_columns(request, space.block(number).columns)
 
 
 def results_columns(study: Study) -> tuple[Column, ...]:

@@ -48,8 +48,8 @@ def _from_study(config: Path, design: int) -> tuple[str, dict[str, float]]:
 def _from_settings(mechanism: str, settings: list[str]) -> dict[str, float]:
     """Parameters given as NAME=VALUE, units allowed."""
     from explore.request.requests import find_mechanism
-    from explore.request.suggest import suggestion
     from explore.request.units import quantity
+    from explore.suggest import suggestion
 
     declared = {p.name: p for p in find_mechanism(mechanism).parameters}
     parameters: dict[str, float] = {}

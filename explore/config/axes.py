@@ -11,8 +11,8 @@ import numpy as np
 from explore.config.schema import Path, Problems, RangeTable, SpacedTable, read
 from explore.design_space import Axis, Continuous, Listed, Spaced
 from explore.errors import RequestError
-from explore.request.suggest import closest, shown, suggestion
 from explore.request.units import quantity
+from explore.suggest import closest, shown, suggestion
 from explore.vocabulary import Mechanism, Parameter
 
 _MOST_VALUES = 2**53

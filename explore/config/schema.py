@@ -7,7 +7,7 @@ from typing import Annotated, Any, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, StrictBool, StrictInt, StrictStr, ValidationError
 
-from explore.request.suggest import closest, shown, suggestion
+from explore.suggest import closest, shown, suggestion
 
 Path = tuple[str | int, ...]
 Problems = list[tuple[Path, str]]

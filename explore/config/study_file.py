@@ -15,8 +15,8 @@ from explore.config.schema import Evaluate, Problems, Rank, Sampling, StudyFile,
 from explore.design_space import BLOCK_SIZE, Axis, Continuous, DesignSpace, Listed
 from explore.errors import ConfigError, RequestError
 from explore.request.requests import Wanted, find_mechanism, make_objective, resolve
-from explore.request.suggest import shown, suggestion
 from explore.study import Study
+from explore.suggest import shown, suggestion
 from explore.vocabulary import Mechanism, Objective, Request, Window
 
 METHODS = ("grid", "sobol")

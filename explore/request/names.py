@@ -8,8 +8,8 @@ from dataclasses import replace
 
 from explore.errors import RequestError
 from explore.mechanisms.registry import MECHANISMS
-from explore.request.suggest import closest, shown, suggestion
 from explore.request.units import quantity
+from explore.suggest import closest, shown, suggestion
 from explore.vocabulary import STATISTICS, Mechanism, Metric, SampledMetric, Signal, Window
 
 #: Statistics that may stand alone, for the output of the mechanism.

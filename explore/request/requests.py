@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 from explore.errors import RequestError
 from explore.request.names import find_mechanism, find_metric, likely_window, make_window
-from explore.request.suggest import shown, suggestion
 from explore.request.units import quantity
+from explore.suggest import shown, suggestion
 from explore.vocabulary import Constraint, Mechanism, Metric, Objective, Request, SampledMetric, Sense, Window
 
 __all__ = ["Wanted", "find_mechanism", "find_metric", "make_objective", "make_request", "resolve"]

@@ -9,7 +9,7 @@ from fractions import Fraction
 from typing import TYPE_CHECKING
 
 from explore.errors import RequestError
-from explore.request.suggest import closest, shown
+from explore.suggest import closest, shown
 
 if TYPE_CHECKING:
     import pint

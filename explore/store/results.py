@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import io
 import json
 from collections import Counter
@@ -25,6 +24,7 @@ from explore.store.layout import (
     read_values,
     read_words,
 )
+from explore.suggest import suggestion
 from explore.vocabulary import Column
 
 if TYPE_CHECKING:
@@ -208,8 +208,7 @@ class Results:
         for column in self.columns:
             if column.name == name:
                 return column
-        close = difflib.get_close_matches(name, [c.name for c in self.columns], 1)
-        advice = f"did you mean {close[0]!r}?" if close else "it has " + ", ".join(c.name for c in self.columns)
+        advice = suggestion(name, [column.name for column in self.columns])
         raise ResultsError(f"{self.path} has no column {name!r}; {advice}")
 
     def _runs(self) -> list[tuple[int, int]]:
