@@ -17,7 +17,8 @@ import numpy as np
 
 import explore
 from explore.study import Study
-from explore.sweeping import Progress, row_bytes
+from explore.sweeping.keeping import row_bytes
+from explore.sweeping.runs import Progress
 
 STUDY = """mechanism = "crank-rocker"
 [parameters]

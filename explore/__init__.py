@@ -11,10 +11,11 @@ from explore._version import __version__
 if TYPE_CHECKING:
     from explore.api import evaluate, rank, read_results, simulate, sweep
     from explore.config.study_file import load_study
-    from explore.errors import ConfigError, ExploreError, MotionError, RequestError, ResultsError
+    from explore.errors import ClusterError, ConfigError, ExploreError, MotionError, RequestError, ResultsError
     from explore.store.results import open_results
 
 _HOME = {
+    "ClusterError": "errors",
     "ConfigError": "errors",
     "ExploreError": "errors",
     "MotionError": "errors",
@@ -30,6 +31,7 @@ _HOME = {
 }
 
 __all__ = [
+    "ClusterError",
     "ConfigError",
     "ExploreError",
     "MotionError",

@@ -14,7 +14,8 @@ from explore.evaluation import evaluate_columns
 from explore.ranking import choose_objectives, rank_frame, rank_source
 from explore.request.requests import find_mechanism, make_request
 from explore.store.results import Results, open_results
-from explore.sweeping import Progress, run_study
+from explore.sweeping.clusters import given_client, local_cluster
+from explore.sweeping.runs import Keep, Progress, run_study
 from explore.vocabulary import Columns, Mechanism, Status
 
 if TYPE_CHECKING:
@@ -37,6 +38,9 @@ def sweep(
     *,
     client: Client | None = None,
     workers: int | None = None,
+    processes: bool = False,
+    keep: Keep = "all",
+    max_failures: int | None = None,
     restart: bool = False,
     progress: Callable[[Progress], None] | None = None,
 ) -> Results:
@@ -49,9 +53,15 @@ def sweep(
     path
         The results file; an unfinished one of the same study is continued.
     client
-        Any synchronous dask.distributed Client; an in-process cluster of threads unless given.
+        Any synchronous dask.distributed Client; a cluster of threads in this process unless given.
     workers
-        Threads of the in-process cluster; all processors unless given.
+        Threads of that cluster; all processors unless given.
+    processes
+        Work in processes of this machine in place of threads.
+    keep
+        "all" designs, or only the "front": the Pareto set of the study's objectives.
+    max_failures
+        Stop when more blocks than this have failed; no limit when None.
     restart
         Move an existing file aside and start over.
     progress
@@ -65,12 +75,17 @@ def sweep(
     Raises
     ------
     ResultsError
-        If the file cannot be created, belongs to another study, or is being written by another process, or if the
-        cluster is lost.
+        If the file cannot be created, belongs to another study, or is being written by another process; or if blocks
+        failed and only the front was to be kept, which is written when all is done.
+    ClusterError
+        If the cluster is lost, its versions are others, or too many blocks failed.
     """
     import warnings
 
-    summary = run_study(study, path, client=client, workers=workers, restart=restart, progress=progress)
+    if client is not None and (workers is not None or processes):
+        raise RequestError("a client brings its own workers; leave out workers and processes")
+    cluster = given_client(client) if client is not None else local_cluster(workers, processes=processes)
+    summary = run_study(study, path, cluster, keep=keep, max_failures=max_failures, restart=restart, progress=progress)
     for block, problem in summary.failed.items():
         warnings.warn(f"block {block} failed twice and was left out: {problem}", RuntimeWarning, stacklevel=2)
     return open_results(path)

@@ -32,3 +32,7 @@ class MotionError(ExploreError, ArithmeticError):
 
 class ResultsError(ExploreError, OSError):
     """A results file is missing, foreign, damaged, locked or does not belong to this study."""
+
+
+class ClusterError(ExploreError, RuntimeError):
+    """The workers of a sweep cannot be reached, were lost, or do not compute with the same versions as this process."""

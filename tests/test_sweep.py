@@ -9,8 +9,9 @@ import pytest
 from distributed import Client, LocalCluster
 
 import explore
-from explore import sweeping
 from explore.design_space import BLOCK_SIZE
+from explore.sweeping import runs
+from explore.sweeping.clusters import local_cluster
 
 STUDY = """
 mechanism = "crank-rocker"
@@ -32,12 +33,16 @@ def study(tmp_path):
     return explore.load_study(path)
 
 
+def run(study, path, **options):
+    return runs.run_study(study, path, local_cluster(None, processes=False), **options)
+
+
 def digest(path):
     return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
 def test_the_file_holds_what_evaluate_says_of_every_design(study, tmp_path):
-    summary = sweeping.run_study(study, tmp_path / "a.h5")
+    summary = run(study, tmp_path / "a.h5")
 
     frame = explore.read_results(tmp_path / "a.h5")
     designs = study.space.designs(0, study.space.count)
@@ -69,7 +74,7 @@ def test_threads_processes_over_tcp_and_a_resumed_run_give_the_same_bytes(study,
     for _ in range(2):
         with pytest.raises(Stop):
             explore.sweep(study, tmp_path / "resumed.h5", progress=stop)
-    summary = sweeping.run_study(study, tmp_path / "resumed.h5")
+    summary = run(study, tmp_path / "resumed.h5")
 
     assert summary.resumed == 2 * BLOCK_SIZE or summary.resumed == BLOCK_SIZE + 151_200 % BLOCK_SIZE
     assert len({digest(tmp_path / f"{name}.h5") for name in ("one", "three", "tcp", "resumed")}) == 1
@@ -90,7 +95,7 @@ def test_a_finished_file_is_left_as_it_is(study, tmp_path):
     explore.sweep(study, tmp_path / "a.h5")
     before = (tmp_path / "a.h5").stat().st_mtime_ns, digest(tmp_path / "a.h5")
 
-    summary = sweeping.run_study(study, tmp_path / "a.h5")
+    summary = run(study, tmp_path / "a.h5")
 
     assert summary.computed == 0
     assert summary.resumed == 151_200
@@ -98,18 +103,18 @@ def test_a_finished_file_is_left_as_it_is(study, tmp_path):
 
 
 def test_a_block_that_fails_twice_is_reported_and_the_others_finish(study, tmp_path, monkeypatch):
-    real, tries = sweeping.evaluate_block, tmp_path / "tries"
+    real, tries = runs.evaluate_block, tmp_path / "tries"
 
-    def poisoned(request, space, number):
+    def poisoned(request, space, number, objectives):
         if number == 1:
             with tries.open("a") as stream:  # a file, because the function travels to the worker as a copy
                 stream.write("tried\n")
             raise ZeroDivisionError("poison")
-        return real(request, space, number)
+        return real(request, space, number, objectives)
 
     with monkeypatch.context() as patch:
-        patch.setattr(sweeping, "evaluate_block", poisoned)
-        summary = sweeping.run_study(study, tmp_path / "a.h5")
+        patch.setattr(runs, "evaluate_block", poisoned)
+        summary = run(study, tmp_path / "a.h5")
 
     assert tries.read_text() == "tried\ntried\n"
     assert list(summary.failed) == [1]
@@ -117,7 +122,7 @@ def test_a_block_that_fails_twice_is_reported_and_the_others_finish(study, tmp_p
     results = explore.open_results(tmp_path / "a.h5")
     assert not results.complete
     assert results.n_committed == 151_200 - BLOCK_SIZE
-    assert sweeping.run_study(study, tmp_path / "a.h5").failed == {}
+    assert run(study, tmp_path / "a.h5").failed == {}
     assert explore.open_results(tmp_path / "a.h5").complete
 
 
@@ -146,15 +151,15 @@ def test_a_sweep_that_cannot_fit_is_refused_with_its_size(tmp_path):
 
 
 def test_sweep_returns_the_results_and_warns_of_blocks_left_out(study, tmp_path, monkeypatch):
-    real = sweeping.evaluate_block
+    real = runs.evaluate_block
 
-    def full(request, space, number):
+    def full(request, space, number, objectives):
         if number == 2:
             raise OSError(28, "No space left on device")  # on the worker: not our file, and not the cluster's loss
-        return real(request, space, number)
+        return real(request, space, number, objectives)
 
     with monkeypatch.context() as patch:
-        patch.setattr(sweeping, "evaluate_block", full)
+        patch.setattr(runs, "evaluate_block", full)
         with pytest.warns(RuntimeWarning, match="block 2 failed twice"):
             results = explore.sweep(study, tmp_path / "a.h5")
 
@@ -177,7 +182,7 @@ def test_a_lost_cluster_ends_the_sweep_in_one_line_and_loses_nothing(tmp_path):
         def lose(_):
             cluster.close()
 
-        with pytest.raises(explore.ResultsError, match="cluster was lost"):
+        with pytest.raises(explore.ClusterError, match="cluster was lost"):
             explore.sweep(study, tmp_path / "a.h5", client=client, progress=lose)
     assert explore.open_results(tmp_path / "a.h5").n_committed > 0
     assert explore.sweep(study, tmp_path / "a.h5").complete

@@ -1,5 +1,6 @@
 """All commands and their options."""
 
+from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
 
@@ -20,6 +21,13 @@ Results = Annotated[
     Path | None, typer.Argument(metavar="[RESULTS]", help="A results file; the newest results/*.h5 unless given.")
 ]
 Json = Annotated[bool, typer.Option("--json", help="Print JSON instead of a table.")]
+
+
+class Keep(StrEnum):
+    """What a sweep keeps."""
+
+    all = "all"
+    front = "front"
 
 
 def _version(value: bool) -> None:
@@ -43,17 +51,32 @@ def sweep(
     output: Annotated[
         Path | None, typer.Option("-o", "--output", help="Results file; results/NAME.h5 unless given.")
     ] = None,
-    workers: Annotated[int | None, typer.Option(min=1, help="Threads; all processors unless given.")] = None,
+    workers: Annotated[
+        int | None, typer.Option(min=1, help="Threads, or with --processes processes; all processors unless given.")
+    ] = None,
+    processes: Annotated[bool, typer.Option("--processes", help="Work in processes, not in threads.")] = False,
+    scheduler: Annotated[
+        str | None, typer.Option(metavar="ADDRESS", help="Work on a dask cluster, such as tcp://host:8786.")
+    ] = None,
+    keep: Annotated[Keep, typer.Option(help="Keep every design, or only the Pareto set of [rank].")] = Keep.all,
     dry_run: Annotated[
         bool, typer.Option("--dry-run", help="Show what would be computed, and compute nothing.")
     ] = False,
     restart: Annotated[bool, typer.Option("--restart", help="Move existing results aside and start over.")] = False,
+    max_failures: Annotated[
+        int | None, typer.Option(min=0, help="Stop when more blocks than this have failed.")
+    ] = None,
+    fail_fast: Annotated[bool, typer.Option("--fail-fast", help="Stop at the first block that fails.")] = False,
+    verbose: Annotated[bool, typer.Option("--verbose", "-v", help="Show the log as it is written.")] = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress.")] = False,
 ) -> None:
     """Compute every design of a study; the same command again continues."""
-    from explore.cli.sweeps import run_sweep
+    from explore.cli.sweeps import SweepOptions, run_sweep
 
-    raise typer.Exit(run_sweep(config, output, workers, dry_run=dry_run, restart=restart, quiet=quiet))
+    options = SweepOptions(
+        config, output, workers, processes, scheduler, keep.value, restart, 0 if fail_fast else max_failures
+    )
+    raise typer.Exit(run_sweep(options, dry_run=dry_run, verbose=verbose, quiet=quiet))
 
 
 @app.command(epilog="Example: explore rank --metric cv --metric swing_angle:max --top 5")

@@ -1,49 +1,134 @@
-"""`explore sweep`: run, show progress, plan."""
+"""`explore sweep`: run, report, plan."""
 
 from __future__ import annotations
 
-import sys
-import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+import shlex
+import signal
+from collections.abc import Iterator, Mapping
+from contextlib import AbstractContextManager, contextmanager
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, Literal
 
 from explore.cli.output import compiled_kernels, complain, number, print_table, say
+from explore.cli.progress import sweep_progress
 from explore.errors import RequestError
 
 if TYPE_CHECKING:
+    from distributed import Client
+
     from explore.study import Study
-    from explore.sweeping import Progress, Summary
-
-#: Seconds between progress lines where there is no terminal.
-LINE_INTERVAL = 5.0
+    from explore.sweeping.runs import Summary
 
 
-def run_sweep(
-    config: Path, output: Path | None, workers: int | None, *, dry_run: bool, restart: bool, quiet: bool
-) -> int:
+@dataclass(frozen=True)
+class SweepOptions:
+    """What the command line asks of a sweep."""
+
+    config: Path
+    output: Path | None
+    workers: int | None
+    processes: bool
+    scheduler: str | None
+    keep: Literal["all", "front"]
+    restart: bool
+    max_failures: int | None
+
+    @property
+    def path(self) -> Path:
+        """The results file."""
+        return self.output or Path("results") / f"{self.config.stem}.h5"
+
+    @property
+    def command(self) -> str:
+        """The line that goes on with this sweep: as it was typed, but for --restart."""
+        words = ["explore", "sweep", str(self.config)]
+        words += ["-o", str(self.output)] if self.output else []
+        words += ["--workers", str(self.workers)] if self.workers else []
+        words += ["--processes"] if self.processes else []
+        words += ["--scheduler", self.scheduler] if self.scheduler else []
+        words += ["--keep", self.keep] if self.keep != "all" else []
+        words += ["--max-failures", str(self.max_failures)] if self.max_failures is not None else []
+        return shlex.join(words)
+
+    def cluster(self) -> AbstractContextManager[Client]:
+        """The workers."""
+        from explore.sweeping.clusters import local_cluster, remote_cluster
+
+        if self.scheduler is None:
+            return local_cluster(self.workers, processes=self.processes)
+        if self.workers is not None or self.processes:
+            raise RequestError("--scheduler brings its own workers; leave out --workers and --processes")
+        return remote_cluster(self.scheduler)
+
+
+def run_sweep(options: SweepOptions, *, dry_run: bool, verbose: bool, quiet: bool) -> int:
     """Sweep a study and return the exit code."""
+    cluster = options.cluster()
     with compiled_kernels():
-        from explore import sweeping
         from explore.config.study_file import load_study
-    study = load_study(config)
-    path = output or Path("results") / f"{config.stem}.h5"
+        from explore.sweeping.runs import run_study
+    study = load_study(options.config)
+    path = options.path
     if dry_run:
         _print_plan(study, path)
         return 0
-    if path.exists() and path.samefile(config):
+    if path.exists() and path.samefile(options.config):
         raise RequestError(f"-o {path} is the study itself; name another file")
     try:
-        with _progress(study.space.count, quiet=quiet) as progress:
-            summary = sweeping.run_study(study, path, workers=workers, restart=restart, progress=progress)
+        with _terminable(), sweep_progress(study.space.count, quiet=quiet) as progress:
+            summary = run_study(
+                study,
+                path,
+                cluster,
+                keep=options.keep,
+                max_failures=options.max_failures,
+                restart=options.restart,
+                progress=progress,
+                listener=_Listener(verbose=verbose),
+            )
     except KeyboardInterrupt:
-        kept = f" -o {output}" if output else ""
-        say(f"interrupted; finished blocks are safe in {path}. To go on: explore sweep {config}{kept}")
+        say(f"interrupted; finished blocks are safe in {path}. To go on: {options.command}")
         return 130
     _report(summary, quiet=quiet)
-    _compare_objectives(study, path)
+    if options.keep == "all":
+        _compare_objectives(study, path)
     return 3 if summary.failed else 0
+
+
+@contextmanager
+def _terminable() -> Iterator[None]:
+    """Take a polite kill, as batch systems send before the rude one, as an interrupt."""
+    before = signal.signal(signal.SIGTERM, signal.default_int_handler)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
+
+
+class _Listener:
+    """Tells the user of events: with -v of all, else of those that may need a hand."""
+
+    def __init__(self, *, verbose: bool) -> None:
+        self._verbose = verbose
+
+    def __call__(self, event: str, facts: Mapping[str, Any]) -> None:
+        if event == "failure":
+            complain(_failure(facts))
+        elif event == "waiting":
+            say(str(facts["reason"]), "yellow")
+        elif self._verbose:
+            words = " ".join(f"{name}={value}" for name, value in facts.items())
+            say(f"{event}: {words}", "dim")
+
+
+def _failure(facts: Mapping[str, Any]) -> str:
+    first, last = facts["designs"]
+    ranges = ", ".join(f"{name} {number(low)} to {number(high)}" for name, (low, high) in facts["parameters"].items())
+    return (
+        f"block {facts['block']} (designs {first:,} to {last:,}: {ranges}) failed twice and was left out: "
+        f"{facts['problem']}"
+    )
 
 
 def _compare_objectives(study: Study, path: Path) -> None:
@@ -59,8 +144,9 @@ def _compare_objectives(study: Study, path: Path) -> None:
 
 
 def _report(summary: Summary, *, quiet: bool) -> None:
-    for block, problem in summary.failed.items():
-        complain(f"block {block} failed twice and was left out: {problem}")
+    if summary.failed:
+        blocks = f"{len(summary.failed):,} block{'s' * (len(summary.failed) > 1)}"
+        complain(f"{blocks} failed and stay pending; the same command tries them again")
     if quiet:
         return
     if summary.computed == 0 and not summary.failed:
@@ -74,65 +160,9 @@ def _report(summary: Summary, *, quiet: bool) -> None:
     )
 
 
-@contextmanager
-def _progress(total: int, *, quiet: bool) -> Iterator[Callable[[Progress], None] | None]:
-    """A bar on a terminal, a line now and then elsewhere."""
-    if quiet:
-        yield None
-    elif sys.stderr.isatty():
-        with _bar(total) as update:
-            yield update
-    else:
-        yield _lines()
-
-
-@contextmanager
-def _bar(total: int) -> Iterator[Callable[[Progress], None]]:
-    from rich import progress
-    from rich.console import Console
-
-    columns = (
-        progress.TextColumn("{task.completed:,.0f} of {task.total:,.0f} designs"),
-        progress.BarColumn(),
-        progress.TaskProgressColumn(),
-        progress.TextColumn("{task.fields[rate]}"),
-        progress.TextColumn("{task.fields[share]}"),
-        progress.TimeRemainingColumn(),
-    )
-    begun = time.monotonic()
-    with progress.Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task("", total=total, rate="", share="")
-
-        def update(state: Progress) -> None:
-            rate = state.computed / (time.monotonic() - begun)
-            share = f"{state.feasible / state.computed:.0%} feasible"
-            bar.update(task, completed=state.done, rate=f"{rate:,.0f}/s", share=share)
-
-        yield update
-
-
-def _lines() -> Callable[[Progress], None]:
-    begun = last = time.monotonic()
-
-    def update(state: Progress) -> None:
-        nonlocal last
-        now = time.monotonic()
-        if now - last < LINE_INTERVAL:
-            return
-        last = now
-        rate = state.computed / (now - begun)
-        left = (state.total - state.done) / rate
-        say(
-            f"{state.done:,} of {state.total:,} designs, {rate:,.0f}/s, "
-            f"{state.feasible / state.computed:.0%} feasible, {left:.0f} s left"
-        )
-
-    return update
-
-
 def _print_plan(study: Study, path: Path) -> None:
     """What a sweep would do: counts, bytes, an estimate, the first and the last designs."""
-    from explore.sweeping import results_columns, row_bytes
+    from explore.sweeping.keeping import results_columns, row_bytes
 
     space = study.space
     columns = [column for column in results_columns(study) if column.role == "parameter"]
