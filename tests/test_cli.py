@@ -10,6 +10,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
+import explore
+
 SMALL = """mechanism = "crank-rocker"
 [parameters]
 crank = [100, 150, 200]
@@ -271,9 +273,8 @@ def test_an_interrupted_sweep_says_how_to_go_on(tmp_path):
     )
     deadline = time.monotonic() + 60
     results = tmp_path / "results/long.h5"
-    while not results.exists() and time.monotonic() < deadline:
+    while not (results.exists() and explore.open_results(results).n_committed) and time.monotonic() < deadline:
         time.sleep(0.02)
-    time.sleep(0.5)
     process.send_signal(signal.SIGINT)
     _, errors = process.communicate(timeout=60)
 
