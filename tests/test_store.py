@@ -25,10 +25,11 @@ import pytest
 
 from explore.errors import ResultsError
 from explore.store import platform
+from explore.store.creation import create
 from explore.store.image import Image
 from explore.store.locking import LockFile
 from explore.store.results import open_results
-from explore.store.writer import Writer, create
+from explore.store.writer import Writer
 from explore.vocabulary import Column, Status
 
 LABELS = {int(status): status.label for status in Status}
@@ -369,7 +370,7 @@ def test_resume_after_kill_loses_nothing(finished, tmp_path):
 
 def still_pending(path: Path) -> list[int]:
     with writer(path) as store:
-        return store.pending
+        return list(store.pending)
 
 
 def test_damaged_block_is_pending_again(copy):
@@ -382,7 +383,7 @@ def test_damaged_block_is_pending_again(copy):
     flip(copy, commit + 8 * 6)
     assert open_results(copy).verify() == [1, 4, 6, 9]
     with writer(copy) as store:
-        assert store.pending == [1, 4, 6, 9]
+        assert list(store.pending) == [1, 4, 6, 9]
         assert open_results(copy).n_committed == N_DESIGNS - 3500, "readers no longer see them either"
         for number in store.pending:
             store.commit(number, values(number))
@@ -409,7 +410,7 @@ def test_reading_while_writing(tmp_path):
             frame = pd.read_hdf(path)
             assert int((frame["status"] != Status.PENDING).sum()) == done * BLOCK
         assert held.n_committed == 0, "results are what was there when they were opened"
-        assert store.pending == [1, 2, 4, 5, 6, 8, 9]
+        assert list(store.pending) == [1, 2, 4, 5, 6, 8, 9]
 
 
 def test_commit_takes_exactly_what_was_declared(tmp_path):
@@ -546,7 +547,7 @@ def test_restart_moves_the_old_file_aside(copy):
     before = sha256(copy)
     for moved in ("copy.h5.old", "copy.h5.old2"):
         with writer(copy, restart=True) as store:
-            assert store.pending == list(range(N_BLOCKS))
+            assert list(store.pending) == list(range(N_BLOCKS))
             assert copy.with_name(moved).exists()
     assert sha256(copy.with_name("copy.h5.old")) == before
 
@@ -758,7 +759,7 @@ def test_disk_error_on_commit_is_reported_and_leaves_the_block_pending(tmp_path)
         os.close(broken)
         with pytest.raises(ResultsError, match=r"grid\.h5: block 1 cannot be written: .*run the sweep again"):
             store.commit(1, values(1))
-        assert store.pending == list(range(1, N_BLOCKS))
+        assert list(store.pending) == list(range(1, N_BLOCKS))
     assert open_results(path).n_committed == BLOCK
 
 

@@ -113,6 +113,27 @@ def show(
         show_design(results, design, as_json=json)
 
 
+@app.command(epilog="Example: explore verify results/grid.h5")
+def verify(results: Results = None, json: Json = False) -> None:
+    """Check every committed block of a results file against its checksum."""
+    from explore.cli.verifications import verify_results
+
+    raise typer.Exit(verify_results(results, as_json=json))
+
+
+@app.command(epilog="Example: explore pack results/grid.h5")
+def pack(
+    results: Results = None,
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", help="The copy; NAME.packed.h5 beside the results unless given.")
+    ] = None,
+) -> None:
+    """Write a compressed copy of finished results, which every command reads alike."""
+    from explore.cli.packs import pack_results
+
+    pack_results(results, output)
+
+
 @app.command(
     epilog="Example: explore simulate --mechanism crank-rocker --set crank=100 --set coupler=1083.4236 "
     "--set rocker=541.7118 --set ground=691.7118 -o motion.csv"

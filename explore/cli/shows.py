@@ -20,6 +20,9 @@ def show_results(path: Path | None, *, as_json: bool) -> None:
             {
                 "path": str(results.path),
                 "complete": results.complete,
+                "packed": results.packed,
+                "keep": results.keep,
+                "studied": results.n_studied,
                 "designs": results.n_designs,
                 "committed": results.n_committed,
                 "counts": results.counts,
@@ -29,7 +32,10 @@ def show_results(path: Path | None, *, as_json: bool) -> None:
         )
         return
     state = "complete" if results.complete else f"not finished, {results.n_committed:,} designs so far"
-    say(f"{results.path}: {results.attributes.get('mechanism')}, {results.n_designs:,} designs, {state}", data=True)
+    state += ", packed" if results.packed else ""
+    say(f"{results.path}: {results.attributes.get('mechanism')}, {results.n_studied:,} designs, {state}", data=True)
+    if results.keep != "all":
+        say(f"{results.n_designs:,} of {results.n_studied:,} designs were kept, the Pareto-optimal ones", data=True)
     counts = results.counts
     if not results.complete:
         say("to go on with it, run its `explore sweep` again", data=True)

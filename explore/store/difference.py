@@ -4,10 +4,29 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
+
+from explore.errors import ResultsError
 
 _ABSENT = "(not there)"
 _LONGEST_VALUE = 100
+_HIDDEN = ("determines", "request_sha256")
+
+
+def other_study(path: Path, old: Mapping[str, Any], new: Mapping[str, Any]) -> ResultsError:
+    """The error that a file belongs to another study, with what changed.
+
+    Parameters
+    ----------
+    old, new
+        Descriptions of the study of the file and of the one that is to go on. The text ``determines`` is compared key
+        by key; hashes are not shown.
+    """
+    changes = changed_keys(str(old.get("determines", "")), str(new.get("determines", "")))
+    changes += changed_values(*({k: v for k, v in each.items() if k not in _HIDDEN} for each in (old, new)))
+    lines = "".join(f"\n  {line}" for line in changes or ["what its columns or blocks are"])
+    return ResultsError(f"{path} holds the results of another study; what changed:{lines}\nuse --restart to start over")
 
 
 def changed_keys(old: str, new: str) -> list[str]:

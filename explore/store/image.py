@@ -1,23 +1,26 @@
-"""A new results file, laid out in memory: everything but the columns' values."""
+"""What a new results file is made of, and how it is laid out in memory: everything but the columns' values."""
 
 from __future__ import annotations
 
 import io
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import h5py
 import numpy as np
 from h5py import h5d, h5p, h5s, h5t
 
-from explore.store.layout import FORMAT, FORMAT_VERSION, INDEX, Attribute
+from explore.store.layout import FORMAT, FORMAT_VERSION, INDEX, KEEP_FRONT, Attribute
 from explore.vocabulary import Column
 
 #: Longest text kept as an attribute, in bytes. HDF5 allows 64 KiB with the header; beyond, it is a dataset in /study.
 _LONGEST_ATTRIBUTE = 60_000
 #: Alignment of everything at least as long, so that a block's slices do not share pages with other columns.
 _PAGE = 4096
+
+#: Makes a column's dataset: (group, name, dtype, length).
+MakeDataset = Callable[[h5py.Group, str, str, int], h5py.Dataset]
 
 
 class Image(io.RawIOBase):
@@ -67,29 +70,43 @@ class Image(io.RawIOBase):
 
 def build(columns: Sequence[Column], n_designs: int, block_size: int, attributes: Mapping[str, Attribute]) -> Image:
     """Lay out a results file. Every byte but the columns' and the commit words' is in the image."""
-    _check_request(columns, n_designs, block_size)
+    _check_request(columns, n_designs, block_size, attributes)
     image = Image()
     with h5py.File(
         image, "w", libver="earliest", track_order=False, alignment_threshold=_PAGE, alignment_interval=_PAGE
     ) as file:
-        own: dict[str, Attribute] = {
-            "format": FORMAT,
-            "format_version": FORMAT_VERSION,
-            "n_designs": n_designs,
-            "block_size": block_size,
-        }
-        for name, value in {**attributes, **own}.items():
-            _put_attribute(file, name, value)
-        designs = file.create_group("designs", track_order=False)
-        for column in columns:
-            _put_column(designs, column, n_designs)
-        _put_frame(file, [column.name for column in columns[1:]])
-        progress = file.create_group("progress", track_order=False)
-        _reserve(progress, "commit", "<u8", -(-n_designs // block_size))
+        lay_out(file, columns, n_designs, block_size, attributes, _reserve)
     return image
 
 
-def _check_request(columns: Sequence[Column], n_designs: int, block_size: int) -> None:
+def lay_out(
+    file: h5py.File,
+    columns: Sequence[Column],
+    n_designs: int,
+    block_size: int,
+    attributes: Mapping[str, Attribute],
+    make_dataset: MakeDataset,
+) -> None:
+    """Put everything but values into a new HDF5 file; `make_dataset` decides how the columns are kept."""
+    own: dict[str, Attribute] = {
+        "format": FORMAT,
+        "format_version": FORMAT_VERSION,
+        "n_designs": n_designs,
+        "block_size": block_size,
+    }
+    for name, value in {**attributes, **own}.items():
+        _put_attribute(file, name, value)
+    designs = file.create_group("designs", track_order=False)
+    for column in columns:
+        _describe(make_dataset(designs, column.name, column.dtype, n_designs), column)
+    _put_frame(file, [column.name for column in columns[1:]])
+    progress = file.create_group("progress", track_order=False)
+    _reserve(progress, "commit", "<u8", -(-n_designs // block_size))
+
+
+def _check_request(
+    columns: Sequence[Column], n_designs: int, block_size: int, attributes: Mapping[str, Attribute]
+) -> None:
     names = [column.name for column in columns]
     if not names or names[0] != INDEX or columns[0].dtype != "<i8":
         raise ValueError("the first column must be 'design' of dtype '<i8'")
@@ -97,7 +114,7 @@ def _check_request(columns: Sequence[Column], n_designs: int, block_size: int) -
         raise ValueError("column names must be unique, not empty and without '/'")
     if len(names) < 2:
         raise ValueError("a results file needs a column besides 'design'")
-    if n_designs < 1 or block_size < 1:
+    if n_designs < (attributes.get("keep") != KEEP_FRONT) or block_size < 1:
         raise ValueError("a results file needs at least one design and blocks of at least one design")
 
 
@@ -112,8 +129,7 @@ def _reserve(group: h5py.Group, name: str, dtype: str, length: int) -> h5py.Data
     return h5py.Dataset(h5d.create(group.id, name.encode(), kind, h5s.create_simple((length,)), plist))
 
 
-def _put_column(designs: h5py.Group, column: Column, n_designs: int) -> None:
-    dataset = _reserve(designs, column.name, column.dtype, n_designs)
+def _describe(dataset: h5py.Dataset, column: Column) -> None:
     texts = {"units": column.unit, "long_name": column.long_name, "role": column.role}
     if column.labels:
         texts["labels"] = json.dumps({str(code): label for code, label in column.labels.items()})

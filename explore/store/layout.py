@@ -2,7 +2,8 @@
 
 ==========  =======================================================================================
 /           attributes of the study, format, format_version, n_designs, block_size
-/designs    one contiguous dataset for each column, with its unit, long_name, role and labels
+/designs    one dataset for each column, with its unit, long_name, role and labels: contiguous, or packed into
+            one compressed chunk for each block
 /frame      hard links to the columns in the form that ``pandas.read_hdf(path)`` expects
 /progress   commit: one word for each block, 0 or 2**32 + CRC-32 of the block's bytes
 /study      texts too long for an attribute
@@ -11,10 +12,8 @@
 
 from __future__ import annotations
 
-import io
 import json
-import zlib
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -25,6 +24,7 @@ import numpy.typing as npt
 from h5py import h5a, h5d
 
 from explore.errors import ResultsError
+from explore.store.chunks import ChunkTable, chunk_length, read_chunk_table
 from explore.vocabulary import Column
 
 FORMAT = "explore-results"
@@ -33,8 +33,8 @@ INDEX = "design"
 
 Attribute = str | int | float
 
-#: Upper half of a commit word; the lower half is the CRC-32 of the block.
-COMMITTED = 1 << 32
+#: What the attribute "keep" says of a file with the Pareto-optimal designs only; a file without it has all designs.
+KEEP_FRONT = "front"
 _LARGEST_ATTRIBUTE = 65_536
 
 
@@ -45,7 +45,11 @@ class Layout:
     Attributes
     ----------
     offsets
-        Of each column's first byte.
+        Of each column's first byte; empty in a packed file.
+    chunks
+        Where each column's chunks are, one for each block; empty unless the file is packed.
+    n_designs
+        Rows of the file.
     commit_offset
         Of the first commit word.
     size
@@ -54,11 +58,17 @@ class Layout:
 
     columns: tuple[Column, ...]
     offsets: Mapping[str, int]
+    chunks: Mapping[str, ChunkTable]
     n_designs: int
     block_size: int
     commit_offset: int
     size: int
     attributes: Mapping[str, Attribute]
+
+    @property
+    def packed(self) -> bool:
+        """Whether the columns are compressed."""
+        return bool(self.chunks)
 
     @property
     def n_blocks(self) -> int:
@@ -69,6 +79,11 @@ class Layout:
         """First row of a block and the first row after it."""
         start = block * self.block_size
         return start, min(start + self.block_size, self.n_designs)
+
+    def count_rows(self, blocks: npt.NDArray[np.bool_]) -> int:
+        """How many rows the marked blocks have; marks of shape (blocks,)."""
+        count = int(np.count_nonzero(blocks)) * self.block_size
+        return count - (self.n_blocks * self.block_size - self.n_designs if len(blocks) and blocks[-1] else 0)
 
     def offset(self, column: Column, row: int) -> int:
         """Place of one value in the file, bytes."""
@@ -104,19 +119,47 @@ def _parse(file: h5py.File, path: Path, size: int) -> Layout:
         newer = isinstance(version, int) and version > FORMAT_VERSION
         advice = "it was written by a newer explore; update explore to read it" if newer else "it is damaged"
         raise ResultsError(f"{path} has format version {version}, this explore reads {FORMAT_VERSION}: {advice}")
-    n_designs, block_size = attributes.get("n_designs"), attributes.get("block_size")
-    if not isinstance(n_designs, int) or not isinstance(block_size, int) or n_designs < 1 or block_size < 1:
-        raise ValueError("n_designs and block_size must be positive integers")
+    n_designs, block_size = _read_shape(attributes)
     designs = _member(file, "designs", h5py.Group)
     axis = _member(_member(file, "frame", h5py.Group), "axis0", h5py.Dataset)
     names = [INDEX, *_read_names(axis, len(designs) - 1, size)]
-    columns = tuple(_read_column(_member(designs, name, h5py.Dataset)) for name in names)
-    offsets = {name: _checked_offset(designs[name], (n_designs,), size) for name in names}
+    datasets = {name: _member(designs, name, h5py.Dataset) for name in names}
+    columns = tuple(map(_read_column, datasets.values()))
+    offsets, chunks = _read_places(datasets, n_designs, block_size, size)
     commit = _member(_member(file, "progress", h5py.Group), "commit", h5py.Dataset)
     if commit.dtype != np.dtype("<u8"):
         raise ValueError("the commit words are not u8")
     commit_offset = _checked_offset(commit, (-(-n_designs // block_size),), size)
-    return Layout(columns, offsets, n_designs, block_size, commit_offset, size, attributes)
+    return Layout(columns, offsets, chunks, n_designs, block_size, commit_offset, size, attributes)
+
+
+def _read_shape(attributes: Mapping[str, Attribute]) -> tuple[int, int]:
+    """Rows of the file and of a block."""
+    n_designs, block_size = attributes.get("n_designs"), attributes.get("block_size")
+    kept = attributes.get("keep") == KEEP_FRONT
+    if not isinstance(n_designs, int) or not isinstance(block_size, int) or n_designs < (not kept) or block_size < 1:
+        raise ValueError("n_designs and block_size must be positive integers")
+    if kept:
+        studied, counts = attributes.get("studied_designs"), json.loads(str(attributes.get("studied_counts")))
+        if not isinstance(studied, int) or studied < n_designs:
+            raise ValueError("studied_designs must be a number of designs")
+        if not isinstance(counts, dict) or not all(isinstance(count, int) for count in counts.values()):
+            raise ValueError("studied_counts must be numbers of designs")
+    return n_designs, block_size
+
+
+def _read_places(
+    datasets: Mapping[str, h5py.Dataset], n_designs: int, block_size: int, size: int
+) -> tuple[dict[str, int], dict[str, ChunkTable]]:
+    """Where the columns are: their first bytes, or their chunks when the file is packed."""
+    if datasets[INDEX].chunks is None:
+        return {name: _checked_offset(dataset, (n_designs,), size) for name, dataset in datasets.items()}, {}
+    chunk = chunk_length(n_designs, block_size)
+    chunks = {name: read_chunk_table(dataset, n_designs, chunk, size) for name, dataset in datasets.items()}
+    # The same bytes used many times over would let a small file become a large array.
+    if sum(int(table[:, 1].sum()) for table in chunks.values()) > size:
+        raise ValueError("chunks overlap")
+    return {}, chunks
 
 
 def _read_attributes(file: h5py.File) -> dict[str, Attribute]:
@@ -171,45 +214,8 @@ def _checked_offset(dataset: h5py.Dataset, shape: tuple[int, ...], size: int) ->
     plist = dataset.id.get_create_plist()
     if dataset.shape != shape or plist.get_layout() != h5d.CONTIGUOUS or plist.get_external_count():
         raise ValueError(f"{dataset.name} is not a contiguous array of shape {shape}")
-    offset = dataset.id.get_offset()
+    offset = 0 if 0 in shape else dataset.id.get_offset()
     length = int(np.prod(shape, dtype=object)) * dataset.dtype.itemsize
     if offset is None or offset + length > size:
         raise ValueError(f"{dataset.name} reaches beyond the end of the file")
     return int(offset)
-
-
-def read_values(file: io.FileIO, offset: int, count: int, dtype: str) -> npt.NDArray[Any]:
-    """Read `count` values at an offset."""
-    values = np.empty(count, dtype)
-    left = values.data.cast("B")
-    file.seek(offset)
-    while left:  # one call reads 2 GiB at most
-        read = file.readinto(left)
-        if not read:
-            raise ResultsError(f"{file.name} is cut short: restore it from a copy or use --restart to start over")
-        left = left[read:]
-    return values
-
-
-def read_words(file: io.FileIO, layout: Layout) -> npt.NDArray[np.uint64]:
-    """The commit words of all blocks, shape (blocks,)."""
-    return read_values(file, layout.commit_offset, layout.n_blocks, "<u8")
-
-
-def commit_word(arrays: Iterable[npt.NDArray[Any]]) -> int:
-    """The word that says that a block is there, and what its bytes are: the columns in order."""
-    checksum = 0
-    for values in arrays:
-        checksum = zlib.crc32(values.data.cast("B"), checksum)
-    return COMMITTED | checksum
-
-
-def damaged_blocks(file: io.FileIO, layout: Layout) -> list[int]:
-    """Numbers of the blocks that are said to be there, but whose bytes are not those that were written."""
-    damaged = []
-    for number, word in enumerate(read_words(file, layout).tolist()):
-        start, stop = layout.rows(number)
-        arrays = (read_values(file, layout.offset(c, start), stop - start, c.dtype) for c in layout.columns)
-        if word and word != commit_word(arrays):
-            damaged.append(number)
-    return damaged

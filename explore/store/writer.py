@@ -8,10 +8,9 @@ So HDF5's own structures never change, the file can be read at any time, and a k
 from __future__ import annotations
 
 import contextlib
-import errno
 import io
 import os
-import shutil
+from array import array
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from types import TracebackType
@@ -22,64 +21,16 @@ import numpy.typing as npt
 
 from explore.errors import ResultsError
 from explore.store import platform
-from explore.store.difference import changed_keys, changed_values
-from explore.store.image import build
-from explore.store.layout import INDEX, Attribute, Layout, commit_word, damaged_blocks, read_layout, read_words
+from explore.store.creation import create, temporary_name
+from explore.store.difference import other_study
+from explore.store.layout import INDEX, Attribute, Layout, read_layout
 from explore.store.locking import LockFile
+from explore.store.reading import commit_word, damaged_blocks, read_words
 from explore.vocabulary import Column
 
-#: Values of the index written at a time.
-_CHUNK = 1 << 17
 #: How every HDF5 file begins.
 _SIGNATURE = b"\x89HDF\r\n\x1a\n"
 _ELSEWHERE = "name another file with -o"
-
-
-def create(
-    path: Path, columns: Sequence[Column], n_designs: int, block_size: int, attributes: Mapping[str, Attribute]
-) -> None:
-    """Create a complete results file without any committed block. The caller holds the lock of the path.
-
-    Parameters
-    ----------
-    path
-        The file; one that is there is replaced.
-    columns
-        The index "design" first.
-    attributes
-        Of the study: config, request_sha256, determines, kernel, versions, seed, sampler.
-
-    Raises
-    ------
-    ResultsError
-        The disk is full or the folder cannot be written. Nothing is left behind.
-    """
-    image = build(columns, n_designs, block_size, attributes)
-    temporary = _temporary(path)
-    try:
-        temporary.unlink(missing_ok=True)
-        _check_free(path.parent, image.size)
-        descriptor = platform.open_binary(temporary, os.O_RDWR | os.O_CREAT | os.O_EXCL)
-        try:
-            platform.reserve(descriptor, image.size)
-            for offset, piece in image.pieces:
-                platform.write_at(descriptor, piece, offset)
-            layout = read_layout(temporary)
-            for start in range(0, n_designs, _CHUNK):
-                numbers = np.arange(start, min(start + _CHUNK, n_designs), dtype="<i8")
-                platform.write_at(descriptor, numbers.data, layout.offset(columns[0], start))
-            os.fsync(descriptor)
-        finally:
-            os.close(descriptor)
-        _read_back(layout, columns, attributes)
-        temporary.replace(path)
-        platform.sync_folder(path.parent)
-    except BaseException as error:
-        with contextlib.suppress(OSError):
-            temporary.unlink(missing_ok=True)
-        if isinstance(error, OSError) and not isinstance(error, ResultsError):
-            raise _explained(error, path, image.size) from error
-        raise
 
 
 def _is_hdf5(path: Path) -> bool:
@@ -90,38 +41,13 @@ def _is_hdf5(path: Path) -> bool:
         return file.read(len(_SIGNATURE)) == _SIGNATURE
 
 
-def _temporary(path: Path) -> Path:
-    return path.with_name(path.name + ".tmp")
-
-
-def _check_free(folder: Path, size: int) -> None:
-    """Refuse at once what cannot fit: where reserving means writing zeros, the disk would be filled first."""
-    if size > shutil.disk_usage(folder).free:
-        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-
-
-def _read_back(layout: Layout, columns: Sequence[Column], attributes: Mapping[str, Attribute]) -> None:
-    """Make sure that the new file says what it was told to say."""
-    if layout.columns != tuple(columns) or any(layout.attributes[name] != value for name, value in attributes.items()):
-        raise ResultsError("the new results file does not read back as written; check the disk")
-
-
-def _explained(error: OSError, path: Path, size: int) -> ResultsError:
-    needs = f"{path} needs {size:,} bytes"
-    if error.errno in (errno.ENOSPC, errno.EDQUOT):
-        free = shutil.disk_usage(path.parent).free
-        return ResultsError(f"{needs}, but only {free:,} are free in {path.parent}; free some space or sweep less")
-    if error.errno == errno.EFBIG:
-        free = shutil.disk_usage(path.parent).free
-        limit = "the file system or a limit of this process (ulimit -f) forbids a file of that size"
-        return ResultsError(f"{needs} ({free:,} are free), but {limit}")
-    if error.errno in (errno.EACCES, errno.EPERM, errno.EROFS):
-        return ResultsError(f"the folder {path.parent} cannot be written: {error.strerror}; choose another with -o")
-    return ResultsError(f"{path} cannot be created: {error.strerror or error}")
-
-
 class Writer:
     """The single writer of a results file, a context manager. It creates the file or goes on with it.
+
+    Attributes
+    ----------
+    damaged
+        Numbers of the blocks that were there but damaged when the file was opened; they are pending again.
 
     Parameters
     ----------
@@ -170,15 +96,19 @@ class Writer:
         self._closing.close()
 
     @property
-    def pending(self) -> list[int]:
-        """Numbers of the blocks still to compute, ascending; a new list each time."""
-        return np.flatnonzero(~self._committed).tolist()
+    def pending(self) -> array[int]:
+        """Numbers of the blocks still to compute, ascending; a new array each time, eight bytes for each block."""
+        return array("q", np.flatnonzero(~self._committed).astype(np.int64).tobytes())
+
+    @property
+    def n_pending(self) -> int:
+        """How many blocks are still to compute."""
+        return len(self._committed) - int(np.count_nonzero(self._committed))
 
     @property
     def committed_designs(self) -> int:
         """Number of designs that are durable."""
-        rows = map(self._layout.rows, np.flatnonzero(self._committed).tolist())
-        return sum(stop - start for start, stop in rows)
+        return self._layout.count_rows(self._committed)
 
     def commit(self, number: int, columns: Mapping[str, npt.NDArray[Any]]) -> None:
         """Write one pending block and return when it is durable.
@@ -228,6 +158,8 @@ class Writer:
         except ResultsError as error:
             advice = "use --restart to start over (the file is moved aside)" if _is_hdf5(self.path) else _ELSEWHERE
             raise ResultsError(f"{error}; {advice}") from error
+        if self._layout.packed:
+            raise ResultsError(f"{self.path} is a packed copy, which cannot be continued; {_ELSEWHERE}")
         _check_same_study(self.path, self._layout, *self._content)
         self._descriptor = platform.open_binary(self.path, os.O_RDWR)
         stack.callback(os.close, self._descriptor)
@@ -236,7 +168,7 @@ class Writer:
 
     def _prepare(self) -> None:
         """Make sure that there is a file; the lock is held, so what others left behind can go."""
-        _temporary(self.path).unlink(missing_ok=True)
+        temporary_name(self.path).unlink(missing_ok=True)
         if self._restart and self.path.exists():
             if not _is_hdf5(self.path):
                 raise ResultsError(f"{self.path} is no results file, so it is left alone; {_ELSEWHERE}")
@@ -261,7 +193,8 @@ class Writer:
     def _read_committed(self) -> npt.NDArray[np.bool_]:
         """Which blocks are there, after checking every byte of them. Those that are damaged are pending again."""
         with io.FileIO(self.path) as file:
-            for number in damaged_blocks(file, self._layout):
+            self.damaged = damaged_blocks(file, self._layout)
+            for number in self.damaged:
                 self._write_word(number, 0)
             committed: npt.NDArray[np.bool_] = read_words(file, self._layout) != 0
         return committed
@@ -276,14 +209,19 @@ def _check_same_study(
     attributes: Mapping[str, Attribute],
 ) -> None:
     """Refuse to go on with the file of another study: its blocks would not belong together."""
-    old, new = layout.attributes, attributes
-    same = all(old.get(name) == new.get(name) for name in ("request_sha256", "kernel"))
+    same = all(layout.attributes.get(name) == attributes.get(name) for name in ("request_sha256", "kernel", "keep"))
     if same and (layout.columns, layout.n_designs, layout.block_size) == (tuple(columns), n_designs, block_size):
         return
-    changes = changed_keys(str(old.get("determines", "")), str(new.get("determines", "")))
-    changes += changed_values(
-        {"kernel": old.get("kernel"), "designs": layout.n_designs, "columns": [c.name for c in layout.columns]},
-        {"kernel": new.get("kernel"), "designs": n_designs, "columns": [c.name for c in columns]},
-    )
-    lines = "".join(f"\n  {line}" for line in changes or ["what its columns or blocks are"])
-    raise ResultsError(f"{path} holds the results of another study; what changed:{lines}\nuse --restart to start over")
+    old = _described(layout.attributes, layout.n_designs, layout.columns)
+    raise other_study(path, old, _described(attributes, n_designs, columns))
+
+
+def _described(attributes: Mapping[str, Attribute], n_designs: int, columns: Sequence[Column]) -> dict[str, Any]:
+    """What a difference between two studies is shown of."""
+    return {
+        "determines": attributes.get("determines", ""),
+        "kernel": attributes.get("kernel"),
+        "keep": attributes.get("keep", "all"),
+        "designs": n_designs,
+        "columns": [column.name for column in columns],
+    }

@@ -1,0 +1,81 @@
+"""`explore verify`: whether every committed block still holds what was written."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from explore.cli.bars import block_bar
+from explore.cli.output import complain, newest_results, print_json, print_table, say
+
+if TYPE_CHECKING:
+    from explore.store.results import Results
+
+#: Damaged blocks that are named one by one.
+_NAMED = 20
+
+
+def verify_results(path: Path | None, *, as_json: bool) -> int:
+    """Check a results file, print what is in it, and return the exit code."""
+    from explore.store.results import open_results
+
+    results = open_results(path or newest_results())
+    with block_bar("checking") as progress:
+        damaged = results.verify(progress)
+    committed = sorted({*results.committed_blocks, *damaged})
+    statuses = results.count_statuses(sorted({*results.committed_blocks} - {*damaged}))
+    if as_json:
+        print_json(
+            {
+                "path": str(results.path),
+                "sound": not damaged,
+                "complete": results.complete,
+                "keep": results.keep,
+                "studied": results.n_studied,
+                "designs": results.n_designs,
+                "committed": results.n_committed,
+                "blocks": results.n_blocks,
+                "committed_blocks": len(committed),
+                "pending_blocks": results.n_blocks - len(committed),
+                "damaged_blocks": [_described(results, number) for number in damaged],
+                "counts": statuses,
+            }
+        )
+        return 1 if damaged else 0
+    say(
+        f"{results.path}: {len(committed):,} blocks committed, {results.n_blocks - len(committed):,} pending, "
+        f"{len(damaged):,} damaged; {results.n_committed:,} designs",
+        data=True,
+    )
+    title = "designs by status" + (", damaged blocks left out" if damaged else "")
+    print_table(title, [("status", ""), ("designs", "")], [[label, f"{n:,}"] for label, n in statuses.items()])
+    _conclude(results, damaged)
+    return 1 if damaged else 0
+
+
+def _described(results: Results, number: int) -> dict[str, int]:
+    start, stop = results.block_rows(number)
+    return {"block": number, "first_row": start, "last_row": stop - 1}
+
+
+def _conclude(results: Results, damaged: list[int]) -> None:
+    """Say whether the file is sound, and what to do if not."""
+    if not damaged:
+        state = "finished" if results.complete else f"not finished: {results.n_committed:,} of {results.n_designs:,}"
+        say(f"every committed block is sound; {state}", data=True)
+        return
+    what = "rows" if results.keep != "all" else "designs"
+    for number in damaged[:_NAMED]:
+        start, stop = results.block_rows(number)
+        complain(f"block {number} is damaged: {what} {start:,} to {stop - 1:,}")
+    if len(damaged) > _NAMED:
+        complain(f"and {len(damaged) - _NAMED:,} more; --json names them all")
+    complain(_advice(results))
+
+
+def _advice(results: Results) -> str:
+    if results.packed:
+        return "restore the file from a copy, or pack the original again"
+    if results.keep != "all":
+        return "restore the file from a copy, or run the sweep again with --restart"
+    return "run the sweep again: it computes the damaged blocks anew and keeps the others"

@@ -1,0 +1,98 @@
+"""Compressed chunks of a packed file, in HDF5's two standard filters: shuffle, then deflate.
+
+They are made and undone here and not by HDF5, which may load code from plugins for other filters, and which takes a
+chunk's own word for how long it becomes.
+"""
+
+from __future__ import annotations
+
+import zlib
+from typing import Any
+
+import h5py
+import numpy as np
+import numpy.typing as npt
+from h5py import h5d, h5p, h5s, h5t, h5z
+
+#: Deflate makes at most 1032 bytes of one.
+_LARGEST_EXPANSION = 1100
+_LEVEL = 1
+#: Bits of a chunk's mask: the filter was left out, because it gained nothing.
+_NOT_SHUFFLED, _NOT_DEFLATED = 1, 2
+
+#: Rows of a table of chunks: place in the file, stored bytes, mask.
+ChunkTable = npt.NDArray[np.int64]
+
+
+def chunk_length(n_designs: int, block_size: int) -> int:
+    """Values of a chunk: those of a block, since a block is read and checked as a whole."""
+    return max(1, min(block_size, n_designs))
+
+
+def make_chunked(group: h5py.Group, name: str, dtype: str, length: int, chunk: int) -> h5py.Dataset:
+    """A dataset whose chunks are yet to be written."""
+    plist = h5p.create(h5p.DATASET_CREATE)
+    plist.set_chunk((chunk,))
+    plist.set_shuffle()
+    plist.set_deflate(_LEVEL)
+    plist.set_fill_time(h5d.FILL_TIME_NEVER)
+    plist.set_obj_track_times(False)  # a time would make the bytes differ from run to run
+    kind = h5t.py_create(np.dtype(dtype), logical=True)
+    return h5py.Dataset(h5d.create(group.id, name.encode(), kind, h5s.create_simple((length,)), plist))
+
+
+def compressed(values: npt.NDArray[Any], chunk: int) -> bytes:
+    """The bytes of one chunk; the last one of a column is filled up with zeros."""
+    whole = np.zeros(chunk, values.dtype)
+    whole[: len(values)] = values
+    return zlib.compress(np.ascontiguousarray(whole.view("u1").reshape(chunk, -1).T).data, _LEVEL)
+
+
+def decompressed(stored: bytes, dtype: str, chunk: int, mask: int) -> npt.NDArray[Any]:
+    """The values of one chunk, shape (chunk,); ValueError when the bytes are not those of a chunk."""
+    data, kind = stored, np.dtype(dtype)
+    if not mask & _NOT_DEFLATED:
+        stream = zlib.decompressobj()
+        try:
+            data = stream.decompress(stored, chunk * kind.itemsize + 1)  # one more, to see the end of the stream
+        except zlib.error as error:
+            raise ValueError(str(error)) from error
+        if not stream.eof:
+            raise ValueError("the compressed bytes do not end")
+    if len(data) != chunk * kind.itemsize:
+        raise ValueError(f"{len(data)} bytes in place of {chunk * kind.itemsize}")
+    if mask & _NOT_SHUFFLED:
+        return np.frombuffer(data, kind)
+    return np.ascontiguousarray(np.frombuffer(data, "u1").reshape(kind.itemsize, chunk).T).view(kind).ravel()
+
+
+def read_chunk_table(dataset: h5py.Dataset, n_designs: int, chunk: int, size: int) -> ChunkTable:
+    """Where each chunk is, shape (chunks, 3); ValueError unless all are there, as expected and inside the file."""
+    plist = dataset.id.get_create_plist()
+    if dataset.shape != (n_designs,) or plist.get_layout() != h5d.CHUNKED or plist.get_chunk() != (chunk,):
+        raise ValueError(f"{dataset.name} is not an array of shape {(n_designs,)} in chunks of {chunk}")
+    filters = [plist.get_filter(i)[0] for i in range(plist.get_nfilters())]
+    if filters != [h5z.FILTER_SHUFFLE, h5z.FILTER_DEFLATE]:
+        raise ValueError(f"{dataset.name} has other filters than shuffle and deflate")
+    count = -(-n_designs // chunk)
+    if count > size or dataset.id.get_num_chunks() != count:
+        raise ValueError(f"{dataset.name} has chunks that are not there")
+    found: list[Any] = []
+    dataset.id.chunk_iter(found.append)
+    rows = [(info.chunk_offset[0], info.byte_offset, info.size, info.filter_mask) for info in found]
+    # As objects, because a damaged place may not fit into 64 bits.
+    table = np.array(sorted(rows), dtype=object).reshape(-1, 4)
+    _check_chunks(dataset, table, count, chunk, size)
+    return table[:, 1:].astype(np.int64)
+
+
+def _check_chunks(dataset: h5py.Dataset, table: npt.NDArray[Any], count: int, chunk: int, size: int) -> None:
+    first, offset, stored, mask = table.T
+    length = chunk * dataset.dtype.itemsize
+    if table.shape != (count, 4) or np.any(first != np.arange(count) * chunk):
+        raise ValueError(f"{dataset.name} has chunks in wrong places")
+    if np.any(offset < 0) or np.any(offset + stored > size):
+        raise ValueError(f"{dataset.name} reaches beyond the end of the file")
+    deflated = (mask & _NOT_DEFLATED) == 0
+    if np.any(mask > 3) or np.any(np.where(deflated, stored * _LARGEST_EXPANSION < length, stored != length)):
+        raise ValueError(f"{dataset.name} has chunks of impossible lengths")
