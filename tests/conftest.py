@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import pytest
+from store_files import fill
 
 from explore.config.study_file import load_study
 from explore.errors import ConfigError
@@ -31,3 +32,17 @@ def problems(load):
         return caught.value.problems
 
     return problems_of
+
+
+@pytest.fixture(scope="session")
+def finished(tmp_path_factory) -> Path:
+    """A finished results file, not to be changed."""
+    return fill(tmp_path_factory.mktemp("finished") / "grid.h5")
+
+
+@pytest.fixture
+def copy(finished, tmp_path) -> Path:
+    """A finished results file to be changed."""
+    path = tmp_path / "copy.h5"
+    path.write_bytes(finished.read_bytes())
+    return path

@@ -1,4 +1,4 @@
-"""A packed copy of a finished results file: the same content, compressed block by block, for keeping and for sending."""
+"""A packed copy of a finished results file: the same content, compressed block by block."""
 
 from __future__ import annotations
 

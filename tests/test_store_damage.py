@@ -1,0 +1,142 @@
+"""Files that are not sound: each is refused in words, or read as far as it is right."""
+
+from __future__ import annotations
+
+import os
+import random
+
+import h5py
+import numpy as np
+import pytest
+from store_files import BLOCK, COLUMNS, N_DESIGNS
+
+from explore.errors import ResultsError
+from explore.store.results import open_results
+
+
+def test_missing_file(tmp_path):
+    with pytest.raises(ResultsError, match=r"missing.h5 does not exist; run `explore sweep`"):
+        open_results(tmp_path / "missing.h5")
+
+
+@pytest.mark.parametrize("content", [b"", b"a,b\n1,2\n", b"\x89HDF\r\n\x1a\n", b"\x89HDF\r\n\x1a\n" + bytes(500)])
+def test_files_that_are_not_hdf5(tmp_path, content):
+    path = tmp_path / "text.h5"
+    path.write_bytes(content)
+    with pytest.raises(ResultsError, match=r"text\.h5 is (not an HDF5 file|damaged|cut short)"):
+        open_results(path)
+
+
+def test_folder_in_place_of_a_file(tmp_path):
+    with pytest.raises(ResultsError):
+        open_results(tmp_path)
+
+
+def test_file_cut_anywhere(copy):
+    whole = copy.read_bytes()
+    for share in np.linspace(0, 1, 40, endpoint=False):
+        copy.write_bytes(whole[: int(share * len(whole))])
+        with pytest.raises(ResultsError, match=r"not an HDF5 file|cut short|damaged"):
+            open_results(copy)
+    copy.write_bytes(whole[:-1])
+    with pytest.raises(ResultsError, match="cut short"):
+        open_results(copy)
+
+
+def test_file_cut_or_replaced_after_opening(copy, finished):
+    results = open_results(copy)
+    os.truncate(copy, 20_000)
+    with pytest.raises(ResultsError, match="cut short"):
+        results.to_pandas()
+    other = copy.with_name("other.h5")
+    other.write_bytes(finished.read_bytes())
+    other.replace(copy)
+    with pytest.raises(ResultsError, match="was replaced"):
+        results.to_pandas()
+    copy.unlink()
+    with pytest.raises(ResultsError, match="was removed"):
+        results.to_pandas()
+
+
+def test_foreign_hdf5(tmp_path):
+    path = tmp_path / "foreign.h5"
+    with h5py.File(path, "w") as file:
+        file["x"] = np.arange(3)
+    with pytest.raises(ResultsError, match="not one written by explore"):
+        open_results(path)
+
+
+def test_newer_version(copy):
+    with h5py.File(copy, "r+") as file:
+        file.attrs["format_version"] = 2
+    with pytest.raises(ResultsError, match=r"format version 2.*newer explore; update"):
+        open_results(copy)
+
+
+def external_column(file: h5py.File) -> None:
+    del file["designs/crank"]
+    file["designs/crank"] = h5py.ExternalLink("other.h5", "/designs/crank")
+
+
+def chunked_column(file: h5py.File) -> None:
+    del file["designs/crank"]
+    file["designs"].create_dataset("crank", (N_DESIGNS,), "<f8", chunks=(BLOCK,))
+
+
+def vast_column(file: h5py.File) -> None:
+    """Claims 8 PB, none of it in the file."""
+    for name in COLUMNS:
+        del file["designs"][name.name]
+        file["designs"].create_dataset(name.name, (10**15,), name.dtype, fill_time="never")
+    file.attrs["n_designs"] = 10**15
+
+
+def text_column(file: h5py.File) -> None:
+    del file["designs/crank"]
+    file["designs/crank"] = np.full(N_DESIGNS, b"abc")
+
+
+HOSTILE = {
+    "n_designs larger than the columns": lambda file: file.attrs.modify("n_designs", 10**15),
+    "n_designs smaller": lambda file: file.attrs.modify("n_designs", 10),
+    "n_designs negative": lambda file: file.attrs.modify("n_designs", -1),
+    "n_designs is a text": lambda file: file.attrs.create("n_designs", "many"),
+    "block_size zero": lambda file: file.attrs.modify("block_size", 0),
+    "block_size smaller": lambda file: file.attrs.modify("block_size", 1),
+    "no columns": lambda file: file.__delitem__("designs"),
+    "no index": lambda file: file["designs"].__delitem__("design"),
+    "no commit words": lambda file: file.__delitem__("progress/commit"),
+    "no names": lambda file: file.__delitem__("frame/axis0"),
+    "one column more": lambda file: file["designs"].create_dataset("more", data=np.zeros(3)),
+    "labels are no JSON": lambda file: file["designs/status"].attrs.create("labels", "{"),
+    "labels are a list": lambda file: file["designs/status"].attrs.create("labels", "[1]"),
+    "a column in another file": external_column,
+    "a chunked column": chunked_column,
+    "columns of 8 PB": vast_column,
+    "a column of texts": text_column,
+}
+
+
+@pytest.mark.parametrize("change", HOSTILE.values(), ids=HOSTILE)
+def test_hostile_headers_are_refused(copy, change):
+    with h5py.File(copy, "r+") as file:
+        change(file)
+    with pytest.raises(ResultsError, match=r"copy\.h5 is damaged"):
+        open_results(copy)
+
+
+def test_random_damage_never_gives_another_error(copy):
+    """300 files with 1 to 20 wrong bytes among HDF5's own: each opens or is refused in words."""
+    whole = bytearray(copy.read_bytes())
+    chance = random.Random(7)
+    refused = 0
+    for _ in range(300):
+        damaged = bytearray(whole)
+        for _ in range(chance.randrange(1, 20)):
+            damaged[chance.randrange(4096)] = chance.randrange(256)  # the columns start at byte 4096
+        copy.write_bytes(damaged)
+        try:
+            open_results(copy).counts  # noqa: B018
+        except ResultsError:
+            refused += 1
+    assert refused > 0

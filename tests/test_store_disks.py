@@ -1,0 +1,125 @@
+"""Full disks, folders that cannot be written, and platforms without POSIX."""
+
+from __future__ import annotations
+
+import errno
+import fcntl
+import os
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import pytest
+from store_files import ATTRIBUTES, BLOCK, COLUMNS, N_BLOCKS, fill, sha256, values, writer
+
+from explore.errors import ResultsError
+from explore.store import platform
+from explore.store.creation import create
+from explore.store.results import open_results
+
+LIMITED = """
+import resource, sys
+from pathlib import Path
+sys.path[:0] = {paths!r}
+import store_files
+resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, 100_000))
+try:
+    store_files.fill(Path({path!r}))
+except store_files.ResultsError as error:
+    print(error)
+"""
+
+
+def test_full_disk_leaves_nothing_behind(tmp_path):
+    """A limit on the file's length stands for the full disk: the same call fails, at the same place."""
+    path = tmp_path / "grid.h5"
+    code = LIMITED.format(paths=[str(Path(__file__).parent), *sys.path], path=str(path))
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert f"{path} needs " in done.stdout
+    assert "ulimit" in done.stdout
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_disk_too_small_says_how_much_is_missing(tmp_path):
+    # 1 PB: more than any disk of this machine, less than a file system's own limit on most; either is said clearly
+    with pytest.raises(ResultsError, match=r"needs [\d,]{15,} bytes.*free"):
+        create(tmp_path / "grid.h5", COLUMNS, 10**15 // 30, 65_536, ATTRIBUTES)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_folder_that_cannot_be_written():
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        folder.chmod(0o555)
+        user = os.geteuid()
+        try:
+            if user == 0:
+                os.seteuid(65_534)  # nobody: the superuser may write anywhere
+            with pytest.raises(ResultsError, match=r"cannot be written: Permission denied; choose another with -o"):
+                fill(folder / "grid.h5")
+        finally:
+            os.seteuid(user)
+            folder.chmod(0o755)
+        assert list(folder.iterdir()) == []
+
+
+def test_missing_folders_are_made(tmp_path):
+    assert fill(tmp_path / "a" / "b" / "grid.h5", [0]).exists()
+
+
+def test_disk_error_on_commit_is_reported_and_leaves_the_block_pending(tmp_path):
+    """A read-only descriptor in place of the disk error: the system refuses the write."""
+    path = tmp_path / "grid.h5"
+    with writer(path) as store:
+        store.commit(0, values(0))
+        broken = os.open(path, os.O_RDONLY)
+        os.dup2(broken, store._descriptor)
+        os.close(broken)
+        with pytest.raises(ResultsError, match=r"grid\.h5: block 1 cannot be written: .*run the sweep again"):
+            store.commit(1, values(1))
+        assert list(store.pending) == list(range(1, N_BLOCKS))
+    assert open_results(path).n_committed == BLOCK
+
+
+def test_file_system_that_cannot_reserve(finished, tmp_path, monkeypatch):
+    def refuse(*_):
+        raise OSError(errno.EOPNOTSUPP, os.strerror(errno.EOPNOTSUPP))
+
+    monkeypatch.setattr(os, "posix_fallocate", refuse)
+    assert sha256(fill(tmp_path / "grid.h5")) == sha256(finished)
+
+
+def test_without_posix_the_bytes_are_the_same(finished, tmp_path, monkeypatch):
+    for name in ("posix_fallocate", "fdatasync", "pwrite"):
+        monkeypatch.delattr(os, name)
+    path = fill(tmp_path / "grid.h5")
+    assert sha256(path) == sha256(finished)
+    assert path.stat().st_blocks * 512 >= path.stat().st_size, "the space is reserved all the same"
+
+
+class FakeMsvcrt:
+    """Windows' byte lock, made of flock: the real one cannot be had here."""
+
+    LK_NBLCK = 2
+
+    @staticmethod
+    def locking(descriptor: int, mode: int, count: int) -> None:
+        assert (mode, count) == (2, 1)
+        try:
+            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise PermissionError(errno.EACCES, "Permission denied") from None  # what msvcrt raises
+
+
+def test_lock_without_posix(tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "fcntl", None)
+    monkeypatch.setitem(sys.modules, "msvcrt", FakeMsvcrt)
+    path = tmp_path / "grid.h5"
+    with writer(path), pytest.raises(ResultsError, match="is being written by process"):
+        fill(path)
+    fill(path)
+    monkeypatch.setitem(sys.modules, "msvcrt", None)
+    with path.open("rb") as file, pytest.raises(OSError, match="no file locks"):
+        platform.lock(file.fileno())

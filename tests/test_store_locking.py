@@ -1,0 +1,85 @@
+"""One writer at a time."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import sys
+from pathlib import Path
+
+import h5py
+import pytest
+from store_files import N_BLOCKS, child, fill, kill, sha256, writer
+
+from explore.errors import ResultsError
+from explore.store import platform
+from explore.store.locking import LockFile
+from explore.store.results import open_results
+
+
+def test_second_writer_is_refused_until_the_first_is_gone(tmp_path):
+    path = tmp_path / "grid.h5"
+    process = child(path, "none")
+    try:
+        assert [process.stdout.readline() for _ in range(2)] == ["ready\n", "holding\n"]
+        with pytest.raises(ResultsError, match=rf"grid.h5 is being written by process {process.pid} on host \S+; wait"):
+            fill(path)
+        with pytest.raises(BlockingIOError):
+            h5py.File(path, "r+")
+        assert open_results(path).n_committed == 0, "readers are welcome"
+    finally:
+        kill(process)
+    fill(path)  # free at once, no waiting and nothing to clean up by hand
+    assert open_results(path).complete
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="needs /proc")
+def test_files_of_the_writer_are_not_inherited(tmp_path):
+    path = tmp_path / "grid.h5"
+    with writer(path):
+        held = [fd for fd in open_files() if open_files()[fd].startswith(str(path))]
+        assert {open_files()[fd] for fd in held} == {str(path), f"{path}.lock"}
+        assert not any(os.get_inheritable(fd) for fd in held)
+    assert not any(name.startswith(str(path)) for name in open_files().values())
+
+
+def open_files() -> dict[int, str]:
+    """Names of this process's open files by descriptor, as Linux tells them."""
+    names = {}
+    for link in Path("/proc/self/fd").iterdir():
+        with contextlib.suppress(FileNotFoundError):  # the one that lists the folder
+            names[int(link.name)] = str(link.readlink())
+    return names
+
+
+def test_four_writers_at_once_write_each_block_once(finished, tmp_path):
+    path = tmp_path / "grid.h5"
+    processes = [child(path, "all") for _ in range(4)]
+    said = []
+    for process in processes:
+        said += process.communicate(timeout=60)[0].split()
+    assert sorted(int(word) for word in said if word != "ready") == list(range(N_BLOCKS))
+    assert sha256(path) == sha256(finished)
+
+
+def test_lock_file_removed_by_its_last_holder_is_no_lock(tmp_path, monkeypatch):
+    """The last holder may remove the file between our opening and locking it: another one would then hold the name."""
+    path, lock = tmp_path / "grid.h5", platform.lock
+    removals = iter([True])
+
+    def late(descriptor: int) -> bool:
+        if next(removals, False):
+            path.with_name("grid.h5.lock").unlink()
+        return lock(descriptor)
+
+    monkeypatch.setattr(platform, "lock", late)
+    with LockFile(path), pytest.raises(ResultsError, match="is being written by process"), LockFile(path):
+        pytest.fail("two writers hold the lock")
+
+
+def test_other_program_that_writes_is_noticed(copy):
+    with h5py.File(copy, "r+"):
+        # HDF5 in this process would share the file: look from another one
+        process = child(copy, "all")
+        out, _ = process.communicate(timeout=60)
+        assert (process.returncode, out) == (1, "ready\ncopy.h5 is open for writing in another program\n")

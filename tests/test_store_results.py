@@ -1,0 +1,190 @@
+"""The layout of a results file and its readers."""
+
+from __future__ import annotations
+
+import io
+import json
+import random
+
+import h5py
+import numpy as np
+import pandas as pd
+import pytest
+from store_files import ATTRIBUTES, BLOCK, COLUMNS, N_BLOCKS, N_DESIGNS, fill, values
+
+from explore.errors import ResultsError
+from explore.store.creation import create
+from explore.store.image import Image
+from explore.store.results import open_results
+from explore.store.writer import Writer
+from explore.vocabulary import Column, Status
+
+
+def test_layout_is_what_other_programs_need(finished):
+    with h5py.File(finished) as file:
+        assert dict(file.attrs) == {
+            **{name: v.encode() if isinstance(v, str) else v for name, v in ATTRIBUTES.items()},
+            "format": b"explore-results",
+            "format_version": 1,
+            "n_designs": N_DESIGNS,
+            "block_size": BLOCK,
+        }
+        assert set(file) == {"designs", "frame", "progress"}
+        assert file["progress/commit"].shape == (N_BLOCKS,)
+        for column in COLUMNS:
+            dataset = file["designs"][column.name]
+            assert (dataset.dtype.str, dataset.shape) == (column.dtype, (N_DESIGNS,))
+            assert dataset.chunks is None
+            assert dataset.id.get_offset() % 4096 == 0
+            assert dataset.attrs["units"].decode() == column.unit
+            assert dataset.attrs["long_name"].decode() == column.long_name
+            assert dataset.attrs["role"].decode() == column.role
+        labels = json.loads(file["designs/status"].attrs["labels"])
+        assert labels["0"] == "pending"
+        assert len(labels) == len(Status)
+        assert "labels" not in file["designs/crank"].attrs
+        # the pandas view adds no data: the same objects under other names
+        assert file["frame/axis1"] == file["designs/design"]
+        assert file["frame/block0_values"] == file["designs/crank"]
+    assert finished.read_bytes()[8] == 0, "superblock 0, which the oldest readers know"
+
+
+def test_results_give_everything_back(finished):
+    results = open_results(str(finished))
+    assert results.columns == COLUMNS
+    assert results.config == ATTRIBUTES["config"]
+    assert results.attributes["seed"] == 1
+    assert results.units["crank"] == "mm"
+    assert results.complete
+    assert (results.n_designs, results.n_committed, len(results)) == (N_DESIGNS,) * 3
+    blocked = len(range(3, N_DESIGNS, 7))
+    assert results.counts == {"ok": N_DESIGNS - blocked, "crank_blocked": blocked}
+    frame = results.to_pandas()
+    expected = pd.concat([pd.DataFrame(values(number)) for number in range(N_BLOCKS)], ignore_index=True)
+    expected["feasible"] = expected["feasible"] != 0
+    expected.index.name = "design"
+    pd.testing.assert_frame_equal(frame, expected, check_exact=True)
+    row = results.design(3)
+    assert {**row, "rocker_velocity_max": None} == {
+        "design": 3, "crank": 3.25, "rocker_velocity_max": None, "nodes": 3, "status": 3, "feasible": True,
+    }  # fmt: skip
+    assert np.isnan(row["rocker_velocity_max"])
+    assert results.verify() == []
+
+
+def test_part_of_the_columns_and_blocks_in_order(finished):
+    results = open_results(finished)
+    assert list(results.to_pandas(["nodes", "design", "crank"])) == ["nodes", "crank"]
+    blocks = list(results.blocks(["design", "feasible"]))
+    assert [len(block["design"]) for block in blocks] == [BLOCK] * 9 + [500]
+    np.testing.assert_array_equal(np.concatenate([b["design"] for b in blocks]), np.arange(N_DESIGNS))
+    assert blocks[0]["feasible"].dtype == bool
+    assert set(next(results.blocks())) == {column.name for column in COLUMNS}
+
+
+@pytest.mark.parametrize("numbers", [[], [9499], [7, 3, 3, 9000, 4, 2999, 3001], range(N_DESIGNS)[::-1]])
+def test_single_rows_in_the_order_asked_for(finished, numbers):
+    results = open_results(finished)
+    expected = results.to_pandas().loc[list(numbers)]
+    pd.testing.assert_frame_equal(results.rows(list(numbers)), expected, check_exact=True)
+
+
+def test_only_committed_rows_are_given(tmp_path):
+    path = fill(tmp_path / "part.h5", [8, 2, 3, 9])
+    results = open_results(path)
+    rows = np.r_[2000:4000, 8000:9500]
+    assert not results.complete
+    assert results.n_committed == 3500
+    np.testing.assert_array_equal(results.to_pandas().index, rows)
+    np.testing.assert_array_equal(results.to_pandas(["crank"])["crank"], rows + 0.25)
+    assert sum(results.counts.values()) == 3500
+    with pytest.raises(ResultsError, match="design 1999 is not computed yet"):
+        results.design(1999)
+    with pytest.raises(ResultsError, match="design 7000 is not computed yet"):
+        results.rows([2000, 7000])
+
+
+def test_nothing_committed_is_an_empty_table(tmp_path):
+    results = open_results(fill(tmp_path / "none.h5", []))
+    assert results.to_pandas().shape == (0, len(COLUMNS) - 1)
+    assert results.to_pandas()["feasible"].dtype == bool
+    assert results.counts == {}
+
+
+def test_wrong_names_and_numbers_say_what_to_do(finished):
+    results = open_results(finished)
+    with pytest.raises(ResultsError, match="no column 'cranc'; did you mean 'crank'"):
+        results.to_pandas(["cranc"])
+    for number in (-1, N_DESIGNS):
+        with pytest.raises(ResultsError, match=f"no design {number}: they are numbered 0 to 9499"):
+            results.design(number)
+        with pytest.raises(ResultsError, match=f"no design {number}: they are numbered 0 to 9499"):
+            results.rows([3, number, 5])
+
+
+def test_pandas_reads_it_without_a_key(finished):
+    pytest.importorskip("tables")
+    frame = pd.read_hdf(finished)
+    ours = open_results(finished).to_pandas()
+    ours["feasible"] = ours["feasible"].astype("i1")  # PyTables reads HDF5's booleans as numbers too
+    pd.testing.assert_frame_equal(frame, ours, check_exact=True)
+
+
+def test_xarray_reads_columns_with_units(finished):
+    xarray = pytest.importorskip("xarray")
+    pytest.importorskip("h5netcdf")
+    with xarray.open_dataset(finished, group="designs", engine="h5netcdf", phony_dims="sort") as data:
+        assert data["crank"].attrs["units"] == "mm"
+        assert data["rocker_velocity_max"].attrs["long_name"] == "greatest velocity ω"
+        for number, name in ((0, "nodes"), (5, "status")):
+            start = number * BLOCK
+            np.testing.assert_array_equal(data[name][start : start + BLOCK], values(number)[name])
+
+
+@pytest.mark.parametrize("length", [59_999, 60_001, 300_000])
+def test_long_texts_are_kept(tmp_path, length):
+    path = tmp_path / "long.h5"
+    text = "ω" + "x" * (length - 2)  # the letter takes two bytes: the limit counts bytes
+    create(path, COLUMNS, N_DESIGNS, BLOCK, ATTRIBUTES | {"config": text})
+    assert open_results(path).config == text
+    with h5py.File(path) as file:
+        assert ("study" in file) == (length > 60_000)
+
+
+@pytest.mark.parametrize("n_designs", [1, 2, BLOCK, BLOCK + 1])
+def test_small_files(tmp_path, n_designs):
+    path = tmp_path / "small.h5"
+    with Writer(path, COLUMNS, n_designs, BLOCK, ATTRIBUTES) as store:
+        for number in store.pending:
+            store.commit(number, values(number, BLOCK, n_designs))
+        assert store.committed_designs == n_designs
+    np.testing.assert_array_equal(open_results(path).to_pandas()["crank"], np.arange(n_designs) + 0.25)
+
+
+def test_image_behaves_like_a_file():
+    """Random writes and reads against an ordinary file in memory, which keeps every byte."""
+    chance = random.Random(3)
+    image, plain = Image(), io.BytesIO()
+    for _ in range(200):
+        place, length = chance.randrange(500), chance.randrange(1, 60)
+        for file in (image, plain):
+            file.seek(place)
+        if chance.random() < 0.5:
+            data = chance.randbytes(length)
+            assert image.write(data) == plain.write(data)
+        else:
+            ours, theirs = bytearray(length), bytearray(length)
+            image.readinto(ours)
+            plain.readinto(theirs)  # leaves zeros beyond the end, as the image gives them
+            assert ours == theirs
+    assert image.seek(0, io.SEEK_END) == plain.seek(0, io.SEEK_END) == image.tell()
+
+
+def test_create_refuses_nonsense(tmp_path):
+    for columns, n_designs in (
+        (COLUMNS[1:], 5), (COLUMNS[:1], 5), (COLUMNS + COLUMNS[1:2], 5), (COLUMNS, 0),
+        ((*COLUMNS, Column("a/b", "", "", "metric")), 5),
+    ):  # fmt: skip
+        with pytest.raises(ValueError, match=r"column|design"):
+            create(tmp_path / "x.h5", columns, n_designs, BLOCK, ATTRIBUTES)
+    assert list(tmp_path.iterdir()) == []

@@ -1,0 +1,199 @@
+"""Writing: the same bytes whatever happens, for one study only."""
+
+from __future__ import annotations
+
+import json
+import random
+import time
+
+import h5py
+import numpy as np
+import pandas as pd
+import pytest
+from store_files import (
+    ATTRIBUTES,
+    BLOCK,
+    COLUMNS,
+    N_BLOCKS,
+    N_DESIGNS,
+    assert_block_is_right,
+    child,
+    fill,
+    flip,
+    kill,
+    sha256,
+    still_pending,
+    values,
+    writer,
+)
+
+from explore.errors import ResultsError
+from explore.store.creation import create
+from explore.store.results import open_results
+from explore.store.writer import Writer
+from explore.vocabulary import Status
+
+#: Kills of a real writer; each costs about half a second, mostly the child's imports.
+KILLS = 12
+
+
+def test_bytes_do_not_depend_on_order_or_time(finished, tmp_path):
+    time.sleep(1.1)  # HDF5 would keep times in seconds
+    for name, order in (("back.h5", range(N_BLOCKS)[::-1]), ("mixed.h5", random.Random(2).sample(range(10), 10))):
+        assert sha256(fill(tmp_path / name, order)) == sha256(finished)
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["back.h5", "mixed.h5"], "no lock or part file stays"
+
+
+def test_hdf5_metadata_never_changes(tmp_path):
+    """Outside the columns and the commit words every byte is as it was at the start."""
+    path = tmp_path / "grid.h5"
+    create(path, COLUMNS, N_DESIGNS, BLOCK, ATTRIBUTES)
+    before = np.frombuffer(path.read_bytes(), np.uint8)
+    fill(path)
+    after = np.frombuffer(path.read_bytes(), np.uint8)
+    free = np.zeros(len(before), bool)
+    with h5py.File(path) as file:
+        for dataset in (*file["designs"].values(), file["progress/commit"]):
+            start = dataset.id.get_offset()
+            free[start : start + dataset.nbytes] = True
+    assert np.any(before != after)
+    assert not np.any((before != after) & ~free)
+
+
+def test_resume_after_kill_loses_nothing(finished, tmp_path):
+    chance = random.Random(20_240_601)
+    path = tmp_path / "grid.h5"
+    for trial in range(KILLS):
+        process = child(path, "all")
+        assert process.stdout.readline() == "ready\n"
+        acknowledged = []
+        for _ in range(chance.randrange(N_BLOCKS)):
+            line = process.stdout.readline()
+            acknowledged += [int(line)] if line else []
+        time.sleep(chance.random() * 0.02)  # creating takes about 10 ms, a block about 1 ms
+        acknowledged += map(int, kill(process))
+        if path.exists():
+            results = open_results(path)
+            committed = set(range(N_BLOCKS)) - set(still_pending(path))
+            assert set(acknowledged) <= committed, f"trial {trial}"
+            assert results.verify() == []
+            for number in committed:
+                assert_block_is_right(path, number)
+        else:
+            assert not acknowledged
+        if path.exists() and not still_pending(path):
+            assert sha256(path) == sha256(finished)
+            path.unlink()
+    fill(path, still_pending(path) if path.exists() else range(N_BLOCKS))
+    assert sha256(path) == sha256(finished)
+    assert [p.name for p in tmp_path.iterdir()] == ["grid.h5"], "what killed writers left behind is cleaned up"
+
+
+def test_damaged_block_is_pending_again(copy):
+    with h5py.File(copy) as file:
+        offsets = [file["designs"][name].id.get_offset() for name in ("design", "nodes", "feasible")]
+        commit = file["progress/commit"].id.get_offset()
+    original = sha256(copy)
+    for number, (offset, size) in zip((1, 4, 9), zip(offsets, (8, 4, 1), strict=True), strict=True):
+        flip(copy, offset + (number * BLOCK + 17) * size)
+    flip(copy, commit + 8 * 6)
+    assert open_results(copy).verify() == [1, 4, 6, 9]
+    with writer(copy) as store:
+        assert list(store.pending) == [1, 4, 6, 9]
+        assert open_results(copy).n_committed == N_DESIGNS - 3500, "readers no longer see them either"
+        for number in store.pending:
+            store.commit(number, values(number))
+    assert sha256(copy) == original
+
+
+def test_reading_while_writing(tmp_path):
+    pytest.importorskip("tables")
+    path = tmp_path / "grid.h5"
+    with writer(path) as store:
+        held = open_results(path)
+        for done, number in enumerate([3, 0, 7], 1):
+            store.commit(number, values(number))
+            assert open_results(path).n_committed == done * BLOCK == store.committed_designs
+            assert_block_is_right(path, number)
+            frame = pd.read_hdf(path)
+            assert int((frame["status"] != Status.PENDING).sum()) == done * BLOCK
+        assert held.n_committed == 0, "results are what was there when they were opened"
+        assert list(store.pending) == [1, 2, 4, 5, 6, 8, 9]
+
+
+def test_commit_takes_exactly_what_was_declared(tmp_path):
+    path = tmp_path / "grid.h5"
+    with writer(path) as store:
+        store.commit(0, values(0))
+        good = values(1)
+        before = sha256(path)
+        wrong = {
+            "not pending": (0, values(0)),
+            "not pending ": (N_BLOCKS, good),
+            "crank has": (1, good | {"crank": good["crank"].astype("f4")}),
+            "nodes has": (1, good | {"nodes": good["nodes"][:-1]}),
+            "'speed'": (1, good | {"speed": good["crank"]}),
+            "'status'": (1, {name: v for name, v in good.items() if name != "status"}),
+            "its designs are 1000 to 1999": (1, good | {"design": np.arange(BLOCK)}),
+        }
+        for text, (number, columns) in wrong.items():
+            with pytest.raises(ValueError, match=text.strip()):
+                store.commit(number, columns)
+        assert sha256(path) == before
+        store.commit(1, good | {"crank": np.repeat(good["crank"], 2)[::2], "design": np.arange(1000, 2000)})
+    assert_block_is_right(path, 1)
+
+
+CHANGED = {"mechanism": "crank-rocker", "parameters": {"crank": [1, 5], "speed": 2}}
+
+
+@pytest.mark.parametrize(
+    ("changes", "lines"),
+    [
+        (
+            {"request_sha256": "cd" * 32, "determines": json.dumps(CHANGED)},
+            [
+                "parameters.crank: [1, 2] -> [1, 5]",
+                "parameters.ground: 3 -> (not there)",
+                "parameters.speed: (not there) -> 2",
+            ],
+        ),
+        ({"kernel": "four-bar 2"}, ['kernel: "four-bar 1" -> "four-bar 2"']),
+    ],
+)
+def test_changed_study_is_refused_with_a_diff(copy, changes, lines):
+    before = sha256(copy)
+    with pytest.raises(ResultsError) as refusal, writer(copy, attributes=changes):
+        pytest.fail("a changed study was accepted")
+    text = str(refusal.value).splitlines()
+    assert [line.strip() for line in text[1:-1]] == lines
+    assert text[-1] == "use --restart to start over"
+    assert sha256(copy) == before
+    fill(copy, [])  # the refusal let go of the lock
+
+
+def test_changed_size_is_refused(copy):
+    with pytest.raises(ResultsError, match="designs: 9500 -> 9501"), Writer(copy, COLUMNS, 9501, BLOCK, ATTRIBUTES):
+        pytest.fail("a changed size was accepted")
+
+
+def test_restart_moves_the_old_file_aside(copy):
+    before = sha256(copy)
+    for moved in ("copy.h5.old", "copy.h5.old2"):
+        with writer(copy, restart=True) as store:
+            assert list(store.pending) == list(range(N_BLOCKS))
+            assert copy.with_name(moved).exists()
+    assert sha256(copy.with_name("copy.h5.old")) == before
+
+
+def test_restart_over_a_file_that_is_no_results_file(tmp_path):
+    path = tmp_path / "notes.h5"
+    path.write_text("my notes")
+    (tmp_path / "folder.h5").mkdir()
+    with pytest.raises(ResultsError, match="not an HDF5 file; name another file"):
+        fill(path)
+    for other in (path, tmp_path / "folder.h5"):
+        with pytest.raises(ResultsError, match="left alone"), writer(other, restart=True):
+            pass
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["folder.h5", "notes.h5"]
+    assert path.read_text() == "my notes"
