@@ -7,6 +7,7 @@ from store_files import fill
 
 from explore.config.study_file import load_study
 from explore.errors import ConfigError
+from explore.store.packing import pack
 
 
 @pytest.fixture
@@ -45,4 +46,20 @@ def copy(finished, tmp_path) -> Path:
     """A finished results file to be changed."""
     path = tmp_path / "copy.h5"
     path.write_bytes(finished.read_bytes())
+    return path
+
+
+@pytest.fixture(scope="session")
+def packed(finished, tmp_path_factory) -> Path:
+    """A packed copy of the finished results file, not to be changed."""
+    path = tmp_path_factory.mktemp("packed") / "grid.packed.h5"
+    pack(finished, path)
+    return path
+
+
+@pytest.fixture
+def packed_copy(packed, tmp_path) -> Path:
+    """A packed file to be changed."""
+    path = tmp_path / "copy.h5"
+    path.write_bytes(packed.read_bytes())
     return path

@@ -17,10 +17,8 @@ from h5py import h5d, h5p, h5s, h5t, h5z
 #: Deflate makes at most 1032 bytes of one.
 _LARGEST_EXPANSION = 1100
 _LEVEL = 1
-#: Bits of a chunk's mask: the filter was left out, because it gained nothing.
-_NOT_SHUFFLED, _NOT_DEFLATED = 1, 2
 
-#: Rows of a table of chunks: place in the file, stored bytes, mask.
+#: Rows of a table of chunks: place in the file, stored bytes.
 ChunkTable = npt.NDArray[np.int64]
 
 
@@ -48,26 +46,20 @@ def compressed(values: npt.NDArray[Any], chunk: int) -> bytes:
     return zlib.compress(np.ascontiguousarray(whole.view("u1").reshape(chunk, -1).T).data, _LEVEL)
 
 
-def decompressed(stored: bytes, dtype: str, chunk: int, mask: int) -> npt.NDArray[Any]:
+def decompressed(stored: bytes, dtype: str, chunk: int) -> npt.NDArray[Any]:
     """The values of one chunk, shape (chunk,); ValueError when the bytes are not those of a chunk."""
-    data, kind = stored, np.dtype(dtype)
-    if not mask & _NOT_DEFLATED:
-        stream = zlib.decompressobj()
-        try:
-            data = stream.decompress(stored, chunk * kind.itemsize + 1)  # one more, to see the end of the stream
-        except zlib.error as error:
-            raise ValueError(str(error)) from error
-        if not stream.eof:
-            raise ValueError("the compressed bytes do not end")
-    if len(data) != chunk * kind.itemsize:
-        raise ValueError(f"{len(data)} bytes in place of {chunk * kind.itemsize}")
-    if mask & _NOT_SHUFFLED:
-        return np.frombuffer(data, kind)
+    kind, stream = np.dtype(dtype), zlib.decompressobj()
+    try:
+        data = stream.decompress(stored, chunk * kind.itemsize + 1)  # one more, to see the end of the stream
+    except zlib.error as error:
+        raise ValueError(str(error)) from error
+    if not stream.eof or len(data) != chunk * kind.itemsize:
+        raise ValueError(f"its length is not {chunk * kind.itemsize} bytes")
     return np.ascontiguousarray(np.frombuffer(data, "u1").reshape(kind.itemsize, chunk).T).view(kind).ravel()
 
 
 def read_chunk_table(dataset: h5py.Dataset, n_designs: int, chunk: int, size: int) -> ChunkTable:
-    """Where each chunk is, shape (chunks, 3); ValueError unless all are there, as expected and inside the file."""
+    """Where each chunk is, shape (chunks, 2); ValueError unless all are there, as expected and inside the file."""
     plist = dataset.id.get_create_plist()
     if dataset.shape != (n_designs,) or plist.get_layout() != h5d.CHUNKED or plist.get_chunk() != (chunk,):
         raise ValueError(f"{dataset.name} is not an array of shape {(n_designs,)} in chunks of {chunk}")
@@ -83,16 +75,14 @@ def read_chunk_table(dataset: h5py.Dataset, n_designs: int, chunk: int, size: in
     # As objects, because a damaged place may not fit into 64 bits.
     table = np.array(sorted(rows), dtype=object).reshape(-1, 4)
     _check_chunks(dataset, table, count, chunk, size)
-    return table[:, 1:].astype(np.int64)
+    return table[:, 1:3].astype(np.int64)
 
 
 def _check_chunks(dataset: h5py.Dataset, table: npt.NDArray[Any], count: int, chunk: int, size: int) -> None:
-    first, offset, stored, mask = table.T
-    length = chunk * dataset.dtype.itemsize
+    first, offset, stored, skipped_filters = table.T
     if table.shape != (count, 4) or np.any(first != np.arange(count) * chunk):
         raise ValueError(f"{dataset.name} has chunks in wrong places")
     if np.any(offset < 0) or np.any(offset + stored > size):
         raise ValueError(f"{dataset.name} reaches beyond the end of the file")
-    deflated = (mask & _NOT_DEFLATED) == 0
-    if np.any(mask > 3) or np.any(np.where(deflated, stored * _LARGEST_EXPANSION < length, stored != length)):
+    if np.any(skipped_filters != 0) or np.any(stored * _LARGEST_EXPANSION < chunk * dataset.dtype.itemsize):
         raise ValueError(f"{dataset.name} has chunks of impossible lengths")

@@ -59,8 +59,10 @@ class LockFile:
                     holder = os.read(descriptor, 200).decode(errors="replace") or "another process"
                     raise ResultsError(f"{self._results} is being written by {holder}; wait for it or stop it")
                 if self._is_current(descriptor):
-                    os.ftruncate(descriptor, 0)
-                    platform.write_at(descriptor, f"process {os.getpid()} on host {socket.gethostname()}".encode(), 0)
+                    with contextlib.suppress(OSError):  # on a full disk it is a lock without a name
+                        os.ftruncate(descriptor, 0)
+                        holder = f"process {os.getpid()} on host {socket.gethostname()}"
+                        platform.write_at(descriptor, holder.encode(), 0)
                     stack.pop_all()
                     return descriptor
 

@@ -56,10 +56,10 @@ def _read_values(file: io.FileIO, offset: int, count: int, dtype: str) -> npt.ND
 
 def _read_chunk(file: io.FileIO, layout: Layout, column: Column, block: int) -> npt.NDArray[Any]:
     """All values of a chunk, those beyond the last row included."""
-    offset, stored, mask = layout.chunks[column.name][block].tolist()
+    offset, stored = layout.chunks[column.name][block].tolist()
     data = _read_values(file, offset, stored, "|u1").tobytes()
     try:
-        return decompressed(data, column.dtype, chunk_length(layout.n_designs, layout.block_size), mask)
+        return decompressed(data, column.dtype, chunk_length(layout.n_designs, layout.block_size))
     except ValueError as error:
         start, stop = layout.rows(block)
         where = f"{column.name} in rows {start} to {stop - 1}"

@@ -1,0 +1,173 @@
+"""Packed files that are not sound, and some that were made to do harm."""
+
+from __future__ import annotations
+
+import contextlib
+import random
+import zlib
+
+import h5py
+import numpy as np
+import pytest
+from store_files import BLOCK, COLUMNS, N_DESIGNS, flip
+
+from explore.errors import ResultsError
+from explore.store.results import open_results
+
+
+def test_every_flipped_bit_of_a_chunk_is_found(packed_copy):
+    whole = packed_copy.read_bytes()
+    chance = random.Random(5)
+    with h5py.File(packed_copy) as file:
+        places = {
+            (name, number): file["designs"][name].id.get_chunk_info(number)
+            for name in ("design", "crank", "status") for number in (0, 4, 9)
+        }  # fmt: skip
+    for (name, number), info in places.items():
+        for _ in range(8):
+            packed_copy.write_bytes(whole)
+            flip(packed_copy, info.byte_offset + chance.randrange(info.size))
+            results = open_results(packed_copy)
+            assert results.verify() in ([number], []), name
+            if results.verify():
+                with contextlib.suppress(ResultsError):  # deflate has a checksum of its own, so reading notices too
+                    results.to_pandas()
+                    pytest.fail("damaged bytes were read")
+            else:
+                results.to_pandas()  # a bit of the header that says nothing about the content
+
+
+def test_damaged_chunk_says_where(packed_copy):
+    with h5py.File(packed_copy) as file:
+        info = file["designs/crank"].id.get_chunk_info(4)
+    flip(packed_copy, info.byte_offset + info.size - 1)
+    results = open_results(packed_copy)
+    with pytest.raises(ResultsError, match="crank in rows 4000 to 4999 cannot be decompressed .*pack the original ag"):
+        results.to_pandas()
+    assert len(results.to_pandas(["nodes"])) == N_DESIGNS, "the other columns are there"
+
+
+def test_file_cut_anywhere(packed_copy):
+    whole = packed_copy.read_bytes()
+    for share in np.linspace(0, 1, 40, endpoint=False):
+        packed_copy.write_bytes(whole[: int(share * len(whole))])
+        with pytest.raises(ResultsError, match=r"not an HDF5 file|cut short|damaged"):
+            open_results(packed_copy)
+
+
+def replaced(**changes):
+    """A crank column made otherwise."""
+
+    def change(file: h5py.File) -> None:
+        options = {"chunks": (BLOCK,), "compression": "gzip", "compression_opts": 1, "shuffle": True} | changes
+        del file["designs/crank"]
+        file["designs"].create_dataset("crank", (N_DESIGNS,), "<f8", **options)[...] = 1.0
+
+    return change
+
+
+def vast_columns(file: h5py.File) -> None:
+    """Claims 8 TB, all in chunks that are not there."""
+    for column in COLUMNS:
+        del file["designs"][column.name]
+        file["designs"].create_dataset(
+            column.name, (10**12,), column.dtype, chunks=(BLOCK,), compression="gzip", shuffle=True
+        )
+    file.attrs["n_designs"] = 10**12
+
+
+def bomb(file: h5py.File) -> None:
+    """A chunk of a few bytes that claims to be 8 GB."""
+    for column in COLUMNS:
+        del file["designs"][column.name]
+        plain = file["designs"].create_dataset(
+            column.name, (4 * 10**8,), column.dtype, chunks=(4 * 10**8,), compression="gzip", shuffle=True
+        )
+        plain.id.write_direct_chunk((0,), b"x\x9c\x03\x00\x00\x00\x00\x01")
+    file.attrs["n_designs"] = file.attrs["block_size"] = 4 * 10**8
+    del file["progress/commit"]
+    file["progress"]["commit"] = np.array([2**32], "<u8")
+
+
+def missing_chunk(file: h5py.File) -> None:
+    del file["designs/crank"]
+    column = file["designs"].create_dataset(
+        "crank", (N_DESIGNS,), "<f8", chunks=(BLOCK,), compression="gzip", shuffle=True
+    )
+    column[: 9 * BLOCK] = 1.0
+
+
+def skipped_filter(file: h5py.File) -> None:
+    file["designs/crank"].id.write_direct_chunk((0,), bytes(8 * BLOCK), filter_mask=2)
+
+
+def shared_chunks(file: h5py.File) -> None:
+    """A thousand columns of the same bytes: each is sound, together they are more than the file."""
+    names = [f"same{i:03}" for i in range(1000)]
+    for name in names:
+        file["designs"][name] = file["designs/rocker_velocity_max"]
+    old = [name.encode() for name in (column.name for column in COLUMNS[1:])]
+    del file["frame/axis0"]
+    file["frame"]["axis0"] = np.array(old + [name.encode() for name in names])
+
+
+HOSTILE = {
+    "another chunk shape": replaced(chunks=(BLOCK // 2,)),
+    "no shuffle": replaced(shuffle=False),
+    "no compression": replaced(compression=None, compression_opts=None),
+    "a checksum filter": replaced(fletcher32=True),
+    "another filter": replaced(compression="lzf", compression_opts=None),
+    "not chunked": replaced(chunks=None, shuffle=False, compression=None, compression_opts=None),
+    "an unlimited column": replaced(chunks=(BLOCK + 1,), maxshape=(None,)),
+    "columns of 8 TB": vast_columns,
+    "a bomb": bomb,
+    "a missing chunk": missing_chunk,
+    "a chunk without its filters": skipped_filter,
+    "chunks used more than once": shared_chunks,
+}
+
+
+@pytest.mark.parametrize("change", HOSTILE.values(), ids=HOSTILE)
+def test_hostile_headers_are_refused(packed_copy, change):
+    with h5py.File(packed_copy, "r+") as file:
+        change(file)
+    with pytest.raises(ResultsError, match=r"copy\.h5 is damaged"):
+        open_results(packed_copy)
+
+
+def test_no_chunk_becomes_longer_than_it_may(packed_copy):
+    """A chunk that is a megabyte of zeros in a kilobyte, where eight kilobytes are expected."""
+    with h5py.File(packed_copy, "r+") as file:
+        file["designs/crank"].id.write_direct_chunk((0,), zlib.compress(bytes(1 << 20)))
+    results = open_results(packed_copy)
+    assert results.verify() == [0]
+    with pytest.raises(ResultsError, match="crank in rows 0 to 999 cannot be decompressed .its length is not 8000 byt"):
+        results.design(5)
+
+
+def test_random_damage_never_gives_another_error(packed_copy):
+    """300 files with 1 to 20 wrong bytes among HDF5's own: each opens or is refused in words."""
+    whole = packed_copy.read_bytes()
+    with h5py.File(packed_copy) as file:
+        chunks = [info for column in file["designs"].values() for info in chunk_infos(column)]
+    own = np.ones(len(whole), bool)
+    for info in chunks:
+        own[info.byte_offset : info.byte_offset + info.size] = False
+    places = np.flatnonzero(own).tolist()
+    chance, refused = random.Random(7), 0
+    for _ in range(300):
+        damaged = bytearray(whole)
+        for _ in range(chance.randrange(1, 20)):
+            damaged[chance.choice(places)] = chance.randrange(256)
+        packed_copy.write_bytes(damaged)
+        try:
+            open_results(packed_copy).to_pandas()
+        except ResultsError:
+            refused += 1
+    assert refused > 0
+
+
+def chunk_infos(dataset: h5py.Dataset) -> list:
+    found: list = []
+    dataset.id.chunk_iter(found.append)
+    return found

@@ -1,0 +1,245 @@
+"""Packed copies: the same content in fewer bytes, or nothing at all."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pandas as pd
+import pytest
+from store_files import ATTRIBUTES, BLOCK, COLUMNS, N_BLOCKS, N_DESIGNS, fill, flip, sha256, values, writer
+
+from explore.errors import ResultsError
+from explore.store.locking import LockFile
+from explore.store.packing import Sink, pack
+from explore.store.results import open_results
+from explore.store.writer import Writer
+
+
+def assert_same_content(path: Path, original: Path) -> None:
+    """As HDF5 reads them, without explore: groups, attributes, links and values."""
+    with h5py.File(path) as ours, h5py.File(original) as theirs:
+        names: list[str] = []
+        theirs.visit(names.append)
+        seen: list[str] = []
+        ours.visit(seen.append)
+        assert seen == names
+        for name in ("/", *names):
+            ours_attrs, theirs_attrs = dict(ours[name].attrs), dict(theirs[name].attrs)
+            assert ours_attrs == theirs_attrs, name
+            if isinstance(theirs[name], h5py.Dataset):
+                assert ours[name].dtype == theirs[name].dtype
+                np.testing.assert_array_equal(ours[name][()], theirs[name][()], err_msg=name)
+        for i, column in enumerate(COLUMNS[1:]):
+            assert ours[f"frame/block{i}_values"] == ours["designs"][column.name], "a link, not a copy"
+
+
+def test_hdf5_finds_the_same_in_both(packed, finished):
+    assert_same_content(packed, finished)
+    assert packed.stat().st_size < finished.stat().st_size / 2
+    assert packed.read_bytes()[8] == 0, "superblock 0, which the oldest readers know"
+    with h5py.File(packed) as file:
+        for dataset in file["designs"].values():
+            assert (dataset.chunks, dataset.compression, dataset.compression_opts) == ((BLOCK,), "gzip", 1)
+            assert dataset.shuffle
+
+
+def test_results_read_both_alike(packed, finished):
+    ours, theirs = open_results(packed), open_results(finished)
+    assert (ours.packed, theirs.packed) == (True, False)
+    assert ours.columns == theirs.columns
+    assert ours.attributes == theirs.attributes
+    assert ours.counts == theirs.counts
+    assert (ours.complete, ours.n_committed, ours.keep) == (True, N_DESIGNS, "all")
+    pd.testing.assert_frame_equal(ours.to_pandas(), theirs.to_pandas(), check_exact=True)
+    pd.testing.assert_frame_equal(ours.to_pandas(["nodes"]), theirs.to_pandas(["nodes"]), check_exact=True)
+    for numbers in ([], [9499], [7, 3, 3, 9000, 4, 2999, 3001], range(N_DESIGNS)[::-1]):
+        pd.testing.assert_frame_equal(ours.rows(list(numbers)), theirs.rows(list(numbers)), check_exact=True)
+    assert ours.design(8999) == theirs.design(8999)
+    for mine, other in zip(ours.blocks(), theirs.blocks(), strict=True):
+        for name, expected in other.items():
+            assert mine[name].dtype == expected.dtype
+            np.testing.assert_array_equal(mine[name], expected)
+    assert ours.verify() == []
+
+
+def test_other_programs_read_it(packed, finished):
+    pytest.importorskip("tables")
+    xarray = pytest.importorskip("xarray")
+    pytest.importorskip("h5netcdf")
+    pd.testing.assert_frame_equal(pd.read_hdf(packed), pd.read_hdf(finished), check_exact=True)
+    with xarray.open_dataset(packed, group="designs", engine="h5netcdf", phony_dims="sort") as data:
+        np.testing.assert_array_equal(data["nodes"][:BLOCK], values(0)["nodes"])
+
+
+def test_hdf5_compresses_what_we_decompress(packed, tmp_path):
+    """The other way round, for bytes that can be compressed and for some that cannot."""
+    path = tmp_path / "own.h5"
+    noise = np.random.default_rng(1).integers(0, 256, (N_DESIGNS, 8), np.uint8).view("<f8").ravel()
+    for numbers in (noise, np.linspace(0.0, 1.0, N_DESIGNS)):
+        shutil.copy(packed, path)
+        with h5py.File(path, "r+") as file:
+            del file["designs/crank"]
+            file["designs"].create_dataset("crank", data=numbers, chunks=(BLOCK,), compression="gzip", shuffle=True)
+        np.testing.assert_array_equal(open_results(path).to_pandas(["crank"])["crank"], numbers)
+
+
+def test_bytes_do_not_depend_on_time(packed, finished, tmp_path):
+    time.sleep(1.1)  # HDF5 would keep times in seconds
+    pack(finished, tmp_path / "again.h5")
+    assert sha256(tmp_path / "again.h5") == sha256(packed)
+    assert [p.name for p in tmp_path.iterdir()] == ["again.h5"], "no lock or part file stays"
+
+
+@pytest.mark.parametrize("n_designs", [1, 2, BLOCK, BLOCK + 1])
+def test_small_files(tmp_path, n_designs):
+    path, target = tmp_path / "small.h5", tmp_path / "folder" / "packed.h5"
+    with Writer(path, COLUMNS, n_designs, BLOCK, ATTRIBUTES) as store:
+        for number in store.pending:
+            store.commit(number, values(number, BLOCK, n_designs))
+    said: list[tuple[int, int]] = []
+    pack(path, target, lambda *state: said.append(state))
+    assert_same_content(target, path)
+    n_blocks = -(-n_designs // BLOCK)
+    assert said == [(done, 2 * n_blocks) for done in range(1, 2 * n_blocks + 1)]
+
+
+# --- refusals --------------------------------------------------------------------------------------------------------
+
+
+def test_refusals_leave_everything_alone(packed, finished, tmp_path):
+    part = fill(tmp_path / "part.h5", [1, 2])
+    other = tmp_path / "other.h5"
+    other.write_text("my notes")
+    alias = tmp_path / "alias.h5"
+    alias.symlink_to(finished)
+    before = sha256(finished)
+    for source, target, text in (
+        (part, tmp_path / "new.h5", "part.h5 is not finished; run the sweep again"),
+        (packed, tmp_path / "new.h5", "is packed already"),
+        (finished, other, "other.h5 exists already; name another file with -o"),
+        (finished, finished, "is the file to be packed; name another"),
+        (finished, alias, "is the file to be packed; name another"),
+        (tmp_path / "missing.h5", tmp_path / "new.h5", "does not exist"),
+        (other, tmp_path / "new.h5", "not an HDF5 file"),
+    ):
+        with pytest.raises(ResultsError, match=text):
+            pack(source, target)
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["alias.h5", "other.h5", "part.h5"]
+    assert other.read_text() == "my notes"
+    assert sha256(finished) == before
+
+
+def test_damaged_block_is_not_packed(copy):
+    with h5py.File(copy) as file:
+        offset = file["designs/nodes"].id.get_offset()
+    flip(copy, offset + 4 * (4 * BLOCK + 17))
+    with pytest.raises(ResultsError, match=r"block 4 \(rows 4000 to 4999\) is damaged; run the sweep again"):
+        pack(copy, copy.with_name("new.h5"))
+    assert [p.name for p in copy.parent.iterdir()] == ["copy.h5"]
+
+
+def test_two_at_once(finished, tmp_path):
+    with LockFile(tmp_path / "new.h5"), pytest.raises(ResultsError, match="new.h5 is being written by process"):
+        pack(finished, tmp_path / "new.h5")
+
+
+def test_a_sweep_does_not_go_on_in_a_packed_file(packed_copy):
+    before = sha256(packed_copy)
+    with pytest.raises(ResultsError, match="packed copy, which cannot be continued; name another"), writer(packed_copy):
+        pytest.fail("a packed file was opened for writing")
+    assert sha256(packed_copy) == before
+    with writer(packed_copy, restart=True) as store:
+        assert store.n_pending == N_BLOCKS
+    assert sha256(packed_copy.with_name("copy.h5.old")) == before
+
+
+# --- full disks ------------------------------------------------------------------------------------------------------
+
+
+LIMITED = """
+import resource, sys
+from pathlib import Path
+sys.path[:0] = {paths!r}
+from explore.errors import ResultsError
+from explore.store.packing import pack
+for limit in range(1, {size}, {step}):
+    resource.setrlimit(resource.RLIMIT_FSIZE, (limit, resource.RLIM_INFINITY))
+    try:
+        pack(Path({source!r}), Path({target!r}))
+    except ResultsError as error:
+        print(error)
+"""
+
+
+def test_limit_on_the_length_of_a_file(packed, finished, tmp_path):
+    """The same call fails as on a full disk, here at 60 different places: each is one clear line, and no crash."""
+    size, target = packed.stat().st_size, tmp_path / "new.h5"
+    code = LIMITED.format(paths=sys.path, size=size, step=size // 60, source=str(finished), target=str(target))
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=120, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
+    lines = done.stdout.splitlines()
+    assert len(lines) >= 60
+    for line in lines:
+        assert re.fullmatch(rf"{target} needs more bytes \([\d,]+ are free\), but .*ulimit -f.*", line), line
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_full_disk(packed, finished, tmp_path):
+    """A file system of fixed size, so small that the copy does not fit; then one in which it does."""
+    if os.geteuid() != 0:
+        pytest.skip("only the superuser can mount a small file system")
+    size = packed.stat().st_size
+    for share in (0.3, 0.6, 0.9, 2.0):
+        mounted = subprocess.run(
+            ["mount", "-t", "tmpfs", "-o", f"size={int(share * size)}", "tmpfs", tmp_path], check=False
+        )
+        if mounted.returncode != 0:
+            pytest.skip("this system lets nobody mount a small file system")
+        try:
+            if share > 1:
+                pack(finished, tmp_path / "new.h5")
+                assert sha256(tmp_path / "new.h5") == sha256(packed)
+                continue
+            with pytest.raises(
+                ResultsError, match=r"new\.h5 needs more bytes, but only [\d,]+ are free in .*; free some"
+            ):
+                pack(finished, tmp_path / "new.h5")
+            assert list(tmp_path.iterdir()) == []
+        finally:
+            subprocess.run(["umount", tmp_path], check=True)
+
+
+def test_sink_never_fails(tmp_path):
+    """Everything that can go wrong is remembered, the first of it is raised, and nothing more is written."""
+    path = tmp_path / "sink"
+    with Sink(path) as sink:
+        assert sink.write(b"good") == 4
+        os.dup2(broken := os.open(path, os.O_RDONLY), sink._file.fileno())
+        os.close(broken)
+        assert sink.write(b"lost") == 4
+        sink.truncate(100)
+        sink.seek(2)
+        assert sink.readinto(buffer := bytearray(b"xxxxxx")) == 6
+        assert buffer == b"od\0\0\0\0"
+        for wrong in (sink.check, sink.sync):
+            with pytest.raises(OSError, match="Bad file descriptor"):
+                wrong()
+    assert path.read_bytes() == b"good"
+
+
+def test_interrupt_leaves_nothing_behind(finished, tmp_path):
+    def stop(done: int, total: int) -> None:
+        if done == 15:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        pack(finished, tmp_path / "new.h5", stop)
+    assert list(tmp_path.iterdir()) == []
