@@ -81,6 +81,28 @@ class Tally:
     by_constraint: Counter[str] = field(default_factory=Counter)
     undefined: Counter[str] = field(default_factory=Counter)
 
+    def include(self, other: Tally) -> None:
+        """Add the counts of other designs."""
+        self.ranked += other.ranked
+        self.not_finite += other.not_finite
+        for mine, theirs in (
+            (self.by_status, other.by_status),
+            (self.by_constraint, other.by_constraint),
+            (self.undefined, other.undefined),
+        ):
+            mine.update(theirs)
+
+    def to_json(self) -> str:
+        """All counts as text, the same for the same counts."""
+        return json.dumps(vars(self), sort_keys=True)
+
+    @staticmethod
+    def from_json(text: str) -> Tally:
+        """The counts that `to_json` wrote."""
+        content = json.loads(text)
+        counters = {name: Counter(content[name]) for name in ("by_status", "by_constraint", "undefined")}
+        return Tally(tuple(content["margins"]), content["ranked"], content["not_finite"], **counters)
+
     def add(self, columns: Columns, eligible: npt.NDArray[np.bool_], finite: npt.NDArray[np.bool_]) -> None:
         """Count one block."""
         self.ranked += int(np.count_nonzero(eligible & finite))
@@ -238,6 +260,9 @@ def rank_source(
             np.concatenate([block["design"][block["feasible"] != 0] for block in source.blocks(wanted)])
         )
         return Ranking(rank_frame(chosen, objectives, order, fronts), objectives, order, tally)
+    if "tally" in source.attributes and {f"{o.metric}:{o.sense}" for o in objectives} == set(usual):
+        # Only the Pareto set in these objectives was kept; the others were counted when they were computed.
+        tally = Tally.from_json(str(source.attributes["tally"]))
     best = best.sort_values(order.metric, ascending=order.sense == "min", kind="stable").assign(front=1)
     return Ranking(best, objectives, order, tally)
 

@@ -15,6 +15,7 @@ from explore.errors import ResultsError
 from explore.store import platform
 from explore.store.image import build
 from explore.store.layout import Attribute, Layout, read_layout
+from explore.store.names import temporary_name
 from explore.vocabulary import Column
 
 #: Values of the index written at a time.
@@ -95,11 +96,6 @@ def new_file(path: Path, size: int | None = None) -> Iterator[Path]:
         if isinstance(error, OSError) and not isinstance(error, ResultsError):
             raise _explained(error, path, size) from error
         raise
-
-
-def temporary_name(path: Path) -> Path:
-    """The name that a file has until it is complete."""
-    return path.with_name(path.name + ".tmp")
 
 
 def _check_free(folder: Path, size: int) -> None:

@@ -3,15 +3,27 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from explore.errors import ResultsError
+from explore.vocabulary import Column
 
 _ABSENT = "(not there)"
 _LONGEST_VALUE = 100
 _HIDDEN = ("determines", "request_sha256")
+
+
+def described(attributes: Mapping[str, Any], n_designs: int, columns: Sequence[Column]) -> dict[str, Any]:
+    """What two studies are compared by."""
+    return {
+        "determines": attributes.get("determines", ""),
+        "kernel": attributes.get("kernel"),
+        "keep": attributes.get("keep", "all"),
+        "designs": n_designs,
+        "columns": [column.name for column in columns],
+    }
 
 
 def other_study(path: Path, old: Mapping[str, Any], new: Mapping[str, Any]) -> ResultsError:

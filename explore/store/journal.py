@@ -34,6 +34,18 @@ _KINDS = "biuf"
 Record = tuple[dict[str, Any], dict[str, npt.NDArray[Any]]]
 
 
+def count_records(path: Path) -> int:
+    """How many records a journal holds, also while it grows; what is torn is not counted."""
+    count, size = -1, path.stat().st_size  # the header is a record too
+    with path.open("rb") as file:
+        place = len(_SIGNATURE)
+        while place + _FRAME.size <= size:
+            file.seek(place)
+            place += _FRAME.size + _FRAME.unpack(file.read(_FRAME.size))[0]
+            count += place <= size
+    return max(count, 0)
+
+
 class Journal:
     """A journal of a study, a context manager. The caller holds the lock of the results file that it belongs to.
 

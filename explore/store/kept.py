@@ -1,11 +1,16 @@
-"""A results file of the designs that were kept of a study: created once, complete, from arrays in memory."""
+"""A results file of the designs that were kept of a study: a journal while the study runs, one complete file after.
+
+How many designs are kept is not known before the last block, so there is nothing to create before.
+"""
 
 from __future__ import annotations
 
+import contextlib
 import io
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from types import TracebackType
+from typing import Any, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -13,7 +18,11 @@ import numpy.typing as npt
 from explore.errors import ResultsError
 from explore.store import platform
 from explore.store.creation import laid_out
-from explore.store.layout import INDEX, KEEP_FRONT, Attribute
+from explore.store.difference import described, other_study
+from explore.store.journal import Journal, Record
+from explore.store.layout import INDEX, KEEP_FRONT, Attribute, read_layout
+from explore.store.locking import LockFile
+from explore.store.names import ELSEWHERE, is_hdf5, journal_name, set_aside, temporary_name
 from explore.store.reading import commit_word, damaged_blocks
 from explore.vocabulary import Column
 
@@ -74,3 +83,92 @@ def _checked_length(columns: Sequence[Column], arrays: Mapping[str, npt.NDArray[
     if np.any(np.diff(arrays[INDEX]) <= 0):
         raise ValueError("design numbers must ascend")
     return shape[0]
+
+
+class KeptWriter:
+    """The single writer of a kept results file, a context manager: of its journal, and at the end of the file.
+
+    Attributes
+    ----------
+    finished
+        Whether the file is there already, so that nothing is left to do.
+
+    Parameters
+    ----------
+    path
+        The results file.
+    columns
+        The index "design" first.
+    n_designs
+        Of the study.
+    attributes
+        Of the study, with "keep": "front".
+    restart
+        Move a file and a journal that are there aside and start over.
+
+    Raises
+    ------
+    ResultsError
+        As `Writer` does.
+    """
+
+    def __init__(
+        self,
+        path: Path,
+        columns: Sequence[Column],
+        n_designs: int,
+        attributes: Mapping[str, Attribute],
+        *,
+        restart: bool = False,
+    ) -> None:
+        self.path = path
+        self._columns, self._attributes, self._restart = tuple(columns), dict(attributes), restart
+        self._study = described(attributes, n_designs, columns)
+        self._journal = Journal(journal_name(path), self._study)
+        self._closing = contextlib.ExitStack()
+        self.finished = False
+
+    def __enter__(self) -> Self:
+        with contextlib.ExitStack() as stack:
+            stack.enter_context(LockFile(self.path))
+            temporary_name(self.path).unlink(missing_ok=True)
+            if self._restart:
+                set_aside(self.path)
+            self.finished = self.path.exists()
+            if self.finished:
+                self._check_same_study()
+                journal_name(self.path).unlink(missing_ok=True)  # left by a kill between the last two steps
+            else:
+                stack.enter_context(self._journal)
+            self._closing = stack.pop_all()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._closing.close()
+
+    def records(self) -> Iterator[Record]:
+        """What was appended in earlier runs and in this one."""
+        return self._journal.records()
+
+    def append(self, meta: Mapping[str, Any], arrays: Mapping[str, npt.NDArray[Any]]) -> None:
+        """Add a record and return when it is durable."""
+        self._journal.append(meta, arrays)
+
+    def finish(
+        self, arrays: Mapping[str, npt.NDArray[Any]], block_size: int, attributes: Mapping[str, Attribute]
+    ) -> None:
+        """Write the results file, with attributes that were not known before, and remove the journal."""
+        write_kept(self.path, self._columns, arrays, block_size, {**self._attributes, **attributes})
+        self.finished = True
+        journal_name(self.path).unlink()
+
+    def _check_same_study(self) -> None:
+        if not is_hdf5(self.path):
+            raise ResultsError(f"{self.path} is no results file, so it is left alone; {ELSEWHERE}")
+        layout = read_layout(self.path)
+        n_designs = int(layout.attributes.get("studied_designs", layout.n_designs))
+        theirs = described(layout.attributes, n_designs, layout.columns)
+        if theirs != self._study:
+            raise other_study(self.path, theirs, self._study)

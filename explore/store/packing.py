@@ -21,9 +21,9 @@ from explore.store.creation import new_file
 from explore.store.image import lay_out
 from explore.store.layout import Layout, read_layout
 from explore.store.locking import LockFile
+from explore.store.names import ELSEWHERE
 from explore.store.reading import Progress, commit_word, damaged_blocks, read_rows, read_words
 
-_ELSEWHERE = "name another file with -o"
 _OWN = ("format", "format_version", "n_designs", "block_size")
 
 
@@ -62,7 +62,7 @@ def pack(source: Path, target: Path, progress: Progress | None = None) -> None:
 def _check_target(source: Path, target: Path) -> None:
     if target.exists():
         reason = "is the file to be packed" if target.samefile(source) else "exists already"
-        raise ResultsError(f"{target} {reason}; {_ELSEWHERE}")
+        raise ResultsError(f"{target} {reason}; {ELSEWHERE}")
 
 
 class Sink(io.RawIOBase):

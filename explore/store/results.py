@@ -14,7 +14,9 @@ import numpy as np
 import numpy.typing as npt
 
 from explore.errors import ResultsError
+from explore.store.journal import count_records
 from explore.store.layout import INDEX, KEEP_FRONT, Attribute, Layout, read_layout
+from explore.store.names import journal_name
 from explore.store.reading import COMMITTED, Progress, damaged_blocks, read_rows, read_words
 from explore.suggest import suggestion
 from explore.vocabulary import Column
@@ -57,6 +59,12 @@ class Results:
 
     def __init__(self, path: Path) -> None:
         self.path = path
+        if not path.exists() and journal_name(path).exists():
+            blocks = count_records(journal_name(path))
+            raise ResultsError(
+                f"{path} is not finished: it keeps only the front, which is known at the end, and {blocks:,} "
+                "blocks are done so far; run the sweep again to go on"
+            )
         self._layout: Layout = read_layout(path)
         self._identity = _identity(path)
         with self._open() as file:

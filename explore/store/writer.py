@@ -21,24 +21,13 @@ import numpy.typing as npt
 
 from explore.errors import ResultsError
 from explore.store import platform
-from explore.store.creation import create, temporary_name
-from explore.store.difference import other_study
+from explore.store.creation import create
+from explore.store.difference import described, other_study
 from explore.store.layout import INDEX, Attribute, Layout, read_layout
 from explore.store.locking import LockFile
+from explore.store.names import ELSEWHERE, is_hdf5, journal_name, set_aside, temporary_name
 from explore.store.reading import commit_word, damaged_blocks, read_words
 from explore.vocabulary import Column
-
-#: How every HDF5 file begins.
-_SIGNATURE = b"\x89HDF\r\n\x1a\n"
-_ELSEWHERE = "name another file with -o"
-
-
-def _is_hdf5(path: Path) -> bool:
-    """Whether there is an HDF5 file: nothing else is ever moved aside."""
-    if not path.is_file():
-        return False
-    with path.open("rb") as file:
-        return file.read(len(_SIGNATURE)) == _SIGNATURE
 
 
 class Writer:
@@ -156,10 +145,10 @@ class Writer:
         try:
             self._layout = read_layout(self.path)
         except ResultsError as error:
-            advice = "use --restart to start over (the file is moved aside)" if _is_hdf5(self.path) else _ELSEWHERE
+            advice = "use --restart to start over (the file is moved aside)" if is_hdf5(self.path) else ELSEWHERE
             raise ResultsError(f"{error}; {advice}") from error
         if self._layout.packed:
-            raise ResultsError(f"{self.path} is a packed copy, which cannot be continued; {_ELSEWHERE}")
+            raise ResultsError(f"{self.path} is a packed copy, which cannot be continued; {ELSEWHERE}")
         _check_same_study(self.path, self._layout, *self._content)
         self._descriptor = platform.open_binary(self.path, os.O_RDWR)
         stack.callback(os.close, self._descriptor)
@@ -169,15 +158,13 @@ class Writer:
     def _prepare(self) -> None:
         """Make sure that there is a file; the lock is held, so what others left behind can go."""
         temporary_name(self.path).unlink(missing_ok=True)
-        if self._restart and self.path.exists():
-            if not _is_hdf5(self.path):
-                raise ResultsError(f"{self.path} is no results file, so it is left alone; {_ELSEWHERE}")
-            aside = self.path.with_name(self.path.name + ".old")
-            number = 1
-            while aside.exists():
-                number += 1
-                aside = self.path.with_name(f"{self.path.name}.old{number}")
-            self.path.rename(aside)
+        if self._restart:
+            set_aside(self.path)
+        if journal_name(self.path).exists():
+            raise ResultsError(
+                f"{journal_name(self.path)} holds an unfinished sweep that keeps only the front; "
+                f"go on with it by --keep front, {ELSEWHERE} or start over with --restart"
+            )
         if not self.path.exists():
             create(self.path, *self._content)
 
@@ -212,16 +199,5 @@ def _check_same_study(
     same = all(layout.attributes.get(name) == attributes.get(name) for name in ("request_sha256", "kernel", "keep"))
     if same and (layout.columns, layout.n_designs, layout.block_size) == (tuple(columns), n_designs, block_size):
         return
-    old = _described(layout.attributes, layout.n_designs, layout.columns)
-    raise other_study(path, old, _described(attributes, n_designs, columns))
-
-
-def _described(attributes: Mapping[str, Attribute], n_designs: int, columns: Sequence[Column]) -> dict[str, Any]:
-    """What a difference between two studies is shown of."""
-    return {
-        "determines": attributes.get("determines", ""),
-        "kernel": attributes.get("kernel"),
-        "keep": attributes.get("keep", "all"),
-        "designs": n_designs,
-        "columns": [column.name for column in columns],
-    }
+    old = described(layout.attributes, layout.n_designs, layout.columns)
+    raise other_study(path, old, described(attributes, n_designs, columns))

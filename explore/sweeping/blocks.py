@@ -29,9 +29,9 @@ class Block:
     columns
         Of all its designs, or of its own Pareto set with the column "design".
     counts
-        Number of designs by status.
+        Number of designs by the label of their status; empty when all designs are kept.
     tally
-        Why designs were left out of the Pareto set.
+        Why designs were left out of the Pareto set; empty when all designs are kept.
     """
 
     number: int
@@ -40,8 +40,8 @@ class Block:
     feasible: int
     kinematic_evaluations: int
     facts: Mapping[str, str]
-    counts: Mapping[Status, int] = field(default_factory=dict)
-    tally: Tally | None = None
+    counts: Mapping[str, int] = field(default_factory=dict)
+    tally: Tally = field(default_factory=Tally)
 
 
 def evaluate_block(request: Request, space: DesignSpace, number: int, objectives: Sequence[Objective] = ()) -> Block:
@@ -50,9 +50,9 @@ def evaluate_block(request: Request, space: DesignSpace, number: int, objectives
     columns = evaluation.columns
     status = columns["status"]
     feasible = int(np.count_nonzero(columns["feasible"]))
-    counts, tally = {}, None
+    counts, tally = {}, Tally()
     if objectives:
-        counts = {Status(code): int(n) for code, n in enumerate(np.bincount(status)) if n}
+        counts = {Status(code).label: int(n) for code, n in enumerate(np.bincount(status)) if n}
         tally = Tally(tuple(f"{constraint.metric.name}_margin" for constraint in request.constraints))
         rows = front([columns], objectives, tally)
         columns = {"design": rows + number * BLOCK_SIZE} | {name: values[rows] for name, values in columns.items()}

@@ -1,22 +1,29 @@
-"""What a sweep keeps of its blocks, and where: all designs in the results file."""
+"""What a sweep keeps of its blocks, and where: all designs, or the Pareto set only."""
 
 from __future__ import annotations
 
 import json
 import platform
+from collections import Counter
+from collections.abc import Iterable, Mapping
+from hashlib import sha256
 from pathlib import Path
 from types import TracebackType
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 
 from explore._version import __version__
 from explore.design_space import BLOCK_SIZE
+from explore.errors import RequestError
 from explore.evaluation import output_columns, speed_power
+from explore.ranking import Tally, front
+from explore.store.kept import KeptWriter
+from explore.store.layout import Attribute
 from explore.store.writer import Writer
 from explore.study import Study
 from explore.sweeping.blocks import Block
-from explore.vocabulary import Column, Objective, Status
+from explore.vocabulary import Column, Columns, Objective, Status
 
 
 def results_columns(study: Study) -> tuple[Column, ...]:
@@ -54,9 +61,19 @@ class KeepAll:
         self._writer.__exit__(kind, error, trace)
 
     @property
-    def pending(self) -> list[int]:
+    def pending(self) -> Iterable[int]:
         """Numbers of the blocks still to compute."""
         return self._writer.pending
+
+    @property
+    def n_pending(self) -> int:
+        """How many blocks are still to compute."""
+        return self._writer.n_pending
+
+    @property
+    def damaged(self) -> list[int]:
+        """Numbers of the blocks that were there but damaged; they are pending again."""
+        return self._writer.damaged
 
     @property
     def designs(self) -> int:
@@ -71,7 +88,100 @@ class KeepAll:
         """Nothing is left to do when the last block is committed."""
 
 
-def study_attributes(study: Study) -> dict[str, str | int | float]:
+class KeepFront:
+    """Only the Pareto set of the study's objectives is kept; memory and disk hold a front, not the designs.
+
+    Each worker sends the Pareto set of its block, which goes into a journal. The union of these sets holds the Pareto
+    set of the study, whatever the order of the blocks.
+    """
+
+    def __init__(self, study: Study, path: Path, *, restart: bool) -> None:
+        if not study.objectives:
+            raise RequestError("to keep only the front, say what makes a design better: give [rank] metrics")
+        self.objectives = study.objectives
+        self._columns, self._n_designs = results_columns(study), study.space.count
+        self._writer = KeptWriter(path, self._columns, self._n_designs, _front_attributes(study), restart=restart)
+        self._front: Columns = {column.name: np.empty(0, column.dtype) for column in self._columns}
+        self._counts: Counter[str] = Counter()
+        self._tally = Tally(tuple(column.name for column in self._columns if column.role == "margin"))
+        self._done = np.zeros(study.space.n_blocks, dtype=np.bool_)
+
+    def __enter__(self) -> Self:
+        self._writer.__enter__()
+        try:
+            if self._writer.finished:
+                self._done[:] = True
+            else:
+                for meta, columns in self._writer.records():
+                    self._include(meta, columns)
+        except BaseException:
+            self._writer.__exit__(None, None, None)
+            raise
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._writer.__exit__(kind, error, trace)
+
+    @property
+    def pending(self) -> Iterable[int]:
+        """Numbers of the blocks still to compute."""
+        return map(int, np.flatnonzero(~self._done))
+
+    @property
+    def n_pending(self) -> int:
+        """How many blocks are still to compute."""
+        return int(np.count_nonzero(~self._done))
+
+    @property
+    def damaged(self) -> list[int]:
+        """None: a damaged end of the journal is cut off, and its blocks are pending."""
+        return []
+
+    @property
+    def designs(self) -> int:
+        """Number of designs that are done and durable."""
+        missing = BLOCK_SIZE * len(self._done) - self._n_designs if self._done[-1] else 0
+        return int(np.count_nonzero(self._done)) * BLOCK_SIZE - missing
+
+    def commit(self, block: Block) -> None:
+        """Make the Pareto set of a block durable."""
+        meta = {"block": block.number, "counts": block.counts, "tally": block.tally.to_json()}
+        self._writer.append(meta, block.columns)
+        self._include(meta, block.columns)
+
+    def finish(self) -> None:
+        """Write the results file."""
+        if self._writer.finished:
+            return
+        found: dict[str, Attribute] = {
+            "studied_designs": self._n_designs,
+            "studied_counts": json.dumps(dict(self._counts), sort_keys=True),
+            "tally": self._tally.to_json(),
+        }
+        self._writer.finish(self._front, BLOCK_SIZE, found)
+
+    def _include(self, meta: Mapping[str, Any], columns: Columns) -> None:
+        both = {name: np.concatenate([values, columns[name]]) for name, values in self._front.items()}
+        # The numbers of the best are ascending, and so are the designs then.
+        best = np.isin(both["design"], front([both], self.objectives))
+        order = np.argsort(both["design"][best])
+        self._front = {name: values[best][order] for name, values in both.items()}
+        self._counts.update(meta["counts"])
+        self._tally.include(Tally.from_json(meta["tally"]))
+        self._done[meta["block"]] = True
+
+
+def _front_attributes(study: Study) -> dict[str, Attribute]:
+    """Of a file that keeps the front: what is kept depends on the objectives too."""
+    aims = [f"{objective.metric}:{objective.sense}" for objective in study.objectives]
+    determines = json.dumps({**json.loads(study.determines), "objectives": aims}, sort_keys=True, separators=(",", ":"))
+    own = {"keep": "front", "determines": determines, "request_sha256": sha256(determines.encode()).hexdigest()}
+    return {**study_attributes(study), **own}
+
+
+def study_attributes(study: Study) -> dict[str, Attribute]:
     """What the results file says about itself; nothing that differs between two runs of the same study."""
     import h5py
     import numba

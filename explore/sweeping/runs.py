@@ -14,11 +14,11 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from explore.design_space import BLOCK_SIZE
-from explore.errors import ClusterError, RequestError
+from explore.errors import ClusterError
 from explore.study import Study
 from explore.sweeping.blocks import Block, evaluate_block, facts
 from explore.sweeping.clusters import check_facts
-from explore.sweeping.keeping import KeepAll
+from explore.sweeping.keeping import KeepAll, KeepFront
 from explore.sweeping.log import Listener, Log
 from explore.sweeping.window import Window
 
@@ -81,11 +81,9 @@ def run_study(
     """
     begun = time.monotonic()
     path = Path(path)
-    if keep == "front":
-        raise RequestError("keeping only the front is not available yet; keep all")
-    with KeepAll(study, path, restart=restart) as keeping:
+    with (KeepFront if keep == "front" else KeepAll)(study, path, restart=restart) as keeping:
         summary = Summary(path, study.space.count, resumed=keeping.designs)
-        if keeping.pending:
+        if keeping.n_pending:
             run = _Run(study, keeping, summary, Log(path, listener), max_failures, progress)
             with run.logged(), cluster as client:
                 run.compute(client)
@@ -101,7 +99,7 @@ class _Run:
     def __init__(
         self,
         study: Study,
-        keeping: KeepAll,
+        keeping: KeepAll | KeepFront,
         summary: Summary,
         log: Log,
         max_failures: int | None,
@@ -174,7 +172,8 @@ class _Run:
             study=self._study.sha256,
             designs=summary.designs,
             resumed=summary.resumed,
-            pending_blocks=len(self._keeping.pending),
+            pending_blocks=self._keeping.n_pending,
+            damaged_blocks=self._keeping.damaged,
             **facts(),
         )
         begun = time.monotonic()
