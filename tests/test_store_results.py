@@ -69,7 +69,11 @@ def test_results_give_everything_back(finished):
         "design": 3, "crank": 3.25, "rocker_velocity_max": None, "nodes": 3, "status": 3, "feasible": True,
     }  # fmt: skip
     assert np.isnan(row["rocker_velocity_max"])
-    assert results.verify() == []
+    said = []
+    assert results.verify(lambda *state: said.append(state)) == []
+    assert said == [(done, N_BLOCKS) for done in range(1, N_BLOCKS + 1)]
+    assert (results.keep, results.n_studied, results.packed) == ("all", N_DESIGNS, False)
+    assert results.count_statuses([0]) == {"ok": BLOCK - 143, "crank_blocked": 143}
 
 
 def test_part_of_the_columns_and_blocks_in_order(finished):

@@ -99,11 +99,25 @@ def test_damaged_block_is_pending_again(copy):
     flip(copy, commit + 8 * 6)
     assert open_results(copy).verify() == [1, 4, 6, 9]
     with writer(copy) as store:
-        assert list(store.pending) == [1, 4, 6, 9]
+        assert list(store.pending) == store.damaged == [1, 4, 6, 9]
+        assert store.n_pending == 4
         assert open_results(copy).n_committed == N_DESIGNS - 3500, "readers no longer see them either"
         for number in store.pending:
             store.commit(number, values(number))
     assert sha256(copy) == original
+
+
+def test_pending_blocks_are_plain_numbers(tmp_path):
+    """The sweep iterates over them, makes sets of them and asks whether there are any."""
+    with writer(tmp_path / "grid.h5") as store:
+        assert store.damaged == []
+        assert all(type(number) is int for number in store.pending)
+        before = store.pending
+        for number in before:
+            assert store.pending
+            store.commit(number, values(number))
+        assert len(before) == N_BLOCKS
+        assert (store.n_pending, len(store.pending), bool(store.pending)) == (0, 0, False)
 
 
 def test_reading_while_writing(tmp_path):

@@ -136,7 +136,10 @@ def _parse(file: h5py.File, path: Path, size: int) -> Layout:
 def _read_shape(attributes: Mapping[str, Attribute]) -> tuple[int, int]:
     """Rows of the file and of a block."""
     n_designs, block_size = attributes.get("n_designs"), attributes.get("block_size")
-    kept = attributes.get("keep") == KEEP_FRONT
+    keep = attributes.get("keep", "all")
+    kept = keep == KEEP_FRONT
+    if not kept and keep != "all":
+        raise ValueError(f"keep is {keep!r}, not all or {KEEP_FRONT}")
     if not isinstance(n_designs, int) or not isinstance(block_size, int) or n_designs < (not kept) or block_size < 1:
         raise ValueError("n_designs and block_size must be positive integers")
     if kept:

@@ -1,0 +1,146 @@
+"""`explore pack` and `explore verify` as a user meets them, and the commands that read packed and kept files."""
+
+import json
+import os
+import pty
+import subprocess
+import sys
+import threading
+
+import h5py
+import pytest
+from store_files import BLOCK, N_BLOCKS, N_DESIGNS, fill, flip, writer
+from test_cli import run
+from test_store_kept import SOME, keep
+
+
+def damage(path, blocks):
+    with h5py.File(path) as file:
+        offset = file["designs/nodes"].id.get_offset()
+    for number in blocks:
+        flip(path, offset + 4 * (number * BLOCK + 17))
+
+
+def test_pack_then_read_alike(copy):
+    folder = copy.parent
+    done = run("pack", "copy.h5", cwd=folder)
+    assert done.stdout == ""
+    assert done.stderr == "0.3 MB -> 0.1 MB, 3.5 times smaller: copy.packed.h5\n"
+    assert sorted(p.name for p in folder.iterdir()) == ["copy.h5", "copy.packed.h5"]
+    for command in (
+        ["show", "--design", "42", "--json"], ["rank", "--metric", "rocker_velocity_max:max", "--metric", "crank:min"]
+    ):  # fmt: skip
+        plain, packed = (run(command[0], name, *command[1:], cwd=folder) for name in ("copy.h5", "copy.packed.h5"))
+        assert packed.stdout == plain.stdout
+        assert plain.stdout
+    assert "9,500 designs, complete, packed" in run("show", "copy.packed.h5", cwd=folder).stdout
+    plain, packed = (json.loads(run("show", n, "--json", cwd=folder).stdout) for n in ("copy.h5", "copy.packed.h5"))
+    assert packed == plain | {"path": "copy.packed.h5", "packed": True}
+
+
+def test_pack_where_it_is_told_to(copy):
+    run("pack", "copy.h5", "-o", "new/small.h5", cwd=copy.parent)
+    done = run("pack", "copy.h5", "-o", "new/small.h5", cwd=copy.parent, code=1)
+    assert done.stderr == "error: new/small.h5 exists already; name another file with -o\n"
+
+
+def test_verify_sound_files(copy):
+    fill(copy.parent / "part.h5", [1, 9])
+    run("pack", "copy.h5", cwd=copy.parent)
+    for name in ("copy.h5", "copy.packed.h5"):
+        lines = run("verify", name, cwd=copy.parent).stdout.splitlines()
+        assert lines[0] == f"{name}: 10 blocks committed, 0 pending, 0 damaged; 9,500 designs"
+        assert lines[-1] == "every committed block is sound; finished"
+        assert any(line.split() == ["crank_blocked", "1,357"] for line in lines)
+    lines = run("verify", "part.h5", cwd=copy.parent).stdout.splitlines()
+    assert lines[0] == "part.h5: 2 blocks committed, 8 pending, 0 damaged; 1,500 designs"
+    assert lines[-1] == "every committed block is sound; not finished: 1,500 of 9,500"
+    found = json.loads(run("verify", "part.h5", "--json", cwd=copy.parent).stdout)
+    assert found["counts"] == {"ok": 1286, "crank_blocked": 214}
+    del found["counts"]
+    assert found == {
+        "path": "part.h5", "sound": True, "complete": False, "keep": "all", "studied": N_DESIGNS, "designs": N_DESIGNS,
+        "committed": 1500, "blocks": N_BLOCKS, "committed_blocks": 2, "pending_blocks": 8, "damaged_blocks": [],
+    }  # fmt: skip
+
+
+def test_verify_names_damaged_blocks(copy):
+    damage(copy, [0, 4, 9])
+    done = run("verify", "copy.h5", cwd=copy.parent, code=1)
+    assert done.stdout.startswith("copy.h5: 10 blocks committed, 0 pending, 3 damaged; 9,500 designs\n")
+    assert done.stderr.splitlines() == [
+        "error: block 0 is damaged: designs 0 to 999",
+        "error: block 4 is damaged: designs 4,000 to 4,999",
+        "error: block 9 is damaged: designs 9,000 to 9,499",
+        "error: run the sweep again: it computes the damaged blocks anew and keeps the others",
+    ]
+    found = json.loads(run("verify", "copy.h5", "--json", cwd=copy.parent, code=1).stdout)
+    assert found["sound"] is False
+    assert found["damaged_blocks"][1] == {"block": 4, "first_row": 4000, "last_row": 4999}
+    assert sum(found["counts"].values()) == N_DESIGNS - 2500, "damaged blocks are not counted"
+
+
+def test_verify_a_damaged_packed_file(packed_copy):
+    with h5py.File(packed_copy) as file:
+        info = file["designs/status"].id.get_chunk_info(4)
+    flip(packed_copy, info.byte_offset + info.size - 1)
+    done = run("verify", "copy.h5", cwd=packed_copy.parent, code=1)
+    assert done.stderr.splitlines() == [
+        "error: block 4 is damaged: designs 4,000 to 4,999",
+        "error: restore the file from a copy, or pack the original again",
+    ]
+    packed_copy.write_bytes(packed_copy.read_bytes()[:-1000])
+    done = run("verify", "copy.h5", cwd=packed_copy.parent, code=1)
+    assert done.stderr.startswith("error: copy.h5 is cut short and cannot be read")
+
+
+def test_verify_a_running_sweep(tmp_path):
+    with writer(tmp_path / "grid.h5"):
+        done = run("verify", "grid.h5", cwd=tmp_path)
+    assert "0 blocks committed, 10 pending, 0 damaged; 0 designs" in done.stdout
+
+
+def test_kept_designs_are_explained(tmp_path):
+    keep(tmp_path / "kept.h5", SOME)
+    lines = run("show", "kept.h5", cwd=tmp_path).stdout.splitlines()
+    assert lines[0] == "kept.h5: None, 9,500 designs, complete"
+    assert lines[1] == "7 of 9,500 designs were kept, the Pareto-optimal ones"
+    assert any(line.split()[:2] == ["crank_blocked", "1,358"] for line in lines)
+    assert json.loads(run("show", "kept.h5", "--json", cwd=tmp_path).stdout)["studied"] == N_DESIGNS
+    assert json.loads(run("show", "kept.h5", "--design", "4321", "--json", cwd=tmp_path).stdout)["crank"] == 4321.25
+    done = run("show", "kept.h5", "--design", "4320", cwd=tmp_path, code=1)
+    assert done.stderr.startswith("error: kept.h5: design 4320 is not Pareto-optimal and was not kept; ")
+    assert "finished" in run("verify", "kept.h5", cwd=tmp_path).stdout
+
+
+@pytest.mark.parametrize("command", ["pack", "verify"])
+def test_bar_on_a_terminal(copy, command):
+    """On a terminal a bar appears on stderr while the answer stays the same."""
+    terminal, other_end = pty.openpty()
+    process = subprocess.Popen(
+        [sys.executable, "-c", "from explore.cli import main; main()", command, "copy.h5"],
+        cwd=copy.parent,
+        stdout=subprocess.PIPE,
+        stderr=other_end,
+        env={**os.environ, "COLUMNS": "100", "TERM": "xterm"},
+    )
+    os.close(other_end)
+    said: list[bytes] = []
+    reader = threading.Thread(target=lambda: read_all(terminal, said))
+    reader.start()
+    output, _ = process.communicate(timeout=60)
+    reader.join()
+    os.close(terminal)
+    assert process.returncode == 0
+    text = b"".join(said).decode()
+    assert {"pack": "packing", "verify": "checking"}[command] in text
+    assert "100%" in text
+    assert (b"10 blocks committed" in output) == (command == "verify")
+
+
+def read_all(terminal: int, said: list[bytes]) -> None:
+    while True:
+        try:
+            said.append(os.read(terminal, 4096))
+        except OSError:  # how Linux says that the other end is closed
+            return

@@ -1,0 +1,306 @@
+"""The journal: what was appended is there, whatever happens to the process, the disk or the bytes."""
+
+from __future__ import annotations
+
+import itertools
+import os
+import random
+import resource
+import subprocess
+import sys
+import time
+import zlib
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from store_files import kill, say
+
+from explore.errors import ResultsError
+from explore.store import journal as journal_module
+from explore.store.journal import Journal
+
+HEADER = {
+    "determines": '{"mechanism": "crank-rocker", "parameters": {"crank": [1, 2], "ground": 3}}',
+    "request_sha256": "ab" * 32,
+    "kernel": "four-bar 1",
+    "block_size": 1000,
+}
+KILLS = 8
+
+
+def record(number: int) -> tuple[dict, dict[str, np.ndarray]]:
+    """Records of different sizes, one of them without any rows."""
+    count = number * 37 % 11
+    meta = {"block": number, "counts": {"ok": count, "ω": 1}}
+    return meta, {
+        "design": np.arange(count, dtype="<i8") + number,
+        "cv": np.sqrt(np.arange(count) - 1.0, where=np.arange(count) > 0, out=np.full(count, np.nan)),
+        "status": np.ones(count // 2, "|i1"),
+        "feasible": np.arange(count) % 2 == 0,
+    }
+
+
+def grown(path: Path, count: int) -> Path:
+    with Journal(path, HEADER) as journal:
+        for number in range(count):
+            journal.append(*record(number))
+    return path
+
+
+def numbers_in(path: Path) -> list[int]:
+    """Numbers of the records, after making sure that each is as it was written."""
+    with Journal(path, HEADER) as journal:
+        return check(journal)
+
+
+def check(journal: Journal) -> list[int]:
+    numbers = []
+    for meta, arrays in journal.records():
+        expected_meta, expected = record(meta["block"])
+        assert meta == expected_meta
+        assert list(arrays) == list(expected)
+        for name, values in expected.items():
+            assert arrays[name].dtype == values.dtype
+            np.testing.assert_array_equal(arrays[name], values)
+        numbers.append(meta["block"])
+    return numbers
+
+
+def test_records_come_back_in_their_order(tmp_path):
+    path = grown(tmp_path / "a.h5.journal", 20)
+    assert numbers_in(path) == list(range(20))
+    with Journal(path, HEADER) as journal:
+        journal.append(*record(20))
+        reading = journal.records()
+        assert next(reading)[0]["block"] == 0
+        journal.append(*record(21))  # also while they are read
+        assert [meta["block"] for meta, _ in reading] == list(range(1, 22))
+    assert [p.name for p in tmp_path.iterdir()] == ["a.h5.journal"]
+
+
+def test_bytes_depend_on_the_content_only(tmp_path):
+    assert grown(tmp_path / "a", 5).read_bytes() == grown(tmp_path / "b", 5).read_bytes()
+
+
+def test_numbers_of_the_other_byte_order(tmp_path):
+    with Journal(tmp_path / "a", HEADER) as journal:
+        journal.append({}, {"x": np.array([1.0, 2.0], ">f8"), "y": np.arange(10)[::3]})
+        ((_, arrays),) = journal.records()
+    assert arrays["x"].dtype.str == "<f8"
+    np.testing.assert_array_equal(arrays["x"], [1.0, 2.0])
+    np.testing.assert_array_equal(arrays["y"], [0, 3, 6, 9])
+
+
+@pytest.mark.parametrize("wrong", [np.zeros((2, 2)), np.array(["text"]), np.array([{}]), np.zeros(2, "f8,f8")])
+def test_only_numbers_are_kept(tmp_path, wrong):
+    with Journal(tmp_path / "a", HEADER) as journal:
+        with pytest.raises(ValueError, match="x is not a one-dimensional array of numbers"):
+            journal.append({}, {"x": wrong})
+        assert list(journal.records()) == []
+
+
+# --- another study, no journal ---------------------------------------------------------------------------------------
+
+
+def test_another_study_is_refused_with_a_diff(tmp_path):
+    path = grown(tmp_path / "a.journal", 3)
+    before = path.read_bytes()
+    changed = HEADER | {"kernel": "four-bar 2", "determines": HEADER["determines"].replace("[1, 2]", "[1, 5]")}
+    with pytest.raises(ResultsError) as refusal, Journal(path, changed | {"request_sha256": "cd" * 32}):
+        pytest.fail("a changed study was accepted")
+    assert str(refusal.value).splitlines() == [
+        f"{path} holds the results of another study; what changed:",
+        "  parameters.crank: [1, 2] -> [1, 5]",
+        '  kernel: "four-bar 1" -> "four-bar 2"',
+        "use --restart to start over",
+    ]
+    assert path.read_bytes() == before
+
+
+@pytest.mark.parametrize("content", [b"", b"my notes", b"explore journal 1", b"explore journal 1\n", bytes(1000)])
+def test_files_that_are_no_journal_are_left_alone(tmp_path, content):
+    path = tmp_path / "a.journal"
+    path.write_bytes(content)
+    with pytest.raises(ResultsError, match=r"a\.journal is (no journal, or )?damaged at its beginning.*move it away"):
+        numbers_in(path)
+    assert path.read_bytes() == content
+
+
+def test_record_that_claims_too_much(tmp_path):
+    """A sound checksum does not make a sound record: lengths and types are checked before anything is made of them."""
+    path = grown(tmp_path / "a.journal", 0)
+    for columns in ('[["x", "<f8", 1000000000000]]', '[["x", "<f8", -1]]', '[["x", "|O", 1]]', '[["x", "<f8"]]', "5"):
+        text = f'{{"meta": {{}}, "columns": {columns}}}'.encode()
+        content = len(text).to_bytes(8, "little") + text + bytes(8)
+        length = len(content).to_bytes(8, "little")
+        checksum = zlib.crc32(length + content).to_bytes(4, "little")
+        whole = path.read_bytes()
+        path.write_bytes(whole + length + checksum + content)
+        with (
+            pytest.raises(ResultsError, match="was not written by this explore"),
+            Journal(path, HEADER) as journal,
+        ):
+            list(journal.records())
+        path.write_bytes(whole)
+
+
+# --- torn and damaged ------------------------------------------------------------------------------------------------
+
+
+def test_torn_at_every_byte_of_the_last_record(tmp_path):
+    path = grown(tmp_path / "a.journal", 5)
+    good = path.stat().st_size
+    with Journal(path, HEADER) as journal:
+        journal.append(*record(5))
+    whole = path.read_bytes()
+    for length in range(good, len(whole)):
+        path.write_bytes(whole[:length])
+        assert numbers_in(path) == [0, 1, 2, 3, 4]
+        assert path.stat().st_size == good, "what was torn is cut off"
+        # a power cut may also leave the length, but not the bytes
+        path.write_bytes(whole[:length] + bytes(len(whole) - length))
+        kept = numbers_in(path)
+        assert kept == [0, 1, 2, 3, 4] or (kept == [0, 1, 2, 3, 4, 5] and not any(whole[length:]))
+    path.write_bytes(whole[:-1])
+    with Journal(path, HEADER) as journal:
+        journal.append(*record(5))
+    assert path.read_bytes() == whole
+
+
+@pytest.fixture(scope="module")
+def sound(tmp_path_factory) -> bytes:
+    return grown(tmp_path_factory.mktemp("journal") / "sound.journal", 8).read_bytes()
+
+
+@settings(max_examples=300, deadline=None)
+@given(data=st.data())
+def test_damage_costs_what_follows_it(sound, tmp_path_factory, data):
+    """Bits flipped anywhere: the records before the first flipped bit are kept, none of the others is believed."""
+    flips = data.draw(st.sets(st.integers(0, 8 * len(sound) - 1), min_size=1, max_size=5))
+    damaged = bytearray(sound)
+    for bit in flips:
+        damaged[bit // 8] ^= 1 << bit % 8
+    path = tmp_path_factory.getbasetemp() / "flipped.journal"
+    path.write_bytes(damaged)
+    ends = record_ends(sound)
+    intact = sum(end <= min(flips) // 8 for end in ends)
+    if intact == 0:
+        with pytest.raises(ResultsError, match="damaged at its beginning"):
+            numbers_in(path)
+        assert path.read_bytes() == damaged
+        return
+    assert numbers_in(path) == list(range(intact - 1))
+    assert path.read_bytes() == sound[: ends[intact - 1]]
+
+
+def record_ends(content: bytes) -> list[int]:
+    """Where the header and each record end, by the format's description."""
+    place, ends = len(b"explore journal 1\n"), []
+    while place < len(content):
+        place += 12 + int.from_bytes(content[place : place + 8], "little")
+        ends.append(place)
+    assert place == len(content)
+    return ends
+
+
+# --- kills and full disks --------------------------------------------------------------------------------------------
+
+
+def append_for_ever(path: Path) -> None:
+    with Journal(path, HEADER) as journal:
+        done = len(check(journal))
+        say("ready")
+        for number in itertools.count(done):
+            journal.append(*record(number))
+            say(str(number))
+
+
+def test_kills_lose_nothing_that_was_acknowledged(tmp_path):
+    path, chance = tmp_path / "a.journal", random.Random(1)
+    expected = 0
+    for _ in range(KILLS):
+        environment = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
+        process = subprocess.Popen(
+            [sys.executable, __file__, str(path)], stdout=subprocess.PIPE, text=True, env=environment
+        )
+        assert process.stdout.readline() == "ready\n"
+        time.sleep(chance.random() * 0.05)
+        said = [int(word) for word in kill(process)]
+        assert said == list(range(expected, expected + len(said)))
+        there = numbers_in(path)
+        assert there == list(range(len(there)))
+        assert len(there) - expected - len(said) in (0, 1), "at most one was written but not yet said"
+        expected = len(there)
+    assert expected > KILLS
+    assert [p.name for p in tmp_path.iterdir()] == ["a.journal"]
+
+
+@pytest.fixture
+def limit_of_file_size():
+    """Set a limit on the length of files, which is lifted afterwards: what exceeds it fails as on a full disk."""
+    old = resource.getrlimit(resource.RLIMIT_FSIZE)
+    yield lambda size: resource.setrlimit(resource.RLIMIT_FSIZE, (size, old[1]))
+    resource.setrlimit(resource.RLIMIT_FSIZE, old)
+
+
+def test_full_disk_leaves_a_usable_journal(tmp_path, limit_of_file_size):
+    path = grown(tmp_path / "a.journal", 3)
+    good = path.stat().st_size
+    with Journal(path, HEADER) as journal:
+        for room in (0, 1, 40):
+            limit_of_file_size(good + room)
+            with pytest.raises(ResultsError, match=r"a\.journal cannot be written: File too large; run the sw"):
+                journal.append(*record(3))
+            assert path.stat().st_size == good
+            assert check(journal) == [0, 1, 2]
+        limit_of_file_size(resource.RLIM_INFINITY)
+        journal.append(*record(3))
+        assert check(journal) == [0, 1, 2, 3]
+    assert numbers_in(path) == [0, 1, 2, 3]
+
+
+def test_full_disk_at_the_beginning_leaves_nothing(tmp_path, limit_of_file_size):
+    limit_of_file_size(100)
+    with pytest.raises(ResultsError, match=r"a\.journal needs [\d,]+ bytes .*ulimit"):
+        grown(tmp_path / "a.journal", 0)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_disk_full_for_real(tmp_path):
+    if os.geteuid() != 0:
+        pytest.skip("only the superuser can mount a small file system")
+    if subprocess.run(["mount", "-t", "tmpfs", "-o", "size=16k", "tmpfs", tmp_path], check=False).returncode:
+        pytest.skip("this system lets nobody mount a small file system")
+    try:
+        with Journal(tmp_path / "a.journal", HEADER) as journal:
+            for number in itertools.count():
+                try:
+                    journal.append(*record(number))
+                except ResultsError as error:
+                    assert "No space left on device; run the sweep again" in str(error)  # noqa: PT017
+                    break
+            assert check(journal) == list(range(number))
+        assert numbers_in(tmp_path / "a.journal") == list(range(number))
+    finally:
+        subprocess.run(["umount", tmp_path], check=True)
+
+
+def test_append_is_durable_when_it_returns(tmp_path, monkeypatch):
+    """Every byte of a record was written before it was synchronised, and nothing afterwards."""
+    path, sizes = tmp_path / "a.journal", []
+    sync = journal_module.platform.sync_data
+    with Journal(path, HEADER) as journal:
+        monkeypatch.setattr(
+            journal_module.platform, "sync_data", lambda fd: (sizes.append(path.stat().st_size), sync(fd))
+        )
+        for number in range(4):
+            journal.append(*record(number))
+            assert sizes[-1] == path.stat().st_size
+    assert len(sizes) == 4
+
+
+if __name__ == "__main__":
+    append_for_ever(Path(sys.argv[1]))
