@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import math
-import warnings
-from dataclasses import dataclass
+from abc import ABC, abstractmethod
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
 
+from explore.unit_cube import SAMPLERS
 from explore.vocabulary import Block, Columns, FloatArray
 
 #: Designs of one block. Fixed, because the bytes of a results file must not depend on the machine.
 BLOCK_SIZE = 65_536
+
+Indices = npt.NDArray[np.int64]
 
 
 @dataclass(frozen=True)
@@ -25,9 +28,18 @@ class Listed:
     def __len__(self) -> int:
         return len(self.values)
 
-    def at(self, indices: npt.NDArray[np.int64]) -> FloatArray:
+    @property
+    def varies(self) -> bool:
+        """Whether it takes more than one value."""
+        return len(self) > 1
+
+    def at(self, indices: Indices) -> FloatArray:
         """Values at the indices, shape (n,)."""
         return np.asarray(self.values)[indices]
+
+    def of(self, unit: FloatArray) -> FloatArray:
+        """Values for numbers between 0 and 1, shape (n,): each as often as the others."""
+        return self.at(_positions(unit, len(self)))
 
 
 @dataclass(frozen=True)
@@ -42,12 +54,21 @@ class Spaced:
     def __len__(self) -> int:
         return self.num
 
-    def at(self, indices: npt.NDArray[np.int64]) -> FloatArray:
+    @property
+    def varies(self) -> bool:
+        """Whether it takes more than one value."""
+        return self.num > 1
+
+    def at(self, indices: Indices) -> FloatArray:
         """Values at the indices, shape (n,); both ends exactly as given."""
         if self.num == 1:
             return np.full(indices.shape, self.start)
         values = self.start + indices * ((self.stop - self.start) / (self.num - 1))
         return np.where(indices == self.num - 1, self.stop, values)
+
+    def of(self, unit: FloatArray) -> FloatArray:
+        """Values for numbers between 0 and 1, shape (n,): each as often as the others."""
+        return self.at(_positions(unit, self.num))
 
 
 @dataclass(frozen=True)
@@ -58,6 +79,7 @@ class Continuous:
     low: float
     high: float
     log: bool = False
+    varies = True
 
     def of(self, unit: FloatArray) -> FloatArray:
         """Values for numbers between 0 and 1, shape (n,)."""
@@ -68,37 +90,47 @@ class Continuous:
         return np.clip(values, self.low, self.high)
 
 
+@dataclass(frozen=True, eq=False)
+class Tabled:
+    """An axis that has a value of its own for every design, shape (n,)."""
+
+    name: str
+    values: FloatArray
+
+    @property
+    def varies(self) -> bool:
+        """Whether it takes more than one value."""
+        return bool((self.values != self.values[0]).any())
+
+
+#: What a study file says of a parameter.
 Axis = Listed | Spaced | Continuous
 
 
+def _positions(unit: FloatArray, length: int) -> Indices:
+    return np.minimum((unit * length).astype(np.int64), length - 1)
+
+
 @dataclass(frozen=True)
-class DesignSpace:
+class DesignSpace(ABC):
     """Designs numbered 0 … count - 1.
 
     Parameters
     ----------
     axes
-        One for every parameter of the study. In a grid the last axis varies fastest.
-    method
-        "grid" (everything with everything) or "sobol" (scrambled Sobol' sequence of `scipy.stats.qmc`: random linear
-        matrix scramble and digital shift).
+        One for every parameter of the study.
     count
-        Number of designs; for a grid the product of the axes' lengths.
+        Number of designs.
+    method
+        Where they come from, as a study file calls it.
     seed
-        Of the scrambling.
+        Of the random numbers; 0 where there are none.
     """
 
-    axes: tuple[Axis, ...]
-    method: str = "grid"
-    count: int = 0
+    axes: tuple[Axis | Tabled, ...]
+    count: int
+    method: str
     seed: int = 0
-
-    @staticmethod
-    def grid(axes: tuple[Listed | Spaced, ...]) -> DesignSpace:
-        """The full grid over the axes."""
-        return DesignSpace(
-            axes, "grid", math.prod(axis.num if isinstance(axis, Spaced) else len(axis) for axis in axes)
-        )
 
     @property
     def n_blocks(self) -> int:
@@ -108,46 +140,85 @@ class DesignSpace:
     @property
     def swept(self) -> tuple[str, ...]:
         """Names of the parameters that take more than one value."""
-        return tuple(a.name for a in self.axes if isinstance(a, Continuous) or len(a) > 1)
+        return tuple(axis.name for axis in self.axes if axis.varies)
 
     def block(self, number: int) -> Block:
         """The designs of one block."""
         start = number * BLOCK_SIZE
         return Block(number, start, self.designs(start, min(start + BLOCK_SIZE, self.count)))
 
+    def for_block(self, number: int) -> DesignSpace:  # noqa: ARG002  (a table needs it)
+        """What a worker needs to make this block: a space, small when pickled, that answers ``block(number)``."""
+        return self
+
+    @abstractmethod
     def designs(self, start: int, stop: int) -> Columns:
         """Parameters of the designs start … stop - 1 by name, each of shape (stop - start,)."""
-        if self.method == "sobol":
-            return self._sobol(start, stop)
+
+
+@dataclass(frozen=True)
+class Grid(DesignSpace):
+    """Every value of each axis with every value of the others; the last axis varies fastest."""
+
+    axes: tuple[Listed | Spaced, ...]
+    method: str = "grid"
+
+    @staticmethod
+    def over(axes: tuple[Listed | Spaced, ...]) -> Grid:
+        """The full grid over the axes."""
+        return Grid(axes, math.prod(len(axis) for axis in axes))
+
+    def designs(self, start: int, stop: int) -> Columns:
+        """Parameters of the designs start … stop - 1 by name, each of shape (stop - start,)."""
         remaining = np.arange(start, stop, dtype=np.int64)
         columns: Columns = {}
         for axis in reversed(self.axes):
-            if isinstance(axis, Continuous):
-                raise TypeError(f"{axis.name}: a grid has no continuous axes")
-            remaining, index = np.divmod(remaining, len(axis)) if len(axis) > 1 else (remaining, remaining * 0)
+            remaining, index = np.divmod(remaining, len(axis)) if axis.varies else (remaining, remaining * 0)
             columns[axis.name] = axis.at(index)
         return {axis.name: columns[axis.name] for axis in self.axes}
 
-    def _sobol(self, start: int, stop: int) -> Columns:
-        from scipy.stats import qmc  # 0.8 s of imports, needed only here
 
-        drawn = [a for a in self.axes if isinstance(a, Continuous) or len(a) > 1]
-        unit = np.empty((stop - start, 0))
-        if drawn:
-            engine = qmc.Sobol(len(drawn), scramble=True, rng=self.seed)
-            if start:
-                engine.fast_forward(start)
-            with warnings.catch_warnings():
-                warnings.filterwarnings("ignore", message="The balance properties")
-                unit = engine.random(stop - start)
-        columns: Columns = {}
-        for axis in self.axes:
-            if axis not in drawn and not isinstance(axis, Continuous):
-                columns[axis.name] = axis.at(np.zeros(stop - start, dtype=np.int64))
-                continue
-            u = unit[:, drawn.index(axis)]
-            if isinstance(axis, Continuous):
-                columns[axis.name] = axis.of(u)
-            else:
-                columns[axis.name] = axis.at(np.minimum((u * len(axis)).astype(np.int64), len(axis) - 1))
-        return columns
+@dataclass(frozen=True)
+class Drawn(DesignSpace):
+    """Designs drawn from the axes that vary, at the points of the unit cube that `method` gives."""
+
+    axes: tuple[Axis, ...]
+
+    def designs(self, start: int, stop: int) -> Columns:
+        """Parameters of the designs start … stop - 1 by name, each of shape (stop - start,)."""
+        dimensions = len(self.swept)
+        unit = np.zeros((stop - start, 0))
+        if dimensions:
+            unit = SAMPLERS[self.method](dimensions, start, stop, self.count, self.seed)
+        numbers = iter(unit.T)
+        fixed = np.zeros(stop - start)
+        return {axis.name: axis.of(next(numbers) if axis.varies else fixed) for axis in self.axes}
+
+
+@dataclass(frozen=True)
+class Table(DesignSpace):
+    """Designs listed one by one.
+
+    `first` is the number of the design that the columns begin with: a part of a table knows its place in the whole.
+    """
+
+    axes: tuple[Listed | Tabled, ...]
+    method: str = "table"
+    first: int = 0
+
+    def designs(self, start: int, stop: int) -> Columns:
+        """Parameters of the designs start … stop - 1 by name, each of shape (stop - start,)."""
+        rows = slice(start - self.first, stop - self.first)
+        fixed = np.zeros(stop - start, dtype=np.int64)
+        return {
+            axis.name: axis.values[rows].copy() if isinstance(axis, Tabled) else axis.at(fixed) for axis in self.axes
+        }
+
+    def for_block(self, number: int) -> Table:
+        """The rows of one block alone, so that a worker does not get the whole table with each."""
+        start = number * BLOCK_SIZE
+        rows = slice(start - self.first, start - self.first + BLOCK_SIZE)
+        axes = tuple(
+            replace(axis, values=axis.values[rows]) if isinstance(axis, Tabled) else axis for axis in self.axes
+        )
+        return replace(self, axes=axes, first=start)

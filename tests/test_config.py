@@ -159,13 +159,25 @@ def test_a_thousand_million_million_designs_are_a_study(load):
     assert load(text).space.count == 10**15
 
 
-def test_sobol_limits(load, problems):
-    text = GOOD.replace("crank = 100", "crank = [100, 101]") + '[sampling]\nmethod = "sobol"\ncount = 1_073_741_824\n'
-    assert load(text).space.count == 2**30
-    assert load(text.replace("1_073_741_824", "3")).space.count == 3
-    assert problems(GOOD + '[sampling]\nmethod = "sobol"\ncount = 5\n') == [
+@pytest.mark.parametrize(("method", "most"), [("sobol", 2**30), ("latin-hypercube", 10**7), ("random", 2**63 - 1)])
+def test_limits_of_the_drawing_methods(load, problems, method, most):
+    section = f'[sampling]\nmethod = "{method}"\ncount = {most}\n'
+    text = GOOD.replace("crank = 100", "crank = [100, 101]") + section
+    space = load(text).space
+    assert (space.method, space.count, space.seed) == (method, most, 0)
+    assert load(text.replace(str(most), "3")).space.count == 3
+    assert problems(GOOD + section) == [
         "study.toml:2: parameters: nothing to draw: every parameter is fixed; give one a list or { min, max }"
     ]
+
+
+def test_the_hash_of_a_drawn_study_follows_method_count_and_seed(load):
+    text = GOOD.replace("crank = 100", "crank = { min = 100, max = 101 }") + "[sampling]\n"
+    sections = ['method = "sobol"\ncount = 9', 'method = "random"\ncount = 9', 'method = "latin-hypercube"\ncount = 9']
+    sections += ['method = "random"\ncount = 8', 'method = "random"\ncount = 9\nseed = 1']
+    hashes = [load(text + section).sha256 for section in sections]
+    assert len(set(hashes)) == len(hashes)
+    assert load(text + sections[0] + "\nseed = 0").sha256 == hashes[0]
 
 
 # The hash

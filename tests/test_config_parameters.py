@@ -47,7 +47,12 @@ def with_parameter(name, value):
         ("crank", '{ start = 1, stop = "2 kg", num = 3 }', ".stop", "does not measure the same"),
         ("crank", "{ start = 1, stpo = 5, num = 3 }", ".stpo", "unknown key; did you mean 'stop'?"),
         ("crank", "{ start = 1, stop = 5 }", "", "the key 'num' is missing"),
-        ("crank", "{ min = 1, max = 2 }", "", 'needs [sampling] method = "sobol"'),
+        (
+            "crank",
+            "{ min = 1, max = 2 }",
+            "",
+            'needs [sampling] method = "sobol" or "latin-hypercube" or "random"; in a grid',
+        ),
     ],
 )
 def test_bad_parameter(problems, name, value, key, reason):
@@ -69,9 +74,10 @@ def test_bad_parameter(problems, name, value, key, reason):
         ("{ min = 1, max = inf }", ".max", "inf is not a finite number"),
     ],
 )
-def test_bad_range(problems, value, key, reason):
+@pytest.mark.parametrize("method", ["sobol", "latin-hypercube", "random"])
+def test_bad_range(problems, value, key, reason, method):
     text, line = with_parameter("crank", value)
-    (problem,) = problems(text + '[sampling]\nmethod = "sobol"\ncount = 5\n')
+    (problem,) = problems(text + f'[sampling]\nmethod = "{method}"\ncount = 5\n')
     assert problem.startswith(f"study.toml:{line}: parameters.crank{key}: ")
     assert reason in problem
 

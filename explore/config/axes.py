@@ -13,12 +13,15 @@ from explore.design_space import Axis, Continuous, Listed, Spaced
 from explore.errors import RequestError
 from explore.request.units import quantity
 from explore.suggest import closest, shown, suggestion
+from explore.unit_cube import SAMPLERS
 from explore.vocabulary import Mechanism, Parameter
 
+#: The methods that draw designs, in words.
+DRAWING_METHODS = " or ".join(f'"{method}"' for method in SAMPLERS)
 _MOST_VALUES = 2**53
 
 
-def read_axes(mechanism: Mechanism, raw: Mapping[str, Any], continuous: bool, problems: Problems) -> tuple[Axis, ...]:
+def read_axes(mechanism: Mechanism, raw: Mapping[str, Any], method: str | None, problems: Problems) -> tuple[Axis, ...]:
     """One axis for each parameter named, in declared order but the speed last.
 
     Parameters
@@ -27,8 +30,8 @@ def read_axes(mechanism: Mechanism, raw: Mapping[str, Any], continuous: bool, pr
         Whose parameters.
     raw
         The section [parameters].
-    continuous
-        Whether values are drawn, so that ranges without a step make sense.
+    method
+        Of the sampling: a grid has no ranges without a step, and a table leaves only fixed values; None when not known.
     problems
         Gets what is wrong, with the path of its key.
     """
@@ -40,7 +43,7 @@ def read_axes(mechanism: Mechanism, raw: Mapping[str, Any], continuous: bool, pr
             problems.append((("parameters", name), f"unknown parameter; {suggestion(name, declared)}"))
     required = [parameter.name for parameter in mechanism.parameters if parameter.default is None]
     missing = [name for name in required if name not in raw and name not in meant]
-    if missing:
+    if missing and method != "table":
         problems.append(
             (("parameters",), f"missing {', '.join(missing)}; a {mechanism.name} needs {', '.join(required)}")
         )
@@ -48,10 +51,29 @@ def read_axes(mechanism: Mechanism, raw: Mapping[str, Any], continuous: bool, pr
     # The last axis of a grid varies fastest: designs that differ only in speed are neighbours and share one motion.
     for parameter in (*mechanism.geometry, mechanism.speed):
         if parameter.name in raw:
-            axis = _Reader(parameter, ("parameters", parameter.name), continuous, problems).axis(raw[parameter.name])
+            axis = _Reader(parameter, ("parameters", parameter.name), method, problems).axis(raw[parameter.name])
             if axis is not None:
                 axes.append(axis)
     return tuple(axes)
+
+
+def read_value(parameter: Parameter, raw: object) -> float:
+    """A number in the parameter's unit, within its bounds.
+
+    Raises
+    ------
+    RequestError
+        The reason alone; the caller knows where the value stands.
+    """
+    value = quantity(raw, parameter.unit)
+    unit = "" if parameter.unit in ("", "1") else f" {parameter.unit}"
+    if parameter.choices and value not in parameter.choices:
+        raise RequestError(f"must be {_choices(parameter)}, got {shown(raw)}")
+    if value <= parameter.lower:
+        raise RequestError(f"must be greater than {parameter.lower:g}{unit}, got {shown(raw)}")
+    if value > parameter.upper:
+        raise RequestError(f"must be at most {parameter.upper:g}{unit}, got {shown(raw)}")
+    return value
 
 
 @dataclass(frozen=True)
@@ -60,13 +82,16 @@ class _Reader:
 
     parameter: Parameter
     path: Path
-    continuous: bool
+    method: str | None
     problems: Problems
 
     def note(self, reason: str, *below: str | int) -> None:
         self.problems.append(((*self.path, *below), reason))
 
     def axis(self, raw: object) -> Axis | None:
+        if self.method == "table" and isinstance(raw, Mapping | list):
+            self.note("a table gives each design, so this must be one value; make it a column of the table instead")
+            return None
         if isinstance(raw, Mapping):
             return self.range(raw) if {"min", "max", "log"} & raw.keys() else self.spaced(raw)
         if isinstance(raw, list):
@@ -76,24 +101,13 @@ class _Reader:
 
     def value(self, raw: object, *below: str | int) -> float | None:
         """A number in the declared unit, within the declared bounds."""
-        parameter = self.parameter
         try:
-            value = quantity(raw, parameter.unit)
+            return read_value(self.parameter, raw)
         except RequestError as error:
             self.note(str(error), *below)
-            return None
-        unit = "" if parameter.unit in ("", "1") else f" {parameter.unit}"
-        if parameter.choices and value not in parameter.choices:
-            self.note(f"must be {_choices(parameter)}, got {shown(raw)}", *below)
-        elif value <= parameter.lower:
-            self.note(f"must be greater than {parameter.lower:g}{unit}, got {shown(raw)}", *below)
-        elif value > parameter.upper:
-            self.note(f"must be at most {parameter.upper:g}{unit}, got {shown(raw)}", *below)
-        else:
-            return value
         return None
 
-    def listed(self, raw: list[object]) -> Axis | None:
+    def listed(self, raw: list[object]) -> Listed | None:
         if not raw:
             self.note("an empty list makes no designs; give at least one value")
             return None
@@ -106,7 +120,7 @@ class _Reader:
                 values.append(value)
         return Listed(self.parameter.name, tuple(values)) if len(values) == len(raw) else None
 
-    def spaced(self, raw: Mapping[str, object]) -> Axis | None:
+    def spaced(self, raw: Mapping[str, object]) -> Listed | Spaced | None:
         table = read(SpacedTable, raw, self.path, self.problems)
         if table is None:
             return None
@@ -129,7 +143,7 @@ class _Reader:
             return self.on_choices(Spaced(self.parameter.name, start, stop, num))
         return None
 
-    def on_choices(self, axis: Spaced) -> Axis | None:
+    def on_choices(self, axis: Spaced) -> Spaced | None:
         """The axis, if all its values are ones that the parameter can take."""
         choices = self.parameter.choices
         if not choices:
@@ -139,10 +153,13 @@ class _Reader:
         self.note(f"every value must be {_choices(self.parameter)}; write them as a list")
         return None
 
-    def range(self, raw: Mapping[str, object]) -> Axis | None:
+    def range(self, raw: Mapping[str, object]) -> Continuous | None:
         table = read(RangeTable, raw, self.path, self.problems)
-        if not self.continuous:
-            self.note('a range { min, max } needs [sampling] method = "sobol"; in a grid write { start, stop, num }')
+        if self.method == "grid":
+            self.note(
+                f"a range {{ min, max }} needs [sampling] method = {DRAWING_METHODS}; in a grid write "
+                "{ start, stop, num }"
+            )
         if table is None:
             return None
         low, high = self.value(table.min, "min"), self.value(table.max, "max")

@@ -37,7 +37,7 @@ class Sampling(Section):
 
     method: StrictStr = "grid"
     count: StrictInt | None = None
-    seed: Annotated[StrictInt, Field(ge=0)] | None = None
+    seed: Annotated[StrictInt, Field(ge=0, le=2**63 - 1)] | None = None
     file: StrictStr | None = None
 
 

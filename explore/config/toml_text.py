@@ -44,7 +44,7 @@ def read_text(file: str) -> str:
         reason = f"cannot be read: {error.strerror}"
     except ValueError:
         reason = "is not a file name"
-    raise ConfigError([f"{_one_line(file)}: {reason}"])
+    raise ConfigError([f"{one_line(file)}: {reason}"])
 
 
 def parse(file: str, text: str) -> tuple[dict[str, Any], dict[KeyPath, int]]:
@@ -74,7 +74,7 @@ def _syntax_error(file: str, text: str, message: str) -> str:
     reason = _PLACE.sub("", message).replace("Cannot overwrite a value", "a key is given twice; remove one of them")
     written = rows[line - 1] if line <= len(rows) else ""
     hint = next((f"; {hint}" for pattern, hint in _HINTS if pattern.search(written)), "")
-    return f"{file}:{line}: not TOML: {_one_line(reason)}{column}{hint}"
+    return f"{file}:{line}: not TOML: {one_line(reason)}{column}{hint}"
 
 
 def dotted(path: KeyPath) -> str:
@@ -83,5 +83,6 @@ def dotted(path: KeyPath) -> str:
     return ".".join(part if re.fullmatch(r"[A-Za-z0-9_-]+", part) else json.dumps(part) for part in parts)
 
 
-def _one_line(text: str) -> str:
+def one_line(text: str) -> str:
+    """The text without what would break or hide a line of a message."""
     return "".join(letter if letter.isprintable() else "?" for letter in text)
