@@ -209,6 +209,9 @@ def test_text_that_is_no_csv(wrong):
     assert re.match(r"designs.csv:\d: not CSV: .*; is a quotation mark left open", problem)
     (problem,) = wrong(f'{HEADER}\n1,"2"3,4,5\n')
     assert re.match(r"designs.csv:2: not CSV: ", problem)
+    # a quotation mark left open that a later one closes
+    (problem,) = wrong(f'{HEADER}\n\n{ROW}\n1,"2,3,4\n{ROW}\n1,2",3,4\n{ROW}\n')
+    assert problem == "designs.csv:4: a cell goes on in the next line; is a quotation mark left open?"
 
 
 def test_all_problems_at_once_in_the_order_of_the_lines_after_those_of_the_study(wrong):

@@ -1,11 +1,19 @@
-"""Grid and Sobol' designs: any block from its number, stable numbers."""
+"""Designs of every method: any block from its number, stable numbers."""
 
 import itertools
+import os
+import pickle
+import subprocess
+import sys
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy import stats
 
-from explore.design_space import BLOCK_SIZE, Continuous, DesignSpace, Listed, Spaced
+from explore.design_space import BLOCK_SIZE, Continuous, Drawn, Grid, Listed, Spaced, Table, Tabled
+from explore.unit_cube import SAMPLERS
 
 AXES = (
     Listed("crank", (1.0, 5.0, 2.0)),
@@ -13,10 +21,31 @@ AXES = (
     Listed("rocker", (3.0,)),
     Listed("speed", (4.0, 6.0)),
 )
+METHODS = ("grid", *SAMPLERS, "table")
+
+
+def space_of(method, count, seed=7):
+    """A space of this method with about this count and every kind of axis that the method has."""
+    if method == "grid":
+        return Grid.over((Spaced("crank", 1.0, 2.0, -(-count // 6)), *AXES[2:], Listed("phases", (1.0, 2.0, 3.0))))
+    if method == "table":
+        rows = np.random.default_rng(seed).random((2, count)) + 1.0
+        return Table((Tabled("crank", rows[0]), Listed("rocker", (3.0,)), Tabled("speed", rows[1])), count)
+    axes = (Continuous("crank", 1.0, 2.0), Continuous("ground", 0.5, 800.0, log=True), *AXES[1:])
+    return Drawn(axes, count, method, seed)
+
+
+def assert_equal(columns, others):
+    assert list(columns) == list(others)
+    for name, column in columns.items():
+        np.testing.assert_array_equal(column, others[name])
+
+
+# The grid
 
 
 def test_a_grid_is_the_product_with_the_last_axis_fastest():
-    space = DesignSpace.grid(AXES)
+    space = Grid.over(AXES)
     expected = list(itertools.product((1.0, 5.0, 2.0), np.linspace(10, 11, 7), (3.0,), (4.0, 6.0)))
 
     columns = space.designs(0, space.count)
@@ -28,7 +57,7 @@ def test_a_grid_is_the_product_with_the_last_axis_fastest():
 
 
 def test_a_block_is_computed_from_its_number_without_the_grid():
-    space = DesignSpace.grid((Spaced("crank", 1.0, 2.0, 10**9), Spaced("coupler", 1.0, 2.0, 10**6)))
+    space = Grid.over((Spaced("crank", 1.0, 2.0, 10**9), Spaced("coupler", 1.0, 2.0, 10**6)))
 
     block = space.block(space.n_blocks - 1)
 
@@ -38,38 +67,132 @@ def test_a_block_is_computed_from_its_number_without_the_grid():
     assert block.columns["coupler"][-1] == 2.0
 
 
-@pytest.mark.parametrize("method", ["grid", "sobol"])
+def test_the_edges_of_a_grid_of_a_million_million_designs():
+    space = Grid.over((Spaced("crank", 0.0, 999.0, 1000), Spaced("coupler", 0.0, 99_999.0, 10**5), *AXES[2:3],
+                       Spaced("speed", 0.0, 9_999.0, 10_000)))  # fmt: skip
+    assert space.count == 10**12
+    # The axes count up, so a design's number can be read from its values.
+    for start in (0, 9_998, 10**9 - 2, 2**31 - 2, 2**32 - 2, 10**12 // 2, 10**12 - 4):
+        columns = space.designs(start, start + 4)
+        numbers = (columns["crank"] * 10**5 + columns["coupler"]) * 10**4 + columns["speed"]
+        np.testing.assert_array_equal(numbers, np.arange(start, start + 4))
+
+
+# All methods
+
+
+@pytest.mark.parametrize("method", METHODS)
 def test_blocks_are_slices_of_the_whole(method):
-    if method == "grid":
-        space = DesignSpace.grid((Spaced("crank", 1.0, 2.0, 401), Spaced("coupler", 1.0, 9.0, 401)))
-    else:
-        space = DesignSpace((Continuous("crank", 1.0, 2.0), Listed("speed", (1.0, 2.0, 3.0))), "sobol", 160_801, 7)
+    space = space_of(method, 160_801)
     whole = space.designs(0, space.count)
 
     for number in (2, 0, 1):
         block = space.block(number)
-        for name, column in block.columns.items():
-            np.testing.assert_array_equal(column, whole[name][block.start : block.start + BLOCK_SIZE])
+        assert block.start == number * BLOCK_SIZE
+        assert_equal(block.columns, {k: v[block.start : block.start + BLOCK_SIZE] for k, v in whole.items()})
 
 
-def test_sobol_designs_fill_the_box_evenly_and_follow_the_seed():
+@settings(max_examples=60, derandomize=True, database=None, deadline=None)
+@given(st.data(), st.sampled_from(METHODS), st.integers(1, 3 * BLOCK_SIZE), st.integers(0, 2**63 - 1))
+def test_any_split_gives_the_same_designs_within_the_bounds(data, method, count, seed):
+    space = space_of(method, count, seed)
+    whole = space.designs(0, space.count)
+    cuts = data.draw(st.lists(st.integers(0, space.count), max_size=3))
+    splits = [sorted({0, space.count, *cuts}), [*range(0, space.count, BLOCK_SIZE), space.count]]
+
+    for split in splits:
+        parts = [space.designs(start, stop) for start, stop in itertools.pairwise(split)]
+        assert_equal(whole, {name: np.concatenate([part[name] for part in parts]) for name in whole})
+    copy = pickle.loads(pickle.dumps(space))
+    for number in range(space.n_blocks):
+        block, other = space.block(number), copy.for_block(number).block(number)
+        assert (block.number, block.start) == (other.number, other.start)
+        assert_equal(block.columns, other.columns)
+
+    assert all(column.shape == (space.count,) and column.dtype == np.float64 for column in whole.values())
+    for axis in space.axes:
+        column = whole[axis.name]
+        if isinstance(axis, Continuous):
+            assert ((column >= axis.low) & (column <= axis.high)).all()
+        elif not isinstance(axis, Tabled):
+            assert np.isin(column, axis.at(np.arange(len(axis)))).all()
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_another_process_makes_the_same_designs(method):
+    space = space_of(method, 2 * BLOCK_SIZE)
+    program = (
+        "import pickle, sys; space = pickle.load(sys.stdin.buffer); pickle.dump(space.block(1), sys.stdout.buffer)"
+    )
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path), "PYTHONHASHSEED": "1"}
+    done = subprocess.run(
+        [sys.executable, "-c", program],
+        input=pickle.dumps(space.for_block(1)), capture_output=True, check=True, env=environment,
+    )  # fmt: skip
+    assert_equal(space.block(1).columns, pickle.loads(done.stdout).columns)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_what_a_worker_gets_is_small(method):
+    space = space_of(method, 20 * BLOCK_SIZE)
+    size = len(pickle.dumps(space.for_block(13)))
+    # two columns of eight bytes, and some hundred bytes of names and axes
+    assert size < (2 * 8 * BLOCK_SIZE if method == "table" else 0) + 1000
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_designs_belong_to_the_caller(method):
+    space = space_of(method, 100)
+    before = {name: column.copy() for name, column in space.designs(0, 100).items()}
+    for column in space.designs(0, 100).values():
+        column[:] = -1.0
+    assert_equal(space.designs(0, 100), before)
+
+
+# Drawing
+
+
+@pytest.mark.parametrize("method", SAMPLERS)
+def test_fixed_values_only_are_repeated(method):
+    columns = Drawn((Listed("crank", (3.0,)),), 5, method).designs(0, 5)
+    np.testing.assert_array_equal(columns["crank"], [3.0] * 5)
+
+
+@pytest.mark.parametrize("method", ["sobol", "latin-hypercube"])
+def test_designs_fill_the_box_evenly_and_follow_the_seed(method):
     axes = (
         Continuous("crank", 2.0, 4.0),
         Continuous("ground", 1.0, 1000.0, log=True),
         Listed("phases", (1.0, 2.0, 3.0, 4.0)),
     )
-    columns = DesignSpace(axes, "sobol", 4096, 1).designs(0, 4096)
+    columns = Drawn(axes, 4096, method, 1).designs(0, 4096)
 
-    # A scrambled Sobol' sequence puts exactly one of 4096 points into each of 4096 equal slices of every axis.
+    # Exactly one of 4096 points lies in each of 4096 equal slices of every axis.
     np.testing.assert_array_equal(np.sort(np.floor((columns["crank"] - 2) / 2 * 4096)), np.arange(4096))
     np.testing.assert_array_equal(np.unique(columns["phases"], return_counts=True)[1], [1024] * 4)
     # evenly in the logarithm; slices shifted by rounding at their edges may hold 0 or 2
     slices = np.floor(np.log(columns["ground"]) / np.log(1000) * 4096)
     assert len(np.unique(slices)) > 4000
-    assert (columns["crank"] != DesignSpace(axes, "sobol", 4096, 2).designs(0, 4096)["crank"]).any()
+    assert (columns["crank"] != Drawn(axes, 4096, method, 2).designs(0, 4096)["crank"]).any()
 
 
-def test_sobol_of_fixed_values_only_repeats_them():
-    columns = DesignSpace((Listed("crank", (3.0,)),), "sobol", 5, 0).designs(0, 5)
+@pytest.mark.parametrize("count", [10_000, 10_001, 65_539])
+def test_lists_in_a_latin_hypercube_are_balanced(count):
+    axes = (Listed("crank", (5.0, 1.0, 3.0)), Spaced("coupler", 1.0, 2.0, 7))
+    for name, column in Drawn(axes, count, "latin-hypercube", 1).designs(0, count).items():
+        values, counts = np.unique(column, return_counts=True)
+        assert len(values) == {"crank": 3, "coupler": 7}[name]
+        # of the slices that a value shares with its neighbours, one at either end, it gets all or nothing
+        assert np.abs(counts - count / len(values)).max() < 2
 
-    np.testing.assert_array_equal(columns["crank"], [3.0] * 5)
+
+def test_random_designs_follow_their_distributions():
+    n = 100_000
+    axes = (Listed("crank", (5.0, 1.0, 3.0)), Continuous("ground", 0.01, 1000.0, log=True), Continuous("rocker", -1, 3))
+    columns = Drawn(axes, n, "random", 3).designs(0, n)
+
+    counts = np.unique(columns["crank"], return_counts=True)[1]
+    assert np.abs(counts - n / 3).max() < 4 * np.sqrt(n * 2 / 9)  # 4 standard deviations of a binomial count
+    # The Kolmogorov-Smirnov distance passes 1.95 / sqrt(n) once in a thousand samples; the seed is fixed.
+    assert stats.kstest(np.log10(columns["ground"]), stats.uniform(-2, 5).cdf).statistic < 1.95 / np.sqrt(n)
+    assert stats.kstest(columns["rocker"], stats.uniform(-1, 4).cdf).statistic < 1.95 / np.sqrt(n)

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import csv
 import itertools
-from collections.abc import Collection, Iterable, Iterator
+import re
+from collections.abc import Collection, Sequence
 from pathlib import Path
-from typing import TextIO
+from typing import TYPE_CHECKING, TextIO
 
 import numpy as np
 
@@ -16,11 +17,15 @@ from explore.errors import ConfigError, RequestError
 from explore.suggest import closest, suggestion
 from explore.vocabulary import FloatArray, Mechanism, Parameter
 
+if TYPE_CHECKING:
+    from _csv import Reader
+
 #: The columns are held in memory.
 MOST_ROWS = 10**7
 _MOST_PROBLEMS = 20
 # Few enough that a file with a mistake in every cell is given up soon.
 _ROWS_AT_A_TIME = 4096
+_BREAK = re.compile(r"[\r\n]")
 
 
 def read_table(folder: Path, file: str, mechanism: Mechanism, given: Collection[str]) -> dict[str, FloatArray]:
@@ -85,11 +90,10 @@ class _Table:
 
     def columns(self, stream: TextIO) -> dict[str, FloatArray]:
         reader = csv.reader(stream, strict=True)
-        rows = ((reader.line_num, row) for row in reader if len(row) > 1 or "".join(row).strip())
         try:
-            line, names = next(rows, (1, []))
-            header = self.header(line, [name.strip() for name in names])
-            pieces = self.pieces(rows, header) if any(header) else {}
+            names = next((row for row in reader if not _blank(row)), [])
+            header = self.header(reader.line_num if names else 1, [name.strip() for name in names])
+            pieces = self.pieces(reader, header) if any(header) else {}
         except csv.Error as error:
             self.note(reader.line_num, f"not CSV: {error}; is a quotation mark left open, or a cell not closed?")
         if self.problems:
@@ -104,59 +108,69 @@ class _Table:
             self.note(line, _no_header(names))
         else:
             for position, name in enumerate(names, 1):
-                reason = self.wrong_name(name, names[: position - 1])
+                reason = self.wrong_name(name, names.index(name) < position - 1)
                 if reason:
-                    self.note(line, f"{one_line(name) or f'column {position}'}: {reason}", position)
+                    self.note(line, f"{one_line(name[:40]) or f'column {position}'}: {reason}", position)
             meant = {closest(name, self.parameters) for name in names}
             missing = [name for name in self.required if name not in self.given and name not in meant]
             if missing:
                 self.note(line, f"missing {', '.join(missing)}; add a column, or one value for all in [parameters]")
         return [self.parameters.get(name) for name in names]
 
-    def wrong_name(self, name: str, before: list[str]) -> str:
+    def wrong_name(self, name: str, again: bool) -> str:
         """What is wrong with the name of a column; empty when nothing is."""
         if not name:
             return "has no name; name it, or remove the column"
         if name not in self.parameters:
             return f"unknown parameter; {suggestion(name, self.parameters)}"
-        if name in before:
+        if again:
             return "the column occurs twice; remove one"
         if name in self.given:
             return "is in [parameters] as well; remove it there, or the column here"
         return ""
 
-    def pieces(
-        self, rows: Iterator[tuple[int, list[str]]], header: list[Parameter | None]
-    ) -> dict[str, list[FloatArray]]:
+    def pieces(self, reader: Reader, header: list[Parameter | None]) -> dict[str, list[FloatArray]]:
         """Values of each column, some thousand rows at a time; reading ends early when too much is wrong."""
         pieces: dict[str, list[FloatArray]] = {parameter.name: [] for parameter in header if parameter}
         read = 0
-        while some := list(itertools.islice(rows, _ROWS_AT_A_TIME)):
-            read += len(some)
+        before = reader.line_num
+        while rows := list(itertools.islice(reader, _ROWS_AT_A_TIME)):
+            lines: Sequence[int] = range(before + 1, reader.line_num + 1)
+            if len(lines) > len(rows):
+                index = next(index for index, row in enumerate(rows) if _BREAK.search("".join(row)))
+                self.note(lines[index], "a cell goes on in the next line; is a quotation mark left open?")
+                return pieces
+            if set(map(len, rows)) != {len(header)}:
+                rows, lines = self.complete(rows, lines, len(header))
+            read += len(rows)
             if read > MOST_ROWS:
                 raise RequestError(f"has more than {MOST_ROWS} rows, the most that a table may have; split it")
-            complete = [(line, row) for line, row in some if self.complete(line, row, len(header))]
-            lines = [line for line, _ in complete]
-            for position, cells in enumerate(zip(*(row for _, row in complete), strict=True)):
+            for position, cells in enumerate(zip(*rows, strict=True)):
                 parameter = header[position]
                 if parameter:
                     pieces[parameter.name].append(self.values(parameter, cells, lines, position + 1))
+            before = reader.line_num
             if len(self.problems) > _MOST_PROBLEMS:
-                self.given_up = next(rows, None) is not None
-                break
-        if not read:
+                self.given_up = next(reader, None) is not None
+                return pieces
+        if not read and not self.problems:
             self.note(1, "has no designs; add a line of values below the names")
         return pieces
 
-    def complete(self, line: int, row: list[str], width: int) -> bool:
-        """Whether the row has a cell for each column."""
-        if len(row) == width:
-            return True
-        cells = f"{len(row)} cell{'s' if len(row) > 1 else ''}"
-        self.note(line, f"has {cells} where the first line has {width}; write one for each column")
-        return False
+    def complete(
+        self, rows: list[list[str]], lines: Sequence[int], width: int
+    ) -> tuple[list[list[str]], Sequence[int]]:
+        """The rows that have a cell for each column, and their lines."""
+        kept = []
+        for line, row in zip(lines, rows, strict=True):
+            if len(row) == width:
+                kept.append((line, row))
+            elif not _blank(row):
+                cells = f"{len(row)} cell{'s' if len(row) > 1 else ''}"
+                self.note(line, f"has {cells} where the first line has {width}; write one for each column")
+        return [row for _, row in kept], [line for line, _ in kept]
 
-    def values(self, parameter: Parameter, cells: tuple[str, ...], lines: Iterable[int], position: int) -> FloatArray:
+    def values(self, parameter: Parameter, cells: tuple[str, ...], lines: Sequence[int], position: int) -> FloatArray:
         """The values of cells; NaN where one is wrong."""
         try:
             values = np.fromiter(map(float, cells), np.float64, len(cells))
@@ -183,6 +197,10 @@ class _Table:
             least = "at least " if self.given_up else ""
             lines.append(f"{self.file}: and {least}{len(found) - _MOST_PROBLEMS} more")
         return ConfigError(lines)
+
+
+def _blank(row: list[str]) -> bool:
+    return len(row) <= 1 and not "".join(row).strip()
 
 
 def _no_header(names: list[str]) -> str:

@@ -99,6 +99,7 @@ def _registry() -> pint.UnitRegistry[Fraction]:
     return registry
 
 
+@functools.lru_cache  # a table of designs repeats its units
 def _factor(written: str, unit: str) -> Fraction:
     """What one `written` is in `unit`, exactly (with pint's 50 digits of pi)."""
     import pint
