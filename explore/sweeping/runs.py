@@ -114,8 +114,9 @@ class _Run:
 
         def submit(number: int) -> Future:
             study, objectives = self._study, self._keeping.objectives
+            space = study.space.for_block(number)
             future: Future = client.submit(
-                evaluate_block, study.request, study.space, number, objectives, pure=False, retries=0
+                evaluate_block, study.request, space, number, objectives, pure=False, retries=0
             )
             return future
 
