@@ -1,0 +1,105 @@
+"""What is in a results file, seen with h5py and zlib only, and what the product says of the same file."""
+
+from __future__ import annotations
+
+import hashlib
+import zlib
+from collections.abc import Collection
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import h5py
+import numpy as np
+
+from explore.errors import ResultsError
+from explore.store.results import open_results
+from faults.content import BLOCK, COLUMNS, N_BLOCKS, rows, values
+
+_EXPECTED = [[values(n)[column.name].tobytes() for column in COLUMNS] for n in range(N_BLOCKS)]
+
+
+@dataclass
+class Verdict:
+    """State of a file after a fault; sets hold numbers of blocks.
+
+    Attributes
+    ----------
+    lost
+        Acknowledged, but not there or of wrong values.
+    phantom
+        Committed with the right checksum, but of wrong values: silent damage.
+    detected
+        Committed with a wrong checksum: damage that the checksum shows.
+    """
+
+    absent: bool = False
+    unreadable: str = ""
+    committed: set[int] = field(default_factory=set)
+    lost: set[int] = field(default_factory=set)
+    phantom: set[int] = field(default_factory=set)
+    detected: set[int] = field(default_factory=set)
+
+    @property
+    def sound(self) -> bool:
+        """Absent or complete, nothing lost, no block that is not what it says."""
+        return not (self.unreadable or self.lost or self.phantom or self.detected)
+
+
+def check(path: Path, acknowledged: Collection[int] = ()) -> Verdict:
+    """Judge a file, given the blocks whose commit had returned."""
+    if not path.exists():
+        return Verdict(absent=True, lost=set(acknowledged))
+    try:
+        words, blocks = _read(path)
+        results = open_results(path)
+        by_product = set(results.verify()), results.n_committed
+    except (OSError, RuntimeError, KeyError, ValueError) as error:  # what h5py may raise, and the product's own
+        return Verdict(unreadable=str(error), lost=set(acknowledged))
+    verdict = Verdict(committed={number for number, word in enumerate(words) if word >> 32 == 1})
+    for number, found in enumerate(blocks):
+        word = words[number]
+        if word and word != (1 << 32) + _crc(found):
+            verdict.detected.add(number)
+        elif word and found != _EXPECTED[number]:
+            verdict.phantom.add(number)
+        if number in acknowledged and (not word >> 32 == 1 or found != _EXPECTED[number]):
+            verdict.lost.add(number)
+    said = verdict.detected, sum(len(rows(number)) for number in verdict.committed)
+    assert by_product == said, f"{path}: the product says {by_product}, the bytes say {said}"
+    return verdict
+
+
+def _read(path: Path) -> tuple[list[int], list[list[bytes]]]:
+    """The commit words, and of each block the bytes of its columns."""
+    with h5py.File(path, "r") as file:
+        assert set(file["designs"]) == {column.name for column in COLUMNS}
+        columns = [file["designs"][column.name][:] for column in COLUMNS]
+        words = file["progress/commit"][:].tolist()
+    assert [c.dtype.str for c in columns] == [column.dtype for column in COLUMNS]
+    return words, [[c[n * BLOCK : (n + 1) * BLOCK].tobytes() for c in columns] for n in range(N_BLOCKS)]
+
+
+def _crc(pieces: list[bytes]) -> int:
+    return zlib.crc32(b"".join(pieces))
+
+
+def committed_words(path: Path) -> np.ndarray:
+    """Which blocks of any results file are committed, shape (blocks,); none when the file is not there yet."""
+    if not path.exists():
+        return np.zeros(0, bool)
+    with h5py.File(path, "r") as file:
+        return file["progress/commit"][:] >> 32 == 1
+
+
+def sha256(path: Path) -> str:
+    """Digest of a whole file."""
+    return hashlib.sha256(path.read_bytes()).hexdigest()
+
+
+def refused(path: Path) -> str:
+    """Why the product does not open a file; empty when it does."""
+    try:
+        open_results(path)
+    except ResultsError as error:
+        return str(error)
+    return ""

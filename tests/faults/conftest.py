@@ -1,0 +1,113 @@
+"""The recorder, the server of writers, and the figures that the run ends with."""
+
+from __future__ import annotations
+
+import itertools
+import os
+import shutil
+import subprocess
+import tempfile
+from collections import Counter
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from faults.checker import Verdict, sha256
+from faults.content import fill
+from faults.server import Server
+
+_FIGURES = pytest.StashKey[dict[str, Counter]]()
+_HEADINGS = ("trials", "unreadable", "lost", "phantom", "detected", "redone")
+
+
+class Figures(Counter):
+    """What the trials of one test gave."""
+
+    def count(self, verdict: Verdict) -> Verdict:
+        """Count a trial."""
+        self["trials"] += 1
+        self["unreadable"] += bool(verdict.unreadable)
+        for name in ("lost", "phantom", "detected"):
+            self[name] += len(getattr(verdict, name))
+        return verdict
+
+
+@pytest.fixture
+def figures(request) -> Figures:
+    """Counts of this test, printed at the end of the run."""
+    table = request.config.stash.setdefault(_FIGURES, {})
+    return table.setdefault(request.node.nodeid.split("::", 1)[1], Figures())
+
+
+def pytest_terminal_summary(terminalreporter, config) -> None:
+    table = config.stash.get(_FIGURES, {})
+    if not table:
+        return
+    width = max(map(len, table))
+    terminalreporter.section("faults injected into the store")
+    terminalreporter.line(" " * width + "".join(f"{name:>12}" for name in _HEADINGS))
+    for name, counts in table.items():
+        terminalreporter.line(f"{name:{width}}" + "".join(f"{counts[heading]:>12,}" for heading in _HEADINGS))
+
+
+@pytest.fixture(scope="session")
+def recorder(tmp_path_factory) -> Path:
+    """The library for LD_PRELOAD, compiled here."""
+    compiler = shutil.which("cc") or shutil.which("gcc")
+    if compiler is None:
+        reason = "no C compiler (cc or gcc), which the recorder of system calls needs"
+        (pytest.fail if os.environ.get("CI") else pytest.skip)(reason)
+    library = tmp_path_factory.mktemp("recorder") / "recorder.so"
+    source = Path(__file__).with_name("recorder.c")
+    command = [compiler, "-O1", "-Wall", "-Wextra", "-Werror", "-shared", "-fPIC", "-o", str(library), str(source)]
+    subprocess.run(command, check=True, timeout=60)
+    return library
+
+
+@pytest.fixture(scope="session")
+def server(recorder, tmp_path_factory) -> Iterator[Server]:
+    """Starts writers under the recorder."""
+    server = Server(recorder, tmp_path_factory.mktemp("server"))
+    yield server
+    server.close()
+
+
+@pytest.fixture(scope="session")
+def memory() -> Iterator[Path]:
+    """A folder in memory where there is one: states are written by the thousand, and need not be durable."""
+    parent = "/dev/shm" if os.access("/dev/shm", os.W_OK) else None
+    with tempfile.TemporaryDirectory(prefix="explore-faults-", dir=parent) as name:
+        yield Path(name)
+
+
+@pytest.fixture
+def fresh(memory) -> Iterator:
+    """Makes empty folders, one for each trial, and removes them after the test."""
+    made: list[Path] = []
+    numbers = itertools.count()
+
+    def folder() -> Path:
+        if made:  # keep the last one only
+            shutil.rmtree(made.pop())
+        made.append(memory / f"trial{next(numbers)}")
+        made[0].mkdir()
+        return made[0]
+
+    yield folder
+    for left in made:
+        shutil.rmtree(left)
+
+
+@pytest.fixture(scope="session")
+def undisturbed(memory) -> Path:
+    """The file of a run that nothing happened to."""
+    folder = memory / "undisturbed"
+    folder.mkdir()
+    return fill(folder / "grid.h5")
+
+
+@pytest.fixture(scope="session")
+def whole(undisturbed) -> str:
+    """Digest of the file of a run that nothing happened to."""
+    return sha256(undisturbed)

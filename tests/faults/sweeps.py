@@ -1,0 +1,66 @@
+"""The real command, as a process of its own."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+#: Times `num`, 9,450 designs. Blocks hold 65,536.
+_STUDY = """\
+mechanism = "crank-rocker"
+[parameters]
+crank = {{ start = 60, stop = 180, num = {num} }}
+coupler = {{ start = 900, stop = 1300, num = 21 }}
+rocker = {{ start = 450, stop = 660, num = 15 }}
+ground = {{ start = 620, stop = 830, num = 15 }}
+speed = [1, 2.5]
+[constraints]
+transmission_angle_min = {{ min = 20 }}
+"""
+
+
+def study(folder: Path, num: int = 16) -> Path:
+    """A study of a crank-rocker: three blocks of results unless told otherwise."""
+    path = folder / f"study{num}.toml"
+    path.write_text(_STUDY.format(num=num))
+    return path
+
+
+class Command:
+    """`python -m explore sweep`, started.
+
+    Parameters
+    ----------
+    config, results
+        The study, and where its results go.
+    environment
+        Added to this process's; the recorder's orders, for instance.
+    """
+
+    def __init__(self, config: Path, results: Path, environment: dict[str, str] | None = None) -> None:
+        command = [sys.executable, "-m", "explore", "sweep", str(config), "-o", str(results), "--quiet"]
+        surrounding = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path)), "NO_COLOR": "1"}
+        pipes = {"stdout": subprocess.DEVNULL, "stderr": subprocess.PIPE, "text": True}
+        self._process = subprocess.Popen(command, env=surrounding | (environment or {}), **pipes)
+
+    @property
+    def running(self) -> bool:
+        """Whether it has not ended."""
+        return self._process.poll() is None
+
+    @property
+    def process(self) -> int:
+        """Its number."""
+        return self._process.pid
+
+    def finish(self) -> tuple[int, str]:
+        """Wait for its end: exit code and complaints."""
+        complaints = self._process.communicate(timeout=120)[1]
+        return self._process.returncode, complaints
+
+    def kill(self) -> None:
+        """Kill -9."""
+        self._process.kill()
+        self.finish()
