@@ -33,12 +33,12 @@ class LockFile:
 
     def __enter__(self) -> Self:
         try:
-            self._results.parent.mkdir(parents=True, exist_ok=True)
+            platform.make_folder(self._results.parent)
             self._descriptor = self._acquire()
         except ResultsError:
             raise
         except OSError as error:
-            reason = f"the folder {self._results.parent} cannot be written: {error.strerror}"
+            reason = f"{self._results} cannot be written: {error.strerror}"
             raise ResultsError(f"{reason}; choose another with -o") from error
         return self
 

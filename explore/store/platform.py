@@ -72,6 +72,14 @@ def sync_folder(folder: Path) -> None:
         os.close(descriptor)
 
 
+def make_folder(folder: Path) -> None:
+    """Make a folder and its parents; a power cut could take a new folder with all durable files in it."""
+    missing = [place for place in (folder, *folder.parents) if not place.exists()]
+    folder.mkdir(parents=True, exist_ok=True)
+    for made in missing:
+        sync_folder(made.parent)
+
+
 def lock(descriptor: int, *, shared: bool = False) -> bool:
     """Try to lock an open file until it is closed or the process ends; False when another one holds it.
 
