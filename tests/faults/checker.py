@@ -62,7 +62,7 @@ def check(path: Path, acknowledged: Collection[int] = ()) -> Verdict:
             verdict.detected.add(number)
         elif word and found != _EXPECTED[number]:
             verdict.phantom.add(number)
-        if number in acknowledged and (not word >> 32 == 1 or found != _EXPECTED[number]):
+        if number in acknowledged and (word >> 32 != 1 or found != _EXPECTED[number]):
             verdict.lost.add(number)
     said = verdict.detected, sum(len(rows(number)) for number in verdict.committed)
     assert by_product == said, f"{path}: the product says {by_product}, the bytes say {said}"

@@ -10,12 +10,14 @@ import tempfile
 from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from faults.checker import Verdict, sha256
 from faults.content import fill
 from faults.server import Server
+from faults.sweeps import Command
 
 _FIGURES = pytest.StashKey[dict[str, Counter]]()
 _HEADINGS = ("trials", "unreadable", "lost", "phantom", "detected", "redone")
@@ -32,12 +34,19 @@ class Figures(Counter):
             self[name] += len(getattr(verdict, name))
         return verdict
 
+    @property
+    def harmless(self) -> bool:
+        """Whether no trial did any harm."""
+        return not any(self[name] for name in ("unreadable", "lost", "phantom", "detected"))
+
 
 @pytest.fixture
-def figures(request) -> Figures:
+def figures(request) -> Iterator[Figures]:
     """Counts of this test, printed at the end of the run."""
+    counts = Figures()
+    yield counts
     table = request.config.stash.setdefault(_FIGURES, {})
-    return table.setdefault(request.node.nodeid.split("::", 1)[1], Figures())
+    table.setdefault(request.node.originalname, Counter()).update(counts)
 
 
 def pytest_terminal_summary(terminalreporter, config) -> None:
@@ -71,6 +80,20 @@ def server(recorder, tmp_path_factory) -> Iterator[Server]:
     server = Server(recorder, tmp_path_factory.mktemp("server"))
     yield server
     server.close()
+
+
+@pytest.fixture
+def command() -> Iterator:
+    """Starts real commands, and sees to it that none outlives its test."""
+    started: list[Command] = []
+
+    def start(*arguments: Any) -> Command:
+        started.append(Command(*arguments))
+        return started[-1]
+
+    yield start
+    for one in started:
+        one.kill()
 
 
 @pytest.fixture(scope="session")

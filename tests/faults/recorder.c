@@ -6,7 +6,8 @@
 
    FAULT_FOLDER      absolute path; calls elsewhere pass through
    FAULT_TRACE       file, outside the folder, to which each call that succeeded is appended (see struct record)
-   FAULT_ACTION      kill | tear (kill in the middle of a write) | fail | short (a write writes half) | drop
+   FAULT_ACTION      kill | tear (kill in the middle of a write) | fail | short (a write writes half) |
+                     drop (a synchronisation that FAULT_OPERATIONS names does nothing)
    FAULT_AT          number of the call, from 1, among those that FAULT_OPERATIONS names
    FAULT_OPERATIONS  letters of enum operation; all when empty
    FAULT_ERROR       errno of a failure
@@ -117,11 +118,6 @@ static int before(int operation, size_t *length)
     if (!strcmp(action, "fail") && (due || (sticky && count > at)))
         return failure;
     return 0;
-}
-
-static int dropping(void)
-{
-    return !strcmp(action, "drop");
 }
 
 #define FAIL(error) do { errno = (error); return -1; } while (0)
@@ -238,7 +234,7 @@ static int synchronise(int operation, long call, int descriptor)
         return syscall(call, descriptor);
     if ((error = before(operation, &nothing)))
         FAIL(error);
-    if (dropping())
+    if (!strcmp(action, "drop") && (!*operations || strchr(operations, operation)))
         return 0;
     result = syscall(call, descriptor);
     if (!result)

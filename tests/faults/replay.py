@@ -230,3 +230,14 @@ def put_down(state: dict[str, bytes | None], recorded: Path, folder: Path) -> No
 def boundaries(calls: Sequence[Call]) -> list[int]:
     """Positions in a trace just before each counted call, and its end."""
     return [i for i, call in enumerate(calls) if call.operation in COUNTED] + [len(calls)]
+
+
+def power_cuts(disk: Disk, calls: Sequence[Call], count: int, chance: random.Random) -> Iterator[dict]:
+    """States after power cuts at random moments of a run, while the disk goes along."""
+    moments = sorted(chance.choices(boundaries(calls), k=count))
+    for position in range(len(calls) + 1):
+        while moments and moments[0] == position:
+            moments.pop(0)
+            yield disk.after_cut(chance)
+        if position < len(calls):
+            disk.do(calls[position])

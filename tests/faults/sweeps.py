@@ -57,8 +57,11 @@ class Command:
 
     def finish(self) -> tuple[int, str]:
         """Wait for its end: exit code and complaints."""
-        complaints = self._process.communicate(timeout=120)[1]
-        return self._process.returncode, complaints
+        if not self._process.stderr.closed:
+            lines = self._process.communicate(timeout=120)[1].splitlines(keepends=True)
+            # on a busy machine it may excuse itself for the time that the compiled kernels take
+            self._complaints = "".join(line for line in lines if not line.startswith("preparing the compiled"))
+        return self._process.returncode, self._complaints
 
     def kill(self) -> None:
         """Kill -9."""

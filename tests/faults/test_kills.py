@@ -13,7 +13,7 @@ import pytest
 from faults.checker import check, committed_words, sha256
 from faults.content import N_BLOCKS, fill
 from faults.replay import COUNTED, Disk, boundaries, put_down, read_trace
-from faults.sweeps import Command, study
+from faults.sweeps import study
 
 
 @pytest.mark.parametrize("kills", [50, pytest.param(500, marks=pytest.mark.slow)])
@@ -57,28 +57,28 @@ def duration(server, path) -> float:
 
 
 @pytest.mark.parametrize("kills", [4, pytest.param(30, marks=pytest.mark.slow)])
-def test_random_kills_of_the_command(tmp_path, figures, kills):
+def test_random_kills_of_the_command(command, tmp_path, figures, kills):
     """The real command, real studies, real blocks: what a reader saw committed before the kill stays."""
     chance = random.Random(3)
     config = study(tmp_path, 32)
     undisturbed, path = tmp_path / "undisturbed.h5", tmp_path / "killed.h5"
-    assert Command(config, undisturbed).finish()[0] == 0
+    assert command(config, undisturbed).finish()[0] == 0
     n_blocks = len(committed_words(undisturbed))
     for _ in range(kills):
-        command = Command(config, path)
+        sweep = command(config, path)
         wanted = chance.randrange(n_blocks - 1)  # at least so many blocks, then at any moment
-        while committed_words(path).sum() < wanted and command.running:
+        while committed_words(path).sum() < wanted and sweep.running:
             time.sleep(0.002)
         time.sleep(chance.random() * (1.5 if wanted == 0 else 0.05))
         seen = committed_words(path)
-        command.kill()
+        sweep.kill()
         left = committed_words(path)
         figures["trials"] += 1
         figures["lost"] += int((seen & ~left[: len(seen)]).sum())
         if left.all() and len(left):
             assert sha256(path) == sha256(undisturbed)
             path.unlink()
-    code, complaint = Command(config, path).finish()
+    code, complaint = command(config, path).finish()
     assert (code, figures["lost"]) == (0, 0), complaint
     assert sha256(path) == sha256(undisturbed)
     assert not list(tmp_path.glob("killed.h5.*"))
@@ -124,7 +124,7 @@ def judge_and_finish(disk, state, folder, whole, figures) -> None:
     path = folder / "grid.h5"
     verdict = figures.count(check(path, disk.acknowledged))
     # Half of a commit word is the one damage that a kill may leave: no reader takes it for a commit.
-    assert not (verdict.unreadable or verdict.lost or verdict.phantom), (figures["trials"], verdict)
+    assert not any((verdict.unreadable, verdict.lost, verdict.phantom)), (figures["trials"], verdict)
     assert not verdict.detected & verdict.committed, (figures["trials"], verdict)
     fill(path)
     assert sha256(path) == whole

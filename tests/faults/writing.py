@@ -23,7 +23,7 @@ import pandas as pd  # noqa: F401
 import explore.cli
 import explore.cli.sweeps
 import explore.sampling
-import explore.sweeping  # noqa: F401
+import explore.sweeping
 from faults import content
 
 _LIBRARY = ctypes.CDLL(None)

@@ -1,0 +1,95 @@
+"""Damaged bytes, changed studies, and the same bytes in whatever order blocks come."""
+
+from __future__ import annotations
+
+import json
+import random
+import shutil
+import time
+
+import h5py
+import numpy as np
+import pytest
+
+from explore.store.results import open_results
+from faults.checker import check, sha256
+from faults.content import ATTRIBUTES, BLOCK, COLUMNS, N_BLOCKS, fill, rows
+from faults.sweeps import study
+
+
+@pytest.fixture
+def copy(fresh, undisturbed):
+    """A complete file of this test's own."""
+    return shutil.copy(undisturbed, fresh() / "grid.h5")
+
+
+@pytest.mark.parametrize("trials", [20, pytest.param(1000, marks=pytest.mark.slow)])
+def test_one_flipped_bit_costs_one_block(server, copy, whole, figures, trials):
+    chance = random.Random(9)
+    with h5py.File(copy) as file:
+        offsets = {column.name: file["designs"][column.name].id.get_offset() for column in COLUMNS}
+    for _ in range(trials):
+        number, column = chance.randrange(N_BLOCKS), chance.choice(COLUMNS)
+        size = np.dtype(column.dtype).itemsize
+        place = offsets[column.name] + number * BLOCK * size + chance.randrange(len(rows(number)) * size)
+        with copy.open("r+b") as file:
+            file.seek(place)
+            byte = file.read(1)[0]
+            file.seek(place)
+            file.write(bytes([byte ^ 1 << chance.randrange(8)]))
+        assert figures.count(check(copy)).detected == {number}
+        assert open_results(copy).verify() == [number]
+        again = server.write(copy)
+        assert (again.code, again.numbers("run")) == (0, [number])
+        figures["redone"] += 1
+        assert sha256(copy) == whole
+
+
+def test_changed_study_is_refused_and_the_file_untouched(command, tmp_path, figures):
+    config, path = study(tmp_path, 7), tmp_path / "grid.h5"
+    assert command(config, path).finish() == (0, "")
+    before = path.read_bytes(), path.stat().st_mtime_ns
+    code, complaint = command(study(tmp_path, 8), path).finish()
+    assert code == 1
+    assert complaint.startswith(f"error: {path} holds the results of another study; what changed:\n")
+    assert "  parameters.crank.num: 7 -> 8\n" in complaint
+    assert complaint.endswith("use --restart to start over\n")
+    assert (path.read_bytes(), path.stat().st_mtime_ns) == before
+    assert not list(tmp_path.glob("grid.h5.*"))
+    figures["trials"] += 1
+
+
+@pytest.mark.parametrize(
+    ("attributes", "change"),
+    [
+        ({"kernel": "crank-rocker 2"}, '  kernel: "crank-rocker 1" -> "crank-rocker 2"\n'),
+        (
+            {"request_sha256": "cd" * 32, "determines": json.dumps({"mechanism": "crank-rocker", "parameters": {}})},
+            "  parameters.crank: [1, 2] -> (not there)\n",
+        ),
+    ],
+)
+def test_changed_kernel_or_request_is_refused_and_the_file_untouched(server, copy, figures, attributes, change):
+    assert attributes.keys() <= ATTRIBUTES.keys()
+    before = copy.read_bytes(), copy.stat().st_mtime_ns
+    writing = server.write(copy, attributes=attributes)
+    assert (writing.code, writing.said) == (1, [])
+    assert f"error: {copy} holds the results of another study; what changed:\n" in writing.complained
+    assert change in writing.complained
+    assert (copy.read_bytes(), copy.stat().st_mtime_ns) == before
+    assert [entry.name for entry in copy.parent.iterdir()] == ["grid.h5"]
+    figures["trials"] += 1
+
+
+@pytest.mark.parametrize("seeds", [8, pytest.param(200, marks=pytest.mark.slow)])
+def test_any_order_of_blocks_gives_the_same_bytes(fresh, undisturbed, whole, figures, seeds):
+    time.sleep(max(0.0, undisturbed.stat().st_mtime + 1.1 - time.time()))  # HDF5 would keep times in seconds
+    for seed in range(seeds):
+        chance = random.Random(seed)
+        order = chance.sample(range(N_BLOCKS), N_BLOCKS)
+        path = fresh() / "grid.h5"
+        cut = chance.randrange(N_BLOCKS)
+        fill(path, order[:cut])
+        fill(path, order[cut:])
+        assert sha256(path) == whole, seed
+        figures.count(check(path, range(N_BLOCKS)))

@@ -1,0 +1,231 @@
+"""Disks that fail or are full: an error in words, nothing damaged, and the same command goes on later."""
+
+from __future__ import annotations
+
+import errno
+import os
+import random
+import shutil
+import subprocess
+from itertools import product
+from pathlib import Path
+
+import pytest
+
+from faults.checker import check, sha256
+from faults.content import N_BLOCKS, fill
+from faults.replay import read_trace
+from faults.sweeps import study
+
+#: Calls that a disk may refuse: create, write, truncate, reserve, synchronise, rename.
+REFUSED = "cwtasdr"
+ERRORS = (errno.EIO, errno.ENOSPC)
+
+
+def orders(folder, at, error, sticky):
+    """The recorder's: fail the N-th of the calls that a disk may refuse."""
+    return {
+        "FAULT_FOLDER": str(folder),
+        "FAULT_OPERATIONS": REFUSED,
+        "FAULT_ACTION": "fail",
+        "FAULT_AT": str(at),
+        "FAULT_ERROR": str(error),
+        "FAULT_STICKY": str(int(sticky)),
+    }
+
+
+def assert_said_well(code, complaint, path):
+    """Not zero, and one line that names the file; no crash, no traceback."""
+    assert code == 1, (code, complaint)
+    assert complaint.startswith("error: "), complaint
+    assert complaint.count("\n") == 1, complaint
+    assert str(path) in complaint, complaint
+    assert "Traceback" not in complaint
+    assert "should not have happened" not in complaint
+
+
+def calls_of(server, memory, name, **order) -> int:
+    """How many calls of an undisturbed run a disk may refuse."""
+    folder = memory / name
+    folder.mkdir()
+    trace = memory / f"{name}.trace"
+    environment = {"FAULT_FOLDER": str(folder), "FAULT_TRACE": str(trace)}
+    order = {key: [value.format(folder=folder) for value in values] for key, values in order.items()}
+    assert server.write(folder / "grid.h5", environment=environment, **order).code == 0
+    return sum(call.operation in REFUSED for call in read_trace(trace))
+
+
+@pytest.mark.parametrize("trials", [30, pytest.param(None, marks=pytest.mark.slow)])
+def test_failing_call_is_reported_and_nothing_is_damaged(server, memory, fresh, whole, figures, request, trials):
+    n_calls = calls_of(server, memory, request.node.name)
+    cases = list(product(range(1, n_calls + 1), ERRORS, (False, True)))
+    chance = random.Random(6)
+    for at, error, sticky in chance.sample(cases, trials or len(cases)):
+        folder = fresh()
+        path = folder / "grid.h5"
+        writing = server.write(path, environment=orders(folder, at, error, sticky))
+        verdict = figures.count(check(path, writing.numbers("done")))
+        assert verdict.sound, (at, error, sticky, verdict)
+        assert_said_well(writing.code, writing.complained, path)
+        assert not path.with_name("grid.h5.tmp").exists()
+        again = server.write(path)
+        figures["redone"] += len(set(again.numbers("run")) & set(writing.numbers("done")))
+        assert again.code == 0
+        assert sha256(path) == whole
+        assert [entry.name for entry in folder.iterdir()] == ["grid.h5"]
+    assert figures["redone"] == 0
+
+
+@pytest.mark.parametrize("trials", [6, pytest.param(60, marks=pytest.mark.slow)])
+def test_failing_call_in_a_real_sweep(server, memory, fresh, figures, request, trials):
+    """The command's own code, cluster and study, in a forked process."""
+    config = study(memory)
+    arguments = ["sweep", str(config), "--quiet", "-o"]
+    name = request.node.name
+    n_calls = calls_of(server, memory, name, arguments=[*arguments, "{folder}/grid.h5"])
+    undisturbed = sha256(memory / name / "grid.h5")
+    chance = random.Random(7)
+    cases = list(product(range(1, n_calls + 1), ERRORS, (False, True)))
+    for at, error, sticky in chance.sample(cases, trials):
+        folder = fresh()
+        path = folder / "grid.h5"
+        order = [*arguments, str(path)]
+        writing = server.write(path, arguments=order, environment=orders(folder, at, error, sticky))
+        figures["trials"] += 1
+        assert_said_well(writing.code, writing.complained, path)
+        assert server.write(path, arguments=order).code == 0
+        assert sha256(path) == undisturbed, (at, error, sticky)
+        assert [entry.name for entry in folder.iterdir()] == ["grid.h5"]
+
+
+@pytest.mark.parametrize("trials", [4, pytest.param(20, marks=pytest.mark.slow)])
+def test_failing_call_in_the_command(command, recorder, tmp_path, figures, trials):
+    """A process of its own from start to exit, its interpreter's and HDF5's ends included."""
+    config, path, trace = study(tmp_path), tmp_path / "out" / "grid.h5", tmp_path / "trace"
+    environment = {"LD_PRELOAD": str(recorder), "FAULT_FOLDER": str(path.parent)}
+    assert command(config, path, environment | {"FAULT_TRACE": str(trace)}).finish() == (0, "")
+    undisturbed = sha256(path)
+    n_calls = sum(call.operation in REFUSED for call in read_trace(trace))
+    chance = random.Random(8)
+    for _ in range(trials):
+        path.unlink()
+        at, error, sticky = (
+            chance.randrange(1, n_calls),
+            chance.choice([errno.EIO, errno.ENOSPC]),
+            chance.random() < 0.5,
+        )
+        code, complaint = command(config, path, environment | orders(path.parent, at, error, sticky)).finish()
+        figures["trials"] += 1
+        assert_said_well(code, complaint, path)
+        assert command(config, path).finish() == (0, "")
+        assert sha256(path) == undisturbed, (at, error, sticky)
+
+
+def test_short_writes_are_finished(server, memory, fresh, whole, figures):
+    """A write may take only half of what it is given, which is no error."""
+    for at in range(1, 200, 9):
+        folder = fresh()
+        short = {"FAULT_FOLDER": str(folder), "FAULT_ACTION": "short", "FAULT_OPERATIONS": "w", "FAULT_AT": str(at)}
+        writing = server.write(folder / "grid.h5", environment=short)
+        figures.count(check(folder / "grid.h5", writing.numbers("done")))
+        assert (writing.code, sha256(folder / "grid.h5")) == (0, whole)
+
+
+# --- full disks ------------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def small_disk(tmp_path):
+    """A file system of 1 MiB, three times the results file."""
+    place = tmp_path / "disk"
+    place.mkdir()
+    mount = ["mount", "-t", "tmpfs", "-o", "size=1m", "tmpfs", str(place)]
+    done = subprocess.run(mount, capture_output=True, text=True, check=False) if os.geteuid() == 0 else None
+    if done is None or done.returncode:
+        pytest.skip(f"cannot mount a small disk: {done.stderr.strip() if done else 'that takes the superuser'}")
+    yield place
+    subprocess.run(["umount", str(place)], check=True)
+
+
+def take_all_but(disk: Path, free: int) -> Path:
+    """Fill a disk with something else."""
+    other = disk / "other"
+    with other.open("wb") as file:
+        file.write(bytes(shutil.disk_usage(disk).free - free))
+    return other
+
+
+NO_RESERVING = {"FAULT_ACTION": "fail", "FAULT_OPERATIONS": "a", "FAULT_AT": "1", "FAULT_ERROR": str(errno.EOPNOTSUPP)}
+
+
+@pytest.mark.parametrize("free", [0, 4096, 100_000])
+@pytest.mark.parametrize("reserving", [True, False])
+def test_full_disk_at_the_start(server, small_disk, whole, figures, free, reserving):
+    other = take_all_but(small_disk, free)
+    path = small_disk / "grid.h5"
+    environment = {"FAULT_FOLDER": str(small_disk)} | ({} if reserving else NO_RESERVING)
+    writing = server.write(path, environment=environment)
+    figures.count(check(path))
+    assert_said_well(writing.code, writing.complained, path)
+    assert "No space left" in writing.complained or "free" in writing.complained
+    assert writing.numbers("run") == [], "found out before anything is computed"
+    assert [entry.name for entry in small_disk.iterdir()] == ["other"]
+    other.unlink()
+    assert server.write(path, environment=environment).code == 0
+    assert sha256(path) == whole
+
+
+@pytest.mark.parametrize("free", [8192, 40_000, 90_000, 150_000, 200_000])
+def test_disk_full_in_the_middle(server, small_disk, undisturbed, whole, figures, free):
+    """Where reserved space is no promise, as on file systems that copy on write: the file has holes."""
+    path = small_disk / "grid.h5"
+    fill(path, [])
+    content = path.read_bytes()
+    path.unlink()
+    with path.open("wb") as file:
+        file.truncate(len(content))
+        for start in range(0, len(content), 4096):
+            page = content[start : start + 4096]
+            if any(page):
+                file.seek(start)
+                file.write(page)
+    other = take_all_but(small_disk, free)
+    writing = server.write(path)
+    verdict = figures.count(check(path, writing.numbers("done")))
+    assert verdict.sound, verdict
+    assert 0 <= len(verdict.committed) < N_BLOCKS
+    assert_said_well(writing.code, writing.complained, path)
+    other.unlink()
+    again = server.write(path)
+    assert again.code == 0
+    assert not set(again.numbers("run")) & verdict.committed
+    assert sha256(path) == whole
+
+
+@pytest.mark.parametrize("limit", [5_000, 100_000])
+@pytest.mark.parametrize("reserving", [True, False])
+def test_limit_on_the_length_at_the_start(server, fresh, whole, figures, limit, reserving):
+    """The kernel sends a signal besides, which must not be what ends the process."""
+    folder = fresh()
+    path = folder / "grid.h5"
+    environment = {"FAULT_FOLDER": str(folder)} | ({} if reserving else NO_RESERVING)
+    writing = server.write(path, limit=limit, environment=environment)
+    figures.count(check(path))
+    assert_said_well(writing.code, writing.complained, path)
+    assert writing.numbers("run") == []
+    assert list(folder.iterdir()) == []
+    assert server.write(path).code == 0
+    assert sha256(path) == whole
+
+
+@pytest.mark.parametrize("after", [0, 1, 13, 27, 39])
+def test_limit_on_the_length_in_the_middle(server, fresh, whole, figures, after):
+    path = fresh() / "grid.h5"
+    writing = server.write(path, limit=5000, limit_after=after)
+    verdict = figures.count(check(path, writing.numbers("done")))
+    assert verdict.sound, verdict
+    assert verdict.committed == set(range(after))
+    assert_said_well(writing.code, writing.complained, path)
+    again = server.write(path)
+    assert (again.code, again.numbers("run")) == (0, list(range(after, N_BLOCKS)))
+    assert sha256(path) == whole

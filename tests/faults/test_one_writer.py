@@ -1,0 +1,138 @@
+"""One writer at a time: rivals, dead holders of the lock, their children, and other programs."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import re
+import signal
+import time
+from pathlib import Path
+
+import h5py
+import pytest
+
+from faults.checker import check, sha256
+from faults.content import N_BLOCKS, fill
+from faults.sweeps import study
+
+#: A lock that nobody has written his name into yet is rare, and said to be another process's.
+REFUSAL = r"error: .*grid.h5 is being written by (process (\d+) on host \S+|another process); wait for it or stop it\n"
+
+
+def wait_for(condition, seconds=30.0):
+    """Wait until something is so."""
+    give_up = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < give_up, "it never happened"
+        time.sleep(0.001)
+
+
+@pytest.mark.parametrize("rounds", [40, pytest.param(400, marks=pytest.mark.slow)])
+def test_of_four_writers_at_once_one_writes(server, fresh, whole, figures, rounds):
+    nameless = 0
+    for _ in range(rounds):
+        folder = fresh()
+        path, release = folder / "grid.h5", folder.parent / "release"
+        start = time.monotonic() + 0.02
+        four = [server.start(path, start=start, hold=str(release)) for _ in range(4)]
+        # The one that writes holds on until it is released, so the others cannot come when all is over.
+        wait_for(lambda four=four: any("complete" in writing.said for writing in four))
+        winners = [writing for writing in four if "open" in writing.said]
+        assert len(winners) == 1
+        losers = [writing for writing in four if writing is not winners[0]]
+        for loser in losers:
+            assert loser.code == 1
+            assert loser.said == []
+            refusal = re.fullmatch(REFUSAL, loser.complained)
+            assert refusal, loser.complained
+            assert refusal[2] in (None, str(winners[0].process))
+            nameless += refusal[2] is None
+        release.touch()
+        assert winners[0].code == 0
+        release.unlink()
+        assert winners[0].numbers("run") == list(range(N_BLOCKS))
+        assert sha256(path) == whole
+        figures.count(check(path, range(N_BLOCKS)))
+    assert nameless <= rounds / 10
+
+
+@pytest.mark.parametrize("rounds", [2, pytest.param(10, marks=pytest.mark.slow)])
+def test_of_four_commands_at_once_one_sweeps(command, tmp_path, figures, rounds):
+    """The holder is stopped, not killed, until the others have given up."""
+    config = study(tmp_path)
+    assert command(config, tmp_path / "alone.h5").finish() == (0, "")
+    for number in range(rounds):
+        path = tmp_path / str(number) / "grid.h5"
+        four = [command(config, path) for _ in range(4)]
+        lock = path.with_name("grid.h5.lock")
+        wait_for(lambda lock=lock: lock.exists() and "host" in lock.read_text())
+        holder = int(lock.read_text().split()[1])
+        os.kill(holder, signal.SIGSTOP)
+        try:
+            for one in four:
+                if one.process != holder:
+                    code, complaint = one.finish()
+                    assert code == 1
+                    refusal = re.fullmatch(REFUSAL, complaint)
+                    assert refusal, complaint
+                    assert int(refusal[2]) == holder
+        finally:
+            os.kill(holder, signal.SIGCONT)
+        assert [one.finish() for one in four if one.process == holder] == [(0, "")]
+        assert sha256(path) == sha256(tmp_path / "alone.h5")
+        figures["trials"] += 1
+
+
+@pytest.mark.parametrize("trials", [20, pytest.param(200, marks=pytest.mark.slow)])
+def test_lock_of_a_killed_writer_is_free_at_once(server, fresh, whole, figures, trials):
+    for _ in range(trials):
+        path = fresh() / "grid.h5"
+        holder = server.start(path, hold="/never")
+        wait_for(lambda holder=holder: "open" in holder.said)
+        holder.kill()
+        assert path.with_name("grid.h5.lock").exists(), "it was stale"
+        begun = time.monotonic()
+        fill(path)
+        assert time.monotonic() - begun < 1
+        assert sha256(path) == whole
+        figures.count(check(path, holder.numbers("done")))
+
+
+@pytest.mark.parametrize("trials", [3, pytest.param(20, marks=pytest.mark.slow)])
+def test_children_of_a_killed_writer_do_not_hold_its_lock(server, fresh, whole, figures, trials):
+    for _ in range(trials):
+        path = fresh() / "grid.h5"
+        holder = server.start(path, hold="/never", children=True)
+        wait_for(lambda holder=holder: any(line.startswith("children") for line in holder.said))
+        children = [int(word) for word in holder.said[-1].split()[1:]]
+        try:
+            holder.kill()
+            assert all(Path(f"/proc/{child}").exists() for child in children)
+            begun = time.monotonic()
+            fill(path)
+            assert time.monotonic() - begun < 1
+        finally:
+            for child in children:
+                with contextlib.suppress(ProcessLookupError):
+                    os.kill(child, signal.SIGKILL)
+        assert sha256(path) == whole
+        figures.count(check(path, range(N_BLOCKS)))
+
+
+@pytest.mark.parametrize("trials", [5, pytest.param(50, marks=pytest.mark.slow)])
+def test_other_programs_cannot_write_meanwhile(server, fresh, memory, whole, figures, trials):
+    for _ in range(trials):
+        path, release = fresh() / "grid.h5", memory / "release"
+        writing = server.start(path, hold=str(release))
+        wait_for(lambda writing=writing: "open" in writing.said)
+        for mode in ("r+", "a"):
+            with pytest.raises(OSError, match="lock"):
+                h5py.File(path, mode)
+        with h5py.File(path, "r") as file:
+            assert file.attrs["n_designs"], "readers are welcome"
+        release.touch()
+        assert writing.code == 0
+        release.unlink()
+        assert sha256(path) == whole
+        figures.count(check(path, range(N_BLOCKS)))
