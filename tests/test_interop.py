@@ -1,0 +1,152 @@
+"""The same results file in the hands of other programs: equal values and types, units at hand."""
+
+import re
+import shutil
+import subprocess
+import warnings
+
+import h5py
+import numpy as np
+import pandas as pd
+import pytest
+
+import explore
+
+#: Has designs of several statuses, so that there are NaN, and columns of every type: f8, i8, i4 and i1, with labels.
+STUDY = """mechanism = "crank-rocker"
+[parameters]
+crank = { start = 60, stop = 220, num = 23 }
+coupler = 1083.4236
+rocker = [541.7118, 500]
+ground = 691.7118
+speed = [0.3333333333333333, "60 rpm"]
+[evaluate]
+metrics = ["linkage_class", "swing_angle", "transmission_angle_min", "cv", "rocker_acceleration_max"]
+[constraints]
+transmission_angle_min = { min = 15 }
+"""
+
+
+@pytest.fixture(scope="module")
+def golden(tmp_path_factory):
+    """A results file, and `explore`'s own reading of it with `feasible` as the file holds it."""
+    folder = tmp_path_factory.mktemp("golden")
+    (folder / "study.toml").write_text(STUDY)
+    path = folder / "golden.h5"
+    explore.sweep(explore.load_study(folder / "study.toml"), path)
+    frame = explore.read_results(path)
+    assert frame["feasible"].dtype == bool
+    frame = frame.astype({"feasible": "i1"})
+    assert {dtype.str for dtype in frame.dtypes} == {"<f8", "<i4", "|i1"}
+    assert frame.index.dtype == np.int64
+    assert frame["cv"].isna().any()
+    assert frame["cv"].notna().any()
+    assert frame["status"].nunique() >= 3
+    assert frame["feasible"].nunique() == 2
+    return path, frame
+
+
+def columns(frame):
+    """All columns by name, the index as one of them."""
+    return {name: values.to_numpy() for name, values in frame.reset_index().items()}
+
+
+def assert_equal_bits(ours, theirs):
+    """The same names, types and values, NaN included, the sign of zero too."""
+    assert set(theirs) == set(ours)
+    for name, values in ours.items():
+        assert theirs[name].dtype == values.dtype, name
+        assert theirs[name].tobytes() == values.tobytes(), name
+
+
+def test_pandas(golden):
+    pytest.importorskip("tables")
+    path, frame = golden
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        pd.testing.assert_frame_equal(pd.read_hdf(path), frame, check_exact=True)
+
+
+def test_h5py(golden):
+    path, frame = golden
+    with h5py.File(path) as file:
+        assert_equal_bits(columns(frame), {name: dataset[:] for name, dataset in file["designs"].items()})
+        assert file["designs/crank"].attrs["units"] == b"mm"
+
+
+def test_xarray(golden):
+    xarray = pytest.importorskip("xarray")
+    pytest.importorskip("h5netcdf")
+    path, frame = golden
+    with xarray.open_dataset(path, group="designs", engine="h5netcdf", phony_dims="sort") as data:
+        assert_equal_bits(columns(frame), {name: values.to_numpy() for name, values in data.items()})
+        assert data["rocker_acceleration_max"].attrs["units"] == "rad/s^2"
+
+
+def program(name):
+    """Where another program is; a test that needs it is left out without."""
+    found = shutil.which(name)
+    if found is None:
+        pytest.skip(f"{name} is not installed")
+    return found
+
+
+def run(*command, cwd=None):
+    done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False, cwd=cwd)
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+H5_TYPES = {"f8": "H5T_IEEE_F64LE", "i8": "H5T_STD_I64LE", "i4": "H5T_STD_I32LE", "i1": "H5T_STD_I8LE"}
+
+
+def test_h5dump(golden, tmp_path):
+    """HDF5 1.10.8 on Debian 12: an old library reads every byte, every type and the units."""
+    h5dump = program("h5dump")
+    path, frame = golden
+    found = {}
+    for name, values in columns(frame).items():
+        binary = tmp_path / f"{name}.bin"
+        said = run(h5dump, "-d", f"/designs/{name}", "-b", "LE", "-o", str(binary), str(path))
+        assert H5_TYPES[values.dtype.str[1:]] in said, name
+        found[name] = np.fromfile(binary, values.dtype)
+    assert_equal_bits(columns(frame), found)
+    header = run(h5dump, "-A", "-d", "/designs/crank", str(path))
+    assert re.search(r'ATTRIBUTE "units".*?\(0\): "mm"', header, re.DOTALL)
+
+
+def test_h5dump_as_text(golden):
+    """As people use it: with 17 digits, which make a double what it was."""
+    h5dump = program("h5dump")
+    path, frame = golden
+    said = run(h5dump, "-d", "/designs/cv", "-y", "-w", "0", "-m", "%.17g", str(path))
+    words = re.search(r"DATA \{(.*?)\}", said, re.DOTALL)[1].replace(",", " ").split()
+    np.testing.assert_array_equal(np.array(words, float), frame["cv"].to_numpy())
+
+
+OCTAVE = """
+results = load ("{path}");
+designs = results.designs;
+names = fieldnames (designs);
+for k = 1:numel (names)
+  column = designs.(names{{k}});
+  printf ("%s %s %d %d\\n", names{{k}}, class (column), rows (column), columns (column));
+  printf (" %.17g", column);
+  printf ("\\n");
+end
+"""
+OCTAVE_TYPES = {"f8": "double", "i8": "int64", "i4": "int32", "i1": "int8"}
+
+
+def test_octave(golden):
+    octave = program("octave-cli")
+    path, frame = golden
+    lines = run(octave, "--norc", "--eval", OCTAVE.format(path=path)).splitlines()
+    ours = columns(frame)
+    names = [line.split()[0] for line in lines[::2]]
+    assert sorted(names) == sorted(ours)
+    for header, text in zip(lines[::2], lines[1::2], strict=True):
+        name, kind, *shape = header.split()
+        assert kind == OCTAVE_TYPES[ours[name].dtype.str[1:]], name
+        assert shape == ["1", str(len(frame))]
+        np.testing.assert_array_equal(np.array(text.split(), float).astype(ours[name].dtype), ours[name], err_msg=name)
