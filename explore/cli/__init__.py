@@ -1,5 +1,6 @@
 """The command line. Heavy packages are imported by the commands that use them, so that help comes at once."""
 
+import io
 import sys
 
 from explore.cli.application import app
@@ -7,8 +8,19 @@ from explore.cli.output import complain
 from explore.errors import ConfigError, ExploreError, RequestError
 
 
+def _prepare_streams() -> None:
+    """Let any text be printed: names of files need not be text, and not every terminal knows every letter."""
+    for name in ("stdout", "stderr"):
+        stream = getattr(sys, name)
+        if stream is None:  # closed by whoever started us
+            setattr(sys, name, io.StringIO())
+        elif isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")
+
+
 def main() -> None:
     """Run the command line; whatever goes wrong on purpose is one clear line, never a traceback."""
+    _prepare_streams()
     try:
         app()
     except (ConfigError, RequestError) as error:

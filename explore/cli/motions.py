@@ -6,7 +6,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from explore.cli.output import compiled_kernels, print_json, say
+from explore.cli.output import compiled_kernels, print_json, refuse_same, say
 from explore.errors import RequestError
 
 if TYPE_CHECKING:
@@ -26,6 +26,8 @@ def print_motion(
     """Write the motion of one design as CSV or JSON."""
     if (config is None) == (mechanism is None):
         raise RequestError("name either a study or --mechanism with its --set NAME=VALUE")
+    if config:
+        refuse_same(output, config, "the study")
     with compiled_kernels():
         from explore.api import simulate
     name, parameters = _from_study(config, design) if config else (mechanism or "", {})

@@ -8,14 +8,17 @@ import sys
 import threading
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Any
+
+from explore.errors import RequestError
 
 
 def complain(text: str) -> None:
     """Say what went wrong, on stderr."""
     from rich.text import Text
 
-    say(Text.assemble(("error: ", "bold red"), text))
+    say(Text.assemble(("error: ", "bold red"), printable(text)))
 
 
 def say(text: Any, style: str = "", *, data: bool = False) -> None:
@@ -24,8 +27,19 @@ def say(text: Any, style: str = "", *, data: bool = False) -> None:
     from rich.text import Text
 
     # No markup: a path may hold brackets. No wrapping: a line that is cut into pieces cannot be copied.
-    line = Text(text, style) if isinstance(text, str) else text
+    line = Text(printable(text), style) if isinstance(text, str) else text
     Console(stderr=not data, highlight=False, soft_wrap=True).print(line)
+
+
+def printable(text: str) -> str:
+    """The text without what a terminal would obey: a name or a results file may come from anywhere."""
+    return "".join(letter if letter.isprintable() or letter == "\n" else "?" for letter in text)
+
+
+def refuse_same(output: Path | None, source: Path, what: str) -> None:
+    """Refuse an output that is the very file that is read, `what` in words."""
+    if output is not None and output.exists() and source.exists() and output.samefile(source):
+        raise RequestError(f"-o {output} is {what} itself; name another file")
 
 
 def number(value: object, digits: int = 6) -> str:
@@ -46,13 +60,13 @@ def print_table(
     from rich.table import Table
     from rich.text import Text
 
-    table = Table(title=title or None, caption=caption or None, box=box.SIMPLE_HEAD, title_justify="left",
-                  caption_justify="left", title_style="bold", pad_edge=False)  # fmt: skip
+    table = Table(title=Text(printable(title)), caption=Text(caption) if caption else None, box=box.SIMPLE_HEAD,
+                  title_justify="left", caption_justify="left", title_style="bold", pad_edge=False)  # fmt: skip
     least = 0
     for k, (name, unit) in enumerate(columns):
-        heading = Text(name)
+        heading = Text(printable(name))
         if unit and unit != "1":
-            heading.append(f"\n{unit}", style="dim")
+            heading.append(f"\n{printable(unit)}", style="dim")
         cells = [row[k] for row in rows]
         numeric = any(cell.lstrip("-–")[:1].isdigit() for cell in cells)
         # Numbers are never cut; text may wrap.
@@ -60,7 +74,7 @@ def print_table(
         least += width + 4
         table.add_column(heading, justify="right" if numeric else "left", min_width=width if numeric else None)
     for row in rows:
-        table.add_row(*(Text(cell) for cell in row))
+        table.add_row(*(Text(printable(cell)) for cell in row))
     console = Console(highlight=False)
     if not sys.stdout.isatty():
         # A file has no width.
@@ -103,8 +117,6 @@ def compiled_kernels() -> Iterator[None]:
 
 def newest_results() -> str:
     """The results that a command means when none are named."""
-    from pathlib import Path
-
     from explore.errors import ResultsError
 
     found = sorted(Path("results").glob("*.h5"), key=lambda path: path.stat().st_mtime)

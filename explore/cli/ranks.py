@@ -6,7 +6,7 @@ import json
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from explore.cli.output import newest_results, number, print_json, print_table, say
+from explore.cli.output import newest_results, number, print_json, print_table, refuse_same, say
 
 #: Lines of the table unless --top says otherwise.
 USUAL_LINES = 10
@@ -26,6 +26,7 @@ def print_ranking(
     from explore.store.results import open_results
 
     results = open_results(path or newest_results())
+    refuse_same(output, results.path, "the results file")
     if not results.complete:
         say(f"{results.path} is not finished: {results.n_committed:,} of {results.n_designs:,} designs", "yellow")
     ranking = rank_source(results, metrics if len(metrics) > 1 else None, metrics[0] if len(metrics) == 1 else None)

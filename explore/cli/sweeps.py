@@ -10,9 +10,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from explore.cli.output import compiled_kernels, complain, number, print_table, say
+from explore.cli.output import compiled_kernels, complain, number, print_table, refuse_same, say
 from explore.cli.progress import sweep_progress
-from explore.errors import RequestError
+from explore.errors import RequestError, ResultsError
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -73,8 +73,9 @@ def run_sweep(options: SweepOptions, *, dry_run: bool, verbose: bool, quiet: boo
     if dry_run:
         _print_plan(study, path)
         return 0
-    if path.exists() and path.samefile(options.config):
-        raise RequestError(f"-o {path} is the study itself; name another file")
+    refuse_same(path, options.config, "the study")
+    if path.is_dir():
+        raise ResultsError(f"{path} is a folder; name another file with -o")
     try:
         with _terminable(), sweep_progress(study.space.count, quiet=quiet) as progress:
             summary = run_study(
