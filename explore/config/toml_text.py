@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+import stat
 import tomllib
 from pathlib import Path
 from typing import Any
@@ -13,6 +14,8 @@ from explore.config.locate import locate
 from explore.errors import ConfigError
 
 _PLACE = re.compile(r" \(at (?:line (\d+), column (\d+)|end of document)\)$")
+#: Bytes of a study file. One with ten thousand values has some hundred kB.
+_LARGEST_FILE = 1 << 24
 # What people write that is no TOML, and what to tell them.
 _HINTS = (
     (re.compile(r"=\s*[+-]?[\d.]+(?:[eE][+-]?\d+)?\s*[A-Za-z°µ%]"), 'a number with a unit stands in quotes, "60 rpm"'),
@@ -32,8 +35,15 @@ def read_text(file: str) -> str:
         One line, when it is not there or cannot be read.
     """
     try:
-        # utf-8-sig: some editors on Windows begin a file with a byte-order mark.
-        return Path(file).read_bytes().decode("utf-8-sig")
+        status = Path(file).stat()
+        # A pipe may never end, nor does a device.
+        if stat.S_ISREG(status.st_mode) or stat.S_ISDIR(status.st_mode):
+            if status.st_size <= _LARGEST_FILE:
+                # utf-8-sig: some editors on Windows begin a file with a byte-order mark.
+                return Path(file).read_bytes().decode("utf-8-sig")
+            reason = f"has {status.st_size:,} bytes, too many for a study file; name another file"
+        else:
+            reason = "is a pipe or a device; save the study as a file first"
     except FileNotFoundError:
         reason = "no such file; `explore init` writes one to start from"
     except IsADirectoryError:
@@ -72,6 +82,7 @@ def _syntax_error(file: str, text: str, message: str) -> str:
     line = int(place[1] or len(rows)) if place else longest + 1
     column = f" (column {place[2]})" if place and place[2] else ""
     reason = _PLACE.sub("", message).replace("Cannot overwrite a value", "a key is given twice; remove one of them")
+    reason = re.sub(r"Cannot declare \(.*\) twice", "the table is given twice; join the two", reason, flags=re.DOTALL)
     written = rows[line - 1] if line <= len(rows) else ""
     hint = next((f"; {hint}" for pattern, hint in _HINTS if pattern.search(written)), "")
     return f"{file}:{line}: not TOML: {one_line(reason)}{column}{hint}"
