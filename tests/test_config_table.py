@@ -11,10 +11,11 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+import explore
 from explore.config import table_file
 from explore.config.study_file import load_study
 from explore.design_space import Listed
-from explore.errors import ConfigError
+from explore.errors import ConfigError, ResultsError
 
 HEADER = "crank,coupler,rocker,ground"
 ROW = "100,1000,500,700"
@@ -145,6 +146,15 @@ def test_every_double_comes_back_exactly(tmp_path, rows):
     (tmp_path / "study.toml").write_text(STUDY)
     columns = load_study(tmp_path / "study.toml").space.designs(0, len(rows))
     np.testing.assert_array_equal(np.column_stack(list(columns.values())), rows)
+
+
+def test_a_table_is_swept_and_one_with_other_values_is_refused(table):
+    study = table(f"{HEADER}\n{ROW}\n" + "".join(f"{100 + n},1000,500,700\n" for n in range(70_000)))
+    explore.sweep(study, "out.h5")
+    frame = explore.read_results("out.h5")
+    np.testing.assert_array_equal(frame["crank"], [100, *range(100, 70_100)])
+    with pytest.raises(ResultsError, match="sampling.sha256"):
+        explore.sweep(table(f"{HEADER}\n" + f"{ROW}\n" * 70_001), "out.h5")
 
 
 # Wrong tables
