@@ -139,7 +139,7 @@ def _compare_objectives(study: Study, path: Path) -> None:
     from explore.store.results import open_results
 
     aims = [f"{objective.metric}:{objective.sense}" for objective in study.objectives]
-    if json.loads(str(open_results(path).attributes["objectives"])) != aims:
+    if json.loads(str(open_results(path).attributes.get("objectives", "[]"))) != aims:
         say(f"[rank] differs from the one that {path} was made with; to rank by it: "
             f"explore rank {path} {' '.join(f'--metric {aim}' for aim in aims)}")  # fmt: skip
 
