@@ -79,7 +79,8 @@ KEYS = st.sampled_from([
     "rank", "sampling", "evaluate", "constraints", "parameters", "mechanism", "", "a b", "ω", "x" * 200, "a\nb",
 ])  # fmt: skip
 SCALARS = st.one_of(
-    st.floats(), st.integers(-3, 10), st.integers(-(2**70), 2**70), st.booleans(), st.text(max_size=8),
+    st.floats(), st.floats(1, 1000), st.integers(-3, 10), st.integers(-(2**70), 2**70), st.booleans(),
+    st.text(max_size=8),
     st.sampled_from(["cv", "swing_angle:max", "grid", "sobol", "drive", "clutch", "slow", "60 rpm", "1 mm", "nan mm"]),
     st.dates(), st.times(), st.datetimes(),
 )  # fmt: skip
@@ -90,17 +91,17 @@ TREES = st.recursive(SCALARS, lambda inner: st.lists(inner, max_size=4) | st.dic
 def mutated_trees(draw):
     """One of the studies with a few of its values, at any depth, replaced, removed or given another key."""
     study = tomllib.loads(draw(st.sampled_from(STUDIES)))
-    for _ in range(draw(st.integers(1, 4))):
+    for _ in range(draw(st.integers(1, 3))):
         place = study
         while True:
             keys = list(place) if isinstance(place, dict) else list(range(len(place)))
             if not keys:
                 break
             key = draw(st.sampled_from(keys))
-            if not isinstance(place[key], dict | list) or draw(st.integers(0, 3)) == 0:
+            if not isinstance(place[key], dict | list) or draw(st.integers(0, 5)) == 0:
                 break
             place = place[key]
-        change = draw(st.sampled_from(["replace", "remove", "rename", "add"]))
+        change = draw(st.sampled_from(["replace", "replace", "replace", "remove", "rename", "add"]))
         if change == "add" or not keys:
             place.update({draw(KEYS): draw(TREES)}) if isinstance(place, dict) else place.append(draw(TREES))
         elif change == "replace":
@@ -109,7 +110,7 @@ def mutated_trees(draw):
             del place[key]
         elif isinstance(place, dict):
             place[draw(KEYS)] = place.pop(key)
-    return "".join(f"{json.dumps(key)} = {toml(value)}\n" for key, value in study.items())
+    return "".join(f"{toml(key)} = {toml(value)}\n" for key, value in study.items())
 
 
 def toml(value):
@@ -117,11 +118,11 @@ def toml(value):
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, str):
-        return json.dumps(value).replace("\x7f", "\\u007f")
+        return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
     if isinstance(value, list):
         return f"[{', '.join(map(toml, value))}]"
     if isinstance(value, dict):
-        return "{" + ", ".join(f"{json.dumps(key)} = {toml(item)}" for key, item in value.items()) + "}"
+        return "{" + ", ".join(f"{toml(key)} = {toml(item)}" for key, item in value.items()) + "}"
     if isinstance(value, datetime.date | datetime.time):
         return value.isoformat()
     return repr(value) if isinstance(value, int) or not math.isnan(value) else "nan"
