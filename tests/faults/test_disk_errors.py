@@ -175,6 +175,16 @@ def test_full_disk_at_the_start(server, small_disk, whole, figures, free, reserv
     assert sha256(path) == whole
 
 
+def test_disk_that_fills_up_after_the_start_does_no_harm(server, small_disk, whole, figures):
+    """The space was reserved."""
+    path = fill(small_disk / "grid.h5", [])
+    take_all_but(small_disk, 4096)  # for the lock
+    writing = server.write(path)
+    figures.count(check(path, writing.numbers("done")))
+    assert (writing.code, writing.complained) == (0, "")
+    assert sha256(path) == whole
+
+
 @pytest.mark.parametrize("free", [8192, 40_000, 90_000, 150_000, 200_000])
 def test_disk_full_in_the_middle(server, small_disk, undisturbed, whole, figures, free):
     """Where reserved space is no promise, as on file systems that copy on write: the file has holes."""
