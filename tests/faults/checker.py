@@ -11,7 +11,6 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-from explore.errors import ResultsError
 from explore.store.results import open_results
 from faults.content import BLOCK, COLUMNS, N_BLOCKS, rows, values
 
@@ -94,12 +93,3 @@ def committed_words(path: Path) -> np.ndarray:
 def sha256(path: Path) -> str:
     """Digest of a whole file."""
     return hashlib.sha256(path.read_bytes()).hexdigest()
-
-
-def refused(path: Path) -> str:
-    """Why the product does not open a file; empty when it does."""
-    try:
-        open_results(path)
-    except ResultsError as error:
-        return str(error)
-    return ""
