@@ -1,0 +1,1 @@
+"""Sweeps on real clusters of real processes, which are killed, interrupted, poisoned and mismatched."""

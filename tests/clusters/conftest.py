@@ -1,0 +1,45 @@
+"""A folder in memory, and what an undisturbed sweep gives."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+import explore
+from clusters.processes import Cluster, digest, study_file
+
+
+@pytest.fixture
+def folder() -> Iterator[Path]:
+    """A folder in memory where there is one: the files are large, and need not be durable."""
+    parent = "/dev/shm" if os.access("/dev/shm", os.W_OK) else None
+    with tempfile.TemporaryDirectory(prefix="explore-clusters-", dir=parent) as name:
+        yield Path(name)
+
+
+@pytest.fixture
+def cluster(folder) -> Iterator[Cluster]:
+    """A scheduler without workers."""
+    with Cluster(folder) as cluster:
+        yield cluster
+
+
+@pytest.fixture(scope="session")
+def undisturbed(tmp_path_factory):
+    """Digest of the file of a sweep of so many blocks that nothing happened to, on threads of this process."""
+    known: dict[int, str] = {}
+
+    def of(blocks: int) -> str:
+        if blocks not in known:
+            folder = tmp_path_factory.mktemp("undisturbed")
+            path = folder / "undisturbed.h5"
+            explore.sweep(explore.load_study(study_file(folder, blocks)), path, workers=2)
+            known[blocks] = digest(path)
+            path.unlink()
+        return known[blocks]
+
+    return of

@@ -1,0 +1,221 @@
+"""Real sweeps on real clusters, as processes of their own that can be killed."""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any, Self
+
+from explore.store.layout import damaged_blocks, read_layout, read_words
+
+ROOT = Path(__file__).parents[2]
+#: Closed form only: a block takes 15 ms and 62 bytes a design.
+_STUDY = """\
+mechanism = "crank-rocker"
+[parameters]
+crank = {{ start = 60, stop = 180, num = 256 }}
+coupler = {{ start = 900, stop = 1300, num = 256 }}
+rocker = {{ start = 450, stop = 660, num = {blocks} }}
+ground = 700
+[evaluate]
+metrics = ["grashof_margin"]
+"""
+
+
+def study_file(folder: Path, blocks: int) -> Path:
+    """A study of so many full blocks."""
+    path = folder / f"study{blocks}.toml"
+    path.write_text(_STUDY.format(blocks=blocks))
+    return path
+
+
+def digest(path: Path) -> str:
+    """SHA-256 of a file."""
+    with path.open("rb") as stream:
+        return hashlib.file_digest(stream, "sha256").hexdigest()
+
+
+def committed(path: Path) -> list[int]:
+    """Numbers of the committed blocks of a results file, none of them damaged."""
+    layout = read_layout(path)
+    with path.open("rb", buffering=0) as file:
+        assert damaged_blocks(file, layout) == []
+        return read_words(file, layout).nonzero()[0].tolist()
+
+
+def wait_until(condition: Callable[[], Any], seconds: float = 30.0) -> Any:
+    """Wait for what the condition gives when it is true."""
+    end = time.monotonic() + seconds
+    while not (value := condition()):
+        assert time.monotonic() < end, f"not true within {seconds} s"
+        time.sleep(0.02)
+    return value
+
+
+def lives(pid: int) -> bool:
+    """Whether a process runs; one that is dead but not buried does not."""
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
+    except (FileNotFoundError, ProcessLookupError):
+        return False
+
+
+def session_members(session: int) -> list[int]:
+    """The living processes of a session."""
+    found = []
+    for entry in Path("/proc").glob("[0-9]*"):
+        with contextlib.suppress(OSError):
+            fields = (entry / "stat").read_text().rpartition(")")[2].split()
+            if int(fields[3]) == session and fields[0] != "Z":
+                found.append(int(entry.name))
+    return found
+
+
+class _Process:
+    """A process in a session of its own, all of which ends with this context manager."""
+
+    def __init__(self, command: Sequence[str], folder: Path, name: str, path: Path = ROOT) -> None:
+        surrounding = os.environ | {"PYTHONPATH": os.pathsep.join([str(path)]), "NO_COLOR": "1"}
+        self._stdout, self._stderr = folder / f"{name}.out", folder / f"{name}.err"
+        with self._stdout.open("w") as stdout, self._stderr.open("w") as stderr:
+            self.process = subprocess.Popen(
+                [sys.executable, *command],
+                cwd=folder,
+                env=surrounding,
+                stdout=stdout,
+                stderr=stderr,
+                start_new_session=True,
+            )
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        for pid in session_members(self.process.pid):
+            with contextlib.suppress(ProcessLookupError):
+                os.kill(pid, signal.SIGKILL)
+        self.process.wait()
+
+    @property
+    def members(self) -> list[int]:
+        """All living processes of it."""
+        return session_members(self.process.pid)
+
+    @property
+    def stderr(self) -> str:
+        """What it said so far, but for the excuse for compiling on a slow machine."""
+        lines = self._stderr.read_text().splitlines(keepends=True)
+        return "".join(line for line in lines if not line.startswith("preparing the compiled"))
+
+    def signal_all(self, number: signal.Signals) -> None:
+        """Send a signal to the whole group, as a terminal does."""
+        os.killpg(self.process.pid, number)
+
+
+class Sweep(_Process):
+    """`explore sweep`, started, with what happens to its blocks.
+
+    Parameters
+    ----------
+    config, results
+        The study and where its results go; the process works in the folder of the results.
+    options
+        More of the command line.
+    plan
+        See `sabotage`; without it the command is the real one, untouched.
+    """
+
+    _count = 0
+
+    def __init__(self, config: Path, results: Path, *options: str, **plan: Any) -> None:
+        Sweep._count += 1
+        self.results = results
+        self._record = results.with_name(f"sweep{Sweep._count}.executions")
+        self._record.touch()
+        program = ["-m", "explore"]
+        if plan:
+            plan["record"] = str(self._record)
+            program = [str(Path(__file__).with_name("sabotage.py")), json.dumps(plan)]
+        self.words = ["sweep", str(config), "-o", str(results), *options]
+        super().__init__([*program, *self.words], results.parent, f"sweep{Sweep._count}")
+
+    def end(self, seconds: float = 60.0) -> tuple[int, list[str]]:
+        """Wait for its end: exit code and the lines on stderr."""
+        return self.process.wait(seconds), self.stderr.splitlines()
+
+    @property
+    def executions(self) -> list[tuple[int, int]]:
+        """Block and process of every execution that began."""
+        lines = self._record.read_text().splitlines()
+        return [(int(number), int(pid)) for number, pid, _ in map(str.split, lines)]
+
+    @property
+    def extra(self) -> int:
+        """How many executions were not the first of their block."""
+        return sum(Counter(number for number, _ in self.executions).values()) - len(set(self.executed))
+
+    @property
+    def executed(self) -> list[int]:
+        """Blocks that were executed, with repetitions."""
+        return [number for number, _ in self.executions]
+
+    def log(self) -> list[Mapping[str, Any]]:
+        """The events of the log; every line is a JSON object."""
+        return read_log(self.results)
+
+    @property
+    def again(self) -> str:
+        """The line that goes on with it."""
+        return " ".join(["explore", *self.words])
+
+
+def read_log(results: Path) -> list[Mapping[str, Any]]:
+    """The events of the log of a results file; every line is a JSON object."""
+    lines = results.with_name(results.name + ".log.jsonl").read_text().splitlines()
+    events = [json.loads(line) for line in lines]
+    assert all({"time", "event"} <= event.keys() for event in events)
+    return events
+
+
+class Cluster:
+    """`dask scheduler` and `dask worker`, as processes that talk over tcp."""
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+        self._closing = contextlib.ExitStack()
+        self._count = 0
+
+    def __enter__(self) -> Self:
+        where = self._folder / "scheduler.json"
+        where.unlink(missing_ok=True)
+        options = ["--host", "127.0.0.1", "--port", "0", "--dashboard-address", "127.0.0.1:0"]
+        command = ["-m", "distributed.cli.dask_scheduler", *options, "--scheduler-file", str(where)]
+        self.scheduler = self._closing.enter_context(_Process(command, self._folder, "scheduler"))
+
+        def written() -> str | None:
+            with contextlib.suppress(OSError, ValueError):
+                return json.loads(where.read_text())["address"]
+            return None
+
+        self.address: str = wait_until(written)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._closing.close()
+
+    def add_worker(self, path: Path = ROOT) -> _Process:
+        """Start a worker of one thread whose modules come from a path first."""
+        self._count += 1
+        options = ["--nthreads", "1", "--host", "127.0.0.1", "--dashboard-address", "127.0.0.1:0", "--no-nanny"]
+        command = ["-m", "distributed.cli.dask_worker", self.address, *options]
+        worker = _Process(command, self._folder, f"worker{self._count}", path)
+        return self._closing.enter_context(worker)

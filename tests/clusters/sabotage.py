@@ -1,0 +1,46 @@
+"""`python sabotage.py PLAN sweep …`: the command line, with blocks that are recorded, slow, or deadly.
+
+PLAN is JSON: `record` names the file that notes every execution, `seconds` is how long a block takes at least, `poison`
+says by block number what happens there. The function below travels to the workers by value, because it is of
+``__main__``; so it works on any cluster.
+"""
+
+import functools
+import json
+import sys
+
+
+def sabotaged(plan, request, space, number, objectives):
+    """Evaluate a block as the plan wants it."""
+    import os
+    import signal
+    import time
+    from pathlib import Path
+
+    from explore.sweeping.blocks import evaluate_block
+
+    with Path(plan["record"]).open("a") as stream:
+        stream.write(f"{number} {os.getpid()} {time.monotonic()}\n")
+    time.sleep(plan.get("seconds", 0))
+    poison = plan.get("poison", {}).get(str(number))
+    if poison == "raise":
+        raise ZeroDivisionError("poison")
+    if poison == "exit":
+        os._exit(1)
+    if poison == "crash":
+        os.kill(os.getpid(), signal.SIGSEGV)
+    return evaluate_block(request, space, number, objectives)
+
+
+def main():
+    """Run the command line on sabotaged blocks."""
+    plan = json.loads(sys.argv.pop(1))
+    from explore.cli import main as command_line
+    from explore.sweeping import runs
+
+    runs.evaluate_block = functools.partial(sabotaged, plan)
+    command_line()
+
+
+if __name__ == "__main__":
+    main()

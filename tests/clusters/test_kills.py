@@ -1,0 +1,123 @@
+"""Kill -9 of workers, of the scheduler and of the sweep itself."""
+
+from __future__ import annotations
+
+import os
+import random
+import signal
+import time
+
+import dask
+import pytest
+from distributed import Client, LocalCluster
+
+import explore
+from clusters.processes import Cluster, Sweep, committed, digest, lives, session_members, study_file, wait_until
+from explore.sweeping import window
+from explore.sweeping.window import SPARE_BLOCKS, Window
+
+WORKERS = 2
+
+
+@pytest.mark.parametrize(("kills", "blocks"), [(8, 60), pytest.param(50, 240, marks=pytest.mark.slow)])
+def test_killed_workers_cost_time_and_nothing_else(folder, undisturbed, kills, blocks):
+    chance = random.Random(20_261_121)
+    path = folder / "a.h5"
+    options = ("--processes", "--workers", str(WORKERS), "--quiet")
+    with Sweep(study_file(folder, blocks), path, *options, seconds=0.1) as sweep:
+        seen = 0
+        for _ in range(kills):
+            # A process that began a block after the last kill; then at any moment of that block or of the next.
+            pid = wait_until(lambda: next((pid for _, pid in sweep.executions[seen:] if lives(pid)), None))
+            time.sleep(chance.random() * 0.2)
+            seen = len(sweep.executions)
+            os.kill(pid, signal.SIGKILL)
+        code, lines = sweep.end(120)
+
+    print(f"{kills} kills, {blocks} blocks, {sweep.extra} extra executions")
+    assert (code, [line for line in lines if "waiting for one" not in line]) == (0, [])
+    assert committed(path) == sorted(set(sweep.executed)) == list(range(blocks))
+    assert sweep.extra <= kills * (WORKERS + SPARE_BLOCKS)
+    assert digest(path) == undisturbed(blocks)
+    left = [address for event in sweep.log() if event["event"] == "workers" for address in event["left"]]
+    assert len(left) > kills / 2, "who left was logged, but for those that came and went between two looks"
+
+
+def test_workers_that_die_after_they_reported_a_block_done_drop_none(monkeypatch):
+    """Until it is fetched the result is with the worker alone. A finished block that is lost is computed again."""
+    trials, accepted, rejected, killed = 20, {}, [], {}
+    real = window._outcome
+
+    def outcome(future):
+        if len(killed) < trials:
+            number, _ = future.result(timeout=30)  # it may be lost already, with its neighbour
+            (holder,) = client.who_has([future])[future.key]
+            killed[number] = client.run(os.getpid, workers=[holder])[holder]
+            os.kill(killed[number], signal.SIGKILL)
+            wait_until(lambda: not lives(killed[number]))
+        return real(future)
+
+    def submit(number):
+        return client.submit(lambda n: (n, os.getpid()), number, pure=False, retries=0)
+
+    monkeypatch.setattr(window, "_outcome", outcome)
+    with (
+        dask.config.set({"distributed.worker.multiprocessing-method": "forkserver"}),  # comes back in a moment
+        LocalCluster(WORKERS, threads_per_worker=1, dashboard_address="127.0.0.1:0", silence_logs=60) as cluster,
+        Client(cluster, set_as_default=False) as client,
+    ):
+        Window(client, submit, accepted.__setitem__, rejected.append, lambda *_, **__: None).run(range(2 * trials))
+
+    assert rejected == []
+    assert {number: result[0] for number, result in accepted.items()} == {n: n for n in range(2 * trials)}
+    assert len(killed) == trials
+    assert all(accepted[number][1] != pid for number, pid in killed.items()), "computed again by another process"
+
+
+def test_a_killed_scheduler_ends_the_sweep_in_one_line_and_loses_nothing(folder, undisturbed):
+    blocks, path = 20, folder / "a.h5"
+    config = study_file(folder, blocks)
+    for trial in range(3):
+        with Cluster(folder) as cluster:
+            for _ in range(WORKERS):
+                cluster.add_worker()
+            with Sweep(config, path, "--scheduler", cluster.address, "--quiet", seconds=0.2) as sweep:
+                before = 4 * trial
+                wait_until(lambda: path.exists() and len(committed(path)) >= before + 2)
+                cluster.scheduler.process.kill()
+                begun = time.monotonic()
+                code, lines = sweep.end()
+        print(f"scheduler killed: the sweep ended after {time.monotonic() - begun:.1f} s: {lines}")
+        assert time.monotonic() - begun < 30
+        assert code == 1
+        assert len(lines) == 1
+        assert lines[0].startswith("error: the cluster was lost")
+        assert "run the sweep again" in lines[0]
+        assert not explore.open_results(path).complete
+        assert sweep.log()[-1]["event"] == "stop"
+        assert sweep.log()[-1]["outcome"].startswith("failed: the cluster was lost")
+        saved = committed(path)
+        assert len(saved) >= before + 2
+    with Cluster(folder) as cluster:
+        cluster.add_worker()
+        with Sweep(config, path, "--scheduler", cluster.address, "--quiet", seconds=0.01) as sweep:
+            assert sweep.end() == (0, [])
+    assert not set(sweep.executed) & set(saved)
+    assert digest(path) == undisturbed(blocks)
+
+
+def test_a_killed_sweep_frees_the_lock_at_once_and_its_workers_end_by_themselves(folder, undisturbed):
+    blocks, path = 12, folder / "a.h5"
+    config = study_file(folder, blocks)
+    with Sweep(config, path, "--processes", "--workers", "2", "--quiet", seconds=5) as first:
+        wait_until(lambda: len(first.executions) >= WORKERS)
+        workers = {pid for _, pid in first.executions}
+        os.kill(first.process.pid, signal.SIGKILL)
+        first.process.wait()
+        begun = time.monotonic()
+        assert all(map(lives, workers)) or len(session_members(first.process.pid)) < WORKERS
+        with Sweep(config, path, "--quiet") as second:
+            assert second.end() == (0, [])
+        wait_until(lambda: not first.members, 10)
+        print(f"all processes of the killed sweep were gone after {time.monotonic() - begun:.1f} s")
+    assert digest(path) == undisturbed(blocks)
