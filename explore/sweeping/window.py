@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 #: Blocks under way at a time beyond one for each worker thread: enough to keep them busy while one is committed.
 SPARE_BLOCKS = 2
-#: How often a block is tried before it is left out.
+#: How often a block is tried before it is left out. One whose workers die the scheduler tries again by itself.
 TRIES = 2
 #: Seconds between looks at who is working.
 LOOK = 1.0
@@ -88,15 +88,15 @@ class Window:
             except queue.Empty:
                 self._look()
 
-    def _settle(self, number: int, result: Any, problem: str) -> None:
-        if not problem:
+    def _settle(self, number: int, result: Any, problem: Exception | None) -> None:
+        if problem is None:
             del self._tries[number]
             self._accept(number, result)
-        elif self._tries[number] < TRIES:
-            self._note("retry", block=number, problem=problem)
+        elif self._tries[number] < TRIES and not _is_deadly(problem):
+            self._note("retry", block=number, problem=_in_words(problem))
             self._start(number)
         else:
-            self._reject(number, problem)
+            self._reject(number, _in_words(problem))
 
     def _look(self) -> None:
         """See now and then who is working: workers come and go, and with none at all nothing would ever happen."""
@@ -116,18 +116,31 @@ class Window:
                 self._note("waiting", reason="the cluster has no worker; waiting for one")
 
 
-def _outcome(future: Future) -> tuple[Any, str]:
-    """What a block gave and "", or None and why it failed. Whatever it raises must not stop the others.
+def _outcome(future: Future) -> tuple[Any, Exception | None]:
+    """What a block gave and None, or None and why it failed. Whatever it raises must not stop the others.
 
     Asking for the result, not for the state: a worker may die after it reported the block done, and then the block is
     computed again while this waits.
     """
     try:
-        return future.result(), ""
+        return future.result(), None
     except Exception as problem:
         if future.status != "error":  # the block did not fail, the cluster did
             raise _lost(problem) from problem
-        return None, f"{type(problem).__name__}: {problem}"
+        return None, problem
+
+
+def _is_deadly(problem: Exception) -> bool:
+    """Whether the block took several workers with it: no more must die for it."""
+    from distributed.scheduler import KilledWorker
+
+    return isinstance(problem, KilledWorker)
+
+
+def _in_words(problem: Exception) -> str:
+    if _is_deadly(problem):
+        return f"KilledWorker: {problem.allowed_failures + 1} workers died while they computed it"  # type: ignore[attr-defined]
+    return f"{type(problem).__name__}: {problem}"
 
 
 def _lost(problem: Exception) -> ClusterError:

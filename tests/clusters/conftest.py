@@ -12,6 +12,21 @@ import pytest
 import explore
 from clusters.processes import Cluster, digest, study_file
 
+_FIGURES = pytest.StashKey[list[str]]()
+
+
+@pytest.fixture
+def report(request):
+    """Takes figures to print at the end of the run."""
+    return request.config.stash.setdefault(_FIGURES, []).append
+
+
+def pytest_terminal_summary(terminalreporter, config) -> None:
+    if figures := config.stash.get(_FIGURES, []):
+        terminalreporter.section("sweeps on real clusters")
+        for line in figures:
+            terminalreporter.line(line)
+
 
 @pytest.fixture
 def folder() -> Iterator[Path]:

@@ -168,6 +168,22 @@ class Sweep(_Process):
         """Blocks that were executed, with repetitions."""
         return [number for number, _ in self.executions]
 
+    def at_work(self, seen: int = 0) -> int:
+        """A living process that began a block, the first `seen` executions aside; wait for one.
+
+        Not that of a block which was begun three times before: killed once more, it would be taken for deadly.
+        """
+
+        def found() -> int | None:
+            begun = Counter(self.executed)
+            return next((pid for number, pid in self.executions[seen:] if begun[number] < 4 and lives(pid)), None)
+
+        return wait_until(found)
+
+    def wait_for_blocks(self, number: int) -> None:
+        """Wait until so many blocks are committed."""
+        wait_until(lambda: self.results.exists() and len(committed(self.results)) >= number)
+
     def log(self) -> list[Mapping[str, Any]]:
         """The events of the log; every line is a JSON object."""
         return read_log(self.results)
@@ -219,3 +235,10 @@ class Cluster:
         command = ["-m", "distributed.cli.dask_worker", self.address, *options]
         worker = _Process(command, self._folder, f"worker{self._count}", path)
         return self._closing.enter_context(worker)
+
+    def wait_for_workers(self, number: int) -> None:
+        """Wait until so many workers are there."""
+        from distributed import Client
+
+        with Client(self.address, set_as_default=False) as client:
+            client.wait_for_workers(number, timeout=60)

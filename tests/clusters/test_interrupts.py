@@ -1,0 +1,75 @@
+"""Ctrl-C and a polite kill, as a terminal and as a batch system send them."""
+
+from __future__ import annotations
+
+import signal
+import time
+
+import pytest
+
+from clusters.processes import Cluster, Sweep, committed, digest, study_file, wait_until
+
+BLOCKS = 12
+SIGNALS = [signal.SIGINT, signal.SIGTERM]
+
+
+def interrupt(sweep: Sweep, number: signal.Signals, before: int) -> list[int]:
+    """Interrupt a sweep two blocks later, all its processes at once, and see that it ends as it should."""
+    sweep.wait_for_blocks(before + 2)
+    begun = time.monotonic()
+    sweep.signal_all(number)
+    code, lines = sweep.end(20)
+    assert time.monotonic() - begun < 10
+    assert code == 130
+    assert lines == [f"interrupted; finished blocks are safe in {sweep.results}. To go on: {sweep.again}"]
+    wait_until(lambda: not sweep.members, 5)
+    assert sorted(path.name for path in sweep.results.parent.glob("a.h5*")) == ["a.h5", "a.h5.log.jsonl"]
+    assert sweep.log()[-1]["outcome"] == "interrupted"
+    saved = committed(sweep.results)
+    assert before + 2 <= len(saved) < BLOCKS
+    return saved
+
+
+@pytest.mark.parametrize("options", [("--workers", "2"), ("--processes", "--workers", "2")])
+def test_an_interrupted_sweep_says_how_to_go_on_and_goes_on(folder, undisturbed, options):
+    config, path = study_file(folder, BLOCKS), folder / "a.h5"
+    saved: list[int] = []
+    for number in SIGNALS:
+        with Sweep(config, path, *options, "--quiet", seconds=0.2) as sweep:
+            saved = interrupt(sweep, number, len(saved))
+    with Sweep(config, path, *options, "--quiet", seconds=0.01) as sweep:
+        assert sweep.end() == (0, [])
+    assert sorted(sweep.executed + saved) == list(range(BLOCKS))
+    assert digest(path) == undisturbed(BLOCKS)
+
+
+def test_an_interrupted_sweep_leaves_the_cluster_to_others(folder, cluster: Cluster, undisturbed):
+    config, path = study_file(folder, BLOCKS), folder / "a.h5"
+    workers = [cluster.add_worker() for _ in range(2)]
+    saved: list[int] = []
+    for number in SIGNALS:
+        with Sweep(config, path, "--scheduler", cluster.address, "--quiet", seconds=0.2) as sweep:
+            saved = interrupt(sweep, number, len(saved))
+    assert all(worker.process.poll() is None for worker in [*workers, cluster.scheduler])
+    with Sweep(config, path, "--scheduler", cluster.address, "--quiet", seconds=0.01) as sweep:
+        assert sweep.end() == (0, [])
+    assert sorted(sweep.executed + saved) == list(range(BLOCKS))
+    assert digest(path) == undisturbed(BLOCKS)
+
+
+@pytest.mark.parametrize("options", [("--workers", "2"), ("--processes", "--workers", "2")])
+def test_an_impatient_user_does_no_harm(folder, undisturbed, options):
+    """Ctrl-C again and again while the sweep ends."""
+    config, path = study_file(folder, BLOCKS), folder / "a.h5"
+    with Sweep(config, path, *options, "--quiet", seconds=0.2) as sweep:
+        sweep.wait_for_blocks(2)
+        while sweep.process.poll() is None:
+            sweep.signal_all(signal.SIGINT)
+            time.sleep(0.1)
+        code, lines = sweep.end()
+        wait_until(lambda: not sweep.members, 10)
+    assert code == 130
+    assert not any("Traceback" in line for line in lines), lines
+    with Sweep(config, path, "--quiet") as again:
+        assert again.end() == (0, [])
+    assert digest(path) == undisturbed(BLOCKS)

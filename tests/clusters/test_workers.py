@@ -1,0 +1,143 @@
+"""Workers that are missing, late, of other versions, or that come and go."""
+
+from __future__ import annotations
+
+import asyncio
+import shutil
+import time
+
+import pytest
+from distributed import Client, LocalCluster
+
+import explore
+from clusters.processes import ROOT, Cluster, Sweep, committed, digest, study_file, wait_until
+from explore.sweeping.window import SPARE_BLOCKS
+
+BLOCKS = 12
+
+
+@pytest.fixture
+def config(folder):
+    return study_file(folder, BLOCKS)
+
+
+@pytest.fixture(params=["version", "kernel", "none"])
+def other(request, folder):
+    """Where a worker would find another `explore`, and the words that say what is wrong with it."""
+    copy = folder / "other"
+    if request.param == "none":
+        (copy / "explore").mkdir(parents=True)
+        (copy / "explore" / "__init__.py").touch()
+        return copy, ["cannot run explore (ModuleNotFoundError: No module named 'explore.", "install linkage-explore"]
+    shutil.copytree(ROOT / "explore", copy / "explore")
+    if request.param == "version":
+        (copy / "explore" / "_version.py").write_text('__version__ = "9.8.7"\n')
+        return copy, ["has other versions", f"explore 9.8.7 there, {explore.__version__} here", "make them equal"]
+    declaration = copy / "explore" / "mechanisms" / "crank_rocker.py"
+    text = declaration.read_text()
+    declaration.write_text(text.replace('kernel_version="1"', 'kernel_version="77"'))
+    assert declaration.read_text() != text
+    return copy, ["has other versions", "kernels crank-rocker 77 there, crank-rocker 1 here", "make them equal"]
+
+
+def test_workers_of_other_versions_are_refused_before_anything_is_computed(folder, config, cluster: Cluster, other):
+    path, (copy, words) = folder / "a.h5", other
+    cluster.add_worker()
+    cluster.add_worker(copy)
+    cluster.wait_for_workers(2)
+    with Sweep(config, path, "--scheduler", cluster.address, "--quiet") as sweep:
+        code, lines = sweep.end()
+    assert (code, len(lines)) == (1, 1), lines
+    assert lines[0].startswith("error: ")
+    assert all(word in lines[0] for word in words), lines
+    assert committed(path) == []
+    assert sweep.log()[-1]["computed"] == 0
+
+
+def test_workers_of_other_versions_are_refused_when_they_join(folder, config, cluster: Cluster, undisturbed, other):
+    path, (copy, words) = folder / "a.h5", other
+    cluster.add_worker()
+    cluster.wait_for_workers(1)
+    with Sweep(config, path, "--scheduler", cluster.address, "--quiet", seconds=1) as sweep:
+        sweep.wait_for_blocks(1)
+        cluster.add_worker(copy)
+        code, lines = sweep.end()
+    assert (code, len(lines)) == (1, 1), lines
+    assert all(word in lines[0] for word in words), lines
+    assert 1 <= len(committed(path)) < BLOCKS
+    with Sweep(config, path, "--quiet") as again:
+        assert again.end() == (0, [])
+    assert digest(path) == undisturbed(BLOCKS)
+
+
+def test_a_cluster_without_workers_is_waited_for_and_those_that_come_get_work(
+    folder, config, cluster: Cluster, undisturbed
+):
+    path = folder / "a.h5"
+    with Sweep(config, path, "--scheduler", cluster.address, "--quiet", seconds=0.3) as sweep:
+        wait_until(lambda: "the cluster has no worker; waiting for one" in sweep.stderr)
+        first = cluster.add_worker()
+        sweep.wait_for_blocks(1)
+        second = cluster.add_worker()
+        code, lines = sweep.end()
+    assert (code, lines) == (0, ["the cluster has no worker; waiting for one"])
+    assert {pid for _, pid in sweep.executions} == {first.process.pid, second.process.pid}
+    assert sweep.extra == 0
+    threads = [event["threads"] for event in sweep.log() if event["event"] == "workers"]
+    assert threads == [0, 1, 2]
+    assert digest(path) == undisturbed(BLOCKS)
+
+
+def test_the_window_widens_with_the_workers():
+    """Blocks under way: at most one for each thread and two more."""
+    from explore.sweeping.window import Window
+
+    under_way, most, threads = set(), {1: 0, 3: 0}, 1
+
+    def submit(number):
+        under_way.add(number)
+        most[threads] = max(most[threads], len(under_way))
+        return client.submit(time.sleep, 0.05, pure=False)
+
+    def accept(number, _):
+        nonlocal threads
+        under_way.discard(number)
+        if number == 10:
+            cluster.scale(3)
+            client.wait_for_workers(3, timeout=30)
+            threads = 3
+
+    settings = {"processes": False, "threads_per_worker": 1, "dashboard_address": "127.0.0.1:0"}
+    with LocalCluster(n_workers=1, **settings) as cluster, Client(cluster, set_as_default=False) as client:
+        Window(client, submit, accept, pytest.fail, lambda *_, **__: None).run(range(120))
+    assert most == {1: 1 + SPARE_BLOCKS, 3: 3 + SPARE_BLOCKS}
+
+
+def test_a_scheduler_that_does_not_answer_is_named_in_one_line(folder, config, report):
+    begun = time.monotonic()
+    with Sweep(config, folder / "a.h5", "--scheduler", "tcp://127.0.0.1:9", "--quiet") as sweep:
+        code, lines = sweep.end()
+    seconds = time.monotonic() - begun
+    report(f"unreachable scheduler: {seconds:.1f} s")
+    assert code == 1
+    assert len(lines) == 1
+    assert lines[0].startswith("error: no dask scheduler answers at tcp://127.0.0.1:9: ")
+    assert lines[0].endswith("start one with `dask scheduler`")
+    assert seconds < 15
+
+
+def test_an_asynchronous_client_is_refused(folder, config):
+    async def sweep():
+        settings = {"processes": False, "n_workers": 1, "dashboard_address": "127.0.0.1:0", "asynchronous": True}
+        async with LocalCluster(**settings) as cluster, Client(cluster, asynchronous=True) as client:
+            with pytest.raises(explore.ExploreError, match="the client is asynchronous; give a synchronous"):
+                explore.sweep(explore.load_study(config), folder / "a.h5", client=client)
+
+    asyncio.run(sweep())
+
+
+def test_a_log_that_cannot_be_written_does_not_stop_the_sweep(folder, config, undisturbed):
+    (folder / "a.h5.log.jsonl").mkdir()
+    with Sweep(config, folder / "a.h5", "--quiet") as sweep:
+        assert sweep.end() == (0, [])
+    assert digest(folder / "a.h5") == undisturbed(BLOCKS)
