@@ -124,7 +124,9 @@ def _parse(file: h5py.File, path: Path, size: int) -> Layout:
     axis = _member(_member(file, "frame", h5py.Group), "axis0", h5py.Dataset)
     names = [INDEX, *_read_names(axis, len(designs) - 1, size)]
     datasets = {name: _member(designs, name, h5py.Dataset) for name in names}
-    columns = tuple(map(_read_column, datasets.values()))
+    if len(datasets) < len(names):
+        raise ValueError("two columns have the same name")
+    columns = tuple(_read_column(name, dataset) for name, dataset in datasets.items())
     offsets, chunks = _read_places(datasets, n_designs, block_size, size)
     commit = _member(_member(file, "progress", h5py.Group), "commit", h5py.Dataset)
     if commit.dtype != np.dtype("<u8"):
@@ -203,12 +205,11 @@ def _read_names(axis: h5py.Dataset, count: int, size: int) -> list[str]:
     return [name.decode() for name in axis[:].tolist()]
 
 
-def _read_column(dataset: h5py.Dataset) -> Column:
+def _read_column(name: str, dataset: h5py.Dataset) -> Column:
     if dataset.dtype.kind not in "if" or dataset.dtype.byteorder == ">":
         raise ValueError(f"{dataset.name} has the unknown type {dataset.dtype}")
-    texts = {name: _text(dataset.attrs.get(name, b"")) for name in ("units", "long_name", "role", "labels")}
+    texts = {key: _text(dataset.attrs.get(key, b"")) for key in ("units", "long_name", "role", "labels")}
     labels = {int(code): str(label) for code, label in json.loads(texts["labels"] or "{}").items()}
-    name = dataset.name.rsplit("/", 1)[1]
     return Column(name, texts["units"], texts["long_name"], texts["role"], dataset.dtype.str, labels)
 
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import io
 import os
-from collections.abc import Iterator
+import threading
+from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from functools import partial
@@ -55,7 +56,7 @@ def pack(source: Path, target: Path, progress: Progress | None = None) -> None:
         with LockFile(target):
             _check_target(source, target)
             with new_file(target) as temporary:
-                _write(file, layout, words, temporary, progress)
+                _run_apart(lambda stop: _write(file, layout, words, temporary, progress, stop))
                 _read_back(temporary, layout, words, progress)
 
 
@@ -63,6 +64,19 @@ def _check_target(source: Path, target: Path) -> None:
     if target.exists():
         reason = "is the file to be packed" if target.samefile(source) else "exists already"
         raise ResultsError(f"{target} {reason}; {ELSEWHERE}")
+
+
+def _run_apart(work: Callable[[threading.Event], None]) -> None:
+    """Run in a thread of its own, which is told to stop when this one is interrupted.
+
+    The main thread alone receives Ctrl-C, and in a callback of HDF5 it would be lost or crash the process.
+    """
+    stop = threading.Event()
+    with ThreadPoolExecutor(1) as thread:
+        try:
+            thread.submit(work, stop).result()
+        finally:
+            stop.set()
 
 
 class Sink(io.RawIOBase):
@@ -73,7 +87,7 @@ class Sink(io.RawIOBase):
 
     def __init__(self, path: Path) -> None:
         self._file = io.FileIO(path, "x+")
-        self._error: BaseException | None = None
+        self._error: OSError | None = None
 
     def check(self) -> None:
         """Raise what went wrong, if anything."""
@@ -105,7 +119,7 @@ class Sink(io.RawIOBase):
         try:
             while left and self._error is None:
                 left = left[self._file.write(left) :]
-        except BaseException as error:  # an interrupt as well must not go through HDF5
+        except OSError as error:
             self._error = error
         return count
 
@@ -116,7 +130,7 @@ class Sink(io.RawIOBase):
         try:
             while done < len(view) and (read := self._file.readinto(view[done:])):
                 done += read
-        except BaseException as error:
+        except OSError as error:
             self._error = self._error or error
         view[done:] = bytes(len(view) - done)
         return len(view)
@@ -126,7 +140,7 @@ class Sink(io.RawIOBase):
         try:
             if self._error is None:
                 return self._file.truncate(size)
-        except BaseException as error:
+        except OSError as error:
             self._error = error
         return size or 0
 
@@ -144,7 +158,12 @@ def _new_hdf5(path: Path) -> Iterator[tuple[h5py.File, Sink]]:
 
 
 def _write(
-    file: io.FileIO, layout: Layout, words: npt.NDArray[np.uint64], path: Path, progress: Progress | None
+    file: io.FileIO,
+    layout: Layout,
+    words: npt.NDArray[np.uint64],
+    path: Path,
+    progress: Progress | None,
+    stop: threading.Event,
 ) -> None:
     """Write the copy. The time goes into compressing, so all processors share the columns of a block."""
     chunk = chunk_length(layout.n_designs, layout.block_size)
@@ -162,6 +181,8 @@ def _write(
                 sink.check()
             if progress is not None:
                 progress(number + 1, 2 * layout.n_blocks)
+            if stop.is_set():
+                return
         packed["progress/commit"][...] = words
 
 
