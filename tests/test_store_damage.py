@@ -107,6 +107,7 @@ HOSTILE = {
     "no index": lambda file: file["designs"].__delitem__("design"),
     "no commit words": lambda file: file.__delitem__("progress/commit"),
     "no names": lambda file: file.__delitem__("frame/axis0"),
+    "the same name twice": lambda file: file["frame/axis0"].write_direct(file["frame/axis0"][:][[0, 0, 2, 3, 4]]),
     "one column more": lambda file: file["designs"].create_dataset("more", data=np.zeros(3)),
     "labels are no JSON": lambda file: file["designs/status"].attrs.create("labels", "{"),
     "labels are a list": lambda file: file["designs/status"].attrs.create("labels", "[1]"),

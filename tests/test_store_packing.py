@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import os
+import random
 import re
 import shutil
+import signal
 import subprocess
 import sys
 import time
@@ -243,3 +245,35 @@ def test_interrupt_leaves_nothing_behind(finished, tmp_path):
     with pytest.raises(KeyboardInterrupt):
         pack(finished, tmp_path / "new.h5", stop)
     assert list(tmp_path.iterdir()) == []
+
+
+ENDLESS = """
+import signal
+from pathlib import Path
+from explore.store.packing import pack
+signal.signal(signal.SIGINT, signal.default_int_handler)
+try:
+    print("ready", flush=True)
+    while True:
+        pack(Path({source!r}), Path({target!r}))
+        Path({target!r}).unlink()
+except KeyboardInterrupt:
+    print("stopped")
+"""
+
+
+def test_ctrl_c_at_any_time_leaves_nothing_behind(finished, tmp_path):
+    """A real signal, which must not be lost in a callback of HDF5 nor crash it."""
+    chance, target = random.Random(3), tmp_path / "new.h5"
+    code = ENDLESS.format(source=str(finished), target=str(target))
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
+    for _ in range(8):
+        process = subprocess.Popen(
+            [sys.executable, "-c", code], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment
+        )
+        assert process.stdout.readline() == "ready\n"
+        time.sleep(0.02 + chance.random() * 0.2)
+        process.send_signal(signal.SIGINT)
+        assert process.communicate(timeout=60) == ("stopped\n", "")
+        target.unlink(missing_ok=True)
+        assert list(tmp_path.iterdir()) == []

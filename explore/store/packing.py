@@ -46,6 +46,10 @@ def pack(source: Path, target: Path, progress: Progress | None = None) -> None:
         The source is not finished, packed already or damaged; the target is there, is being written or cannot be
         written, the disk is full. Nothing is left behind.
     """
+    _run_apart(lambda stop: _pack(source, target, _Report(progress, stop)))
+
+
+def _pack(source: Path, target: Path, report: _Report) -> None:
     layout = read_layout(source)
     if layout.packed:
         raise ResultsError(f"{source} is packed already")
@@ -56,8 +60,8 @@ def pack(source: Path, target: Path, progress: Progress | None = None) -> None:
         with LockFile(target):
             _check_target(source, target)
             with new_file(target) as temporary:
-                _run_apart(lambda stop: _write(file, layout, words, temporary, progress, stop))
-                _read_back(temporary, layout, words, progress)
+                _write(file, layout, words, temporary, report)
+                _read_back(temporary, layout, words, report)
 
 
 def _check_target(source: Path, target: Path) -> None:
@@ -67,7 +71,7 @@ def _check_target(source: Path, target: Path) -> None:
 
 
 def _run_apart(work: Callable[[threading.Event], None]) -> None:
-    """Run in a thread of its own, which is told to stop when this one is interrupted.
+    """Run in a thread of its own, which is told to stop when this one is interrupted, and cleans up by itself.
 
     The main thread alone receives Ctrl-C, and in a callback of HDF5 it would be lost or crash the process.
     """
@@ -77,6 +81,19 @@ def _run_apart(work: Callable[[threading.Event], None]) -> None:
             thread.submit(work, stop).result()
         finally:
             stop.set()
+
+
+class _Report:
+    """Passes progress on, and stops the work between two blocks."""
+
+    def __init__(self, progress: Progress | None, stop: threading.Event) -> None:
+        self._progress, self._stop = progress, stop
+
+    def __call__(self, done: int, total: int) -> None:
+        if self._stop.is_set():
+            raise KeyboardInterrupt
+        if self._progress is not None:
+            self._progress(done, total)
 
 
 class Sink(io.RawIOBase):
@@ -157,14 +174,7 @@ def _new_hdf5(path: Path) -> Iterator[tuple[h5py.File, Sink]]:
             sink.check()  # what HDF5 says after a failure is only its consequence
 
 
-def _write(
-    file: io.FileIO,
-    layout: Layout,
-    words: npt.NDArray[np.uint64],
-    path: Path,
-    progress: Progress | None,
-    stop: threading.Event,
-) -> None:
+def _write(file: io.FileIO, layout: Layout, words: npt.NDArray[np.uint64], path: Path, report: _Report) -> None:
     """Write the copy. The time goes into compressing, so all processors share the columns of a block."""
     chunk = chunk_length(layout.n_designs, layout.block_size)
     attributes = {name: value for name, value in layout.attributes.items() if name not in _OWN}
@@ -179,10 +189,7 @@ def _write(
             for dataset, data in zip(datasets, stored, strict=True):
                 dataset.write_direct_chunk((start,), data)
                 sink.check()
-            if progress is not None:
-                progress(number + 1, 2 * layout.n_blocks)
-            if stop.is_set():
-                return
+            report(number + 1, 2 * layout.n_blocks)
         packed["progress/commit"][...] = words
 
 
@@ -196,12 +203,11 @@ def _sound_block(file: io.FileIO, layout: Layout, number: int, word: int) -> lis
     return arrays
 
 
-def _read_back(path: Path, source: Layout, words: npt.NDArray[np.uint64], progress: Progress | None) -> None:
+def _read_back(path: Path, source: Layout, words: npt.NDArray[np.uint64], report: _Report) -> None:
     """Make sure that the copy says what the source says, down to the last byte."""
     copy, n_blocks = read_layout(path), source.n_blocks
     same = (copy.columns, copy.attributes) == (source.columns, source.attributes)
     with io.FileIO(path) as file:
         same = same and np.array_equal(read_words(file, copy), words)
-        report = None if progress is None else lambda done, _: progress(n_blocks + done, 2 * n_blocks)
-        if not same or damaged_blocks(file, copy, report):
+        if not same or damaged_blocks(file, copy, lambda done, _: report(n_blocks + done, 2 * n_blocks)):
             raise ResultsError("the packed file does not read back as written; check the disk")
