@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 import numpy.typing as npt
 
-from explore.errors import RequestError
+from explore.errors import RequestError, ResultsError
 from explore.suggest import suggestion
 from explore.vocabulary import Column, Columns, FloatArray, Objective, Sense, Status
 
@@ -99,9 +99,12 @@ class Tally:
     @staticmethod
     def from_json(text: str) -> Tally:
         """The counts that `to_json` wrote."""
-        content = json.loads(text)
-        counters = {name: Counter(content[name]) for name in ("by_status", "by_constraint", "undefined")}
-        return Tally(tuple(content["margins"]), content["ranked"], content["not_finite"], **counters)
+        try:
+            content = json.loads(text)
+            counters = {name: Counter(content[name]) for name in ("by_status", "by_constraint", "undefined")}
+            return Tally(tuple(content["margins"]), int(content["ranked"]), int(content["not_finite"]), **counters)
+        except (ValueError, KeyError, TypeError) as error:
+            raise ResultsError(f"the tally of the designs that were not kept is damaged: {error}") from error
 
     def add(self, columns: Columns, eligible: npt.NDArray[np.bool_], finite: npt.NDArray[np.bool_]) -> None:
         """Count one block."""

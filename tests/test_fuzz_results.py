@@ -131,16 +131,11 @@ def assert_survived(worker, sound, content):
     assert left == ["damaged.h5", "sound.h5", "study.toml"]
 
 
-#: Of the store, to be changed there: damaged JSON attributes, columns over each other, long doubles.
-STORE = pytest.mark.xfail(strict=True, reason="the store's layout check lets some damage through")
-
-
 SHORT = settings(derandomize=True, deadline=None, max_examples=300,
                  suppress_health_check=[HealthCheck.too_slow])  # fmt: skip
 LONG = settings(SHORT, max_examples=10_000)
 
 
-@STORE
 @SHORT
 @given(changes=damages())
 def test_damaged_results(worker, sound, changes):
@@ -148,7 +143,6 @@ def test_damaged_results(worker, sound, changes):
 
 
 @pytest.mark.slow
-@STORE
 @LONG
 @given(changes=damages())
 def test_damaged_results_long(worker, sound, changes):
@@ -158,7 +152,6 @@ def test_damaged_results_long(worker, sound, changes):
 JSON = ("objectives", "senses", "speed_powers", "status_sentences")
 
 
-@STORE
 @pytest.mark.parametrize("name", JSON)
 @pytest.mark.parametrize("text", [b"{", b"1", b"null", b'"a"'])
 def test_damaged_json_is_said_to_be_damaged(worker, sound, name, text):
@@ -171,7 +164,6 @@ def test_damaged_json_is_said_to_be_damaged(worker, sound, name, text):
         assert reply["err"].startswith(f"error: {path} is damaged and cannot be read")
 
 
-@STORE
 @pytest.mark.parametrize("onto", ["crank", "design"])
 def test_columns_over_each_other_are_refused(worker, sound, onto):
     """Computing a block again would write one column over the other, and say that all is well."""

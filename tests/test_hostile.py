@@ -359,9 +359,6 @@ def test_an_attribute_of_1_mb_is_refused(worker, sound, tmp_path):
         assert_refused(reply, 1, "attribute config is too long")
 
 
-#: Of the store, to be changed there: each marker goes with its cause.
-STORE = pytest.mark.xfail(strict=True, reason="the store calls an empty attribute damage")
-
 IGNORED = {
     "an attribute with texts of any length": lambda file: file.attrs.create("x", ["import os"] * 3),
     "an attribute with a reference": lambda file: file.attrs.create("x", file["designs"].ref, dtype=h5py.ref_dtype),
@@ -380,7 +377,6 @@ IGNORED = {
 }
 
 
-@STORE
 def test_an_empty_attribute_is_ignored(worker, altered):
     path = altered(lambda file: file.attrs.create("x", h5py.Empty("f8")))
     assert [reply[0] for reply in replies(worker, path)] == [0, 0, 0]

@@ -14,8 +14,9 @@ import numpy as np
 from explore.errors import ResultsError
 from explore.store import platform
 from explore.store.image import build
-from explore.store.layout import Attribute, Layout, read_layout
+from explore.store.layout import Attribute, Layout
 from explore.store.names import temporary_name
+from explore.store.parsing import read_layout
 from explore.vocabulary import Column
 
 #: Values of the index written at a time.

@@ -77,6 +77,9 @@ class Journal:
                 self._file = stack.enter_context(io.FileIO(self._descriptor, closefd=False))
                 self._first = self._check_header()
                 self._cut_damaged_end()
+                # A killed run may have left a name or a record that is seen but not durable.
+                platform.sync_data(self._descriptor)
+                platform.sync_folder(self.path.parent)
                 self._closing = stack.pop_all()
         except ResultsError:
             raise

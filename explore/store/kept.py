@@ -20,9 +20,10 @@ from explore.store import platform
 from explore.store.creation import laid_out
 from explore.store.difference import described, other_study
 from explore.store.journal import Journal, Record
-from explore.store.layout import INDEX, KEEP_FRONT, Attribute, read_layout
+from explore.store.layout import INDEX, KEEP_FRONT, Attribute
 from explore.store.locking import LockFile
-from explore.store.names import ELSEWHERE, is_hdf5, journal_name, set_aside, temporary_name
+from explore.store.names import ELSEWHERE, is_hdf5, journal_name, real_path, set_aside, temporary_name
+from explore.store.parsing import read_layout
 from explore.store.reading import commit_word, damaged_blocks
 from explore.vocabulary import Column
 
@@ -121,10 +122,10 @@ class KeptWriter:
         *,
         restart: bool = False,
     ) -> None:
-        self.path = path
+        self.path = real_path(path)
         self._columns, self._attributes, self._restart = tuple(columns), dict(attributes), restart
         self._study = described(attributes, n_designs, columns)
-        self._journal = Journal(journal_name(path), self._study)
+        self._journal = Journal(journal_name(self.path), self._study)
         self._closing = contextlib.ExitStack()
         self.finished = False
 
@@ -137,6 +138,7 @@ class KeptWriter:
             self.finished = self.path.exists()
             if self.finished:
                 self._check_same_study()
+                platform.sync_folder(self.path.parent)  # a killed run may have left a name that is not durable
                 journal_name(self.path).unlink(missing_ok=True)  # left by a kill between the last two steps
             else:
                 stack.enter_context(self._journal)

@@ -5,10 +5,16 @@ from __future__ import annotations
 from pathlib import Path
 
 from explore.errors import ResultsError
+from explore.store import platform
 
 #: How every HDF5 file begins.
 _SIGNATURE = b"\x89HDF\r\n\x1a\n"
 ELSEWHERE = "name another file with -o"
+
+
+def real_path(path: Path) -> Path:
+    """The file that a link leads to: locked, written and replaced is that one, by whatever name."""
+    return path.resolve() if path.is_symlink() else path
 
 
 def temporary_name(path: Path) -> Path:
@@ -40,3 +46,4 @@ def set_aside(path: Path) -> None:
                 number += 1
                 aside = file.with_name(f"{file.name}.old{number}")
             file.rename(aside)
+            platform.sync_folder(file.parent)  # or the new file could take the name before the old one left it

@@ -20,9 +20,10 @@ from explore.errors import ResultsError
 from explore.store.chunks import chunk_length, compressed, make_chunked
 from explore.store.creation import new_file
 from explore.store.image import lay_out
-from explore.store.layout import Layout, read_layout
+from explore.store.layout import Layout
 from explore.store.locking import LockFile
 from explore.store.names import ELSEWHERE
+from explore.store.parsing import read_layout
 from explore.store.reading import Progress, commit_word, damaged_blocks, read_rows, read_words
 
 _OWN = ("format", "format_version", "n_designs", "block_size")

@@ -15,8 +15,9 @@ import numpy.typing as npt
 
 from explore.errors import ResultsError
 from explore.store.journal import count_records
-from explore.store.layout import INDEX, KEEP_FRONT, Attribute, Layout, read_layout
+from explore.store.layout import INDEX, KEEP_FRONT, Attribute, Layout
 from explore.store.names import journal_name
+from explore.store.parsing import read_layout
 from explore.store.reading import COMMITTED, Progress, damaged_blocks, read_rows, read_words
 from explore.suggest import suggestion
 from explore.vocabulary import Column

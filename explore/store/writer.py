@@ -23,9 +23,10 @@ from explore.errors import ResultsError
 from explore.store import platform
 from explore.store.creation import create
 from explore.store.difference import described, other_study
-from explore.store.layout import INDEX, Attribute, Layout, read_layout
+from explore.store.layout import INDEX, Attribute, Layout
 from explore.store.locking import LockFile
-from explore.store.names import ELSEWHERE, is_hdf5, journal_name, set_aside, temporary_name
+from explore.store.names import ELSEWHERE, is_hdf5, journal_name, real_path, set_aside, temporary_name
+from explore.store.parsing import read_layout
 from explore.store.reading import commit_word, damaged_blocks, read_words
 from explore.vocabulary import Column
 
@@ -62,10 +63,11 @@ class Writer:
         *,
         restart: bool = False,
     ) -> None:
-        self.path = Path(path)
+        self.path = real_path(path)
         self._content = (tuple(columns), n_designs, block_size, dict(attributes))
         self._restart = restart
         self._closing = contextlib.ExitStack()
+        self._wrote = False
 
     def __enter__(self) -> Self:
         try:
@@ -82,7 +84,14 @@ class Writer:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        self._closing.close()
+        with self._closing:
+            if error is None and self._wrote:
+                self._check_layout()
+
+    def _check_layout(self) -> None:
+        """Make sure that writing changed nothing but values: damage in HDF5's own bytes may have misled us."""
+        if read_layout(self.path) != self._layout:
+            raise ResultsError(f"{self.path} is damaged; use --restart to start over (the file is moved aside)")
 
     @property
     def pending(self) -> array[int]:
@@ -109,6 +118,9 @@ class Writer:
         """
         arrays = self._checked(number, columns)
         start, _ = self._layout.rows(number)
+        if os.fstat(self._descriptor).st_size != self._layout.size:
+            # HDF5 empties a file that it is told to make anew before it finds that it may not.
+            raise ResultsError(f"{self.path} was cut short by another program; use --restart to start over")
         try:
             for column, values in zip(self._layout.columns, arrays, strict=True):
                 platform.write_at(self._descriptor, values.data, self._layout.offset(column, start))
@@ -117,7 +129,7 @@ class Writer:
         except OSError as error:
             text = f"{self.path}: block {number} cannot be written: {error.strerror or error}"
             raise ResultsError(f"{text}; run the sweep again to go on once the cause is gone") from error
-        self._committed[number] = True
+        self._committed[number] = self._wrote = True
 
     def _checked(self, number: int, columns: Mapping[str, npt.NDArray[Any]]) -> list[npt.NDArray[Any]]:
         if not 0 <= number < self._layout.n_blocks or self._committed[number]:
@@ -153,6 +165,9 @@ class Writer:
         self._descriptor = platform.open_binary(self.path, os.O_RDWR)
         stack.callback(os.close, self._descriptor)
         self._keep_others_from_writing()
+        # A killed run may have left a name or a commit word that is seen but not durable.
+        platform.sync_data(self._descriptor)
+        platform.sync_folder(self.path.parent)
         self._committed = self._read_committed()
 
     def _prepare(self) -> None:

@@ -15,7 +15,8 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Self
 
-from explore.store.layout import damaged_blocks, read_layout, read_words
+from explore.store.parsing import read_layout
+from explore.store.reading import damaged_blocks, read_words
 
 ROOT = Path(__file__).parents[2]
 #: Closed form only: a block takes 15 ms and 62 bytes a design.

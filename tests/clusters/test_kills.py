@@ -12,7 +12,7 @@ import pytest
 from distributed import Client, LocalCluster
 
 import explore
-from clusters.processes import Cluster, Sweep, committed, digest, lives, session_members, study_file, wait_until
+from clusters.processes import Cluster, Sweep, committed, digest, lives, study_file, wait_until
 from explore.sweeping import window
 from explore.sweeping.window import SPARE_BLOCKS, Window
 

@@ -159,10 +159,7 @@ def test_real_kills_leave_what_the_replay_says(server, recorded, fresh, whole, f
         assert sha256(folder / "grid.h5") == whole
 
 
-NOT_SYNCHRONISED = pytest.mark.xfail(strict=True, reason="--restart renames the old file and does not sync the folder")
-
-
-@pytest.mark.parametrize("action", ["kill", pytest.param("cut", marks=NOT_SYNCHRONISED)])
+@pytest.mark.parametrize("action", ["kill", "cut"])
 def test_restart_never_loses_the_old_results(server, memory, undisturbed, figures, action):
     """`--restart` moves a file aside and makes a new one: at each moment the old blocks are under one of two names."""
     folder = memory / f"restart-{action}"

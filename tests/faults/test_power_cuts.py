@@ -75,7 +75,6 @@ def test_results_in_a_new_folder_stay(record, fresh, whole, figures, states):
     assert figures.harmless, figures
 
 
-@pytest.mark.xfail(strict=True, reason="a resumed run does not sync what the killed run had left unsynchronised")
 @pytest.mark.parametrize("states", STATES)
 def test_power_cut_after_a_kill(record, fresh, whole, figures, states):
     """What a killed run left in the memory of the system is not on the disk, though the next run sees it."""
