@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import itertools
 import os
 import random
@@ -238,33 +239,34 @@ def test_kills_lose_nothing_that_was_acknowledged(tmp_path):
     assert [p.name for p in tmp_path.iterdir()] == ["a.journal"]
 
 
-@pytest.fixture
-def limit_of_file_size():
-    """Set a limit on the length of files, which is lifted afterwards: what exceeds it fails as on a full disk."""
+@contextlib.contextmanager
+def limited_file_size(size):
+    """A limit of this process, only while nothing else writes: pytest's own output may go to a file."""
     old = resource.getrlimit(resource.RLIMIT_FSIZE)
-    yield lambda size: resource.setrlimit(resource.RLIMIT_FSIZE, (size, old[1]))
-    resource.setrlimit(resource.RLIMIT_FSIZE, old)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size, old[1]))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, old)
 
 
-def test_full_disk_leaves_a_usable_journal(tmp_path, limit_of_file_size):
+def test_full_disk_leaves_a_usable_journal(tmp_path):
     path = grown(tmp_path / "a.journal", 3)
     good = path.stat().st_size
     with Journal(path, HEADER) as journal:
         for room in (0, 1, 40):
-            limit_of_file_size(good + room)
-            with pytest.raises(ResultsError, match=r"a\.journal cannot be written: File too large; run the sw"):
+            refused = pytest.raises(ResultsError, match=r"a\.journal cannot be written: File too large; run the sw")
+            with refused, limited_file_size(good + room):
                 journal.append(*record(3))
             assert path.stat().st_size == good
             assert check(journal) == [0, 1, 2]
-        limit_of_file_size(resource.RLIM_INFINITY)
         journal.append(*record(3))
         assert check(journal) == [0, 1, 2, 3]
     assert numbers_in(path) == [0, 1, 2, 3]
 
 
-def test_full_disk_at_the_beginning_leaves_nothing(tmp_path, limit_of_file_size):
-    limit_of_file_size(100)
-    with pytest.raises(ResultsError, match=r"a\.journal needs [\d,]+ bytes .*ulimit"):
+def test_full_disk_at_the_beginning_leaves_nothing(tmp_path):
+    with pytest.raises(ResultsError, match=r"a\.journal needs [\d,]+ bytes .*ulimit"), limited_file_size(100):
         grown(tmp_path / "a.journal", 0)
     assert list(tmp_path.iterdir()) == []
 

@@ -73,10 +73,9 @@ def sweep(
     """Compute every design of a study; the same command again continues."""
     from explore.cli.sweeps import SweepOptions, run_sweep
 
-    options = SweepOptions(
-        config, output, workers, processes, scheduler, keep.value, restart, 0 if fail_fast else max_failures
-    )
-    raise typer.Exit(run_sweep(options, dry_run=dry_run, verbose=verbose, quiet=quiet))
+    failures = 0 if fail_fast else max_failures
+    options = SweepOptions(config, output, workers, processes, scheduler, keep.value, restart, failures, verbose, quiet)
+    raise typer.Exit(run_sweep(options, dry_run=dry_run))
 
 
 @app.command(epilog="Example: explore rank --metric cv --metric swing_angle:max --top 5")

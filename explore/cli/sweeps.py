@@ -33,6 +33,8 @@ class SweepOptions:
     keep: Literal["all", "front"]
     restart: bool
     max_failures: int | None
+    verbose: bool
+    quiet: bool
 
     @property
     def path(self) -> Path:
@@ -49,6 +51,8 @@ class SweepOptions:
         words += ["--scheduler", self.scheduler] if self.scheduler else []
         words += ["--keep", self.keep] if self.keep != "all" else []
         words += ["--max-failures", str(self.max_failures)] if self.max_failures is not None else []
+        words += ["--verbose"] if self.verbose else []
+        words += ["--quiet"] if self.quiet else []
         return shlex.join(words)
 
     def cluster(self) -> AbstractContextManager[Client]:
@@ -62,7 +66,7 @@ class SweepOptions:
         return remote_cluster(self.scheduler)
 
 
-def run_sweep(options: SweepOptions, *, dry_run: bool, verbose: bool, quiet: bool) -> int:
+def run_sweep(options: SweepOptions, *, dry_run: bool) -> int:
     """Sweep a study and return the exit code."""
     cluster = options.cluster()
     with compiled_kernels():
@@ -77,7 +81,7 @@ def run_sweep(options: SweepOptions, *, dry_run: bool, verbose: bool, quiet: boo
     if path.is_dir():
         raise ResultsError(f"{path} is a folder; name another file with -o")
     try:
-        with _terminable(), sweep_progress(study.space.count, quiet=quiet) as progress:
+        with _terminable(), sweep_progress(study.space.count, quiet=options.quiet) as progress:
             summary = run_study(
                 study,
                 path,
@@ -86,12 +90,12 @@ def run_sweep(options: SweepOptions, *, dry_run: bool, verbose: bool, quiet: boo
                 max_failures=options.max_failures,
                 restart=options.restart,
                 progress=progress,
-                listener=_Listener(verbose=verbose),
+                listener=_Listener(verbose=options.verbose),
             )
     except KeyboardInterrupt:
         say(f"interrupted; finished blocks are safe in {path}. To go on: {options.command}")
         return 130
-    _report(summary, quiet=quiet)
+    _report(summary, quiet=options.quiet)
     if options.keep == "all":
         _compare_objectives(study, path)
     return 3 if summary.failed else 0
