@@ -150,8 +150,13 @@ class Sweep(_Process):
         super().__init__([*program, *self.words], results.parent, f"sweep{Sweep._count}")
 
     def end(self, seconds: float = 60.0) -> tuple[int, list[str]]:
-        """Wait for its end: exit code and the lines on stderr."""
-        return self.process.wait(seconds), self.stderr.splitlines()
+        """Wait for its end: exit code and the lines on stderr. One that hangs tells where."""
+        try:
+            return self.process.wait(seconds), self.stderr.splitlines()
+        except subprocess.TimeoutExpired:
+            self.process.send_signal(signal.SIGUSR1)
+            time.sleep(1)
+            raise AssertionError(f"hangs after {self.executions[-4:]}, alive: {self.members}\n{self.stderr}") from None
 
     @property
     def executions(self) -> list[tuple[int, int]]:
@@ -170,14 +175,15 @@ class Sweep(_Process):
         return [number for number, _ in self.executions]
 
     def at_work(self, seen: int = 0) -> int:
-        """A living process that began a block, the first `seen` executions aside; wait for one.
+        """A living process that works on a block, the first `seen` executions aside; wait for one.
 
-        Not that of a block which was begun three times before: killed once more, it would be taken for deadly.
+        Not if others died with that block before: a block of which four workers died is taken for deadly.
         """
 
         def found() -> int | None:
             begun = Counter(self.executed)
-            return next((pid for number, pid in self.executions[seen:] if begun[number] < 4 and lives(pid)), None)
+            latest = {pid: number for number, pid in self.executions[seen:]}
+            return next((pid for pid, number in latest.items() if begun[number] < 3 and lives(pid)), None)
 
         return wait_until(found)
 
@@ -192,7 +198,7 @@ class Sweep(_Process):
     @property
     def again(self) -> str:
         """The line that goes on with it."""
-        return " ".join(["explore", *self.words])
+        return " ".join(["explore", *(word for word in self.words if word != "--quiet")])
 
 
 def read_log(results: Path) -> list[Mapping[str, Any]]:

@@ -5,8 +5,10 @@ says by block number what happens there. The function below travels to the worke
 ``__main__``; so it works on any cluster.
 """
 
+import faulthandler
 import functools
 import json
+import signal
 import sys
 
 
@@ -33,7 +35,8 @@ def sabotaged(plan, request, space, number, objectives):
 
 
 def main():
-    """Run the command line on sabotaged blocks."""
+    """Run the command line on sabotaged blocks; a signal asks where it hangs."""
+    faulthandler.register(signal.SIGUSR1)
     plan = json.loads(sys.argv.pop(1))
     from explore.cli import main as command_line
     from explore.sweeping import runs

@@ -27,11 +27,10 @@ def test_killed_workers_cost_time_and_nothing_else(folder, undisturbed, report, 
     with Sweep(study_file(folder, blocks), path, *options, seconds=0.1) as sweep:
         seen = 0
         for _ in range(kills):
-            # A process that began a block after the last kill; then at any moment of that block or of the next.
-            pid = sweep.at_work(seen)
+            sweep.at_work(seen)  # the next one has started, and after a while it is any moment of its work
             time.sleep(chance.random() * 0.2)
+            os.kill(sweep.at_work(seen), signal.SIGKILL)
             seen = len(sweep.executions)
-            os.kill(pid, signal.SIGKILL)
         code, lines = sweep.end(120)
 
     report(f"{kills} kills, {blocks} blocks, {sweep.extra} extra executions")

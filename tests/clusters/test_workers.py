@@ -21,14 +21,19 @@ def config(folder):
     return study_file(folder, BLOCKS)
 
 
-@pytest.fixture(params=["version", "kernel", "none"])
+@pytest.fixture
+def nothing(folder):
+    """Where a worker would find an `explore` with nothing in it."""
+    package = folder / "nothing" / "explore"
+    package.mkdir(parents=True)
+    (package / "__init__.py").touch()
+    return package.parent
+
+
+@pytest.fixture(params=["version", "kernel"])
 def other(request, folder):
     """Where a worker would find another `explore`, and the words that say what is wrong with it."""
     copy = folder / "other"
-    if request.param == "none":
-        (copy / "explore").mkdir(parents=True)
-        (copy / "explore" / "__init__.py").touch()
-        return copy, ["cannot run explore (ModuleNotFoundError: No module named 'explore.", "install linkage-explore"]
     shutil.copytree(ROOT / "explore", copy / "explore")
     if request.param == "version":
         (copy / "explore" / "_version.py").write_text('__version__ = "9.8.7"\n')
@@ -52,6 +57,33 @@ def test_workers_of_other_versions_are_refused_before_anything_is_computed(folde
     assert all(word in lines[0] for word in words), lines
     assert committed(path) == []
     assert sweep.log()[-1]["computed"] == 0
+
+
+def test_workers_without_the_package_are_refused_in_words(folder, config, cluster: Cluster, nothing):
+    cluster.add_worker(nothing)
+    cluster.wait_for_workers(1)
+    with Sweep(config, folder / "a.h5", "--scheduler", cluster.address, "--quiet") as sweep:
+        code, lines = sweep.end()
+    assert (code, len(lines)) == (1, 1), lines
+    assert "cannot run explore" in lines[0]
+    assert "No module named 'explore." in lines[0]
+    assert lines[0].endswith(f"install linkage-explore {explore.__version__} there")
+    assert committed(folder / "a.h5") == []
+
+
+def test_a_worker_without_the_package_that_joins_late_ends_and_harms_nothing(
+    folder, config, cluster: Cluster, undisturbed, nothing
+):
+    """It cannot read what it is sent, so it ends itself, and its block goes to another."""
+    path = folder / "a.h5"
+    cluster.add_worker()
+    cluster.wait_for_workers(1)
+    with Sweep(config, path, "--scheduler", cluster.address, "--quiet", seconds=1) as sweep:
+        sweep.wait_for_blocks(1)
+        worker = cluster.add_worker(nothing)
+        worker.process.wait(30)
+        assert sweep.end() == (0, [])
+    assert digest(path) == undisturbed(BLOCKS)
 
 
 def test_workers_of_other_versions_are_refused_when_they_join(folder, config, cluster: Cluster, undisturbed, other):

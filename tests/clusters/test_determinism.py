@@ -1,0 +1,73 @@
+"""One file, whatever computed it and in whatever order."""
+
+from __future__ import annotations
+
+import random
+
+import pytest
+
+import explore
+from clusters.processes import Cluster, digest
+from explore.sweeping.keeping import KeepAll
+
+#: Every kind of column, three blocks and a part of one: moments, extremes, constraints, several speeds.
+STUDY = """\
+mechanism = "crank-rocker"
+[parameters]
+crank = { start = 60, stop = 180, num = 22 }
+coupler = { start = 900, stop = 1300, num = 21 }
+rocker = { start = 450, stop = 660, num = 15 }
+ground = { start = 620, stop = 830, num = 15 }
+speed = [1, 2.5]
+[constraints]
+transmission_angle_min = { min = 20 }
+"""
+
+
+@pytest.fixture
+def study(folder):
+    path = folder / "study.toml"
+    path.write_text(STUDY)
+    return explore.load_study(path)
+
+
+class Interrupted(Exception):
+    """Raised after a commit."""
+
+
+def interrupt(_):
+    raise Interrupted
+
+
+def test_the_same_bytes_from_threads_processes_clusters_orders_and_resumed_sweeps(
+    folder, study, cluster: Cluster, monkeypatch
+):
+    from distributed import Client
+
+    def sweep(name, **options):
+        path = folder / f"{name}.h5"
+        explore.sweep(study, path, **options)
+        digests[name] = digest(path)
+        path.unlink()
+
+    digests: dict[str, str] = {}
+    assert study.space.n_blocks == 4
+    for _ in range(2):
+        cluster.add_worker()  # starts while the others run
+    for threads in (1, 2, 4):
+        sweep(f"{threads} threads", workers=threads)
+    sweep("processes", workers=2, processes=True)
+    cluster.wait_for_workers(2)
+    with Client(cluster.address, set_as_default=False) as client:
+        sweep("tcp", client=client)
+    for _ in range(3):
+        with pytest.raises(Interrupted):
+            explore.sweep(study, folder / "resumed.h5", workers=2, progress=interrupt)
+    sweep("resumed", workers=2)
+    ordered = KeepAll.pending.fget
+    for seed in range(2):
+        shuffle = random.Random(seed).sample
+        monkeypatch.setattr(KeepAll, "pending", property(lambda self, s=shuffle: s(ordered(self), len(ordered(self)))))
+        sweep(f"shuffled {seed}", workers=2)
+
+    assert len(set(digests.values())) == 1, digests
