@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 
 #: Seconds to wait for a scheduler to answer.
 CONNECT_TIMEOUT = 10
+#: Seconds that last longer than a sweep.
+_NEVER = 1_000_000_000
 #: A level above all that is ever logged.
 _SILENT = logging.CRITICAL + 1
 #: Ctrl-C reaches every process of a terminal; a worker leaves it to the client, which ends all workers.
@@ -38,6 +40,9 @@ def local_cluster(workers: int | None, *, processes: bool) -> Iterator[Client]:
     settings: dict[str, Any] = {f"distributed.worker.memory.{limit}": False for limit in limits}
     settings |= {"distributed.scheduler.http.routes": [], "distributed.worker.http.routes": []}
     settings |= {"distributed.worker.multiprocessing-method": "spawn", "distributed.scheduler.worker-saturation": 1.0}
+    # dask gives a worker up for good if it happens to be restarting this long after it died another time; when the last
+    # one was given up, the sweep would wait forever.
+    settings |= {"distributed.deploy.lost-worker-timeout": _NEVER}
     settings |= {"distributed.worker.preload": [_DEAF] if processes else []}
     with (
         dask.config.set(settings),

@@ -16,7 +16,7 @@ def config(folder):
     return study_file(folder, BLOCKS)
 
 
-@pytest.mark.parametrize("options", [(), ("--processes", "--workers", "2")])
+@pytest.mark.parametrize("options", [(), pytest.param(("--processes", "--workers", "2"), marks=pytest.mark.slow)])
 def test_a_block_that_raises_is_reported_and_the_others_finish(folder, config, undisturbed, options):
     path = folder / "a.h5"
     with Sweep(config, path, *options, "--quiet", poison={"3": "raise"}) as sweep:
@@ -44,7 +44,7 @@ def test_a_block_that_raises_is_reported_and_the_others_finish(folder, config, u
     assert digest(path) == undisturbed(BLOCKS)
 
 
-@pytest.mark.parametrize("death", ["exit", "crash"])
+@pytest.mark.parametrize("death", ["crash", pytest.param("exit", marks=pytest.mark.slow)])
 def test_a_block_that_kills_its_workers_is_left_out_and_the_others_finish(folder, config, undisturbed, report, death):
     path = folder / "a.h5"
     begun = time.monotonic()

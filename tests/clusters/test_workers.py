@@ -30,12 +30,11 @@ def nothing(folder):
     return package.parent
 
 
-@pytest.fixture(params=["version", "kernel"])
-def other(request, folder):
+def other_package(folder, what):
     """Where a worker would find another `explore`, and the words that say what is wrong with it."""
     copy = folder / "other"
     shutil.copytree(ROOT / "explore", copy / "explore")
-    if request.param == "version":
+    if what == "version":
         (copy / "explore" / "_version.py").write_text('__version__ = "9.8.7"\n')
         return copy, ["has other versions", f"explore 9.8.7 there, {explore.__version__} here", "make them equal"]
     declaration = copy / "explore" / "mechanisms" / "crank_rocker.py"
@@ -45,8 +44,9 @@ def other(request, folder):
     return copy, ["has other versions", "kernels crank-rocker 77 there, crank-rocker 1 here", "make them equal"]
 
 
-def test_workers_of_other_versions_are_refused_before_anything_is_computed(folder, config, cluster: Cluster, other):
-    path, (copy, words) = folder / "a.h5", other
+@pytest.mark.parametrize("what", ["version", pytest.param("kernel", marks=pytest.mark.slow)])
+def test_workers_of_other_versions_are_refused_before_anything_is_computed(folder, config, cluster: Cluster, what):
+    path, (copy, words) = folder / "a.h5", other_package(folder, what)
     cluster.add_worker()
     cluster.add_worker(copy)
     cluster.wait_for_workers(2)
@@ -78,7 +78,7 @@ def test_a_worker_without_the_package_that_joins_late_ends_and_harms_nothing(
     path = folder / "a.h5"
     cluster.add_worker()
     cluster.wait_for_workers(1)
-    with Sweep(config, path, "--scheduler", cluster.address, "--quiet", seconds=1) as sweep:
+    with Sweep(config, path, "--scheduler", cluster.address, "--quiet", seconds=0.5) as sweep:
         sweep.wait_for_blocks(1)
         worker = cluster.add_worker(nothing)
         worker.process.wait(30)
@@ -86,11 +86,12 @@ def test_a_worker_without_the_package_that_joins_late_ends_and_harms_nothing(
     assert digest(path) == undisturbed(BLOCKS)
 
 
-def test_workers_of_other_versions_are_refused_when_they_join(folder, config, cluster: Cluster, undisturbed, other):
-    path, (copy, words) = folder / "a.h5", other
+@pytest.mark.parametrize("what", ["kernel", pytest.param("version", marks=pytest.mark.slow)])
+def test_workers_of_other_versions_are_refused_when_they_join(folder, config, cluster: Cluster, undisturbed, what):
+    path, (copy, words) = folder / "a.h5", other_package(folder, what)
     cluster.add_worker()
     cluster.wait_for_workers(1)
-    with Sweep(config, path, "--scheduler", cluster.address, "--quiet", seconds=1) as sweep:
+    with Sweep(config, path, "--scheduler", cluster.address, "--quiet", seconds=0.5) as sweep:
         sweep.wait_for_blocks(1)
         cluster.add_worker(copy)
         code, lines = sweep.end()
