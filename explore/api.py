@@ -70,7 +70,7 @@ def sweep(
     Returns
     -------
     Results
-        Those in the file. Blocks that failed twice are not committed; the warning says which.
+        Those in the file. Blocks that failed are not committed; the warning says which.
 
     Raises
     ------
@@ -87,7 +87,7 @@ def sweep(
     cluster = given_client(client) if client is not None else local_cluster(workers, processes=processes)
     summary = run_study(study, path, cluster, keep=keep, max_failures=max_failures, restart=restart, progress=progress)
     for block, problem in summary.failed.items():
-        warnings.warn(f"block {block} failed twice and was left out: {problem}", RuntimeWarning, stacklevel=2)
+        warnings.warn(f"block {block} failed and was left out: {problem}", RuntimeWarning, stacklevel=2)
     return open_results(path)
 
 

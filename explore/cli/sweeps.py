@@ -103,12 +103,25 @@ def run_sweep(options: SweepOptions, *, dry_run: bool) -> int:
 
 @contextmanager
 def _terminable() -> Iterator[None]:
-    """Take a polite kill, as batch systems send before the rude one, as an interrupt."""
-    before = signal.signal(signal.SIGTERM, signal.default_int_handler)
+    """Take a polite kill, as batch systems send before the rude one, as an interrupt; only the first counts."""
+    interrupted = False
+
+    def interrupt(*_: object) -> None:
+        nonlocal interrupted
+        interrupted = True
+        for which in before:  # a second one would break the end that the first began
+            signal.signal(which, signal.SIG_IGN)
+        raise KeyboardInterrupt
+
+    before = {which: signal.getsignal(which) for which in (signal.SIGINT, signal.SIGTERM)}
+    for which in before:
+        signal.signal(which, interrupt)
     try:
         yield
     finally:
-        signal.signal(signal.SIGTERM, before)
+        if not interrupted:  # else the process is about to end, and nothing is to disturb that
+            for which, handler in before.items():
+                signal.signal(which, handler)
 
 
 class _Listener:
@@ -131,8 +144,7 @@ def _failure(facts: Mapping[str, Any]) -> str:
     first, last = facts["designs"]
     ranges = ", ".join(f"{name} {number(low)} to {number(high)}" for name, (low, high) in facts["parameters"].items())
     return (
-        f"block {facts['block']} (designs {first:,} to {last:,}: {ranges}) failed twice and was left out: "
-        f"{facts['problem']}"
+        f"block {facts['block']} (designs {first:,} to {last:,}: {ranges}) failed and was left out: {facts['problem']}"
     )
 
 
@@ -151,7 +163,7 @@ def _compare_objectives(study: Study, path: Path) -> None:
 def _report(summary: Summary, *, quiet: bool) -> None:
     if summary.failed:
         blocks = f"{len(summary.failed):,} block{'s' * (len(summary.failed) > 1)}"
-        complain(f"{blocks} failed and stay pending; the same command tries them again")
+        complain(f"{blocks} failed; what is missing is computed when the same command is run again")
     if quiet:
         return
     if summary.computed == 0 and not summary.failed:

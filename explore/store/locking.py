@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import os
 import socket
+import time
 from pathlib import Path
 from types import TracebackType
 from typing import Self
@@ -55,8 +56,7 @@ class LockFile:
             with contextlib.ExitStack() as stack:
                 stack.callback(os.close, descriptor)
                 if not platform.lock(descriptor):
-                    os.lseek(descriptor, 0, os.SEEK_SET)
-                    holder = os.read(descriptor, 200).decode(errors="replace") or "another process"
+                    holder = _holder(descriptor)
                     raise ResultsError(f"{self._results} is being written by {holder}; wait for it or stop it")
                 if self._is_current(descriptor):
                     with contextlib.suppress(OSError):  # on a full disk it is a lock without a name
@@ -72,3 +72,14 @@ class LockFile:
             return os.path.samestat(os.fstat(descriptor), self.path.stat())
         except FileNotFoundError:
             return False
+
+
+def _holder(descriptor: int) -> str:
+    """Who holds a lock; a process that has just taken it needs a moment to say so."""
+    for _ in range(20):
+        os.lseek(descriptor, 0, os.SEEK_SET)
+        text = os.read(descriptor, 200)
+        if text:
+            return text.decode(errors="replace")
+        time.sleep(0.01)
+    return "another process"
