@@ -1,4 +1,4 @@
-"""A second worker, writing aside: a sweep that keeps only the front writes next to nothing.
+"""A second worker, writing aside: a sweep that keeps only the best design writes next to nothing.
 
 Run with ``python benchmarks/workers.py [folder]``. Sweeps with one thread, two threads, one process and two processes
 alternate; counted from the first block to the end. Printed: designs/s, and what the second worker gains.
@@ -22,6 +22,8 @@ crank   = { start = 60, stop = 140, num = 80 }
 coupler = { start = 900, stop = 1100, num = 50 }
 rocker  = { start = 500, stop = 600, num = 40 }
 ground  = { start = 650, stop = 800, num = 50 }
+[rank]
+metrics = ["cv"]
 """
 REPETITIONS = 5
 

@@ -155,9 +155,12 @@ def front(
         values, rows, offset = values[chosen], rows[chosen], offset + n
         # The front of a union is within the union of the fronts; the local one first, since it is small.
         local = nondominated(values)
-        values, rows = np.vstack([kept_values, values[local]]), np.concatenate([kept_rows, rows[local]])
-        mask = nondominated(values)
-        kept_values, kept_rows = values[mask], rows[mask]
+        values, rows = values[local], rows[local]
+        if len(kept_rows):
+            values, rows = np.vstack([kept_values, values]), np.concatenate([kept_rows, rows])
+            mask = nondominated(values)
+            values, rows = values[mask], rows[mask]
+        kept_values, kept_rows = values, rows
     return np.sort(kept_rows)
 
 

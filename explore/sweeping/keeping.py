@@ -164,10 +164,10 @@ class KeepFront:
 
     def _include(self, meta: Mapping[str, Any], columns: Columns) -> None:
         both = {name: np.concatenate([values, columns[name]]) for name, values in self._front.items()}
-        # The numbers of the best are ascending, and so are the designs then.
-        best = np.isin(both["design"], front([both], self.objectives))
-        order = np.argsort(both["design"][best])
-        self._front = {name: values[best][order] for name, values in both.items()}
+        best = front([both], self.objectives)
+        order = np.argsort(both["design"])
+        rows = order[np.searchsorted(both["design"], best, sorter=order)]
+        self._front = {name: values[rows] for name, values in both.items()}
         self._counts.update(meta["counts"])
         self._tally.include(Tally.from_json(meta["tally"]))
         self._done[meta["block"]] = True
