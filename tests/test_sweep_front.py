@@ -1,0 +1,194 @@
+"""Sweeps that keep only the Pareto set: the same set as of a full sweep, the same bytes however they ran."""
+
+import hashlib
+import os
+import random
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pandas as pd
+import pytest
+from distributed import Client, LocalCluster
+
+import explore
+from explore.design_space import BLOCK_SIZE
+from explore.sweeping import keeping, runs
+from explore.sweeping.clusters import local_cluster
+
+GRID = """
+mechanism = "crank-rocker"
+[parameters]
+crank = { start = 60, stop = 180, num = 16 }
+coupler = { start = 900, stop = 1300, num = 21 }
+rocker = { start = 450, stop = 660, num = 15 }
+ground = { start = 620, stop = 830, num = 15 }
+speed = [1, 2.5]
+[constraints]
+transmission_angle_min = { min = 20 }
+[rank]
+metrics = ["cv", "swing_angle:max", "transmission_angle_min:max"]
+"""
+SOBOL = """
+mechanism = "crank-rocker"
+[parameters]
+crank = 50
+coupler = { min = 50, max = 1000 }
+rocker = { min = 50, max = 500 }
+ground = { min = 50, max = 1000 }
+[sampling]
+method = "sobol"
+count = 400_000
+[constraints]
+transmission_angle_min = { min = 30 }
+"""
+
+
+@pytest.fixture
+def study(tmp_path):
+    (tmp_path / "study.toml").write_text(GRID)  # 151,200 designs, three blocks
+    return explore.load_study(tmp_path / "study.toml")
+
+
+def sweep(study, path, workers=2, **options):
+    return runs.run_study(study, path, local_cluster(workers, processes=False), keep="front", **options)
+
+
+def digest(path):
+    return hashlib.sha256(path.read_bytes()).hexdigest()
+
+
+@pytest.mark.parametrize("text", [GRID, SOBOL], ids=["grid", "sobol"])
+def test_the_front_is_that_of_all_designs(text, tmp_path):
+    (tmp_path / "study.toml").write_text(text)
+    study = explore.load_study(tmp_path / "study.toml")
+    whole = explore.sweep(study, tmp_path / "all.h5")
+    kept = explore.sweep(study, tmp_path / "front.h5", keep="front")
+
+    expected = explore.rank(whole).drop(columns="front").sort_index()
+    assert len(expected) > 20
+    pd.testing.assert_frame_equal(kept.to_pandas(), expected, check_exact=True)
+    assert kept.counts == whole.counts
+    assert (kept.n_designs, kept.n_studied, kept.keep) == (len(expected), whole.n_designs, "front")
+    assert explore.rank(kept).equals(explore.rank(whole))
+    assert sorted(p.name for p in tmp_path.glob("front*")) == ["front.h5", "front.h5.log.jsonl"]
+
+
+def test_the_same_bytes_however_it_ran(study, tmp_path, monkeypatch):
+    sweep(study, tmp_path / "one.h5", workers=1)
+    sweep(study, tmp_path / "three.h5", workers=3)
+    with (
+        LocalCluster(n_workers=2, threads_per_worker=1, processes=True, dashboard_address="127.0.0.1:0") as cluster,
+        Client(cluster) as client,
+    ):
+        explore.sweep(study, tmp_path / "tcp.h5", client=client, keep="front")
+
+    class Stop(Exception):
+        pass
+
+    def stop(_):
+        raise Stop
+
+    for _ in range(2):
+        with pytest.raises(Stop):
+            sweep(study, tmp_path / "resumed.h5", progress=stop)
+        assert not (tmp_path / "resumed.h5").exists()
+    assert sweep(study, tmp_path / "resumed.h5").resumed in (2 * BLOCK_SIZE, BLOCK_SIZE + 151_200 % BLOCK_SIZE)
+    monkeypatch.setattr(keeping.KeepFront, "pending", property(lambda self: [2, 0, 1] if self.n_pending else []))
+    sweep(study, tmp_path / "shuffled.h5")
+
+    names = ("one", "three", "tcp", "resumed", "shuffled")
+    assert len({digest(tmp_path / f"{name}.h5") for name in names}) == 1
+
+
+def test_kills_cost_a_block_each_and_nothing_else(study, tmp_path):
+    (tmp_path / "long.toml").write_text(SOBOL.replace("400_000", "4_000_000"))  # 62 blocks
+    whole = explore.sweep(explore.load_study(tmp_path / "long.toml"), tmp_path / "whole.h5", keep="front")
+    command = [sys.executable, "-m", "explore", "sweep", "long.toml", "-o", "a.h5", "--keep", "front", "--quiet"]
+    journal, chance, kills, before = tmp_path / "a.h5.journal", random.Random(5), 0, 0
+    while not (tmp_path / "a.h5").exists():
+        process = subprocess.Popen(command, cwd=tmp_path)
+        while process.poll() is None and not (journal.exists() and journal.stat().st_size > before):
+            time.sleep(0.005)
+        time.sleep(chance.uniform(0.0, 0.15))
+        if process.poll() is None and kills < 6:
+            os.kill(process.pid, signal.SIGKILL)
+            kills += 1
+            process.wait()
+            assert journal.stat().st_size > before, "what was durable was lost"
+            before = journal.stat().st_size
+        assert process.wait() in (0, -signal.SIGKILL)
+    assert kills >= 2
+    assert digest(tmp_path / "a.h5") == digest(whole.path)
+    assert not journal.exists()
+
+
+def test_an_unfinished_front_is_no_results_file_yet(study, tmp_path):
+    class Stop(Exception):
+        pass
+
+    def stop(_):
+        raise Stop
+
+    with pytest.raises(Stop):
+        sweep(study, tmp_path / "a.h5", progress=stop)
+    with pytest.raises(explore.ResultsError, match="a.h5 is not finished: .* 1 blocks are done so far; run the sweep"):
+        explore.open_results(tmp_path / "a.h5")
+    with pytest.raises(explore.ResultsError, match="journal holds an unfinished sweep that keeps only the front"):
+        explore.sweep(study, tmp_path / "a.h5")
+    (tmp_path / "other.toml").write_text(GRID.replace("swing_angle:max", "swing_angle:min"))
+    with pytest.raises(explore.ResultsError, match="objectives: .*swing_angle:max.* -> .*swing_angle:min"):
+        sweep(explore.load_study(tmp_path / "other.toml"), tmp_path / "a.h5")
+    assert explore.sweep(study, tmp_path / "a.h5", restart=True).keep == "all"
+    assert (tmp_path / "a.h5.journal.old").exists()
+
+
+def test_a_front_and_all_designs_do_not_share_a_file(study, tmp_path):
+    explore.sweep(study, tmp_path / "all.h5")
+    explore.sweep(study, tmp_path / "front.h5", keep="front")
+    before = digest(tmp_path / "all.h5"), digest(tmp_path / "front.h5")
+    with pytest.raises(explore.ResultsError, match='keep: "all" -> "front"\nuse --restart'):
+        sweep(study, tmp_path / "all.h5")
+    with pytest.raises(explore.ResultsError, match='keep: "front" -> "all"'):
+        explore.sweep(study, tmp_path / "front.h5")
+    assert sweep(study, tmp_path / "front.h5").computed == 0
+    assert (digest(tmp_path / "all.h5"), digest(tmp_path / "front.h5")) == before
+    assert sweep(study, tmp_path / "front.h5", restart=True).computed == 151_200
+    assert digest(tmp_path / "front.h5.old") == digest(tmp_path / "front.h5") == before[1]
+
+
+def test_nothing_feasible_is_an_empty_front(tmp_path):
+    (tmp_path / "study.toml").write_text(GRID.replace("min = 20", "min = 89"))
+    results = explore.sweep(explore.load_study(tmp_path / "study.toml"), tmp_path / "a.h5", keep="front")
+
+    assert results.complete
+    assert len(results) == len(results.to_pandas()) == len(explore.rank(results)) == 0
+    assert sum(results.counts.values()) == results.n_studied == 151_200
+    assert len(pd.read_hdf(tmp_path / "a.h5")) == 0
+
+
+def test_a_failed_block_leaves_the_front_unfinished(study, tmp_path, monkeypatch):
+    real = runs.evaluate_block
+
+    def poisoned(request, space, number, objectives):
+        if number == 1:
+            raise ZeroDivisionError("poison")
+        return real(request, space, number, objectives)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(runs, "evaluate_block", poisoned)
+        assert list(sweep(study, tmp_path / "a.h5").failed) == [1]
+    assert not (tmp_path / "a.h5").exists()
+    assert sweep(study, tmp_path / "a.h5").computed == BLOCK_SIZE
+    assert np.array_equal(explore.read_results(tmp_path / "a.h5").index, np.sort(explore.rank(tmp_path / "a.h5").index))
+
+
+def test_a_study_without_aims_has_no_front(tmp_path):
+    text = GRID.split("[constraints]")[0] + '[evaluate]\nmetrics = ["rocker_velocity_mean"]'
+    (tmp_path / "study.toml").write_text(text)
+    study = explore.load_study(tmp_path / "study.toml")
+    assert study.objectives == ()
+    with pytest.raises(explore.RequestError, match="give \\[rank\\] metrics"):
+        sweep(study, tmp_path / "a.h5")
