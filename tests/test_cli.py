@@ -190,6 +190,7 @@ def test_dry_run_shows_designs_and_writes_nothing(tmp_path):
     done = run("sweep", "small.toml", "--dry-run", cwd=tmp_path)
 
     assert "6 designs (grid)" in done.stderr
+    assert "of computing with" in done.stderr
     assert "1083.42" in done.stdout
     assert list(tmp_path.iterdir()) == [tmp_path / "small.toml"]
 

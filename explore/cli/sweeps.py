@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from explore.cli.output import compiled_kernels, complain, number, print_table, refuse_same, say
+from explore.cli.output import compiled_kernels, complain, number, refuse_same, say
 from explore.cli.progress import sweep_progress
 from explore.errors import RequestError, ResultsError
 
@@ -75,7 +75,9 @@ def run_sweep(options: SweepOptions, *, dry_run: bool) -> int:
     study = load_study(options.config)
     path = options.path
     if dry_run:
-        _print_plan(study, path)
+        from explore.cli.plans import print_plan
+
+        print_plan(study, options)
         return 0
     refuse_same(path, options.config, "the study")
     if path.is_dir():
@@ -175,25 +177,3 @@ def _report(summary: Summary, *, quiet: bool) -> None:
         f"{summary.computed:,} designs in {summary.seconds:.1f} s ({rate:,.0f}/s){resumed}; "
         f"{summary.feasible:,} feasible; {summary.kinematic_evaluations:,} kinematic evaluations -> {summary.path}"
     )
-
-
-def _print_plan(study: Study, path: Path) -> None:
-    """What a sweep would do: counts, bytes, an estimate, the first and the last designs."""
-    from explore.sweeping.keeping import results_columns, row_bytes
-
-    space = study.space
-    columns = [column for column in results_columns(study) if column.role == "parameter"]
-    edges = [(0, min(2, space.count)), (max(space.count - 2, min(2, space.count)), space.count)]
-    rows = []
-    for start, stop in edges:
-        designs = space.designs(start, stop)
-        rows += [
-            [str(start + i), *(number(float(designs[column.name][i])) for column in columns)]
-            for i in range(stop - start)
-        ]
-    size = space.count * row_bytes(study)
-    say(
-        f"{space.count:,} designs ({space.method}) in {space.n_blocks:,} blocks, "
-        f"{len(results_columns(study))} columns, {size / 1e6:,.1f} MB -> {path}"
-    )
-    print_table("first and last designs", [("design", ""), *((c.name, c.unit) for c in columns)], rows)

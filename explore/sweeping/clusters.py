@@ -32,7 +32,7 @@ def local_cluster(workers: int | None, *, processes: bool) -> Iterator[Client]:
     import dask
     from distributed import Client, LocalCluster
 
-    count = workers or _processors()
+    count = workers or processors()
     # The window of blocks bounds the memory, so a worker must not pause on a small machine; and nothing is served
     # over HTTP, where the default port would collide with the next sweep's. A worker that is forked would inherit the
     # lock and keep it after this process is gone; one that holds a second block would take it down with the first.
@@ -125,7 +125,7 @@ def _quiet() -> Iterator[None]:
             handler.setLevel(level)
 
 
-def _processors() -> int:
+def processors() -> int:
     """How many processors this process may use."""
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))

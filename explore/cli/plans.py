@@ -1,0 +1,74 @@
+"""`explore sweep --dry-run`: what a sweep would do."""
+
+from __future__ import annotations
+
+import time
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from explore.cli.output import number, print_table, say
+
+if TYPE_CHECKING:
+    from explore.cli.sweeps import SweepOptions
+    from explore.study import Study
+
+#: Designs that are tried for the estimate, in pieces spread over the study: a fraction of a second.
+_PIECES = 32
+_PIECE = 256
+
+
+def print_plan(study: Study, options: SweepOptions) -> None:
+    """Print counts, bytes, an estimate of the time, the first and the last designs."""
+    from explore.sweeping.clusters import processors
+    from explore.sweeping.keeping import results_columns, row_bytes
+
+    space, columns = study.space, results_columns(study)
+    size = _bytes(space.count * row_bytes(study)) if options.keep == "all" else "only the Pareto set kept"
+    say(
+        f"{space.count:,} designs ({space.method}) in {space.n_blocks:,} blocks, {len(columns)} columns, "
+        f"{size} -> {options.path}"
+    )
+    workers = options.workers or processors()
+    seconds = _seconds_per_design(study) * space.count
+    if options.scheduler is None:
+        say(f"{_duration(seconds / workers)} of computing with {workers} workers")
+    else:
+        say(f"{_duration(seconds)} of computing, divided by the workers of the cluster")
+    parameters = [column for column in columns if column.role == "parameter"]
+    rows = [
+        [str(design), *(number(float(value)) for value in values)]
+        for start, stop in ((0, min(2, space.count)), (max(space.count - 2, min(2, space.count)), space.count))
+        for design, *values in zip(range(start, stop), *space.designs(start, stop).values(), strict=True)
+    ]
+    print_table("first and last designs", [("design", ""), *((c.name, c.unit) for c in parameters)], rows)
+
+
+def _seconds_per_design(study: Study) -> float:
+    """Time of one worker, from designs spread over the study."""
+    from explore.evaluation import evaluate_columns
+
+    count = study.space.count
+    firsts = np.unique(np.linspace(0, max(count - _PIECE, 0), _PIECES).astype(np.int64)).tolist()
+    pieces = [study.space.designs(first, min(first + _PIECE, count)) for first in firsts]
+    designs = {name: np.concatenate([piece[name] for piece in pieces]) for name in pieces[0]}
+    begun = time.perf_counter()
+    evaluate_columns(study.request, designs)
+    return (time.perf_counter() - begun) / len(next(iter(designs.values())))
+
+
+def _duration(seconds: float) -> str:
+    """Seconds as people say them, two figures: an estimate is no better."""
+    if seconds < 1:
+        return "a second or less"
+    for length, unit in ((86_400.0, "days"), (3_600.0, "h"), (60.0, "min")):
+        if seconds >= 2 * length:
+            return f"about {float(f'{seconds / length:.2g}'):,g} {unit}"
+    return f"about {seconds:.2g} s"
+
+
+def _bytes(count: float) -> str:
+    for factor, unit in ((1e12, "TB"), (1e9, "GB")):
+        if count >= factor:
+            return f"{count / factor:,.1f} {unit}"
+    return f"{count / 1e6:,.1f} MB"
