@@ -29,6 +29,12 @@ def test_page_is_true(page, capsys):
     run_page(page, capsys)
 
 
+def test_sweeps_is_true(tmp_path, monkeypatch, capsys):
+    (tmp_path / "configs").symlink_to(ROOT / "configs")
+    monkeypatch.chdir(tmp_path)
+    run_page("sweeps.md", capsys)
+
+
 def test_results_format_is_true(tmp_path, monkeypatch, capsys):
     for package in ("h5netcdf", "tables", "xarray"):
         pytest.importorskip(package)
