@@ -11,6 +11,7 @@
    FAULT_AT          number of the call, from 1, among those that FAULT_OPERATIONS names
    FAULT_OPERATIONS  letters of enum operation; all when empty
    FAULT_ERROR       errno of a failure
+   FAULT_SPARED      endings of files of the folder whose calls pass through too, as in ".lock .log"
    FAULT_STICKY      1: every later call that FAULT_OPERATIONS names fails too
 
    One thread is supposed to write, as in the product. Calls go to the kernel directly, not to another library. */
@@ -41,7 +42,7 @@ struct record { /* followed by the two paths and, of a write, its bytes */
 
 #define DESCRIPTORS 65536
 
-static char folder[4096], operations[64], action[16];
+static char folder[4096], operations[64], action[16], spared[256];
 static size_t folder_length;
 static int trace = -1, failure, sticky;
 static long count, at;
@@ -58,6 +59,7 @@ __attribute__((constructor)) void recorder_arm(void)
     strncpy(folder, setting("FAULT_FOLDER"), sizeof folder - 1);
     strncpy(operations, setting("FAULT_OPERATIONS"), sizeof operations - 1);
     strncpy(action, setting("FAULT_ACTION"), sizeof action - 1);
+    strncpy(spared, setting("FAULT_SPARED"), sizeof spared - 1);
     folder_length = strlen(folder);
     at = atol(setting("FAULT_AT"));
     failure = atoi(setting("FAULT_ERROR"));
@@ -67,10 +69,20 @@ __attribute__((constructor)) void recorder_arm(void)
         trace = syscall(SYS_openat, AT_FDCWD, setting("FAULT_TRACE"), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0666);
 }
 
+static int is_spared(const char *path)
+{
+    char endings[sizeof spared], *ending, *rest;
+    strcpy(endings, spared);
+    for (ending = strtok_r(endings, " ", &rest); ending; ending = strtok_r(NULL, " ", &rest))
+        if (strlen(path) >= strlen(ending) && !strcmp(path + strlen(path) - strlen(ending), ending))
+            return 1;
+    return 0;
+}
+
 static int inside(const char *path)
 {
     return folder_length && !strncmp(path, folder, folder_length) &&
-           (path[folder_length] == '/' || !path[folder_length]);
+           (path[folder_length] == '/' || !path[folder_length]) && !is_spared(path);
 }
 
 static int watching(int descriptor)

@@ -20,6 +20,8 @@ from faults.sweeps import study
 #: Calls that a disk may refuse: create, write, truncate, reserve, synchronise, rename.
 REFUSED = "cwtasdr"
 ERRORS = (errno.EIO, errno.ENOSPC)
+#: Files whose content is only for people: a sweep does without when they cannot be written.
+SPARED = {"FAULT_SPARED": ".lock .log.jsonl"}
 
 
 def orders(folder, at, error, sticky):
@@ -31,7 +33,7 @@ def orders(folder, at, error, sticky):
         "FAULT_AT": str(at),
         "FAULT_ERROR": str(error),
         "FAULT_STICKY": str(int(sticky)),
-    }
+    } | SPARED
 
 
 def assert_said_well(code, complaint, path):
@@ -49,7 +51,7 @@ def calls_of(server, memory, name, **order) -> int:
     folder = memory / name
     folder.mkdir()
     trace = memory / f"{name}.trace"
-    environment = {"FAULT_FOLDER": str(folder), "FAULT_TRACE": str(trace)}
+    environment = {"FAULT_FOLDER": str(folder), "FAULT_TRACE": str(trace)} | SPARED
     order = {key: [value.format(folder=folder) for value in values] for key, values in order.items()}
     assert server.write(folder / "grid.h5", environment=environment, **order).code == 0
     return sum(call.operation in REFUSED for call in read_trace(trace))
@@ -102,7 +104,7 @@ def test_failing_call_in_a_real_sweep(server, memory, fresh, figures, request, t
 def test_failing_call_in_the_command(command, recorder, tmp_path, figures, trials):
     """A process of its own from start to exit, its interpreter's and HDF5's ends included."""
     config, path, trace = study(tmp_path), tmp_path / "out" / "grid.h5", tmp_path / "trace"
-    environment = {"LD_PRELOAD": str(recorder), "FAULT_FOLDER": str(path.parent)}
+    environment = {"LD_PRELOAD": str(recorder), "FAULT_FOLDER": str(path.parent)} | SPARED
     assert command(config, path, environment | {"FAULT_TRACE": str(trace)}).finish() == (0, "")
     undisturbed = sha256(path)
     n_calls = sum(call.operation in REFUSED for call in read_trace(trace))
