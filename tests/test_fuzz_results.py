@@ -1,6 +1,6 @@
 """Results files that a disk, a copy or a foe has damaged: read, refused in words or computed again, never a crash."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 
 import h5py
@@ -35,14 +35,14 @@ def worker():
     worker.close()
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)  # a failure must not print all of it
 class Sound:
     """A finished sweep of 36 designs, and where HDF5's own bytes and the values are in its file."""
 
     folder: Path
-    whole: bytes = field(repr=False)
-    metadata: list[int] = field(repr=False)
-    values: list[int] = field(repr=False)
+    whole: bytes
+    metadata: list[int]
+    values: list[int]
 
 
 @pytest.fixture(scope="module")
