@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import logging
 import os
+import re
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from typing import TYPE_CHECKING, Any
 
 from explore.errors import ClusterError, RequestError
@@ -16,6 +17,8 @@ if TYPE_CHECKING:
 
     from distributed import Client
 
+#: How an address of a scheduler is written.
+_ADDRESS = re.compile(r"(tcp|tls)://[^\s/]+:\d+")
 #: Seconds to wait for a scheduler to answer.
 CONNECT_TIMEOUT = 10
 #: Seconds that last longer than a sweep.
@@ -60,9 +63,21 @@ def local_cluster(workers: int | None, *, processes: bool) -> Iterator[Client]:
         yield client
 
 
-@contextmanager
-def remote_cluster(address: str) -> Iterator[Client]:
+def remote_cluster(address: str) -> AbstractContextManager[Client]:
     """The cluster whose scheduler listens at an address such as ``tcp://host:8786``."""
+    # dask's client finds out late, waits for 20 seconds and ends with a traceback.
+    if not _ADDRESS.fullmatch(address):
+        raise RequestError(f"{address!r} is no address of a scheduler; write one such as tcp://host:8786")
+    if address.startswith("tls:"):
+        from distributed.security import Security
+
+        if Security().get_connection_args("client").get("ssl_context") is None:
+            raise RequestError(f"{address} needs certificates; name them in dask's configuration, distributed.comm.tls")
+    return _connected(address)
+
+
+@contextmanager
+def _connected(address: str) -> Iterator[Client]:
     from distributed import Client
 
     with _quiet():
@@ -83,6 +98,8 @@ def given_client(client: Client) -> Iterator[Client]:
     """A cluster that the caller opened and closes."""
     if client.asynchronous:
         raise RequestError("the client is asynchronous; give a synchronous dask.distributed Client")
+    if client.status != "running":
+        raise ClusterError(f"the client is {client.status}; give one that is connected to a cluster")
     _check_workers(client)
     yield client
 
