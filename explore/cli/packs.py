@@ -11,8 +11,10 @@ from explore.cli.output import newest_results, say
 def pack_results(path: Path | None, output: Path | None) -> None:
     """Write the copy and say what it saves."""
     from explore.store.packing import pack
+    from explore.store.results import open_results
 
     source = path or Path(newest_results())
+    open_results(source)  # it knows why a file is not there yet
     target = output or source.with_suffix(".packed.h5")
     with block_bar("packing") as progress:
         pack(source, target, progress)

@@ -24,7 +24,7 @@ from explore.store.layout import INDEX, KEEP_FRONT, Attribute
 from explore.store.locking import LockFile
 from explore.store.names import ELSEWHERE, is_hdf5, journal_name, real_path, set_aside, temporary_name
 from explore.store.parsing import read_layout
-from explore.store.reading import commit_word, damaged_blocks
+from explore.store.reading import commit_word, damaged_blocks, read_words
 from explore.vocabulary import Column
 
 
@@ -130,19 +130,15 @@ class KeptWriter:
         self.finished = False
 
     def __enter__(self) -> Self:
-        with contextlib.ExitStack() as stack:
-            stack.enter_context(LockFile(self.path))
-            temporary_name(self.path).unlink(missing_ok=True)
-            if self._restart:
-                set_aside(self.path)
-            self.finished = self.path.exists()
-            if self.finished:
-                self._check_same_study()
-                platform.sync_folder(self.path.parent)  # a killed run may have left a name that is not durable
-                journal_name(self.path).unlink(missing_ok=True)  # left by a kill between the last two steps
-            else:
-                stack.enter_context(self._journal)
-            self._closing = stack.pop_all()
+        try:
+            with contextlib.ExitStack() as stack:
+                stack.enter_context(LockFile(self.path))
+                self._open(stack)
+                self._closing = stack.pop_all()
+        except ResultsError:
+            raise
+        except OSError as error:
+            raise ResultsError(f"{self.path} cannot be written: {error.strerror or error}") from error
         return self
 
     def __exit__(
@@ -166,11 +162,31 @@ class KeptWriter:
         self.finished = True
         journal_name(self.path).unlink()
 
-    def _check_same_study(self) -> None:
+    def _open(self, stack: contextlib.ExitStack) -> None:
+        temporary_name(self.path).unlink(missing_ok=True)
+        if self._restart:
+            set_aside(self.path)
+        self.finished = self.path.exists()
+        if self.finished:
+            self._check_finished()
+            platform.sync_folder(self.path.parent)  # a killed run may have left a name that is not durable
+            journal_name(self.path).unlink(missing_ok=True)  # left by a kill between the last two steps
+        else:
+            stack.enter_context(self._journal)
+
+    def _check_finished(self) -> None:
+        """Make sure that the file is of this study, and that every byte of it is as it was written."""
         if not is_hdf5(self.path):
             raise ResultsError(f"{self.path} is no results file, so it is left alone; {ELSEWHERE}")
-        layout = read_layout(self.path)
+        advice = "use --restart to start over (the file is moved aside)"
+        try:
+            layout = read_layout(self.path)
+        except ResultsError as error:
+            raise ResultsError(f"{error}; {advice}") from error
         n_designs = int(layout.attributes.get("studied_designs", layout.n_designs))
         theirs = described(layout.attributes, n_designs, layout.columns)
         if theirs != self._study:
             raise other_study(self.path, theirs, self._study)
+        with io.FileIO(self.path) as file:
+            if not read_words(file, layout).all() or damaged_blocks(file, layout):
+                raise ResultsError(f"{self.path} is damaged; {advice}")

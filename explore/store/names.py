@@ -14,7 +14,10 @@ ELSEWHERE = "name another file with -o"
 
 def real_path(path: Path) -> Path:
     """The file that a link leads to: locked, written and replaced is that one, by whatever name."""
-    return path.resolve() if path.is_symlink() else path
+    try:
+        return path.resolve() if path.is_symlink() else path
+    except (OSError, RuntimeError):  # which of the two depends on Python's version
+        raise ResultsError(f"{path} is a link that leads back to itself; {ELSEWHERE}") from None
 
 
 def temporary_name(path: Path) -> Path:
