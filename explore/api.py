@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, get_args
 
 import numpy as np
 import numpy.typing as npt
@@ -82,6 +82,10 @@ def sweep(
     """
     import warnings
 
+    if keep not in get_args(Keep):
+        raise RequestError(f"keep = {keep!r}: keep is {' or '.join(get_args(Keep))}")
+    if workers is not None and workers < 1:
+        raise RequestError(f"workers = {workers}: ask for at least one")
     if client is not None and (workers is not None or processes):
         raise RequestError("a client brings its own workers; leave out workers and processes")
     cluster = given_client(client) if client is not None else local_cluster(workers, processes=processes)
