@@ -24,7 +24,8 @@ def print_plan(study: Study, options: SweepOptions) -> None:
     from explore.sweeping.keeping import results_columns, row_bytes
 
     space, columns = study.space, results_columns(study)
-    size = _bytes(space.count * row_bytes(study)) if options.keep == "all" else "only the Pareto set kept"
+    row = row_bytes(study)
+    size = _bytes(space.count * row) if options.keep == "all" else f"{row} bytes for each that is kept"
     say(
         f"{space.count:,} designs ({space.method}) in {space.n_blocks:,} blocks, {len(columns)} columns, "
         f"{size} -> {options.path}"

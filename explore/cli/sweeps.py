@@ -95,7 +95,7 @@ def run_sweep(options: SweepOptions, *, dry_run: bool) -> int:
                 listener=_Listener(verbose=options.verbose),
             )
     except KeyboardInterrupt:
-        say(f"interrupted; finished blocks are safe in {path}. To go on: {options.command}")
+        say(f"interrupted; finished blocks are safe. To go on: {options.command}")
         return 130
     _report(summary, quiet=options.quiet)
     if options.keep == "all":
@@ -116,6 +116,8 @@ def _terminable() -> Iterator[None]:
         raise KeyboardInterrupt
 
     before = {which: signal.getsignal(which) for which in (signal.SIGINT, signal.SIGTERM)}
+    # Who starts a sweep in the background may have made it deaf to the Ctrl-C of what runs in front.
+    before = {which: handler for which, handler in before.items() if handler is not signal.SIG_IGN}
     for which in before:
         signal.signal(which, interrupt)
     try:
@@ -140,6 +142,9 @@ class _Listener:
         elif self._verbose:
             words = " ".join(f"{name}={value}" for name, value in facts.items())
             say(f"{event}: {words}", "dim")
+        damaged = facts.get("damaged_blocks", ())
+        if damaged:
+            say(f"damaged blocks are computed again: {len(damaged):,}; check the disk", "yellow")
 
 
 def _failure(facts: Mapping[str, Any]) -> str:
@@ -158,8 +163,8 @@ def _compare_objectives(study: Study, path: Path) -> None:
 
     aims = [f"{objective.metric}:{objective.sense}" for objective in study.objectives]
     if json.loads(str(open_results(path).attributes.get("objectives", "[]"))) != aims:
-        say(f"[rank] differs from the one that {path} was made with; to rank by it: "
-            f"explore rank {path} {' '.join(f'--metric {aim}' for aim in aims)}")  # fmt: skip
+        command = shlex.join(["explore", "rank", str(path), *(word for aim in aims for word in ("--metric", aim))])
+        say(f"[rank] differs from the one that {path} was made with; to rank by it: {command}")
 
 
 def _report(summary: Summary, *, quiet: bool) -> None:
