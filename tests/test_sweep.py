@@ -10,6 +10,7 @@ from distributed import Client, LocalCluster
 
 import explore
 from explore.design_space import BLOCK_SIZE
+from explore.store.parsing import read_layout
 from explore.sweeping import runs
 from explore.sweeping.clusters import local_cluster
 
@@ -201,3 +202,33 @@ def test_ranking_a_file_agrees_with_ranking_its_table(study, tmp_path):
     assert second[second["front"] == 1].index.tolist() == streamed.index.tolist()
     assert (second["front"] == 2).any()
     assert usual.index.tolist() == explore.rank(tmp_path / "a.h5").index.tolist()
+
+
+@pytest.mark.parametrize(("num", "keep"), [(100_000_000_000_000, "all"), (160_000_000_000, "front")])
+def test_a_sweep_beyond_all_bounds_is_refused_in_words(tmp_path, num, keep):
+    path = tmp_path / "huge.toml"
+    path.write_text(STUDY.format(num=num))
+
+    with pytest.raises(explore.RequestError, match="designs are more than a sweep can do"):
+        explore.sweep(explore.load_study(path), tmp_path / "huge.h5", keep=keep)
+    assert list(tmp_path.iterdir()) == [path]
+
+
+@pytest.mark.parametrize("wrong", [{"keep": "frnt"}, {"workers": 0}])
+def test_wrong_arguments_are_refused(study, tmp_path, wrong):
+    with pytest.raises(explore.RequestError, match=next(iter(wrong))):
+        explore.sweep(study, tmp_path / "a.h5", **wrong)
+    assert not (tmp_path / "a.h5").exists()
+
+
+def test_a_damaged_front_is_not_called_complete(study, tmp_path):
+    path = tmp_path / "a.h5"
+    explore.sweep(study, path, keep="front")
+    layout = read_layout(path)
+    content = bytearray(path.read_bytes())
+    content[layout.offset(layout.columns[1], 0)] ^= 1
+    path.write_bytes(content)
+
+    with pytest.raises(explore.ResultsError, match="is damaged; use --restart"):
+        explore.sweep(study, path, keep="front")
+    assert path.read_bytes() == content

@@ -25,6 +25,11 @@ from explore.study import Study
 from explore.sweeping.blocks import Block
 from explore.vocabulary import Column, Columns, Objective, Status
 
+#: Marks and numbers of all blocks of a front are in memory, 150 MB for this many designs, which take weeks.
+MOST_STUDIED = 2**40
+#: Bytes of the values that HDF5 can place in a file, with room for the rest.
+MOST_BYTES = 2**62
+
 
 def results_columns(study: Study) -> tuple[Column, ...]:
     """The columns of a study's results file."""
@@ -48,6 +53,7 @@ class KeepAll:
     objectives: tuple[Objective, ...] = ()
 
     def __init__(self, study: Study, path: Path, *, restart: bool) -> None:
+        _check_count(study, MOST_BYTES // row_bytes(study))
         columns, attributes = results_columns(study), study_attributes(study)
         self._writer = Writer(path, columns, study.space.count, BLOCK_SIZE, attributes, restart=restart)
 
@@ -98,6 +104,7 @@ class KeepFront:
     def __init__(self, study: Study, path: Path, *, restart: bool) -> None:
         if not study.objectives:
             raise RequestError("to keep only the front, say what makes a design better: give [rank] metrics")
+        _check_count(study, MOST_STUDIED)
         self.objectives = study.objectives
         self._columns, self._n_designs = results_columns(study), study.space.count
         self._writer = KeptWriter(path, self._columns, self._n_designs, _front_attributes(study), restart=restart)
@@ -171,6 +178,11 @@ class KeepFront:
         self._counts.update(meta["counts"])
         self._tally.include(Tally.from_json(meta["tally"]))
         self._done[meta["block"]] = True
+
+
+def _check_count(study: Study, most: int) -> None:
+    if study.space.count > most:
+        raise RequestError(f"{study.space.count:,} designs are more than a sweep can do, {most:,}; sweep less")
 
 
 def _front_attributes(study: Study) -> dict[str, Attribute]:

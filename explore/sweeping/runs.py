@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from explore.design_space import BLOCK_SIZE
-from explore.errors import ClusterError, RequestError
+from explore.errors import ClusterError
 from explore.study import Study
 from explore.sweeping.blocks import Block, evaluate_block, facts
 from explore.sweeping.clusters import check_facts
@@ -26,8 +26,6 @@ if TYPE_CHECKING:
     from distributed import Client, Future
 
 Keep = Literal["all", "front"]
-#: Marks and numbers of all blocks are held in memory: this many designs take 150 MB, and weeks.
-MOST_DESIGNS = 2**40
 
 
 @dataclass(frozen=True)
@@ -83,8 +81,6 @@ def run_study(
     """
     begun = time.monotonic()
     path = Path(path)
-    if study.space.count > MOST_DESIGNS:
-        raise RequestError(f"{study.space.count:,} designs are more than a sweep can do, {MOST_DESIGNS:,}; sweep less")
     with (KeepFront if keep == "front" else KeepAll)(study, path, restart=restart) as keeping:
         summary = Summary(path, study.space.count, resumed=keeping.designs)
         if keeping.n_pending:

@@ -174,3 +174,13 @@ def test_a_log_that_cannot_be_written_does_not_stop_the_sweep(folder, config, un
     with Sweep(config, folder / "a.h5", "--quiet") as sweep:
         assert sweep.end() == (0, [])
     assert digest(folder / "a.h5") == undisturbed(BLOCKS)
+
+
+@pytest.mark.parametrize("address", ["", "here", "tcp://127.0.0.1", "http://127.0.0.1:1", "tls://127.0.0.1:1"])
+def test_a_mistyped_scheduler_is_refused_at_once(folder, config, address):
+    with Sweep(config, folder / "a.h5", "--scheduler", address, "--quiet") as sweep:
+        code, lines = sweep.end()
+
+    assert code == 2
+    assert len(lines) == 1
+    assert not (folder / "a.h5").exists()
