@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, get_args
@@ -80,10 +81,10 @@ def sweep(
     ClusterError
         If the cluster is lost, its versions are others, or too many blocks failed.
     """
-    import warnings
-
     if keep not in get_args(Keep):
         raise RequestError(f"keep = {keep!r}: keep is {' or '.join(get_args(Keep))}")
+    if max_failures is not None and max_failures < 0:
+        raise RequestError(f"max_failures = {max_failures}: at least 0, or None for no limit")
     if workers is not None and workers < 1:
         raise RequestError(f"workers = {workers}: ask for at least one")
     if client is not None and (workers is not None or processes):
@@ -272,4 +273,8 @@ def rank(
         objectives, order = choose_objectives(metrics, order_by, senses, list(results.columns), usual)
         return rank_frame(results, objectives, order, fronts)
     source = results if isinstance(results, Results) else open_results(results)
-    return rank_source(source, metrics, order_by, fronts).frame
+    ranking = rank_source(source, metrics, order_by, fronts)
+    if ranking.incomplete:
+        text = f"{source.path} keeps only the Pareto set in other aims: the best in these may be missing"
+        warnings.warn(text, RuntimeWarning, stacklevel=2)
+    return ranking.frame

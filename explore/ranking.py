@@ -101,9 +101,12 @@ class Tally:
         """The counts that `to_json` wrote."""
         try:
             content = json.loads(text)
-            counters = {name: Counter(content[name]) for name in ("by_status", "by_constraint", "undefined")}
+            counters = {
+                name: Counter({str(label): int(count) for label, count in content[name].items()})
+                for name in ("by_status", "by_constraint", "undefined")
+            }
             return Tally(tuple(content["margins"]), int(content["ranked"]), int(content["not_finite"]), **counters)
-        except (ValueError, KeyError, TypeError) as error:
+        except (ValueError, KeyError, TypeError, AttributeError, OverflowError) as error:
             raise ResultsError(f"the tally of the designs that were not kept is damaged: {error}") from error
 
     def add(self, columns: Columns, eligible: npt.NDArray[np.bool_], finite: npt.NDArray[np.bool_]) -> None:
@@ -115,8 +118,7 @@ class Tally:
         status = columns["status"]
         for code, count in zip(*np.unique(status, return_counts=True), strict=True):
             if code not in (_OK, Status.SCREENED):
-                label = Status(code).label if code in Status._value2member_map_ else f"status {code}"
-                self.by_status[label] += int(count)
+                self.by_status[Status.label_of(int(code))] += int(count)
         judged = (status == _OK) | (status == Status.SCREENED)
         for name in self.margins:
             # A screened design was never asked for the constraints on sampled metrics.
@@ -227,12 +229,16 @@ class Source(Protocol):
 
 @dataclass(frozen=True)
 class Ranking:
-    """Pareto-optimal designs, best first, with the aims that chose them and the count of the others."""
+    """Pareto-optimal designs, best first, with the aims that chose them and the count of the others.
+
+    `incomplete` says that designs were left out of the results that may be better in these aims.
+    """
 
     frame: pd.DataFrame
     objectives: tuple[Objective, ...]
     order_by: Objective
     tally: Tally
+    incomplete: bool = False
 
 
 def choose_objectives(
@@ -261,16 +267,20 @@ def rank_source(
     tally = Tally(tuple(column.name for column in source.columns if column.role == "margin"))
     wanted = list(dict.fromkeys(["design", "feasible", "status", *tally.margins, *(o.metric for o in objectives)]))
     best = source.rows(front(source.blocks(wanted), objectives, tally))
+    if fronts > 1 and source.attributes.get("keep") == "front":
+        raise RequestError("only the first front was kept of this study; sweep with --keep all to see the others")
     if fronts > 1:
         chosen = source.rows(
             np.concatenate([block["design"][block["feasible"] != 0] for block in source.blocks(wanted)])
         )
         return Ranking(rank_frame(chosen, objectives, order, fronts), objectives, order, tally)
-    if "tally" in source.attributes and {f"{o.metric}:{o.sense}" for o in objectives} == set(usual):
+    reduced = source.attributes.get("keep") == "front"
+    incomplete = reduced and {f"{o.metric}:{o.sense}" for o in objectives} != set(usual)
+    if reduced and not incomplete:
         # Only the Pareto set in these objectives was kept; the others were counted when they were computed.
-        tally = Tally.from_json(str(source.attributes["tally"]))
+        tally = Tally.from_json(str(source.attributes.get("tally")))
     best = best.sort_values(order.metric, ascending=order.sense == "min", kind="stable").assign(front=1)
-    return Ranking(best, objectives, order, tally)
+    return Ranking(best, objectives, order, tally, incomplete)
 
 
 def senses_of(attributes: Mapping[str, object]) -> dict[str, Sense | None]:

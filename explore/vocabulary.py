@@ -41,6 +41,11 @@ class Status(IntEnum):
         """What the status means, for people."""
         return _STATUS_SENTENCES[self]
 
+    @staticmethod
+    def label_of(code: int) -> str:
+        """The word for any code, a mechanism's own ones included."""
+        return Status(code).label if code in Status._value2member_map_ else f"status {code}"
+
 
 _STATUS_SENTENCES = {
     Status.PENDING: "not computed yet",

@@ -74,7 +74,18 @@ def sweep(
     from explore.cli.sweeps import SweepOptions, run_sweep
 
     failures = 0 if fail_fast else max_failures
-    options = SweepOptions(config, output, workers, processes, scheduler, keep.value, restart, failures, verbose, quiet)
+    options = SweepOptions(
+        config=config,
+        output=output,
+        workers=workers,
+        processes=processes,
+        scheduler=scheduler,
+        keep=keep.value,
+        restart=restart,
+        max_failures=failures,
+        verbose=verbose,
+        quiet=quiet,
+    )
     raise typer.Exit(run_sweep(options, dry_run=dry_run))
 
 

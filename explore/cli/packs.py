@@ -15,7 +15,7 @@ def pack_results(path: Path | None, output: Path | None) -> None:
 
     source = path or Path(newest_results())
     open_results(source)  # it knows why a file is not there yet
-    target = output or source.with_suffix(".packed.h5")
+    target = output or source.with_name(source.name.removesuffix(".h5") + ".packed.h5")
     with block_bar("packing") as progress:
         pack(source, target, progress)
     before, after = source.stat().st_size, target.stat().st_size

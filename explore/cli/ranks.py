@@ -45,12 +45,9 @@ def print_ranking(
 def _explain(results: Results, ranking: Ranking) -> None:
     """Say what was ranked, what was left out and why."""
     tally = ranking.tally
-    kept = json.loads(str(results.attributes.get("objectives", "[]")))
-    if results.keep != "all" and {f"{o.metric}:{o.sense}" for o in ranking.objectives} != set(kept):
-        say(
-            f"{results.path} keeps only the Pareto set in {', '.join(kept)}: the best in other aims may be missing",
-            "yellow",
-        )
+    if ranking.incomplete:
+        aims = ", ".join(json.loads(str(results.attributes["objectives"])))
+        say(f"{results.path} keeps only the Pareto set in {aims}: the best in other aims may be missing", "yellow")
     senses = ", ".join(f"{o.metric} ({o.sense})" for o in ranking.objectives)
     if tally.ranked:
         say(f"{len(ranking.frame):,} of {tally.ranked:,} feasible designs are Pareto-optimal in {senses}")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import shlex
 import signal
 from collections.abc import Iterator, Mapping
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -83,11 +83,15 @@ def run_sweep(options: SweepOptions, *, dry_run: bool) -> int:
     if path.is_dir():
         raise ResultsError(f"{path} is a folder; name another file with -o")
     try:
-        with _terminable(), sweep_progress(study.space.count, quiet=options.quiet) as progress:
+        with (
+            _terminable(),
+            _reached(cluster, early=options.scheduler is not None) as reached,
+            sweep_progress(study.space.count, quiet=options.quiet) as progress,
+        ):
             summary = run_study(
                 study,
                 path,
-                cluster,
+                reached,
                 keep=options.keep,
                 max_failures=options.max_failures,
                 restart=options.restart,
@@ -97,10 +101,20 @@ def run_sweep(options: SweepOptions, *, dry_run: bool) -> int:
     except KeyboardInterrupt:
         say(f"interrupted; finished blocks are safe. To go on: {options.command}")
         return 130
-    _report(summary, quiet=options.quiet)
+    _report(summary, options.keep, quiet=options.quiet)
     if options.keep == "all":
         _compare_objectives(study, path)
     return 3 if summary.failed else 0
+
+
+@contextmanager
+def _reached(cluster: AbstractContextManager[Client], *, early: bool) -> Iterator[AbstractContextManager[Client]]:
+    """The cluster, connected before anything is written where that may fail."""
+    if not early:
+        yield cluster
+        return
+    with cluster as client:
+        yield nullcontext(client)
 
 
 @contextmanager
@@ -167,11 +181,12 @@ def _compare_objectives(study: Study, path: Path) -> None:
         say(f"[rank] differs from the one that {path} was made with; to rank by it: {command}")
 
 
-def _report(summary: Summary, *, quiet: bool) -> None:
+def _report(summary: Summary, keep: str, *, quiet: bool) -> None:
     if summary.failed:
         blocks = f"{len(summary.failed):,} block{'s' * (len(summary.failed) > 1)}"
-        complain(f"{blocks} failed; what is missing is computed when the same command is run again")
-    if quiet:
+        written = "; the front is written when none is missing" if keep == "front" else ""
+        complain(f"{blocks} failed; what is missing is computed when the same command is run again{written}")
+    if quiet or (summary.failed and keep == "front"):
         return
     if summary.computed == 0 and not summary.failed:
         say(f"{summary.path} is complete already: {summary.designs:,} designs")

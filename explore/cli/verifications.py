@@ -47,7 +47,11 @@ def verify_results(path: Path | None, *, as_json: bool) -> int:
         f"{len(damaged):,} damaged; {results.n_committed:,} designs",
         data=True,
     )
-    title = "designs by status" + (", damaged blocks left out" if damaged else "")
+    title = (
+        ("designs" if results.keep == "all" else "kept designs")
+        + " by status"
+        + (", damaged blocks left out" if damaged else "")
+    )
     print_table(title, [("status", ""), ("designs", "")], [[label, f"{n:,}"] for label, n in statuses.items()])
     _conclude(results, damaged)
     return 1 if damaged else 0

@@ -8,6 +8,7 @@ import os
 import stat
 from collections.abc import Mapping
 from pathlib import Path
+from types import NoneType
 from typing import Any
 
 import h5py
@@ -22,8 +23,14 @@ from explore.vocabulary import Column
 _LARGEST_ATTRIBUTE = 65_536
 #: Types that columns have.
 _TYPES = ("<f8", "<i8", "<i4", "|i1")
-#: Attributes that hold JSON, and what JSON.
-_JSON = {"objectives": list, "senses": dict, "speed_powers": dict, "status_sentences": dict, "tally": dict}
+#: Attributes that hold JSON: a list or an object, and of what.
+_JSON: dict[str, tuple[type, tuple[type, ...]]] = {
+    "objectives": (list, (str,)),
+    "senses": (dict, (str, NoneType)),
+    "speed_powers": (dict, (int, float, NoneType)),
+    "status_sentences": (dict, (str,)),
+    "tally": (dict, (int, list, dict)),
+}
 
 
 def read_layout(path: Path) -> Layout:
@@ -98,9 +105,11 @@ def _check_apart(layout: Layout) -> None:
 
 def _check_json(attributes: Mapping[str, Attribute]) -> None:
     """Whether the attributes that are JSON can be read as what they are."""
-    for name, kind in _JSON.items():
-        if name in attributes and not isinstance(json.loads(str(attributes[name])), kind):
-            raise ValueError(f"attribute {name} does not hold a JSON {'object' if kind is dict else 'list'}")
+    for name, (kind, items) in _JSON.items():
+        content = json.loads(str(attributes[name])) if name in attributes else kind()
+        values = content.values() if isinstance(content, dict) else content
+        if not isinstance(content, kind) or not all(isinstance(value, items) for value in values):
+            raise ValueError(f"attribute {name} does not hold what it should")
 
 
 def _read_shape(attributes: Mapping[str, Attribute]) -> tuple[int, int]:

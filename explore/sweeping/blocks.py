@@ -52,7 +52,7 @@ def evaluate_block(request: Request, space: DesignSpace, number: int, objectives
     feasible = int(np.count_nonzero(columns["feasible"]))
     counts, tally = {}, Tally()
     if objectives:
-        counts = {Status(code).label: int(n) for code, n in enumerate(np.bincount(status)) if n}
+        counts = {Status.label_of(code): int(n) for code, n in enumerate(np.bincount(status)) if n}
         tally = Tally(tuple(f"{constraint.metric.name}_margin" for constraint in request.constraints))
         rows = front([columns], objectives, tally)
         columns = {"design": rows + number * BLOCK_SIZE} | {name: values[rows] for name, values in columns.items()}

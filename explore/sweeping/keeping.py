@@ -15,7 +15,7 @@ import numpy as np
 
 from explore._version import __version__
 from explore.design_space import BLOCK_SIZE
-from explore.errors import RequestError
+from explore.errors import RequestError, ResultsError
 from explore.evaluation import output_columns, speed_power
 from explore.ranking import Tally, front
 from explore.store.kept import KeptWriter
@@ -48,6 +48,8 @@ class KeepAll:
     ----------
     objectives
         Of the Pareto set that a worker reduces its block to; none, so it sends everything.
+    sha256
+        Hash of what determines the file.
     """
 
     objectives: tuple[Objective, ...] = ()
@@ -55,6 +57,7 @@ class KeepAll:
     def __init__(self, study: Study, path: Path, *, restart: bool) -> None:
         _check_count(study, MOST_BYTES // row_bytes(study))
         columns, attributes = results_columns(study), study_attributes(study)
+        self.sha256 = study.sha256
         self._writer = Writer(path, columns, study.space.count, BLOCK_SIZE, attributes, restart=restart)
 
     def __enter__(self) -> Self:
@@ -105,9 +108,11 @@ class KeepFront:
         if not study.objectives:
             raise RequestError("to keep only the front, say what makes a design better: give [rank] metrics")
         _check_count(study, MOST_STUDIED)
-        self.objectives = study.objectives
+        self.objectives, self.path = study.objectives, path
+        attributes = _front_attributes(study)
+        self.sha256 = str(attributes["request_sha256"])
         self._columns, self._n_designs = results_columns(study), study.space.count
-        self._writer = KeptWriter(path, self._columns, self._n_designs, _front_attributes(study), restart=restart)
+        self._writer = KeptWriter(path, self._columns, self._n_designs, attributes, restart=restart)
         self._front: Columns = {column.name: np.empty(0, column.dtype) for column in self._columns}
         self._counts: Counter[str] = Counter()
         self._tally = Tally(tuple(column.name for column in self._columns if column.role == "margin"))
@@ -120,6 +125,7 @@ class KeepFront:
                 self._done[:] = True
             else:
                 for meta, columns in self._writer.records():
+                    self._check_record(meta, columns)
                     self._include(meta, columns)
         except BaseException:
             self._writer.__exit__(None, None, None)
@@ -168,6 +174,14 @@ class KeepFront:
             "tally": self._tally.to_json(),
         }
         self._writer.finish(self._front, BLOCK_SIZE, found)
+
+    def _check_record(self, meta: Mapping[str, Any], columns: Columns) -> None:
+        """Make sure that a record of the journal is one that `commit` wrote: a file may come from anywhere."""
+        number = meta.get("block")
+        kinds = {column.name: np.dtype(column.dtype) for column in self._columns}
+        sound = isinstance(number, int) and 0 <= number < len(self._done) and not self._done[number]
+        if not sound or {name: values.dtype for name, values in columns.items()} != kinds:
+            raise ResultsError(f"the journal of {self.path} holds what is no block of this study; use --restart")
 
     def _include(self, meta: Mapping[str, Any], columns: Columns) -> None:
         both = {name: np.concatenate([values, columns[name]]) for name, values in self._front.items()}

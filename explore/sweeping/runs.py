@@ -6,7 +6,7 @@ import os
 import platform
 import time
 from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import AbstractContextManager, contextmanager, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -157,8 +157,10 @@ class _Run:
     def _described(self, number: int) -> dict[str, Any]:
         """Which designs a block holds: their numbers, and the range of each swept parameter."""
         space = self._study.space
-        columns = space.block(number).columns
-        ranges = {name: [float(np.min(columns[name])), float(np.max(columns[name]))] for name in space.swept}
+        ranges = {}
+        with suppress(Exception):  # it may be the designs themselves that fail
+            columns = space.block(number).columns
+            ranges = {name: [float(np.min(columns[name])), float(np.max(columns[name]))] for name in space.swept}
         first = number * BLOCK_SIZE
         return {"designs": [first, min(first + BLOCK_SIZE, space.count) - 1], "parameters": ranges}
 
@@ -170,7 +172,7 @@ class _Run:
             "start",
             host=platform.node(),
             process=os.getpid(),
-            study=self._study.sha256,
+            study=self._keeping.sha256,
             designs=summary.designs,
             resumed=summary.resumed,
             pending_blocks=self._keeping.n_pending,
