@@ -178,23 +178,50 @@ def sound(tmp_path_factory) -> bytes:
 
 @settings(max_examples=300, deadline=None)
 @given(data=st.data())
-def test_damage_costs_what_follows_it(sound, tmp_path_factory, data):
-    """Bits flipped anywhere: the records before the first flipped bit are kept, none of the others is believed."""
+def test_damage_costs_the_records_that_it_hits(sound, tmp_path_factory, data):
+    """Bits flipped anywhere: what precedes a damaged length is kept but for the records hit, and is told."""
     flips = data.draw(st.sets(st.integers(0, 8 * len(sound) - 1), min_size=1, max_size=5))
-    damaged = bytearray(sound)
-    for bit in flips:
-        damaged[bit // 8] ^= 1 << bit % 8
+    damaged = flipped(sound, flips)
     path = tmp_path_factory.getbasetemp() / "flipped.journal"
     path.write_bytes(damaged)
-    ends = record_ends(sound)
-    intact = sum(end <= min(flips) // 8 for end in ends)
-    if intact == 0:
+    starts, ends = [0, *record_ends(sound)[:-1]], record_ends(sound)
+    hit = {next(n for n, end in enumerate(ends) if bit // 8 < end) for bit in flips}
+    if 0 in hit:
         with pytest.raises(ResultsError, match="damaged at its beginning"):
             numbers_in(path)
         assert path.read_bytes() == damaged
         return
-    assert numbers_in(path) == list(range(intact - 1))
-    assert path.read_bytes() == sound[: ends[intact - 1]]
+    unclear = {n for n in hit if any(starts[n] <= bit // 8 < starts[n] + 8 for bit in flips)}
+    kept = [n for n in range(1, min(unclear, default=len(ends))) if n not in hit]
+    for _ in range(2):  # what was skipped is skipped again
+        with Journal(path, HEADER) as journal:
+            assert check(journal) == [n - 1 for n in kept]
+            assert journal.damaged == sum(n < max(kept, default=0) for n in hit)
+        assert path.read_bytes() == damaged[: ends[max(kept, default=0)]]
+
+
+def test_one_bit_costs_one_record(sound, tmp_path):
+    """Every bit of one record, the third of eight: its length costs what follows, all the rest only the record."""
+    path = tmp_path / "flipped.journal"
+    start, end = record_ends(sound)[2:4]
+    for bit in range(8 * start, 8 * end):
+        path.write_bytes(flipped(sound, {bit}))
+        in_length = bit // 8 < start + 8
+        with Journal(path, HEADER) as journal:
+            assert check(journal) == ([0, 1] if in_length else [0, 1, 3, 4, 5, 6, 7])
+            assert journal.damaged == (0 if in_length else 1)
+    with Journal(path, HEADER) as journal:
+        journal.append(*record(2))  # computed again
+        assert check(journal) == [0, 1, 3, 4, 5, 6, 7, 2]
+    assert numbers_in(path) == [0, 1, 3, 4, 5, 6, 7, 2]
+
+
+def flipped(content: bytes, bits: set[int]) -> bytes:
+    """With some bits turned over."""
+    damaged = bytearray(content)
+    for bit in bits:
+        damaged[bit // 8] ^= 1 << bit % 8
+    return bytes(damaged)
 
 
 def record_ends(content: bytes) -> list[int]:

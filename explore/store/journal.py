@@ -1,7 +1,9 @@
-"""An append-only file of records: each is durable when `append` returns, and a torn end costs only itself.
+"""An append-only file of records: each is durable when `append` returns, and damage costs only the record that it hits.
 
 After the signature follow records: length of the content, CRC-32 of the length and the content, the content. That is
-the length of a JSON text, the text, and the bytes of the arrays that the text describes.
+the length of a JSON text, the text, and the bytes of the arrays that the text describes. A record that is not as it was
+written is stepped over by its length. Where that is damaged nobody knows where the next record begins, so what follows
+is cut off, as is a torn end.
 """
 
 from __future__ import annotations
@@ -12,6 +14,7 @@ import json
 import os
 import struct
 import zlib
+from array import array
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from types import TracebackType
@@ -35,7 +38,7 @@ Record = tuple[dict[str, Any], dict[str, npt.NDArray[Any]]]
 
 
 def count_records(path: Path) -> int:
-    """How many records a journal holds, also while it grows; what is torn is not counted."""
+    """How many records a journal holds, sound or not, also while it grows; what is torn is not counted."""
     count, size = -1, path.stat().st_size  # the header is a record too
     with path.open("rb") as file:
         place = len(_SIGNATURE)
@@ -48,6 +51,11 @@ def count_records(path: Path) -> int:
 
 class Journal:
     """A journal of a study, a context manager. The caller holds the lock of the results file that it belongs to.
+
+    Attributes
+    ----------
+    damaged
+        How many records were found on entering that are not as they were written; what they held is not believed.
 
     Parameters
     ----------
@@ -66,6 +74,8 @@ class Journal:
     def __init__(self, path: Path, header: Mapping[str, Any]) -> None:
         self.path = Path(path)
         self._header = json.loads(json.dumps(header))
+        self._places = array("Q")  # of the sound records; 8 bytes each, as there may be millions
+        self.damaged = 0
 
     def __enter__(self) -> Self:
         if not self.path.exists():
@@ -76,7 +86,7 @@ class Journal:
                 stack.callback(os.close, self._descriptor)
                 self._file = stack.enter_context(io.FileIO(self._descriptor, closefd=False))
                 self._first = self._check_header()
-                self._cut_damaged_end()
+                self._find_sound_records()
                 # A killed run may have left a name or a record that is seen but not durable.
                 platform.sync_data(self._descriptor)
                 platform.sync_folder(self.path.parent)
@@ -111,17 +121,16 @@ class Journal:
                 os.ftruncate(self._descriptor, self._end)
             text = f"{self.path} cannot be written: {error.strerror or error}"
             raise ResultsError(f"{text}; run the sweep again to go on once the cause is gone") from error
+        self._places.append(self._end)
         self._end += len(record)
 
     def records(self) -> Iterator[Record]:
         """The records in the order of their coming, each read when its turn comes; the arrays are read-only."""
-        place = self._first
-        while place < self._end:
+        for place in self._places:  # which may grow meanwhile
             content = self._read(place, self._end)
             if content is None:
                 raise ResultsError(f"{self.path} was damaged after it was opened; run the sweep again to go on")
             yield self._decoded(content)
-            place += _FRAME.size + len(content)
 
     def _create(self) -> None:
         """Make a journal with its header, complete from the moment when it has its name."""
@@ -147,25 +156,40 @@ class Journal:
             raise other_study(self.path, header if isinstance(header, dict) else {}, self._header)
         return len(_SIGNATURE) + _FRAME.size + len(content)
 
-    def _cut_damaged_end(self) -> None:
-        """Keep what precedes the first record that is torn or damaged; the rest is computed again."""
+    def _find_sound_records(self) -> None:
+        """Note where they are and cut off what follows the last one; what is missing is computed again."""
         size = os.fstat(self._descriptor).st_size
-        self._end = self._first
-        while self._end < size and (content := self._read(self._end, size)) is not None:
-            self._end += _FRAME.size + len(content)
+        place = self._end = self._first
+        self._places, self.damaged = array("Q"), 0
+        doubtful = 0  # the last record may be torn, which is no damage
+        while (frame := self._frame(place, size)) is not None:
+            following = place + _FRAME.size + frame[0]
+            if self._read(place, size) is None:
+                doubtful += 1
+            else:
+                self._places.append(place)
+                self._end = following
+                self.damaged, doubtful = self.damaged + doubtful, 0
+            place = following
         if self._end < size:
             os.ftruncate(self._descriptor, self._end)
             platform.sync_data(self._descriptor)
 
-    def _read(self, place: int, end: int) -> bytes | None:
-        """The content of the record at a place, or None when it is not sound."""
+    def _frame(self, place: int, end: int) -> tuple[int, int] | None:
+        """Length and checksum of the record at a place, or None when no record can have that length."""
         self._file.seek(place)
         frame = self._file.read(_FRAME.size)
         if len(frame) < _FRAME.size:
             return None
         length, checksum = _FRAME.unpack(frame)
-        if length > end - place - _FRAME.size:
+        return (length, checksum) if _LENGTH.size <= length <= end - place - _FRAME.size else None
+
+    def _read(self, place: int, end: int) -> bytes | None:
+        """The content of the record at a place, or None when it is not sound."""
+        frame = self._frame(place, end)
+        if frame is None:
             return None
+        length, checksum = frame
         content = _read_all(self._file, length)
         return content if len(content) == length and _checksum(content) == checksum else None
 
