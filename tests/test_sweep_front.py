@@ -134,7 +134,7 @@ def test_an_unfinished_front_is_no_results_file_yet(study, tmp_path):
 
     with pytest.raises(Stop):
         sweep(study, tmp_path / "a.h5", progress=stop)
-    with pytest.raises(explore.ResultsError, match="a.h5 is not finished: .* 1 blocks are done so far; run the sweep"):
+    with pytest.raises(explore.ResultsError, match="a.h5 is not finished: 1 of 3 blocks are done, .*; run the sweep"):
         explore.open_results(tmp_path / "a.h5")
     with pytest.raises(explore.ResultsError, match="journal holds an unfinished sweep that keeps only the front"):
         explore.sweep(study, tmp_path / "a.h5")

@@ -46,8 +46,8 @@ def _explain(results: Results, ranking: Ranking) -> None:
     """Say what was ranked, what was left out and why."""
     tally = ranking.tally
     if ranking.incomplete:
-        aims = ", ".join(json.loads(str(results.attributes["objectives"])))
-        say(f"{results.path} keeps only the Pareto set in {aims}: the best in other aims may be missing", "yellow")
+        kept = ", ".join(json.loads(str(results.attributes["objectives"])))
+        say(f"{results.path} keeps only the Pareto set in {kept}: the best in other aims may be missing", "yellow")
     senses = ", ".join(f"{o.metric} ({o.sense})" for o in ranking.objectives)
     if tally.ranked:
         say(f"{len(ranking.frame):,} of {tally.ranked:,} feasible designs are Pareto-optimal in {senses}")

@@ -156,9 +156,8 @@ class _Listener:
         elif self._verbose:
             words = " ".join(f"{name}={value}" for name, value in facts.items())
             say(f"{event}: {words}", "dim")
-        damaged = facts.get("damaged_blocks", ())
-        if damaged:
-            say(f"damaged blocks are computed again: {len(damaged):,}; check the disk", "yellow")
+        if facts.get("damaged_blocks"):
+            say(f"damaged blocks are computed again: {facts['damaged_blocks']:,}; check the disk", "yellow")
 
 
 def _failure(facts: Mapping[str, Any]) -> str:

@@ -33,20 +33,32 @@ _FRAME = struct.Struct("<QI")
 _LENGTH = struct.Struct("<Q")
 #: Kinds of numbers that an array may hold.
 _KINDS = "biuf"
+#: What bytes that were not written as a record may raise.
+_UNREADABLE = (ValueError, KeyError, TypeError, struct.error, RecursionError)
 
 Record = tuple[dict[str, Any], dict[str, npt.NDArray[Any]]]
 
 
-def count_records(path: Path) -> int:
-    """How many records a journal holds, sound or not, also while it grows; what is torn is not counted."""
-    count, size = -1, path.stat().st_size  # the header is a record too
+def count_records(path: Path) -> tuple[int, dict[str, Any]]:
+    """How many records a journal holds, sound or not, also while it grows, and its header.
+
+    What is torn is not counted.
+    """
+    if not path.is_file():
+        return 0, {}
+    count, size, header = -1, path.stat().st_size, b""  # the header is a record too
     with path.open("rb") as file:
         place = len(_SIGNATURE)
         while place + _FRAME.size <= size:
             file.seek(place)
-            place += _FRAME.size + _FRAME.unpack(file.read(_FRAME.size))[0]
+            length = _FRAME.unpack(file.read(_FRAME.size))[0]
+            place += _FRAME.size + length
+            if count < 0 and place <= size:
+                header = file.read(length)
             count += place <= size
-    return max(count, 0)
+    with contextlib.suppress(*_UNREADABLE):
+        return max(count, 0), dict(_decoded(header)[0]["header"])
+    return max(count, 0), {}
 
 
 class Journal:
@@ -196,7 +208,7 @@ class Journal:
     def _decoded(self, content: bytes) -> Record:
         try:
             return _decoded(content)
-        except (ValueError, KeyError, TypeError, struct.error, RecursionError) as error:
+        except _UNREADABLE as error:
             raise ResultsError(f"{self.path} was not written by this explore: {error}; move it away") from error
 
 

@@ -100,7 +100,7 @@ class KeptWriter:
         The results file.
     columns
         The index "design" first.
-    n_designs
+    n_designs, block_size
         Of the study.
     attributes
         Of the study, with "keep": "front".
@@ -118,6 +118,7 @@ class KeptWriter:
         path: Path,
         columns: Sequence[Column],
         n_designs: int,
+        block_size: int,
         attributes: Mapping[str, Attribute],
         *,
         restart: bool = False,
@@ -125,7 +126,8 @@ class KeptWriter:
         self.path = real_path(path)
         self._columns, self._attributes, self._restart = tuple(columns), dict(attributes), restart
         self._study = described(attributes, n_designs, columns)
-        self._journal = Journal(journal_name(self.path), self._study)
+        self._block_size = block_size
+        self._journal = Journal(journal_name(self.path), {**self._study, "blocks": -(-n_designs // block_size)})
         self._closing = contextlib.ExitStack()
         self.finished = False
 
@@ -146,6 +148,11 @@ class KeptWriter:
     ) -> None:
         self._closing.close()
 
+    @property
+    def damaged(self) -> int:
+        """How many records of the journal were damaged when it was opened; their blocks are to be computed again."""
+        return self._journal.damaged
+
     def records(self) -> Iterator[Record]:
         """What was appended in earlier runs and in this one."""
         return self._journal.records()
@@ -154,11 +161,9 @@ class KeptWriter:
         """Add a record and return when it is durable."""
         self._journal.append(meta, arrays)
 
-    def finish(
-        self, arrays: Mapping[str, npt.NDArray[Any]], block_size: int, attributes: Mapping[str, Attribute]
-    ) -> None:
+    def finish(self, arrays: Mapping[str, npt.NDArray[Any]], attributes: Mapping[str, Attribute]) -> None:
         """Write the results file, with attributes that were not known before, and remove the journal."""
-        write_kept(self.path, self._columns, arrays, block_size, {**self._attributes, **attributes})
+        write_kept(self.path, self._columns, arrays, self._block_size, {**self._attributes, **attributes})
         self.finished = True
         journal_name(self.path).unlink()
 

@@ -16,7 +16,7 @@ import numpy.typing as npt
 from explore.errors import ResultsError
 from explore.store.journal import count_records
 from explore.store.layout import INDEX, KEEP_FRONT, Attribute, Layout
-from explore.store.names import journal_name
+from explore.store.names import journal_name, real_path
 from explore.store.parsing import read_layout
 from explore.store.reading import COMMITTED, Progress, damaged_blocks, read_rows, read_words
 from explore.suggest import suggestion
@@ -60,12 +60,7 @@ class Results:
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        if not path.exists() and journal_name(path).exists():
-            blocks = count_records(journal_name(path))
-            raise ResultsError(
-                f"{path} is not finished: it keeps only the front, which is known at the end, and {blocks:,} "
-                "blocks are done so far; run the sweep again to go on"
-            )
+        _check_finished(path)
         self._layout: Layout = read_layout(path)
         self._identity = _identity(path)
         with self._open() as file:
@@ -306,6 +301,18 @@ def _joined(pieces: list[npt.NDArray[Any]], column: Column) -> npt.NDArray[Any]:
     if len(pieces) == 1:  # the usual case, a complete file: no copy
         return pieces[0]
     return np.concatenate(pieces) if pieces else np.empty(0, bool if column.name in _BOOLEANS else column.dtype)
+
+
+def _check_finished(path: Path) -> None:
+    """Say how far a sweep is that keeps only the front, which has no results file before it is done."""
+    journal = journal_name(real_path(path))
+    if path.exists() or not journal.exists():
+        return
+    done, header = count_records(journal)
+    raise ResultsError(
+        f"{path} is not finished: {done:,} of {header.get('blocks', 'unknown')} blocks are done, and it keeps only the "
+        "front, which is known at the end; run the sweep again to go on"
+    )
 
 
 def _identity(path: Path) -> tuple[int, int]:

@@ -80,9 +80,9 @@ class KeepAll:
         return self._writer.n_pending
 
     @property
-    def damaged(self) -> list[int]:
-        """Numbers of the blocks that were there but damaged; they are pending again."""
-        return self._writer.damaged
+    def n_damaged(self) -> int:
+        """How many blocks were there but damaged; they are pending again."""
+        return len(self._writer.damaged)
 
     @property
     def designs(self) -> int:
@@ -112,7 +112,7 @@ class KeepFront:
         attributes = _front_attributes(study)
         self.sha256 = str(attributes["request_sha256"])
         self._columns, self._n_designs = results_columns(study), study.space.count
-        self._writer = KeptWriter(path, self._columns, self._n_designs, attributes, restart=restart)
+        self._writer = KeptWriter(path, self._columns, self._n_designs, BLOCK_SIZE, attributes, restart=restart)
         self._front: Columns = {column.name: np.empty(0, column.dtype) for column in self._columns}
         self._counts: Counter[str] = Counter()
         self._tally = Tally(tuple(column.name for column in self._columns if column.role == "margin"))
@@ -148,9 +148,9 @@ class KeepFront:
         return int(np.count_nonzero(~self._done))
 
     @property
-    def damaged(self) -> list[int]:
-        """None: a damaged end of the journal is cut off, and its blocks are pending."""
-        return []
+    def n_damaged(self) -> int:
+        """How many blocks were there but damaged; they are pending again."""
+        return self._writer.damaged
 
     @property
     def designs(self) -> int:
@@ -173,7 +173,7 @@ class KeepFront:
             "studied_counts": json.dumps(dict(self._counts), sort_keys=True),
             "tally": self._tally.to_json(),
         }
-        self._writer.finish(self._front, BLOCK_SIZE, found)
+        self._writer.finish(self._front, found)
 
     def _check_record(self, meta: Mapping[str, Any], columns: Columns) -> None:
         """Make sure that a record of the journal is one that `commit` wrote: a file may come from anywhere."""

@@ -176,7 +176,7 @@ class _Run:
             designs=summary.designs,
             resumed=summary.resumed,
             pending_blocks=self._keeping.n_pending,
-            damaged_blocks=self._keeping.damaged,
+            damaged_blocks=self._keeping.n_damaged,
             **facts(),
         )
         begun = time.monotonic()
