@@ -192,3 +192,27 @@ def test_a_study_without_aims_has_no_front(tmp_path):
     assert study.objectives == ()
     with pytest.raises(explore.RequestError, match="give \\[rank\\] metrics"):
         sweep(study, tmp_path / "a.h5")
+
+
+def test_ranking_a_front_says_what_it_cannot_know(study, tmp_path):
+    explore.sweep(study, tmp_path / "a.h5", keep="front")
+
+    with pytest.warns(RuntimeWarning, match="keeps only the Pareto set in other aims"):
+        explore.rank(tmp_path / "a.h5", ["cv"])
+    with pytest.raises(explore.RequestError, match="only the first front was kept"):
+        explore.rank(tmp_path / "a.h5", fronts=2)
+
+
+@pytest.mark.parametrize(
+    "meta",
+    [{"block": 3}, {"block": -1}, {"block": "0"}, {}, {"block": 0}],
+    ids=["beyond", "below", "text", "no", "twice"],
+)
+def test_a_journal_with_foreign_records_is_refused(study, tmp_path, meta):
+    with keeping.KeepFront(study, tmp_path / "a.h5", restart=False) as kept:
+        kept.commit(runs.evaluate_block(study.request, study.space, 0, study.objectives))
+        front = runs.evaluate_block(study.request, study.space, 1, study.objectives).columns
+        kept._writer.append({"counts": {}, "tally": "{}", **meta}, front)
+
+    with pytest.raises(explore.ResultsError, match="holds what is no block of this study"):
+        sweep(study, tmp_path / "a.h5")
