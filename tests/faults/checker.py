@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import json
 import zlib
 from collections.abc import Collection
 from dataclasses import dataclass, field
@@ -11,10 +12,13 @@ from pathlib import Path
 import h5py
 import numpy as np
 
+from explore.design_space import BLOCK_SIZE
+from explore.store.names import journal_name
 from explore.store.results import open_results
-from faults.content import BLOCK, COLUMNS, N_BLOCKS, rows, values
+from faults.content import BLOCK, COLUMNS, N_BLOCKS, kept_values, rows, values
 
 _EXPECTED = [[values(n)[column.name].tobytes() for column in COLUMNS] for n in range(N_BLOCKS)]
+_KEPT = [[kept_values(n)[column.name].tobytes() for column in COLUMNS] for n in range(N_BLOCKS)]
 
 
 @dataclass
@@ -44,8 +48,10 @@ class Verdict:
         return not (self.unreadable or self.lost or self.phantom or self.detected)
 
 
-def check(path: Path, acknowledged: Collection[int] = ()) -> Verdict:
+def check(path: Path, acknowledged: Collection[int] = (), keep: str = "all") -> Verdict:
     """Judge a file, given the blocks whose commit had returned."""
+    if keep == "front":
+        return _check_kept(path, set(acknowledged))
     if not path.exists():
         return Verdict(absent=True, lost=set(acknowledged))
     try:
@@ -68,6 +74,40 @@ def check(path: Path, acknowledged: Collection[int] = ()) -> Verdict:
     return verdict
 
 
+def _check_kept(path: Path, acknowledged: set[int]) -> Verdict:
+    """Judge a results file that is there at the end only, and its journal before."""
+    if not path.exists():
+        found = journal_blocks(path)
+        phantom = {number for number, data in found.items() if data != b"".join(_KEPT[number])}
+        lost = acknowledged - (found.keys() - phantom)
+        return Verdict(absent=True, committed=set(found), lost=lost, phantom=phantom)
+    try:
+        with h5py.File(path, "r") as file:
+            columns = [file["designs"][column.name][:].tobytes() for column in COLUMNS]
+        assert open_results(path).verify() == []
+    except (OSError, RuntimeError, KeyError, ValueError, AssertionError) as error:
+        return Verdict(unreadable=str(error), lost=acknowledged)
+    whole = columns == [b"".join(pieces) for pieces in zip(*_KEPT, strict=True)]
+    return Verdict(committed=set(range(N_BLOCKS)), phantom=set() if whole else set(range(N_BLOCKS)))
+
+
+def journal_blocks(path: Path) -> dict[int, bytes]:
+    """What a journal's sound records hold: the bytes of the columns by block, read by the format's description."""
+    journal = journal_name(path)
+    raw = journal.read_bytes() if journal.exists() else b""
+    place, found = len(b"explore journal 1\n"), {}
+    while place + 12 <= len(raw):
+        length, checksum = int.from_bytes(raw[place : place + 8], "little"), raw[place + 8 : place + 12]
+        content = raw[place + 12 : place + 12 + length]
+        if zlib.crc32(raw[place : place + 8] + content).to_bytes(4, "little") == checksum:
+            text = 8 + int.from_bytes(content[:8], "little")
+            meta = json.loads(content[8:text])["meta"]
+            if "block" in meta:  # the header has none
+                found[meta["block"]] = content[text:]
+        place += 12 + length
+    return found
+
+
 def _read(path: Path) -> tuple[list[int], list[list[bytes]]]:
     """The commit words, and of each block the bytes of its columns."""
     with h5py.File(path, "r") as file:
@@ -82,12 +122,14 @@ def _crc(pieces: list[bytes]) -> int:
     return zlib.crc32(b"".join(pieces))
 
 
-def committed_words(path: Path) -> np.ndarray:
-    """Which blocks of any results file are committed, shape (blocks,); none when the file is not there yet."""
+def done_blocks(path: Path) -> set[int]:
+    """Numbers of the blocks of any study that are done, in a results file or in its journal."""
     if not path.exists():
-        return np.zeros(0, bool)
+        return set(journal_blocks(path))
     with h5py.File(path, "r") as file:
-        return file["progress/commit"][:] >> 32 == 1
+        if "studied_designs" in file.attrs:
+            return set(range(-(-int(file.attrs["studied_designs"]) // BLOCK_SIZE)))
+        return set(np.flatnonzero(file["progress/commit"][:] >> 32 == 1).tolist())
 
 
 def sha256(path: Path) -> str:

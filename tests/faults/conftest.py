@@ -87,8 +87,8 @@ def command() -> Iterator:
     """Starts real commands, and sees to it that none outlives its test."""
     started: list[Command] = []
 
-    def start(*arguments: Any) -> Command:
-        started.append(Command(*arguments))
+    def start(*arguments: Any, **options: Any) -> Command:
+        started.append(Command(*arguments, **options))
         return started[-1]
 
     yield start
@@ -122,15 +122,23 @@ def fresh(memory) -> Iterator:
         shutil.rmtree(left)
 
 
-@pytest.fixture(scope="session")
-def undisturbed(memory) -> Path:
+@pytest.fixture
+def keep() -> str:
+    """What the writers keep, for tests that do not say it."""
+    return "all"
+
+
+@pytest.fixture
+def undisturbed(memory, keep) -> Path:
     """The file of a run that nothing happened to."""
-    folder = memory / "undisturbed"
-    folder.mkdir()
-    return fill(folder / "grid.h5")
+    path = memory / f"undisturbed-{keep}" / "grid.h5"
+    if not path.exists():
+        path.parent.mkdir()
+        fill(path, keep=keep)
+    return path
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture
 def whole(undisturbed) -> str:
     """Digest of the file of a run that nothing happened to."""
     return sha256(undisturbed)

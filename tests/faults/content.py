@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
+from explore.store.kept import KeptWriter
 from explore.store.writer import Writer
 from explore.vocabulary import Column, Status
 
@@ -51,14 +52,46 @@ def values(number: int) -> dict[str, np.ndarray]:
     }
 
 
-def writer(path: Path, *, restart: bool = False, **attributes: Any) -> Writer:
+def kept_values(number: int) -> dict[str, np.ndarray]:
+    """The designs of a block that are kept where not all are: every third, a few sectors of the disk."""
+    return {name: column[::3] for name, column in values(number).items()}
+
+
+class Keeper(KeptWriter):
+    """The product's writer of a kept results file, driven as the other one is."""
+
+    def __enter__(self) -> Self:
+        super().__enter__()
+        self.pending = [] if self.finished else sorted(set(range(N_BLOCKS)) - self._blocks().keys())
+        return self
+
+    def commit(self, number: int, columns: Any) -> None:
+        """Add the kept designs of a block."""
+        self.append({"block": number}, kept_values(number))
+
+    def complete(self) -> None:
+        """Write the results file from what is in the journal."""
+        if not self.finished:
+            blocks = [columns for _, columns in sorted(self._blocks().items())]
+            whole = {column.name: np.concatenate([block[column.name] for block in blocks]) for column in COLUMNS}
+            self.finish(whole, BLOCK, {"studied_designs": N_DESIGNS, "studied_counts": "{}"})
+
+    def _blocks(self) -> dict[int, Any]:
+        return {meta["block"]: columns for meta, columns in self.records()}
+
+
+def writer(path: Path, *, keep: str = "all", restart: bool = False, **attributes: Any) -> Writer | Keeper:
     """The product's writer of this store."""
+    if keep == "front":
+        return Keeper(path, COLUMNS, N_DESIGNS, ATTRIBUTES | attributes | {"keep": keep}, restart=restart)
     return Writer(path, COLUMNS, N_DESIGNS, BLOCK, ATTRIBUTES | attributes, restart=restart)
 
 
-def fill(path: Path, numbers: Any = None) -> Path:
+def fill(path: Path, numbers: Any = None, keep: str = "all") -> Path:
     """Write the blocks named, else all that are pending, in this process."""
-    with writer(path) as store:
+    with writer(path, keep=keep) as store:
         for number in store.pending if numbers is None else numbers:
             store.commit(number, values(number))
+        if isinstance(store, Keeper):
+            store.complete()
     return path

@@ -18,6 +18,8 @@ ground = {{ start = 620, stop = 830, num = 15 }}
 speed = [1, 2.5]
 [constraints]
 transmission_angle_min = {{ min = 20 }}
+[rank]
+metrics = ["cv", "transmission_angle_min:max"]
 """
 
 
@@ -37,10 +39,15 @@ class Command:
         The study, and where its results go.
     environment
         Added to this process's; the recorder's orders, for instance.
+    keep
+        What it keeps.
     """
 
-    def __init__(self, config: Path, results: Path, environment: dict[str, str] | None = None) -> None:
-        command = [sys.executable, "-m", "explore", "sweep", str(config), "-o", str(results), "--quiet"]
+    def __init__(
+        self, config: Path, results: Path, environment: dict[str, str] | None = None, keep: str = "all"
+    ) -> None:
+        words = ["sweep", str(config), "-o", str(results), "--quiet", "--keep", keep]
+        command = [sys.executable, "-m", "explore", *words]
         surrounding = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path)), "NO_COLOR": "1"}
         pipes = {"stdout": subprocess.DEVNULL, "stderr": subprocess.PIPE, "text": True}
         self._process = subprocess.Popen(command, env=surrounding | (environment or {}), **pipes)

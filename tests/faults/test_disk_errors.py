@@ -24,6 +24,11 @@ ERRORS = (errno.EIO, errno.ENOSPC)
 SPARED = {"FAULT_SPARED": ".lock .log.jsonl"}
 
 
+def night(*values):
+    """Parameters of the slow form."""
+    return pytest.param(*values, marks=pytest.mark.slow)
+
+
 def orders(folder, at, error, sticky):
     """The recorder's: fail the N-th of the calls that a disk may refuse."""
     return {
@@ -46,31 +51,32 @@ def assert_said_well(code, complaint, path):
     assert "should not have happened" not in complaint
 
 
-def calls_of(server, memory, name, **order) -> int:
+def calls_of(server, memory, name, keep="all", arguments=()) -> int:
     """How many calls of an undisturbed run a disk may refuse."""
     folder = memory / name
     folder.mkdir()
     trace = memory / f"{name}.trace"
     environment = {"FAULT_FOLDER": str(folder), "FAULT_TRACE": str(trace)} | SPARED
-    order = {key: [value.format(folder=folder) for value in values] for key, values in order.items()}
+    order = {"arguments": [word.format(folder=folder) for word in arguments]} if arguments else {"keep": keep}
     assert server.write(folder / "grid.h5", environment=environment, **order).code == 0
     return sum(call.operation in REFUSED for call in read_trace(trace))
 
 
+@pytest.mark.parametrize("keep", ["all", "front"])
 @pytest.mark.parametrize("trials", [30, pytest.param(None, marks=pytest.mark.slow)])
-def test_failing_call_is_reported_and_nothing_is_damaged(server, memory, fresh, whole, figures, request, trials):
-    n_calls = calls_of(server, memory, request.node.name)
+def test_failing_call_is_reported_and_nothing_is_damaged(server, memory, fresh, whole, figures, request, trials, keep):
+    n_calls = calls_of(server, memory, request.node.name, keep=keep)
     cases = list(product(range(1, n_calls + 1), ERRORS, (False, True)))
     chance = random.Random(6)
     for at, error, sticky in chance.sample(cases, trials or len(cases)):
         folder = fresh()
         path = folder / "grid.h5"
-        writing = server.write(path, environment=orders(folder, at, error, sticky))
-        verdict = figures.count(check(path, writing.numbers("done")))
+        writing = server.write(path, keep=keep, environment=orders(folder, at, error, sticky))
+        verdict = figures.count(check(path, writing.numbers("done"), keep))
         assert verdict.sound, (at, error, sticky, verdict)
         assert_said_well(writing.code, writing.complained, path)
         assert not path.with_name("grid.h5.tmp").exists()
-        again = server.write(path)
+        again = server.write(path, keep=keep)
         figures["redone"] += len(set(again.numbers("run")) & set(writing.numbers("done")))
         assert again.code == 0
         assert sha256(path) == whole
@@ -78,11 +84,11 @@ def test_failing_call_is_reported_and_nothing_is_damaged(server, memory, fresh, 
     assert figures["redone"] == 0
 
 
-@pytest.mark.parametrize("trials", [6, pytest.param(60, marks=pytest.mark.slow)])
-def test_failing_call_in_a_real_sweep(server, memory, fresh, figures, request, trials):
+@pytest.mark.parametrize(("trials", "keep"), [(6, "all"), (3, "front"), night(60, "all"), night(30, "front")])
+def test_failing_call_in_a_real_sweep(server, memory, fresh, figures, request, trials, keep):
     """The command's own code, cluster and study, in a forked process."""
     config = study(memory)
-    arguments = ["sweep", str(config), "--quiet", "-o"]
+    arguments = ["sweep", str(config), "--quiet", "--keep", keep, "-o"]
     name = request.node.name
     n_calls = calls_of(server, memory, name, arguments=[*arguments, "{folder}/grid.h5"])
     undisturbed = sha256(memory / name / "grid.h5")
@@ -100,12 +106,12 @@ def test_failing_call_in_a_real_sweep(server, memory, fresh, figures, request, t
         assert sorted(entry.name for entry in folder.iterdir()) == ["grid.h5", "grid.h5.log.jsonl"]
 
 
-@pytest.mark.parametrize("trials", [4, pytest.param(20, marks=pytest.mark.slow)])
-def test_failing_call_in_the_command(command, recorder, tmp_path, figures, trials):
+@pytest.mark.parametrize(("trials", "keep"), [(4, "all"), (2, "front"), night(20, "all"), night(10, "front")])
+def test_failing_call_in_the_command(command, recorder, tmp_path, figures, trials, keep):
     """A process of its own from start to exit, its interpreter's and HDF5's ends included."""
     config, path, trace = study(tmp_path), tmp_path / "out" / "grid.h5", tmp_path / "trace"
     environment = {"LD_PRELOAD": str(recorder), "FAULT_FOLDER": str(path.parent)} | SPARED
-    assert command(config, path, environment | {"FAULT_TRACE": str(trace)}).finish() == (0, "")
+    assert command(config, path, environment | {"FAULT_TRACE": str(trace)}, keep).finish() == (0, "")
     undisturbed = sha256(path)
     n_calls = sum(call.operation in REFUSED for call in read_trace(trace))
     chance = random.Random(8)
@@ -116,10 +122,11 @@ def test_failing_call_in_the_command(command, recorder, tmp_path, figures, trial
             chance.choice([errno.EIO, errno.ENOSPC]),
             chance.random() < 0.5,
         )
-        code, complaint = command(config, path, environment | orders(path.parent, at, error, sticky)).finish()
+        failing = environment | orders(path.parent, at, error, sticky)
+        code, complaint = command(config, path, failing, keep).finish()
         figures["trials"] += 1
         assert_said_well(code, complaint, path)
-        assert command(config, path).finish() == (0, "")
+        assert command(config, path, keep=keep).finish() == (0, "")
         assert sha256(path) == undisturbed, (at, error, sticky)
 
 

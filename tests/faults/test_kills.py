@@ -10,36 +10,44 @@ from pathlib import Path
 
 import pytest
 
-from faults.checker import check, committed_words, sha256
+from faults.checker import check, done_blocks, sha256
 from faults.content import N_BLOCKS, fill
 from faults.replay import COUNTED, Disk, boundaries, put_down, read_trace
 from faults.sweeps import study
 
+KEEPS = ["all", "front"]
 
-@pytest.mark.parametrize("kills", [50, pytest.param(500, marks=pytest.mark.slow)])
-def test_random_kills_lose_nothing_and_cost_a_block_each(server, tmp_path, whole, figures, kills):
+
+def night(*values):
+    """Parameters of the slow form."""
+    return pytest.param(*values, marks=pytest.mark.slow)
+
+
+@pytest.mark.parametrize(("kills", "keep"), [(50, "all"), (20, "front"), night(500, "all"), night(200, "front")])
+def test_random_kills_lose_nothing_and_cost_a_block_each(server, tmp_path, whole, figures, kills, keep):
     """On the disk, not in memory, so that commits take their time."""
     chance = random.Random(20_240_601)
     path = tmp_path / "grid.h5"
-    typical = min(duration(server, path) for _ in range(3))
+    typical = min(duration(server, path, keep) for _ in range(3))
     acknowledged: set[int] = set()
     runs = [0] * N_BLOCKS
     killed = 0
     while killed < kills:
-        writing = server.start(path)
+        writing = server.start(path, keep=keep)
         time.sleep(chance.random() * typical)
         killed += writing.kill() == -signal.SIGKILL
         for number in writing.numbers("run"):
             runs[number] += 1
         acknowledged |= set(writing.numbers("done"))
-        verdict = figures.count(check(path, acknowledged))
+        verdict = figures.count(check(path, acknowledged, keep))
         assert verdict.sound, (killed, verdict)
-        if len(verdict.committed) == N_BLOCKS:
+        if len(verdict.committed) == N_BLOCKS and path.exists():
             figures["redone"] += sum(runs) - N_BLOCKS
             assert sha256(path) == whole
-            path.unlink()
+            for left in tmp_path.iterdir():
+                left.unlink()
             acknowledged, runs = set(), [0] * N_BLOCKS
-    last = server.write(path)
+    last = server.write(path, keep=keep)
     for number in last.numbers("run"):
         runs[number] += 1
     figures["redone"] += sum(runs) - N_BLOCKS
@@ -48,53 +56,56 @@ def test_random_kills_lose_nothing_and_cost_a_block_each(server, tmp_path, whole
     assert [entry.name for entry in tmp_path.iterdir()] == ["grid.h5"], "what killed writers left is cleaned up"
 
 
-def duration(server, path) -> float:
+def duration(server, path, keep) -> float:
     """Seconds of an undisturbed run."""
     begun = time.monotonic()
-    assert server.write(path).code == 0
+    assert server.write(path, keep=keep).code == 0
     path.unlink()
     return time.monotonic() - begun
 
 
-@pytest.mark.parametrize("kills", [4, pytest.param(30, marks=pytest.mark.slow)])
-def test_random_kills_of_the_command(command, tmp_path, figures, kills):
+@pytest.mark.parametrize(("kills", "keep"), [(4, "all"), (2, "front"), night(30, "all"), night(15, "front")])
+def test_random_kills_of_the_command(command, tmp_path, figures, kills, keep):
     """The real command, real studies, real blocks: what a reader saw committed before the kill stays."""
     chance = random.Random(3)
     config = study(tmp_path, 32)
     undisturbed, path = tmp_path / "undisturbed.h5", tmp_path / "killed.h5"
-    assert command(config, undisturbed).finish()[0] == 0
-    n_blocks = len(committed_words(undisturbed))
+    assert command(config, undisturbed, keep=keep).finish()[0] == 0
+    n_blocks = len(done_blocks(undisturbed))
     for _ in range(kills):
-        sweep = command(config, path)
+        sweep = command(config, path, keep=keep)
         wanted = chance.randrange(n_blocks - 1)  # at least so many blocks, then at any moment
-        while committed_words(path).sum() < wanted and sweep.running:
+        while len(done_blocks(path)) < wanted and sweep.running:
             time.sleep(0.002)
         time.sleep(chance.random() * (1.5 if wanted == 0 else 0.05))
-        seen = committed_words(path)
+        seen = done_blocks(path)
         sweep.kill()
-        left = committed_words(path)
+        left = done_blocks(path)
         figures["trials"] += 1
-        figures["lost"] += int((seen & ~left[: len(seen)]).sum())
-        if left.all() and len(left):
+        figures["lost"] += len(seen - left)
+        if len(left) == n_blocks and path.exists():
             assert sha256(path) == sha256(undisturbed)
-            path.unlink()
-    code, complaint = command(config, path).finish()
+            for file in tmp_path.glob("killed.h5*"):
+                file.unlink()
+    code, complaint = command(config, path, keep=keep).finish()
     assert (code, figures["lost"]) == (0, 0), complaint
     assert sha256(path) == sha256(undisturbed)
     assert sorted(file.name for file in tmp_path.glob("killed.h5*")) == ["killed.h5", "killed.h5.log.jsonl"]
 
 
-@pytest.fixture(scope="module")
-def recorded(server, memory):
+@pytest.fixture
+def recorded(server, memory, keep):
     """A run in a new folder, call by call; the folder stays as the run left it."""
-    folder = memory / "recorded"
-    folder.mkdir()
-    trace = memory / "recorded.trace"
-    environment = {"FAULT_FOLDER": str(folder), "FAULT_TRACE": str(trace)}
-    assert server.write(folder / "grid.h5", environment=environment).code == 0
+    folder = memory / f"recorded-{keep}"
+    trace = memory / f"recorded-{keep}.trace"
+    if not folder.exists():
+        folder.mkdir()
+        environment = {"FAULT_FOLDER": str(folder), "FAULT_TRACE": str(trace)}
+        assert server.write(folder / "grid.h5", keep=keep, environment=environment).code == 0
     return folder, read_trace(trace)
 
 
+@pytest.mark.parametrize("keep", KEEPS)
 def test_the_replay_is_what_happened(recorded):
     folder, calls = recorded
     disk = Disk(folder)
@@ -105,34 +116,35 @@ def test_the_replay_is_what_happened(recorded):
     assert {call.operation for call in calls} & COUNTED == set("cwtasdru")
 
 
-def test_kill_at_every_call(recorded, fresh, whole, figures):
+@pytest.mark.parametrize("keep", KEEPS)
+def test_kill_at_every_call(recorded, fresh, whole, figures, keep):
     """Just before each call and in the middle of each write, and then the run is finished."""
     folder, calls = recorded
     disk = Disk(folder)
     for call in calls:
         if call.operation in COUNTED:
-            judge_and_finish(disk, disk.after_kill(), fresh(), whole, figures)
+            judge_and_finish(disk, disk.after_kill(), fresh(), whole, figures, keep)
         if call.operation == "w":
-            judge_and_finish(disk, disk.after_kill(during=call), fresh(), whole, figures)
+            judge_and_finish(disk, disk.after_kill(during=call), fresh(), whole, figures, keep)
         disk.do(call)
-    judge_and_finish(disk, disk.after_kill(), fresh(), whole, figures)
+    judge_and_finish(disk, disk.after_kill(), fresh(), whole, figures, keep)
 
 
-def judge_and_finish(disk, state, folder, whole, figures) -> None:
+def judge_and_finish(disk, state, folder, whole, figures, keep) -> None:
     """What is left is absent or complete; the same command then gives the undisturbed bytes."""
     put_down(state, disk.folder, folder)
     path = folder / "grid.h5"
-    verdict = figures.count(check(path, disk.acknowledged))
+    verdict = figures.count(check(path, disk.acknowledged, keep))
     # Half of a commit word is the one damage that a kill may leave: no reader takes it for a commit.
     assert not any((verdict.unreadable, verdict.lost, verdict.phantom)), (figures["trials"], verdict)
     assert not verdict.detected & verdict.committed, (figures["trials"], verdict)
-    fill(path)
+    fill(path, keep=keep)
     assert sha256(path) == whole
     assert [entry.name for entry in folder.iterdir()] == ["grid.h5"]
 
 
-@pytest.mark.parametrize("trials", [25, pytest.param(None, marks=pytest.mark.slow)])
-def test_real_kills_leave_what_the_replay_says(server, recorded, fresh, whole, figures, trials):
+@pytest.mark.parametrize(("trials", "keep"), [(25, "all"), (15, "front"), night(None, "all"), night(None, "front")])
+def test_real_kills_leave_what_the_replay_says(server, recorded, fresh, whole, figures, trials, keep):
     """The process is killed by the recorder before a call, or half through a write."""
     recorded_folder, calls = recorded
     number_of = {position: number for number, position in enumerate(boundaries(calls), 1)}
@@ -142,7 +154,7 @@ def test_real_kills_leave_what_the_replay_says(server, recorded, fresh, whole, f
     for position, action in sorted(chance.sample(places, trials or len(places))):
         folder = fresh()
         environment = {"FAULT_FOLDER": str(folder), "FAULT_ACTION": action, "FAULT_AT": str(number_of[position])}
-        writing = server.write(folder / "grid.h5", environment=environment)
+        writing = server.write(folder / "grid.h5", keep=keep, environment=environment)
         assert writing.code == -signal.SIGKILL
         disk = Disk(recorded_folder)
         for call in calls[:position]:
@@ -154,8 +166,8 @@ def test_real_kills_leave_what_the_replay_says(server, recorded, fresh, whole, f
         assert found.keys() == expected.keys(), (position, action)
         assert all(found[name] == expected[name] for name in found if name != "grid.h5.lock"), (position, action)
         assert set(writing.numbers("done")) == disk.acknowledged
-        figures.count(check(folder / "grid.h5", disk.acknowledged))
-        assert server.write(folder / "grid.h5").code == 0
+        figures.count(check(folder / "grid.h5", disk.acknowledged, keep))
+        assert server.write(folder / "grid.h5", keep=keep).code == 0
         assert sha256(folder / "grid.h5") == whole
 
 

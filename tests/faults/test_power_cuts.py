@@ -25,13 +25,13 @@ def record(server, memory, request):
     folder.mkdir()
     number = 0
 
-    def run(inside="grid.h5", **orders):
+    def run(inside="grid.h5", keep="all", **orders):
         nonlocal number
         number += 1
         trace = memory / f"{request.node.name}.{number}.trace"
         environment = {"FAULT_FOLDER": str(folder), "FAULT_TRACE": str(trace)}
         environment |= {f"FAULT_{name.upper()}": str(value) for name, value in orders.items()}
-        code = server.write(folder / inside, environment=environment).code
+        code = server.write(folder / inside, keep=keep, environment=environment).code
         assert code == (-signal.SIGKILL if orders.get("action") == "kill" else 0)
         return read_trace(trace)
 
@@ -39,28 +39,29 @@ def record(server, memory, request):
     return run
 
 
-def judge(disk, state, folder, figures, inside="grid.h5"):
+def judge(disk, state, folder, figures, inside="grid.h5", keep="all"):
     """Put a state down and judge it."""
     put_down(state, disk.folder, folder)
-    return figures.count(check(folder / inside, disk.acknowledged))
+    return figures.count(check(folder / inside, disk.acknowledged, keep))
 
 
-def finish(folder, whole, inside="grid.h5"):
+def finish(folder, whole, inside="grid.h5", keep="all"):
     """The same command again gives the undisturbed bytes, and clears away what was left."""
-    path = fill(folder / inside)
+    path = fill(folder / inside, keep=keep)
     assert sha256(path) == whole
     assert [entry.name for entry in path.parent.iterdir()] == ["grid.h5"]
 
 
+@pytest.mark.parametrize("keep", ["all", "front"])
 @pytest.mark.parametrize("states", STATES)
-def test_power_cut_loses_nothing_that_was_acknowledged(record, fresh, whole, figures, states):
-    calls = record()
+def test_power_cut_loses_nothing_that_was_acknowledged(record, fresh, whole, figures, states, keep):
+    calls = record(keep=keep)
     disk = Disk(record.folder)
     for state in power_cuts(disk, calls, states, random.Random(1)):
         folder = fresh()
-        verdict = judge(disk, state, folder, figures)
+        verdict = judge(disk, state, folder, figures, keep=keep)
         assert verdict.sound, (figures["trials"], verdict)
-        finish(folder, whole)
+        finish(folder, whole, keep=keep)
 
 
 @pytest.mark.parametrize("states", STATES)
@@ -75,10 +76,11 @@ def test_results_in_a_new_folder_stay(record, fresh, whole, figures, states):
     assert figures.harmless, figures
 
 
+@pytest.mark.parametrize("keep", ["all", "front"])
 @pytest.mark.parametrize("states", STATES)
-def test_power_cut_after_a_kill(record, fresh, whole, figures, states):
+def test_power_cut_after_a_kill(record, fresh, whole, figures, states, keep):
     """What a killed run left in the memory of the system is not on the disk, though the next run sees it."""
-    calls = record()
+    calls = record(keep=keep)
     counted = [call for call in calls if call.operation in "cwtasdrum"]
     renamed = next(i for i, call in enumerate(counted, 1) if call.operation == "r")
     chance = random.Random(3)
@@ -87,13 +89,13 @@ def test_power_cut_after_a_kill(record, fresh, whole, figures, states):
         for left in record.folder.iterdir():
             left.unlink()
         disk = Disk(record.folder)
-        for call in record(action="kill", at=kill):
+        for call in record(keep=keep, action="kill", at=kill):
             disk.do(call)
         disk.new_process()
-        for state in power_cuts(disk, record(), states // len(kills), chance):
+        for state in power_cuts(disk, record(keep=keep), states // len(kills), chance):
             folder = fresh()
-            judge(disk, state, folder, figures)
-            finish(folder, whole)
+            judge(disk, state, folder, figures, keep=keep)
+            finish(folder, whole, keep=keep)
     assert figures.harmless, figures
 
 

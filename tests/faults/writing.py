@@ -37,7 +37,8 @@ def say(word: str) -> None:
 
 def write(order: dict[str, Any]) -> None:
     """Write the blocks that are pending, in the order of their numbers."""
-    with content.writer(Path(order["path"]), restart=order.get("restart", False), **order.get("attributes", {})) as w:
+    options = {"keep": order.get("keep", "all"), "restart": order.get("restart", False), **order.get("attributes", {})}
+    with content.writer(Path(order["path"]), **options) as w:
         pending = w.pending
         for number in sorted(set(range(content.N_BLOCKS)) - set(pending)):
             say(f"done {number}")  # what the writer counts as durable must be so, too
@@ -48,6 +49,8 @@ def write(order: dict[str, Any]) -> None:
             say(f"run {number}")
             w.commit(number, content.values(number))
             say(f"done {number}")
+        if isinstance(w, content.Keeper):
+            w.complete()
         say("complete")
         if order.get("children"):
             have_children()
