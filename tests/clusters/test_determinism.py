@@ -8,7 +8,7 @@ import pytest
 
 import explore
 from clusters.processes import Cluster, digest
-from explore.sweeping.keeping import KeepAll
+from explore.sweeping.keeping import KeepAll, KeepFront
 
 #: Every kind of column, three blocks and a part of one: moments, extremes, constraints, several speeds.
 STUDY = """\
@@ -21,6 +21,8 @@ ground = { start = 620, stop = 830, num = 15 }
 speed = [1, 2.5]
 [constraints]
 transmission_angle_min = { min = 20 }
+[rank]
+metrics = ["cv", "transmission_angle_min:max"]
 """
 
 
@@ -39,14 +41,15 @@ def interrupt(_):
     raise Interrupted
 
 
+@pytest.mark.parametrize(("keep", "keeping"), [("all", KeepAll), ("front", KeepFront)])
 def test_the_same_bytes_from_threads_processes_clusters_orders_and_resumed_sweeps(
-    folder, study, cluster: Cluster, monkeypatch
+    folder, study, cluster: Cluster, monkeypatch, keep, keeping
 ):
     from distributed import Client
 
     def sweep(name, **options):
         path = folder / f"{name}.h5"
-        explore.sweep(study, path, **options)
+        explore.sweep(study, path, keep=keep, **options)
         digests[name] = digest(path)
         path.unlink()
 
@@ -62,12 +65,13 @@ def test_the_same_bytes_from_threads_processes_clusters_orders_and_resumed_sweep
         sweep("tcp", client=client)
     for _ in range(3):
         with pytest.raises(Interrupted):
-            explore.sweep(study, folder / "resumed.h5", workers=2, progress=interrupt)
+            explore.sweep(study, folder / "resumed.h5", workers=2, keep=keep, progress=interrupt)
     sweep("resumed", workers=2)
-    ordered = KeepAll.pending.fget
+    ordered = keeping.pending.fget
     for seed in range(2):
         shuffle = random.Random(seed).sample
-        monkeypatch.setattr(KeepAll, "pending", property(lambda self, s=shuffle: s(ordered(self), len(ordered(self)))))
+        shuffled = property(lambda self, s=shuffle: s(blocks := list(ordered(self)), len(blocks)))
+        monkeypatch.setattr(keeping, "pending", shuffled)
         sweep(f"shuffled {seed}", workers=2)
 
     assert len(set(digests.values())) == 1, digests
