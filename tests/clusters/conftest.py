@@ -46,15 +46,15 @@ def cluster(folder) -> Iterator[Cluster]:
 @pytest.fixture(scope="session")
 def undisturbed(tmp_path_factory):
     """Digest of the file of a sweep of so many blocks that nothing happened to, on threads of this process."""
-    known: dict[int, str] = {}
+    known: dict[tuple[int, str], str] = {}
 
-    def of(blocks: int) -> str:
-        if blocks not in known:
+    def of(blocks: int, keep: str = "all") -> str:
+        if (blocks, keep) not in known:
             folder = tmp_path_factory.mktemp("undisturbed")
             path = folder / "undisturbed.h5"
-            explore.sweep(explore.load_study(study_file(folder, blocks)), path, workers=2)
-            known[blocks] = digest(path)
+            explore.sweep(explore.load_study(study_file(folder, blocks, keep)), path, workers=2, keep=keep)
+            known[blocks, keep] = digest(path)
             path.unlink()
-        return known[blocks]
+        return known[blocks, keep]
 
     return of

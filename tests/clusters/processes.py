@@ -15,8 +15,10 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Self
 
+from faults.checker import done_blocks
+
 from explore.store.parsing import read_layout
-from explore.store.reading import damaged_blocks, read_words
+from explore.store.reading import damaged_blocks
 
 ROOT = Path(__file__).parents[2]
 #: Closed form only: a block takes 15 ms and 62 bytes a design.
@@ -28,14 +30,17 @@ coupler = {{ start = 900, stop = 1300, num = 256 }}
 rocker = {{ start = 450, stop = 660, num = {blocks} }}
 ground = 700
 [evaluate]
-metrics = ["grashof_margin"]
 """
+_METRICS = {
+    "all": 'metrics = ["grashof_margin"]',
+    "front": 'metrics = ["grashof_margin", "swing_angle"]\n[rank]\nmetrics = ["grashof_margin:max", "swing_angle:max"]',
+}
 
 
-def study_file(folder: Path, blocks: int) -> Path:
-    """A study of so many full blocks."""
-    path = folder / f"study{blocks}.toml"
-    path.write_text(_STUDY.format(blocks=blocks))
+def study_file(folder: Path, blocks: int, keep: str = "all") -> Path:
+    """A study of so many full blocks; what is to keep a front has objectives."""
+    path = folder / f"study{blocks}-{keep}.toml"
+    path.write_text(_STUDY.format(blocks=blocks) + _METRICS[keep] + "\n")
     return path
 
 
@@ -46,11 +51,12 @@ def digest(path: Path) -> str:
 
 
 def committed(path: Path) -> list[int]:
-    """Numbers of the committed blocks of a results file, none of them damaged."""
-    layout = read_layout(path)
-    with path.open("rb", buffering=0) as file:
-        assert damaged_blocks(file, layout) == []
-        return read_words(file, layout).nonzero()[0].tolist()
+    """Numbers of the committed blocks of a results file, none of them damaged, or of a front's journal."""
+    if path.exists():
+        layout = read_layout(path)
+        with path.open("rb", buffering=0) as file:
+            assert damaged_blocks(file, layout) == []
+    return sorted(done_blocks(path))
 
 
 def wait_until(condition: Callable[[], Any], seconds: float = 30.0) -> Any:
@@ -189,7 +195,7 @@ class Sweep(_Process):
 
     def wait_for_blocks(self, number: int) -> None:
         """Wait until so many blocks are committed."""
-        wait_until(lambda: self.results.exists() and len(committed(self.results)) >= number)
+        wait_until(lambda: len(committed(self.results)) >= number)
 
     def log(self) -> list[Mapping[str, Any]]:
         """The events of the log; every line is a JSON object."""

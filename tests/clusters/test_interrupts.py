@@ -23,16 +23,24 @@ def interrupt(sweep: Sweep, number: signal.Signals, before: int) -> list[int]:
     assert code == 130
     assert lines == [f"interrupted; finished blocks are safe. To go on: {sweep.again} --quiet"]
     wait_until(lambda: not sweep.members, 5)
-    assert sorted(path.name for path in sweep.results.parent.glob("a.h5*")) == ["a.h5", "a.h5.log.jsonl"]
+    there = "a.h5.journal" if "front" in sweep.words else "a.h5"
+    assert sorted(path.name for path in sweep.results.parent.glob("a.h5*")) == [there, "a.h5.log.jsonl"]
     assert sweep.log()[-1]["outcome"] == "interrupted"
     saved = committed(sweep.results)
     assert before + 2 <= len(saved) < BLOCKS
     return saved
 
 
-@pytest.mark.parametrize("options", [("--workers", "2"), ("--workers", "2", "--processes")])
-def test_an_interrupted_sweep_says_how_to_go_on_and_goes_on(folder, undisturbed, options):
-    config, path = study_file(folder, BLOCKS), folder / "a.h5"
+@pytest.mark.parametrize(
+    ("options", "keep"),
+    [
+        (("--workers", "2"), "all"),
+        (("--workers", "2", "--processes"), "all"),
+        (("--workers", "2", "--keep", "front"), "front"),
+    ],
+)
+def test_an_interrupted_sweep_says_how_to_go_on_and_goes_on(folder, undisturbed, options, keep):
+    config, path = study_file(folder, BLOCKS, keep), folder / "a.h5"
     saved: list[int] = []
     for number in SIGNALS:
         with Sweep(config, path, *options, "--quiet", seconds=0.2) as sweep:
@@ -40,7 +48,7 @@ def test_an_interrupted_sweep_says_how_to_go_on_and_goes_on(folder, undisturbed,
     with Sweep(config, path, *options, "--quiet", seconds=0.01) as sweep:
         assert sweep.end() == (0, [])
     assert sorted(sweep.executed + saved) == list(range(BLOCKS))
-    assert digest(path) == undisturbed(BLOCKS)
+    assert digest(path) == undisturbed(BLOCKS, keep)
 
 
 def test_an_interrupted_sweep_leaves_the_cluster_to_others(folder, cluster: Cluster, undisturbed):

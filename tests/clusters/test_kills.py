@@ -19,12 +19,15 @@ from explore.sweeping.window import SPARE_BLOCKS, Window
 WORKERS = 2
 
 
-@pytest.mark.parametrize(("kills", "blocks"), [(8, 60), pytest.param(50, 240, marks=pytest.mark.slow)])
-def test_killed_workers_cost_time_and_nothing_else(folder, undisturbed, report, kills, blocks):
+@pytest.mark.parametrize(
+    ("kills", "blocks", "keep"),
+    [(8, 60, "all"), (3, 20, "front"), *(pytest.param(50, 240, k, marks=pytest.mark.slow) for k in ("all", "front"))],
+)
+def test_killed_workers_cost_time_and_nothing_else(folder, undisturbed, report, kills, blocks, keep):
     chance = random.Random(20_261_121)
     path = folder / "a.h5"
-    options = ("--processes", "--workers", str(WORKERS), "--quiet")
-    with Sweep(study_file(folder, blocks), path, *options, seconds=0.1) as sweep:
+    options = ("--processes", "--workers", str(WORKERS), "--quiet", "--keep", keep)
+    with Sweep(study_file(folder, blocks, keep), path, *options, seconds=0.1) as sweep:
         seen = 0
         for _ in range(kills):
             sweep.at_work(seen)  # the next one has started, and after a while it is any moment of its work
@@ -33,11 +36,11 @@ def test_killed_workers_cost_time_and_nothing_else(folder, undisturbed, report, 
             seen = len(sweep.executions)
         code, lines = sweep.end(120)
 
-    report(f"{kills} kills, {blocks} blocks, {sweep.extra} extra executions")
+    report(f"{kills} kills, {blocks} blocks, keep {keep}: {sweep.extra} extra executions")
     assert (code, [line for line in lines if "waiting for one" not in line]) == (0, [])
     assert committed(path) == sorted(set(sweep.executed)) == list(range(blocks))
     assert sweep.extra <= kills * (WORKERS + SPARE_BLOCKS)
-    assert digest(path) == undisturbed(blocks)
+    assert digest(path) == undisturbed(blocks, keep)
     left = [address for event in sweep.log() if event["event"] == "workers" for address in event["left"]]
     assert len(left) > kills / 4, "who left was logged, but for those that came and went between two looks"
 

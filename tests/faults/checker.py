@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import json
 import zlib
@@ -93,8 +94,9 @@ def _check_kept(path: Path, acknowledged: set[int]) -> Verdict:
 
 def journal_blocks(path: Path) -> dict[int, bytes]:
     """What a journal's sound records hold: the bytes of the columns by block, read by the format's description."""
-    journal = journal_name(path)
-    raw = journal.read_bytes() if journal.exists() else b""
+    raw = b""
+    with contextlib.suppress(FileNotFoundError):  # also when it goes just now
+        raw = journal_name(path).read_bytes()
     place, found = len(b"explore journal 1\n"), {}
     while place + 12 <= len(raw):
         length, checksum = int.from_bytes(raw[place : place + 8], "little"), raw[place + 8 : place + 12]

@@ -106,7 +106,7 @@ def test_failing_call_in_a_real_sweep(server, memory, fresh, figures, request, t
         assert sorted(entry.name for entry in folder.iterdir()) == ["grid.h5", "grid.h5.log.jsonl"]
 
 
-@pytest.mark.parametrize(("trials", "keep"), [(4, "all"), (2, "front"), night(20, "all"), night(10, "front")])
+@pytest.mark.parametrize(("trials", "keep"), [(4, "all"), (1, "front"), night(20, "all"), night(10, "front")])
 def test_failing_call_in_the_command(command, recorder, tmp_path, figures, trials, keep):
     """A process of its own from start to exit, its interpreter's and HDF5's ends included."""
     config, path, trace = study(tmp_path), tmp_path / "out" / "grid.h5", tmp_path / "trace"
