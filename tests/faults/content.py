@@ -74,7 +74,7 @@ class Keeper(KeptWriter):
         if not self.finished:
             blocks = [columns for _, columns in sorted(self._blocks().items())]
             whole = {column.name: np.concatenate([block[column.name] for block in blocks]) for column in COLUMNS}
-            self.finish(whole, BLOCK, {"studied_designs": N_DESIGNS, "studied_counts": "{}"})
+            self.finish(whole, {"studied_designs": N_DESIGNS, "studied_counts": "{}"})
 
     def _blocks(self) -> dict[int, Any]:
         return {meta["block"]: columns for meta, columns in self.records()}
@@ -83,7 +83,7 @@ class Keeper(KeptWriter):
 def writer(path: Path, *, keep: str = "all", restart: bool = False, **attributes: Any) -> Writer | Keeper:
     """The product's writer of this store."""
     if keep == "front":
-        return Keeper(path, COLUMNS, N_DESIGNS, ATTRIBUTES | attributes | {"keep": keep}, restart=restart)
+        return Keeper(path, COLUMNS, N_DESIGNS, BLOCK, ATTRIBUTES | attributes | {"keep": keep}, restart=restart)
     return Writer(path, COLUMNS, N_DESIGNS, BLOCK, ATTRIBUTES | attributes, restart=restart)
 
 
