@@ -126,7 +126,8 @@ class KeepFront:
             else:
                 for meta, columns in self._writer.records():
                     self._check_record(meta, columns)
-                    self._include(meta, columns)
+                    if not self._done[meta["block"]]:  # or it could not be read once, and was computed again
+                        self._include(meta, columns)
         except BaseException:
             self._writer.__exit__(None, None, None)
             raise
@@ -179,8 +180,11 @@ class KeepFront:
         """Make sure that a record of the journal is one that `commit` wrote: a file may come from anywhere."""
         number = meta.get("block")
         kinds = {column.name: np.dtype(column.dtype) for column in self._columns}
-        sound = isinstance(number, int) and 0 <= number < len(self._done) and not self._done[number]
-        if not sound or {name: values.dtype for name, values in columns.items()} != kinds:
+        if (
+            not isinstance(number, int)
+            or not 0 <= number < len(self._done)
+            or {name: values.dtype for name, values in columns.items()} != kinds
+        ):
             raise ResultsError(f"the journal of {self.path} holds what is no block of this study; use --restart")
 
     def _include(self, meta: Mapping[str, Any], columns: Columns) -> None:
