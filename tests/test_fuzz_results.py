@@ -35,7 +35,7 @@ def worker():
     worker.close()
 
 
-@dataclass(frozen=True, repr=False)  # a failure must not print all of it
+@dataclass(frozen=True, repr=False)
 class Sound:
     """A finished sweep of 36 designs, and where HDF5's own bytes and the values are in its file."""
 
@@ -43,6 +43,9 @@ class Sound:
     whole: bytes
     metadata: list[int]
     values: list[int]
+
+    def __repr__(self):
+        return f"Sound({self.folder})"  # a failure must not print all the bytes
 
 
 @pytest.fixture(scope="module")

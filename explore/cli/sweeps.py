@@ -68,8 +68,8 @@ class SweepOptions:
 
 def run_sweep(options: SweepOptions, *, dry_run: bool) -> int:
     """Sweep a study and return the exit code."""
-    cluster = options.cluster()
     with compiled_kernels():
+        cluster = options.cluster()
         from explore.config.study_file import load_study
         from explore.sweeping.runs import run_study
     study = load_study(options.config)

@@ -305,8 +305,7 @@ def _joined(pieces: list[npt.NDArray[Any]], column: Column) -> npt.NDArray[Any]:
 
 def _check_finished(path: Path) -> None:
     """Say how far a sweep is that keeps only the front, which has no results file before it is done."""
-    journal = journal_name(real_path(path))
-    if path.exists() or not journal.exists():
+    if path.exists() or not (journal := journal_name(real_path(path))).exists():
         return
     done, header = count_records(journal)
     raise ResultsError(
