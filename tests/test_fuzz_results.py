@@ -118,8 +118,11 @@ def assert_survived(worker, sound, content):
         assert "this should not have happened" not in reply["err"], reply["err"]
         assert reply["code"] in (0, 1, 2, 3), reply
         if reply["code"]:
-            assert reply["err"].startswith("error: "), reply["err"]
-            assert str(path) in reply["err"] or reply["code"] == 2, reply["err"]
+            *notices, error = reply["err"].splitlines()
+            assert error.startswith("error: "), reply["err"]
+            # A column may have come to lie over HDF5's own bytes, which shows when its block is written again.
+            assert all(notice.startswith("damaged blocks are computed again") for notice in notices), reply["err"]
+            assert str(path) in error or reply["code"] == 2, reply["err"]
             assert reply["out"] == ""
     if replies[-1]["code"] == 0:
         (check,) = worker.ask(["verify", name])
