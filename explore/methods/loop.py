@@ -1,0 +1,69 @@
+"""The vector loop of a four-bar linkage: residual, determinant, rates. Shared by the methods that start from angles.
+
+::
+
+    r1 e^{i theta_1} + r2 e^{i theta_2} - r4 - r3 e^{i theta_3} = 0
+
+All functions broadcast; ``lengths`` unpacks to r1 … r4, so arrays have the lengths first. The textbook form (Norton,
+Design of Machinery, sections 4.5, 6.7 and 7.3), with its cancellations: it is what the methods here are known by.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from explore.vocabulary import FloatArray
+
+
+def residual(lengths: FloatArray, crank: FloatArray, coupler: FloatArray, rocker: FloatArray) -> FloatArray:
+    """Both components of the gap in the loop, in the unit of the lengths, first axis 2."""
+    r1, r2, r3, r4 = lengths
+    x = r1 * np.cos(crank) + r2 * np.cos(coupler) - r4 - r3 * np.cos(rocker)
+    y = r1 * np.sin(crank) + r2 * np.sin(coupler) - r3 * np.sin(rocker)
+    return np.stack([x, y])
+
+
+def determinant(lengths: FloatArray, coupler: FloatArray, rocker: FloatArray) -> FloatArray:
+    """Determinant of the loop's Jacobian with respect to both angles; its sign is minus the branch."""
+    return np.asarray(lengths[1] * lengths[2] * np.sin(coupler - rocker))
+
+
+def correction(lengths: FloatArray, gap: FloatArray, coupler: FloatArray, rocker: FloatArray) -> FloatArray:
+    """Newton's step for both angles, first axis 2."""
+    r2, r3 = lengths[1], lengths[2]
+    both = determinant(lengths, coupler, rocker)
+    # J = [[-r2 sin, r3 sin], [r2 cos, -r3 cos]]
+    by_coupler = r3 * (np.cos(rocker) * gap[0] + np.sin(rocker) * gap[1]) / both
+    by_rocker = r2 * (np.cos(coupler) * gap[0] + np.sin(coupler) * gap[1]) / both
+    return np.stack([by_coupler, by_rocker])
+
+
+def velocities(lengths: FloatArray, crank: FloatArray, coupler: FloatArray, rocker: FloatArray) -> FloatArray:
+    """Rates of coupler and rocker angle per unit crank velocity, first axis 2."""
+    r1, r2, r3, _ = lengths
+    w2 = r1 * np.sin(rocker - crank) / (r2 * np.sin(coupler - rocker))
+    w3 = r1 * np.sin(crank - coupler) / (r3 * np.sin(rocker - coupler))
+    return np.stack([w2, w3])
+
+
+def accelerations(
+    lengths: FloatArray, crank: FloatArray, coupler: FloatArray, rocker: FloatArray, rates: FloatArray
+) -> FloatArray:
+    """Second derivatives of both angles by the crank angle, first axis 2."""
+    r1, r2, r3, _ = lengths
+    w2, w3 = rates
+    a2 = r3 * w3 * w3 - r1 * np.cos(crank - rocker) - r2 * w2 * w2 * np.cos(coupler - rocker)
+    a3 = r1 * np.cos(crank - coupler) + r2 * w2 * w2 - r3 * w3 * w3 * np.cos(rocker - coupler)
+    return np.stack([a2 / (r2 * np.sin(coupler - rocker)), a3 / (r3 * np.sin(rocker - coupler))])
+
+
+def fill_rates(
+    signals: FloatArray, lengths: FloatArray, crank: FloatArray, coupler: FloatArray, rocker: FloatArray
+) -> None:
+    """Put angles, and velocities and accelerations where there are rows for them, into ``signals[2 level, …]``."""
+    signals[0], signals[1] = coupler, rocker
+    with np.errstate(all="ignore"):  # at a toggle a quotient is not finite, and the motion says so
+        if len(signals) > 2:
+            signals[2:4] = velocities(lengths, crank, coupler, rocker)
+        if len(signals) > 4:
+            signals[4:6] = accelerations(lengths, crank, coupler, rocker, signals[2:4])
