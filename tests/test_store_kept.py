@@ -97,7 +97,7 @@ def test_design_that_was_not_kept(tmp_path):
         with pytest.raises(ResultsError, match=f"design {number} is not Pareto-optimal"):
             results.rows([5, number, 999])
     for number in (-1, N_DESIGNS):
-        with pytest.raises(ResultsError, match=f"has no design {number}: they are numbered 0 to 9499"):
+        with pytest.raises(ResultsError, match=f"has no design {number}: they are numbered 0 to 9,499"):
             results.design(number)
 
 

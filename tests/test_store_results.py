@@ -120,9 +120,9 @@ def test_wrong_names_and_numbers_say_what_to_do(finished):
     with pytest.raises(ResultsError, match="no column 'cranc'; did you mean 'crank'"):
         results.to_pandas(["cranc"])
     for number in (-1, N_DESIGNS):
-        with pytest.raises(ResultsError, match=f"no design {number}: they are numbered 0 to 9499"):
+        with pytest.raises(ResultsError, match=f"no design {number}: they are numbered 0 to 9,499"):
             results.design(number)
-        with pytest.raises(ResultsError, match=f"no design {number}: they are numbered 0 to 9499"):
+        with pytest.raises(ResultsError, match=f"no design {number}: they are numbered 0 to 9,499"):
             results.rows([3, number, 5])
 
 

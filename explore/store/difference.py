@@ -12,6 +12,7 @@ from explore.vocabulary import Column
 
 _ABSENT = "(not there)"
 _LONGEST_VALUE = 100
+_ADVICE = "use --restart to start over, or name another file with -o"
 _HIDDEN = ("determines", "request_sha256")
 
 
@@ -38,7 +39,7 @@ def other_study(path: Path, old: Mapping[str, Any], new: Mapping[str, Any]) -> R
     changes = changed_keys(str(old.get("determines", "")), str(new.get("determines", "")))
     changes += changed_values(*({k: v for k, v in each.items() if k not in _HIDDEN} for each in (old, new)))
     lines = "".join(f"\n  {line}" for line in changes or ["what its columns or blocks are"])
-    return ResultsError(f"{path} holds the results of another study; what changed:{lines}\nuse --restart to start over")
+    return ResultsError(f"{path} holds the results of another study; what changed:{lines}\n{_ADVICE}")
 
 
 def changed_keys(old: str, new: str) -> list[str]:

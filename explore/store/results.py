@@ -247,7 +247,7 @@ class Results:
     def _places(self, numbers: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
         """Rows of committed designs by number; `ResultsError` when one is not there."""
         for number in numbers[(numbers < 0) | (numbers >= self.n_studied)][:1].tolist():
-            raise ResultsError(f"{self.path} has no design {number}: they are numbered 0 to {self.n_studied - 1}")
+            raise ResultsError(f"{self.path} has no design {number}: they are numbered 0 to {self.n_studied - 1:,}")
         rows = numbers
         if self.keep == KEEP_FRONT:
             rows = np.searchsorted(self._kept, numbers)
@@ -308,8 +308,10 @@ def _check_finished(path: Path) -> None:
     if path.exists() or not (journal := journal_name(real_path(path))).exists():
         return
     done, header = count_records(journal)
+    blocks = header.get("blocks")
+    number = f"{blocks:,}" if isinstance(blocks, int) else "unknown"
     raise ResultsError(
-        f"{path} is not finished: {done:,} of {header.get('blocks', 'unknown')} blocks are done, and it keeps only the "
+        f"{path} is not finished: {done:,} of {number} blocks are done, and it keeps only the "
         "front, which is known at the end; run the sweep again to go on"
     )
 
