@@ -18,9 +18,9 @@ app = typer.Typer(
 )
 
 Results = Annotated[
-    Path | None, typer.Argument(metavar="[RESULTS]", help="A results file; the newest results/*.h5 unless given.")
+    Path | None, typer.Argument(metavar="RESULTS", help="A results file; the newest results/*.h5 unless given.")
 ]
-Json = Annotated[bool, typer.Option("--json", help="Print JSON instead of a table.")]
+Json = Annotated[bool, typer.Option("--json", help="Print JSON.")]
 
 
 class Keep(StrEnum):
@@ -58,7 +58,7 @@ def sweep(
     scheduler: Annotated[
         str | None, typer.Option(metavar="ADDRESS", help="Work on a dask cluster, such as tcp://host:8786.")
     ] = None,
-    keep: Annotated[Keep, typer.Option(help="Keep every design, or only the Pareto set of [rank].")] = Keep.all,
+    keep: Annotated[Keep, typer.Option(help="Keep every design, or only the Pareto set.")] = Keep.all,
     dry_run: Annotated[
         bool, typer.Option("--dry-run", help="Show what would be computed, and compute nothing.")
     ] = False,
@@ -68,7 +68,7 @@ def sweep(
     ] = None,
     fail_fast: Annotated[bool, typer.Option("--fail-fast", help="Stop at the first block that fails.")] = False,
     verbose: Annotated[bool, typer.Option("--verbose", "-v", help="Show the log as it is written.")] = False,
-    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress.")] = False,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Say nothing but what went wrong.")] = False,
 ) -> None:
     """Compute every design of a study; the same command again continues."""
     from explore.cli.sweeps import SweepOptions, run_sweep
@@ -94,9 +94,11 @@ def rank(
     results: Results = None,
     metric: Annotated[
         list[str] | None,
-        typer.Option(help="One: orders the Pareto set. Several: the objectives, each NAME, NAME:min or NAME:max."),
+        typer.Option(help="NAME, NAME:min or NAME:max. One orders the Pareto set, several are its objectives."),
     ] = None,
-    top: Annotated[int | None, typer.Option(min=0, help="Lines to print, 0 for all; 10, or all of --json.")] = None,
+    top: Annotated[
+        int | None, typer.Option(min=0, help="Lines to print, 0 for all; usually 10, with --json all.")
+    ] = None,
     json: Json = False,
     output: Annotated[
         Path | None, typer.Option("-o", "--output", help="Also write the Pareto set to a CSV file.")
@@ -111,7 +113,7 @@ def rank(
 @app.command(epilog="Example: explore show --design 42")
 def show(
     results: Results = None,
-    design: Annotated[int | None, typer.Option(help="Number of a design.")] = None,
+    design: Annotated[int | None, typer.Option(help="Show this design, by its number.")] = None,
     json: Json = False,
 ) -> None:
     """Show what is in a results file, or one design in full."""
@@ -149,7 +151,7 @@ def pack(
     "--set rocker=541.7118 --set ground=691.7118 -o motion.csv"
 )
 def simulate(
-    config: Annotated[Path | None, typer.Argument(metavar="[CONFIG]", help="A study, of which one design.")] = None,
+    config: Annotated[Path | None, typer.Argument(metavar="CONFIG", help="A study: one design of it.")] = None,
     mechanism: Annotated[str | None, typer.Option(help="A mechanism, with --set in place of a study.")] = None,
     set_: Annotated[
         list[str] | None,
@@ -158,7 +160,7 @@ def simulate(
     design: Annotated[int, typer.Option(min=0, help="Which design of the study.")] = 0,
     angles: Annotated[int, typer.Option(min=1, help="How many equispaced crank angles.")] = 360,
     output: Annotated[
-        Path | None, typer.Option("-o", "--output", help="A .csv or .json file; stdout unless given.")
+        Path | None, typer.Option("-o", "--output", help="The file, CSV unless it ends in .json; stdout unless given.")
     ] = None,
     json: Json = False,
 ) -> None:
@@ -170,7 +172,7 @@ def simulate(
 
 @app.command(epilog="Example: explore mechanisms crank-rocker")
 def mechanisms(
-    name: Annotated[str | None, typer.Argument(metavar="[NAME]", help="One mechanism in full.")] = None,
+    name: Annotated[str | None, typer.Argument(metavar="NAME", help="One mechanism in full.")] = None,
     json: Json = False,
 ) -> None:
     """List the mechanisms with their parameters, signals, metrics and windows."""
@@ -184,7 +186,7 @@ def mechanisms(
 
 @app.command(epilog="Example: explore init my_study.toml")
 def init(
-    config: Annotated[Path, typer.Argument(metavar="[CONFIG]", help="The file to write.")] = Path("study.toml"),
+    config: Annotated[Path, typer.Argument(metavar="CONFIG", help="The file to write.")] = Path("study.toml"),
     mechanism: Annotated[str, typer.Option(help="The mechanism.")] = "crank-rocker",
 ) -> None:
     """Write a commented study that runs, to start from."""
