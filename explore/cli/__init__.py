@@ -30,7 +30,7 @@ def main() -> None:
         complain(str(error))
         sys.exit(1)
     except OSError as error:
-        complain(f"{error.filename}: {error.strerror}" if error.filename else str(error))
+        complain(f"{error.filename}: {error.strerror}" if error.filename else error.strerror or str(error))
         sys.exit(1)
     except Exception as error:
         complain(f"this should not have happened: {type(error).__name__}: {error}; please report it")

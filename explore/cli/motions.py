@@ -30,21 +30,30 @@ def print_motion(
         refuse_same(output, config, "the study")
     with compiled_kernels():
         from explore.api import simulate
-    name, parameters = _from_study(config, design) if config else (mechanism or "", {})
-    parameters |= _from_settings(name, settings)
+    if config:
+        name, parameters = _from_study(config, design, settings)
+    else:
+        name, parameters = mechanism or "", _from_settings(mechanism or "", settings)
     _write(simulate(name, angles=angles, **parameters), output, as_json=as_json)
 
 
-def _from_study(config: Path, design: int) -> tuple[str, dict[str, float]]:
-    """The mechanism and the parameters of one design of a study."""
+def _from_study(config: Path, design: int, settings: list[str]) -> tuple[str, dict[str, float]]:
+    """The mechanism and the parameters of one design of a study, settings in place of its own."""
     from explore.config.study_file import load_study
 
     study = load_study(config)
     if design >= study.space.count:
         raise RequestError(f"{config} has {study.space.count:,} designs, numbered from 0; there is no design {design}")
-    columns = study.space.designs(design, design + 1)
-    say(f"design {design} of {study.space.count:,}: " + ", ".join(f"{k} = {v[0]:.10g}" for k, v in columns.items()))
-    return study.request.mechanism.name, {key: float(values[0]) for key, values in columns.items()}
+    name = study.request.mechanism.name
+    own = {key: float(values[0]) for key, values in study.space.designs(design, design + 1).items()}
+    others = _from_settings(name, settings)
+    but = f", but {_listed(others)}" if others else ""
+    say(f"design {design} of {study.space.count:,}: {_listed(own)}{but}")
+    return name, own | others
+
+
+def _listed(parameters: dict[str, float]) -> str:
+    return ", ".join(f"{name} = {value:.10g}" for name, value in parameters.items())
 
 
 def _from_settings(mechanism: str, settings: list[str]) -> dict[str, float]:
@@ -62,10 +71,17 @@ def _from_settings(mechanism: str, settings: list[str]) -> dict[str, float]:
         if name not in declared:
             raise RequestError(f"--set {setting}: unknown parameter; {suggestion(name, declared)}")
         try:
-            parameters[name] = float(text)
-        except ValueError:
-            parameters[name] = quantity(text, declared[name].unit)
+            parameters[name] = quantity(_number_or_text(text), declared[name].unit)
+        except RequestError as error:
+            raise RequestError(f"--set {setting}: {error}") from None
     return parameters
+
+
+def _number_or_text(text: str) -> float | str:
+    try:
+        return float(text)
+    except ValueError:
+        return text
 
 
 def _write(motion: pd.DataFrame, output: Path | None, *, as_json: bool) -> None:

@@ -1,5 +1,6 @@
 """`explore init`."""
 
+import shlex
 from pathlib import Path
 
 from explore.cli.output import compiled_kernels, say
@@ -17,4 +18,4 @@ def write_starter(path: Path, mechanism: str) -> None:
             stream.write(text)
     except FileExistsError:
         raise RequestError(f"{path} exists; name another file") from None
-    say(f"wrote {path}; now run: explore sweep {path}")
+    say(f"wrote {path}; now run: {shlex.join(['explore', 'sweep', str(path)])}")
