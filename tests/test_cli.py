@@ -5,6 +5,7 @@ import json
 import os
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -63,9 +64,11 @@ def test_help_needs_no_heavy_package():
     assert "sweep" in done.stdout
 
 
-@pytest.mark.parametrize("command", ["sweep", "rank", "show", "simulate", "mechanisms", "init"])
+@pytest.mark.parametrize("command", ["sweep", "rank", "show", "verify", "pack", "simulate", "mechanisms", "init"])
 def test_every_command_has_an_example_in_its_help(command, tmp_path):
-    assert f"Example: explore {command}" in run(command, "--help", cwd=tmp_path).stdout
+    text = run(command, "--help", cwd=tmp_path).stdout
+    assert f"Example: explore {command}" in text
+    assert "[[" not in text
 
 
 def test_sweep_again_says_that_nothing_is_left_to_do(swept):
@@ -134,6 +137,11 @@ def test_show_lists_columns_with_units_and_counts(swept):
     record = json.loads(run("show", "--json", cwd=swept).stdout)
 
     assert "rad^2/s^4" in done.stdout
+    assert all(line == line.rstrip() for line in done.stdout.splitlines()), "blanks at the ends of lines"
+    titles = [line for line in done.stdout.splitlines() if line.lstrip().startswith("column ")]
+    assert titles[0].index("unit") == next(
+        line.index("mm") for line in done.stdout.splitlines() if line.startswith(" crank ")
+    ), "units are texts and stand at the left"
     assert record["counts"] == {"ok": 2, "crank_blocked": 2, "change_point": 2}
     assert record["complete"]
 
@@ -182,6 +190,18 @@ def test_the_starter_study_runs_and_is_never_overwritten(tmp_path):
 
     assert "exists" in run("init", cwd=tmp_path, code=2).stderr
     assert (tmp_path / "study.toml").read_text() == text
+
+
+def test_the_line_after_init_can_be_copied(tmp_path):
+    assert run("init", "my study.toml", cwd=tmp_path).stderr.endswith("now run: explore sweep 'my study.toml'\n")
+
+
+def test_a_full_disk_is_said_in_words(swept):
+    with Path("/dev/full").open("w") as full:
+        done = subprocess.run(
+            [sys.executable, "-m", "explore", "show"], cwd=swept, stdout=full, stderr=subprocess.PIPE, check=False
+        )
+    assert (done.returncode, done.stderr) == (1, b"error: No space left on device\n")
 
 
 def test_dry_run_shows_designs_and_writes_nothing(tmp_path):
@@ -334,11 +354,15 @@ def test_numbers_are_whole_on_a_narrow_terminal(swept):
 
 
 def test_settings_take_the_place_of_the_studys(swept):
-    done = run("simulate", "small.toml", "--set", "crank=90", "--angles", 2, cwd=swept)
+    done = run("simulate", "small.toml", "--set", "crank=9 cm", "--angles", 2, cwd=swept)
     other = run("simulate", "--mechanism", "crank-rocker", *LENGTHS, "--set", "crank=90", "--set", "speed=4.2735",
                 "--angles", 2, cwd=swept)  # fmt: skip
 
     assert done.stdout == other.stdout
+    assert done.stderr.startswith("design 0 of 6: crank = 100, ")
+    assert done.stderr.endswith(", but crank = 90\n")
+    wrong = run("simulate", "small.toml", "--set", "crank=3 kg", cwd=swept, code=2)
+    assert wrong.stderr == "error: --set crank=3 kg: 'kg' does not measure the same as 'mm'; use mm, cm, m or in\n"
 
 
 def test_the_package_runs_as_a_module(tmp_path):

@@ -38,6 +38,30 @@ def test_pack_then_read_alike(copy):
     assert packed == plain | {"path": "copy.packed.h5", "packed": True}
 
 
+def test_the_newest_results_are_no_packed_copy(copy):
+    folder = copy.parent
+    (folder / "results").mkdir()
+    copy.rename(folder / "results/b.h5")
+    run("pack", cwd=folder)
+    assert json.loads(run("show", "--json", cwd=folder).stdout)["path"] == "results/b.h5"
+    fill(folder / "results/a.h5", [1])
+    os.utime(folder / "results/a.h5", (0, 0))
+    done = run("show", "--json", cwd=folder)
+    assert json.loads(done.stdout)["path"] == "results/b.h5"
+    assert done.stderr == "results/b.h5 is the newest of 2 results\n"
+    (folder / "results/b.h5").unlink()
+    assert json.loads(run("show", "--json", cwd=folder).stdout)["path"] == "results/b.packed.h5"
+
+
+def test_an_unfinished_front_may_be_the_newest(copy):
+    folder = copy.parent
+    (folder / "results").mkdir()
+    copy.rename(folder / "results/b.h5")
+    os.utime(folder / "results/b.h5", (0, 0))
+    (folder / "results/front.h5.journal").write_bytes(b"")
+    assert "results/front.h5 is not finished" in run("show", cwd=folder, code=1).stderr
+
+
 def test_pack_where_it_is_told_to(copy):
     run("pack", "copy.h5", "-o", "new/small.h5", cwd=copy.parent)
     done = run("pack", "copy.h5", "-o", "new/small.h5", cwd=copy.parent, code=1)
@@ -98,6 +122,11 @@ def test_verify_a_running_sweep(tmp_path):
     with writer(tmp_path / "grid.h5"):
         done = run("verify", "grid.h5", cwd=tmp_path)
     assert "0 blocks committed, 10 pending, 0 damaged; 0 designs" in done.stdout
+
+
+def test_one_block_is_a_block(tmp_path):
+    fill(tmp_path / "one.h5", [3])
+    assert run("verify", "one.h5", cwd=tmp_path).stdout.startswith("one.h5: 1 block committed, 9 pending, ")
 
 
 def test_kept_designs_are_explained(tmp_path):

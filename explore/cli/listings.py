@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from explore.cli.output import compiled_kernels, number, print_json, print_table, say
+from explore.cli.output import compiled_kernels, number, print_json, print_table, say, shown_unit
 from explore.vocabulary import STATISTICS, Mechanism, Parameter
 
 
@@ -13,7 +13,9 @@ def print_mechanisms(*, as_json: bool) -> None:
     if as_json:
         print_json({name: mechanism.summary for name, mechanism in MECHANISMS.items()})
         return
-    print_table("", [("mechanism", ""), ("what it is", "")], [[m.name, m.summary] for m in MECHANISMS.values()])
+    print_table(
+        "mechanisms", [("mechanism", ""), ("what it is", "")], [[m.name, m.summary] for m in MECHANISMS.values()]
+    )
     say("explore mechanisms NAME shows parameters, signals, metrics and windows", "dim")
 
 
@@ -30,7 +32,13 @@ def print_mechanism(name: str, *, as_json: bool) -> None:
         "parameters",
         [("parameter", ""), ("unit", ""), ("default", ""), ("allowed", ""), ("meaning", "")],
         [
-            [p.name, p.unit, "required" if p.default is None else number(p.default), _allowed(p), p.long_name]
+            [
+                p.name,
+                shown_unit(p.unit),
+                "required" if p.default is None else number(p.default),
+                _allowed(p),
+                p.long_name,
+            ]
             for p in mechanism.parameters
         ],
     )
@@ -38,14 +46,14 @@ def print_mechanism(name: str, *, as_json: bool) -> None:
         "signals, functions of the crank angle",
         [("signal", ""), ("unit", ""), ("meaning", "")],
         [
-            [s.name, s.unit, s.long_name + (f" (window {', '.join(s.only_in)})" if s.only_in else "")]
+            [s.name, shown_unit(s.unit), s.long_name + (f" (window {', '.join(s.only_in)})" if s.only_in else "")]
             for s in mechanism.signals
         ],
     )
     print_table(
         "closed-form metrics",
         [("metric", ""), ("unit", ""), ("meaning", "")],
-        [[m.name, m.unit, m.long_name] for m in mechanism.metrics],
+        [[m.name, shown_unit(m.unit), m.long_name] for m in mechanism.metrics],
     )
     print_table("windows", [("window", ""), ("meaning", "")], [[w.name, w.long_name] for w in mechanism.windows])
     say(f"sampled metrics: SIGNAL_STATISTIC or SIGNAL_STATISTIC_WINDOW, statistics {', '.join(STATISTICS)}", data=True)

@@ -11,7 +11,13 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+import typer
+
 from explore.errors import RequestError
+
+#: What numbers, lists and ranges of them are written with.
+_NUMERIC = frozenset("0123456789+-–.,e… ")
+_PACKED = ".packed.h5"
 
 
 def complain(text: str) -> None:
@@ -51,6 +57,11 @@ def number(value: object, digits: int = 6) -> str:
     return f"{value:,}" if isinstance(value, int) else str(value)
 
 
+def shown_unit(unit: str) -> str:
+    """A unit as a table shows it: that of a bare number is left out."""
+    return "" if unit == "1" else unit
+
+
 def print_table(
     title: str, columns: Sequence[tuple[str, str]], rows: Sequence[Sequence[str]], caption: str = ""
 ) -> None:
@@ -65,10 +76,10 @@ def print_table(
     least = 0
     for k, (name, unit) in enumerate(columns):
         heading = Text(printable(name))
-        if unit and unit != "1":
+        if shown_unit(unit):
             heading.append(f"\n{printable(unit)}", style="dim")
         cells = [row[k] for row in rows]
-        numeric = any(cell.lstrip("-–")[:1].isdigit() for cell in cells)
+        numeric = any(cell and _NUMERIC.issuperset(cell) for cell in cells)
         # Numbers are never cut; text may wrap.
         width = max(map(len, (name, unit, *cells))) if numeric else 20
         least += width + 4
@@ -80,7 +91,10 @@ def print_table(
         # A file has no width.
         console.width = max(80, int(Console(width=10_000).measure(table).maximum))
     console.width = max(console.width, least)
-    console.print(table)
+    with console.capture() as drawn:
+        console.print(table)
+    # What is cut out of a terminal or kept in a file has no blanks at the ends of its lines.
+    typer.echo("\n".join(line.rstrip() for line in drawn.get().splitlines()))
 
 
 def print_json(value: object) -> None:
@@ -119,7 +133,18 @@ def newest_results() -> str:
     """The results that a command means when none are named."""
     from explore.errors import ResultsError
 
-    found = sorted(Path("results").glob("*.h5"), key=lambda path: path.stat().st_mtime)
-    if not found:
+    folder = Path("results")
+    times = {path: path.stat().st_mtime for path in folder.glob("*.h5") if not _copy_of_another(path)}
+    # A sweep that keeps the front has nothing but a journal before it is done.
+    times |= {path.with_suffix(""): path.stat().st_mtime for path in folder.glob("*.h5.journal")}
+    if not times:
         raise ResultsError("no results yet: run `explore sweep CONFIG` first, or name a results file")
-    return str(found[-1])
+    newest = max(times, key=times.__getitem__)
+    if len(times) > 1:
+        say(f"{newest} is the newest of {len(times)} results", "dim")
+    return str(newest)
+
+
+def _copy_of_another(path: Path) -> bool:
+    """Whether this is the packed copy of results that are there too."""
+    return path.name.endswith(_PACKED) and path.with_name(path.name.removesuffix(_PACKED) + ".h5").exists()

@@ -6,7 +6,7 @@ import json
 from pathlib import Path
 from typing import Any
 
-from explore.cli.output import newest_results, number, print_json, print_table, say
+from explore.cli.output import newest_results, number, print_json, print_table, say, shown_unit
 
 
 def show_results(path: Path | None, *, as_json: bool) -> None:
@@ -47,7 +47,7 @@ def show_results(path: Path | None, *, as_json: bool) -> None:
     print_table(
         "columns",
         [("column", ""), ("unit", ""), ("meaning", "")],
-        [[column.name, column.unit, column.long_name] for column in results.columns],
+        [[column.name, shown_unit(column.unit), column.long_name] for column in results.columns],
     )
 
 
@@ -73,7 +73,7 @@ def show_design(path: Path | None, design: int, *, as_json: bool) -> None:
             [
                 column.name,
                 number(labelled[column.name], 10),
-                column.unit if column.unit != "1" else "",
+                shown_unit(column.unit),
                 column.long_name,
             ]
             for column in results.columns

@@ -42,8 +42,9 @@ def verify_results(path: Path | None, *, as_json: bool) -> int:
             }
         )
         return 1 if damaged else 0
+    blocks = f"{len(committed):,} block{'s' * (len(committed) != 1)}"
     say(
-        f"{results.path}: {len(committed):,} blocks committed, {results.n_blocks - len(committed):,} pending, "
+        f"{results.path}: {blocks} committed, {results.n_blocks - len(committed):,} pending, "
         f"{len(damaged):,} damaged; {results.n_committed:,} designs",
         data=True,
     )
