@@ -57,6 +57,11 @@ def number(value: object, digits: int = 6) -> str:
     return f"{value:,}" if isinstance(value, int) else str(value)
 
 
+def counted(count: int, noun: str) -> str:
+    """A number of things: "1 block", "2 blocks"."""
+    return f"{count:,} {noun}{'s' * (count != 1)}"
+
+
 def shown_unit(unit: str) -> str:
     """A unit as a table shows it: that of a bare number is left out."""
     return "" if unit == "1" else unit

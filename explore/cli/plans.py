@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from explore.cli.output import number, print_table, say
+from explore.cli.output import counted, number, print_table, say
 
 if TYPE_CHECKING:
     from explore.cli.sweeps import SweepOptions
@@ -27,13 +27,13 @@ def print_plan(study: Study, options: SweepOptions) -> None:
     row = row_bytes(study)
     size = _bytes(space.count * row) if options.keep == "all" else f"{row} bytes for each that is kept"
     say(
-        f"{space.count:,} designs ({space.method}) in {space.n_blocks:,} blocks, {len(columns)} columns, "
+        f"{space.count:,} designs ({space.method}) in {counted(space.n_blocks, 'block')}, {len(columns)} columns, "
         f"{size} -> {options.path}"
     )
     workers = options.workers or processors()
     seconds = _seconds_per_design(study) * space.count
     if options.scheduler is None:
-        say(f"{_duration(seconds / workers)} of computing with {workers} workers")
+        say(f"{_duration(seconds / workers)} of computing with {counted(workers, 'worker')}")
     else:
         say(f"{_duration(seconds)} of computing, divided by the workers of the cluster")
     parameters = [column for column in columns if column.role == "parameter"]

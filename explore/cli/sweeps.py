@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from explore.cli.output import compiled_kernels, complain, number, refuse_same, say
+from explore.cli.output import compiled_kernels, complain, counted, number, refuse_same, say
 from explore.cli.progress import sweep_progress
 from explore.errors import RequestError, ResultsError
 
@@ -182,8 +182,8 @@ def _compare_objectives(study: Study, path: Path) -> None:
 
 def _report(summary: Summary, keep: str, *, quiet: bool) -> None:
     if summary.failed:
-        blocks = f"{len(summary.failed):,} block{'s' * (len(summary.failed) > 1)}"
         written = "; the front is written when none is missing" if keep == "front" else ""
+        blocks = counted(len(summary.failed), "block")
         complain(f"{blocks} failed; what is missing is computed when the same command is run again{written}")
     if quiet or (summary.failed and keep == "front"):
         return
@@ -192,7 +192,8 @@ def _report(summary: Summary, keep: str, *, quiet: bool) -> None:
         return
     rate = summary.computed / summary.seconds
     resumed = f", {summary.resumed:,} were there" if summary.resumed else ""
+    evaluations = counted(summary.kinematic_evaluations, "kinematic evaluation")
     say(
         f"{summary.computed:,} designs in {summary.seconds:.1f} s ({rate:,.0f}/s){resumed}; "
-        f"{summary.feasible:,} feasible; {summary.kinematic_evaluations:,} kinematic evaluations -> {summary.path}"
+        f"{summary.feasible:,} feasible; {evaluations} -> {summary.path}"
     )

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from explore.cli.bars import block_bar
-from explore.cli.output import complain, newest_results, print_json, print_table, say
+from explore.cli.output import complain, counted, newest_results, print_json, print_table, say
 
 if TYPE_CHECKING:
     from explore.store.results import Results
@@ -42,9 +42,8 @@ def verify_results(path: Path | None, *, as_json: bool) -> int:
             }
         )
         return 1 if damaged else 0
-    blocks = f"{len(committed):,} block{'s' * (len(committed) != 1)}"
     say(
-        f"{results.path}: {blocks} committed, {results.n_blocks - len(committed):,} pending, "
+        f"{results.path}: {counted(len(committed), 'block')} committed, {results.n_blocks - len(committed):,} pending, "
         f"{len(damaged):,} damaged; {results.n_committed:,} designs",
         data=True,
     )
