@@ -53,7 +53,7 @@ def test_changed_study_is_refused_and_the_file_untouched(command, tmp_path, figu
     assert code == 1
     assert complaint.startswith(f"error: {path} holds the results of another study; what changed:\n")
     assert "  parameters.crank.num: 7 -> 8\n" in complaint
-    assert complaint.endswith("use --restart to start over\n")
+    assert complaint.endswith("use --restart to start over, or name another file with -o\n")
     assert (path.read_bytes(), path.stat().st_mtime_ns) == before
     assert sorted(file.name for file in tmp_path.glob("grid.h5*")) == ["grid.h5", "grid.h5.log.jsonl"]
     figures["trials"] += 1
