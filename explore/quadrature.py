@@ -148,15 +148,17 @@ def place_nodes(shapes, p, anchor, count, offset, row_of, table, ends, t, sin_ha
         weight[offset], weight[last + 1] = 0.0, 0.0
         begin -= 1
         last += 1
+    # Slices that start at 0: LLVM cannot know that `begin` is not negative, and would not vectorise.
+    sines, cosines, weights = sin_half[begin : last + 1], cos_half[begin : last + 1], weight[begin : last + 1]
     if anchor == 0:
-        for j in range(begin, last + 1):
-            tangent = sin_half[j]
+        for j in range(len(sines)):
+            tangent = sines[j]
             cosine = 1.0 / math.sqrt(1.0 + tangent * tangent)
-            sin_half[j], cos_half[j] = tangent * cosine, cosine
-            weight[j] *= cosine * cosine
+            sines[j], cosines[j] = tangent * cosine, cosine
+            weights[j] *= cosine * cosine
     else:
-        for j in range(begin, last + 1):
-            tangent = sin_half[j]
+        for j in range(len(sines)):
+            tangent = sines[j]
             cosine = 1.0 / math.sqrt(1.0 + tangent * tangent)
-            sin_half[j], cos_half[j] = cosine, -tangent * cosine
-            weight[j] *= cosine * cosine
+            sines[j], cosines[j] = cosine, -tangent * cosine
+            weights[j] *= cosine * cosine
