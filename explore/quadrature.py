@@ -109,9 +109,10 @@ def node_count(log_tolerance, half, rate, order, size_of):
     """Smallest kept number of nodes whose modelled error is below the tolerance."""
     constant = LOG_CONSTANT_4 if order == 4 else LOG_CONSTANT_2
     # The model has its maximum where d/dN = 0; it falls from there on.
-    count = max(4.0, order / (2.0 * rate))
+    one_over_half, power = 1.0 / half, order / (2.0 * rate)
+    least, count = (constant - log_tolerance) / (2.0 * rate), max(4.0, power)
     for _ in range(3):
-        count = max(count, (constant - log_tolerance + order * math.log((2.0 * count + 1.0) / half)) / (2.0 * rate))
+        count = max(count, least + power * math.log((2.0 * count + 1.0) * one_over_half))
     return size_of[min(math.ceil(count), LARGEST)]
 
 
