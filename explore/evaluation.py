@@ -21,7 +21,7 @@ from explore import statistics as ask
 from explore.vocabulary import Column, Columns, FloatArray, Mechanism, Metric, Request, SampledMetric, Signal, Status
 
 _ASKED = {"cv": ask.CV, "std": ask.STD, "min": ask.EXTREMES, "max": ask.EXTREMES, "peak_to_peak": ask.EXTREMES}
-_INPUTS = {"min": (2, 3), "max": (2, 3), "peak_to_peak": (2, 3)}
+_INPUTS = {"min": (2,), "max": (3,), "peak_to_peak": (2, 3)}
 #: Parameters outside are no usable numbers: squares and products of four would leave the range of doubles.
 SMALLEST, LARGEST = 1e-30, 1e30
 _DEGREES = 180.0 / np.pi
@@ -203,7 +203,7 @@ def _sample(request: Request, kernel: FloatArray, singular: FloatArray, noise: F
         needs[w] |= metric.signal.needs
         asked[w, row] |= ask.MOMENTS | _ASKED.get(metric.statistic, 0)
         orders[w, row] = metric.signal.pole_order
-        for k in (0, 1, *_INPUTS.get(metric.statistic, ())):
+        for k in (0, 1, *_extremes(metric)):
             if slots[w, row, k] < 0:
                 slots[w, row, k], used = used, used + 1
     found = np.full((used, len(kernel)), np.nan)
@@ -220,6 +220,11 @@ def _sample(request: Request, kernel: FloatArray, singular: FloatArray, noise: F
     for metric in request.sampled:
         at = slots[windows.index(metric.window), metric.signal.row]
         known.sampled[metric.name] = _statistic(metric, found, at, request.tolerance)
+
+
+def _extremes(metric: SampledMetric) -> tuple[int, ...]:
+    """Which extremes a metric is made of: 2 the smallest, 3 the largest. The sign of a rectified signal swaps them."""
+    return (2, 3) if metric.signal.rectified and metric.statistic in _INPUTS else _INPUTS.get(metric.statistic, ())
 
 
 def _statistic(metric: SampledMetric, found: FloatArray, at: npt.NDArray[np.int64], tolerance: float) -> FloatArray:
@@ -240,6 +245,8 @@ def _statistic(metric: SampledMetric, found: FloatArray, at: npt.NDArray[np.int6
             square = mean * mean
             defined = (square > 0.0) & (square >= (1e3 * tolerance) ** 2 * (square + variance))
             value, factor = np.sqrt(variance / np.where(defined, square, np.nan)), 1.0
+        case "min" | "max" if not metric.signal.rectified:
+            value = found[at[_INPUTS[metric.statistic][0]]]
         case _:
             low, high = found[at[2]], found[at[3]]
             if metric.signal.rectified:

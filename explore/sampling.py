@@ -191,10 +191,11 @@ def sample(
             nodes[i] += count
             error[i] = max(error[i], worst)
             for s in range(rows):
-                if asked[w, s] & EXTREMES:
+                if slots[w, s, MINIMUM] >= 0:
                     low = _extreme(fill, row, needs[w], s, panels, 1.0, parts, shapes, offsets, t, scratch, node, one)
-                    high = _extreme(fill, row, needs[w], s, panels, -1.0, parts, shapes, offsets, t, scratch, node, one)
                     found[s, MINIMUM] = min(low, 0.0) if rest > 0.0 else low
+                if slots[w, s, MAXIMUM] >= 0:
+                    high = _extreme(fill, row, needs[w], s, panels, -1.0, parts, shapes, offsets, t, scratch, node, one)
                     found[s, MAXIMUM] = max(high, 0.0) if rest > 0.0 else high
                 for k in range(4):
                     if slots[w, s, k] >= 0:

@@ -124,7 +124,7 @@ CRANK_ROCKER = Mechanism(
         "clutch": (*_CLOSED_NAMES, *_CLUTCH_DEFAULTS),
     },
     objectives=("cv", "swing_angle:max", "transmission_angle_min:max"),
-    kernel_version="1",
+    kernel_version="2",
     kernel_size=kernel.KERNEL_SIZE,
     signal_rows=four_bar.SIGNAL_ROWS,
     closed_form=kernel.closed_form,
