@@ -3,6 +3,7 @@
 Needs the extra `docs` (matplotlib) and the results of ``explore sweep configs/grid.toml``.
 """
 
+import sys
 from pathlib import Path
 
 import matplotlib as mpl
@@ -13,6 +14,7 @@ import explore
 
 mpl.use("Agg")
 HERE = Path(__file__).parent
+sys.path.append(str(HERE.parent / "benchmarks"))
 INK, FRONT, CHOSEN, MUTED = "#222222", "#0b6e4f", "#c8102e", "#9aa5b1"
 
 
@@ -66,5 +68,24 @@ def draw_linkage(axes: plt.Axes, design) -> None:
     axes.spines[["top", "right"]].set_visible(False)
 
 
+def nodes() -> None:
+    """Nodes that a design needs against its Grashof margin, beside equispaced samples of the same accuracy."""
+    from nodes import TOLERANCE, measured
+
+    shares, stroke, turn, needed, _ = np.array(list(measured())).T
+    figure, chart = plt.subplots(figsize=(7, 3.8), layout="constrained")
+    chart.loglog(shares, needed, "^--", color=CHOSEN, mfc="white", label="equispaced samples of the turn")
+    chart.loglog(shares, turn, "o-", color=FRONT, label="nodes of the turn")
+    chart.loglog(shares, stroke, "s-", color=INK, mfc="white", label="nodes of the drive stroke")
+    chart.invert_xaxis()
+    chart.set_xlabel("Grashof margin over longest link (towards the change point: right)")
+    chart.set_ylabel("evaluations of the motion")
+    chart.set_title(f"variance of the rocker velocity to {TOLERANCE:.0e}", fontsize=10)
+    chart.legend(loc="upper left", frameon=False)
+    chart.spines[["top", "right"]].set_visible(False)
+    figure.savefig(HERE / "nodes.png", dpi=110)
+
+
 if __name__ == "__main__":
     first_study()
+    nodes()
