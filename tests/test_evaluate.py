@@ -259,3 +259,23 @@ def test_phases_ask_for_no_evaluation_of_their_own_outside_the_clutch():
 
     assert explore.evaluate("crank-rocker", designs, ["cv"]).attrs["kinematic_evaluations"] == 1
     assert explore.evaluate("crank-rocker", designs, ["cv"], "clutch").attrs["kinematic_evaluations"] == 4
+
+
+@pytest.mark.parametrize("past", [0.0, 1e-9, 1e-8, 1e-7, 1e-6, 1e-4, 1e-2, 1.0])
+def test_extreme_just_inside_the_end_of_a_window_is_found(past):
+    def largest(start, stop):
+        metrics = ["rocker_velocity_max", "rocker_velocity_min"]
+        row = explore.evaluate("crank-rocker", PUBLISHED, metrics, window={"from": start, "to": stop}).iloc[0]
+        return row[metrics[0]], row[metrics[1]]
+
+    angles = np.linspace(0.0, 360.0, 360_001)
+    velocity = explore.simulate("crank-rocker", **PUBLISHED, angles=angles)["rocker_velocity"].to_numpy()
+    for k, sign in ((velocity.argmax(), 0), (velocity.argmin(), 1)):
+        top = angles[k]
+        near = slice(k - 2, k + 3)
+        a, b, _ = np.polyfit(angles[near] - top, velocity[near], 2)
+        top -= b / (2.0 * a)  # 1e-3 deg apart: the parabola's vertex is the extreme to about 1e-7 deg
+        expected = largest(top - 40.0, top + 40.0)[sign]
+        # Both are exact to the rounding of one evaluation, a few units in the last place.
+        assert largest(top - 40.0, top + past)[sign] == pytest.approx(expected, rel=2e-15, abs=0.0)
+        assert largest(top - past, top + 40.0)[sign] == pytest.approx(expected, rel=2e-15, abs=0.0)
