@@ -76,7 +76,7 @@ CRANK_ROCKER = Mechanism(
     signals=(
         Signal("coupler_angle", "deg", "coupler angle", four_bar.COUPLER_ANGLE, four_bar.ANGLES, needs_stroke=True),
         Signal("rocker_angle", "deg", "rocker angle", four_bar.ROCKER_ANGLE, four_bar.ANGLES, needs_stroke=True),
-        Signal("transmission_angle", "deg", "transmission angle", four_bar.TRANSMISSION_ANGLE, four_bar.ANGLES),
+        Signal("transmission_angle", "deg", "transmission angle", four_bar.TRANSMISSION_ANGLE, four_bar.TRANSMISSION),
         *_VELOCITY_SIGNALS,
         Signal(
             "output_velocity",

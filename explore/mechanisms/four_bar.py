@@ -23,17 +23,18 @@ import math
 import numpy as np
 
 from explore.compiling import FILL_SIGNATURE, compiled
+from explore.mechanisms.arctangent import arctangent
 
 # One column each of a kernel row. The first eight are what the node loop needs.
 GROUND_MINUS_CRANK_SQUARED, FOUR_CRANK_GROUND, E1_E2, E3_E4, SQUARES, CRANK_TIMES_DIFFERENCE, BRANCH = range(7)
-CRANK, GROUND_MINUS_CRANK = 7, 8
-FOUR_BAR_SIZE = 9
+CRANK, GROUND_MINUS_CRANK, COUPLER_EXCESS, ROCKER_EXCESS = 7, 8, 9, 10
+FOUR_BAR_SIZE = 11
 
 # Rows of the scratch array, and the bits that ask for them.
 COUPLER_VELOCITY, ROCKER_VELOCITY, COUPLER_ACCELERATION, ROCKER_ACCELERATION = range(4)
 COUPLER_ANGLE, ROCKER_ANGLE, TRANSMISSION_ANGLE = 4, 5, 6
 SIGNAL_ROWS = 7
-VELOCITIES, ACCELERATIONS, ANGLES = 1, 2, 4
+VELOCITIES, ACCELERATIONS, ANGLES, TRANSMISSION = 1, 2, 4, 8
 
 CRANK_ROCKER, DOUBLE_CRANK, DOUBLE_ROCKER, ROCKER_CRANK, NON_GRASHOF, CHANGE_POINT, CANNOT_ASSEMBLE = range(7)
 CLASS_LABELS = (
@@ -111,25 +112,38 @@ def prepare(crank, coupler, rocker, ground, branch, row):
     row[BRANCH] = branch
     row[CRANK] = crank
     row[GROUND_MINUS_CRANK] = ground - crank
+    row[COUPLER_EXCESS] = 2.0 * coupler * (coupler - rocker)
+    row[ROCKER_EXCESS] = 2.0 * rocker * (coupler - rocker)
 
 
 @compiled(fast=True)
 def _fill_angles(row, sin_half, cos_half, count, out):
-    """Angles of coupler and rocker and the transmission angle at the nodes, rad; see `fill`."""
+    """Angles of coupler and rocker at the nodes, rad; see `fill`.
+
+    Twice the projections of coupler and rocker on d, times d, are p + 2 r2 (r2 - r3) and 2 r3 (r2 - r3) - p: of the
+    size of the link itself, where 1 + (r2^2 - r3^2)/d^2 would lose a short link in rounding.
+    """
     four_products = row[FOUR_CRANK_GROUND]
     for j in range(count):
         sine_squared = sin_half[j] * sin_half[j]
-        d_squared = row[GROUND_MINUS_CRANK_SQUARED] + four_products * sine_squared
         p = row[E1_E2] + four_products * sine_squared
         q = row[E3_E4] + four_products * cos_half[j] * cos_half[j]
-        across = 0.5 * row[BRANCH] * math.sqrt(p * q) / d_squared
-        along = 0.5 + 0.5 * row[SQUARES] / d_squared
+        across = row[BRANCH] * math.sqrt(p * q)
         dx = row[GROUND_MINUS_CRANK] + 2.0 * row[CRANK] * sine_squared
         dy = -2.0 * row[CRANK] * sin_half[j] * cos_half[j]
-        out[COUPLER_ANGLE, j] = math.atan2(along * dy + across * dx, along * dx - across * dy)
-        along -= 1.0
-        out[ROCKER_ANGLE, j] = math.atan2(along * dy + across * dx, along * dx - across * dy)
-        out[TRANSMISSION_ANGLE, j] = 2.0 * math.atan2(math.sqrt(p), math.sqrt(q))
+        along = row[COUPLER_EXCESS] + p
+        out[COUPLER_ANGLE, j] = arctangent(along * dy + across * dx, along * dx - across * dy)
+        along = row[ROCKER_EXCESS] - p
+        out[ROCKER_ANGLE, j] = arctangent(along * dy + across * dx, along * dx - across * dy)
+
+
+@compiled(fast=True)
+def _fill_transmission(row, sin_half, cos_half, count, out):
+    """Transmission angle at the nodes, rad; see `fill`."""
+    for j in range(count):
+        p = row[E1_E2] + row[FOUR_CRANK_GROUND] * sin_half[j] * sin_half[j]
+        q = row[E3_E4] + row[FOUR_CRANK_GROUND] * cos_half[j] * cos_half[j]
+        out[TRANSMISSION_ANGLE, j] = 2.0 * arctangent(math.sqrt(p), math.sqrt(q))
 
 
 @compiled(FILL_SIGNATURE, fast=True)
@@ -145,7 +159,7 @@ def fill(row, sin_half, cos_half, count, needs, out):
     count : int
         The number of nodes to fill.
     needs : int
-        VELOCITIES, ACCELERATIONS (with velocities), ANGLES, or-ed.
+        VELOCITIES, ACCELERATIONS (with velocities), ANGLES (of the links), TRANSMISSION, or-ed.
     out : (SIGNAL_ROWS, t) array
         The rows asked for are filled.
     """
@@ -179,3 +193,5 @@ def fill(row, sin_half, cos_half, count, needs, out):
                 out[ROCKER_ACCELERATION, j] = (k_less_half + 0.5) * f_rate + common
     if needs & ANGLES:
         _fill_angles(row, sin_half, cos_half, count, out)
+    if needs & TRANSMISSION:
+        _fill_transmission(row, sin_half, cos_half, count, out)
