@@ -6,7 +6,6 @@ import mpmath
 import numpy as np
 import pytest
 
-from explore.mechanisms import four_bar
 from explore.mechanisms.arctangent import arctangent
 
 #: Two of the approximation and its reduction; each quadrant adds the half that a rounded sum may.
@@ -50,9 +49,3 @@ def test_axes_and_diagonals_are_exact(y, x, angle):
 @pytest.mark.parametrize(("y", "x"), [(0.0, 0.0), (np.nan, 1.0), (1.0, np.nan), (np.inf, np.inf)])
 def test_what_has_no_angle_is_nan(y, x):
     assert math.isnan(arctangent(y, x))
-
-
-def test_the_loop_over_nodes_is_vectorised():
-    assembly = "".join(four_bar._fill_angles.inspect_asm().values())
-    assert "divpd" in assembly
-    assert "atan2" not in assembly

@@ -1,8 +1,10 @@
 """The evaluation ladder: statuses, screening, grouping over the speed, invariance to how designs are grouped."""
 
+import mpmath
 import numpy as np
 import pandas as pd
 import pytest
+from exact_linkage import ExactLinkage
 
 import explore
 from explore.design_space import BLOCK_SIZE
@@ -279,3 +281,16 @@ def test_extreme_just_inside_the_end_of_a_window_is_found(past):
         # Both are exact to the rounding of one evaluation, a few units in the last place.
         assert largest(top - 40.0, top + past)[sign] == pytest.approx(expected, rel=2e-15, abs=0.0)
         assert largest(top - past, top + 40.0)[sign] == pytest.approx(expected, rel=2e-15, abs=0.0)
+
+
+@pytest.mark.parametrize("rocker", [0.01, 3.0, 3000.0])
+def test_angles_of_a_short_rocker_keep_their_digits(rocker):
+    """Its direction is found from lengths of its own size; differences of the others would leave five digits."""
+    lengths = {"crank": 1e-5, "coupler": 1e6, "rocker": rocker, "ground": 1e6}
+    motion = explore.simulate("crank-rocker", **lengths, angles=24)
+    linkage = ExactLinkage(*lengths.values())
+    for degrees, row in zip(motion.index, motion.itertuples(), strict=True):
+        coupler, rocker_angle = linkage.angles(linkage.radians(degrees))
+        assert row.rocker_angle == pytest.approx(float(rocker_angle * 180 / mpmath.pi), rel=1e-15)
+        # a small angle: the sine is a difference of two terms of its own size
+        assert row.coupler_angle == pytest.approx(float(coupler * 180 / mpmath.pi), rel=1e-13)

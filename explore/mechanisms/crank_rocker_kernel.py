@@ -12,6 +12,7 @@ import numpy as np
 
 from explore.compiling import PIECES_SIGNATURE, compiled
 from explore.mechanisms import four_bar
+from explore.mechanisms.arctangent import arctangent
 from explore.mechanisms.four_bar import ACCELERATIONS, FOUR_BAR_SIZE, ROCKER_VELOCITY, exact_sum
 from explore.vocabulary import Status
 
@@ -47,9 +48,9 @@ def _limits(crank, coupler, rocker, ground, branch, row, metrics, i):
     # The half swing is half the difference of the psi: its sine by the law of sines, which does not cancel.
     scale = math.sqrt((1.0 + psi_extended * psi_extended) * (1.0 + psi_overlapped * psi_overlapped))
     sine_half_swing = crank * coupler * scale / (rocker * ground * (psi_extended + psi_overlapped))
-    swing = 2.0 * math.atan2(sine_half_swing, (1.0 + psi_extended * psi_overlapped) / scale)
-    half_sum = math.atan2(psi_extended + psi_overlapped, 1.0 - psi_extended * psi_overlapped)
-    imbalance = 2.0 * abs(math.atan2(extended - overlapped, 1.0 + extended * overlapped))
+    swing = 2.0 * arctangent(sine_half_swing, (1.0 + psi_extended * psi_overlapped) / scale)
+    half_sum = arctangent(psi_extended + psi_overlapped, 1.0 - psi_extended * psi_overlapped)
+    imbalance = 2.0 * abs(arctangent(extended - overlapped, 1.0 + extended * overlapped))
     metrics[2, i] = swing * _DEGREES
     metrics[3, i] = branch * (math.pi - half_sum) * _DEGREES
     metrics[4, i] = (math.pi + imbalance) / (math.pi - imbalance)
@@ -95,8 +96,8 @@ def closed_form(parameters, metrics, status, kernel, singular, noise):
         singular[i, 2] = abs(ground - crank) / (ground + crank)
         # The largest d.B/d^2: where d is short the two terms of the velocities are large and may cancel.
         noise[i] = crank / abs(ground - crank)
-        metrics[6, i] = 2.0 * math.atan2(math.sqrt(p0), math.sqrt(q0 + four_products)) * _DEGREES
-        metrics[7, i] = 2.0 * math.atan2(math.sqrt(p0 + four_products), math.sqrt(q0)) * _DEGREES
+        metrics[6, i] = 2.0 * arctangent(math.sqrt(p0), math.sqrt(q0 + four_products)) * _DEGREES
+        metrics[7, i] = 2.0 * arctangent(math.sqrt(p0 + four_products), math.sqrt(q0)) * _DEGREES
         if linkage_class == four_bar.DOUBLE_CRANK:
             status[i] = _NO_STROKE
             continue
