@@ -13,9 +13,13 @@ change point::
     x = branch sqrt(p q) / 2                        (twice the area of the triangle BCD)
 
 Velocities per unit crank velocity are written with f = r1 r4 sin(theta_1) / x, the rate of the transmission angle,
-and g = d.B / d^2, the rate at which d turns: theta_3' = k f - g and theta_2' = (k - 1) f - g with
-k = (1 + (r2^2 - r3^2)/d^2)/2; accelerations are the derivatives of these. Written so, no pair of large terms
-cancels where d is short (crank near ground, coupler near rocker), unlike the usual vector form.
+and g = d.B / d^2, the rate at which d turns: theta_3' = k f - g and theta_2' = (k - 1) f - g; accelerations are the
+derivatives of these. Written so, no pair of large terms cancels where d is short (crank near ground, coupler near
+rocker), unlike the usual vector form. k and 1 - k are the projections of coupler and rocker on d over its length::
+
+    k = (p + 2 r2 (r2 - r3)) / (2 d^2),    1 - k = (p - 2 r3 (r2 - r3)) / (2 d^2)
+
+whereas (1 + (r2^2 - r3^2)/d^2)/2 and one less would lose a short link in rounding.
 """
 
 import math
@@ -118,11 +122,7 @@ def prepare(crank, coupler, rocker, ground, branch, row):
 
 @compiled(fast=True)
 def _fill_angles(row, sin_half, cos_half, count, out):
-    """Angles of coupler and rocker at the nodes, rad; see `fill`.
-
-    Twice the projections of coupler and rocker on d, times d, are p + 2 r2 (r2 - r3) and 2 r3 (r2 - r3) - p: of the
-    size of the link itself, where 1 + (r2^2 - r3^2)/d^2 would lose a short link in rounding.
-    """
+    """Angles of coupler and rocker at the nodes, rad; see `fill`."""
     four_products = row[FOUR_CRANK_GROUND]
     for j in range(count):
         sine_squared = sin_half[j] * sin_half[j]
@@ -166,6 +166,7 @@ def fill(row, sin_half, cos_half, count, needs, out):
     difference_squared, four_products = row[GROUND_MINUS_CRANK_SQUARED], row[FOUR_CRANK_GROUND]
     p0, q0, squares = row[E1_E2], row[E3_E4], row[SQUARES]
     numerator0, branch = row[CRANK_TIMES_DIFFERENCE], row[BRANCH]
+    coupler_excess, rocker_excess = row[COUPLER_EXCESS], row[ROCKER_EXCESS]
     product = 0.25 * four_products
     if needs & (VELOCITIES | ACCELERATIONS):
         for j in range(count):
@@ -180,17 +181,18 @@ def fill(row, sin_half, cos_half, count, needs, out):
             one_over_x = d_squared * both
             product_sine = 2.0 * product * sin_half[j] * cos_half[j]
             f = product_sine * one_over_x
-            k_less_half = 0.5 * squares * one_over_d_squared
+            half_over_d_squared = 0.5 * one_over_d_squared
+            k_less_one, k = (rocker_excess - p) * half_over_d_squared, (coupler_excess + p) * half_over_d_squared
             g = (numerator0 - 2.0 * product * sine_squared) * one_over_d_squared
-            out[COUPLER_VELOCITY, j] = (k_less_half - 0.5) * f - g
-            out[ROCKER_VELOCITY, j] = (k_less_half + 0.5) * f - g
+            out[COUPLER_VELOCITY, j] = k_less_one * f - g
+            out[ROCKER_VELOCITY, j] = k * f - g
             if needs & ACCELERATIONS:
-                # d_log = (d^2)'/d^2, k' = -k_less_half d_log, x' = product_sine (q - p)/(4 x)
+                # d_log = (d^2)'/d^2, k' = -(r2^2 - r3^2)/(2 d^2) d_log, x' = product_sine (q - p)/(4 x)
                 d_log = 2.0 * product_sine * one_over_d_squared
                 f_rate = (product * (cosine_squared - sine_squared) - 0.25 * f * f * (q - p)) * one_over_x
-                common = -k_less_half * d_log * f + 0.5 * d_log * (1.0 + 2.0 * g)
-                out[COUPLER_ACCELERATION, j] = (k_less_half - 0.5) * f_rate + common
-                out[ROCKER_ACCELERATION, j] = (k_less_half + 0.5) * f_rate + common
+                common = d_log * (0.5 + g - squares * half_over_d_squared * f)
+                out[COUPLER_ACCELERATION, j] = k_less_one * f_rate + common
+                out[ROCKER_ACCELERATION, j] = k * f_rate + common
     if needs & ANGLES:
         _fill_angles(row, sin_half, cos_half, count, out)
     if needs & TRANSMISSION:
