@@ -114,7 +114,7 @@ b = 2
 # Anything else
 
 
-TEXTS = [GOOD, *(path.read_text(encoding="utf-8") for path in sorted(CONFIGS.glob("*.toml")))]
+TEXTS = [GOOD, *(path.read_text(encoding="utf-8") for path in sorted(CONFIGS.rglob("*.toml")))]
 SNIPPETS = [
     "",
     "nan",

@@ -18,7 +18,7 @@ from explore.config.study_file import starter
 from explore.mechanisms.registry import MECHANISMS
 
 CONFIGS = Path(__file__).parent.parent / "configs"
-STUDIES = [path.read_text(encoding="utf-8") for path in sorted(CONFIGS.glob("*.toml"))]
+STUDIES = [path.read_text(encoding="utf-8") for path in sorted(CONFIGS.rglob("*.toml"))]
 STUDIES += [starter(mechanism) for mechanism in MECHANISMS.values()]
 TOKEN = re.compile(r'"[^"\n]*"|#[^\n]*|[\w.+-]+|\s+|.', re.DOTALL)
 #: Memory that planning any study may take beyond what the packages do, bytes.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated, Any, TypeVar
+from typing import Annotated, Any, Literal, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, StrictBool, StrictInt, StrictStr, ValidationError
 
@@ -30,6 +30,7 @@ class StudyFile(Section):
     evaluate: dict[str, Any] = {}
     constraints: dict[str, Any] = {}
     rank: dict[str, Any] = {}
+    scene: dict[str, Any] | None = None
 
 
 class Sampling(Section):
@@ -54,6 +55,15 @@ class Rank(Section):
     """What makes a design better than another."""
 
     metrics: list[Later] | None = None
+
+
+class SceneTable(Section):
+    """Why a study is worth comparing methods on; it changes nothing that the study computes."""
+
+    title: StrictStr
+    about: StrictStr
+    model: Literal["geometry", "positions", "velocities", "accelerations"]
+    question: StrictStr
 
 
 class SpacedTable(Section):

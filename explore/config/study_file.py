@@ -11,7 +11,7 @@ from typing import Any
 
 from explore.config import locate, toml_text
 from explore.config.designs import check_sampling, read_space, space_words
-from explore.config.schema import Evaluate, Problems, Rank, Sampling, StudyFile, read
+from explore.config.schema import Evaluate, Problems, Rank, Sampling, SceneTable, StudyFile, read
 from explore.design_space import BLOCK_SIZE, DesignSpace
 from explore.errors import ConfigError, RequestError
 from explore.request.requests import Wanted, find_mechanism, make_objective, resolve
@@ -64,6 +64,8 @@ def _study(
     sampling = read(Sampling, file.sampling, ("sampling",), problems)
     evaluate = read(Evaluate, file.evaluate, ("evaluate",), problems) or Evaluate()
     rank = read(Rank, file.rank, ("rank",), problems) or Rank()
+    if file.scene is not None:
+        read(SceneTable, file.scene, ("scene",), problems)
     if sampling is not None:
         check_sampling(sampling, file.sampling, problems)
     mechanism = _mechanism(file, "mechanism" in raw, problems)

@@ -10,6 +10,7 @@ import numpy as np
 from explore.compiling import compiled
 from explore.mechanisms import four_bar
 from explore.methods.contract import Capability, Level, Motion, Outcome, Task
+from explore.methods.geometry import geometric_outcome
 from explore.vocabulary import FloatArray
 
 _NEEDS = {
@@ -48,11 +49,14 @@ class ClosedForm:
     def solve(self, task: Task) -> Motion:
         """Solve each crank angle for itself."""
         motion = Motion.blank(task)
-        half = 0.5 * task.crank_angle
-        lengths, branch = np.array(task.lengths), np.array(task.branch)  # contiguous and writable, as compiled for
+        # contiguous and writable, as compiled for
+        half = 0.5 * np.ascontiguousarray(task.crank_angle)
+        lengths, branch = np.array(task.lengths, order="C"), np.array(task.branch)
         _solve(lengths, branch, np.sin(half), np.cos(half), _NEEDS[task.level], _ROWS, motion.signals)
         motion.evaluations[:] = task.crank_angle.shape[1]
-        motion.outcome[~np.isfinite(motion.signals).all(axis=(0, 2))] = Outcome.NOT_FINITE
+        motion.outcome[:] = geometric_outcome(task.lengths)
+        lost = ~np.isfinite(motion.signals).all(axis=(0, 2))
+        motion.outcome[lost & (motion.outcome == Outcome.OK)] = Outcome.NOT_FINITE
         return motion
 
 
@@ -62,3 +66,9 @@ def exact_start(task: Task) -> FloatArray:
         return task.start
     first = Task(task.lengths, task.branch, task.crank_angle[:, :1], Level.POSITIONS)
     return ClosedForm().solve(first).signals[:, :, 0].T
+
+
+def first_guess(task: Task) -> FloatArray:
+    """The exact start for iterations, shape (n, 2); a right angle where there is none to try."""
+    start, right_angle = exact_start(task), np.stack([0.0 * task.branch, 0.5 * np.pi * task.branch], axis=1)
+    return np.where(np.isfinite(start), start, right_angle)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
 from enum import Flag, IntEnum, auto
-from typing import Any, ClassVar, Protocol
+from typing import Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -40,6 +40,8 @@ class Capability(Flag):
     BATCHED = auto()
     #: Each crank angle is solved for itself; the others go from one angle to the next.
     ANY_ANGLE = auto()
+    #: It steps by the crank angles of the task, so that their distance matters; integrators choose steps of their own.
+    FOLLOWS_ANGLES = auto()
     #: It notices when it left the branch that it was asked for.
     CHECKS_BRANCH = auto()
     #: It belongs to another package and stands here for what users have today.
@@ -174,18 +176,30 @@ class Motion:
 class Method(Protocol):
     """A way of solving motions: frozen data with one verb."""
 
-    name: ClassVar[str]
-    summary: ClassVar[str]
-    capabilities: ClassVar[Capability]
+    @property
+    def name(self) -> str:
+        """The key in the list of methods."""
+        ...
+
+    @property
+    def summary(self) -> str:
+        """What it is, in a line."""
+        ...
+
+    @property
+    def capabilities(self) -> Capability:
+        """What it can do: of the class, or of its settings."""
+        ...
 
     def solve(self, task: Task) -> Motion:
         """Solve the task; a bad design is an outcome, never an exception."""
         ...
 
 
-def label(method: Method) -> str:
-    """Name and settings, such as ``rk45(rtol=1e-06)``."""
-    settings = ", ".join(f"{f.name}={_short(getattr(method, f.name))}" for f in fields(method))  # type: ignore[arg-type]
+def label(method: Any) -> str:
+    """Name and settings, such as ``rk45(rtol=1e-06)``; fields without repr are in the name, or the same for all."""
+    own = [f.name for f in fields(method) if f.repr]
+    settings = ", ".join(f"{name}={_short(getattr(method, name))}" for name in own)
     return f"{method.name}({settings})" if settings else method.name
 
 

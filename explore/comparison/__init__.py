@@ -1,0 +1,1 @@
+"""Cost against error, and where methods fail."""

@@ -1,0 +1,237 @@
+"""The exact motion and its exact averages, with mpmath: slow, and by formulas that no way of solving shares.
+
+The coupler joint C is the meeting point of two circles, placed by Heron's formula. The conditions (C - B)^2 = r2^2 and
+(C - D)^2 = r3^2, differentiated once, twice and three times, are each two linear equations for the next derivative of
+C; the angles' rates are cross products with these.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from explore.methods.contract import Outcome
+from explore.methods.geometry import geometric_outcome
+from explore.vocabulary import FloatArray
+
+#: What is averaged, and the averages.
+SIGNALS = ("rocker_angle", "rocker_velocity", "rocker_acceleration")
+STATISTICS = ("mean", "variance", "cv", "min", "max")
+#: Over what: the slower stroke, or the full turn.
+WINDOWS = ("drive", "cycle")
+
+#: Next to a change point 30 digits cancel; 50 remain.
+_DIGITS = 80
+#: Two strokes whose crank intervals are as equal as doubles can tell: the one through pi drives.
+_TIE = 1e-15
+#: A velocity smaller than this is that of a limit position, where it is 0.
+_ZERO = 1e-60
+
+
+@cache
+def _mp() -> Any:
+    """A context of our own, so that nobody's precision is changed."""
+    import mpmath  # late: it takes a tenth of a second, and only a comparison needs it
+
+    context = mpmath.MPContext()
+    context.dps = _DIGITS
+    return context
+
+
+@cache
+def _gauss() -> list[tuple[Any, Any]]:
+    """The 24 nodes, ascending, and weights of a Gauss-Legendre rule on (-1, 1).
+
+    A panel's nearest singularity lies outside the ellipse of semi-axes 3 (see `_Linkage.edges`): 3^-48 = 1e-23.
+    """
+    from mpmath.calculus.quadrature import GaussLegendre
+
+    return sorted(GaussLegendre(_mp()).get_nodes(-1, 1, 4, _mp().prec))
+
+
+def exact_motion(lengths: FloatArray, branch: FloatArray, crank_angle: FloatArray) -> FloatArray:
+    """The six signals of `explore.methods.contract`, rounded once.
+
+    Parameters
+    ----------
+    lengths : (n, 4) array
+        Crank, coupler, rocker, ground; every double stands for itself.
+    branch : (n,) array
+        1 or -1.
+    crank_angle : (n, t) array
+        rad.
+
+    Returns
+    -------
+    (6, n, t) array
+        rad, 1, 1/rad; NaN for a linkage whose crank cannot turn.
+    """
+    signals = np.full((6, *crank_angle.shape), np.nan)
+    for i in np.flatnonzero(geometric_outcome(lengths) == Outcome.OK):
+        linkage = _Linkage.of(lengths[i], branch[i])
+        for j, theta in enumerate(crank_angle[i]):
+            signals[:, i, j] = [float(x) for x in linkage.motion(_mp().mpf(float(theta)))]
+    return signals
+
+
+def exact_statistics(lengths: FloatArray, branch: FloatArray, window: str = "drive") -> FloatArray:
+    """`STATISTICS` of `SIGNALS` for a crank that turns with 1 rad/s, rounded once.
+
+    Parameters
+    ----------
+    lengths : (n, 4) array
+        Crank, coupler, rocker, ground; every double stands for itself.
+    branch : (n,) array
+        1 or -1.
+    window
+        One of `WINDOWS`.
+
+    Returns
+    -------
+    (3, 5, n) array
+        Signals, statistics, designs. The variance is that of the population. NaN for a linkage that is no crank-rocker,
+        and for a cv other than that of the velocity over a stroke: the means of the others are 0 or arbitrary.
+    """
+    statistics = np.full((len(SIGNALS), len(STATISTICS), len(lengths)), np.nan)
+    rocks = (geometric_outcome(lengths) == Outcome.OK) & (lengths[:, 0] < lengths[:, 3])
+    for i in np.flatnonzero(rocks):
+        statistics[:, :, i] = _statistics(_Linkage.of(lengths[i], branch[i]), window)
+    return statistics
+
+
+@dataclass(frozen=True)
+class _Linkage:
+    """A linkage in mpmath numbers."""
+
+    r1: Any
+    r2: Any
+    r3: Any
+    r4: Any
+    branch: int
+
+    @classmethod
+    def of(cls, lengths: FloatArray, branch: float) -> _Linkage:
+        r1, r2, r3, r4 = (_mp().mpf(float(length)) for length in lengths)
+        return cls(r1, r2, r3, r4, int(branch))
+
+    def rates(self, theta: Any) -> tuple[Any, ...]:
+        """Vectors u = BC, v = DC as four numbers, then rates and second rates of coupler and rocker, rocker's third."""
+        mp, r1, r2, r3, r4 = _mp(), self.r1, self.r2, self.r3, self.r4
+        cosine, sine = mp.cos_sin(theta)
+        bx, by = r1 * cosine, r1 * sine
+        dx, dy = r4 - bx, -by
+        square = dx * dx + dy * dy
+        distance = mp.sqrt(square)
+        twice_area = 2 * self.branch * _area(distance, r2, r3)
+        along, across = (square + r2 * r2 - r3 * r3) / (2 * square), twice_area / square
+        ux, uy = along * dx - across * dy, along * dy + across * dx
+        vx, vy = ux - dx, uy - dy
+
+        def solved(p: Any, q: Any) -> tuple[Any, Any]:
+            """The vector whose products with u and v are p and q."""
+            return (p * vy - q * uy) / twice_area, (q * ux - p * vx) / twice_area
+
+        # B' = (-by, bx), B'' = -B, B''' = -B'
+        cx1, cy1 = solved(uy * bx - ux * by, 0)
+        ux1, uy1 = cx1 + by, cy1 - bx
+        cx2, cy2 = solved(-ux * bx - uy * by - ux1 * ux1 - uy1 * uy1, -cx1 * cx1 - cy1 * cy1)
+        ux2, uy2 = cx2 + bx, cy2 + by
+        cx3, cy3 = solved(ux * by - uy * bx - 3 * (ux1 * ux2 + uy1 * uy2), -3 * (cx1 * cx2 + cy1 * cy2))
+        rr2, rr3 = r2 * r2, r3 * r3
+        return (
+            ux, uy, vx, vy,
+            (ux * uy1 - uy * ux1) / rr2, (vx * cy1 - vy * cx1) / rr3,
+            (ux * uy2 - uy * ux2) / rr2, (vx * cy2 - vy * cx2) / rr3,
+            (cx1 * cy2 - cy1 * cx2 + vx * cy3 - vy * cx3) / rr3,
+        )  # fmt: skip
+
+    def motion(self, theta: Any) -> tuple[Any, ...]:
+        """The six signals at a crank angle."""
+        ux, uy, vx, vy, w2, w3, a2, a3, _ = self.rates(theta)
+        return _mp().atan2(uy, ux), _mp().atan2(vy, vx), w2, w3, a2, a3
+
+    def rocker(self, theta: Any) -> tuple[Any, ...]:
+        """The rocker's angle and its first, second and third derivative: each signal is followed by its own."""
+        _, _, vx, vy, _, w3, _, a3, jerk = self.rates(theta)
+        return _mp().atan2(vy, vx), w3, a3, jerk
+
+    def ends(self, window: str) -> tuple[Any, Any]:
+        """First and last crank angle of a window."""
+        mp, pi = _mp(), +_mp().pi
+        if window == "cycle":
+            return -pi, pi
+        extended, overlapped = (self._angle_at_crank(reach) for reach in (self.r2 + self.r1, self.r2 - self.r1))
+        first, last = overlapped - pi, extended
+        if last - first <= pi * (1 + mp.mpf(_TIE)):
+            first, last = last, first + 2 * pi
+        return (first, last) if self.branch > 0 else (-last, -first)
+
+    def _angle_at_crank(self, reach: Any) -> Any:
+        """Angle at the crank's pivot of the triangle with sides reach, ground, rocker."""
+        return _mp().atan2(4 * _area(reach, self.r4, self.r3), reach**2 + self.r4**2 - self.r3**2)
+
+    def edges(self, first: Any, last: Any) -> list[Any]:
+        """Ends of panels that grow by four with the distance from the multiples of pi.
+
+        The singularities lie above and below these: where B and D are r2 - r3 apart (0), and r2 + r3 (pi).
+        """
+        mp, r1, r4 = _mp(), self.r1, self.r4
+        edges = {first, last}
+        for k in range(-2, 4):
+            reach = self.r2 - self.r3 if k % 2 == 0 else self.r2 + self.r3
+            step = mp.acosh(abs(r4 * r4 + r1 * r1 - reach * reach) / (2 * r1 * r4)) / 2
+            while step < mp.pi / 2:
+                edges |= {k * mp.pi - step, k * mp.pi + step}
+                step *= 4
+            edges.add((k + mp.mpf(0.5)) * mp.pi)
+        return sorted(edge for edge in edges if first <= edge <= last)
+
+
+def _area(a: Any, b: Any, c: Any) -> Any:
+    """Area of a triangle, by Heron."""
+    s = (a + b + c) / 2
+    return _mp().sqrt(s * (s - a) * (s - b) * (s - c))
+
+
+def _statistics(linkage: _Linkage, window: str) -> FloatArray:
+    """Statistics of one linkage, shape (3, 5)."""
+    mp = _mp()
+    first, last = linkage.ends(window)
+    angles, weights = [first], [mp.zero]  # the ends count for the extremes
+    for low, high in pairwise(linkage.edges(first, last)):
+        half, centre = (high - low) / 2, (high + low) / 2
+        angles += [centre + half * x for x, _ in _gauss()]
+        weights += [half * w / (last - first) for _, w in _gauss()]
+    angles, weights = [*angles, last], [*weights, mp.zero]
+    rows = list(zip(*(linkage.rocker(theta) for theta in angles), strict=True))
+    found = np.full((len(SIGNALS), len(STATISTICS)), np.nan)
+    for k, name in enumerate(SIGNALS):
+        mean = mp.fdot(weights, rows[k])
+        variance = mp.fdot(weights, [(value - mean) ** 2 for value in rows[k]])
+        peaks = _turning_values(linkage, k, angles, rows[k + 1])
+        if name == "rocker_velocity" and window == "drive":
+            found[k, 2] = mp.sqrt(variance) / abs(mean)
+        elif name != "rocker_angle":
+            mean = mp.zero  # exactly: the signal is a derivative that returns to where it began
+        extremes = (min(*rows[k], *peaks), max(*rows[k], *peaks))
+        found[k, [0, 1, 3, 4]] = [float(x) if abs(x) > _ZERO else 0.0 for x in (mean, variance, *extremes)]
+    return found
+
+
+def _turning_values(linkage: _Linkage, k: int, angles: list[Any], slopes: tuple[Any, ...]) -> list[Any]:
+    """Values of a signal wherever its derivative changes sign between two of the angles."""
+
+    def slope(theta: Any) -> Any:
+        return linkage.rocker(theta)[k + 1]
+
+    values = []
+    for (low, before), (high, after) in pairwise(zip(angles, slopes, strict=True)):
+        if before * after < 0 and min(abs(before), abs(after)) > _ZERO:
+            # The value is as exact as the square of its place.
+            turning = _mp().findroot(slope, (low, high), solver="anderson", tol=1e-20, verify=False)
+            values.append(linkage.rocker(turning)[k])
+    return values

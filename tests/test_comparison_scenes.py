@@ -1,0 +1,160 @@
+"""Scenes: the files that come with the package, and the section [scene] of a study file."""
+
+import subprocess
+import sys
+import zipfile
+from fractions import Fraction
+from pathlib import Path
+
+import numpy as np
+import pytest
+from studies import GOOD
+
+from explore.comparison.scenes import bundled_scenes, load_scene
+from explore.config.schema import SceneTable
+from explore.errors import ConfigError
+from explore.evaluation import evaluate_columns
+from explore.mechanisms.registry import MECHANISMS
+from explore.methods.contract import Level, Outcome
+from explore.methods.driver import geometric_outcome
+from explore.request.requests import make_request
+
+ROOT = Path(__file__).parents[1]
+SCENES = {name: load_scene(path) for name, path in bundled_scenes().items()}
+SECTION = '[scene]\ntitle = "A"\nabout = "B."\nmodel = "velocities"\nquestion = "C?"\n'
+#: How many linkages, the least model, and what the exact geometry says of them: one outcome, or one for each.
+EXPECTED = {
+    "smooth": (1, Level.ACCELERATIONS, Outcome.OK),
+    "published_optimum": (1, Level.VELOCITIES, Outcome.OK),
+    "almost_change_point": (6, Level.ACCELERATIONS, Outcome.OK),
+    "change_point": (1, Level.GEOMETRY, Outcome.CHANGE_POINT),
+    "blocked_crank": (1, Level.GEOMETRY, Outcome.CRANK_BLOCKED),
+    "unassemblable": (1, Level.GEOMETRY, Outcome.CANNOT_ASSEMBLE),
+    "tiny_swing": (1, Level.POSITIONS, Outcome.OK),
+    "extreme_ratios": (4, Level.VELOCITIES, Outcome.OK),
+    "large_block": (256, Level.VELOCITIES, None),
+}
+
+
+def test_the_list_is_complete():
+    assert SCENES.keys() == EXPECTED.keys()
+
+
+@pytest.mark.parametrize("name", EXPECTED)
+def test_a_scene_is_what_it_says(name):
+    scene, (count, model, outcome) = SCENES[name], EXPECTED[name]
+    assert scene.name == name
+    assert scene.lengths.shape == (count, 4)
+    assert scene.branch.tolist() == [1.0] * count
+    assert scene.model is model
+    assert scene.title
+    assert scene.about.endswith(".")
+    assert scene.question.endswith("?")
+    if outcome is not None:
+        assert geometric_outcome(scene.lengths).tolist() == [outcome] * count
+
+
+def test_margins_fall_to_the_last_that_is_no_change_point():
+    """The margins, summed as fractions, are the powers of two that the file promises."""
+    margins = [
+        Fraction(c) + Fraction(d) - Fraction(a) - Fraction(b) for a, b, c, d in SCENES["almost_change_point"].lengths
+    ]
+    assert margins == [Fraction(1, 2**k) for k in (7, 13, 20, 27, 33, 39)]
+    # the next power of two is one
+    closer = np.array([[150.0, 1083.5, 541.75, 691.75 + 2.0**-40]])
+    assert geometric_outcome(closer).tolist() == [Outcome.CHANGE_POINT]
+
+
+def test_one_of_the_large_block_is_bad():
+    scene = SCENES["large_block"]
+    bad = np.flatnonzero(geometric_outcome(scene.lengths) != Outcome.OK)
+    assert scene.lengths[bad].tolist() == [[150.0, 1083.5, 541.75, 691.75]]
+
+
+def test_the_tiny_swing_is_a_hundredth_of_a_degree():
+    columns = dict(zip(("crank", "coupler", "rocker", "ground"), SCENES["tiny_swing"].lengths.T, strict=True))
+    request = make_request(MECHANISMS["crank-rocker"], ["swing_angle"])
+    assert evaluate_columns(request, columns).columns["swing_angle"][0] == pytest.approx(0.01, rel=0.05)
+
+
+def test_models_are_the_levels():
+    allowed = SceneTable.model_fields["model"].annotation.__args__
+    assert [Level[word.upper()] for word in allowed] == list(Level)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "problem"),
+    [
+        ("model", "modle", "study.toml:10: scene.modle: unknown key; did you mean 'model'?"),
+        (
+            "velocities",
+            "speed",
+            "study.toml:10: scene.model: must be 'geometry', 'positions', 'velocities' or 'accelerations', got 'speed'",
+        ),
+        ('"A"', "3", "study.toml:8: scene.title: must be a text in quotes, got 3"),
+        (
+            'about = "B."\n',
+            "",
+            "study.toml:7: scene: the key 'about' is missing; a complete table has title, about, model, question",
+        ),
+    ],
+)
+def test_a_bad_scene(problems, old, new, problem):
+    assert problems(GOOD + SECTION.replace(old, new, 1)) == [problem]
+
+
+def test_all_is_said_at_once(problems):
+    text = GOOD.replace("crank = 100", "crank = -100") + SECTION.replace("velocities", "speeds").replace('"C?"', "3")
+    assert [problem.split(": ")[:2] for problem in problems(text)] == [
+        ["study.toml:3", "parameters.crank"],
+        ["study.toml:10", "scene.model"],
+        ["study.toml:11", "scene.question"],
+    ]
+
+
+def test_a_scene_is_no_table(problems):
+    assert problems("scene = 3\n" + GOOD) == ["study.toml:1: scene: must be a table of keys and values, got 3"]
+
+
+def test_an_empty_scene_is_not_none(problems):
+    assert len(problems(GOOD + "[scene]\n")) == 4
+
+
+def test_a_study_without_a_scene_is_none(tmp_path):
+    path = tmp_path / "study.toml"
+    path.write_text(GOOD, encoding="utf-8")
+    with pytest.raises(ConfigError, match=r"study\.toml:1: scene: is missing; a scene is a study with a section"):
+        load_scene(path)
+
+
+def test_a_scene_changes_nothing_that_is_computed(load):
+    plain, scene = load(GOOD), load(GOOD + SECTION)
+    assert plain.sha256 == scene.sha256
+    assert plain.determines == scene.determines
+
+
+def test_the_branch_of_a_scene(tmp_path):
+    path = tmp_path / "mirrored.toml"
+    path.write_text(GOOD + "branch = [1, -1]\n" + SECTION, encoding="utf-8")
+    scene = load_scene(path)
+    assert scene.name == "mirrored"
+    assert scene.branch.tolist() == [1.0, -1.0]
+    assert scene.lengths.tolist() == [[100.0, 1000.0, 500.0, 700.0]] * 2
+
+
+def test_a_wheel_brings_its_scenes(tmp_path):
+    """Built from this tree, unpacked, and asked from another folder."""
+    build = "import sys; from hatchling.build import build_wheel; print(build_wheel(sys.argv[1]))"
+    built = subprocess.run(
+        [sys.executable, "-c", build, tmp_path], cwd=ROOT, capture_output=True, text=True, check=True
+    )
+    with zipfile.ZipFile(tmp_path / built.stdout.split()[-1]) as wheel:
+        wheel.extractall(tmp_path / "site")
+    ask = (
+        "import sys; sys.path.insert(0, 'site'); from explore.comparison.scenes import bundled_scenes as b;"
+        "print(*(f'{path} {path.is_file()}' for path in b().values()), sep='\\n')"
+    )
+    found = subprocess.run([sys.executable, "-I", "-c", ask], cwd=tmp_path, capture_output=True, text=True, check=True)
+    assert found.stdout.split("\n")[:-1] == [
+        f"{tmp_path}/site/explore/data/scenes/{name}.toml True" for name in sorted(EXPECTED)
+    ]
