@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from explore.errors import MotionError, RequestError
 from explore.evaluation import evaluate_columns
+from explore.motions import motion_signals
 from explore.ranking import choose_objectives, rank_frame, rank_source
 from explore.request.requests import find_mechanism, make_request
 from explore.store.results import Results, open_results
@@ -171,7 +172,12 @@ def _parameter_columns(mechanism: Mechanism, designs: Mapping[str, _ARRAY] | pd.
 
 
 def simulate(
-    mechanism: str, *, angles: int | Sequence[float] | npt.NDArray[np.float64] = 360, **parameters: float
+    mechanism: str,
+    *,
+    angles: int | Sequence[float] | npt.NDArray[np.float64] = 360,
+    method: str = "auto",
+    tolerance: float = 1e-9,
+    **parameters: float,
 ) -> pd.DataFrame:
     """The motion of one design: every signal by name at crank angles.
 
@@ -181,18 +187,27 @@ def simulate(
         Name.
     angles
         Crank angles in degrees, or how many equispaced ones from 0.
+    method
+        Way to solve the motion, such as "newton", "rk45" or, at another setting, "rk45(rtol=0.001)";
+        ``explore precision`` compares them. "auto" takes the cheapest that meets the tolerance on this design.
+    tolerance
+        On angles (rad), and on velocities and accelerations relative to their largest. A method that misses it on
+        this design warns, with its errors measured.
     parameters
         Of the design, in declared units.
 
     Returns
     -------
     DataFrame
-        Index ``crank_angle`` (deg), one column for each signal in its declared unit.
+        Index ``crank_angle`` (deg), one column for each signal in its declared unit; NaN where the method found
+        nothing. ``attrs["method"]`` is the method that was used, ``attrs["why"]`` the reason of "auto".
 
     Raises
     ------
     MotionError
         If the design cannot make the full turn.
+    RequestError
+        If a name, a number of parameters or the angles are wrong.
     """
     import pandas as pd
 
@@ -210,35 +225,10 @@ def simulate(
     )
     if crank_angle.ndim != 1 or len(crank_angle) == 0 or not np.isfinite(crank_angle).all():
         raise RequestError("angles must be a positive number of angles or a list of finite angles in degrees")
-    signals = _signals(declared, columns, crank_angle)
-    return pd.DataFrame(signals, index=pd.Index(crank_angle, name="crank_angle"))
-
-
-def _signals(mechanism: Mechanism, columns: Columns, crank_angle: npt.NDArray[np.float64]) -> Columns:
-    """All signals that exist outside clutches, in declared units, each of shape (t,)."""
-    defaults = {p.name: np.array([p.default]) for p in mechanism.parameters if p.name not in columns}
-    inputs = {**defaults, **columns}
-    geometry = np.array([[inputs[p.name][0] for p in mechanism.geometry]], dtype=np.float64)
-    kernel = np.zeros((1, mechanism.kernel_size))
-    mechanism.closed_form(
-        geometry, np.empty((len(mechanism.metrics), 1)), np.zeros(1, np.int8), kernel, np.ones((1, 3)), np.ones(1)
-    )
-    # Half the offset from the nearest multiple of 180 degrees, so that both sine and cosine keep their digits.
-    quarter = np.round(crank_angle / 180.0)
-    offset = np.deg2rad(crank_angle - 180.0 * quarter) / 2.0
-    turn = quarter % 4.0
-    sine, cosine = np.sin(offset), np.cos(offset)
-    sin_half = np.select([turn == 0.0, turn == 1.0, turn == 2.0], [sine, cosine, -sine], -cosine)
-    cos_half = np.select([turn == 0.0, turn == 1.0, turn == 2.0], [cosine, -sine, -cosine], sine)
-    out = np.zeros((mechanism.signal_rows, len(crank_angle)))
-    needs = int(np.bitwise_or.reduce([signal.needs for signal in mechanism.signals]))
-    mechanism.fill(kernel[0], sin_half, cos_half, len(crank_angle), needs, out)
-    speed = float(inputs[mechanism.speed.name][0])
-    return {
-        s.name: out[s.row] * (np.rad2deg(1.0) if s.unit == "deg" else speed**s.speed_power)
-        for s in mechanism.signals
-        if not s.only_in
-    }
+    signals, used, why = motion_signals(declared, columns, crank_angle, method, tolerance)
+    frame = pd.DataFrame(signals, index=pd.Index(crank_angle, name="crank_angle"))
+    frame.attrs |= {"method": used, "why": why}
+    return frame
 
 
 def rank(

@@ -14,7 +14,7 @@ from explore.cli import main
 PATIENCE = 20
 
 
-def call(*arguments):
+def call(*arguments, seconds=PATIENCE):
     """Run `explore` with these arguments; returns the exit code, stdout and stderr."""
     out, err = io.StringIO(), io.StringIO()
     code = 0
@@ -22,7 +22,7 @@ def call(*arguments):
         mock.patch.object(sys, "argv", ["explore", *map(str, arguments)]),
         contextlib.redirect_stdout(out),
         contextlib.redirect_stderr(err),
-        patience(PATIENCE),
+        patience(seconds),
     ):
         try:
             main()

@@ -159,6 +159,9 @@ def simulate(
     ] = None,
     design: Annotated[int, typer.Option(min=0, help="Which design of the study.")] = 0,
     angles: Annotated[int, typer.Option(min=1, help="How many equispaced crank angles.")] = 360,
+    method: Annotated[
+        str, typer.Option(help="How to solve it: auto, newton, rk45 …; `explore precision` compares them.")
+    ] = "auto",
     output: Annotated[
         Path | None, typer.Option("-o", "--output", help="The file, CSV unless it ends in .json; stdout unless given.")
     ] = None,
@@ -167,7 +170,42 @@ def simulate(
     """Print the motion of one design over a turn: angles, velocities, accelerations."""
     from explore.cli.motions import print_motion
 
-    print_motion(config, mechanism, set_ or [], design, angles, output, as_json=json)
+    print_motion(config, mechanism, set_ or [], design, angles, method, output, as_json=json)
+
+
+@app.command(epilog="Example: explore precision smooth almost_change_point")
+def precision(
+    scenes: Annotated[
+        list[str] | None,
+        typer.Argument(
+            metavar="[SCENE…]", help="Names of bundled scenes, or .toml files; all bundled ones unless given."
+        ),
+    ] = None,
+    output: Annotated[Path, typer.Option("-o", "--output", help="The folder for tables and charts.")] = Path(
+        "results/precision"
+    ),
+    json: Json = False,
+) -> None:
+    """Chart what each way of solving the motion costs against how wrong it is."""
+    from explore.cli.precisions import compare_precision
+
+    compare_precision(scenes or [], output, as_json=json)
+
+
+@app.command(epilog="Example: explore stability --accuracy 1e-3")
+def stability(
+    output: Annotated[Path, typer.Option("-o", "--output", help="The folder for tables and charts.")] = Path(
+        "results/stability"
+    ),
+    accuracy: Annotated[
+        float, typer.Option(min=1e-14, max=0.1, help="Largest error of a motion that counts as right.")
+    ] = 1e-6,
+    json: Json = False,
+) -> None:
+    """Map how near to the change point each way of solving the motion may be trusted."""
+    from explore.cli.stabilities import map_methods
+
+    map_methods(output, accuracy, as_json=json)
 
 
 @app.command(epilog="Example: explore mechanisms crank-rocker")

@@ -25,3 +25,18 @@ def block_bar(activity: str) -> Iterator[Callable[[int, int], None] | None]:
     with progress.Progress(*columns, console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task("", total=None)
         yield lambda done, total: bar.update(task, completed=done, total=total)
+
+
+@contextmanager
+def counted(activity: str, total: int) -> Iterator[Callable[[str], None]]:
+    """A bar that goes on by one with each call of what is given."""
+    with block_bar(activity) as progress:
+        done = 0
+
+        def step(_: str) -> None:
+            nonlocal done
+            if progress is not None:
+                progress(done, total)
+            done += 1
+
+        yield step

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+import warnings
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -19,6 +20,7 @@ def print_motion(
     settings: list[str],
     design: int,
     angles: int,
+    method: str,
     output: Path | None,
     *,
     as_json: bool,
@@ -34,7 +36,12 @@ def print_motion(
         name, parameters = _from_study(config, design, settings)
     else:
         name, parameters = mechanism or "", _from_settings(mechanism or "", settings)
-    _write(simulate(name, angles=angles, **parameters), output, as_json=as_json)
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        motion = simulate(name, angles=angles, method=method, **parameters)
+    for warning in caught:
+        say(f"warning: {warning.message}", "yellow")
+    _write(motion, output, as_json=as_json)
 
 
 def _from_study(config: Path, design: int, settings: list[str]) -> tuple[str, dict[str, float]]:

@@ -48,6 +48,13 @@ def refuse_same(output: Path | None, source: Path, what: str) -> None:
         raise RequestError(f"-o {output} is {what} itself; name another file")
 
 
+def make_folder(folder: Path) -> None:
+    """Make the folder that an output goes to, before anything is computed."""
+    if folder.exists() and not folder.is_dir():
+        raise RequestError(f"-o {folder} is a file; name a folder")
+    folder.mkdir(parents=True, exist_ok=True)
+
+
 def number(value: object, digits: int = 6) -> str:
     """A value as a table shows it."""
     if isinstance(value, bool):

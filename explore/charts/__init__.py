@@ -1,0 +1,1 @@
+"""Pictures of results; each function returns a matplotlib Figure."""

@@ -1,0 +1,59 @@
+"""What all charts share: colours that most people can tell apart, marks, and how a figure is saved."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+INK, MUTED, PAPER = "#222222", "#8a949e", "#ffffff"
+BLUE, ORANGE, GREEN, RED, PURPLE, SKY, YELLOW, BROWN = (
+    "#0072b2", "#e69f00", "#009e73", "#d55e00", "#cc79a7", "#56b4e9", "#c9b800", "#7f4f24"
+)  # fmt: skip
+"""Okabe and Ito's palette, the yellow darkened to be seen on white, and a brown."""
+
+
+@dataclass(frozen=True)
+class Line:
+    """How the settings of a method are drawn."""
+
+    colour: str
+    marker: str
+    style: str = "-"
+    filled: bool = True
+
+
+_METHODS = {
+    "closed-form": Line(INK, "*"),
+    "textbook": Line(MUTED, "P"),
+    "newton": Line(BLUE, "o"),
+    "newton-unchecked": Line(BLUE, "o", ":", filled=False),
+    "fsolve": Line(SKY, "d", "--"),
+    "pylinkage": Line(YELLOW, "p", "--"),
+    "rk4": Line(GREEN, "s"),
+    "rk4-projected": Line(GREEN, "s", ":", filled=False),
+    "rk45": Line(ORANGE, "^"),
+    "rk45-projected": Line(ORANGE, "^", ":", filled=False),
+    "dop853": Line(RED, "v"),
+    "dop853-projected": Line(RED, "v", ":", filled=False),
+    "radau": Line(PURPLE, "D"),
+    "radau-projected": Line(PURPLE, "D", ":", filled=False),
+}
+_SPARE = (BROWN, GREEN, BLUE, RED)
+
+
+def line_of(name: str) -> Line:
+    """How a method or a rule is drawn, the same in all charts; those without a place of their own share four."""
+    return _METHODS.get(name) or Line(_SPARE[sum(map(ord, name)) % len(_SPARE)], "h")
+
+
+def save(figure: Figure, path: Path) -> None:
+    """Write a figure as the file's name says: .png, .svg or .pdf; the same figure gives the same bytes."""
+    import matplotlib as mpl
+
+    undated: dict[str, dict[str, None]] = {".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
+    with mpl.rc_context({"svg.hashsalt": "explore"}):
+        figure.savefig(path, dpi=130, metadata=undated.get(path.suffix))

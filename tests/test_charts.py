@@ -1,0 +1,87 @@
+"""Charts of comparisons: right for one row as for many, the same bytes each time."""
+
+import pandas as pd
+import pytest
+
+from explore.charts.precision import SILENT, TOLD, overview_chart, scene_chart
+from explore.charts.stability import VERDICTS, stability_chart
+from explore.charts.style import line_of, save
+from explore.comparison.verdicts import Verdict
+from explore.methods.registry import METHODS
+
+
+def rows(**changed):
+    usual = {"scene": "s", "method": "newton", "setting": "newton(1)", "failed": 0, "silently_wrong": 0,
+             "verdict": "right", "cpu_seconds": 1e-3, "evaluations": 100.0, "angle_error_max": 1e-9,
+             "velocity_error_max": 1e-8}  # fmt: skip
+    return pd.DataFrame([usual, {**usual, "cpu_seconds": 2e-3, "angle_error_max": 0.0, **changed}])
+
+
+def points(chart):
+    return [tuple(xy) for line in chart.get_lines() for xy in zip(*line.get_data(), strict=True)]
+
+
+def test_a_panel_for_each_error_and_cost():
+    figure = scene_chart(rows(), "title")
+    assert len(figure.axes) == 4
+    assert {chart.get_xlabel() for chart in figure.axes} == {"CPU time per design [s]", "evaluations per design"}
+    assert points(figure.axes[0]) == [(1e-3, 1e-9), (2e-3, 1e-17)], "no error is drawn on the floor"
+
+
+def test_failures_are_drawn_on_the_edge():
+    told = scene_chart(rows(failed=1, verdict="gave up and said so"), "title")
+    assert (2e-3, TOLD) in points(told.axes[0])
+    silent = scene_chart(rows(failed=1, silently_wrong=1, verdict="wrong branch"), "title")
+    assert (2e-3, SILENT) in points(silent.axes[0])
+
+
+def test_an_overview_has_a_panel_for_each_scene():
+    both = pd.concat([rows(), rows(failed=1).assign(scene="t", velocity_error_max=float("nan"))])
+    figure = overview_chart(both, {"s": "first", "t": "second"})
+    assert [chart.get_title() for chart in figure.axes if chart.axison] == ["first", "second (angles)"]
+
+
+def test_one_row_is_enough(tmp_path):
+    save(scene_chart(rows().head(1), "title"), tmp_path / "one.svg")
+    save(overview_chart(rows().head(1), {"s": "first"}), tmp_path / "one.pdf")
+
+
+def cells(verdict, error=1e-9):
+    return [
+        {
+            "method": name,
+            "setting": f"{name}(tolerance={k})",
+            "angles": 72,
+            "margin": margin,
+            "verdict": verdict,
+            "error": error,
+        }
+        for name, count in (("newton", 2), ("closed-form", 1))
+        for k in range(count)
+        for margin in (1e-1, 1e-5, 0.0, -1e-5)
+    ]
+
+
+@pytest.mark.parametrize("verdict", list(Verdict))
+def test_every_verdict_has_its_place_in_the_map(verdict, tmp_path):
+    assert set(VERDICTS) == {known.label for known in Verdict}
+    figure = stability_chart(pd.DataFrame(cells(verdict.label)), 1e-6)
+    (legend,) = figure.legends
+    assert [text.get_text().startswith(verdict.label) for text in legend.get_texts()] == [True]
+    panels = [chart for part in figure.subfigs for chart in part.axes]
+    assert [len(chart.patches) for chart in panels] == [8, 4]
+    texts = {text.get_text() for chart in panels for text in chart.texts}
+    assert texts == {VERDICTS[verdict.label][1] or "9"}
+    save(figure, tmp_path / "map.png")
+
+
+def test_every_method_has_a_look_of_its_own():
+    looks = [(line_of(name).colour, line_of(name).marker, line_of(name).filled) for name in METHODS]
+    assert len(set(looks)) == len(METHODS)
+
+
+@pytest.mark.parametrize("kind", ["png", "svg", "pdf"])
+def test_the_same_figure_gives_the_same_bytes(tmp_path, kind):
+    for name in ("a", "b"):
+        save(scene_chart(rows(), "title"), tmp_path / f"{name}.{kind}")
+    assert (tmp_path / f"a.{kind}").read_bytes() == (tmp_path / f"b.{kind}").read_bytes()
