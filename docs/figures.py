@@ -1,16 +1,23 @@
 """Make the pictures of the documentation from real runs: ``python docs/figures.py`` in the repository's root.
 
-Needs the extra `docs` (matplotlib) and the results of ``explore sweep configs/grid.toml``.
+Needs the results of ``explore sweep configs/grid.toml``, ``explore precision`` and ``explore stability``.
 """
 
+import io
 import sys
 from pathlib import Path
 
 import matplotlib as mpl
 import matplotlib.pyplot as plt
 import numpy as np
+import pandas as pd
+from PIL import Image
 
 import explore
+from explore.charts.averages import averages_chart
+from explore.charts.precision import overview_chart, scene_chart
+from explore.charts.stability import stability_chart
+from explore.comparison.scenes import bundled_scenes, load_scene
 
 mpl.use("Agg")
 HERE = Path(__file__).parent
@@ -86,6 +93,28 @@ def nodes() -> None:
     figure.savefig(HERE / "nodes.png", dpi=110)
 
 
+def methods() -> None:
+    """The charts of both comparisons as those commands left their tables, at a size for a page."""
+    motions, averages = (pd.read_csv(f"results/precision/{name}.csv") for name in ("motions", "averages"))
+    judged = pd.read_csv("results/stability/map.csv")
+    scenes = [load_scene(path) for path in bundled_scenes().values()]
+    titles = {scene.name: scene.title for scene in scenes}
+    smooth = next(scene for scene in scenes if scene.name == "smooth")
+    charts = {
+        "precision": overview_chart(motions, titles),
+        "smooth": scene_chart(motions[motions["scene"] == "smooth"], f"{smooth.title}: {smooth.question}"),
+        "averages": averages_chart(averages, titles),
+        "stability": stability_chart(judged, 1e-6),
+    }
+    for name, figure in charts.items():
+        with io.BytesIO() as drawn:
+            figure.savefig(drawn, dpi=120)
+            # flat colours: a palette makes the file a third
+            flat = Image.open(drawn).convert("RGB").quantize(256, dither=Image.Dither.NONE)
+            flat.save(HERE / f"{name}.png", optimize=True)
+
+
 if __name__ == "__main__":
     first_study()
     nodes()
+    methods()

@@ -24,7 +24,7 @@ def run_page(name, capsys, **names):
             assert printed.split() == expected.split(), f"{name}:\n{source}"
 
 
-@pytest.mark.parametrize("page", ["physics.md", "published-study.md"])
+@pytest.mark.parametrize("page", ["physics.md", "published-study.md", "published-simulation.md", "methods.md"])
 def test_page_is_true(page, capsys):
     run_page(page, capsys)
 
