@@ -29,7 +29,7 @@ _COSTS = {"cpu_seconds": "CPU time per design [s]", "evaluations": "evaluations 
 _PANEL, _AROUND = (2.5, 2.2), (0.9, 1.5)
 _LEGEND_COLUMNS = 5
 _TICKS = [10.0**exponent for exponent in range(-17, 0, 4)]
-#: The words beside the failures. Failed is who gave up, or erred beyond use without being on another branch.
+#: The words beside the failures: who gave up and said so, and who did not.
 _EDGES = ("failed, refused", "silently wrong")
 
 
@@ -87,7 +87,7 @@ def _figure(lines: int, columns: int) -> Figure:
 
 def _cost_of(error: str, cost: str) -> str:
     """The cv is that of a run of its own, over the stroke."""
-    return "cv_cpu_seconds" if (error, cost) == ("cv_error", "cpu_seconds") else cost
+    return f"cv_{cost}" if error == "cv_error" else cost
 
 
 def _draw(chart: Axes, rows: pd.DataFrame, cost: str, error: str) -> None:

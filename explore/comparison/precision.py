@@ -95,9 +95,10 @@ def _row(method: Method, case: _Case) -> dict[str, Any]:
         row[f"{name}_error_rms"] = _largest(judgement.rms[level][sound])
     if case.stroke is not None:
         stroke = case.stroke.part(chosen)
-        velocity = solve(method, stroke).signals[ROCKER_VELOCITY]
-        found = coefficient_of_variation(velocity, case.weights[chosen])
+        along = solve(method, stroke)
+        found = coefficient_of_variation(along.signals[ROCKER_VELOCITY], case.weights[chosen])
         row["cv_error"] = _largest((np.abs(found / case.cv[chosen] - 1.0))[sound])
+        row["cv_evaluations"] = float(along.evaluations.mean())
         row["cv_cpu_seconds"] = _seconds_per_design(method, stroke)
     return row
 
