@@ -1,11 +1,19 @@
 """`explore precision`, `explore stability`, `explore simulate --method` as a user runs them."""
 
 import json
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+import time
 from pathlib import Path
 
 import pandas as pd
 import pytest
 from command_line import call
+
+from explore.cli.output import whole_files
 
 
 @pytest.fixture(autouse=True)
@@ -60,6 +68,55 @@ def test_wrong_requests_leave_nothing(arguments, words):
     assert [path.name for path in Path().iterdir()] == ["taken"]
 
 
+def test_scenes_whose_charts_would_have_one_name_are_refused(folder):
+    text = (
+        'mechanism = "crank-rocker"\n[parameters]\ncrank = 100\ncoupler = 1083\nrocker = 541\nground = 691\n'
+        '[scene]\ntitle = "Mine"\nabout = "A test."\nmodel = "positions"\nquestion = "Where is it?"\n'
+    )
+    for name in ("smooth", "overview"):
+        (folder / f"{name}.toml").write_text(text)
+        code, out, err = call("precision", "smooth", f"{name}.toml", "-o", "found")
+        assert (code, out) == (2, "")
+        assert err == f"error: two charts would be named '{name}'; give the scene's file another name\n"
+    assert not Path("found").exists()
+
+
+def test_a_folder_that_takes_no_files_is_said_before_anything_is_computed():
+    with tempfile.TemporaryDirectory() as name:
+        Path(name).chmod(0o555)
+        user = os.geteuid()
+        try:
+            if user == 0:
+                os.seteuid(65_534)  # nobody: the superuser may write anywhere
+            with pytest.raises(OSError, match="Permission denied") as caught, whole_files(Path(name)):
+                pytest.fail("this would be computed")
+        finally:
+            os.seteuid(user)
+            Path(name).chmod(0o755)
+        assert caught.value.filename == name
+        assert list(Path(name).iterdir()) == []
+
+
+@pytest.mark.parametrize("command", [["precision", "smooth"], ["stability"]])
+def test_an_interrupt_leaves_what_was_there(command, folder):
+    """A real process, interrupted as soon as it has begun."""
+    (folder / "kept").mkdir()
+    (folder / "kept" / "motions.csv").write_text("old")
+    for place in ("kept", "made"):
+        process = subprocess.Popen(
+            [sys.executable, "-m", "explore", *command, "-o", place], stderr=subprocess.PIPE, text=True,
+            preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
+        )  # fmt: skip
+        while process.poll() is None and not list(folder.glob(f"{place}/.unfinished-*")):
+            time.sleep(0.05)
+        process.send_signal(signal.SIGINT)
+        _, errors = process.communicate(timeout=60)
+        assert process.returncode == 130, errors
+        assert errors.splitlines()[-1] == f"interrupted; nothing was written to {place}"
+    assert [path.name for path in folder.iterdir()] == ["kept"]
+    assert [path.read_text() for path in (folder / "kept").iterdir()] == ["old"]
+
+
 def test_a_study_that_is_no_scene_is_refused(folder):
     (folder / "study.toml").write_text(
         'mechanism = "crank-rocker"\n[parameters]\ncrank = 100\ncoupler = 1083\nrocker = 541\nground = 691\n'
@@ -102,3 +159,16 @@ def test_simulate_by_an_unknown_method():
     code, out, err = call("simulate", *DESIGN, "--method", "newtn")
     assert (code, out) == (2, "")
     assert "unknown method 'newtn'; did you mean 'newton'?" in err
+
+
+def test_a_package_that_is_missing_is_said():
+    """A real process in which no module `pylinkage` can be found."""
+    code = (
+        "import importlib.util, sys; find = importlib.util.find_spec\n"
+        "importlib.util.find_spec = lambda name, *rest: None if name == 'pylinkage' else find(name, *rest)\n"
+        "from explore.cli import main; sys.argv = ['explore', 'precision', 'unassemblable', '-o', 'found']; main()"
+    )
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert run.returncode == 0, run.stderr
+    assert "left out: pylinkage; pip install 'linkage-explore[peers]'" in run.stderr
+    assert "pylinkage" not in set(pd.read_csv("found/motions.csv")["method"])

@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+    from matplotlib.patches import Rectangle
 
 #: Colour and letter of each verdict: what is said is pale, what is silently wrong is strong.
 VERDICTS = {
@@ -118,7 +119,7 @@ def _panel(chart: Axes, name: str, lines: dict[str, pd.DataFrame]) -> None:
         spine.set_color(MUTED)
 
 
-def _cell(x: int, y: int, colour: str):  # type: ignore[no-untyped-def]  # matplotlib is imported late
+def _cell(x: int, y: int, colour: str) -> Rectangle:
     from matplotlib.patches import Rectangle
 
     return Rectangle((x, y), 1, 1, facecolor=colour, edgecolor="white", lw=0.6)

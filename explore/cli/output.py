@@ -5,9 +5,10 @@ from __future__ import annotations
 import json
 import math
 import sys
+import tempfile
 import threading
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -48,11 +49,39 @@ def refuse_same(output: Path | None, source: Path, what: str) -> None:
         raise RequestError(f"-o {output} is {what} itself; name another file")
 
 
-def make_folder(folder: Path) -> None:
-    """Make the folder that an output goes to, before anything is computed."""
+@contextmanager
+def whole_files(folder: Path) -> Iterator[Path]:
+    """Where to write the files of a folder: they move there when all are complete, or none does.
+
+    Begun before anything is computed, so that a folder that takes no files is known at once.
+    """
     if folder.exists() and not folder.is_dir():
         raise RequestError(f"-o {folder} is a file; name a folder")
+    missing = not folder.exists()
     folder.mkdir(parents=True, exist_ok=True)
+    try:
+        unfinished = tempfile.TemporaryDirectory(prefix=".unfinished-", dir=folder)
+    except OSError as error:
+        raise OSError(error.errno, error.strerror, str(folder)) from None
+    try:
+        with unfinished as place:
+            yield Path(place)
+            for file in Path(place).iterdir():
+                file.replace(folder / file.name)
+    except BaseException as error:
+        if missing:
+            with suppress(OSError):
+                folder.rmdir()
+        if isinstance(error, KeyboardInterrupt):
+            say(f"interrupted; nothing was written to {folder}", "yellow")
+        raise
+
+
+def say_left_out(methods: Mapping[str, Sequence[object]]) -> None:
+    """Name the methods without a setting: those of packages that are not installed."""
+    names = ", ".join(name for name, settings in methods.items() if not settings)
+    if names:
+        say(f"left out: {names}; pip install 'linkage-explore[peers]'", "yellow")
 
 
 def number(value: object, digits: int = 6) -> str:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Sequence
 from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from explore.cli.bars import counted
-from explore.cli.output import compiled_kernels, make_folder, print_json, print_table, say
+from explore.cli.output import compiled_kernels, print_json, print_table, say, say_left_out, whole_files
 from explore.errors import RequestError
 
 if TYPE_CHECKING:
@@ -19,6 +20,8 @@ if TYPE_CHECKING:
     from explore.comparison.summaries import Standing
 
 Rows = list[dict[str, Any]]
+#: Charts of all scenes together.
+_CHARTS = ("overview", "averages")
 
 
 def compare_precision(names: Sequence[str], folder: Path, *, as_json: bool) -> None:
@@ -31,22 +34,22 @@ def compare_precision(names: Sequence[str], folder: Path, *, as_json: bool) -> N
         from explore.comparison.timing import machine
         from explore.methods.registry import METHODS
     scenes = _scenes(names)
-    make_folder(folder)
-    motions, averages, levels = [], [], []
+    tables: dict[str, Rows] = {"motions": [], "averages": [], "levels": []}
+    say_left_out(METHODS)
     each = sum(map(len, METHODS.values())) + sum(map(len, RULES.values()))
-    with counted("comparing", len(scenes) * each) as step:
-        for scene in scenes:
-            motions += compare_methods(scene, step)
-            averages += compare_rules(scene, step)
-            levels.append(level_costs(scene))
-    tables = {"motions": motions, "averages": averages, "levels": levels}
-    _write(folder, scenes, tables, machine())
+    with whole_files(folder) as place:
+        with counted("comparing", len(scenes) * each) as step:
+            for scene in scenes:
+                tables["motions"] += compare_methods(scene, step)
+                tables["averages"] += compare_rules(scene, step)
+                tables["levels"].append(level_costs(scene))
+        _write(place, scenes, tables, machine())
     if as_json:
         print_json({"machine": machine(), **tables})
     else:
-        _print_standings(scenes, motions)
-        _print_fastest(scenes, motions)
-        _print_levels(levels)
+        _print_standings(scenes, tables["motions"])
+        _print_fastest(scenes, tables["motions"])
+        _print_levels(tables["levels"])
     say(f"wrote motions.csv, averages.csv, levels.csv, overview.png and a chart for each scene to {folder}")
 
 
@@ -66,6 +69,11 @@ def _scenes(names: Sequence[str]) -> list[Scene]:
             raise RequestError(
                 f"unknown scene {name!r}; {suggestion(name, bundled)}; a scene of your own is a .toml file"
             )
+    # Rows and charts go by the name of the scene.
+    taken = Counter([*_CHARTS, *(scene.name for scene in found)])
+    twice = next((name for name, times in taken.items() if times > 1), None)
+    if twice:
+        raise RequestError(f"two charts would be named {twice!r}; give the scene's file another name")
     return found
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from explore.cli.bars import counted
-from explore.cli.output import compiled_kernels, make_folder, print_json, print_table, say
+from explore.cli.output import compiled_kernels, print_json, print_table, say, say_left_out, whole_files
 
 
 def map_methods(folder: Path, accuracy: float, *, as_json: bool) -> None:
@@ -15,12 +15,14 @@ def map_methods(folder: Path, accuracy: float, *, as_json: bool) -> None:
     with compiled_kernels():
         from explore.comparison.convergence import measure_orders
         from explore.comparison.stability import map_stability, runs, safe_margins
-    make_folder(folder)
-    with counted("judging methods", len(runs())) as step:
-        rows = map_stability(accuracy, step)
-        orders = measure_orders()
-    safe = safe_margins(rows)
-    _write(folder, rows, safe, orders, accuracy)
+        from explore.methods.registry import METHODS
+    say_left_out(METHODS)
+    with whole_files(folder) as place:
+        with counted("judging methods", len(runs())) as step:
+            rows = map_stability(accuracy, step)
+            orders = measure_orders()
+        safe = safe_margins(rows)
+        _write(place, rows, safe, orders, accuracy)
     if as_json:
         print_json({"map": rows, "safe": safe, "orders": orders})
     else:
