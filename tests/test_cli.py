@@ -55,7 +55,8 @@ def test_help_needs_no_heavy_package():
         "from explore.cli import main\n"
         "try: main()\n"
         "except SystemExit: pass\n"
-        "heavy = {'numpy', 'scipy', 'pandas', 'h5py', 'dask', 'distributed', 'numba', 'pydantic', 'moocore', 'pint'}\n"
+        "heavy = {'numpy', 'scipy', 'pandas', 'h5py', 'dask', 'distributed', 'numba', 'pydantic', 'moocore', 'pint',"
+        " 'matplotlib'}\n"
         "sys.stderr.write(' '.join(sorted(heavy & set(sys.modules))))\n"
     )
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
@@ -64,7 +65,9 @@ def test_help_needs_no_heavy_package():
     assert "sweep" in done.stdout
 
 
-@pytest.mark.parametrize("command", ["sweep", "rank", "show", "verify", "pack", "simulate", "mechanisms", "init"])
+@pytest.mark.parametrize(
+    "command", ["sweep", "rank", "show", "plot", "verify", "pack", "simulate", "mechanisms", "init"]
+)
 def test_every_command_has_an_example_in_its_help(command, tmp_path):
     text = run(command, "--help", cwd=tmp_path).stdout
     assert f"Example: explore {command}" in text

@@ -50,10 +50,25 @@ def line_of(name: str) -> Line:
     return _METHODS.get(name) or Line(_SPARE[sum(map(ord, name)) % len(_SPARE)], "h")
 
 
+def new_figure(width: float = 9.0, height: float = 6.2) -> Figure:
+    """An empty figure, inches, whose text is still read when a page shows it at half the size."""
+    from matplotlib.figure import Figure
+
+    return Figure(figsize=(width, height), layout="constrained")
+
+
 def save(figure: Figure, path: Path) -> None:
-    """Write a figure as the file's name says: .png, .svg or .pdf; the same figure gives the same bytes."""
+    """Write a figure as the file's name says: .png, .svg or .pdf; the same figure gives the same bytes.
+
+    The file appears when it is complete.
+    """
     import matplotlib as mpl
 
     undated: dict[str, dict[str, None]] = {".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
-    with mpl.rc_context({"svg.hashsalt": "explore"}):
-        figure.savefig(path, dpi=130, metadata=undated.get(path.suffix))
+    part = path.with_name(f"{path.stem}.part{path.suffix}")
+    try:
+        with mpl.rc_context({"svg.hashsalt": "explore"}):
+            figure.savefig(part, dpi=130, metadata=undated.get(path.suffix))
+        part.replace(path)
+    finally:
+        part.unlink(missing_ok=True)

@@ -125,6 +125,27 @@ def show(
         show_design(results, design, as_json=json)
 
 
+@app.command(epilog="Example: explore plot pareto results/grid.h5 --x cv --y swing_angle -o front.svg")
+def plot(
+    kind: Annotated[str, typer.Argument(metavar="KIND", help="What to draw: pareto.")],
+    results: Results = None,
+    output: Annotated[
+        Path | None,
+        typer.Option("-o", "--output", help="FILE.png, .svg or .pdf; results/NAME-KIND.png unless given."),
+    ] = None,
+    x: Annotated[str | None, typer.Option(metavar="COLUMN", help="What runs to the right.")] = None,
+    y: Annotated[str | None, typer.Option(metavar="COLUMN", help="What runs upwards.")] = None,
+    metric: Annotated[str | None, typer.Option(metavar="COLUMN", help="What is shown in colours.")] = None,
+    design: Annotated[
+        int | None, typer.Option(min=0, help="The design that matters; the best of the Pareto set unless given.")
+    ] = None,
+) -> None:
+    """Draw a figure of the results and print the name of its file."""
+    from explore.cli.plots import PlotOptions, plot_results
+
+    plot_results(kind, results, output, PlotOptions(x=x, y=y, metric=metric, design=design))
+
+
 @app.command(epilog="Example: explore verify results/grid.h5")
 def verify(results: Results = None, json: Json = False) -> None:
     """Check every committed block of a results file against its checksum."""

@@ -1,0 +1,74 @@
+"""`explore plot`: a figure of results in a file."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from explore.cli.output import newest_results, say
+from explore.errors import RequestError
+from explore.suggest import suggestion
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from explore.store.results import Results
+
+_ENDINGS = (".png", ".svg", ".pdf")
+
+
+@dataclass(frozen=True)
+class PlotOptions:
+    """What was asked for; None where nothing was."""
+
+    x: str | None = None
+    y: str | None = None
+    metric: str | None = None
+    design: int | None = None
+
+
+@dataclass(frozen=True)
+class Kind:
+    """A figure and the options that mean something for it."""
+
+    draw: Callable[[Results, PlotOptions], Figure]
+    options: tuple[str, ...] = ()
+
+
+def plot_results(name: str, path: Path | None, output: Path | None, options: PlotOptions) -> None:
+    """Draw results into a file and print its name."""
+    if name not in KINDS:
+        raise RequestError(f"unknown kind of figure '{name}'; {suggestion(name, KINDS)}")
+    kind = KINDS[name]
+    for option, value in vars(options).items():
+        if value is not None and option not in kind.options:
+            others = ", ".join(known for known, other in KINDS.items() if option in other.options)
+            raise RequestError(f"--{option} means nothing for '{name}'; it belongs to {others}")
+    if output is not None and output.suffix not in _ENDINGS:
+        raise RequestError(f"-o {output}: the ending says what is written: {', '.join(_ENDINGS)}")
+    from explore.charts.columns import study_name
+    from explore.charts.style import save
+    from explore.store.results import open_results
+
+    results = open_results(path or newest_results())
+    if results.n_committed == 0:
+        raise RequestError(f"{results.path} holds no designs yet, so there is nothing to draw")
+    figure = kind.draw(results, options)
+    if output is None:
+        output = Path("results") / f"{study_name(results)}-{name}.png"
+        output.parent.mkdir(exist_ok=True)
+    save(figure, output)
+    say(str(output), data=True)
+
+
+def _pareto(results: Results, options: PlotOptions) -> Figure:
+    from explore.charts.pareto import pareto_chart
+
+    return pareto_chart(results, options.x, options.y, options.design)
+
+
+KINDS = {
+    "pareto": Kind(_pareto, ("x", "y", "design")),
+}

@@ -1,0 +1,74 @@
+"""`explore plot` as a user meets it."""
+
+import pytest
+from command_line import call
+
+import explore
+
+STUDY = """mechanism = "crank-rocker"
+[parameters]
+crank = [80, 100, 150, 160]
+coupler = 1083.4236
+rocker = 541.7118
+ground = [691.7118, 720]
+"""
+
+
+@pytest.fixture(scope="module")
+def results(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("swept")
+    (folder / "small.toml").write_text(STUDY)
+    return explore.sweep(explore.load_study(folder / "small.toml"), folder / "small.h5").path
+
+
+@pytest.fixture
+def swept(results, tmp_path, monkeypatch):
+    """The current folder, with results."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "results").mkdir()
+    (tmp_path / "results/small.h5").write_bytes(results.read_bytes())
+    return tmp_path
+
+
+@pytest.mark.parametrize("kind", ["pareto"])
+def test_a_picture_is_written_and_named(swept, kind):
+    code, out, err = call("plot", kind)
+    assert (code, out, err) == (0, f"results/small-{kind}.png\n", "")
+    first = (swept / out.strip()).read_bytes()
+    assert first.startswith(b"\x89PNG")
+    call("plot", kind, "results/small.h5")
+    assert (swept / out.strip()).read_bytes() == first
+    for ending, start in ((".svg", b"<?xml"), (".pdf", b"%PDF")):
+        for name in ("a", "b"):
+            assert call("plot", kind, "-o", name + ending) == (0, f"{name}{ending}\n", "")
+        assert (swept / f"a{ending}").read_bytes() == (swept / f"b{ending}").read_bytes()
+        assert (swept / f"a{ending}").read_bytes().startswith(start)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["paretto"], "unknown kind of figure 'paretto'; did you mean 'pareto'?"),
+        (["pareto", "-o", "front.jpg"], "-o front.jpg: the ending says what is written: .png, .svg, .pdf"),
+        (["pareto", "-o", "front"], "-o front: the ending says what is written: .png, .svg, .pdf"),
+        (["pareto", "--x", "swing"], "results/small.h5 has no column of numbers 'swing'; did you mean 'swing_angle'?"),
+        (["pareto", "--design", "8"], "results/small.h5 has no design 8: they are numbered 0 to 7"),
+        (["pareto", "-o", "nowhere/front.png"], "nowhere/front.part.png: No such file or directory"),
+        (["pareto", "other.h5"], "other.h5"),
+    ],
+)
+def test_bad_input_is_one_clear_line(swept, arguments, message):
+    before = sorted(swept.rglob("*"))
+    code, out, err = call("plot", *arguments)
+    assert code in (1, 2)
+    assert out == ""
+    assert err.count("\n") == 1
+    assert err.startswith(f"error: {message}")
+    assert sorted(swept.rglob("*")) == before
+
+
+def test_an_unfinished_front_says_how_far_it_is(swept):
+    (swept / "results/front.h5.journal").write_bytes(b"")
+    code, _, err = call("plot", "pareto", "results/front.h5")
+    assert code == 1
+    assert err.startswith("error: results/front.h5 is not finished: 0 of unknown blocks are done")
