@@ -12,7 +12,7 @@ from explore.errors import RequestError
 from explore.mechanisms import four_bar
 from explore.methods.closed_form import ClosedForm
 from explore.methods.contract import Capability, Level, Method, Outcome, Task, label
-from explore.vocabulary import Columns, FloatArray, Mechanism
+from explore.vocabulary import Columns, FloatArray, Mechanism, Status
 
 _LINKS = ("crank", "coupler", "rocker", "ground")
 #: Rows of the kernel's scratch array in the order of `explore.methods.contract.Motion.signals`.
@@ -117,3 +117,30 @@ def _warn(name: str, verdict: Verdict, outcome: Outcome, errors: FloatArray, tol
         what += f": it is off by {angle:.1e} rad, {velocity:.1e} of the largest velocity"
         what += f" and {acceleration:.1e} of the largest acceleration, measured against the closed form"
     warnings.warn(f"{name} {what}; method='auto' chooses one that is right", RuntimeWarning, stacklevel=5)
+
+
+def window_limits(mechanism: Mechanism, columns: Columns, window: str, drive: str) -> tuple[float, float] | None:
+    """First and last crank angle of a stroke, deg, the last the larger; None when the output has no strokes.
+
+    Parameters
+    ----------
+    columns
+        Parameters of one design whose crank turns, each of shape (1,).
+    window
+        A window that is one stroke, such as "drive".
+    drive
+        The stroke that "drive" means.
+    """
+    inputs = [columns[p.name] if p.name in columns else np.array([p.default]) for p in mechanism.geometry]
+    status, kernel = np.zeros(1, np.int8), np.zeros((1, mechanism.kernel_size))
+    metrics, singular = np.empty((len(mechanism.metrics), 1)), np.ones((1, 3))
+    geometry = np.ascontiguousarray(np.column_stack(inputs), dtype=np.float64)
+    mechanism.closed_form(geometry, metrics, status, kernel, singular, np.ones(1))
+    if status[0] != Status.OK:
+        return None
+    parts = np.zeros((4, 3))
+    code = next(known.code for known in mechanism.windows if known.name == window)
+    mechanism.pieces(kernel[0], code, mechanism.drives[drive], 0.0, 0.0, parts)
+    anchor, first, last = parts[0]
+    start, stop = (180.0 * anchor + 2.0 * np.rad2deg(np.arctan(half)) for half in (first, last))
+    return float(start), float(stop)

@@ -4,6 +4,7 @@ import pytest
 from command_line import call
 
 import explore
+from explore.cli.plots import KINDS
 
 STUDY = """mechanism = "crank-rocker"
 [parameters]
@@ -30,7 +31,7 @@ def swept(results, tmp_path, monkeypatch):
     return tmp_path
 
 
-@pytest.mark.parametrize("kind", ["pareto"])
+@pytest.mark.parametrize("kind", KINDS)
 def test_a_picture_is_written_and_named(swept, kind):
     code, out, err = call("plot", kind)
     assert (code, out, err) == (0, f"results/small-{kind}.png\n", "")
@@ -53,6 +54,9 @@ def test_a_picture_is_written_and_named(swept, kind):
         (["pareto", "-o", "front"], "-o front: the ending says what is written: .png, .svg, .pdf"),
         (["pareto", "--x", "swing"], "results/small.h5 has no column of numbers 'swing'; did you mean 'swing_angle'?"),
         (["pareto", "--design", "8"], "results/small.h5 has no design 8: they are numbered 0 to 7"),
+        (["motion", "--x", "cv"], "--x means nothing for 'motion'; it belongs to pareto"),
+        (["motion", "--design", "4"], "no full turn to simulate: all links fall into one line"),
+        (["mechanism", "--design", "4"], "no full turn to simulate: all links fall into one line"),
         (["pareto", "-o", "nowhere/front.png"], "nowhere/front.part.png: No such file or directory"),
         (["pareto", "other.h5"], "other.h5"),
     ],

@@ -69,6 +69,24 @@ def _pareto(results: Results, options: PlotOptions) -> Figure:
     return pareto_chart(results, options.x, options.y, options.design)
 
 
+def _motion(results: Results, options: PlotOptions) -> Figure:
+    from explore.charts.motion import motion_chart
+    from explore.cli.simulated import simulated_design
+
+    one = simulated_design(results, options.design)
+    return motion_chart(one.motion, one.title, one.drive, one.limits, one.phases)
+
+
+def _mechanism(results: Results, options: PlotOptions) -> Figure:
+    from explore.charts.mechanism import mechanism_chart
+    from explore.cli.simulated import simulated_design
+
+    one = simulated_design(results, options.design)
+    return mechanism_chart(one.motion, one.parameters, one.title, one.drive, one.limits)
+
+
 KINDS = {
     "pareto": Kind(_pareto, ("x", "y", "design")),
+    "motion": Kind(_motion, ("design",)),
+    "mechanism": Kind(_mechanism, ("design",)),
 }
