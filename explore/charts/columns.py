@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
-import math
 import textwrap
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
 
 from explore.errors import RequestError
 from explore.ranking import Ranking, rank_source
 from explore.store.results import Results
 from explore.suggest import suggestion
 from explore.vocabulary import Column
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 #: Letters of one line of an axis's label, about as many as a usual figure holds.
 _LETTERS = 72
@@ -78,6 +83,20 @@ def choose_design(results: Results, design: int | None, ranking: Ranking | None 
     return int(best[0])
 
 
-def short(value: float) -> str:
-    """A value in a heading."""
-    return "undefined" if math.isnan(value) else f"{value:.6g}"
+def varying(results: Results) -> list[Column]:
+    """The parameters that have more than one value."""
+    parameters = [c for c in results.columns if c.role == "parameter"]
+    frame = results.to_pandas([c.name for c in parameters])
+    return [c for c in parameters if frame[c.name].min() < frame[c.name].max()]
+
+
+def others_fixed(
+    results: Results, names: Sequence[str], others: Sequence[Column], design: int | None
+) -> tuple[pd.DataFrame, str]:
+    """Columns of the designs that equal one design in other parameters, and these in words; of all when it is None."""
+    if design is None or not others:
+        return results.to_pandas(list(dict.fromkeys(names))), ""
+    row = results.design(design)
+    frame = results.to_pandas(list(dict.fromkeys([*names, *(c.name for c in others)])))
+    same = np.logical_and.reduce([frame[c.name].to_numpy() == row[c.name] for c in others])
+    return frame[same], ", ".join(f"{c.name} {row[c.name]:.6g} {c.unit}" for c in others)

@@ -85,8 +85,15 @@ def _mechanism(results: Results, options: PlotOptions) -> Figure:
     return mechanism_chart(one.motion, one.parameters, one.title, one.drive, one.limits)
 
 
+def _map(results: Results, options: PlotOptions) -> Figure:
+    from explore.charts.map import map_chart
+
+    return map_chart(results, options.x, options.y, options.metric, options.design)
+
+
 KINDS = {
     "pareto": Kind(_pareto, ("x", "y", "design")),
     "motion": Kind(_motion, ("design",)),
     "mechanism": Kind(_mechanism, ("design",)),
+    "map": Kind(_map, ("x", "y", "metric", "design")),
 }
