@@ -59,6 +59,10 @@ def test_a_picture_is_written_and_named(swept, kind):
         (["map", "--x", "coupler"], "parameter 'coupler' has one value in results/small.h5; a map needs one that"),
         (["map", "--x", "cv"], "results/small.h5 has no parameter 'cv'; there is crank, coupler, rocker, ground"),
         (["map", "--x", "crank", "--y", "crank"], "--x and --y are both 'crank'; name two parameters"),
+        (
+            ["parallel", "--design", "1"],
+            "--design means nothing for 'parallel'; it belongs to pareto, motion, mechanism",
+        ),
         (["motion", "--design", "4"], "no full turn to simulate: all links fall into one line"),
         (["mechanism", "--design", "4"], "no full turn to simulate: all links fall into one line"),
         (["pareto", "-o", "nowhere/front.png"], "nowhere/front.part.png: No such file or directory"),

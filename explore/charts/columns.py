@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 #: Letters of one line of an axis's label, about as many as a usual figure holds.
-_LETTERS = 72
+LETTERS = 72
 
 
 def drawable(results: Results, name: str, roles: Sequence[str] = ()) -> Column:
@@ -43,10 +43,10 @@ def drawable(results: Results, name: str, roles: Sequence[str] = ()) -> Column:
     return known[name]
 
 
-def axis_label(column: Column) -> str:
-    """What a column means, with its unit; margins are named, since what they all mean is long."""
+def axis_label(column: Column, letters: int = LETTERS) -> str:
+    """What a column means, with its unit, in lines of so many letters; margins are named, as their meaning is long."""
     words = column.name if column.role == "margin" else column.long_name
-    return "\n".join(textwrap.wrap(f"{words} [{unit_text(column.unit)}]" if column.unit else words, _LETTERS))
+    return "\n".join(textwrap.wrap(f"{words} [{unit_text(column.unit)}]" if column.unit else words, letters))
 
 
 def unit_text(unit: str) -> str:

@@ -127,7 +127,7 @@ def show(
 
 @app.command(epilog="Example: explore plot pareto results/grid.h5 --x cv --y swing_angle -o front.svg")
 def plot(
-    kind: Annotated[str, typer.Argument(metavar="KIND", help="What to draw: pareto, motion, mechanism or map.")],
+    kind: Annotated[str, typer.Argument(metavar="KIND", help="pareto, motion, mechanism, map, parallel or ratio.")],
     results: Results = None,
     output: Annotated[
         Path | None,

@@ -91,9 +91,23 @@ def _map(results: Results, options: PlotOptions) -> Figure:
     return map_chart(results, options.x, options.y, options.metric, options.design)
 
 
+def _parallel(results: Results, _: PlotOptions) -> Figure:
+    from explore.charts.parallel import parallel_chart
+
+    return parallel_chart(results)
+
+
+def _ratio(results: Results, options: PlotOptions) -> Figure:
+    from explore.charts.ratio import ratio_chart
+
+    return ratio_chart(results, options.design)
+
+
 KINDS = {
     "pareto": Kind(_pareto, ("x", "y", "design")),
     "motion": Kind(_motion, ("design",)),
     "mechanism": Kind(_mechanism, ("design",)),
     "map": Kind(_map, ("x", "y", "metric", "design")),
+    "parallel": Kind(_parallel),
+    "ratio": Kind(_ratio, ("design",)),
 }
