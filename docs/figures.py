@@ -1,9 +1,11 @@
 """Make the pictures of the documentation from real runs: ``python docs/figures.py`` in the repository's root.
 
-Needs the results of ``explore sweep configs/grid.toml``, ``explore precision`` and ``explore stability``.
+Needs the results of ``explore sweep`` of configs/grid.toml, configs/optimum.toml and configs/published.toml, and
+those of ``explore precision`` and ``explore stability``.
 """
 
 import io
+import subprocess
 import sys
 from pathlib import Path
 
@@ -114,7 +116,42 @@ def methods() -> None:
             flat.save(HERE / f"{name}.png", optimize=True)
 
 
+#: Bytes of a picture.
+LARGEST = 150_000
+#: Each picture of the gallery: the arguments of ``explore plot`` that make it.
+GALLERY = {
+    "pareto": ["pareto", "results/grid.h5"],
+    "pareto-density": ["pareto", "results/optimum.h5"],
+    "map": ["map", "results/grid.h5"],
+    "map-drawn": ["map", "results/optimum.h5", "--x", "rocker", "--y", "ground"],
+    "parallel": ["parallel", "results/grid.h5"],
+    "motion": ["motion", "results/grid.h5"],
+    "motion-published": ["motion", "results/published.h5", "--design", "0"],
+    "mechanism": ["mechanism", "results/grid.h5"],
+    "ratio": ["ratio", "results/grid.h5", "--design", "199041"],
+}
+
+
+def gallery() -> None:
+    """The pictures of the page ``gallery.md``."""
+    for name, arguments in GALLERY.items():
+        output = HERE / "gallery" / f"{name}.png"
+        subprocess.run([sys.executable, "-m", "explore", "plot", *arguments, "-o", str(output)], check=True)
+        shrink(output)
+
+
+def shrink(path: Path) -> None:
+    """Fewer colours, and where that is not enough fewer pixels: pages are read over slow lines too."""
+    picture = Image.open(path).convert("RGB")
+    for width in (picture.width, 900):
+        smaller = picture.resize((width, round(picture.height * width / picture.width)), Image.Resampling.LANCZOS)
+        smaller.quantize(64, dither=Image.Dither.NONE).save(path, optimize=True)
+        if path.stat().st_size <= LARGEST:
+            return
+
+
 if __name__ == "__main__":
     first_study()
     nodes()
     methods()
+    gallery()

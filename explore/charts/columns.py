@@ -60,7 +60,9 @@ def study_name(results: Results) -> str:
 
 
 def state(results: Results) -> str:
-    """What a heading adds when designs are not there yet."""
+    """What a heading adds when designs are not there, or not yet."""
+    if results.keep != "all":
+        return ", only the Pareto set was kept"
     return "" if results.complete else f", {results.n_committed:,} so far"
 
 

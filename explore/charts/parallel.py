@@ -86,10 +86,7 @@ def _counts(results: Results, ranking: Ranking, optimal: int, others: int) -> st
     total = len(ranking.frame)
     front = f"{total:,} Pareto-optimal" if optimal == total else f"{optimal:,} of {total:,} Pareto-optimal"
     rest = ranking.tally.ranked - total
-    if results.keep != "all":
-        pale = f"{rest:,} other feasible designs were not kept"
-    else:
-        pale = f"{others:,} of {rest:,} other feasible designs, pale" if rest else "no other feasible design"
+    pale = f"{others:,} of {rest:,} other feasible designs, pale" if rest else "no other feasible design"
     return f"{front}; {pale}{state(results)}"
 
 

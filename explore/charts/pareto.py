@@ -60,8 +60,9 @@ def pareto_chart(results: Results, x: str | None = None, y: str | None = None, d
     marked = front if chosen is None else np.vstack([front, chosen.to_numpy(float)])
     points, feasible = frame[[x, y]].to_numpy(float), frame["feasible"].to_numpy(bool)
     _limit(chart, points[feasible] if feasible.any() else points, marked)
-    _infeasible(chart, points[~feasible], results)
-    _feasible(figure, chart, points[feasible], ranking)
+    if results.keep == "all":
+        _infeasible(chart, points[~feasible])
+        _feasible(figure, chart, points[feasible], ranking)
     _front(chart, front, ranking, (x, y))
     if chosen is not None:
         _chosen(chart, chosen)
@@ -106,9 +107,9 @@ def _cells(chart: Axes, points: FloatArray, shape: tuple[int, int]) -> tuple[Flo
     return counts, x, y
 
 
-def _infeasible(chart: Axes, points: FloatArray, results: Results) -> None:
+def _infeasible(chart: Axes, points: FloatArray) -> None:
     """Crosses; most infeasible designs were never simulated and have no values."""
-    if results.keep != "all" or len(points) == 0:
+    if len(points) == 0:
         return
     known = points[np.isfinite(points).all(axis=1)]
     label = f"infeasible: {len(known):,}"
