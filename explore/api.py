@@ -13,7 +13,8 @@ import numpy.typing as npt
 from explore.errors import MotionError, RequestError
 from explore.evaluation import evaluate_columns
 from explore.motions import motion_signals
-from explore.ranking import choose_objectives, rank_frame, rank_source
+from explore.ranking.objectives import choose_objectives
+from explore.ranking.rankings import rank_frame, rank_source
 from explore.request.requests import find_mechanism, make_request
 from explore.store.results import Results, open_results
 from explore.sweeping.clusters import given_client, local_cluster

@@ -8,7 +8,8 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 import explore
-from explore.ranking import Tally, front, nondominated
+from explore.ranking.pareto import front, front_numbers, fronts, nondominated
+from explore.ranking.tallies import Tally
 from explore.vocabulary import Objective
 
 
@@ -30,6 +31,36 @@ def brute_force(values):
 )
 def test_the_front_is_that_of_brute_force_with_all_ties(values):
     np.testing.assert_array_equal(nondominated(values), brute_force(values))
+
+
+def brute_force_fronts(values, most):
+    """The front of each row by taking one front after the other away; 0 beyond the first `most`."""
+    numbers = np.zeros(len(values), dtype=int)
+    for number in range(1, most + 1):
+        left = np.flatnonzero(numbers == 0)
+        numbers[left[brute_force(values[left])]] = number
+    return numbers
+
+
+@settings(derandomize=True, deadline=None, max_examples=200)
+@given(
+    hnp.arrays(np.float64, st.tuples(st.integers(1, 60), st.integers(1, 4)), elements=st.integers(-4, 4).map(float)),
+    st.integers(1, 5),
+    st.lists(st.integers(0, 20), max_size=6),
+)
+def test_several_fronts_are_those_of_brute_force_however_the_designs_come(values, most, sizes):
+    expected = brute_force_fronts(values, most)
+    np.testing.assert_array_equal(front_numbers(values, most), expected)
+
+    frame = pd.DataFrame(values, columns=[f"m{k}" for k in range(values.shape[1])]).assign(
+        design=np.arange(len(values))
+    )
+    objectives = [Objective(name, "min") for name in frame.columns[:-1]]
+    rest = max(len(values) - sum(sizes), 0)
+    rows, numbers = fronts(blocks_of(frame, [*sizes, rest]), objectives, most)
+
+    np.testing.assert_array_equal(rows, np.flatnonzero(expected))
+    np.testing.assert_array_equal(numbers, expected[expected > 0])
 
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])

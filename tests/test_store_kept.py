@@ -12,7 +12,7 @@ import pytest
 from store_files import ATTRIBUTES, BLOCK, COLUMNS, N_DESIGNS, sha256, values, writer
 
 from explore.errors import ResultsError
-from explore.ranking import rank_source
+from explore.ranking.rankings import rank_source
 from explore.store.kept import write_kept
 from explore.store.packing import pack
 from explore.store.results import open_results

@@ -96,6 +96,9 @@ def rank(
         list[str] | None,
         typer.Option(help="NAME, NAME:min or NAME:max. One orders the Pareto set, several are its objectives."),
     ] = None,
+    fronts: Annotated[
+        int, typer.Option(min=1, metavar="K", help="How many fronts; the second is the first without it.")
+    ] = 1,
     top: Annotated[
         int | None, typer.Option(min=0, help="Lines to print, 0 for all; usually 10, with --json all.")
     ] = None,
@@ -105,9 +108,10 @@ def rank(
     ] = None,
 ) -> None:
     """Choose the Pareto-optimal designs, best first."""
-    from explore.cli.ranks import print_ranking
+    from explore.cli.ranks import RankOptions, print_ranking
 
-    print_ranking(results, metric or [], top, output, as_json=json)
+    options = RankOptions(results=results, metrics=metric or [], fronts=fronts, top=top, output=output)
+    print_ranking(options, as_json=json)
 
 
 @app.command(epilog="Example: explore show --design 42")

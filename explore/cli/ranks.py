@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -14,32 +15,52 @@ USUAL_LINES = 10
 if TYPE_CHECKING:
     import pandas as pd
 
-    from explore.ranking import Ranking, Tally
+    from explore.ranking.rankings import Ranking
+    from explore.ranking.tallies import Tally
     from explore.store.results import Results
 
 
-def print_ranking(
-    path: Path | None, metrics: list[str], top: int | None, output: Path | None, *, as_json: bool
-) -> None:
-    """Rank a results file and print its Pareto set; one metric orders, several replace the objectives."""
-    from explore.ranking import rank_source
+@dataclass(frozen=True)
+class RankOptions:
+    """What a user asked of a ranking."""
+
+    results: Path | None
+    metrics: list[str]
+    fronts: int
+    top: int | None
+    output: Path | None
+
+    @property
+    def aims(self) -> list[str] | None:
+        """Several metrics replace the study's objectives."""
+        return self.metrics if len(self.metrics) > 1 else None
+
+    @property
+    def order_by(self) -> str | None:
+        """One metric orders the Pareto set."""
+        return self.metrics[0] if len(self.metrics) == 1 else None
+
+
+def print_ranking(options: RankOptions, *, as_json: bool) -> None:
+    """Rank a results file and print its Pareto set."""
+    from explore.ranking.rankings import rank_source
     from explore.store.results import open_results
 
-    results = open_results(path or newest_results())
-    refuse_same(output, results.path, "the results file")
+    results = open_results(options.results or newest_results())
+    refuse_same(options.output, results.path, "the results file")
     if not results.complete:
         say(f"{results.path} is not finished: {results.n_committed:,} of {results.n_designs:,} designs", "yellow")
-    ranking = rank_source(results, metrics if len(metrics) > 1 else None, metrics[0] if len(metrics) == 1 else None)
-    if output is not None:
-        ranking.frame.to_csv(output)
-        say(f"wrote {len(ranking.frame):,} designs to {output}")
+    ranking = rank_source(results, options.aims, options.order_by, options.fronts)
+    if options.output is not None:
+        ranking.frame.to_csv(options.output)
+        say(f"wrote {len(ranking.frame):,} designs to {options.output}")
     if as_json:
-        frame = ranking.frame.head(top) if top else ranking.frame
+        frame = ranking.frame.head(options.top) if options.top else ranking.frame
         print_json(frame.reset_index().to_dict(orient="records"))
         return
     _explain(results, ranking)
     if not ranking.frame.empty:
-        _print_front(results, ranking, USUAL_LINES if top is None else top)
+        _print_front(results, ranking, USUAL_LINES if options.top is None else options.top, options.fronts)
 
 
 def _explain(results: Results, ranking: Ranking) -> None:
@@ -50,7 +71,10 @@ def _explain(results: Results, ranking: Ranking) -> None:
         say(f"{results.path} keeps only the Pareto set in {kept}: the best in other aims may be missing", "yellow")
     senses = ", ".join(f"{o.metric} ({o.sense})" for o in ranking.objectives)
     if tally.ranked:
-        say(f"{len(ranking.frame):,} of {tally.ranked:,} feasible designs are Pareto-optimal in {senses}")
+        first = int((ranking.frame["front"] == 1).sum())
+        say(f"{first:,} of {tally.ranked:,} feasible designs are Pareto-optimal in {senses}")
+        if len(ranking.frame) > first:
+            say(f"  {len(ranking.frame) - first:,} more are in fronts 2 to {ranking.frame['front'].max()}")
     else:
         say(f"no design of {results.path} is feasible, so there is nothing to rank", "bold yellow")
     sentences = json.loads(str(results.attributes.get("status_sentences", "{}")))
@@ -75,21 +99,24 @@ def _left_out(tally: Tally, sentences: dict[str, str]) -> list[str]:
     ]
 
 
-def _print_front(results: Results, ranking: Ranking, top: int) -> None:
+def _print_front(results: Results, ranking: Ranking, top: int, fronts: int) -> None:
     """Designs with equal objectives as one line, in the order of the ranking."""
     names = [objective.metric for objective in ranking.objectives]
     if ranking.order_by.metric not in names:
         names.insert(0, ranking.order_by.metric)
     parameters = [column.name for column in results.columns if column.role == "parameter"]
-    groups = list(ranking.frame.groupby(names, sort=False))
+    # The front is not part of what designs have in common: equal objectives are always in the same one.
+    groups = list(ranking.frame.groupby(names, sort=False, dropna=False))
     units = results.units
     shown = groups if top == 0 else groups[:top]
+    marks = ["front"] if fronts > 1 else []
     rows = [
-        [str(group.index[0]), number(len(group)), *(_spread(group[name]) for name in parameters),
-         *(number(float(group[name].iloc[0])) for name in names)]
+        [str(group.index[0]), number(len(group)), *(number(group[name].iloc[0].item()) for name in marks),
+         *(_spread(group[name]) for name in parameters), *(number(float(group[name].iloc[0])) for name in names)]
         for _, group in shown
     ]  # fmt: skip
-    columns = [("design", ""), ("alike", ""), *((name, units[name]) for name in (*parameters, *names))]
+    columns = [(name, "") for name in ("design", "alike", *marks)]
+    columns += [(name, units[name]) for name in (*parameters, *names)]
     more = (
         f"{len(groups) - len(shown):,} more lines: --top 0 prints all, -o FILE.csv writes them"
         if len(groups) > len(shown)

@@ -13,7 +13,8 @@ from explore._version import __version__
 from explore.design_space import BLOCK_SIZE, DesignSpace
 from explore.evaluation import evaluate_columns
 from explore.mechanisms.registry import MECHANISMS
-from explore.ranking import Tally, front
+from explore.ranking.pareto import front
+from explore.ranking.tallies import Tally
 from explore.vocabulary import Columns, Objective, Request, Status
 
 #: Facts in which all workers must agree with the client, because the values depend on them.

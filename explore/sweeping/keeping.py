@@ -17,7 +17,8 @@ from explore._version import __version__
 from explore.design_space import BLOCK_SIZE
 from explore.errors import RequestError, ResultsError
 from explore.evaluation import output_columns, speed_power
-from explore.ranking import Tally, front
+from explore.ranking.pareto import front
+from explore.ranking.tallies import Tally
 from explore.store.kept import KeptWriter
 from explore.store.layout import Attribute
 from explore.store.writer import Writer
