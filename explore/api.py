@@ -13,8 +13,8 @@ import numpy.typing as npt
 from explore.errors import MotionError, RequestError
 from explore.evaluation import evaluate_columns
 from explore.motions import motion_signals
-from explore.ranking.objectives import choose_objectives
-from explore.ranking.rankings import rank_frame, rank_source
+from explore.ranking.limits import Limits
+from explore.ranking.rankings import RankRequest, rank_frame, rank_source
 from explore.request.requests import find_mechanism, make_request
 from explore.store.results import Results, open_results
 from explore.sweeping.clusters import given_client, local_cluster
@@ -147,6 +147,7 @@ def evaluate(
     frame["feasible"] = frame["feasible"].astype(bool)
     frame.attrs["kinematic_evaluations"] = evaluation.kinematic_evaluations
     frame.attrs["senses"] = {metric.name: metric.sense for metric in request.metrics}
+    frame.attrs["constraints"] = {c.metric.name: {"min": c.minimum, "max": c.maximum} for c in request.constraints}
     return frame
 
 
@@ -237,6 +238,9 @@ def rank(
     metrics: Sequence[str] | str | None = None,
     order_by: str | None = None,
     fronts: int = 1,
+    *,
+    where: str | None = None,
+    limits: Limits | None = None,
 ) -> pd.DataFrame:
     """The Pareto-optimal designs, best first.
 
@@ -250,22 +254,31 @@ def rank(
         The metric that orders the designs; the first objective unless given.
     fronts
         How many fronts to return; column ``front`` counts them from 1.
+    where
+        Only designs that meet a condition on any columns, such as ``"swing_angle > 20 and not cv >= 0.5"``; see
+        `explore.ranking.conditions`. Comparisons with an undefined value are false.
+    limits
+        Constraints narrower than those of the sweep, by metric in its unit: a number moves the side that the sweep
+        bounded, ``{"min": 1, "max": 2}`` names the sides.
 
     Returns
     -------
     DataFrame
+
+    Raises
+    ------
+    RequestError
+        If a name is unknown, a condition cannot be read, or a limit is wider than the constraint that the designs were
+        swept with.
     """
     import pandas as pd
 
-    if fronts < 1:
-        raise RequestError(f"fronts = {fronts}: ask for at least one")
+    request = RankRequest(metrics, order_by, fronts, where, limits)
     if isinstance(results, pd.DataFrame):
-        senses, usual = results.attrs.get("senses", {}), results.attrs.get("objectives", ())
-        objectives, order = choose_objectives(metrics, order_by, senses, list(results.columns), usual)
-        return rank_frame(results, objectives, order, fronts)
+        return rank_frame(results, request)
     source = results if isinstance(results, Results) else open_results(results)
-    ranking = rank_source(source, metrics, order_by, fronts)
+    ranking = rank_source(source, request)
     if ranking.incomplete:
-        text = f"{source.path} keeps only the Pareto set in other aims: the best in these may be missing"
+        text = f"{source.path} keeps only the Pareto set of its study: the best in this request may be missing"
         warnings.warn(text, RuntimeWarning, stacklevel=2)
     return ranking.frame

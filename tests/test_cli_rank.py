@@ -15,7 +15,7 @@ rocker = { min = 50, max = 500 }
 ground = { min = 50, max = 1000 }
 [sampling]
 method = "sobol"
-count = 4096
+count = 32_768
 [evaluate]
 metrics = ["cv", "swing_angle", "time_ratio", "transmission_angle_min"]
 [constraints]
@@ -67,3 +67,76 @@ def test_fronts_are_counted_and_shown(swept):
         table["front"] <= 2
     )
     assert "front" not in call("rank", swept / "all.h5")[1]
+
+
+def test_conditions_and_limits_choose_as_pandas_does(swept):
+    table = explore.read_results(swept / "all.h5")
+    arguments = ["--where", "swing_angle > 40 and not time_ratio >= 1.2", "--limit", "transmission_angle_min=35",
+                 "--limit", "time_ratio>=1.05", "--limit", "transmission_angle_max=145"]  # fmt: skip
+    chosen = table[
+        (table["swing_angle"] > 40)
+        & ~(table["time_ratio"] >= 1.2)
+        & (table["transmission_angle_min"] >= 35)
+        & (table["time_ratio"] >= 1.05)
+        & (table["transmission_angle_max_margin"] >= 5)
+    ]
+    expected = explore.rank(chosen, fronts=2)
+
+    found = records(swept / "all.h5", "--fronts", 2, *arguments)
+
+    assert [(r["design"], r["front"]) for r in found] == list(zip(expected.index, expected["front"], strict=True))
+    assert len(found) > 5
+    assert table.loc[chosen.index, "feasible"].sum() < table["feasible"].sum()
+    limits = {"transmission_angle_min": 35, "time_ratio": {"min": 1.05}, "transmission_angle_max": 145}
+    for results in (table, swept / "all.h5"):
+        same = explore.rank(results, fronts=2, where=arguments[1], limits=limits)
+        assert same.index.tolist() == expected.index.tolist()
+
+
+def test_what_was_chosen_is_counted(swept):
+    table = explore.read_results(swept / "all.h5")
+    feasible = table[table["feasible"]]
+    narrow = feasible[feasible["transmission_angle_min"] >= 40]
+    rest = narrow[narrow["swing_angle"] > 60]
+
+    code, _, err = call("rank", swept / "all.h5", "--where", "swing_angle > 60", "--limit", "transmission_angle_min=40")
+
+    assert code == 0
+    assert f" of {len(rest):,} feasible designs that meet the request are Pareto-optimal" in err
+    assert f"{len(feasible) - len(narrow):,} feasible ones that miss the limit transmission_angle_min >= 40" in err
+    assert f"{len(narrow) - len(rest):,} feasible ones that do not meet swing_angle > 60" in err
+    assert "meets the request, so there is nothing to rank" in call("rank", swept / "all.h5", "--where", "cv < 0")[2]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (
+            ["--where", "swing_angel > 20"],
+            "where: at character 1: no column 'swing_angel'; did you mean 'swing_angle'?",
+        ),
+        (["--where", "swing_angle > 20 and"], "where: at the end: a comparison is wanted here"),
+        (["--limit", "transmission_angle_min=20"], "20 is below the min of 30 that the designs were swept with"),
+        (["--limit", "time_ratio=1.2"], "constrained on both sides, so write time_ratio>=VALUE or time_ratio<=VALUE"),
+        (["--limit", "cv=0.4"], "no constraint, so write cv>=VALUE or cv<=VALUE"),
+        (["--limit", "cv_margin<=0.4"], "no metric 'cv_margin'; there is crank, coupler, rocker, ground, cv, "),
+        (["--limit", "status<=1"], "no metric 'status'"),
+        (["--limit", "cv"], "write METRIC=VALUE"),
+    ],
+)
+def test_a_wrong_choice_gets_one_line(swept, arguments, message):
+    assert message in refused(swept / "all.h5", *arguments)
+
+
+def test_a_front_that_was_narrowed_says_what_it_cannot_know(swept, tmp_path):
+    study = explore.load_study(swept / "study.toml")
+    explore.sweep(study, tmp_path / "front.h5", keep="front")
+    every = explore.rank(swept / "all.h5", limits={"cv": {"max": 0.6}})
+
+    narrowed = call("rank", tmp_path / "front.h5", "--where", "time_ratio < 1.1")[2]
+    code, _, err = call("rank", tmp_path / "front.h5", "--limit", "cv<=0.6")
+
+    assert "the best in this request may be missing" in narrowed
+    assert (code, "missing" in err) == (0, False), "nothing that a limit on an aim leaves out beats what is left"
+    assert explore.rank(tmp_path / "front.h5", limits={"cv": {"max": 0.6}}).index.tolist() == every.index.tolist()
+    assert len(every) > 3

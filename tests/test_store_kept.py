@@ -12,7 +12,7 @@ import pytest
 from store_files import ATTRIBUTES, BLOCK, COLUMNS, N_DESIGNS, sha256, values, writer
 
 from explore.errors import ResultsError
-from explore.ranking.rankings import rank_source
+from explore.ranking.rankings import RankRequest, rank_source
 from explore.store.kept import write_kept
 from explore.store.packing import pack
 from explore.store.results import open_results
@@ -83,9 +83,10 @@ def test_other_programs_read_it(tmp_path, numbers, packed):
 
 def test_ranking_of_kept_designs(tmp_path):
     """The ranking of a kept file is that of its rows: here every metric is the root of the number."""
-    ranking = rank_source(open_results(keep(tmp_path / "kept.h5", [9, 40, 81])), ["rocker_velocity_max:max"])
+    request = RankRequest(["rocker_velocity_max:max"])
+    ranking = rank_source(open_results(keep(tmp_path / "kept.h5", [9, 40, 81])), request)
     assert ranking.frame.index.tolist() == [81]
-    empty = rank_source(open_results(keep(tmp_path / "none.h5", [])), ["rocker_velocity_max:max"])
+    empty = rank_source(open_results(keep(tmp_path / "none.h5", [])), request)
     assert empty.frame.empty
 
 

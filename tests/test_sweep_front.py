@@ -197,7 +197,7 @@ def test_a_study_without_aims_has_no_front(tmp_path):
 def test_ranking_a_front_says_what_it_cannot_know(study, tmp_path):
     explore.sweep(study, tmp_path / "a.h5", keep="front")
 
-    with pytest.warns(RuntimeWarning, match="keeps only the Pareto set in other aims"):
+    with pytest.warns(RuntimeWarning, match="keeps only the Pareto set of its study"):
         explore.rank(tmp_path / "a.h5", ["cv"])
     with pytest.raises(explore.RequestError, match="only the first front was kept"):
         explore.rank(tmp_path / "a.h5", fronts=2)

@@ -96,6 +96,13 @@ def rank(
         list[str] | None,
         typer.Option(help="NAME, NAME:min or NAME:max. One orders the Pareto set, several are its objectives."),
     ] = None,
+    where: Annotated[
+        str | None, typer.Option(metavar="CONDITION", help='Only these, such as "swing_angle > 20 and not cv >= 0.5".')
+    ] = None,
+    limit: Annotated[
+        list[str] | None,
+        typer.Option(help="A constraint narrower than the sweep's: METRIC=VALUE, METRIC>=VALUE or METRIC<=VALUE."),
+    ] = None,
     fronts: Annotated[
         int, typer.Option(min=1, metavar="K", help="How many fronts; the second is the first without it.")
     ] = 1,
@@ -110,7 +117,9 @@ def rank(
     """Choose the Pareto-optimal designs, best first."""
     from explore.cli.ranks import RankOptions, print_ranking
 
-    options = RankOptions(results=results, metrics=metric or [], fronts=fronts, top=top, output=output)
+    options = RankOptions(
+        results=results, metrics=metric or [], fronts=fronts, where=where, limits=limit or [], top=top, output=output
+    )
     print_ranking(options, as_json=json)
 
 

@@ -15,7 +15,7 @@ USUAL_LINES = 10
 if TYPE_CHECKING:
     import pandas as pd
 
-    from explore.ranking.rankings import Ranking
+    from explore.ranking.rankings import Ranking, RankRequest
     from explore.ranking.tallies import Tally
     from explore.store.results import Results
 
@@ -27,18 +27,24 @@ class RankOptions:
     results: Path | None
     metrics: list[str]
     fronts: int
+    where: str | None
+    limits: list[str]
     top: int | None
     output: Path | None
 
-    @property
-    def aims(self) -> list[str] | None:
-        """Several metrics replace the study's objectives."""
-        return self.metrics if len(self.metrics) > 1 else None
+    def request(self) -> RankRequest:
+        """The same for the library: one metric orders the Pareto set, several replace the study's objectives."""
+        from explore.ranking.limits import parse_limits
+        from explore.ranking.rankings import RankRequest
 
-    @property
-    def order_by(self) -> str | None:
-        """One metric orders the Pareto set."""
-        return self.metrics[0] if len(self.metrics) == 1 else None
+        several = len(self.metrics) > 1
+        return RankRequest(
+            metrics=self.metrics if several else None,
+            order_by=self.metrics[0] if self.metrics and not several else None,
+            fronts=self.fronts,
+            where=self.where,
+            limits=parse_limits(self.limits),
+        )
 
 
 def print_ranking(options: RankOptions, *, as_json: bool) -> None:
@@ -50,7 +56,7 @@ def print_ranking(options: RankOptions, *, as_json: bool) -> None:
     refuse_same(options.output, results.path, "the results file")
     if not results.complete:
         say(f"{results.path} is not finished: {results.n_committed:,} of {results.n_designs:,} designs", "yellow")
-    ranking = rank_source(results, options.aims, options.order_by, options.fronts)
+    ranking = rank_source(results, options.request())
     if options.output is not None:
         ranking.frame.to_csv(options.output)
         say(f"wrote {len(ranking.frame):,} designs to {options.output}")
@@ -68,16 +74,21 @@ def _explain(results: Results, ranking: Ranking) -> None:
     tally = ranking.tally
     if ranking.incomplete:
         kept = ", ".join(json.loads(str(results.attributes["objectives"])))
-        say(f"{results.path} keeps only the Pareto set in {kept}: the best in other aims may be missing", "yellow")
+        say(f"{results.path} keeps only the Pareto set in {kept}: the best in this request may be missing", "yellow")
     senses = ", ".join(f"{o.metric} ({o.sense})" for o in ranking.objectives)
     if tally.ranked:
         first = int((ranking.frame["front"] == 1).sum())
-        say(f"{first:,} of {tally.ranked:,} feasible designs are Pareto-optimal in {senses}")
+        chosen = " that meet the request" if ranking.left_out else ""
+        say(f"{first:,} of {tally.ranked:,} feasible designs{chosen} are Pareto-optimal in {senses}")
         if len(ranking.frame) > first:
             say(f"  {len(ranking.frame) - first:,} more are in fronts 2 to {ranking.frame['front'].max()}")
+    elif any(ranking.left_out.values()):
+        say(f"no feasible design of {results.path} meets the request, so there is nothing to rank", "bold yellow")
     else:
         say(f"no design of {results.path} is feasible, so there is nothing to rank", "bold yellow")
     sentences = json.loads(str(results.attributes.get("status_sentences", "{}")))
+    for reason, count in ranking.left_out.items():
+        say(f"  left out: {count:,} feasible ones that {reason}")
     for line in _left_out(tally, sentences):
         say(f"  left out: {line}")
     speed = str(results.attributes.get("speed", ""))

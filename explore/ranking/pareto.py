@@ -75,7 +75,7 @@ class _Fronts:
         self._n_waiting = 0
 
     def add(self, values: FloatArray, rows: npt.NDArray[np.int64]) -> None:
-        """Add a block. A row in front k has k - 1 rows that beat each other and it, so no subset puts it further back."""
+        """Add a block; a row in front k is in no later one of any part of the rows, so each part keeps all it must."""
         local = front_numbers(values, self._most) > 0
         self._waiting.append((values[local], rows[local]))
         self._n_waiting += int(np.count_nonzero(local))
@@ -120,7 +120,7 @@ def fronts(
         n = len(values)
         rows = np.asarray(columns["design"]) if "design" in columns else np.arange(offset, offset + n)
         eligible = np.asarray(columns["feasible"]).astype(bool) if "feasible" in columns else np.ones(n, dtype=bool)
-        finite = np.isfinite(values).all(axis=1)
+        finite: npt.NDArray[np.bool_] = np.logical_and.reduce(np.isfinite(values), axis=1)
         if tally is not None:
             tally.add(columns, eligible, finite)
         chosen = eligible & finite

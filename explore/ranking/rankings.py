@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import json
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
 
 from explore.errors import RequestError
+from explore.ranking.limits import Bounds, Limits
 from explore.ranking.objectives import choose_objectives, senses_of
 from explore.ranking.pareto import fronts as find_fronts
+from explore.ranking.selection import make_selection
 from explore.ranking.tallies import Tally
 from explore.vocabulary import Column, Columns, Objective
 
@@ -23,43 +26,19 @@ if TYPE_CHECKING:
 _RANKABLE = ("parameter", "metric", "margin")
 
 
-def rank_frame(
-    frame: pd.DataFrame, objectives: Sequence[Objective], order_by: Objective | None = None, fronts: int = 1
-) -> pd.DataFrame:
-    """The Pareto-optimal rows of a table, best first.
+@dataclass(frozen=True)
+class RankRequest:
+    """What is asked of a ranking; see `explore.rank`."""
 
-    Parameters
-    ----------
-    frame
-        Any table with the objectives as columns; rows whose column ``feasible`` is false are left out.
-    objectives
-        Aims; rows where one is not finite are left out.
-    order_by
-        Column that orders each front; the first objective unless given. Ties keep their order.
-    fronts
-        How many fronts; the second is the first of what is left, and so on.
+    metrics: Sequence[str] | str | None = None
+    order_by: str | None = None
+    fronts: int = 1
+    where: str | None = None
+    limits: Limits | None = None
 
-    Returns
-    -------
-    DataFrame
-        The rows with a column ``front``, from 1.
-    """
-    import pandas as pd
-
-    for objective in objectives:
-        if not pd.api.types.is_numeric_dtype(frame[objective.metric]):
-            raise RequestError(f"column '{objective.metric}' does not hold numbers, so it cannot be ranked")
-    names = [objective.metric for objective in objectives]
-    names += ["feasible"] if "feasible" in frame.columns else []
-    # By position: labels of a user's table may repeat.
-    rows, numbers = find_fronts([{name: frame[name].to_numpy() for name in names}], objectives, fronts)
-    return _ordered(frame.iloc[rows], numbers, order_by or objectives[0])
-
-
-def _ordered(frame: pd.DataFrame, numbers: npt.NDArray[np.int64], order: Objective) -> pd.DataFrame:
-    """Front after front, each best first; ties keep their order."""
-    best = frame.assign(front=numbers).sort_values(order.metric, ascending=order.sense == "min", kind="stable")
-    return best.sort_values("front", kind="stable")
+    def __post_init__(self) -> None:
+        if self.fronts < 1:
+            raise RequestError(f"fronts = {self.fronts}: ask for at least one")
 
 
 class Source(Protocol):
@@ -73,6 +52,10 @@ class Source(Protocol):
     def columns(self) -> tuple[Column, ...]:
         """The columns in their order."""
 
+    @property
+    def constraints(self) -> Bounds:
+        """The bounds that the designs were swept with."""
+
     def blocks(self, columns: Sequence[str] | None = None) -> Iterable[Columns]:
         """Columns of consecutive designs."""
 
@@ -84,31 +67,71 @@ class Source(Protocol):
 class Ranking:
     """Pareto-optimal designs, best first, with the aims that chose them and the count of the others.
 
-    `incomplete` says that designs were left out of the results that may be better in these aims.
+    `left_out` counts the feasible designs that did not meet the request. `incomplete` says that designs were left out
+    of the results that may be better in these aims.
     """
 
     frame: pd.DataFrame
     objectives: tuple[Objective, ...]
     order_by: Objective
     tally: Tally
+    left_out: Counter[str] = field(default_factory=Counter)
     incomplete: bool = False
 
 
-def rank_source(
-    source: Source, metrics: Sequence[str] | str | None = None, order_by: str | None = None, fronts: int = 1
-) -> Ranking:
+def rank_frame(frame: pd.DataFrame, request: RankRequest) -> pd.DataFrame:
+    """The Pareto-optimal rows of a table, best first, with a column ``front``, from 1.
+
+    Rows whose column ``feasible`` is false are left out, and rows where an aim is not finite. Rows that are equal in
+    the column that orders them keep their order.
+    """
+    import pandas as pd
+
+    attributes = frame.attrs
+    names = [str(name) for name in frame.columns]
+    objectives, order = choose_objectives(
+        request.metrics, request.order_by, attributes.get("senses", {}), names, attributes.get("objectives", ())
+    )
+    numeric = [str(name) for name in frame.columns if pd.api.types.is_numeric_dtype(frame.dtypes[name])]
+    selection = make_selection(request.where, request.limits, numeric, numeric, attributes.get("constraints", {}))
+    wanted = dict.fromkeys([*(objective.metric for objective in objectives), *selection.names])
+    for name in wanted:
+        if name not in numeric:
+            raise RequestError(f"column '{name}' does not hold numbers, so it cannot be ranked")
+    columns: Columns = {name: frame[name].to_numpy(dtype=np.float64, na_value=np.nan) for name in wanted}
+    if "feasible" in frame.columns:
+        columns["feasible"] = frame["feasible"].to_numpy()
+    # By position: labels of a user's table may repeat.
+    rows, numbers = find_fronts(selection.apply([columns]), objectives, request.fronts)
+    return in_order(frame.iloc[rows], numbers, order)
+
+
+def in_order(frame: pd.DataFrame, numbers: npt.NDArray[np.int64], order: Objective) -> pd.DataFrame:
+    """Front after front, each best first; ties keep their order."""
+    best = frame.assign(front=numbers).sort_values(order.metric, ascending=order.sense == "min", kind="stable")
+    return best.sort_values("front", kind="stable")
+
+
+def rank_source(source: Source, request: RankRequest) -> Ranking:
     """Rank the designs of a results file, block by block; see `rank_frame`."""
     usual = json.loads(str(source.attributes.get("objectives", "[]")))
     rankable = [c.name for c in source.columns if c.role in _RANKABLE and not c.labels]
-    objectives, order = choose_objectives(metrics, order_by, senses_of(source.attributes), rankable, usual)
+    objectives, order = choose_objectives(
+        request.metrics, request.order_by, senses_of(source.attributes), rankable, usual
+    )
     reduced = source.attributes.get("keep") == "front"
-    if fronts > 1 and reduced:
+    if request.fronts > 1 and reduced:
         raise RequestError("only the first front was kept of this study; sweep with --keep all to see the others")
+    limited = [c.name for c in source.columns if c.role in ("parameter", "metric") and not c.labels]
+    names = [column.name for column in source.columns]
+    selection = make_selection(request.where, request.limits, names, limited, source.constraints)
     tally = Tally(tuple(column.name for column in source.columns if column.role == "margin"))
-    wanted = list(dict.fromkeys(["design", "feasible", "status", *tally.margins, *(o.metric for o in objectives)]))
-    rows, numbers = find_fronts(source.blocks(wanted), objectives, fronts, tally)
-    incomplete = reduced and {f"{o.metric}:{o.sense}" for o in objectives} != set(usual)
-    if reduced and not incomplete:
+    aims = (objective.metric for objective in objectives)
+    wanted = list(dict.fromkeys(["design", "feasible", "status", *tally.margins, *aims, *selection.names]))
+    rows, numbers = find_fronts(selection.apply(source.blocks(wanted)), objectives, request.fronts, tally)
+    complete = {f"{o.metric}:{o.sense}" for o in objectives} == set(usual) and selection.keeps_front(objectives)
+    if reduced and complete and not selection.selects:
         # Only the Pareto set in these objectives was kept; the others were counted when they were computed.
         tally = Tally.from_json(str(source.attributes.get("tally")))
-    return Ranking(_ordered(source.rows(rows), numbers, order), objectives, order, tally, incomplete)
+    frame = in_order(source.rows(rows), numbers, order)
+    return Ranking(frame, objectives, order, tally, selection.left_out, reduced and not complete)

@@ -86,6 +86,18 @@ class Results:
         """The study's config as written, TOML."""
         return str(self._layout.attributes.get("config", ""))
 
+    @cached_property
+    def constraints(self) -> dict[str, dict[str, float | None]]:
+        """The bounds of each constrained metric as "min" and "max", in the metric's unit; None leaves a side open."""
+        try:
+            found = json.loads(str(self._layout.attributes.get("determines", "{}"))).get("constraints", {})
+            return {
+                str(metric): {side: None if sides[side] is None else float(sides[side]) for side in ("min", "max")}
+                for metric, sides in found.items()
+            }
+        except (ValueError, KeyError, TypeError, AttributeError) as error:
+            raise ResultsError(f"{self.path} is damaged: its constraints cannot be read ({error})") from error
+
     @property
     def columns(self) -> tuple[Column, ...]:
         """The columns in their order, the index first."""
@@ -191,6 +203,7 @@ class Results:
         """The table with what a ranking of it needs to know."""
         for name in ("senses", "objectives"):
             frame.attrs[name] = json.loads(str(self.attributes.get(name, "null"))) or {}
+        frame.attrs["constraints"] = self.constraints
         return frame
 
     def design(self, number: int) -> dict[str, Any]:

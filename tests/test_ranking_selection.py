@@ -1,0 +1,211 @@
+"""Conditions and limits: against the same said row by row in Python, and every mistake with its place."""
+
+import math
+import operator
+
+import numpy as np
+import pandas as pd
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import explore
+from explore.ranking.conditions import parse_condition
+from explore.ranking.limits import parse_limits, resolve_limits
+
+COLUMNS = {
+    "a": np.array([0.0, 1.0, 2.0, np.nan, -1.5, np.inf]),
+    "b": np.array([1, 1, 0, 2, -3, 4]),
+    "andy": np.array([0.0, np.nan, 2.0, np.nan, 1.0, -np.inf]),
+}
+SIGNS = {"<": operator.lt, "<=": operator.le, ">": operator.gt, ">=": operator.ge, "==": operator.eq, "!=": operator.ne}
+operands = st.one_of(
+    st.sampled_from(sorted(COLUMNS)), st.sampled_from(["0", "1", "-1.5", "+2", ".5", "2.", "1e1", "-3E-1"])
+)
+comparisons = st.lists(st.tuples(st.sampled_from(sorted(SIGNS)), operands), min_size=1, max_size=3).flatmap(
+    lambda rest: operands.map(lambda first: ("compare", first, rest))
+)
+trees = st.recursive(
+    comparisons,
+    lambda inner: st.one_of(
+        st.tuples(st.just("not"), inner),
+        st.tuples(st.sampled_from(["and", "or"]), st.lists(inner, min_size=2, max_size=3)),
+    ),
+    max_leaves=8,
+)
+
+
+def written(tree):
+    """The tree as text, with all its brackets."""
+    if tree[0] == "compare":
+        return tree[1] + "".join(f" {sign}{operand}" for sign, operand in tree[2])
+    if tree[0] == "not":
+        return f"not ({written(tree[1])})"
+    return f" {tree[0]} ".join(f"({written(part)})" for part in tree[1])
+
+
+def holds(tree, row):
+    """Whether one row meets the tree, in Python's own arithmetic."""
+    if tree[0] == "not":
+        return not holds(tree[1], row)
+    if tree[0] != "compare":
+        return (all if tree[0] == "and" else any)([holds(part, row) for part in tree[1]])
+    values = [row[text] if text in row else float(text) for text in (tree[1], *(operand for _, operand in tree[2]))]
+    pairs = zip([sign for sign, _ in tree[2]], values, values[1:], strict=False)
+    return all(SIGNS[sign](x, y) and not math.isnan(x) and not math.isnan(y) for sign, x, y in pairs)
+
+
+@settings(derandomize=True, deadline=None, max_examples=400)
+@given(trees)
+def test_a_condition_means_what_it_says_in_every_row(tree):
+    condition = parse_condition(written(tree), sorted(COLUMNS))
+    rows = [{name: values[k] for name, values in COLUMNS.items()} for k in range(6)]
+    assert condition.test(COLUMNS).tolist() == [holds(tree, row) for row in rows]
+
+
+@pytest.mark.parametrize(
+    ("text", "meaning"),
+    [
+        ("a > 0 or b > 0 and a < 0", "a > 0 or (b > 0 and a < 0)"),
+        ("not a > 0 and b > 0", "(not (a > 0)) and b > 0"),
+        ("not not a > 0", "a > 0"),
+        ("0 < a <= 2", "0 < a and a <= 2"),
+        ("a<-1", "a < -1"),
+        ("\ta<1\nor(b>1)", "a < 1 or b > 1"),
+    ],
+)
+def test_words_bind_as_in_python(text, meaning):
+    names = sorted(COLUMNS)
+    np.testing.assert_array_equal(
+        parse_condition(text, names).test(COLUMNS), parse_condition(meaning, names).test(COLUMNS)
+    )
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("", "at the end: a comparison is wanted"),
+        ("a", "at the end: a comparison is wanted here: <"),
+        ("a <", "at the end: a comparison"),
+        ("and", "at character 1: a comparison"),
+        ("b > 1 and adny < 3", "at character 11: no column 'adny'; did you mean 'andy'?"),
+        ("a = 3", "at character 3: '=' is not known; write =="),
+        ("a < 1 & b < 2", "at character 7: '&' is not known; write and"),
+        ("a < 20deg", "at character 5: '20deg' is no number; numbers are in the column's unit"),
+        ("a < 1e999", "at character 5: the number is too large"),
+        ("(a < 1", "at the end: a closing bracket is missing"),
+        ("a < 1)", "at character 6: this closing bracket opens nowhere"),
+        ("a < 1 b < 2", "at character 7: 'and' or 'or' is wanted"),
+        ("a < not b", "at character 5: a comparison"),
+        ("a.b < 1", "at character 2: '.' has no meaning"),
+        ("a['b'] < 1", "at character 2: '[' has no meaning"),
+        ("a + b < 1", "at character 3: '+' has no meaning"),
+        ("(" * 100_000 + "a < 1", "at character 52: more than 50 brackets"),
+        ("__import__('os').system('ls')", "has no meaning"),
+        ("a < \u0663", "is no number"),
+    ],
+)
+def test_what_cannot_be_read_is_pointed_at(text, message):
+    with pytest.raises(explore.RequestError) as caught:
+        parse_condition(text, sorted(COLUMNS))
+    assert str(caught.value).startswith("where: ")
+    assert message in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+@settings(derandomize=True, deadline=None, max_examples=500)
+@given(st.text(alphabet="ab andornt()<>=!.0123456789e+-_&|~'\"[]\n\0é", max_size=40))
+def test_any_text_is_read_or_refused_in_one_line(text):
+    try:
+        mask = parse_condition(text, sorted(COLUMNS)).test(COLUMNS)
+    except explore.RequestError as error:
+        outcome = str(error)
+    else:
+        outcome = f"{mask.shape}"
+    assert outcome == "(6,)" or outcome.startswith("where: at ")
+    assert outcome.isprintable()
+
+
+TABLE = pd.DataFrame(
+    {
+        "cv": [1.0, 2.0, 3.0, 4.0],
+        "gain": [1.0, 2.0, 3.0, np.nan],
+        "feasible": [True, True, False, True],
+        "word": list("abcd"),
+    }
+)
+TABLE.attrs["constraints"] = {"gain": {"min": 0.5, "max": None}, "both": {"min": 0.0, "max": 1.0}}
+
+
+def test_conditions_and_limits_choose_among_the_feasible_rows_of_a_table():
+    aims = ["cv", "gain:max"]
+    assert explore.rank(TABLE, aims).index.tolist() == [0, 1]
+    assert explore.rank(TABLE, aims, where="cv != 2").index.tolist() == [0]
+    assert explore.rank(TABLE, ["cv"], where="cv > 2").index.tolist() == [3]
+    assert explore.rank(TABLE, ["cv"], where="not gain <= 2").index.tolist() == [3]
+    assert explore.rank(TABLE, ["cv"], limits={"gain": 1.5}).index.tolist() == [1]
+    assert explore.rank(TABLE, ["cv:max"], limits={"cv": {"max": 1.5}}).index.tolist() == [0]
+    assert explore.rank(TABLE, aims, where="cv > 9").empty
+
+
+@pytest.mark.parametrize(
+    ("limits", "message"),
+    [
+        ({"gani": 1.0}, "no metric 'gani'; did you mean 'gain'?"),
+        ({"word": 1.0}, "no metric 'word'"),
+        ({"cv": 1.0}, "it has no constraint, so write cv>=VALUE or cv<=VALUE"),
+        ({"both": 0.5}, "it is constrained on both sides, so write both>=VALUE or both<=VALUE"),
+        ({"both": {"max": 0.5}}, "its values are not in these results; sweep with both in evaluate.metrics"),
+        (
+            {"gain": 0.25},
+            "0.25 is below the min of 0.5 that the designs were swept with; those beyond it were screened",
+        ),
+        ({"both": {"max": 2}}, "2 is above the max of 1"),
+        ({"gain": {"mni": 1}}, "give {'min': …}, {'max': …} or both"),
+        ({"gain": {}}, "give {'min': …}"),
+        ({"gain": math.nan}, "nan is not a finite number"),
+        ({"gain": 10**400}, "is not a finite number"),
+        ({"gain": "1"}, "'1' is not a finite number"),
+        ({"gain": True}, "true is not a finite number"),
+        ({"gain": None}, "None is not a finite number"),
+    ],
+)
+def test_wrong_limits_get_one_line(limits, message):
+    with pytest.raises(explore.RequestError) as caught:
+        explore.rank(TABLE, ["cv"], limits=limits)
+    assert message in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_limits_are_read_from_texts():
+    texts = ["cv<=0.4", " time_ratio >= 1.1 ", "time_ratio<=1.2", "swing_angle=-4e1"]
+    assert parse_limits(texts) == {"cv": {"max": 0.4}, "time_ratio": {"min": 1.1, "max": 1.2}, "swing_angle": -40.0}
+
+
+@pytest.mark.parametrize(
+    ("texts", "message"),
+    [
+        (["cv"], "write METRIC=VALUE, METRIC>=VALUE or METRIC<=VALUE"),
+        (["cv<0.4"], "write METRIC=VALUE"),
+        (["<=3"], "write METRIC=VALUE"),
+        (["cv==3"], "'=3' is no number"),
+        (["cv=20 deg"], "'20 deg' is no number; numbers are in the metric's unit"),
+        (["cv="], "'' is no number"),
+        (["cv<=1", "cv<=2"], "'cv' is limited twice"),
+        (["cv=1", "cv<=2"], "'cv' is limited twice"),
+        (["cv<=2", "cv=1"], "'cv' is limited twice"),
+    ],
+)
+def test_wrong_texts_of_limits_get_one_line(texts, message):
+    with pytest.raises(explore.RequestError) as caught:
+        parse_limits(texts)
+    assert message in str(caught.value)
+
+
+@pytest.mark.parametrize(("side", "bound", "value"), [("min", 30.0, 35.0), ("max", 150.0, 140.0)])
+def test_a_metric_of_which_only_the_margin_was_kept_is_limited_by_it(side, bound, value):
+    metric = np.array([29.0, 31.0, 34.0, 36.0, 139.0, 141.0, 151.0, np.nan])
+    columns = {"angle_margin": metric - bound if side == "min" else bound - metric}
+    (limit,) = resolve_limits({"angle": value}, {"angle": {"min": None, "max": None, side: bound}}, ["cv"])
+
+    np.testing.assert_array_equal(limit.met(columns), metric >= value if side == "min" else metric <= value)
