@@ -241,6 +241,7 @@ def rank(
     *,
     where: str | None = None,
     limits: Limits | None = None,
+    quality: bool = False,
 ) -> pd.DataFrame:
     """The Pareto-optimal designs, best first.
 
@@ -260,6 +261,9 @@ def rank(
     limits
         Constraints narrower than those of the sweep, by metric in its unit: a number moves the side that the sweep
         bounded, ``{"min": 1, "max": 2}`` names the sides.
+    quality
+        Add what tells the designs of a front apart: ``knee``, ``crowding`` and ``hypervolume_share``; see
+        `explore.ranking.quality`.
 
     Returns
     -------
@@ -273,7 +277,7 @@ def rank(
     """
     import pandas as pd
 
-    request = RankRequest(metrics, order_by, fronts, where, limits)
+    request = RankRequest(metrics, order_by, fronts, where, limits, quality)
     if isinstance(results, pd.DataFrame):
         return rank_frame(results, request)
     source = results if isinstance(results, Results) else open_results(results)

@@ -23,7 +23,7 @@ transmission_angle_min = { min = 30 }
 transmission_angle_max = { max = 150 }
 time_ratio = { min = 1, max = 1.5 }
 [rank]
-metrics = ["cv", "swing_angle:max"]
+metrics = ["cv", "swing_angle:max", "transmission_angle_min:max"]
 """
 
 
@@ -131,12 +131,26 @@ def test_a_wrong_choice_gets_one_line(swept, arguments, message):
 def test_a_front_that_was_narrowed_says_what_it_cannot_know(swept, tmp_path):
     study = explore.load_study(swept / "study.toml")
     explore.sweep(study, tmp_path / "front.h5", keep="front")
-    every = explore.rank(swept / "all.h5", limits={"cv": {"max": 0.6}})
+    every = explore.rank(swept / "all.h5", limits={"cv": {"max": 0.9}})
 
     narrowed = call("rank", tmp_path / "front.h5", "--where", "time_ratio < 1.1")[2]
-    code, _, err = call("rank", tmp_path / "front.h5", "--limit", "cv<=0.6")
+    code, _, err = call("rank", tmp_path / "front.h5", "--limit", "cv<=0.9")
 
     assert "the best in this request may be missing" in narrowed
     assert (code, "missing" in err) == (0, False), "nothing that a limit on an aim leaves out beats what is left"
-    assert explore.rank(tmp_path / "front.h5", limits={"cv": {"max": 0.6}}).index.tolist() == every.index.tolist()
+    assert explore.rank(tmp_path / "front.h5", limits={"cv": {"max": 0.9}}).index.tolist() == every.index.tolist()
     assert len(every) > 3
+
+
+def test_quality_is_shown_and_printed(swept):
+    table = explore.rank(swept / "all.h5", quality=True)
+    found = records(swept / "all.h5", "--quality")
+    out = call("rank", swept / "all.h5", "--quality", "--top", 0)[1]
+
+    assert [r["knee"] for r in found] == table["knee"].tolist()
+    assert table["knee"].sum() == 1
+    assert [r["crowding"] for r in found] == [None if v == float("inf") else v for v in table["crowding"]]
+    assert [r["hypervolume_share"] for r in found] == table["hypervolume_share"].tolist()
+    (knee,) = (line.split() for line in out.splitlines() if " yes " in line)
+    assert knee[0] == str(table.index[table["knee"]][0])
+    assert "crowding" not in call("rank", swept / "all.h5")[1]

@@ -106,6 +106,9 @@ def rank(
     fronts: Annotated[
         int, typer.Option(min=1, metavar="K", help="How many fronts; the second is the first without it.")
     ] = 1,
+    quality: Annotated[
+        bool, typer.Option("--quality", help="Also the knee, crowding distance and share of the hypervolume.")
+    ] = False,
     top: Annotated[
         int | None, typer.Option(min=0, help="Lines to print, 0 for all; usually 10, with --json all.")
     ] = None,
@@ -118,7 +121,14 @@ def rank(
     from explore.cli.ranks import RankOptions, print_ranking
 
     options = RankOptions(
-        results=results, metrics=metric or [], fronts=fronts, where=where, limits=limit or [], top=top, output=output
+        results=results,
+        metrics=metric or [],
+        fronts=fronts,
+        where=where,
+        limits=limit or [],
+        quality=quality,
+        top=top,
+        output=output,
     )
     print_ranking(options, as_json=json)
 

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING
 
 from explore.cli.output import newest_results, number, print_json, print_table, refuse_same, say
 
+#: Columns that --quality adds.
+QUALITY = ("knee", "crowding", "hypervolume_share")
 #: Lines of the table unless --top says otherwise.
 USUAL_LINES = 10
 
@@ -29,6 +31,7 @@ class RankOptions:
     fronts: int
     where: str | None
     limits: list[str]
+    quality: bool
     top: int | None
     output: Path | None
 
@@ -44,6 +47,7 @@ class RankOptions:
             fronts=self.fronts,
             where=self.where,
             limits=parse_limits(self.limits),
+            quality=self.quality,
         )
 
 
@@ -66,7 +70,7 @@ def print_ranking(options: RankOptions, *, as_json: bool) -> None:
         return
     _explain(results, ranking)
     if not ranking.frame.empty:
-        _print_front(results, ranking, USUAL_LINES if options.top is None else options.top, options.fronts)
+        _print_front(results, ranking, options)
 
 
 def _explain(results: Results, ranking: Ranking) -> None:
@@ -110,7 +114,7 @@ def _left_out(tally: Tally, sentences: dict[str, str]) -> list[str]:
     ]
 
 
-def _print_front(results: Results, ranking: Ranking, top: int, fronts: int) -> None:
+def _print_front(results: Results, ranking: Ranking, options: RankOptions) -> None:
     """Designs with equal objectives as one line, in the order of the ranking."""
     names = [objective.metric for objective in ranking.objectives]
     if ranking.order_by.metric not in names:
@@ -119,15 +123,18 @@ def _print_front(results: Results, ranking: Ranking, top: int, fronts: int) -> N
     # The front is not part of what designs have in common: equal objectives are always in the same one.
     groups = list(ranking.frame.groupby(names, sort=False, dropna=False))
     units = results.units
+    top = USUAL_LINES if options.top is None else options.top
     shown = groups if top == 0 else groups[:top]
-    marks = ["front"] if fronts > 1 else []
+    marks = ["front"] if options.fronts > 1 else []
+    figures = list(QUALITY) if options.quality else []
     rows = [
         [str(group.index[0]), number(len(group)), *(number(group[name].iloc[0].item()) for name in marks),
-         *(_spread(group[name]) for name in parameters), *(number(float(group[name].iloc[0])) for name in names)]
+         *(_spread(group[name]) for name in parameters), *(number(float(group[name].iloc[0])) for name in names),
+         *(number(group[name].iloc[0].item(), 3) for name in figures)]
         for _, group in shown
     ]  # fmt: skip
     columns = [(name, "") for name in ("design", "alike", *marks)]
-    columns += [(name, units[name]) for name in (*parameters, *names)]
+    columns += [*((name, units[name]) for name in (*parameters, *names)), *((name, "") for name in figures)]
     more = (
         f"{len(groups) - len(shown):,} more lines: --top 0 prints all, -o FILE.csv writes them"
         if len(groups) > len(shown)

@@ -15,6 +15,7 @@ from explore.errors import RequestError
 from explore.ranking.limits import Bounds, Limits
 from explore.ranking.objectives import choose_objectives, senses_of
 from explore.ranking.pareto import fronts as find_fronts
+from explore.ranking.quality import with_quality
 from explore.ranking.selection import make_selection
 from explore.ranking.tallies import Tally
 from explore.vocabulary import Column, Columns, Objective
@@ -35,6 +36,7 @@ class RankRequest:
     fronts: int = 1
     where: str | None = None
     limits: Limits | None = None
+    quality: bool = False
 
     def __post_init__(self) -> None:
         if self.fronts < 1:
@@ -103,13 +105,20 @@ def rank_frame(frame: pd.DataFrame, request: RankRequest) -> pd.DataFrame:
         columns["feasible"] = frame["feasible"].to_numpy()
     # By position: labels of a user's table may repeat.
     rows, numbers = find_fronts(selection.apply([columns]), objectives, request.fronts)
-    return in_order(frame.iloc[rows], numbers, order)
+    return arranged(frame.iloc[rows], numbers, objectives, order, request)
 
 
-def in_order(frame: pd.DataFrame, numbers: npt.NDArray[np.int64], order: Objective) -> pd.DataFrame:
-    """Front after front, each best first; ties keep their order."""
+def arranged(
+    frame: pd.DataFrame,
+    numbers: npt.NDArray[np.int64],
+    objectives: Sequence[Objective],
+    order: Objective,
+    request: RankRequest,
+) -> pd.DataFrame:
+    """Front after front, each best first, with the columns that a ranking adds; ties keep their order."""
     best = frame.assign(front=numbers).sort_values(order.metric, ascending=order.sense == "min", kind="stable")
-    return best.sort_values("front", kind="stable")
+    best = best.sort_values("front", kind="stable")
+    return with_quality(best, objectives) if request.quality else best
 
 
 def rank_source(source: Source, request: RankRequest) -> Ranking:
@@ -133,5 +142,5 @@ def rank_source(source: Source, request: RankRequest) -> Ranking:
     if reduced and complete and not selection.selects:
         # Only the Pareto set in these objectives was kept; the others were counted when they were computed.
         tally = Tally.from_json(str(source.attributes.get("tally")))
-    frame = in_order(source.rows(rows), numbers, order)
+    frame = arranged(source.rows(rows), numbers, objectives, order, request)
     return Ranking(frame, objectives, order, tally, selection.left_out, reduced and not complete)
