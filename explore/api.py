@@ -13,10 +13,12 @@ import numpy.typing as npt
 from explore.errors import MotionError, RequestError
 from explore.evaluation import evaluate_columns
 from explore.motions import motion_signals
+from explore.ranking.joint import rank_sources
 from explore.ranking.limits import Limits
 from explore.ranking.rankings import RankRequest, rank_frame, rank_source
 from explore.request.requests import find_mechanism, make_request
 from explore.store.results import Results, open_results
+from explore.store.several import open_several
 from explore.sweeping.clusters import given_client, local_cluster
 from explore.sweeping.runs import Keep, Progress, run_study
 from explore.vocabulary import Columns, Mechanism, Status
@@ -234,7 +236,7 @@ def simulate(
 
 
 def rank(
-    results: Results | pd.DataFrame | Path | str,
+    results: Results | pd.DataFrame | Path | str | Sequence[Results | Path | str],
     metrics: Sequence[str] | str | None = None,
     order_by: str | None = None,
     fronts: int = 1,
@@ -248,9 +250,10 @@ def rank(
     Parameters
     ----------
     results
-        Results, the path of a results file, or any table.
+        Results, the path of a results file, or any table. Several results or paths are ranked together; the column
+        ``results`` says where each design is from.
     metrics
-        Objectives, such as ``["cv", "swing_angle:max"]``; those of the study unless given.
+        Objectives, such as ``["cv", "swing_angle:max"]``; those of the study, or of the first, unless given.
     order_by
         The metric that orders the designs; the first objective unless given.
     fronts
@@ -280,9 +283,15 @@ def rank(
     request = RankRequest(metrics, order_by, fronts, where, limits, quality)
     if isinstance(results, pd.DataFrame):
         return rank_frame(results, request)
-    source = results if isinstance(results, Results) else open_results(results)
-    ranking = rank_source(source, request)
-    if ranking.incomplete:
-        text = f"{source.path} keeps only the Pareto set of its study: the best in this request may be missing"
+    several = not isinstance(results, (Results, Path, str))
+    sources = open_several(results if several else [results])  # type: ignore[arg-type, list-item]  # as just asked
+    if several:
+        joint = rank_sources(sources, request)
+        ranking, parts, doubts = joint.whole, joint.parts, joint.doubts
+    else:
+        ranking = rank_source(next(iter(sources.values())), request)
+        parts, doubts = dict.fromkeys(sources, ranking), ()
+    lost = "keeps only the Pareto set of its study: the best in this request may be missing"
+    for text in (*(f"{name} {lost}" for name, part in parts.items() if part.incomplete), *doubts):
         warnings.warn(text, RuntimeWarning, stacklevel=2)
     return ranking.frame

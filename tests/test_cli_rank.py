@@ -1,11 +1,14 @@
 """`explore rank` as a user meets it, in the test's own process."""
 
 import json
+import sys
 
+import pandas as pd
 import pytest
 from command_line import call
 
 import explore
+from explore.cli.tables import markdown
 
 STUDY = """mechanism = "crank-rocker"
 [parameters]
@@ -59,7 +62,7 @@ def test_fronts_are_counted_and_shown(swept):
     assert [(r["design"], r["front"]) for r in found] == list(zip(table.index, table["front"], strict=True))
     assert {r["front"] for r in found} == {1, 2, 3}
     code, out, err = call("rank", swept / "all.h5", "--fronts", 2, "--top", 0)
-    assert code == 0
+    assert code == 0, err
     assert f"{(table['front'] == 2).sum()} more are in fronts 2 to 2" in err
     heading = next(line for line in out.splitlines() if "alike" in line)
     assert heading.split()[:3] == ["design", "alike", "front"]
@@ -101,7 +104,7 @@ def test_what_was_chosen_is_counted(swept):
 
     code, _, err = call("rank", swept / "all.h5", "--where", "swing_angle > 60", "--limit", "transmission_angle_min=40")
 
-    assert code == 0
+    assert code == 0, err
     assert f" of {len(rest):,} feasible designs that meet the request are Pareto-optimal" in err
     assert f"{len(feasible) - len(narrow):,} feasible ones that miss the limit transmission_angle_min >= 40" in err
     assert f"{len(narrow) - len(rest):,} feasible ones that do not meet swing_angle > 60" in err
@@ -154,3 +157,144 @@ def test_quality_is_shown_and_printed(swept):
     (knee,) = (line.split() for line in out.splitlines() if " yes " in line)
     assert knee[0] == str(table.index[table["knee"]][0])
     assert "crowding" not in call("rank", swept / "all.h5")[1]
+
+
+# --- several results -------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def other(swept):
+    """A sweep of other designs, with a parameter that the first has not."""
+    text = STUDY.replace("count = 32_768", "count = 20_000\nseed = 7").replace("crank = 50", "crank = 50\nspeed = 2")
+    (swept / "other.toml").write_text(text)
+    explore.sweep(explore.load_study(swept / "other.toml"), swept / "other.h5")
+    return swept / "other.h5"
+
+
+@pytest.mark.parametrize("fronts", [1, 3])
+def test_several_results_are_ranked_as_one_table(swept, other, fronts):
+    files = [swept / "all.h5", other]
+    tables = [explore.read_results(file).assign(results=str(file)) for file in files]
+    table = pd.concat(tables)
+    table.attrs = tables[0].attrs
+    expected = explore.rank(table, fronts=fronts, quality=True)
+
+    found = explore.rank(files, fronts=fronts, quality=True)
+    printed = records(*files, "--fronts", fronts, "--quality")
+
+    keys = ["results", "front", "cv", "knee", "hypervolume_share"]
+    pd.testing.assert_frame_equal(found[keys], expected[keys], check_exact=True)
+    assert [(r["design"], r["results"], r["front"]) for r in printed] == list(
+        zip(found.index, found["results"], found["front"], strict=True)
+    )
+    assert set(found["results"]) == {str(file) for file in files}
+    assert found.loc[found["results"] == str(other), "speed"].eq(2).all()
+
+
+def test_how_much_is_from_each_is_said(swept, other):
+    files = [swept / "all.h5", other]
+    joint = explore.rank(files)["results"].value_counts()
+    alone = [len(explore.rank(file)) for file in files]
+
+    code, out, err = call("rank", *files, "--top", 0)
+
+    assert code == 0, err
+    shares = ", ".join(f"{joint[str(file)]} from {file}" for file in files)
+    assert f"together {joint.sum()} designs are Pareto-optimal: {shares}\n" in err
+    for file, count in zip(files, alone, strict=True):
+        assert f"{file}: {count} of " in err
+    assert joint.sum() < sum(alone)
+    assert next(line for line in out.splitlines() if "alike" in line).split()[:3] == ["design", "alike", "results"]
+
+
+def test_one_of_two_may_have_nothing_to_rank(swept, other):
+    files = [swept / "all.h5", other]
+    where = f"cv < {explore.rank(other)['cv'].min() * (1 - 1e-12)}"
+    code, _, err = call("rank", *files, "--where", where)
+
+    assert code == 0, err
+    assert f"no feasible design of {other} meets the request" in err
+    assert f" from {files[0]}, 0 from {other}\n" in err
+    assert explore.rank(files, where="cv < 0").empty
+
+
+def test_results_that_do_not_go_together_are_refused(swept, other, tmp_path):
+    text = STUDY.replace("32_768", "64").replace('"cv", "swing_angle",', '"swing_angle",').replace('["cv", ', "[")
+    (tmp_path / "without.toml").write_text(text)
+    explore.sweep(explore.load_study(tmp_path / "without.toml"), tmp_path / "without.h5")
+    (tmp_path / "cycle.toml").write_text(
+        STUDY.replace("32_768", "64").replace("[evaluate]", '[evaluate]\nwindow = "return"')
+    )
+    explore.sweep(explore.load_study(tmp_path / "cycle.toml"), tmp_path / "cycle.h5")
+
+    assert f"{tmp_path / 'without.h5'}: no column 'cv' in these results" in refused(other, tmp_path / "without.h5")
+    assert f"{other} is named twice" in refused(other, swept / "all.h5", other)
+    assert "missing.h5 does not exist" in refused(other, tmp_path / "missing.h5", code=1)
+    assert "window drive in" in call("rank", other, tmp_path / "cycle.h5")[2]
+    with pytest.warns(RuntimeWarning, match="cv is the coefficient of variation .* but the"):
+        explore.rank([other, tmp_path / "cycle.h5"])
+    with pytest.raises(explore.RequestError, match="at least one file"):
+        explore.rank([])
+    with pytest.raises(explore.RequestError, match="from files, not from a DataFrame"):
+        explore.rank([pd.DataFrame()])
+
+
+# --- files -----------------------------------------------------------------------------------------------------------
+
+
+def test_the_ending_says_the_format(swept, tmp_path):
+    expected = explore.rank(swept / "all.h5", quality=True)
+    for ending in ("csv", "json", "md", "MD"):
+        code, _, err = call("rank", swept / "all.h5", "--quality", "-o", tmp_path / f"best.{ending}")
+        assert (code, f"wrote {len(expected)} designs to " in err) == (0, True), err
+
+    table = pd.read_csv(tmp_path / "best.csv", index_col="design")
+    pd.testing.assert_frame_equal(table, expected, check_dtype=False, rtol=1e-15)
+    assert json.loads((tmp_path / "best.json").read_text()) == records(swept / "all.h5", "--quality")
+    lines = (tmp_path / "best.md").read_text().splitlines()
+    assert lines[0].startswith("| design | crank (mm) | coupler (mm) | ")
+    assert set(lines[1]) == set("| -:")
+    assert len(lines) == 2 + len(expected)
+    assert len({line.count("|") for line in lines}) == 1
+    assert lines[2].split(" | ")[5] == f"{expected['cv'].iloc[0]:.6g}"
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["best.MD", "best.csv", "best.json", "best.md"]
+
+
+def test_parquet_holds_the_same_table(swept, tmp_path):
+    pytest.importorskip("pyarrow", reason="pyarrow is not installed, so no Parquet file can be read back")
+    files = [swept / "all.h5"]
+    assert call("rank", *files, "-o", tmp_path / "best.parquet")[0] == 0
+
+    found = pd.read_parquet(tmp_path / "best.parquet")
+    pd.testing.assert_frame_equal(found, explore.rank(files[0]), check_exact=True)
+
+
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [
+        ("best.xlsx", "the name must end in .csv, .json, .md or .parquet"),
+        ("best", "the name must end in"),
+        ("no/best.csv", "there is no folder"),
+        ("folder.csv", "it is a folder"),
+    ],
+)
+def test_what_cannot_be_written_is_refused_before_ranking(swept, tmp_path, name, message):
+    (tmp_path / "folder.csv").mkdir()
+    assert message in refused(swept / "all.h5", "-o", tmp_path / name)
+    assert [path.name for path in tmp_path.iterdir()] == ["folder.csv"]
+
+
+def test_parquet_without_pyarrow_is_refused(swept, tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "pyarrow", None)  # what Python itself notes of a module that is not there
+    assert 'needs pyarrow: pip install "linkage-explore[parquet]"' in refused(
+        swept / "all.h5", "-o", tmp_path / "best.parquet"
+    )
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_table_for_people_keeps_its_cells():
+    frame = pd.DataFrame({"a|b": [1.5], "results": ["x|y\nz.h5"]}, index=pd.Index([3], name="design"))
+    assert markdown(frame, {"a|b": "m|m"}).splitlines()[0::2] == [
+        r"| design | a\|b (m\|m) | results |",
+        r"| 3 | 1.5 | x\|y?z.h5 |",
+    ]

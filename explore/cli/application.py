@@ -91,7 +91,13 @@ def sweep(
 
 @app.command(epilog="Example: explore rank --metric cv --metric swing_angle:max --top 5")
 def rank(
-    results: Results = None,
+    results: Annotated[
+        list[Path] | None,
+        typer.Argument(
+            metavar="[RESULTS…]",
+            help="Results files, several of them ranked together; the newest results/*.h5 unless given.",
+        ),
+    ] = None,
     metric: Annotated[
         list[str] | None,
         typer.Option(help="NAME, NAME:min or NAME:max. One orders the Pareto set, several are its objectives."),
@@ -114,14 +120,14 @@ def rank(
     ] = None,
     json: Json = False,
     output: Annotated[
-        Path | None, typer.Option("-o", "--output", help="Also write the Pareto set to a CSV file.")
+        Path | None, typer.Option("-o", "--output", help="Also write the Pareto set, as .csv, .json, .md or .parquet.")
     ] = None,
 ) -> None:
     """Choose the Pareto-optimal designs, best first."""
     from explore.cli.ranks import RankOptions, print_ranking
 
     options = RankOptions(
-        results=results,
+        results=results or [],
         metrics=metric or [],
         fronts=fronts,
         where=where,

@@ -140,8 +140,12 @@ def print_table(
 
 def print_json(value: object) -> None:
     """JSON on stdout, with null for what is not a number."""
-    json.dump(_plain(value), sys.stdout, indent=2, ensure_ascii=False)
-    sys.stdout.write("\n")
+    sys.stdout.write(json_text(value) + "\n")
+
+
+def json_text(value: object) -> str:
+    """JSON, with null for what is not a number."""
+    return json.dumps(_plain(value), indent=2, ensure_ascii=False)
 
 
 def _plain(value: Any) -> Any:

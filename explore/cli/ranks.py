@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-import json
+import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from explore.cli.output import newest_results, number, print_json, print_table, refuse_same, say
+from explore.cli.explanations import explain
+from explore.cli.output import counted, newest_results, number, print_json, print_table, refuse_same, say
+from explore.cli.tables import check_output, write_table
 
 #: Columns that --quality adds.
 QUALITY = ("knee", "crowding", "hypervolume_share")
@@ -18,7 +21,6 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from explore.ranking.rankings import Ranking, RankRequest
-    from explore.ranking.tallies import Tally
     from explore.store.results import Results
 
 
@@ -26,7 +28,7 @@ if TYPE_CHECKING:
 class RankOptions:
     """What a user asked of a ranking."""
 
-    results: Path | None
+    results: list[Path]
     metrics: list[str]
     fronts: int
     where: str | None
@@ -52,88 +54,78 @@ class RankOptions:
 
 
 def print_ranking(options: RankOptions, *, as_json: bool) -> None:
-    """Rank a results file and print its Pareto set."""
-    from explore.ranking.rankings import rank_source
-    from explore.store.results import open_results
+    """Rank results files and print their Pareto set."""
+    from explore.store.several import open_several
 
-    results = open_results(options.results or newest_results())
-    refuse_same(options.output, results.path, "the results file")
-    if not results.complete:
-        say(f"{results.path} is not finished: {results.n_committed:,} of {results.n_designs:,} designs", "yellow")
-    ranking = rank_source(results, options.request())
+    check_output(options.output)
+    several = open_several(options.results or [newest_results()])
+    for results in several.values():
+        refuse_same(options.output, results.path, "the results file")
+        if not results.complete:
+            say(f"{results.path} is not finished: {results.n_committed:,} of {results.n_designs:,} designs", "yellow")
+    ranking, parts = _ranked(several, options)
+    units = {column.name: column.unit for results in several.values() for column in results.columns}
     if options.output is not None:
-        ranking.frame.to_csv(options.output)
-        say(f"wrote {len(ranking.frame):,} designs to {options.output}")
+        write_table(ranking.frame, options.output, units)
+        say(f"wrote {counted(len(ranking.frame), 'design')} to {options.output}")
     if as_json:
         frame = ranking.frame.head(options.top) if options.top else ranking.frame
         print_json(frame.reset_index().to_dict(orient="records"))
         return
-    _explain(results, ranking)
+    for name, part in parts.items():
+        explain(several[name], part, f"{name}: " if len(parts) > 1 else "")
+    if len(parts) > 1:
+        _say_shares(ranking, parts)
+    if options.quality and ranking.frame["hypervolume_share"].isna().any():
+        say("hypervolume_share is left out: of so many designs in so many objectives it would take long", "yellow")
     if not ranking.frame.empty:
-        _print_front(results, ranking, options)
+        swept = dict.fromkeys(c.name for r in several.values() for c in r.columns if c.role == "parameter")
+        _print_front(ranking, list(swept), units, options)
 
 
-def _explain(results: Results, ranking: Ranking) -> None:
-    """Say what was ranked, what was left out and why."""
-    tally = ranking.tally
-    if ranking.incomplete:
-        kept = ", ".join(json.loads(str(results.attributes["objectives"])))
-        say(f"{results.path} keeps only the Pareto set in {kept}: the best in this request may be missing", "yellow")
-    senses = ", ".join(f"{o.metric} ({o.sense})" for o in ranking.objectives)
-    if tally.ranked:
-        first = int((ranking.frame["front"] == 1).sum())
-        chosen = " that meet the request" if ranking.left_out else ""
-        say(f"{first:,} of {tally.ranked:,} feasible designs{chosen} are Pareto-optimal in {senses}")
-        if len(ranking.frame) > first:
-            say(f"  {len(ranking.frame) - first:,} more are in fronts 2 to {ranking.frame['front'].max()}")
-    elif any(ranking.left_out.values()):
-        say(f"no feasible design of {results.path} meets the request, so there is nothing to rank", "bold yellow")
-    else:
-        say(f"no design of {results.path} is feasible, so there is nothing to rank", "bold yellow")
-    sentences = json.loads(str(results.attributes.get("status_sentences", "{}")))
-    for reason, count in ranking.left_out.items():
-        say(f"  left out: {count:,} feasible ones that {reason}")
-    for line in _left_out(tally, sentences):
-        say(f"  left out: {line}")
-    speed = str(results.attributes.get("speed", ""))
-    powers = json.loads(str(results.attributes.get("speed_powers", "{}")))
-    swept = {c.name for c in results.columns if c.role == "parameter"}
-    aims = {o.metric for o in (*ranking.objectives, ranking.order_by)}
-    if speed in swept and all(powers.get(aim) == 0 for aim in aims):
-        say(f"  {speed} changes none of these objectives; designs that differ only in it are shown as one line")
+def _ranked(several: dict[str, Results], options: RankOptions) -> tuple[Ranking, Mapping[str, Ranking]]:
+    """The ranking of all results together, and that of each."""
+    from explore.ranking.joint import rank_sources
+    from explore.ranking.rankings import rank_source
+
+    if len(several) == 1:
+        ((name, results),) = several.items()
+        ranking = rank_source(results, options.request())
+        return ranking, {name: ranking}
+    joint = rank_sources(several, options.request())
+    for doubt in joint.doubts:
+        say(doubt, "yellow")
+    return joint.whole, joint.parts
 
 
-def _left_out(tally: Tally, sentences: dict[str, str]) -> list[str]:
-    missed = [(name.removesuffix("_margin"), count) for name, count in tally.by_constraint.most_common() if count]
-    unknown = [(name.removesuffix("_margin"), count) for name, count in tally.undefined.most_common() if count]
-    return [
-        *(f"{count:,} miss the constraint on {name}" for name, count in missed),
-        *(f"{count:,} in which {name}, a constraint, is undefined" for name, count in unknown),
-        *(f"{count:,} {label}: {sentences.get(label, '')}" for label, count in tally.by_status.most_common()),
-        *([f"{tally.not_finite:,} in which an objective is undefined"] if tally.not_finite else []),
-    ]
+def _say_shares(ranking: Ranking, parts: Mapping[str, Ranking]) -> None:
+    """Say how much of the joint Pareto set is from each of the results."""
+    best = ranking.frame[ranking.frame["front"] == 1]
+    counts = [f"{int((best['results'] == name).sum()):,}" for name in parts]
+    shares = ", ".join(f"{count} from {name}" for count, name in zip(counts, parts, strict=True))
+    say(f"together {counted(len(best), 'design')} are Pareto-optimal: {shares}", "bold")
 
 
-def _print_front(results: Results, ranking: Ranking, options: RankOptions) -> None:
+def _print_front(ranking: Ranking, parameters: list[str], units: Mapping[str, str], options: RankOptions) -> None:
     """Designs with equal objectives as one line, in the order of the ranking."""
     names = [objective.metric for objective in ranking.objectives]
     if ranking.order_by.metric not in names:
         names.insert(0, ranking.order_by.metric)
-    parameters = [column.name for column in results.columns if column.role == "parameter"]
     # The front is not part of what designs have in common: equal objectives are always in the same one.
     groups = list(ranking.frame.groupby(names, sort=False, dropna=False))
-    units = results.units
     top = USUAL_LINES if options.top is None else options.top
     shown = groups if top == 0 else groups[:top]
     marks = ["front"] if options.fronts > 1 else []
+    origins = ["results"] if len(options.results) > 1 else []
     figures = list(QUALITY) if options.quality else []
     rows = [
         [str(group.index[0]), number(len(group)), *(number(group[name].iloc[0].item()) for name in marks),
-         *(_spread(group[name]) for name in parameters), *(number(float(group[name].iloc[0])) for name in names),
+         *(", ".join(dict.fromkeys(group[name])) for name in origins), *(_spread(group[name]) for name in parameters),
+         *(number(float(group[name].iloc[0])) for name in names),
          *(number(group[name].iloc[0].item(), 3) for name in figures)]
         for _, group in shown
     ]  # fmt: skip
-    columns = [(name, "") for name in ("design", "alike", *marks)]
+    columns = [(name, "") for name in ("design", "alike", *marks, *origins)]
     columns += [*((name, units[name]) for name in (*parameters, *names)), *((name, "") for name in figures)]
     more = (
         f"{len(groups) - len(shown):,} more lines: --top 0 prints all, -o FILE.csv writes them"
@@ -145,7 +137,7 @@ def _print_front(results: Results, ranking: Ranking, options: RankOptions) -> No
 
 def _spread(values: pd.Series[float]) -> str:
     """One value, a few, or a range."""
-    different = sorted(set(values))
+    different = sorted(set(values.dropna())) or [math.nan]  # results beside others may lack a parameter
     if len(different) <= 3:
         return ", ".join(number(float(value)) for value in different)
     return f"{number(float(different[0]))} … {number(float(different[-1]))}"

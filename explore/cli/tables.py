@@ -1,0 +1,68 @@
+"""Writing a table of designs to a file, in the format that the name ends in."""
+
+from __future__ import annotations
+
+from importlib.util import find_spec
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from explore.cli.output import json_text, number
+from explore.errors import RequestError
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    import pandas as pd
+
+ENDINGS = (".csv", ".json", ".md", ".parquet")
+
+
+def check_output(path: Path | None) -> None:
+    """Refuse a file that could not be written, before anything is computed."""
+    if path is None:
+        return
+    if path.suffix.lower() not in ENDINGS:
+        raise RequestError(f"-o {path}: the name must end in {', '.join(ENDINGS[:-1])} or {ENDINGS[-1]}")
+    if path.suffix.lower() == ".parquet" and find_spec("pyarrow") is None:
+        raise RequestError(
+            f'-o {path}: Parquet needs pyarrow: pip install "linkage-explore[parquet]"; .csv needs nothing'
+        )
+    if path.is_dir() or not path.parent.is_dir():
+        what = "it is a folder" if path.is_dir() else f"there is no folder {path.parent}"
+        raise RequestError(f"-o {path}: {what}; name another file")
+
+
+def write_table(frame: pd.DataFrame, path: Path, units: Mapping[str, str]) -> None:
+    """Write a table with its index; the file is there when it is complete."""
+    from explore.store.creation import new_file
+    from explore.store.names import real_path
+
+    ending = path.suffix.lower()
+    with new_file(real_path(path)) as unfinished:
+        if ending == ".csv":
+            frame.to_csv(unfinished)
+        elif ending == ".parquet":
+            frame.to_parquet(unfinished, engine="pyarrow")
+        else:
+            text = (
+                markdown(frame, units) if ending == ".md" else json_text(frame.reset_index().to_dict(orient="records"))
+            )
+            unfinished.write_text(text + "\n", encoding="utf-8")
+
+
+def markdown(frame: pd.DataFrame, units: Mapping[str, str]) -> str:
+    """A table for people, with numbers as they are printed and units under the names."""
+    table = frame.reset_index()
+    names = [str(name) for name in table.columns]
+    heads = [
+        f"{_cell(name)} ({_cell(units[name])})" if units.get(name, "1") not in ("", "1") else _cell(name)
+        for name in names
+    ]
+    lines = [heads, ["---:"] * len(names)]
+    lines += [[_cell(number(value)) for value in row] for row in table.astype(object).itertuples(index=False)]
+    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
+
+
+def _cell(text: str) -> str:
+    """A text that stays within its cell."""
+    return "".join(letter if letter.isprintable() else "?" for letter in text).replace("|", "\\|")
