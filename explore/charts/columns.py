@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from explore.errors import RequestError
-from explore.ranking import Ranking, rank_source
+from explore.ranking.rankings import Ranking, rank_source
 from explore.store.results import Results
 from explore.suggest import suggestion
 from explore.vocabulary import Column

@@ -11,7 +11,8 @@ from explore.charts.columns import axis_label, choose_design, drawable, others_f
 from explore.charts.reasons import in_words, look, needed_columns, reasons
 from explore.charts.style import GREEN, INK, MUTED, new_figure
 from explore.errors import RequestError
-from explore.ranking import rank_source, senses_of
+from explore.ranking.objectives import senses_of
+from explore.ranking.rankings import rank_source
 from explore.store.results import Results
 from explore.vocabulary import Column, FloatArray, Sense
 

@@ -10,7 +10,7 @@ import numpy.typing as npt
 from explore.charts.columns import drawable, state, study_name, unit_text, varying
 from explore.charts.style import GREEN, INK, MUTED, new_figure
 from explore.errors import RequestError
-from explore.ranking import Ranking, rank_source
+from explore.ranking.rankings import Ranking, rank_source
 from explore.store.results import Results
 from explore.vocabulary import Column, FloatArray
 

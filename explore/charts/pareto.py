@@ -9,7 +9,7 @@ import numpy as np
 from explore.charts.columns import axis_label, choose_design, drawable, state, study_name
 from explore.charts.style import BLUE, GREEN, INK, MUTED, RED, new_figure
 from explore.errors import RequestError
-from explore.ranking import Ranking, rank_source
+from explore.ranking.rankings import Ranking, rank_source
 from explore.store.results import Results
 from explore.vocabulary import FloatArray
 

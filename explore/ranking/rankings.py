@@ -43,6 +43,10 @@ class RankRequest:
             raise RequestError(f"fronts = {self.fronts}: ask for at least one")
 
 
+#: The objectives of the study itself, and its own constraints.
+AS_SWEPT = RankRequest()
+
+
 class Source(Protocol):
     """What a ranking needs of results: blocks of columns, and single rows."""
 
@@ -121,7 +125,7 @@ def arranged(
     return with_quality(best, objectives) if request.quality else best
 
 
-def rank_source(source: Source, request: RankRequest) -> Ranking:
+def rank_source(source: Source, request: RankRequest = AS_SWEPT) -> Ranking:
     """Rank the designs of a results file, block by block; see `rank_frame`."""
     usual = json.loads(str(source.attributes.get("objectives", "[]")))
     rankable = [c.name for c in source.columns if c.role in _RANKABLE and not c.labels]
