@@ -15,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from explore.comparison.reference import SIGNALS, STATISTICS
+from explore.comparison.strokes import closed_form_rows
 from explore.evaluation import evaluate_columns
 from explore.mechanisms import crank_rocker_kernel as kernel
 from explore.mechanisms.crank_rocker import CRANK_ROCKER
@@ -222,12 +223,8 @@ def _sampled(
 
 def _ends(lengths: FloatArray, branch: FloatArray, window: str) -> FloatArray:
     """First and last crank angle of the window (rad), shape (n, 2); NaN for a linkage that does not rock."""
-    n = len(lengths)
-    geometry = np.column_stack([lengths, np.ones(n), branch])
-    status, row = np.zeros(n, dtype=np.int8), np.zeros((n, kernel.KERNEL_SIZE))
-    metrics = np.empty((len(CRANK_ROCKER.metrics), n))
-    CRANK_ROCKER.closed_form(np.ascontiguousarray(geometry), metrics, status, row, np.ones((n, 3)), np.ones(n))
-    ends, parts = np.full((n, 2), np.nan), np.zeros((4, 3))
+    status, row, _ = closed_form_rows(lengths, branch)
+    ends, parts = np.full((len(lengths), 2), np.nan), np.zeros((4, 3))
     for i in np.flatnonzero(status == Status.OK):
         if window == "cycle":
             ends[i] = 0.0, 2.0 * math.pi

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import numpy.typing as npt
 
 from explore import quadrature
 from explore.mechanisms.crank_rocker import CRANK_ROCKER
@@ -29,9 +30,7 @@ def stroke_nodes(lengths: FloatArray, branch: FloatArray) -> tuple[FloatArray, F
         Ascending, rad. Designs that have no strokes are given those of the first that has.
     """
     n = len(lengths)
-    status, kernel, singular = np.zeros(n, np.int8), np.zeros((n, CRANK_ROCKER.kernel_size)), np.ones((n, 3))
-    parameters = np.column_stack([lengths, np.ones(n), branch])
-    CRANK_ROCKER.closed_form(parameters, np.empty((len(CRANK_ROCKER.metrics), n)), status, kernel, singular, np.ones(n))
+    status, kernel, singular = closed_form_rows(lengths, branch)
     rocks = np.flatnonzero((geometric_outcome(lengths) == Outcome.OK) & (status == Status.OK))
     size_of, row_of, table = quadrature.rules()
     parts, shapes = np.zeros((4, 3)), np.zeros((3, 4))
@@ -50,6 +49,15 @@ def stroke_nodes(lengths: FloatArray, branch: FloatArray) -> tuple[FloatArray, F
     others = np.setdiff1d(np.arange(n), rocks)
     crank_angle[others], weights[others] = crank_angle[rocks[0]], weights[rocks[0]]
     return crank_angle, weights
+
+
+def closed_form_rows(lengths: FloatArray, branch: FloatArray) -> tuple[npt.NDArray[np.int8], FloatArray, FloatArray]:
+    """What the mechanism's closed form knows of each linkage: status (n,), kernel row (n, k), singularities (n, 3)."""
+    n = len(lengths)
+    status, kernel, singular = np.zeros(n, np.int8), np.zeros((n, CRANK_ROCKER.kernel_size)), np.ones((n, 3))
+    parameters = np.column_stack([lengths, np.ones(n), branch])
+    CRANK_ROCKER.closed_form(parameters, np.empty((len(CRANK_ROCKER.metrics), n)), status, kernel, singular, np.ones(n))
+    return status, kernel, singular
 
 
 def coefficient_of_variation(values: FloatArray, weights: FloatArray) -> FloatArray:

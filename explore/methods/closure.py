@@ -19,7 +19,7 @@ def project(lengths: FloatArray, crank: FloatArray, angles: FloatArray) -> tuple
     """Put coupler and rocker angle, first axis 2, back onto the closed loop by Newton's corrections.
 
     Returns the angles and the number of corrections of each pair. Where the iteration diverges the angles are of no
-    use: `judge` finds that.
+    use: `mark_open` finds that.
     """
     corrections = np.zeros(angles.shape[1:], dtype=np.int64)
     active = np.ones(angles.shape[1:], dtype=bool)
@@ -33,8 +33,8 @@ def project(lengths: FloatArray, crank: FloatArray, angles: FloatArray) -> tuple
     return angles, corrections
 
 
-def judge(task: Task, motion: Motion, gap_tolerance: float) -> None:
-    """Say of the designs that are still OK what can be seen cheaply: not finite, open loop, other branch.
+def mark_open(task: Task, motion: Motion, gap_tolerance: float) -> None:
+    """Mark, of the designs still OK, those that are not finite, on the other branch, or whose loop is open.
 
     A gap counts when it is wider than `gap_tolerance` times the longest link at any crank angle of the task.
     """

@@ -11,7 +11,7 @@ from scipy.integrate import DOP853, RK45, Radau
 
 from explore.methods import loop
 from explore.methods.closed_form import exact_start
-from explore.methods.closure import judge, project
+from explore.methods.closure import mark_open, project
 from explore.methods.contract import Capability, Motion, Outcome, Task
 from explore.vocabulary import FloatArray
 
@@ -76,7 +76,7 @@ class VelocityIntegration:
                 motion.outcome[i] = Outcome.NOT_FINITE
             motion.evaluations[i], motion.iterations[i] = equations.evaluations, equations.steps
         loop.fill_rates(motion.signals, task.lengths.T[:, :, None], task.crank_angle, *found)
-        judge(task, motion, self.gap_tolerance)
+        mark_open(task, motion, self.gap_tolerance)
         return motion
 
     def _integrate(self, equations: LoopEquations, crank: FloatArray, start: FloatArray, found: FloatArray) -> Outcome:

@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from explore.methods import loop
 from explore.methods.closed_form import exact_start
-from explore.methods.closure import judge, project
+from explore.methods.closure import mark_open, project
 from explore.methods.contract import Capability, Motion, Task
 from explore.vocabulary import FloatArray
 
@@ -68,7 +68,7 @@ class RungeKutta4:
                 angles = self._advance(lengths, crank[j - 1], crank[j], angles, motion)
                 found[:, :, j] = angles
         loop.fill_rates(motion.signals, lengths[:, :, None], task.crank_angle, *found)
-        judge(task, motion, self.gap_tolerance)
+        mark_open(task, motion, self.gap_tolerance)
         return motion
 
     def _advance(
