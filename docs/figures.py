@@ -132,10 +132,14 @@ GALLERY = {
 }
 
 
-def gallery() -> None:
-    """The pictures of the page ``gallery.md``."""
-    for name, arguments in GALLERY.items():
-        output = HERE / "gallery" / f"{name}.png"
+#: That of the tutorial: the motion of the design that it chooses.
+TUTORIAL = ["motion", "results/optimum.h5", "--design", "22418"]
+
+
+def plots() -> None:
+    """The pictures of the pages ``gallery.md`` and ``tutorial.md``."""
+    wanted = {HERE / "gallery" / f"{name}.png": arguments for name, arguments in GALLERY.items()}
+    for output, arguments in {**wanted, HERE / "tutorial-motion.png": TUTORIAL}.items():
         subprocess.run([sys.executable, "-m", "explore", "plot", *arguments, "-o", str(output)], check=True)
         shrink(output)
 
@@ -154,4 +158,4 @@ if __name__ == "__main__":
     first_study()
     nodes()
     methods()
-    gallery()
+    plots()

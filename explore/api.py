@@ -29,8 +29,6 @@ if TYPE_CHECKING:
 
     from explore.study import Study
 
-_ARRAY = npt.ArrayLike
-
 
 def read_results(path: Path | str, columns: Sequence[str] | None = None) -> pd.DataFrame:
     """Committed designs of a results file as a DataFrame with index "design"."""
@@ -102,7 +100,7 @@ def sweep(
 
 def evaluate(
     mechanism: str,
-    designs: Mapping[str, _ARRAY] | pd.DataFrame,
+    designs: Mapping[str, npt.ArrayLike] | pd.DataFrame,
     metrics: Sequence[str] | None = None,
     window: str | Mapping[str, float] | None = None,
     drive: str | None = None,
@@ -119,13 +117,15 @@ def evaluate(
         Parameters by name in declared units: columns of a table, or numbers and arrays that broadcast.
     metrics
         Names of metrics; the mechanism's default list unless given.
-    window, drive
-        Part of the turn the statistics run over: a name, or ``{"from": 0, "to": 90}`` in degrees; the stroke that
-        the window "drive" means.
+    window
+        Part of the turn the statistics run over: a name, or ``{"from": 0, "to": 90}`` in degrees.
+    drive
+        The stroke that the window "drive" means: "slow", "fast", or a stroke by name.
     constraints
         Bounds by metric, such as ``{"transmission_angle_min": {"min": 30}}``.
     tolerance
-        On every sampled statistic, in the norms of `explore.evaluate`.
+        On every sampled statistic, relative: of a mean to the rms, of a variance to its square, of extremes to the
+        largest value, of a cv to itself. Column ``error`` is the bound that was reached.
 
     Returns
     -------
@@ -153,7 +153,7 @@ def evaluate(
     return frame
 
 
-def _parameter_columns(mechanism: Mechanism, designs: Mapping[str, _ARRAY] | pd.DataFrame) -> Columns:
+def _parameter_columns(mechanism: Mechanism, designs: Mapping[str, npt.ArrayLike] | pd.DataFrame) -> Columns:
     """Designs as columns of one length, checked against the declaration."""
     if not hasattr(designs, "keys"):
         raise RequestError("designs must be a table or a dict of parameters by name")

@@ -2,9 +2,11 @@
 
 import importlib
 import re
+import shlex
 from pathlib import Path
 
 import pytest
+from command_line import call
 
 import explore
 from explore.cli.plots import KINDS
@@ -12,6 +14,11 @@ from explore.cli.plots import KINDS
 ROOT = Path(__file__).parents[1]
 #: A Python block and, where its output is the same on every machine, the text block that follows it.
 BLOCKS = re.compile(r"^```python\n(.*?)^```\n(?:\n```text\n(.*?)^```)?", re.MULTILINE | re.DOTALL)
+
+#: Commands and what they print, in a block of the tutorial.
+COMMANDS = re.compile(r"^\$ explore ((?:.*\\\n)*.*)\n((?:(?!\$ |```).*\n)*)", re.MULTILINE)
+#: What is another on every machine.
+TIMES = re.compile(r"in [\d.]+ s \([\d,]+/s\)")
 
 
 def run_page(name, capsys, **names):
@@ -26,7 +33,9 @@ def run_page(name, capsys, **names):
             assert printed.split() == expected.split(), f"{name}:\n{source}"
 
 
-@pytest.mark.parametrize("page", ["physics.md", "published-study.md", "published-simulation.md", "methods.md"])
+@pytest.mark.parametrize(
+    "page", ["physics.md", "numerics.md", "published-study.md", "published-simulation.md", "methods.md"]
+)
 def test_page_is_true(page, capsys):
     run_page(page, capsys)
 
@@ -61,3 +70,41 @@ def test_gallery_is_true(tmp_path, monkeypatch, capsys):
     (tmp_path / "results").mkdir()
     monkeypatch.chdir(tmp_path)
     run_page("gallery.md", capsys)
+
+
+def test_tutorial_is_true(tmp_path, monkeypatch, capsys):
+    """Its commands, one after the other, print what it says; so do its Python blocks after them."""
+    (tmp_path / "configs").symlink_to(ROOT / "configs")
+    (tmp_path / "results").mkdir()
+    monkeypatch.chdir(tmp_path)
+    commands = COMMANDS.findall((ROOT / "docs/tutorial.md").read_text(encoding="utf-8"))
+    assert {line.split()[0] for line, _ in commands} == {"sweep", "rank", "plot", "simulate"}
+    for line, expected in commands:
+        code, out, err = call(*shlex.split(line.replace("\\\n", " ")), seconds=120)
+        # notes about compiling and progress, of slow machines only, come before
+        assert TIMES.sub("", err + out).rstrip().endswith(TIMES.sub("", expected).rstrip()), line
+        assert code == 0
+    assert len(Path("motion.csv").read_text(encoding="utf-8").splitlines()) == 361
+    assert Path("results/optimum-motion.png").exists()
+    run_page("tutorial.md", capsys)
+
+
+def test_tutorial_shows_its_design(monkeypatch):
+    monkeypatch.syspath_prepend(ROOT / "docs")
+    drawn = importlib.import_module("figures").TUTORIAL
+    page = (ROOT / "docs/tutorial.md").read_text(encoding="utf-8")
+    assert f"$ explore plot {' '.join(drawn)}\n" in page
+    assert "](tutorial-motion.png)" in page
+
+
+def test_commands_are_those_of_the_command_line(monkeypatch):
+    monkeypatch.syspath_prepend(ROOT / "docs")
+    commands = importlib.import_module("commands")
+    told = "what cli.md says is old: run python docs/commands.py"
+    assert commands.PAGE.read_text(encoding="utf-8") == commands.page(), told
+
+
+def test_reference_names_everything_public():
+    page = (ROOT / "docs/reference.md").read_text(encoding="utf-8")
+    shown = re.findall(r"^::: explore\.(\w+)$", page, re.MULTILINE)
+    assert sorted(shown) == sorted(set(explore.__all__) - {"__version__"})
