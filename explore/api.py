@@ -31,7 +31,20 @@ if TYPE_CHECKING:
 
 
 def read_results(path: Path | str, columns: Sequence[str] | None = None) -> pd.DataFrame:
-    """Committed designs of a results file as a DataFrame with index "design"."""
+    """Committed designs of a results file as a table.
+
+    Parameters
+    ----------
+    path
+        The HDF5 file of a sweep, finished or not.
+    columns
+        Names of the columns wanted; all when None.
+
+    Returns
+    -------
+    DataFrame
+        Index ``design``, one row for each committed design.
+    """
     return open_results(path).to_pandas(columns)
 
 
@@ -271,6 +284,7 @@ def rank(
     Returns
     -------
     DataFrame
+        One row for each design of the fronts, under its number, with the columns of the results and those named above.
 
     Raises
     ------

@@ -39,6 +39,11 @@ def open_results(path: Path | str) -> Results:
     path
         The HDF5 file of a sweep, finished or not.
 
+    Returns
+    -------
+    Results
+        Of the blocks that are committed now; the file does not stay open.
+
     Raises
     ------
     ResultsError
