@@ -1,9 +1,13 @@
-"""The command line inside the test's own process, for the many runs that need no process of their own."""
+"""The command line inside the test's own process, for the many runs that need no other, and on a terminal."""
 
 import contextlib
 import io
+import os
+import pty
 import signal
+import subprocess
 import sys
+import threading
 from unittest import mock
 
 import pytest
@@ -45,3 +49,33 @@ def patience(seconds):
     finally:
         signal.alarm(0)
         signal.signal(signal.SIGALRM, before)
+
+
+def on_terminal(*arguments, cwd):
+    """Run `explore` as a process whose stderr is a terminal; returns stdout and what the terminal got."""
+    terminal, other_end = pty.openpty()
+    process = subprocess.Popen(
+        [sys.executable, "-c", "from explore.cli import main; main()", *arguments],
+        cwd=cwd,
+        stdout=subprocess.PIPE,
+        stderr=other_end,
+        env={**os.environ, "COLUMNS": "100", "TERM": "xterm"},
+    )
+    os.close(other_end)
+    said: list[bytes] = []
+    reader = threading.Thread(target=lambda: read_all(terminal, said))
+    reader.start()
+    output, _ = process.communicate(timeout=60)
+    reader.join()
+    os.close(terminal)
+    text = b"".join(said).decode()
+    assert process.returncode == 0, text
+    return output.decode(), text
+
+
+def read_all(terminal: int, said: list[bytes]) -> None:
+    while True:
+        try:
+            said.append(os.read(terminal, 4096))
+        except OSError:  # how Linux says that the other end is closed
+            return

@@ -1,7 +1,7 @@
 """`explore plot` as a user meets it."""
 
 import pytest
-from command_line import call
+from command_line import call, on_terminal
 
 import explore
 from explore.cli.plots import KINDS
@@ -46,12 +46,18 @@ def test_a_picture_is_written_and_named(swept, kind):
         assert (swept / f"a{ending}").read_bytes().startswith(start)
 
 
+def test_something_moves_on_a_terminal(swept):
+    output, said = on_terminal("plot", "pareto", cwd=swept)
+    assert output == "results/small-pareto.png\n"
+    assert "drawing" in said
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
         (["paretto"], "unknown kind of figure 'paretto'; did you mean 'pareto'?"),
-        (["pareto", "-o", "front.jpg"], "-o front.jpg: the ending says what is written: .png, .svg, .pdf"),
-        (["pareto", "-o", "front"], "-o front: the ending says what is written: .png, .svg, .pdf"),
+        (["pareto", "-o", "front.jpg"], "-o front.jpg: the name must end in .png, .svg or .pdf"),
+        (["pareto", "-o", "front"], "-o front: the name must end in .png, .svg or .pdf"),
         (["pareto", "--x", "swing"], "results/small.h5 has no column of numbers 'swing'; did you mean 'swing_angle'?"),
         (["pareto", "--design", "8"], "results/small.h5 has no design 8: they are numbered 0 to 7"),
         (["motion", "--x", "cv"], "--x means nothing for 'motion'; it belongs to pareto, map"),
@@ -65,7 +71,7 @@ def test_a_picture_is_written_and_named(swept, kind):
         ),
         (["motion", "--design", "4"], "no full turn to simulate: all links fall into one line"),
         (["mechanism", "--design", "4"], "no full turn to simulate: all links fall into one line"),
-        (["pareto", "-o", "nowhere/front.png"], "nowhere/front.part.png: No such file or directory"),
+        (["pareto", "-o", "nowhere/front.png"], "-o nowhere/front.png: there is no folder nowhere; name another"),
         (["pareto", "other.h5"], "other.h5"),
     ],
 )

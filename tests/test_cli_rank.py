@@ -5,10 +5,13 @@ import sys
 
 import pandas as pd
 import pytest
-from command_line import call
+from command_line import call, on_terminal
 
 import explore
 from explore.cli.tables import markdown
+from explore.ranking.joint import rank_sources
+from explore.ranking.rankings import RankRequest
+from explore.store.results import open_results
 
 STUDY = """mechanism = "crank-rocker"
 [parameters]
@@ -63,7 +66,7 @@ def test_fronts_are_counted_and_shown(swept):
     assert {r["front"] for r in found} == {1, 2, 3}
     code, out, err = call("rank", swept / "all.h5", "--fronts", 2, "--top", 0)
     assert code == 0, err
-    assert f"{(table['front'] == 2).sum()} more are in fronts 2 to 2" in err
+    assert f"{(table['front'] == 2).sum()} more are in front 2\n" in err
     heading = next(line for line in out.splitlines() if "alike" in line)
     assert heading.split()[:3] == ["design", "alike", "front"]
     assert len([line for line in out.splitlines() if line.split()[:1] and line.split()[0].isdigit()]) == sum(
@@ -145,6 +148,18 @@ def test_a_front_that_was_narrowed_says_what_it_cannot_know(swept, tmp_path):
     assert len(every) > 3
 
 
+def test_a_line_stands_for_all_that_are_alike_also_when_few_are_printed(swept):
+    aims = ["--metric", "coupler:min", "--metric", "coupler:max"]
+    code, out, err = call("rank", swept / "all.h5", *aims, "--top", 3)
+    assert code == 0, err
+    ranked = explore.rank(swept / "all.h5", ["coupler:min", "coupler:max"])
+    assert len(ranked) > 9000
+    lines = [line.split() for line in out.splitlines()]
+    assert [line[0] for line in lines if line and line[0].isdigit()] == [str(n) for n in ranked.index[:3]]
+    different = ranked["coupler"].nunique()
+    assert f"{different - 3:,} more lines" in out
+
+
 def test_quality_is_shown_and_printed(swept):
     table = explore.rank(swept / "all.h5", quality=True)
     found = records(swept / "all.h5", "--quality")
@@ -189,6 +204,20 @@ def test_several_results_are_ranked_as_one_table(swept, other, fronts):
     )
     assert set(found["results"]) == {str(file) for file in files}
     assert found.loc[found["results"] == str(other), "speed"].eq(2).all()
+
+
+def test_progress_counts_the_designs_of_all_results(swept, other):
+    sources = {str(file): open_results(file) for file in (swept / "all.h5", other)}
+    steps = []
+    rank_sources(sources, RankRequest(), lambda *step: steps.append(step))
+    assert steps == [(32_768, 52_768), (52_768, 52_768)]
+
+
+def test_a_bar_on_a_terminal(swept):
+    output, said = on_terminal("rank", "all.h5", cwd=swept)
+    assert "ranking" in said
+    assert "100%" in said
+    assert output.startswith("Pareto set, best cv first\n")
 
 
 def test_how_much_is_from_each_is_said(swept, other):

@@ -2,13 +2,10 @@
 
 import json
 import os
-import pty
-import subprocess
-import sys
-import threading
 
 import h5py
 import pytest
+from command_line import on_terminal
 from store_files import BLOCK, N_BLOCKS, N_DESIGNS, fill, flip, writer
 from test_cli import run
 from test_store_kept import SOME, keep
@@ -142,34 +139,10 @@ def test_kept_designs_are_explained(tmp_path):
     assert "finished" in run("verify", "kept.h5", cwd=tmp_path).stdout
 
 
-@pytest.mark.parametrize("command", ["pack", "verify"])
-def test_bar_on_a_terminal(copy, command):
+@pytest.mark.parametrize(("command", "activity"), [("pack", "packing"), ("verify", "checking")])
+def test_bar_on_a_terminal(copy, command, activity):
     """On a terminal a bar appears on stderr while the answer stays the same."""
-    terminal, other_end = pty.openpty()
-    process = subprocess.Popen(
-        [sys.executable, "-c", "from explore.cli import main; main()", command, "copy.h5"],
-        cwd=copy.parent,
-        stdout=subprocess.PIPE,
-        stderr=other_end,
-        env={**os.environ, "COLUMNS": "100", "TERM": "xterm"},
-    )
-    os.close(other_end)
-    said: list[bytes] = []
-    reader = threading.Thread(target=lambda: read_all(terminal, said))
-    reader.start()
-    output, _ = process.communicate(timeout=60)
-    reader.join()
-    os.close(terminal)
-    assert process.returncode == 0
-    text = b"".join(said).decode()
-    assert {"pack": "packing", "verify": "checking"}[command] in text
-    assert "100%" in text
-    assert (b"10 blocks committed" in output) == (command == "verify")
-
-
-def read_all(terminal: int, said: list[bytes]) -> None:
-    while True:
-        try:
-            said.append(os.read(terminal, 4096))
-        except OSError:  # how Linux says that the other end is closed
-            return
+    output, said = on_terminal(command, "copy.h5", cwd=copy.parent)
+    assert activity in said
+    assert "100%" in said
+    assert ("10 blocks committed" in output) == (command == "verify")

@@ -68,7 +68,7 @@ def save(figure: Figure, path: Path) -> None:
     part = path.with_name(f"{path.stem}.part{path.suffix}")
     try:
         with mpl.rc_context({"svg.hashsalt": "explore"}):
-            figure.savefig(part, dpi=130, metadata=undated.get(path.suffix))
+            figure.savefig(part, dpi=130, metadata=undated.get(path.suffix.lower()))
         part.replace(path)
     finally:
         part.unlink(missing_ok=True)

@@ -45,7 +45,8 @@ def _say_counts(results: Results, ranking: Ranking, prefix: str) -> None:
     chosen = " that meet the request" if ranking.left_out else ""
     say(f"{prefix}{first:,} of {ranking.tally.ranked:,} feasible designs{chosen} are Pareto-optimal in {senses}")
     if len(ranking.frame) > first:
-        say(f"  {len(ranking.frame) - first:,} more are in fronts 2 to {ranking.frame['front'].max()}")
+        last = int(ranking.frame["front"].max())
+        say(f"  {len(ranking.frame) - first:,} more are in front{'' if last == 2 else 's 2 to'} {last}")
 
 
 def _left_out(tally: Tally, sentences: dict[str, str]) -> list[str]:

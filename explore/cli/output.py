@@ -43,6 +43,17 @@ def printable(text: str) -> str:
     return "".join(letter if letter.isprintable() or letter == "\n" else "?" for letter in text)
 
 
+def check_output(path: Path | None, endings: Sequence[str]) -> None:
+    """Refuse a file that could not be written, before anything is computed; the name says the format."""
+    if path is None:
+        return
+    if path.suffix.lower() not in endings:
+        raise RequestError(f"-o {path}: the name must end in {', '.join(endings[:-1])} or {endings[-1]}")
+    if path.is_dir() or not path.parent.is_dir():
+        what = "it is a folder" if path.is_dir() else f"there is no folder {path.parent}"
+        raise RequestError(f"-o {path}: {what}; name another file")
+
+
 def refuse_same(output: Path | None, source: Path, what: str) -> None:
     """Refuse an output that is the very file that is read, `what` in words."""
     if output is not None and output.exists() and source.exists() and output.samefile(source):

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from explore.cli.output import newest_results, say
+from explore.cli.bars import block_bar
+from explore.cli.output import check_output, newest_results, say
 from explore.errors import RequestError
 from explore.suggest import suggestion
 
@@ -46,8 +47,7 @@ def plot_results(name: str, path: Path | None, output: Path | None, options: Plo
         if value is not None and option not in kind.options:
             others = ", ".join(known for known, other in KINDS.items() if option in other.options)
             raise RequestError(f"--{option} means nothing for '{name}'; it belongs to {others}")
-    if output is not None and output.suffix not in _ENDINGS:
-        raise RequestError(f"-o {output}: the ending says what is written: {', '.join(_ENDINGS)}")
+    check_output(output, _ENDINGS)
     from explore.charts.columns import study_name
     from explore.charts.style import save
     from explore.store.results import open_results
@@ -55,11 +55,12 @@ def plot_results(name: str, path: Path | None, output: Path | None, options: Plo
     results = open_results(path or newest_results())
     if results.n_committed == 0:
         raise RequestError(f"{results.path} holds no designs yet, so there is nothing to draw")
-    figure = kind.draw(results, options)
-    if output is None:
-        output = Path("results") / f"{study_name(results)}-{name}.png"
-        output.parent.mkdir(exist_ok=True)
-    save(figure, output)
+    with block_bar("drawing"):
+        figure = kind.draw(results, options)
+        if output is None:
+            output = Path("results") / f"{study_name(results)}-{name}.png"
+            output.parent.mkdir(exist_ok=True)
+        save(figure, output)
     say(str(output), data=True)
 
 

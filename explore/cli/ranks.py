@@ -8,9 +8,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from explore.cli.bars import block_bar
 from explore.cli.explanations import explain
 from explore.cli.output import counted, newest_results, number, print_json, print_table, refuse_same, say
-from explore.cli.tables import check_output, write_table
+from explore.cli.tables import check_table, write_table
 
 #: Columns that --quality adds.
 QUALITY = ("knee", "crowding", "hypervolume_share")
@@ -57,7 +58,7 @@ def print_ranking(options: RankOptions, *, as_json: bool) -> None:
     """Rank results files and print their Pareto set."""
     from explore.store.several import open_several
 
-    check_output(options.output)
+    check_table(options.output)
     several = open_several(options.results or [newest_results()])
     for results in several.values():
         refuse_same(options.output, results.path, "the results file")
@@ -90,9 +91,11 @@ def _ranked(several: dict[str, Results], options: RankOptions) -> tuple[Ranking,
 
     if len(several) == 1:
         ((name, results),) = several.items()
-        ranking = rank_source(results, options.request())
+        with block_bar("ranking") as step:
+            ranking = rank_source(results, options.request(), step)
         return ranking, {name: ranking}
-    joint = rank_sources(several, options.request())
+    with block_bar("ranking") as step:
+        joint = rank_sources(several, options.request(), step)
     for doubt in joint.doubts:
         say(doubt, "yellow")
     return joint.whole, joint.parts
@@ -112,9 +115,11 @@ def _print_front(ranking: Ranking, parameters: list[str], units: Mapping[str, st
     if ranking.order_by.metric not in names:
         names.insert(0, ranking.order_by.metric)
     # The front is not part of what designs have in common: equal objectives are always in the same one.
-    groups = list(ranking.frame.groupby(names, sort=False, dropna=False))
+    line = ranking.frame.groupby(names, sort=False, dropna=False).ngroup()
+    lines = int(line.max()) + 1
     top = USUAL_LINES if options.top is None else options.top
-    shown = groups if top == 0 else groups[:top]
+    # Only what is shown is taken apart: of a hundred thousand designs that takes ten seconds.
+    shown = list(ranking.frame[line < (top or lines)].groupby(names, sort=False, dropna=False))
     marks = ["front"] if options.fronts > 1 else []
     origins = ["results"] if len(options.results) > 1 else []
     figures = list(QUALITY) if options.quality else []
@@ -128,9 +133,7 @@ def _print_front(ranking: Ranking, parameters: list[str], units: Mapping[str, st
     columns = [(name, "") for name in ("design", "alike", *marks, *origins)]
     columns += [*((name, units[name]) for name in (*parameters, *names)), *((name, "") for name in figures)]
     more = (
-        f"{len(groups) - len(shown):,} more lines: --top 0 prints all, -o FILE.csv writes them"
-        if len(groups) > len(shown)
-        else ""
+        f"{lines - len(shown):,} more lines: --top 0 prints all, -o FILE.csv writes them" if lines > len(shown) else ""
     )
     print_table(f"Pareto set, best {ranking.order_by.metric} first", columns, rows, more)
 

@@ -6,7 +6,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from explore.cli.output import json_text, number
+from explore.cli.output import check_output, json_text, number
 from explore.errors import RequestError
 
 if TYPE_CHECKING:
@@ -17,19 +17,13 @@ if TYPE_CHECKING:
 ENDINGS = (".csv", ".json", ".md", ".parquet")
 
 
-def check_output(path: Path | None) -> None:
+def check_table(path: Path | None) -> None:
     """Refuse a file that could not be written, before anything is computed."""
-    if path is None:
-        return
-    if path.suffix.lower() not in ENDINGS:
-        raise RequestError(f"-o {path}: the name must end in {', '.join(ENDINGS[:-1])} or {ENDINGS[-1]}")
-    if path.suffix.lower() == ".parquet" and find_spec("pyarrow") is None:
+    check_output(path, ENDINGS)
+    if path is not None and path.suffix.lower() == ".parquet" and find_spec("pyarrow") is None:
         raise RequestError(
             f'-o {path}: Parquet needs pyarrow: pip install "linkage-explore[parquet]"; .csv needs nothing'
         )
-    if path.is_dir() or not path.parent.is_dir():
-        what = "it is a folder" if path.is_dir() else f"there is no folder {path.parent}"
-        raise RequestError(f"-o {path}: {what}; name another file")
 
 
 def write_table(frame: pd.DataFrame, path: Path, units: Mapping[str, str]) -> None:

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from itertools import accumulate
 
 from explore.errors import RequestError
 from explore.ranking.pareto import fronts as find_fronts
-from explore.ranking.rankings import Ranking, RankRequest, Source, arranged, rank_source
+from explore.ranking.rankings import Ranking, RankRequest, Source, Step, arranged, rank_source
 from explore.ranking.tallies import Tally
 from explore.vocabulary import Columns
 
@@ -27,8 +28,10 @@ class JointRanking:
     doubts: tuple[str, ...]
 
 
-def rank_sources(sources: Mapping[str, Source], request: RankRequest) -> JointRanking:
+def rank_sources(sources: Mapping[str, Source], request: RankRequest, step: Step | None = None) -> JointRanking:
     """Rank several results together, in the objectives of the first unless others are asked for.
+
+    A step follows each block, counted over all of them.
 
     Raises
     ------
@@ -39,11 +42,12 @@ def rank_sources(sources: Mapping[str, Source], request: RankRequest) -> JointRa
 
     (first, source), *others = sources.items()
     asked = replace(request, quality=False)
-    parts = {first: _named(first, source, asked)}
+    steps = _steps(sources, step)
+    parts = {first: _named(first, source, asked, steps[first])}
     objectives, order = parts[first].objectives, parts[first].order_by
     aims = [f"{objective.metric}:{objective.sense}" for objective in objectives]
     same = replace(asked, metrics=aims, order_by=f"{order.metric}:{order.sense}")
-    parts |= {name: _named(name, other, same) for name, other in others}
+    parts |= {name: _named(name, other, same, steps[name]) for name, other in others}
     metrics = [objective.metric for objective in (*objectives, order)]
     doubts = [line for name, other in others for line in _differences(first, source, name, other, metrics)]
 
@@ -61,10 +65,21 @@ def rank_sources(sources: Mapping[str, Source], request: RankRequest) -> JointRa
     )
 
 
-def _named(name: str, source: Source, request: RankRequest) -> Ranking:
+def _steps(sources: Mapping[str, Source], step: Step | None) -> dict[str, Step | None]:
+    """For each of several results a step that goes on where the one before it ended."""
+    counts = [source.n_committed for source in sources.values()]
+    before = accumulate(counts, initial=0)
+    return {name: step and _going_on(step, start, sum(counts)) for name, start in zip(sources, before, strict=False)}
+
+
+def _going_on(step: Step, start: int, total: int) -> Step:
+    return lambda done, _: step(start + done, total)
+
+
+def _named(name: str, source: Source, request: RankRequest, step: Step | None) -> Ranking:
     """The ranking of one of several results; what is wrong is said with its name."""
     try:
-        return rank_source(source, request)
+        return rank_source(source, request, step)
     except RequestError as error:
         raise RequestError(f"{name}: {error}") from None
 

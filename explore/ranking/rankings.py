@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -23,6 +23,8 @@ from explore.vocabulary import Column, Columns, Objective
 if TYPE_CHECKING:
     import pandas as pd
 
+#: Called after each block with how many designs were read and how many there are to be read.
+Step = Callable[[int, int], None]
 #: Roles of columns that can be an aim; codes and bookkeeping cannot.
 _RANKABLE = ("parameter", "metric", "margin")
 
@@ -61,6 +63,10 @@ class Source(Protocol):
     @property
     def constraints(self) -> Bounds:
         """The bounds that the designs were swept with."""
+
+    @property
+    def n_committed(self) -> int:
+        """How many designs the blocks hold."""
 
     def blocks(self, columns: Sequence[str] | None = None) -> Iterable[Columns]:
         """Columns of consecutive designs."""
@@ -125,8 +131,8 @@ def arranged(
     return with_quality(best, objectives) if request.quality else best
 
 
-def rank_source(source: Source, request: RankRequest = AS_SWEPT) -> Ranking:
-    """Rank the designs of a results file, block by block; see `rank_frame`."""
+def rank_source(source: Source, request: RankRequest = AS_SWEPT, step: Step | None = None) -> Ranking:
+    """Rank the designs of a results file, block by block, with a step after each; see `rank_frame`."""
     usual = json.loads(str(source.attributes.get("objectives", "[]")))
     rankable = [c.name for c in source.columns if c.role in _RANKABLE and not c.labels]
     objectives, order = choose_objectives(
@@ -141,10 +147,21 @@ def rank_source(source: Source, request: RankRequest = AS_SWEPT) -> Ranking:
     tally = Tally(tuple(column.name for column in source.columns if column.role == "margin"))
     aims = (objective.metric for objective in objectives)
     wanted = list(dict.fromkeys(["design", "feasible", "status", *tally.margins, *aims, *selection.names]))
-    rows, numbers = find_fronts(selection.apply(source.blocks(wanted)), objectives, request.fronts, tally)
+    blocks = _followed(source.blocks(wanted), source.n_committed, step)
+    rows, numbers = find_fronts(selection.apply(blocks), objectives, request.fronts, tally)
     complete = {f"{o.metric}:{o.sense}" for o in objectives} == set(usual) and selection.keeps_front(objectives)
     if reduced and complete and not selection.selects:
         # Only the Pareto set in these objectives was kept; the others were counted when they were computed.
         tally = Tally.from_json(str(source.attributes.get("tally")))
     frame = arranged(source.rows(rows), numbers, objectives, order, request)
     return Ranking(frame, objectives, order, tally, selection.left_out, reduced and not complete)
+
+
+def _followed(blocks: Iterable[Columns], total: int, step: Step | None) -> Iterator[Columns]:
+    """The blocks, with a step after what was done with each."""
+    done = 0
+    for columns in blocks:
+        yield columns
+        done += len(columns["design"])
+        if step is not None:
+            step(done, total)
