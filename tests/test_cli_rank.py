@@ -256,7 +256,9 @@ def test_results_that_do_not_go_together_are_refused(swept, other, tmp_path):
     )
     explore.sweep(explore.load_study(tmp_path / "cycle.toml"), tmp_path / "cycle.h5")
 
-    assert f"{tmp_path / 'without.h5'}: no column 'cv' in these results" in refused(other, tmp_path / "without.h5")
+    assert f"{tmp_path / 'without.h5'}: no column 'cv' to rank by in these results" in refused(
+        other, tmp_path / "without.h5"
+    )
     assert f"{other} is named twice" in refused(other, swept / "all.h5", other)
     assert "missing.h5 does not exist" in refused(other, tmp_path / "missing.h5", code=1)
     assert "window drive in" in call("rank", other, tmp_path / "cycle.h5")[2]

@@ -89,6 +89,7 @@ def test_pareto_draws_what_the_results_hold(make):
     assert np.array_equal(np.ravel(lines["chosen"].get_data()), best)
     assert "[1]" in chart.get_xlabel()
     assert "[deg]" in chart.get_ylabel()
+    assert min(mark.get_markersize() for mark in figure.legends[0].get_lines()) >= 6.0
 
 
 def test_the_border_of_a_maximum_lies_on_the_other_side(make):

@@ -52,6 +52,8 @@ def map_chart(
     RequestError
         If a name is wrong, or fewer than two parameters or designs are there to be shown.
     """
+    from matplotlib.patheffects import withStroke
+
     ranking = rank_source(results)
     swept = varying(results)
     names = _two_parameters(results, [c.name for c in swept], x, y)
@@ -73,11 +75,12 @@ def map_chart(
         star = choose_design(results, design, ranking)
         place = results.rows([star])[names].to_numpy(float)[0]
         handles += chart.plot(*place, "*", color=GREEN, mec=INK, mew=0.8, ms=17, ls="", label=f"design {star:,}",
-                              clip_on=False)  # fmt: skip
+                              clip_on=False, path_effects=[withStroke(linewidth=3.5, foreground="white")])  # fmt: skip
     chart.set_xlabel(axis_label(drawable(results, names[0])))
     chart.set_ylabel(axis_label(drawable(results, names[1])))
     what = shown.name if fixed else f"{_HOW[sense]} {shown.name} in each cell"
-    heading = f"{study_name(results)}: {what}, {np.count_nonzero(usable):,} feasible of {len(frame):,} designs"
+    count = f"{np.count_nonzero(usable):,} feasible of {len(frame):,} designs"
+    heading = f"{study_name(results)}: {what}, {count if results.keep == 'all' else f'{len(frame):,} designs'}"
     figure.suptitle(heading + state(results) + (f"\n{fixed}" if fixed else ""), fontsize=11, color=INK)
     figure.legend(handles=handles, loc="outside lower center", ncols=2, frameon=False, fontsize=10, title=title,
                   handleheight=1.6, handlelength=3.0)  # fmt: skip

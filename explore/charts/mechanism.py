@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
@@ -15,6 +16,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+#: Letters of one line of the title.
+_LETTERS = 80
 _LIMITS = {"overlapped": (BLUE, "-", "o"), "extended": (ORANGE, "--", "s")}
 
 
@@ -83,7 +86,9 @@ def mechanism_chart(
     chart.grid(color=MUTED, alpha=0.2, lw=0.5)
     chart.set_xlabel("x [mm]")
     chart.set_ylabel("y [mm]")
-    figure.suptitle(title, fontsize=11, color=INK)
+    # Lines end at commas only: a length stays beside its name.
+    words = title.replace(" ", "\xa0").replace(",\xa0", ", ")
+    figure.suptitle("\n".join(textwrap.wrap(words, _LETTERS)), fontsize=11, color=INK)
     figure.legend(loc="outside lower center", ncols=2, frameon=False, fontsize=10, handlelength=3.5)
     return figure
 

@@ -117,7 +117,8 @@ def _lines(figure: Figure, chart: Axes, others: FloatArray, optimal: FloatArray,
         chart.plot(places, optimal[0], "*-", color=GREEN, mec=INK, mew=0.6, ms=12, lw=2.0, zorder=4, clip_on=False,
                    label=f"best {first.metric}: design {ranking.frame.index[0]:,}")  # fmt: skip
         figure.legend(handles=[chart.get_lines()[-1]], loc="outside lower center", frameon=False)
-    figure.colorbar(lines, ax=chart, label=f"{first.metric} of the Pareto set", pad=0.01, shrink=0.8)
+    if best.min() < best.max():
+        figure.colorbar(lines, ax=chart, label=f"{first.metric} of the Pareto set", pad=0.01, shrink=0.8)
 
 
 def _axis(chart: Axes, place: int, column: Column, ends: tuple[float, float], sense: str | None) -> None:
@@ -130,7 +131,7 @@ def _axis(chart: Axes, place: int, column: Column, ends: tuple[float, float], se
     for tick in ticks:
         height = (tick - low) / (high - low)
         chart.plot([place - 0.03, place], [height, height], color=INK, lw=1.2, zorder=3)
-        chart.text(place - 0.05, height, f"{tick:.6g}", ha="right", va="center", fontsize=9, zorder=3,
+        chart.text(place - 0.05, height, f"{tick:.6g}", ha="right", va="center", fontsize=9, zorder=5,
                    bbox={"facecolor": "white", "alpha": 0.8, "lw": 0, "pad": 0.6})  # fmt: skip
     better = {"min": "\n▼ better", "max": "\n▲ better", None: ""}[sense]
     words = column.name.replace("_", "_\n", 1) if len(column.name) > 12 else column.name

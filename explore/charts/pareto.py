@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from explore.charts.columns import axis_label, choose_design, drawable, state, study_name
-from explore.charts.style import BLUE, GREEN, INK, MUTED, RED, new_figure
+from explore.charts.style import BLUE, GREEN, INK, RED, new_figure
 from explore.errors import RequestError
 from explore.ranking.rankings import Ranking, rank_source
 from explore.store.results import Results
@@ -23,6 +23,8 @@ MANY = 100_000
 #: Infeasible designs are drawn one in each cell of a grid this fine: crosses on top of each other tell nothing more.
 _CROSSES = (72, 48)
 _CELLS = (240, 160)
+#: Points of a mark in the legend, at least.
+_LEAST_MARK = 6.0
 #: Share of the feasible designs that the axes leave out on each side: a few far outliers would hide all others.
 _TAIL = 0.005
 
@@ -71,7 +73,9 @@ def pareto_chart(results: Results, x: str | None = None, y: str | None = None, d
     count = f"{ranking.tally.ranked:,} feasible of {results.n_studied:,} designs{state(results)}"
     figure.suptitle(f"{study_name(results)}: {len(front):,} Pareto-optimal of {count}", fontsize=12, color=INK)
     handles, labels = chart.get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower left", ncols=1, frameon=False, fontsize=10)
+    legend = figure.legend(handles, labels, loc="outside lower left", ncols=1, frameon=False, fontsize=10)
+    for mark in legend.get_lines():  # a mark is small where there are many
+        mark.set_markersize(max(mark.get_markersize(), _LEAST_MARK))
     return figure
 
 
@@ -91,7 +95,9 @@ def _limit(chart: Axes, points: FloatArray, marked: FloatArray) -> None:
     points = points[np.isfinite(points).all(axis=1)]
     marked = marked[np.isfinite(marked).all(axis=1)]
     if len(points) == 0 and len(marked) == 0:
-        chart.text(0.5, 0.5, "no design has both values", ha="center", color=MUTED, transform=chart.transAxes)
+        chart.text(0.5, 0.5, "no design has both values", ha="center", color=INK, transform=chart.transAxes)
+        chart.set_xticks([])
+        chart.set_yticks([])
         return
     bulk = np.quantile(points, [_TAIL, 1.0 - _TAIL], axis=0, method="nearest") if len(points) else marked
     both = np.vstack([bulk, marked])
@@ -113,7 +119,9 @@ def _infeasible(chart: Axes, points: FloatArray) -> None:
         return
     known = points[np.isfinite(points).all(axis=1)]
     label = f"infeasible: {len(known):,}"
-    if len(points) > len(known):
+    if len(known) == 0:
+        label = f"infeasible: {len(points):,}, all without values"
+    elif len(points) > len(known):
         label += f" (and {len(points) - len(known):,} without values)"
     shown = known
     if len(known) > _CROSSES[0] * _CROSSES[1]:

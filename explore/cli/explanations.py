@@ -21,7 +21,8 @@ def explain(results: Results, ranking: Ranking, prefix: str = "") -> None:
     _say_counts(results, ranking, prefix)
     sentences = json.loads(str(results.attributes.get("status_sentences", "{}")))
     for reason, count in ranking.left_out.items():
-        say(f"  left out: {count:,} feasible ones that {reason}")
+        if count:
+            say(f"  left out: {count:,} feasible ones that {reason}")
     for line in _left_out(ranking.tally, sentences):
         say(f"  left out: {line}")
     speed = str(results.attributes.get("speed", ""))

@@ -37,6 +37,8 @@ _SIGNS: dict[str, Callable[[Any, Any], Any]] = {
     "<": operator.lt, "<=": operator.le, ">": operator.gt, ">=": operator.ge, "==": operator.eq, "!=": operator.ne,
 }  # fmt: skip
 _WORDS = ("and", "or", "not")
+#: What other languages write, and what is written here.
+_INSTEAD = (("=", "=="), (",", "0.5, not 0,5"), ("&", "and"), ("|", "or"), ("!", "not or !="), ("~", "not"))
 #: Brackets within brackets; far below what Python's own stack bears.
 _DEEPEST = 50
 _WANTED = "a comparison is wanted here, such as swing_angle > 20"
@@ -90,8 +92,18 @@ class _Parser:
         test = self._any()
         kind, word, _ = self._tokens[self._at]
         if kind != "end":
-            raise self._wrong("this closing bracket opens nowhere" if word == ")" else "'and' or 'or' is wanted here")
+            raise self._wrong(self._beyond(kind, word))
         return Condition(self._text, tuple(self._names), test)
+
+    def _beyond(self, kind: str, word: str) -> str:
+        """What is wrong with a token where the condition might have ended."""
+        if word == ")":
+            return "this closing bracket opens nowhere"
+        if kind == "name" and word.lower() in _WORDS:
+            return f"write {word.lower()} in small letters"
+        if kind == "name" and word not in self._columns and self._tokens[self._at - 1][0] == "number":
+            return f"{shown(word)} is one too many; numbers are in the column's unit, without it"
+        return "'and' or 'or' is wanted here"
 
     def _split(self) -> list[tuple[str, str, int]]:
         """The tokens as (kind, text, place)."""
@@ -170,6 +182,8 @@ class _Parser:
             return lambda _: value
         if kind != "name" or word in _WORDS:
             raise self._wrong(_WANTED)
+        if word not in self._columns and word.lower() in _WORDS:
+            raise self._wrong(f"write {word.lower()} in small letters")
         if word not in self._columns:
             raise self._wrong(f"no column {shown(word)}; {suggestion(word, self._columns)}", place)
         self._at += 1
@@ -202,7 +216,7 @@ def _joined(parts: Sequence[_Test], join: Callable[[Any, Any], Any]) -> _Test:
 
 def _advice(rest: str) -> str:
     """What to write in place of what is no token."""
-    for wrong, right in (("=", "=="), ("&", "and"), ("|", "or"), ("!", "not or !="), ("~", "not")):
+    for wrong, right in _INSTEAD:
         if rest.startswith(wrong):
             return f"{shown(wrong)} is not known; write {right}"
     if rest[0].isdigit():

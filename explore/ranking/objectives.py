@@ -25,7 +25,7 @@ def parse_objective(text: str, senses: Mapping[str, Sense | None], columns: Sequ
     """
     name, _, sense = text.partition(":")
     if name not in columns:
-        raise RequestError(f"no column '{name}' in these results; {suggestion(name, columns)}")
+        raise RequestError(f"no column '{name}' to rank by in these results; {suggestion(name, columns)}")
     if sense == "" and ":" not in text:
         own = senses.get(name) or ("min" if name.endswith(_SMALL_IS_GOOD) else None)
         if own is None:
