@@ -56,6 +56,22 @@ def test_results_format_is_true(tmp_path, monkeypatch, capsys):
     run_page("results-format.md", capsys)
 
 
+def test_ranking_is_true(tmp_path, monkeypatch, capsys):
+    """The blocks run; each command prints what stands below it, on both streams."""
+    (tmp_path / "results").mkdir()
+    monkeypatch.chdir(tmp_path)
+    for name in ("grid", "published"):
+        explore.sweep(explore.load_study(ROOT / f"configs/{name}.toml"), f"results/{name}.h5")
+    run_page("ranking.md", capsys)
+    page = (ROOT / "docs/ranking.md").read_text(encoding="utf-8")
+    commands = re.findall(r"^```sh\nexplore ([^\n]*)\n```\n(?:\n```text\n(.*?)^```)?", page, re.MULTILINE | re.DOTALL)
+    assert len(commands) == 4
+    for command, expected in commands:
+        code, out, err = call(*shlex.split(command))
+        assert code == 0, err
+        assert expected in err + out
+
+
 def test_gallery_is_true(tmp_path, monkeypatch, capsys):
     """Each picture is that of the command above it, is there and is small; the Python block runs."""
     monkeypatch.syspath_prepend(ROOT / "docs")
