@@ -94,7 +94,7 @@ def rank(
     results: Annotated[
         list[Path] | None,
         typer.Argument(
-            metavar="[RESULTS…]",
+            metavar="RESULTS",
             help="Results files, several of them ranked together; the newest results/*.h5 unless given.",
         ),
     ] = None,
