@@ -228,7 +228,7 @@ def precision(
     scenes: Annotated[
         list[str] | None,
         typer.Argument(
-            metavar="[SCENE…]", help="Names of bundled scenes, or .toml files; all bundled ones unless given."
+            metavar="SCENE", help="Names of bundled scenes, or .toml files; all bundled ones unless given."
         ),
     ] = None,
     output: Annotated[Path, typer.Option("-o", "--output", help="The folder for tables and charts.")] = Path(
