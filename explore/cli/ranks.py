@@ -58,10 +58,12 @@ def print_ranking(options: RankOptions, *, as_json: bool) -> None:
     """Rank results files and print their Pareto set."""
     from explore.store.several import open_several
 
+    paths = options.results or [newest_results()]
+    for path in paths:
+        refuse_same(options.output, path, "the results file")
     check_table(options.output)
-    several = open_several(options.results or [newest_results()])
+    several = open_several(paths)
     for results in several.values():
-        refuse_same(options.output, results.path, "the results file")
         if not results.complete:
             say(f"{results.path} is not finished: {results.n_committed:,} of {results.n_designs:,} designs", "yellow")
     ranking, parts = _ranked(several, options)
