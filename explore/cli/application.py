@@ -175,6 +175,19 @@ def plot(
     plot_results(kind, results, output, PlotOptions(x=x, y=y, metric=metric, design=design))
 
 
+@app.command(epilog="Example: explore report results/grid.h5 -o grid.html")
+def report(
+    results: Results = None,
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", help="FILE.html; results/NAME-report.html unless given.")
+    ] = None,
+) -> None:
+    """Write the results as one interactive page for a browser, and print its name."""
+    from explore.cli.reports import write_report
+
+    write_report(results, output)
+
+
 @app.command(epilog="Example: explore verify results/grid.h5")
 def verify(results: Results = None, json: Json = False) -> None:
     """Check every committed block of a results file against its checksum."""

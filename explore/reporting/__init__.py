@@ -1,0 +1,1 @@
+"""The interactive report: a results file as one page that works from disk."""

@@ -1,0 +1,134 @@
+/** Small charts of a motion over the crank angle, all with the same cursor. */
+
+import { el, sized } from "./dom.js";
+import { number } from "./format.js";
+import { axisScale } from "./scales.js";
+import { colours } from "./theme.js";
+
+const HEIGHT = 118;
+const MARGIN = { left: 42, right: 8, top: 6, bottom: 18 };
+
+/**
+ * Make a chart.
+ * @param {{title: string, unit: string, lines: Array, good?: [number, number]}} kind
+ * @param {(degrees: number) => void} onPoint called with the crank angle that is pointed at
+ */
+export function curveChart(kind, onPoint) {
+  const canvas = el("canvas", { role: "img" });
+  const value = el("span", { class: "value" });
+  const title = el("span", { class: "title" }, kind.unit ? `${kind.title} [${kind.unit}]` : kind.title);
+  const node = el("figure", { class: "curve" }, el("figcaption", {}, title, value), canvas);
+  const point = (event) => {
+    if (event.type === "pointermove" && !event.buttons) return;
+    const { left, width } = canvas.getBoundingClientRect();
+    const share = (event.clientX - left - MARGIN.left) / (width - MARGIN.left - MARGIN.right);
+    onPoint(Math.min(1, Math.max(0, share)) * 360);
+  };
+  canvas.addEventListener("pointerdown", point);
+  canvas.addEventListener("pointermove", point);
+  return { node, draw: (motion, turn, degrees, width) => draw(kind, canvas, value, motion, turn, degrees, width) };
+}
+
+function draw(kind, canvas, value, motion, turn, degrees, width) {
+  const context = sized(canvas, width, HEIGHT);
+  const colour = colours();
+  const x = axisScale([0, 360], [MARGIN.left, width - MARGIN.right]);
+  const all = kind.lines.flatMap(([name]) => [...turn.series[name]]).filter(Number.isFinite);
+  if (!all.length) {
+    context.fillStyle = colour.muted;
+    context.font = "12px system-ui, sans-serif";
+    context.fillText("the output turns fully: no stroke", MARGIN.left, HEIGHT / 2);
+    value.textContent = "";
+    return;
+  }
+  const span = [all.reduce((a, b) => Math.min(a, b)), all.reduce((a, b) => Math.max(a, b))];
+  if (kind.lines[0][0] === "one_clutch") span[0] = 0;
+  const y = axisScale(span, [HEIGHT - MARGIN.bottom, MARGIN.top], { room: 0.08 });
+  frame(context, x, y, motion, colour, width);
+  if (kind.good) bounds(context, kind.good, y, colour, width);
+  for (const [name, hue] of kind.lines) {
+    context.strokeStyle = colour[hue];
+    context.lineWidth = 1.7;
+    context.beginPath();
+    turn.angles.forEach((angle, k) => context.lineTo(x(angle), y(turn.series[name][k])));
+    context.stroke();
+  }
+  cursor(context, kind, motion, degrees, x, y, colour);
+  const now = motion.at(degrees);
+  value.replaceChildren(...kind.lines.map(([name, hue, label]) =>
+    el("span", { class: `hue-${hue}` }, `${label ? `${label === "all" ? `${motion.phases}` : label} ` : ""}${number(now[name], 4)}`)));
+  canvas.setAttribute("aria-label", `${kind.title} over the crank angle, ${number(span[0], 4)} to ${number(span[1], 4)} ${kind.unit}`);
+}
+
+/** Drive stroke, limit positions, grid and ticks. */
+function frame(context, x, y, motion, colour, width) {
+  const [bottom, top] = y.range();
+  context.fillStyle = colour.stroke;
+  for (const turn of motion.stroke ? [-720, -360, 0, 360] : []) {
+    const [start, stop] = motion.stroke.map((angle) => Math.min(360, Math.max(0, angle + turn)));
+    if (stop > start) context.fillRect(x(start), top, x(stop) - x(start), bottom - top);
+  }
+  context.font = "10.5px system-ui, sans-serif";
+  context.fillStyle = colour.muted;
+  context.strokeStyle = colour.faint;
+  context.lineWidth = 1;
+  context.textAlign = "right";
+  context.textBaseline = "middle";
+  for (const tick of y.ticks(4)) {
+    const place = Math.round(y(tick)) + 0.5;
+    context.beginPath();
+    context.moveTo(MARGIN.left, place);
+    context.lineTo(width - MARGIN.right, place);
+    context.stroke();
+    context.fillText(number(tick, 3), MARGIN.left - 5, place);
+  }
+  context.textBaseline = "top";
+  for (const angle of [0, 90, 180, 270, 360]) {
+    context.textAlign = angle === 0 ? "left" : angle === 360 ? "right" : "center";
+    context.fillText(`${angle}°`, x(angle), bottom + 5);
+  }
+  context.strokeStyle = colour.muted;
+  context.setLineDash([1.5, 3]);
+  for (const angle of Object.values(motion.limits ?? {})) {
+    const place = x(((angle % 360) + 360) % 360);
+    context.beginPath();
+    context.moveTo(place, top);
+    context.lineTo(place, bottom);
+    context.stroke();
+  }
+  context.setLineDash([]);
+}
+
+/** Lines at the bounds of what is held to be good, where they are in sight. */
+function bounds(context, good, y, colour, width) {
+  const [low, high] = y.domain();
+  context.strokeStyle = colour.red;
+  context.lineWidth = 1.2;
+  context.setLineDash([7, 3, 2, 3]);
+  for (const bound of good.filter((value) => value > low && value < high)) {
+    context.beginPath();
+    context.moveTo(MARGIN.left, y(bound));
+    context.lineTo(width - MARGIN.right, y(bound));
+    context.stroke();
+  }
+  context.setLineDash([]);
+}
+
+function cursor(context, kind, motion, degrees, x, y, colour) {
+  const now = motion.at(degrees);
+  const [bottom, top] = y.range();
+  context.strokeStyle = colour.ink;
+  context.lineWidth = 1;
+  context.beginPath();
+  context.moveTo(x(degrees), top);
+  context.lineTo(x(degrees), bottom);
+  context.stroke();
+  for (const [name, hue] of kind.lines) {
+    // An angle may be drawn some turns away from where its formula puts it.
+    const turns = kind.unit === "deg" ? Math.round(((y.domain()[0] + y.domain()[1]) / 2 - now[name]) / 360) : 0;
+    context.fillStyle = colour[hue];
+    context.beginPath();
+    context.arc(x(degrees), y(now[name] + 360 * turns), 3.2, 0, 2 * Math.PI);
+    context.fill();
+  }
+}

@@ -1,0 +1,142 @@
+/** The chosen design: its mechanism in motion, its curves, its values. */
+
+import { el, onWidth, sized } from "./dom.js";
+import { cell, count, words } from "./format.js";
+import { curveChart } from "./curves.js";
+import { KINDS, glyph } from "./marks.js";
+import { drawingOf } from "./mechanisms.js";
+import { onTheme } from "./theme.js";
+
+/** Seconds of a turn on the screen; whatever the crank's own speed, it can be followed. */
+const TURN = 5;
+const HEIGHT = 300;
+
+/**
+ * @param {HTMLElement} root
+ * @param {import("./payload.js").Model} model
+ * @param {import("./selection.js").Focus} chosen
+ */
+export function designPanel(root, model, chosen) {
+  const state = { degrees: 0, playing: false, motion: null, turn: null, drawing: null, size: { width: 0, height: HEIGHT } };
+  const canvas = el("canvas", { class: "linkage", role: "img" });
+  const stage = el("div", { class: "stage" }, canvas);
+  const controls = player(state, () => draw());
+  const curves = el("div", { class: "curves" });
+  const head = el("div", { class: "panel-head" });
+  const message = el("p", { class: "message", hidden: true });
+  const legend = el("p", { class: "legend small" });
+  const values = el("div", { class: "values" });
+  root.append(head, message, el("div", { class: "motion" }, el("div", {}, stage, legend, controls.node), curves), values);
+  let charts = [];
+
+  function show(row) {
+    const parameters = parametersOf(model, row);
+    state.drawing = drawingOf(model.study.mechanism, parameters);
+    state.motion = state.drawing ? state.drawing.motion(parameters, model.study.drive) : null;
+    state.turn = state.motion && state.drawing.over(state.motion);
+    heading(head, model, row);
+    listValues(values, model, row);
+    const why = whyNot(model, row, state);
+    message.hidden = !why;
+    message.textContent = why;
+    root.classList.toggle("still", !state.motion);
+    legendOf(legend, state.motion);
+    if (!state.motion) return controls.pause();
+    state.degrees = ((state.motion.stroke?.[0] ?? 0) % 360 + 360) % 360;
+    canvas.setAttribute("aria-label", `the mechanism of design ${model.designs[row]} in true proportions`);
+    charts = state.drawing.curves.map((kind) => curveChart(kind, (degrees) => { controls.pause(); controls.set(degrees); }));
+    curves.replaceChildren(...charts.map((chart) => chart.node));
+    draw();
+  }
+
+  function draw() {
+    controls.show();
+    if (!state.motion || !state.size.width) return;
+    state.drawing.draw(sized(canvas, state.size.width, state.size.height), state.motion, state.degrees, state.size);
+    const width = charts[0].node.clientWidth;
+    for (const chart of charts) chart.draw(state.motion, state.turn, state.degrees, width);
+  }
+
+  onWidth(stage, (width) => { state.size.width = width; draw(); });
+  onTheme(draw);
+  chosen.listen((row) => { show(row); if (state.motion && !matchMedia("(prefers-reduced-motion: reduce)").matches) controls.play(); });
+  if (chosen.row >= 0) show(chosen.row);
+  return { state };
+}
+
+/** Play and pause, and the crank angle as a slider. */
+function player(state, draw) {
+  const button = el("button", { type: "button", class: "play", onclick: () => (state.playing ? pause() : play()) });
+  const slider = el("input", { type: "range", min: 0, max: 360, step: 0.1, "aria-label": "crank angle in degrees", oninput: () => { pause(); set(Number(slider.value)); } });
+  const reading = el("output", { class: "reading" });
+  let before = 0;
+
+  function frame(now) {
+    if (!state.playing) return;
+    if (before) state.degrees = (state.degrees + ((now - before) / 1000 / TURN) * 360) % 360;
+    before = now;
+    draw();
+    requestAnimationFrame(frame);
+  }
+  function play() {
+    if (state.playing || !state.motion) return;
+    state.playing = true;
+    before = 0;
+    requestAnimationFrame(frame);
+  }
+  function pause() {
+    state.playing = false;
+    draw();
+  }
+  function set(degrees) {
+    state.degrees = degrees;
+    draw();
+  }
+  function show() {
+    button.textContent = state.playing ? "❚❚ Pause" : "▶ Play";
+    slider.value = state.degrees;
+    reading.textContent = `crank ${state.degrees.toFixed(1)}°`;
+  }
+  return { node: el("div", { class: "player" }, button, slider, reading), play, pause, set, show };
+}
+
+/** Parameters of a design by name: the swept ones, the others as the mechanism declares them. */
+export function parametersOf(model, row) {
+  const swept = model.columns.filter((column) => column.role === "parameter").map((column) => [column.name, column.values[row]]);
+  return { ...model.study.defaults, ...Object.fromEntries(swept) };
+}
+
+function heading(head, model, row) {
+  const kind = model.kinds[row];
+  head.replaceChildren(
+    el("h2", {}, glyph("chosen"), ` Design ${count(model.designs[row])}`),
+    el("span", { class: "badge" }, glyph(kind), ` ${KINDS[kind].name}`),
+  );
+}
+
+/** Why there is no motion to draw; empty when there is. */
+function whyNot(model, row, { drawing, motion }) {
+  if (motion) return "";
+  if (!drawing) return `This page has no drawing of the mechanism “${model.study.mechanism}”; its designs are shown in numbers.`;
+  const status = model.byName.get("status");
+  const label = status?.labels?.[status.values[row]];
+  return `No full turn to draw: ${model.study.sentences[label] ?? "the crank of this design does not turn"}.`;
+}
+
+function legendOf(legend, motion) {
+  if (!motion) return legend.replaceChildren();
+  const item = (name, text) => el("span", { class: "item" }, el("i", { class: `swatch ${name}` }), text);
+  const items = [item("crank", "crank"), item("coupler", "coupler"), item("rocker", "rocker"), item("middle", "path of the coupler’s middle")];
+  if (motion.stroke) items.push(item("drive", "drive stroke"));
+  for (const [name, angle] of Object.entries(motion.limits ?? {})) {
+    items.push(item(name, `${name} ${(((angle % 360) + 360) % 360).toFixed(1)}°`));
+  }
+  legend.replaceChildren(...items);
+}
+
+/** All values of a design with their units. */
+function listValues(values, model, row) {
+  const items = model.columns.map((column) => el("div", { title: column.meaning },
+    el("dt", {}, words(column.name)), el("dd", {}, cell(column, column.values[row], 8), column.unit ? el("span", { class: "unit" }, ` ${column.unit}`) : "")));
+  values.replaceChildren(el("dl", {}, ...items));
+}

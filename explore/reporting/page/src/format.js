@@ -1,0 +1,32 @@
+/** Numbers and names as people read them. */
+
+const GROUPS = new Intl.NumberFormat("en-US");
+
+/** A count: 226,800. */
+export const count = (value) => GROUPS.format(value);
+
+/** A number of things: "1 design", "2 designs". */
+export const counted = (value, noun) => `${count(value)} ${noun}${value === 1 ? "" : "s"}`;
+
+/** A number with at most so many digits, as the command line prints it; "–" where undefined. */
+export function number(value, digits = 6) {
+  if (Number.isNaN(value)) return "–";
+  if (value === 0 || !Number.isFinite(value)) return String(value).replace("-", "−");
+  const size = Math.abs(value);
+  const text = size < 1e-4 || size >= 10 ** digits
+    ? value.toExponential(digits - 1).replace(/\.?0+e/, "e").replace("e+", "e")
+    : String(Number(value.toPrecision(digits)));
+  return text.replace(/-/g, "−");
+}
+
+/** A value of a column: a label, a whole number or a number. */
+export function cell(column, value, digits = 6) {
+  if (column.labels) return column.labels[value] ?? String(value);
+  return column.whole && Number.isFinite(value) ? String(value).replace("-", "−") : number(value, digits);
+}
+
+/** A column's name in words. */
+export const words = (name) => name.replaceAll("_", " ");
+
+/** A column's name with its unit. */
+export const titled = (column) => (column.unit ? `${words(column.name)} [${column.unit}]` : words(column.name));

@@ -1,0 +1,49 @@
+/** The page: reads its data, then lets its views share one selection and one chosen design. */
+
+import { csvText } from "./csv.js";
+import { readDensity } from "./density.js";
+import { designPanel } from "./design.js";
+import { fourBarMotion } from "./motion.js";
+import { parallel } from "./parallel.js";
+import { readModel } from "./payload.js";
+import { scatter } from "./scatter.js";
+import { Focus, Selection } from "./selection.js";
+import { facts, header, notices } from "./summary.js";
+import { table } from "./table.js";
+import { tips } from "./tip.js";
+import { toolbar } from "./toolbar.js";
+
+const root = (id) => document.getElementById(id);
+
+async function start() {
+  const model = await readModel();
+  await readDensity(model.study);
+  const shared = {
+    selection: new Selection(model),
+    hover: new Focus(),
+    chosen: new Focus(model.size ? model.study.chosen : -1),
+    tip: tips(root("tip"), model),
+  };
+  header(root("header"), model);
+  notices(root("notices"), model);
+  facts(root("study-facts"), model);
+  const rows = table(root("table"), model, shared);
+  const axes = parallel(root("parallel"), model, shared);
+  scatter(root("scatter"), model, shared);
+  designPanel(root("design"), model, shared.chosen);
+  toolbar(root("selection"), model, shared, rows.rows, axes.refresh);
+  Object.assign(page, { model, shared, rows: rows.rows });
+  // Two frames on, everything was drawn.
+  requestAnimationFrame(() => requestAnimationFrame(() => {
+    document.documentElement.dataset.ready = String(Math.round(performance.now()));
+  }));
+}
+
+/** What runs on this page, for scripts that read it; changing it changes the page. */
+export const page = {};
+export { csvText, fourBarMotion };
+
+start().catch((error) => {
+  root("notices").textContent = `This page cannot be shown: ${error.message}. A browser of 2023 or later is needed.`;
+  throw error;
+});

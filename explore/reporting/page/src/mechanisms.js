@@ -1,0 +1,30 @@
+/** The mechanisms that a page can draw; a design of any other is shown in numbers. */
+
+import { drawLinkage } from "./linkage.js";
+import { fourBarMotion, overTheTurn } from "./motion.js";
+
+const FOUR_BAR = ["crank", "coupler", "rocker", "ground"];
+
+/** Curves of a four-bar: title, unit, and the signals in one chart with their colours. */
+const FOUR_BAR_CURVES = [
+  { title: "rocker angle", unit: "deg", lines: [["rocker_angle", "blue"]] },
+  { title: "transmission angle", unit: "deg", lines: [["transmission_angle", "green"]], good: [30, 150] },
+  { title: "angular velocity", unit: "rad/s", lines: [["coupler_velocity", "orange", "coupler"], ["rocker_velocity", "blue", "rocker"]] },
+  { title: "angular acceleration", unit: "rad/s²", lines: [["coupler_acceleration", "orange", "coupler"], ["rocker_acceleration", "blue", "rocker"]] },
+  { title: "velocity ratio", unit: "", lines: [["velocity_ratio", "purple"]] },
+  { title: "output through clutches", unit: "rad/s", lines: [["one_clutch", "sky", "1 linkage"], ["output_velocity", "ink", "all"]] },
+];
+
+/** @type {Array<{suits: Function, motion: Function, over: Function, draw: Function, curves: Array}>} */
+const REGISTRY = [
+  {
+    suits: (name, values) => name === "crank-rocker" || FOUR_BAR.every((parameter) => parameter in values),
+    motion: fourBarMotion,
+    over: overTheTurn,
+    draw: drawLinkage,
+    curves: FOUR_BAR_CURVES,
+  },
+];
+
+/** How to draw a mechanism; undefined when it is not known here. */
+export const drawingOf = (name, values) => REGISTRY.find((entry) => entry.suits(name, values));

@@ -1,0 +1,197 @@
+/** Parallel coordinates: a line for a design, an axis for a column, a brush on each axis. */
+
+import { axisLeft } from "d3-axis";
+import { brushY } from "d3-brush";
+import { select } from "d3-selection";
+import { shortBound } from "./conditions.js";
+import { check, el, framed, onWidth, sized, svg } from "./dom.js";
+import { count, words } from "./format.js";
+import { kindColour } from "./marks.js";
+import { axisScale, extent, tickMarks } from "./scales.js";
+import { colours, onTheme } from "./theme.js";
+
+/** Lines that are drawn at most; of them the infeasible, and those that are not selected. */
+const MOST = 5000, MOST_INFEASIBLE = 400, MOST_OTHERS = 1000;
+const HEIGHT = 330;
+const MARGIN = { left: 56, right: 40, top: 62, bottom: 10 };
+/** Height of the strip below the axes where undefined values go. */
+const GUTTER = 24;
+const USUAL_AXES = 8;
+
+/**
+ * @param {HTMLElement} root
+ * @param {import("./payload.js").Model} model
+ * @param {{selection: Object, hover: Object, chosen: Object}} shared
+ */
+export function parallel(root, model, shared) {
+  const view = { names: firstAxes(model), width: 0, axes: [] };
+  const canvas = el("canvas", {}), front = el("canvas", {}), overlay = svg("svg", { role: "group", "aria-label": "axes to brush" });
+  const labels = el("div", { class: "axis-labels", "aria-hidden": "true" });
+  const plot = el("div", { class: "plot" }, canvas, front, overlay, labels);
+  const caption = el("p", { class: "caption" });
+  root.append(el("div", { class: "panel-head" }, el("h2", {}, "Parallel coordinates"), menu()), plot, caption);
+  const order = shuffled(model);
+
+  function menu() {
+    const boxes = model.columns.map((column) => check(words(column.name), view.names.includes(column.name), (on) => {
+      view.names = on ? model.columns.map((c) => c.name).filter((name) => name === column.name || view.names.includes(name)) : view.names.filter((name) => name !== column.name);
+      layout();
+    }));
+    return el("details", { class: "menu" }, el("summary", {}, "Axes"), el("div", { class: "menu-list" }, ...boxes));
+  }
+
+  function layout() {
+    if (!view.width) return;
+    for (const [name, value] of Object.entries({ width: view.width, height: HEIGHT })) overlay.setAttribute(name, value);
+    const room = view.width - MARGIN.left - MARGIN.right, last = Math.max(1, view.names.length - 1);
+    const step = room / last;
+    view.axes = view.names.map((name, k) => {
+      const column = model.byName.get(name), span = extent(column, model.kinds, { log: false, all: false });
+      const scale = axisScale(span ?? [0, 1], [HEIGHT - MARGIN.bottom - GUTTER, MARGIN.top]);
+      return { column, scale, x: MARGIN.left + k * step };
+    });
+    labels.replaceChildren(...view.axes.map(({ column, x }) => el("div", { title: column.meaning }, words(column.name), column.unit ? el("span", { class: "unit" }, ` ${column.unit}`) : "")));
+    view.axes.forEach(({ x }, k) => {
+      const width = Math.min(step - 4, 130), node = labels.children[k].style;
+      const left = Math.max(0, Math.min(view.width - width, x - width / 2));
+      Object.assign(node, { left: `${left}px`, width: `${width}px`, height: `${MARGIN.top - 8}px` });
+    });
+    drawAxes();
+    draw();
+  }
+
+  function drawAxes() {
+    const groups = select(overlay).selectAll("g.dimension").data(view.axes, ({ column }) => column.name)
+      .join("g").attr("class", "dimension").attr("transform", ({ x }) => `translate(${x},0)`);
+    groups.each(function draw({ column, scale }) {
+      const group = select(this);
+      group.selectAll("*").remove();
+      const { values, text } = tickMarks(scale, column, 5);
+      group.append("g").attr("class", "axis").call(axisLeft(scale).tickValues(values).tickFormat(text).tickSize(4));
+      const [bottom, top] = scale.range();
+      const tool = brushY().extent([[-11, top], [11, bottom]]).on("brush end", (event) => brushed(column.name, scale, event));
+      const layer = group.append("g").attr("class", "brush").call(tool);
+      const known = shared.selection.brushes.get(`axis:${column.name}`)?.[0];
+      if (known) layer.call(tool.move, [known.high === Infinity ? top : clamp(scale, known.high), known.low === -Infinity ? bottom : clamp(scale, known.low)]);
+    });
+  }
+
+  function brushed(name, scale, { selection: span, sourceEvent }) {
+    if (!sourceEvent) return;
+    if (!span) return shared.selection.set(`axis:${name}`, []);
+    const [bottom, top] = scale.range();
+    const bound = (at, up) => {
+      const value = scale.invert(at);
+      return shortBound(value, Math.abs(scale.invert(at + 1) - value), up);
+    };
+    // At the ends of an axis lie the values beyond it too.
+    const low = span[1] >= bottom - 0.5 ? -Infinity : bound(span[1], false);
+    const high = span[0] <= top + 0.5 ? Infinity : bound(span[0], true);
+    const whole = low === -Infinity && high === Infinity;
+    shared.selection.set(`axis:${name}`, [{ column: name, low: whole ? -Number.MAX_VALUE : low, high }]);
+  }
+
+  /** Heights of a design on all axes; what lies beyond an end runs to it, what is undefined into the strip. */
+  const heights = (row) => view.axes.map(({ column, scale }) => {
+    const value = column.values[row];
+    return Number.isFinite(value) ? clamp(scale, value) : HEIGHT - MARGIN.bottom - GUTTER / 2 + 4;
+  });
+
+  function line(context, row) {
+    const ys = heights(row);
+    context.beginPath();
+    view.axes.forEach(({ x }, k) => context.lineTo(x, ys[k]));
+    context.stroke();
+  }
+
+  function draw() {
+    const context = sized(canvas, view.width, HEIGHT), colour = colours();
+    context.fillStyle = colour.faint;
+    context.fillRect(MARGIN.left - 12, HEIGHT - MARGIN.bottom - GUTTER + 8, view.width - MARGIN.left - MARGIN.right + 24, GUTTER - 8);
+    context.fillStyle = colour.muted;
+    context.font = "10.5px system-ui, sans-serif";
+    context.textAlign = "right";
+    context.textBaseline = "middle";
+    context.fillText("undefined", MARGIN.left - 15, HEIGHT - MARGIN.bottom - GUTTER / 2 + 4);
+    const { selected, others } = drawn(model, order, shared.selection);
+    context.lineWidth = 1;
+    context.globalAlpha = 0.1;
+    context.strokeStyle = colour.muted;
+    for (const row of others) line(context, row);
+    const totals = [0, 0, 0];
+    for (const row of selected) totals[model.kinds[row]]++;
+    for (const kind of [0, 1, 2]) {
+      context.strokeStyle = kindColour(kind);
+      context.lineWidth = kind === 2 ? 1.4 : 1;
+      context.setLineDash(kind === 0 ? [3, 3] : []);
+      context.globalAlpha = Math.min(0.8, Math.max(0.05, (kind === 2 ? 14 : 5) / Math.sqrt(totals[kind] + 1)));
+      for (const row of selected) if (model.kinds[row] === kind) line(context, row);
+    }
+    context.setLineDash([]);
+    context.globalAlpha = 1;
+    const total = shared.selection.total;
+    caption.textContent = `${count(selected.length)} of ${count(total)} selected designs are drawn${selected.length < total ? ", drawn evenly with the Pareto-optimal ones first" : ""}; drag along an axis to select.`;
+    focus();
+  }
+
+  /** The chosen design and the one pointed at, over all others. */
+  function focus() {
+    if (!view.width) return;
+    const context = sized(front, view.width, HEIGHT), colour = colours();
+    for (const [row, hue, width] of [[shared.chosen.row, colour.green, 2.6], [shared.hover.row, colour.ink, 2]]) {
+      if (row < 0) continue;
+      context.strokeStyle = hue;
+      context.lineWidth = width;
+      line(context, row);
+    }
+  }
+
+  shared.selection.listen(framed((selection) => {
+    for (const group of overlay.querySelectorAll("g.dimension")) {
+      const layer = group.querySelector("g.brush"), name = group.__data__.column.name;
+      if (!selection.brushes.has(`axis:${name}`)) select(layer).call(brushY().move, null);
+    }
+    draw();
+  }));
+  shared.hover.listen(framed(focus));
+  shared.chosen.listen(focus);
+  onTheme(() => { if (view.width) { draw(); } });
+  onWidth(plot, (width) => { view.width = width; layout(); });
+  return { view, refresh: () => { if (view.width) drawAxes(); } };
+}
+
+const clamp = (scale, value) => {
+  const [bottom, top] = scale.range();
+  return Math.max(top, Math.min(bottom, scale(value)));
+};
+
+/** Parameters that vary, objectives and constrained metrics; others can be added. */
+function firstAxes(model) {
+  const aims = new Set([...model.study.objectives.map(([name]) => name), ...model.study.missed.map(([name]) => name)]);
+  const varies = ({ values }) => values.some((value) => value !== values[0] && Number.isFinite(value));
+  const parameters = model.columns.filter((column) => column.role === "parameter" && varies(column));
+  const metrics = model.columns.filter((column) => column.role === "metric" && !column.labels);
+  const wanted = [...parameters, ...metrics.filter((c) => aims.has(c.name)), ...metrics.filter((c) => !aims.has(c.name))];
+  const names = new Set(wanted.slice(0, Math.max(2, USUAL_AXES)).map((column) => column.name));
+  return model.columns.map((column) => column.name).filter((name) => names.has(name));
+}
+
+/** Rows in an order that has no order, the same each time, Pareto-optimal designs first. */
+function shuffled(model) {
+  const key = (row) => Math.imul(row + 1, 2654435761) >>> 0;
+  return Uint32Array.from({ length: model.size }, (_, row) => row).sort((a, b) => model.kinds[b] - model.kinds[a] || key(a) - key(b));
+}
+
+/** The designs whose lines are drawn. */
+function drawn(model, order, { mask, active }) {
+  const selected = [], others = [];
+  let infeasible = 0;
+  for (const row of order) {
+    if (mask[row]) {
+      if (selected.length >= MOST - (active ? MOST_OTHERS : 0)) break;
+      if (model.kinds[row] === 0 && infeasible++ >= MOST_INFEASIBLE) continue;
+      selected.push(row);
+    } else if (others.length < MOST_OTHERS && model.kinds[row] > 0) others.push(row);
+  }
+  return { selected, others };
+}

@@ -1,0 +1,68 @@
+/** The page's data: the study in words, and its columns, each an array of doubles that is exactly the file's. */
+
+/**
+ * @typedef {Object} Column
+ * @property {string} name
+ * @property {string} unit empty for bare numbers
+ * @property {string} meaning
+ * @property {string} role parameter, metric, margin or bookkeeping
+ * @property {?Object<string, string>} labels of codes
+ * @property {boolean} whole
+ * @property {Float64Array} values
+ */
+
+/**
+ * @typedef {Object} Model
+ * @property {Object} study
+ * @property {Column[]} columns
+ * @property {Map<string, Column>} byName
+ * @property {Float64Array} designs their numbers, ascending
+ * @property {Uint8Array} kinds INFEASIBLE, FEASIBLE or FRONT
+ * @property {number} size
+ */
+
+export const INFEASIBLE = 0, FEASIBLE = 1, FRONT = 2;
+
+const READ = { u1: Uint8Array, i1: Int8Array, i4: Int32Array, f8: Float64Array };
+
+/** Read all of the page. @returns {Promise<Model>} */
+export async function readModel() {
+  const study = JSON.parse(document.getElementById("study").textContent);
+  const columns = await Promise.all(
+    study.columns.map(async (column) => ({ ...column, values: Float64Array.from(await unpack(column.packed)) })),
+  );
+  const designs = Float64Array.from(await unpack(study.designs));
+  const kinds = Uint8Array.from(await unpack(study.kinds));
+  const byName = new Map(columns.map((column) => [column.name, column]));
+  return { study, columns, byName, designs, kinds, size: designs.length };
+}
+
+/**
+ * One column: base64, deflate, then bytes of the same weight put beside each other again.
+ * @param {{text: number, type: string, length: number}} place
+ */
+export async function unpack(place) {
+  const kind = READ[place.type];
+  const width = kind.BYTES_PER_ELEMENT;
+  const planes = await inflate(decode(document.getElementById(`data-${place.text}`).textContent));
+  if (planes.length !== place.length * width) throw new Error("this page is damaged: a column has another length");
+  if (width === 1) return new kind(planes.buffer);
+  const bytes = new Uint8Array(planes.length);
+  for (let k = 0; k < width; k++) {
+    const start = k * place.length;
+    for (let i = 0; i < place.length; i++) bytes[i * width + k] = planes[start + i];
+  }
+  return new kind(bytes.buffer); // the bytes are little-endian, as every machine that runs a browser today
+}
+
+function decode(text) {
+  const letters = atob(text);
+  const bytes = new Uint8Array(letters.length);
+  for (let i = 0; i < letters.length; i++) bytes[i] = letters.charCodeAt(i);
+  return bytes;
+}
+
+async function inflate(bytes) {
+  const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"));
+  return new Uint8Array(await new Response(stream).arrayBuffer());
+}

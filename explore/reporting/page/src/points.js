@@ -1,0 +1,110 @@
+/** Where the scatter's designs are on the screen, and their marks: at most one of a look in a pixel. */
+
+import { kindColour, mark, ramp } from "./marks.js";
+import { colours } from "./theme.js";
+
+/**
+ * Pixels of all designs, NaN where there is nothing to draw.
+ * @returns {{x: Float32Array, y: Float32Array, missingX: number, missingY: number, missingBoth: number, outside: number}}
+ */
+export function place(model, view, gutterX, gutterY) {
+  const n = model.size, x = new Float32Array(n), y = new Float32Array(n);
+  const [columnX, columnY] = [model.byName.get(view.x), model.byName.get(view.y)];
+  const found = { x, y, missingX: 0, missingY: 0, missingBoth: 0, outside: 0, missingColour: 0 };
+  const [atX, atY] = [placer(columnX, view.scaleX), placer(columnY, view.scaleY)];
+  for (let i = 0; i < n; i++) {
+    const px = atX(i), py = atY(i);
+    const noX = Number.isNaN(px), noY = Number.isNaN(py);
+    if (noX && noY) found.missingBoth++;
+    else if (noX) found.missingX++;
+    else if (noY) found.missingY++;
+    const out = (!noX && outside(px, view.scaleX)) || (!noY && outside(py, view.scaleY));
+    if (out) found.outside++;
+    x[i] = out || (noX && noY) ? NaN : noX ? gutterX - 3 + scattered(i) * 10 : px;
+    y[i] = out || (noX && noY) ? NaN : noY ? gutterY + 3 + scattered(i) * 10 : py;
+  }
+  return found;
+}
+
+/** A number between -0.5 and 0.5 that is always the same for a row. */
+const scattered = (row) => ((Math.imul(row + 1, 2654435761) >>> 0) / 4294967296) - 0.5;
+
+/** The pixel of a row along an axis, NaN where undefined; codes are spread a little, or they would be one line. */
+function placer(column, scale) {
+  const values = column.values, log = Boolean(scale.base);
+  const spread = column.labels ? 0.6 : 0;
+  return (row) => {
+    const value = values[row];
+    if (!Number.isFinite(value) || (log && value <= 0)) return NaN;
+    return scale(spread ? value + spread * scattered(row * 7 + 3) : value);
+  };
+}
+
+function outside(pixel, scale) {
+  const [a, b] = scale.range();
+  return pixel < Math.min(a, b) - 0.5 || pixel > Math.max(a, b) + 0.5;
+}
+
+/** Draw all designs: those not selected pale and first, the better kinds over the others. */
+export function drawPoints(context, model, view, points, selection) {
+  const few = selection.total < model.size;
+  const hue = view.colour ? hues(model, view, points) : null;
+  for (const selected of few ? [0, 1] : [1]) {
+    for (const kind of [0, 1, 2]) drawKind(context, model, points, kind, selected, selection.mask, selected ? hue : null);
+  }
+}
+
+function drawKind(context, model, points, kind, selected, mask, hue) {
+  const rows = once(model, points, kind, selected, mask, hue);
+  const colour = colours();
+  const size = kind === 2 ? ringSize(rows.length) : dotSize(rows.length, kind);
+  context.globalAlpha = selected ? (kind === 0 ? 0.75 : 1) : 0.16;
+  context.lineWidth = kind === 2 ? 1.5 : 1;
+  context.strokeStyle = kindColour(kind);
+  context.fillStyle = kind === 2 ? colour.panel : kindColour(kind);
+  const square = kind === 1 && size < 1.6;
+  for (const row of rows) {
+    const x = points.x[row], y = points.y[row];
+    if (hue) {
+      const own = hue(row);
+      if (kind === 2) context.fillStyle = own;
+      else context.fillStyle = context.strokeStyle = own;
+    }
+    if (square) context.fillRect(x - size, y - size, 2 * size, 2 * size);
+    else mark(context, kind, x, y, size);
+  }
+  context.globalAlpha = 1;
+}
+
+const dotSize = (n, kind) => Math.min(3.4, Math.max(kind ? 1.1 : 1.9, 130 / Math.sqrt(n + 1)));
+const ringSize = (n) => Math.min(4.2, Math.max(2.2, 60 / Math.sqrt(n + 1)));
+
+/** The rows of a kind to draw: of many in one pixel the first, which looks the same. */
+function once(model, points, kind, selected, mask, hue) {
+  const rows = [], taken = new Set();
+  const fine = kind === 0 ? 0.5 : 1;
+  for (let row = 0; row < model.size; row++) {
+    if (model.kinds[row] !== kind || mask[row] !== selected || Number.isNaN(points.x[row])) continue;
+    const cell = Math.round(points.x[row] * fine) * 8192 + Math.round(points.y[row] * fine);
+    if (!hue && taken.has(cell)) continue;
+    taken.add(cell);
+    rows.push(row);
+  }
+  return rows;
+}
+
+/** The colour of each row by a column; its ends are kept for the legend. */
+function hues(model, view, points) {
+  const { values } = model.byName.get(view.colour);
+  let low = Infinity, high = -Infinity;
+  points.missingColour = 0;
+  for (let row = 0; row < model.size; row++) {
+    if (Number.isNaN(points.x[row])) continue;
+    if (!Number.isFinite(values[row])) points.missingColour++;
+    else { low = Math.min(low, values[row]); high = Math.max(high, values[row]); }
+  }
+  [view.low, view.high] = [low, high];
+  const { muted } = colours();
+  const scale = high > low ? (ramp.length - 1) / (high - low) : 0;
+  return (row) => (Number.isFinite(values[row]) ? ramp[Math.round((values[row] - low) * scale)] : muted);
+}

@@ -1,0 +1,61 @@
+/** Axes: what they span, linear or logarithmic, and how their ticks read. */
+
+import { scaleLinear, scaleLog } from "d3-scale";
+import { number, words } from "./format.js";
+
+/** Share of the designs that an axis without outliers leaves out on each side. */
+const TAIL = 0.005;
+
+/**
+ * What an axis spans.
+ * @param {import("./payload.js").Column} column
+ * @param {Uint8Array} kinds
+ * @param {{log: boolean, all: boolean}} options `all` leaves no feasible or infeasible design outside
+ * @returns {?[number, number]} null when no value can be shown
+ */
+export function extent(column, kinds, { log, all }) {
+  const shown = (value) => Number.isFinite(value) && (!log || value > 0);
+  let low = Infinity, high = -Infinity;
+  const include = (value) => { low = Math.min(low, value); high = Math.max(high, value); };
+  const bulk = [];
+  for (let i = 0; i < kinds.length; i++) {
+    const value = column.values[i];
+    if (!shown(value)) continue;
+    if (all || kinds[i] === 2) include(value);
+    else if (kinds[i] === 1) bulk.push(value);
+  }
+  if (!all && bulk.length) {
+    const sorted = Float64Array.from(bulk).sort();
+    include(sorted[Math.floor(TAIL * (sorted.length - 1))]);
+    include(sorted[Math.ceil((1 - TAIL) * (sorted.length - 1))]);
+  }
+  if (low > high) return all ? null : extent(column, kinds, { log, all: true });
+  return [low, high];
+}
+
+/** An axis over an extent, with some room beyond it, onto pixels. */
+export function axisScale(span, range, { log = false, room = 0 } = {}) {
+  let [low, high] = span;
+  if (low === high) [low, high] = log ? [low / 1.5, low * 1.5] : [low - (Math.abs(low) || 1) * 0.05, high + (Math.abs(high) || 1) * 0.05];
+  if (log) {
+    const factor = (high / low) ** room;
+    return scaleLog([low / factor, high * factor], range);
+  }
+  const more = (high - low) * room;
+  return scaleLinear([low - more, high + more], range);
+}
+
+/** Ticks of an axis and their text: labels of a column of codes, short numbers of others. */
+export function tickMarks(scale, column, wanted) {
+  if (column.labels) {
+    const [low, high] = scale.domain();
+    const codes = Object.keys(column.labels).map(Number).filter((code) => code >= low && code <= high);
+    return { values: codes, text: (code) => words(column.labels[code]) };
+  }
+  let values = scale.ticks(wanted);
+  if (scale.base && values.length > wanted) {
+    const tens = values.filter((value) => Number.isInteger(Math.log10(value)));
+    values = tens.length > 1 ? tens : values.filter((_, k) => k % Math.ceil(values.length / wanted) === 0);
+  }
+  return { values, text: (value) => number(value, 4) };
+}
