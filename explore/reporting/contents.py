@@ -15,7 +15,7 @@ from explore.errors import RequestError
 from explore.ranking.rankings import Ranking, rank_source
 from explore.reporting.density import densities
 from explore.reporting.packing import Packed
-from explore.reporting.rows import FRONT, INFEASIBLE, Rows, choose_rows
+from explore.reporting.rows import FEASIBLE, FRONT, INFEASIBLE, Rows, choose_rows
 from explore.store.results import Results
 from explore.vocabulary import Column, Mechanism
 
@@ -77,7 +77,9 @@ def collect(results: Results, mechanism: Mechanism | None, command: str, step: S
         "chosen": _chosen(ranking, rows),
     }
     step("counting")
-    study["density"] = densities(results, frame, rows, packed) if rows.reduced else None
+    left_out = rows.parts[FEASIBLE].held < rows.parts[FEASIBLE].there
+    aims = [metric for metric, _ in study["objectives"]]
+    study["density"] = densities(results, aims, frame, rows, packed) if left_out else None
     return Contents(study, packed.texts)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import combinations
 from typing import TYPE_CHECKING, Any
 
@@ -18,17 +19,21 @@ if TYPE_CHECKING:
 
 #: Cells of each axis.
 CELLS = 96
-#: Columns that have a density with each other; the parameters and metrics that come first in the file.
+#: Columns that have a density with each other: the objectives, then what comes first in the file.
 _MOST_COLUMNS = 16
 #: Share of the designs that the cells may leave out on each side of a column.
 _TAIL = 0.002
 
 
-def densities(results: Results, frame: pd.DataFrame, rows: Rows, packed: Packed) -> dict[str, Any]:
+def densities(
+    results: Results, objectives: Sequence[str], frame: pd.DataFrame, rows: Rows, packed: Packed
+) -> dict[str, Any]:
     """Count the feasible designs of a file in the cells of pairs of columns.
 
     Parameters
     ----------
+    objectives
+        Columns that must be among them.
     frame
         The designs of the page, of which the cells are laid out.
     rows
@@ -40,7 +45,7 @@ def densities(results: Results, frame: pd.DataFrame, rows: Rows, packed: Packed)
         ``columns``: edges of the cells by column, as (low, high); ``pairs``: of (x, y) the packed counts of shape
         (CELLS * CELLS,), x running first.
     """
-    edges = _edges(results, frame[rows.kinds != INFEASIBLE])
+    edges = _edges(results, objectives, frame[rows.kinds != INFEASIBLE])
     pairs = list(combinations(edges, 2))
     counts = np.zeros((len(pairs), CELLS * CELLS), dtype=np.int64)
     for columns in results.blocks(["feasible", *edges]):
@@ -57,10 +62,12 @@ def densities(results: Results, frame: pd.DataFrame, rows: Rows, packed: Packed)
     }
 
 
-def _edges(results: Results, frame: pd.DataFrame) -> dict[str, tuple[float, float]]:
+def _edges(
+    results: Results, objectives: Sequence[str], frame: pd.DataFrame
+) -> dict[str, tuple[float, float]]:
     """Where the cells of each column begin and end."""
     found: dict[str, tuple[float, float]] = {}
-    for column in results.columns:
+    for column in sorted(results.columns, key=lambda column: column.name not in objectives):
         if column.role not in ("parameter", "metric") or column.labels or len(found) == _MOST_COLUMNS:
             continue
         values = frame[column.name].to_numpy(dtype=np.float64)

@@ -47,11 +47,6 @@ class Rows:
     kinds: npt.NDArray[np.uint8]
     parts: tuple[Part, ...]
 
-    @property
-    def reduced(self) -> bool:
-        """Whether designs are left out."""
-        return any(part.held < part.there for part in self.parts)
-
 
 def choose_rows(results: Results, ranking: Ranking | None) -> Rows:
     """The designs of a page; `ranking` is that of the study's own objectives, None where it has none."""

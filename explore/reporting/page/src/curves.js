@@ -1,7 +1,7 @@
 /** Small charts of a motion over the crank angle, all with the same cursor. */
 
 import { el, sized } from "./dom.js";
-import { number } from "./format.js";
+import { counted, number } from "./format.js";
 import { axisScale } from "./scales.js";
 import { colours } from "./theme.js";
 
@@ -55,8 +55,10 @@ function draw(kind, canvas, value, motion, turn, degrees, width) {
   }
   cursor(context, kind, motion, degrees, x, y, colour);
   const now = motion.at(degrees);
+  const largest = Math.max(...span.map(Math.abs));
+  const shown = (one) => number(Math.abs(one) < 1e-9 * largest ? 0 : one, 4);
   value.replaceChildren(...kind.lines.map(([name, hue, label]) =>
-    el("span", { class: `hue-${hue}` }, `${label ? `${label === "all" ? `${motion.phases}` : label} ` : ""}${number(now[name], 4)}`)));
+    el("span", { class: `hue-${hue}` }, `${label ? `${label === "all" ? counted(motion.phases, "linkage") : label} ` : ""}${shown(now[name])}`)));
   canvas.setAttribute("aria-label", `${kind.title} over the crank angle, ${number(span[0], 4)} to ${number(span[1], 4)} ${kind.unit}`);
 }
 
@@ -83,7 +85,7 @@ function frame(context, x, y, motion, colour, width) {
     context.fillText(number(tick, 3), MARGIN.left - 5, place);
   }
   context.textBaseline = "top";
-  for (const angle of [0, 90, 180, 270, 360]) {
+  for (const angle of width > 190 ? [0, 90, 180, 270, 360] : [0, 180, 360]) {
     context.textAlign = angle === 0 ? "left" : angle === 360 ? "right" : "center";
     context.fillText(`${angle}°`, x(angle), bottom + 5);
   }

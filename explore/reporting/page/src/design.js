@@ -9,7 +9,6 @@ import { onTheme } from "./theme.js";
 
 /** Seconds of a turn on the screen; whatever the crank's own speed, it can be followed. */
 const TURN = 5;
-const HEIGHT = 300;
 
 /**
  * @param {HTMLElement} root
@@ -17,7 +16,7 @@ const HEIGHT = 300;
  * @param {import("./selection.js").Focus} chosen
  */
 export function designPanel(root, model, chosen) {
-  const state = { degrees: 0, playing: false, motion: null, turn: null, drawing: null, size: { width: 0, height: HEIGHT } };
+  const state = { degrees: 0, playing: false, motion: null, turn: null, drawing: null, size: { width: 0, height: 0 } };
   const canvas = el("canvas", { class: "linkage", role: "img" });
   const stage = el("div", { class: "stage" }, canvas);
   const controls = player(state, () => draw());
@@ -52,6 +51,7 @@ export function designPanel(root, model, chosen) {
   function draw() {
     controls.show();
     if (!state.motion || !state.size.width) return;
+    state.size.height = state.drawing.height(state.motion, state.size.width);
     state.drawing.draw(sized(canvas, state.size.width, state.size.height), state.motion, state.degrees, state.size);
     const width = charts[0].node.clientWidth;
     for (const chart of charts) chart.draw(state.motion, state.turn, state.degrees, width);
@@ -61,13 +61,12 @@ export function designPanel(root, model, chosen) {
   onTheme(draw);
   chosen.listen((row) => { show(row); if (state.motion && !matchMedia("(prefers-reduced-motion: reduce)").matches) controls.play(); });
   if (chosen.row >= 0) show(chosen.row);
-  return { state };
 }
 
 /** Play and pause, and the crank angle as a slider. */
 function player(state, draw) {
   const button = el("button", { type: "button", class: "play", onclick: () => (state.playing ? pause() : play()) });
-  const slider = el("input", { type: "range", min: 0, max: 360, step: 0.1, "aria-label": "crank angle in degrees", oninput: () => { pause(); set(Number(slider.value)); } });
+  const slider = el("input", { type: "range", min: 0, max: 360, step: 0.1, "aria-label": "crank angle in degrees", oninput: () => { const degrees = Number(slider.value); pause(); set(degrees); } });
   const reading = el("output", { class: "reading" });
   let before = 0;
 
@@ -134,9 +133,14 @@ function legendOf(legend, motion) {
   legend.replaceChildren(...items);
 }
 
-/** All values of a design with their units. */
+/** The values of a design with their units: parameters, objectives and what is constrained, then the others. */
 function listValues(values, model, row) {
-  const items = model.columns.map((column) => el("div", { title: column.meaning },
-    el("dt", {}, words(column.name)), el("dd", {}, cell(column, column.values[row], 8), column.unit ? el("span", { class: "unit" }, ` ${column.unit}`) : "")));
-  values.replaceChildren(el("dl", {}, ...items));
+  const open = values.querySelector("details")?.open;
+  const aims = new Set([...model.study.objectives, ...model.study.missed].map(([name]) => name));
+  const matters = (column) => column.role === "parameter" || aims.has(column.name);
+  const list = (columns) => el("dl", {}, ...columns.map((column) => el("div", { title: column.meaning },
+    el("dt", {}, words(column.name)), el("dd", {}, cell(column, column.values[row], 8), column.unit ? el("span", { class: "unit" }, ` ${column.unit}`) : ""))));
+  const others = model.columns.filter((column) => !matters(column));
+  values.replaceChildren(list(model.columns.filter(matters)),
+    el("details", { open }, el("summary", {}, `${others.length} more values`), list(others)));
 }

@@ -25,7 +25,7 @@ export function el(tag, attributes = {}, ...children) {
  * @param {(value: string) => void} onChoice
  */
 export function choice(label, options, chosen, onChoice) {
-  const select = el("select", { onchange: () => onChoice(select.value) });
+  const select = el("select", { "aria-label": label, onchange: () => onChoice(select.value) });
   select.append(...options.map(([value, text]) => el("option", { value, selected: value === chosen }, text)));
   return el("label", { class: "field" }, el("span", {}, label), select);
 }

@@ -21,7 +21,7 @@ export function number(value, digits = 6) {
 
 /** A value of a column: a label, a whole number or a number. */
 export function cell(column, value, digits = 6) {
-  if (column.labels) return column.labels[value] ?? String(value);
+  if (column.labels) return words(column.labels[value] ?? String(value));
   return column.whole && Number.isFinite(value) ? String(value).replace("-", "−") : number(value, digits);
 }
 

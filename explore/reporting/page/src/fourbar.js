@@ -98,5 +98,6 @@ export function driveStroke(linkage, limits, drive) {
   const throughZero = named[drive] ?? slowPassesZero === (drive !== "fast");
   const [first, last] = [limits.overlapped * branch, limits.extended * branch];
   const [start, stop] = throughZero ? [first, last] : [last, first + 360];
-  return forward ? [start, stop] : [-stop, -start];
+  const turn = throughZero ? 0 : 360;
+  return forward ? [start, stop] : [turn - stop, turn - start];
 }

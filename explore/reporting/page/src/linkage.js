@@ -29,16 +29,32 @@ export function drawLinkage(context, motion, degrees, size) {
   for (const point of [[0, 0], pin, joint, ground]) jointMark(context, place(point), colour);
 }
 
-/** Everything the linkage reaches fits into the canvas, both axes alike. */
-function fitted(motion, { width, height }) {
+/** Pixels from what the linkage reaches to the border. */
+const MARGIN = 30;
+const LEAST_HEIGHT = 190, MOST_HEIGHT = 330;
+
+/** The height that a drawing as wide as this needs. */
+export function heightOf(motion, width) {
+  const [left, right, low, high] = reach(motion);
+  const needed = ((width - 2 * MARGIN) * (high - low)) / (right - left) + 2 * MARGIN;
+  return Math.round(Math.min(MOST_HEIGHT, Math.max(LEAST_HEIGHT, needed)));
+}
+
+/** The least and greatest x and y of all joints over a turn. */
+function reach(motion) {
   const { crank, ground } = motion.linkage;
   let [left, right, low, high] = [-crank, Math.max(crank, ground), -crank, crank];
   for (let k = 0; k < STEPS; k += 4) {
     const [x, y] = joints(motion, k).joint;
     [left, right, low, high] = [Math.min(left, x), Math.max(right, x), Math.min(low, y), Math.max(high, y)];
   }
-  const margin = 30;
-  const scale = Math.min((width - 2 * margin) / (right - left), (height - 2 * margin) / (high - low));
+  return [left, right, low, high];
+}
+
+/** Everything the linkage reaches fits into the canvas, both axes alike. */
+function fitted(motion, { width, height }) {
+  const [left, right, low, high] = reach(motion);
+  const scale = Math.min((width - 2 * MARGIN) / (right - left), (height - 2 * MARGIN) / (high - low));
   const [x0, y0] = [(width - scale * (left + right)) / 2, (height + scale * (low + high)) / 2];
   return ([x, y]) => [x0 + scale * x, y0 - scale * y];
 }

@@ -1,6 +1,5 @@
 /** The page: reads its data, then lets its views share one selection and one chosen design. */
 
-import { csvText } from "./csv.js";
 import { readDensity } from "./density.js";
 import { designPanel } from "./design.js";
 import { fourBarMotion } from "./motion.js";
@@ -29,19 +28,19 @@ async function start() {
   facts(root("study-facts"), model);
   const rows = table(root("table"), model, shared);
   const axes = parallel(root("parallel"), model, shared);
-  scatter(root("scatter"), model, shared);
+  const cloud = scatter(root("scatter"), model, shared);
   designPanel(root("design"), model, shared.chosen);
   toolbar(root("selection"), model, shared, rows.rows, axes.refresh);
-  Object.assign(page, { model, shared, rows: rows.rows });
+  Object.assign(page, { model, shared, rows: rows.rows, whereIs: cloud.whereIs });
   // Two frames on, everything was drawn.
   requestAnimationFrame(() => requestAnimationFrame(() => {
     document.documentElement.dataset.ready = String(Math.round(performance.now()));
   }));
 }
 
-/** What runs on this page, for scripts that read it; changing it changes the page. */
+/** What runs on this page, for the browser's console and for tests. */
 export const page = {};
-export { csvText, fourBarMotion };
+export { fourBarMotion };
 
 start().catch((error) => {
   root("notices").textContent = `This page cannot be shown: ${error.message}. A browser of 2023 or later is needed.`;

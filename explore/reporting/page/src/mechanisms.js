@@ -1,6 +1,6 @@
 /** The mechanisms that a page can draw; a design of any other is shown in numbers. */
 
-import { drawLinkage } from "./linkage.js";
+import { drawLinkage, heightOf } from "./linkage.js";
 import { fourBarMotion, overTheTurn } from "./motion.js";
 
 const FOUR_BAR = ["crank", "coupler", "rocker", "ground"];
@@ -12,16 +12,17 @@ const FOUR_BAR_CURVES = [
   { title: "angular velocity", unit: "rad/s", lines: [["coupler_velocity", "orange", "coupler"], ["rocker_velocity", "blue", "rocker"]] },
   { title: "angular acceleration", unit: "rad/s²", lines: [["coupler_acceleration", "orange", "coupler"], ["rocker_acceleration", "blue", "rocker"]] },
   { title: "velocity ratio", unit: "", lines: [["velocity_ratio", "purple"]] },
-  { title: "output through clutches", unit: "rad/s", lines: [["one_clutch", "sky", "1 linkage"], ["output_velocity", "ink", "all"]] },
+  { title: "clutch output", unit: "rad/s", lines: [["one_clutch", "sky", "1 linkage"], ["output_velocity", "ink", "all"]] },
 ];
 
-/** @type {Array<{suits: Function, motion: Function, over: Function, draw: Function, curves: Array}>} */
+/** @type {Array<{suits: Function, motion: Function, over: Function, draw: Function, height: Function, curves: Array}>} */
 const REGISTRY = [
   {
     suits: (name, values) => name === "crank-rocker" || FOUR_BAR.every((parameter) => parameter in values),
     motion: fourBarMotion,
     over: overTheTurn,
     draw: drawLinkage,
+    height: heightOf,
     curves: FOUR_BAR_CURVES,
   },
 ];

@@ -12,11 +12,13 @@ import { colours, onTheme } from "./theme.js";
 
 /** Lines that are drawn at most; of them the infeasible, and those that are not selected. */
 const MOST = 5000, MOST_INFEASIBLE = 400, MOST_OTHERS = 1000;
-const HEIGHT = 330;
+const HEIGHT = 350;
 const MARGIN = { left: 56, right: 40, top: 62, bottom: 10 };
 /** Height of the strip below the axes where undefined values go. */
 const GUTTER = 24;
-const USUAL_AXES = 8;
+const USUAL_AXES = 10;
+/** Pixels from axis to axis at least; a narrow page scrolls. */
+const LEAST_STEP = 60;
 
 /**
  * @param {HTMLElement} root
@@ -24,12 +26,12 @@ const USUAL_AXES = 8;
  * @param {{selection: Object, hover: Object, chosen: Object}} shared
  */
 export function parallel(root, model, shared) {
-  const view = { names: firstAxes(model), width: 0, axes: [] };
+  const view = { names: firstAxes(model), room: 0, width: 0, axes: [] };
   const canvas = el("canvas", {}), front = el("canvas", {}), overlay = svg("svg", { role: "group", "aria-label": "axes to brush" });
   const labels = el("div", { class: "axis-labels", "aria-hidden": "true" });
-  const plot = el("div", { class: "plot" }, canvas, front, overlay, labels);
+  const plot = el("div", { class: "plot" }, canvas, front, overlay, labels), frame = el("div", { class: "sideways" }, plot);
   const caption = el("p", { class: "caption" });
-  root.append(el("div", { class: "panel-head" }, el("h2", {}, "Parallel coordinates"), menu()), plot, caption);
+  root.append(el("div", { class: "panel-head" }, el("h2", {}, "Parallel coordinates"), menu()), frame, caption);
   const order = shuffled(model);
 
   function menu() {
@@ -41,7 +43,9 @@ export function parallel(root, model, shared) {
   }
 
   function layout() {
-    if (!view.width) return;
+    if (!view.room) return;
+    view.width = Math.max(view.room, MARGIN.left + MARGIN.right + LEAST_STEP * (view.names.length - 1));
+    plot.style.width = `${view.width}px`;
     for (const [name, value] of Object.entries({ width: view.width, height: HEIGHT })) overlay.setAttribute(name, value);
     const room = view.width - MARGIN.left - MARGIN.right, last = Math.max(1, view.names.length - 1);
     const step = room / last;
@@ -110,9 +114,8 @@ export function parallel(root, model, shared) {
     context.fillRect(MARGIN.left - 12, HEIGHT - MARGIN.bottom - GUTTER + 8, view.width - MARGIN.left - MARGIN.right + 24, GUTTER - 8);
     context.fillStyle = colour.muted;
     context.font = "10.5px system-ui, sans-serif";
-    context.textAlign = "right";
     context.textBaseline = "middle";
-    context.fillText("undefined", MARGIN.left - 15, HEIGHT - MARGIN.bottom - GUTTER / 2 + 4);
+    context.fillText("undefined", MARGIN.left - 8, HEIGHT - MARGIN.bottom - GUTTER / 2 + 4);
     const { selected, others } = drawn(model, order, shared.selection);
     context.lineWidth = 1;
     context.globalAlpha = 0.1;
@@ -124,7 +127,7 @@ export function parallel(root, model, shared) {
       context.strokeStyle = kindColour(kind);
       context.lineWidth = kind === 2 ? 1.4 : 1;
       context.setLineDash(kind === 0 ? [3, 3] : []);
-      context.globalAlpha = Math.min(0.8, Math.max(0.05, (kind === 2 ? 14 : 5) / Math.sqrt(totals[kind] + 1)));
+      context.globalAlpha = Math.min(0.8, Math.max(0.05, (kind === 2 ? 9 : 5) / Math.sqrt(totals[kind] + 1)));
       for (const row of selected) if (model.kinds[row] === kind) line(context, row);
     }
     context.setLineDash([]);
@@ -156,8 +159,8 @@ export function parallel(root, model, shared) {
   shared.hover.listen(framed(focus));
   shared.chosen.listen(focus);
   onTheme(() => { if (view.width) { draw(); } });
-  onWidth(plot, (width) => { view.width = width; layout(); });
-  return { view, refresh: () => { if (view.width) drawAxes(); } };
+  onWidth(frame, (width) => { view.room = width; layout(); });
+  return { refresh: () => { if (view.width) drawAxes(); } };
 }
 
 const clamp = (scale, value) => {
@@ -171,7 +174,9 @@ function firstAxes(model) {
   const varies = ({ values }) => values.some((value) => value !== values[0] && Number.isFinite(value));
   const parameters = model.columns.filter((column) => column.role === "parameter" && varies(column));
   const metrics = model.columns.filter((column) => column.role === "metric" && !column.labels);
-  const wanted = [...parameters, ...metrics.filter((c) => aims.has(c.name)), ...metrics.filter((c) => !aims.has(c.name))];
+  const objective = ({ name }) => model.study.objectives.some(([metric]) => metric === name);
+  const rank = (column) => (objective(column) ? 0 : aims.has(column.name) ? 1 : 2);
+  const wanted = [...metrics.filter(objective), ...parameters, ...metrics.filter((c) => !objective(c)).sort((a, b) => rank(a) - rank(b))];
   const names = new Set(wanted.slice(0, Math.max(2, USUAL_AXES)).map((column) => column.name));
   return model.columns.map((column) => column.name).filter((name) => names.has(name));
 }

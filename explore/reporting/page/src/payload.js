@@ -38,19 +38,32 @@ export async function readModel() {
 }
 
 /**
- * One column: base64, deflate, then bytes of the same weight put beside each other again.
- * @param {{text: number, type: string, length: number}} place
+ * One column: base64, deflate, then bytes of the same weight put beside each other again, NaN where not defined.
+ * @param {{text: number, type: string, length: number, defined?: number}} place
  */
 export async function unpack(place) {
-  const kind = READ[place.type];
-  const width = kind.BYTES_PER_ELEMENT;
-  const planes = await inflate(decode(document.getElementById(`data-${place.text}`).textContent));
-  if (planes.length !== place.length * width) throw new Error("this page is damaged: a column has another length");
-  if (width === 1) return new kind(planes.buffer);
+  const values = await unshuffled(place.text, READ[place.type]);
+  if (place.defined === undefined) return checked(values, place.length);
+  const defined = checked(await unshuffled(place.defined, Uint8Array), place.length);
+  const all = new Float64Array(place.length).fill(NaN);
+  let next = 0;
+  for (let i = 0; i < all.length; i++) if (defined[i]) all[i] = values[next++];
+  checked(values, next);
+  return all;
+}
+
+function checked(values, length) {
+  if (values.length !== length) throw new Error("a column has another length, so the file is damaged");
+  return values;
+}
+
+async function unshuffled(text, kind) {
+  const planes = await inflate(decode(document.getElementById(`data-${text}`).textContent));
+  const width = kind.BYTES_PER_ELEMENT, length = planes.length / width;
   const bytes = new Uint8Array(planes.length);
   for (let k = 0; k < width; k++) {
-    const start = k * place.length;
-    for (let i = 0; i < place.length; i++) bytes[i * width + k] = planes[start + i];
+    const start = k * length;
+    for (let i = 0; i < length; i++) bytes[i * width + k] = planes[start + i];
   }
   return new kind(bytes.buffer); // the bytes are little-endian, as every machine that runs a browser today
 }

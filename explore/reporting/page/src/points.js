@@ -48,16 +48,18 @@ function outside(pixel, scale) {
 /** Draw all designs: those not selected pale and first, the better kinds over the others. */
 export function drawPoints(context, model, view, points, selection) {
   const few = selection.total < model.size;
+  const there = [0, 0, 0];
+  for (const kind of model.kinds) there[kind]++;
   const hue = view.colour ? hues(model, view, points) : null;
   for (const selected of few ? [0, 1] : [1]) {
-    for (const kind of [0, 1, 2]) drawKind(context, model, points, kind, selected, selection.mask, selected ? hue : null);
+    for (const kind of [0, 1, 2]) drawKind(context, model, points, { kind, selected, there: there[kind] }, selection.mask, selected ? hue : null);
   }
 }
 
-function drawKind(context, model, points, kind, selected, mask, hue) {
+function drawKind(context, model, points, { kind, selected, there }, mask, hue) {
   const rows = once(model, points, kind, selected, mask, hue);
   const colour = colours();
-  const size = kind === 2 ? ringSize(rows.length) : dotSize(rows.length, kind);
+  const size = kind === 2 ? ringSize(there) : dotSize(there, kind);
   context.globalAlpha = selected ? (kind === 0 ? 0.75 : 1) : 0.16;
   context.lineWidth = kind === 2 ? 1.5 : 1;
   context.strokeStyle = kindColour(kind);
@@ -76,7 +78,7 @@ function drawKind(context, model, points, kind, selected, mask, hue) {
   context.globalAlpha = 1;
 }
 
-const dotSize = (n, kind) => Math.min(3.4, Math.max(kind ? 1.1 : 1.9, 130 / Math.sqrt(n + 1)));
+const dotSize = (n, kind) => Math.min(3.4, Math.max(kind ? 1.2 : 1.9, 150 / Math.sqrt(n + 1)));
 const ringSize = (n) => Math.min(4.2, Math.max(2.2, 60 / Math.sqrt(n + 1)));
 
 /** The rows of a kind to draw: of many in one pixel the first, which looks the same. */
@@ -103,7 +105,7 @@ function hues(model, view, points) {
     if (!Number.isFinite(values[row])) points.missingColour++;
     else { low = Math.min(low, values[row]); high = Math.max(high, values[row]); }
   }
-  [view.low, view.high] = [low, high];
+  [view.least, view.most] = [low, high];
   const { muted } = colours();
   const scale = high > low ? (ramp.length - 1) / (high - low) : 0;
   return (row) => (Number.isFinite(values[row]) ? ramp[Math.round((values[row] - low) * scale)] : muted);

@@ -14,6 +14,8 @@ const TAIL = 0.005;
  * @returns {?[number, number]} null when no value can be shown
  */
 export function extent(column, kinds, { log, all }) {
+  // All values of a parameter were asked for, and codes are few.
+  if (column.role === "parameter" || column.labels) all = true;
   const shown = (value) => Number.isFinite(value) && (!log || value > 0);
   let low = Infinity, high = -Infinity;
   const include = (value) => { low = Math.min(low, value); high = Math.max(high, value); };

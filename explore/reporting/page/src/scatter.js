@@ -12,7 +12,7 @@ import { KINDS, glyph } from "./marks.js";
 import { axisScale, extent, tickMarks } from "./scales.js";
 import { colours, onTheme } from "./theme.js";
 
-const HEIGHT = 430;
+const HEIGHT = 450;
 const MARGIN = { left: 62, right: 14, top: 10, bottom: 46 };
 /** Width of the strips that hold what is undefined in one direction. */
 const GUTTER = 22;
@@ -54,15 +54,18 @@ export function scatter(root, model, shared) {
     if (view.logX && !extent(x, model.kinds, { log: true, all: true })) view.logX = false;
     if (view.logY && !extent(y, model.kinds, { log: true, all: true })) view.logY = false;
     const spans = [extent(x, model.kinds, { log: view.logX, all: view.all }), extent(y, model.kinds, { log: view.logY, all: view.all })];
+    const missing = undefinedIn(x, y, view);
     const ends = [view.width - MARGIN.right, HEIGHT - MARGIN.bottom];
-    view.scaleX = axisScale(spans[0] ?? [0, 1], [MARGIN.left + GUTTER, ends[0]], { log: view.logX, room: 0.035 });
-    view.scaleY = axisScale(spans[1] ?? [0, 1], [ends[1] - GUTTER, MARGIN.top], { log: view.logY, room: 0.035 });
+    view.left = MARGIN.left + (missing.x ? GUTTER : 0);
+    view.low = ends[1] - (missing.y ? GUTTER : 0);
+    view.scaleX = axisScale(spans[0] ?? [0, 1], [view.left, ends[0]], { log: view.logX, room: 0.035 });
+    view.scaleY = axisScale(spans[1] ?? [0, 1], [view.low, MARGIN.top], { log: view.logY, room: 0.035 });
     for (const [name, value] of Object.entries({ width: view.width, height: HEIGHT })) overlay.setAttribute(name, value);
     overlay.setAttribute("aria-label", `designs over ${titled(x)} and ${titled(y)}`);
     points = place(model, view, MARGIN.left + GUTTER / 2, ends[1] - GUTTER / 2);
     axes(layers, view, x, y);
-    tool.extent([[MARGIN.left + GUTTER, MARGIN.top], [ends[0], ends[1] - GUTTER]]);
-    layers.brush.call(tool).call(tool.move, null);
+    tool.extent([[view.left, MARGIN.top], [ends[0], view.low]]);
+    layers.brush.call(tool).call(tool.move, boxOf(shared.selection.brushes.get("scatter"), view));
     layers.brush.select(".overlay").attr("aria-label", "drag to select designs");
     draw();
   }
@@ -71,8 +74,8 @@ export function scatter(root, model, shared) {
     if (!points) return;
     const context = sized(canvas, view.width, HEIGHT), colour = colours();
     context.fillStyle = colour.faint;
-    if (points.missingX) context.fillRect(MARGIN.left, MARGIN.top, GUTTER - 6, HEIGHT - MARGIN.bottom - MARGIN.top - GUTTER);
-    if (points.missingY) context.fillRect(MARGIN.left + GUTTER, HEIGHT - MARGIN.bottom - GUTTER + 6, view.width - MARGIN.right - MARGIN.left - GUTTER, GUTTER - 6);
+    if (points.missingX) context.fillRect(MARGIN.left, MARGIN.top, GUTTER - 6, view.low - MARGIN.top);
+    if (points.missingY) context.fillRect(view.left, view.low + 6, view.width - MARGIN.right - view.left, GUTTER - 6);
     const density = drawDensity(context, model, view);
     drawPoints(context, model, view, points, shared.selection);
     legendOf(legend, model, view, density);
@@ -128,6 +131,7 @@ export function scatter(root, model, shared) {
   overlay.addEventListener("click", (event) => {
     if (pressed && Math.hypot(event.clientX - pressed[0], event.clientY - pressed[1]) > 3) return;
     const row = nearest(...pointer(event, overlay));
+    shared.tip.hide();
     if (row >= 0) shared.chosen.set(row);
   });
   shared.selection.listen(framed((selection) => {
@@ -139,7 +143,7 @@ export function scatter(root, model, shared) {
   onTheme(() => { layout(); });
   listControls();
   onWidth(plot, (width) => { view.width = width; layout(); });
-  return { view };
+  return { whereIs: (row) => [points.x[row], points.y[row]] };
 }
 
 /** The first two objectives, else the first two columns of numbers that differ between designs. */
@@ -147,6 +151,25 @@ function firstAxes(model) {
   const varying = model.columns.filter((column) => !column.labels && ["metric", "parameter"].includes(column.role));
   const names = [...new Set([...model.study.objectives.map(([name]) => name), ...varying.map((column) => column.name), ...model.columns.map((column) => column.name)])];
   return { x: names[0], y: names[1] ?? names[0] };
+}
+
+/** Whether any design is undefined in one of two columns only, so that it needs a strip of its own. */
+function undefinedIn(x, y, view) {
+  const shown = (value, log) => Number.isFinite(value) && (!log || value > 0);
+  const found = { x: false, y: false };
+  for (let row = 0; row < x.values.length; row++) {
+    const [inX, inY] = [shown(x.values[row], view.logX), shown(y.values[row], view.logY)];
+    found.x ||= !inX && inY;
+    found.y ||= inX && !inY;
+  }
+  return found;
+}
+
+/** Pixels of the box that was dragged, after the axes have moved; null when there is none. */
+function boxOf(conditions, view) {
+  if (!conditions) return null;
+  const [x, y] = conditions;
+  return [[view.scaleX(x.low), view.scaleY(y.high)], [view.scaleX(x.high), view.scaleY(y.low)]];
 }
 
 /** What a stretch of an axis means, in short numbers. */
@@ -161,7 +184,7 @@ function axes(layers, view, x, y) {
   const ticksX = tickMarks(view.scaleX, x, Math.max(2, view.width / 90)), ticksY = tickMarks(view.scaleY, y, 7);
   layers.x.attr("transform", `translate(0,${bottom})`).call(axisBottom(view.scaleX).tickValues(ticksX.values).tickFormat(ticksX.text).tickSize(4));
   layers.y.attr("transform", `translate(${left},0)`).call(axisLeft(view.scaleY).tickValues(ticksY.values).tickFormat(ticksY.text).tickSize(4));
-  title(layers.x, titled(x), (left + GUTTER + view.width - MARGIN.right) / 2, 38, 0);
+  title(layers.x, titled(x), (view.left + view.width - MARGIN.right) / 2, 38, 0);
   title(layers.y, titled(y), -(MARGIN.top + bottom) / 2, -48, -90);
 }
 
@@ -171,11 +194,10 @@ function title(layer, text, x, y, turn) {
 }
 
 function legendOf(legend, model, view, density) {
-  const there = [0, 0, 0];
-  for (let row = 0; row < model.size; row++) there[model.kinds[row]]++;
-  const kinds = KINDS.map((kind, code) => [glyph(code), `${kind.name} ${count(there[code])}`]).filter((_, code) => there[code]);
+  const many = ({ held, there }) => (held < there ? `${count(held)} of ${count(there)}` : count(there));
+  const kinds = model.study.parts.filter(({ there }) => there).map((part) => [glyph(part.kind), `${KINDS[part.kind].name}: ${many(part)}`]);
   const items = [...kinds.map(([mark, text]) => el("span", { class: "item" }, mark, text)), el("span", { class: "item" }, glyph("chosen"), "chosen")];
-  if (view.colour) items.push(el("span", { class: "item" }, number(view.low, 4), el("i", { class: "ramp" }), number(view.high, 4), ` ${titled(model.byName.get(view.colour))}`));
+  if (view.colour) items.push(el("span", { class: "item" }, number(view.least, 4), el("i", { class: "ramp" }), number(view.most, 4), ` ${titled(model.byName.get(view.colour))}`));
   if (density) items.push(el("span", { class: "item" }, el("i", { class: "swatch density" }), "all feasible designs, darker where there are more"));
   legend.replaceChildren(...items);
 }

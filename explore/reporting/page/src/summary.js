@@ -26,10 +26,10 @@ export function notices(root, { study, size }) {
   const notice = (text) => root.append(el("p", { class: "notice" }, text));
   if (!study.complete) notice(`This sweep is not finished: ${count(study.committed)} of ${count(study.studied)} designs are computed. Run the same sweep again to go on, then the report.`);
   if (study.keep !== "all") notice(`Only the Pareto set was kept of this study: ${counted(study.committed, "design")} of ${count(study.studied)}. The others were counted and dropped; sweep with --keep all to see them.`);
-  if (study.density) {
+  if (study.parts.some(({ held, there }) => held < there)) {
     const [infeasible, feasible, front] = study.parts;
     const part = ({ held, there }, what) => (held === there ? `all ${count(there)} ${what}` : `${count(held)} of ${count(there)} ${what}, each drawn with the same chance`);
-    notice(`This page holds ${count(size)} of ${count(study.committed)} designs: ${part(front, "Pareto-optimal ones")}; ${part(feasible, "other feasible ones")}; ${part(infeasible, "infeasible ones")}. Counts of a selection are counts of these. The grey density behind the scatter counts all feasible designs of the file, and the copied command ranks all of them.`);
+    notice(`This page holds ${count(size)} of ${count(study.committed)} designs: ${part(front, "Pareto-optimal ones")}; ${part(feasible, "other feasible ones")}; ${part(infeasible, "infeasible ones")}. A selection is one of these and counts these; the command below it ranks all designs of the file.${study.density ? " The grey density behind the scatter counts all feasible designs." : ""}`);
   }
 }
 

@@ -108,7 +108,7 @@ export function table(root, model, shared) {
   shared.selection.listen(framed(arrange));
   shared.chosen.listen(fill);
   arrange();
-  return { state, rows: () => state.rows };
+  return { rows: () => state.rows };
 }
 
 const firstSort = (model) => model.study.objectives[0]?.[0] ?? "design";

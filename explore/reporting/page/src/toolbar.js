@@ -1,6 +1,6 @@
 /** The bar of the selection: how many, by which conditions, and what to do with them. */
 
-import { commandLine, nameable, whereText } from "./conditions.js";
+import { commandLine, nameable } from "./conditions.js";
 import { csvText, save } from "./csv.js";
 import { choice, el } from "./dom.js";
 import { count, counted, number, titled, words } from "./format.js";
@@ -22,19 +22,19 @@ export function toolbar(root, model, shared, rows, typed) {
   const kinds = [["0", "all designs"], ["1", "feasible"], ["2", "Pareto-optimal"]];
   const kind = choice("show", kinds, "0", (value) => selection.takeKind(Number(value)));
   root.append(
-    el("div", { class: "bar" }, total, kind, field(model, selection, typed), clear,
+    el("div", { class: "bar" }, total, kind, clear,
       el("button", { type: "button", class: "export", onclick: () => save(`${model.study.name}-selection.csv`, csvText(model, rows())) }, "Export CSV")),
-    chips,
+    el("div", { class: "bar" }, field(model, selection, typed), chips),
     el("div", { class: "bar rank" }, line, el("button", { type: "button", class: "copy", onclick: () => copy(line.textContent, said) }, "Copy"), said),
   );
 
   function show() {
     const [infeasible, feasible, front] = selection.counts;
     const all = selection.total;
-    total.replaceChildren(el("strong", {}, counted(all, "design")), ` ${selection.active ? `of ${count(model.size)} selected` : "on this page"}: ${count(feasible + front)} feasible, ${count(front)} Pareto-optimal, ${count(infeasible)} infeasible`);
+    const parts = [`${count(feasible + front)} feasible`, `${count(front)} Pareto-optimal`, `${count(infeasible)} infeasible`];
+    total.replaceChildren(el("strong", {}, counted(all, "design")), ` ${selection.active ? `of ${count(model.size)} selected` : "on this page"} · ${parts.join(" · ")}`);
     chips.replaceChildren(...[...selection.brushes].flatMap(([key, conditions]) => conditions.map((condition) =>
       el("button", { type: "button", class: "chip", title: "remove", "aria-label": `remove the condition on ${words(condition.column)}`, onclick: () => { selection.set(key, []); typed(); } }, chipText(model, condition), el("span", { "aria-hidden": "true" }, " ×")))));
-    chips.hidden = !selection.brushes.size;
     clear.disabled = !selection.active;
     kind.querySelector("select").value = String(selection.least);
     const conditions = selection.conditions();
@@ -45,7 +45,6 @@ export function toolbar(root, model, shared, rows, typed) {
 
   selection.listen(show);
   show();
-  return { where: () => whereText(selection.conditions()) };
 }
 
 function chipText(model, { column, low, high }) {

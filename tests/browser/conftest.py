@@ -1,0 +1,84 @@
+"""One browser for all tests, and pages of studies."""
+
+from __future__ import annotations
+
+import os
+
+import pytest
+from command_line import call
+
+import explore
+from browser.chromium import find_browser, find_driver, silent_page
+
+#: Feasible, screened, undefined, blocked and not assembled; few enough to compare each value.
+STUDY = """mechanism = "crank-rocker"
+[parameters]
+crank = { start = 60, stop = 180, num = 9 }
+coupler = { start = 900, stop = 1300, num = 7 }
+rocker = { start = 450, stop = 660, num = 6 }
+ground = { start = 620, stop = 830, num = 5 }
+speed = [4.0, 8.0]
+[constraints]
+transmission_angle_min = { min = 30 }
+rocker_velocity_mean = { min = 0.8, max = 1.2 }
+[rank]
+metrics = ["cv", "swing_angle:max"]
+"""
+
+#: Drawn designs: every value has all its digits.
+DRAWN = """mechanism = "crank-rocker"
+[parameters]
+crank = 50
+coupler = {{ min = 50, max = 1000 }}
+rocker = {{ min = 50, max = 500 }}
+ground = {{ min = 50, max = 1000 }}
+[sampling]
+method = "sobol"
+count = {count}
+[constraints]
+transmission_angle_min = {{ min = 30 }}
+transmission_angle_max = {{ max = 150 }}
+"""
+
+
+def swept(folder, name, text):
+    (folder / f"{name}.toml").write_text(text)
+    return explore.sweep(explore.load_study(folder / f"{name}.toml"), folder / f"{name}.h5")
+
+
+def report_of(path, *, seconds=60):
+    """The page of a results file, beside it."""
+    page = path.with_suffix(".html")
+    code, _, err = call("report", path, "-o", page, seconds=seconds)
+    assert code == 0, err
+    return page
+
+
+@pytest.fixture(scope="session")
+def browser():
+    executable = find_browser()
+    # Chromium's sandbox refuses root, as whom a container runs.
+    arguments = ["--no-sandbox"] if os.geteuid() == 0 else []
+    with find_driver()() as driver:
+        browser = driver.chromium.launch(executable_path=executable, args=arguments)
+        yield browser
+        browser.close()
+
+
+@pytest.fixture(scope="session")
+def study(tmp_path_factory):
+    """Results of 3,780 designs; their page lies beside them."""
+    results = swept(tmp_path_factory.mktemp("report"), "small", STUDY)
+    report_of(results.path)
+    return results
+
+
+@pytest.fixture(scope="session")
+def frame(study):
+    return study.to_pandas()
+
+
+@pytest.fixture
+def page(browser, study):
+    with silent_page(browser, study.path.with_suffix(".html"), viewport={"width": 1400, "height": 1800}) as page:
+        yield page

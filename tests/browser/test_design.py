@@ -1,0 +1,151 @@
+"""The chosen design: it moves, and the page's own formulas are those of `explore.simulate`."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import explore
+from browser.chromium import settle, silent_page
+from browser.conftest import report_of
+
+SIGNALS = (
+    "coupler_angle", "rocker_angle", "transmission_angle", "coupler_velocity", "rocker_velocity",
+    "coupler_acceleration", "rocker_acceleration", "velocity_ratio",
+)  # fmt: skip
+DESIGNS = [
+    {"crank": 100.0, "coupler": 1083.4236, "rocker": 541.7118, "ground": 691.7118, "speed": 4.2735},
+    {"crank": 50.0, "coupler": 940.62, "rocker": 211.79, "ground": 869.44, "speed": 1.0},
+    {"crank": 50.0, "coupler": 940.62, "rocker": 211.79, "ground": 869.44, "speed": 2.5, "branch": -1.0},
+    {"crank": 150.0, "coupler": 1083.4236, "rocker": 541.7118, "ground": 691.7128, "speed": 4.2735},
+    {"crank": 150.0, "coupler": 1083.5, "rocker": 541.75, "ground": 691.75 + 2.0**-30, "speed": 1.0},
+    {"crank": 30.0, "coupler": 400.0, "rocker": 401.0, "ground": 45.0, "speed": 3.0, "branch": -1.0},
+    {"crank": 300.0, "coupler": 400.0, "rocker": 420.0, "ground": 100.0, "speed": 1.0},
+]
+ANGLES = np.concatenate([np.arange(0.0, 360.0, 7.5), [1e-7, 179.9999999, 180.0000001, 359.9999999, 725.0, -33.3]])
+
+
+def on_page(page, design, angles):
+    return page.evaluate(
+        """([values, angles]) => {
+            const motion = exploreReport.fourBarMotion(values, values.drive ?? "slow");
+            return {signals: angles.map(angle => motion.at(angle)), stroke: motion.stroke, limits: motion.limits};
+        }""",
+        [design, list(map(float, angles))],
+    )
+
+
+@pytest.mark.parametrize("design", DESIGNS)
+def test_motion_is_that_of_simulate(page, design):
+    exact = explore.simulate("crank-rocker", angles=ANGLES, method="closed-form", **design)
+    found = on_page(page, design, ANGLES)
+    for name in SIGNALS:
+        values = np.array([state[name] for state in found["signals"]])
+        difference = values - exact[name].to_numpy()
+        if name.endswith("angle"):
+            difference = np.remainder(difference + 180.0, 360.0) - 180.0
+            scale = 1.0
+        else:
+            scale = np.abs(exact[name]).max()
+        # Both compute the same formulas; they differ by the libraries' sine, arctangent and order of operations.
+        assert np.abs(difference).max() <= 1e-9 * scale, name
+
+
+@pytest.mark.parametrize("drive", ["slow", "fast", "overlapped_to_extended", "extended_to_overlapped"])
+@pytest.mark.parametrize("design", DESIGNS)
+def test_stroke_and_limit_positions_are_those_of_the_library(page, design, drive):
+    from explore.motions import window_limits
+    from explore.request.requests import find_mechanism
+
+    columns = {name: np.array([value]) for name, value in design.items()}
+    mechanism = find_mechanism("crank-rocker")
+    found = on_page(page, {**design, "drive": drive}, [0.0])
+    stroke = window_limits(mechanism, columns, "drive", drive)
+    if stroke is None:
+        assert found["stroke"] is None
+        assert found["limits"] is None
+        return
+    np.testing.assert_allclose(found["stroke"], stroke, rtol=0.0, atol=1e-9)
+    overlapped, extended = window_limits(mechanism, columns, "overlapped_to_extended", drive)
+    for name, angle in (("overlapped", overlapped), ("extended", extended)):
+        assert abs((found["limits"][name] - angle + 180.0) % 360.0 - 180.0) <= 1e-9
+
+
+@pytest.mark.parametrize("phases", [1, 2, 3, 5])
+def test_the_output_through_clutches(page, phases):
+    """Its mean over the turn is that of the window `clutch`, which the library integrates piece by piece."""
+    design = {**DESIGNS[0], "phases": float(phases)}
+    angles = np.arange(0.0, 360.0, 0.05)
+    output = [state["output_velocity"] for state in on_page(page, design, angles)["signals"]]
+    exact = explore.evaluate("crank-rocker", design, ["output_velocity_mean"], window="clutch")
+    # Even samples of a function with corners are off by the square of the step: (0.05 deg)^2 / 12 rad^2 times its bends.
+    assert np.mean(output) == pytest.approx(exact["output_velocity_mean"][0], rel=1e-6)
+
+
+def test_what_cannot_turn_is_not_drawn(page):
+    for lengths in [(150, 1083.4236, 541.7118, 691.7118), (200, 1083.4236, 541.7118, 691.7118), (1, 10, 2, 3)]:
+        values = dict(zip(("crank", "coupler", "rocker", "ground"), lengths, strict=True))
+        assert page.evaluate("values => exploreReport.fourBarMotion(values, 'slow')", values) is None
+
+
+def picture(page):
+    return page.evaluate("document.querySelector('canvas.linkage').toDataURL()")
+
+
+def test_a_click_on_a_design_animates_it(page):
+    before = page.locator("#design h2").inner_text()
+    still = picture(page)
+    page.wait_for_timeout(150)
+    assert picture(page) == still
+    box = page.locator("#scatter .plot").bounding_box()
+    x, y = page.evaluate("exploreReport.page.whereIs(exploreReport.page.rows()[40])")
+    page.mouse.click(box["x"] + x, box["y"] + y)
+    settle(page)
+    assert page.locator("#design h2").inner_text() != before
+    first = picture(page)
+    page.wait_for_timeout(200)
+    second = picture(page)
+    assert len({still, first, second}) == 3
+    page.get_by_role("button", name="Pause").click()
+    paused = picture(page)
+    page.wait_for_timeout(150)
+    assert picture(page) == paused
+    slider = page.get_by_label("crank angle in degrees")
+    slider.focus()
+    page.keyboard.press("ArrowRight")
+    settle(page)
+    assert picture(page) != paused
+    slider.evaluate("(node) => { node.value = 90; node.dispatchEvent(new Event('input')); }")
+    assert "crank 90.0°" in page.locator(".reading").inner_text()
+
+
+def test_pointing_at_a_design_says_all_its_columns(page, frame):
+    row = page.evaluate("exploreReport.page.rows()[40]")
+    x, y = page.evaluate("row => exploreReport.page.whereIs(row)", row)
+    box = page.locator("#scatter .plot").bounding_box()
+    page.mouse.move(box["x"] + x, box["y"] + y)
+    tip = page.locator("#tip")
+    tip.wait_for()
+    text = tip.inner_text()
+    for name in frame.columns:
+        assert name.replace("_", " ") in text
+    assert "deg" in text
+    assert "rad/s²" in text
+    page.mouse.move(5, 5)
+    tip.wait_for(state="hidden")
+
+
+def test_a_design_that_cannot_turn_says_why(page, frame):
+    blocked = int(frame.index[frame["status"] == 3][0])
+    page.evaluate("design => exploreReport.page.shared.chosen.set(exploreReport.page.model.designs.indexOf(design))", blocked)
+    text = page.locator("#design").inner_text()
+    assert "No full turn to draw: the crank cannot turn fully: the linkage locks before a full turn." in text
+    assert not page.locator("canvas.linkage").is_visible()
+
+
+def test_other_mechanisms_are_shown_in_numbers(browser, finished, tmp_path):
+    path = tmp_path / "other.h5"
+    path.write_bytes(finished.read_bytes())
+    with silent_page(browser, report_of(path)) as page:
+        assert "This page has no drawing of the mechanism" in page.locator("#design").inner_text()
+        assert page.locator(".grid .body .row").count() > 5
