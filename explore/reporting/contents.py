@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any
@@ -11,7 +12,7 @@ import numpy as np
 
 from explore._version import __version__
 from explore.charts.columns import study_name, unit_text
-from explore.errors import RequestError
+from explore.errors import RequestError, ResultsError
 from explore.ranking.rankings import Ranking, rank_source
 from explore.reporting.density import densities
 from explore.reporting.packing import Packed
@@ -55,6 +56,8 @@ def collect(results: Results, mechanism: Mechanism | None, command: str, step: S
     ------
     RequestError
         If there are no designs.
+    ResultsError
+        If what is known of the study cannot be read.
     """
     if results.n_committed == 0:
         raise RequestError(f"{results.path} holds no designs yet, so there is nothing to report")
@@ -103,7 +106,6 @@ def _column(column: Column, place: dict[str, int | str]) -> dict[str, Any]:
 def _study(results: Results, mechanism: Mechanism | None, ranking: Ranking | None) -> dict[str, Any]:
     """What is known of the study as a whole."""
     sentences = _texts(results, "status_sentences", {})
-    determines = _texts(results, "determines", {})
     parameters = mechanism.parameters if mechanism else ()
     return {
         "name": study_name(results),
@@ -111,8 +113,7 @@ def _study(results: Results, mechanism: Mechanism | None, ranking: Ranking | Non
         "mechanism": str(results.attributes.get("mechanism", "")),
         "summary": mechanism.summary if mechanism else "",
         "defaults": {p.name: p.default for p in parameters if p.default is not None},
-        "drive": determines.get("evaluate", {}).get("drive"),
-        "window": determines.get("evaluate", {}).get("window"),
+        **_evaluated(results),
         "studied": results.n_studied,
         "committed": results.n_committed,
         "complete": results.complete,
@@ -127,15 +128,30 @@ def _study(results: Results, mechanism: Mechanism | None, ranking: Ranking | Non
     }
 
 
+def _evaluated(results: Results) -> dict[str, str]:
+    """The window and the drive stroke of the study, as far as it names them."""
+    try:
+        found = json.loads(str(results.attributes.get("determines", "{}"))).get("evaluate", {})
+        given = {name: found.get(name, "") for name in ("drive", "window")}
+    except (ValueError, AttributeError) as error:
+        raise ResultsError(f"{results.path} is damaged: its window cannot be read ({error})") from error
+    return {name: value if isinstance(value, str) else json.dumps(value) for name, value in given.items()}
+
+
 def _missed(results: Results, ranking: Ranking | None) -> list[list[Any]]:
     """Each constraint as written: metric, bounds, unit, how many designs miss it, and in how many it is undefined."""
     tally = ranking.tally if ranking else None
     return [
-        [metric, sides["min"], sides["max"], unit_text(results.units.get(f"{metric}_margin", "")),
+        [metric, _finite(sides["min"]), _finite(sides["max"]), unit_text(results.units.get(f"{metric}_margin", "")),
          tally.by_constraint[f"{metric}_margin"] if tally else None,
          tally.undefined[f"{metric}_margin"] if tally else None]
         for metric, sides in results.constraints.items()
     ]  # fmt: skip
+
+
+def _finite(bound: float | None) -> float | None:
+    """A bound that bounds nothing is none."""
+    return bound if bound is not None and math.isfinite(bound) else None
 
 
 def _chosen(ranking: Ranking | None, rows: Rows) -> int:

@@ -62,9 +62,7 @@ def densities(
     }
 
 
-def _edges(
-    results: Results, objectives: Sequence[str], frame: pd.DataFrame
-) -> dict[str, tuple[float, float]]:
+def _edges(results: Results, objectives: Sequence[str], frame: pd.DataFrame) -> dict[str, tuple[float, float]]:
     """Where the cells of each column begin and end."""
     found: dict[str, tuple[float, float]] = {}
     for column in sorted(results.columns, key=lambda column: column.name not in objectives):

@@ -78,7 +78,7 @@ def test_the_output_through_clutches(page, phases):
     angles = np.arange(0.0, 360.0, 0.05)
     output = [state["output_velocity"] for state in on_page(page, design, angles)["signals"]]
     exact = explore.evaluate("crank-rocker", design, ["output_velocity_mean"], window="clutch")
-    # Even samples of a function with corners are off by the square of the step: (0.05 deg)^2 / 12 rad^2 times its bends.
+    # Even samples of a function with corners are off by about the square of the step, (0.05 deg)² / 12.
     assert np.mean(output) == pytest.approx(exact["output_velocity_mean"][0], rel=1e-6)
 
 
@@ -137,7 +137,10 @@ def test_pointing_at_a_design_says_all_its_columns(page, frame):
 
 def test_a_design_that_cannot_turn_says_why(page, frame):
     blocked = int(frame.index[frame["status"] == 3][0])
-    page.evaluate("design => exploreReport.page.shared.chosen.set(exploreReport.page.model.designs.indexOf(design))", blocked)
+    page.evaluate(
+        "design => { const {model, shared} = exploreReport.page; shared.chosen.set(model.designs.indexOf(design)); }",
+        blocked,
+    )
     text = page.locator("#design").inner_text()
     assert "No full turn to draw: the crank cannot turn fully: the linkage locks before a full turn." in text
     assert not page.locator("canvas.linkage").is_visible()

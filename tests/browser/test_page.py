@@ -170,7 +170,8 @@ def test_an_unfinished_sweep_says_so(browser, tmp_path):
 
     path = fill(tmp_path / "part.h5", range(4))
     with silent_page(browser, report_of(path)) as page:
-        assert "This sweep is not finished: 4,000 of 9,500 designs are computed." in page.locator("#notices").inner_text()
+        text = page.locator("#notices").inner_text()
+        assert "This sweep is not finished: 4,000 of 9,500 designs are computed." in text
         assert shown_count(page) == 4000
 
 
@@ -182,10 +183,17 @@ EVIL_NAME = "<img src=x onerror=window.hurt=1>"
 def test_hostile_names_are_inert(browser, tmp_path):
     path = tmp_path / "<img src=x onerror=alert(1)>\"'&amp;{{script}}.h5"
     columns = tuple(
-        Column(f"{c.name}{EVIL_NAME}", EVIL, EVIL, c.role, c.dtype, dict.fromkeys(c.labels, EVIL)) if c.role == "metric" else c
+        Column(f"{c.name}{EVIL_NAME}", EVIL, EVIL, c.role, c.dtype, dict.fromkeys(c.labels, EVIL))
+        if c.role == "metric"
+        else c
         for c in COLUMNS
     )
-    attributes = ATTRIBUTES | {"config": EVIL, "mechanism": EVIL, "sampler": EVIL, "kernel": "$(touch hurt) `touch hurt`"}
+    attributes = ATTRIBUTES | {
+        "config": EVIL,
+        "mechanism": EVIL,
+        "sampler": EVIL,
+        "kernel": "$(touch hurt) `touch hurt`",
+    }
     with Writer(path, columns, 9500, 1000, attributes) as store:
         for number in range(10):
             block = values(number)

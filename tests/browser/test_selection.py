@@ -51,7 +51,8 @@ def exported(page, tmp_path):
 def test_all_columns_arrive_bit_for_bit(page, frame):
     for name in frame.columns:
         held = page.evaluate(
-            "name => Array.from(exploreReport.page.model.byName.get(name).values, v => Number.isNaN(v) ? null : v)", name
+            "name => Array.from(exploreReport.page.model.byName.get(name).values, v => Number.isNaN(v) ? null : v)",
+            name,
         )
         np.testing.assert_array_equal(np.array(held, float), frame[name].to_numpy(float), err_msg=name)
     assert page.evaluate("Array.from(exploreReport.page.model.designs)") == frame.index.tolist()
@@ -171,7 +172,10 @@ def test_typed_conditions_and_their_line(page, frame, study):
 def test_undefined_values_are_told(page, frame):
     page.get_by_label("x", exact=True).select_option("cv")
     page.get_by_label("y", exact=True).select_option("coupler [mm]")
-    assert f"{frame['cv'].isna().sum():,} designs in the left strip: cv is undefined" in page.locator("#scatter").inner_text()
+    assert (
+        f"{frame['cv'].isna().sum():,} designs in the left strip: cv is undefined"
+        in page.locator("#scatter").inner_text()
+    )
     page.get_by_label("y", exact=True).select_option("time ratio")
     both = (frame["cv"].isna() & frame["time_ratio"].isna()).sum()
     assert f"{both:,} without either value" in page.locator("#scatter").inner_text()

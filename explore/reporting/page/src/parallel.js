@@ -18,7 +18,7 @@ const MARGIN = { left: 56, right: 40, top: 62, bottom: 10 };
 const GUTTER = 24;
 const USUAL_AXES = 10;
 /** Pixels from axis to axis at least; a narrow page scrolls. */
-const LEAST_STEP = 60;
+const LEAST_STEP = 68;
 
 /**
  * @param {HTMLElement} root
@@ -27,9 +27,11 @@ const LEAST_STEP = 60;
  */
 export function parallel(root, model, shared) {
   const view = { names: firstAxes(model), room: 0, width: 0, axes: [] };
-  const canvas = el("canvas", {}), front = el("canvas", {}), overlay = svg("svg", { role: "group", "aria-label": "axes to brush" });
+  const canvas = el("canvas", {}), overlay = svg("svg", { role: "group", "aria-label": "axes to brush" });
+  const chosen = svg("polyline", { class: "line chosen-line" }), pointed = svg("polyline", { class: "line pointed-line" });
+  overlay.append(chosen, pointed);
   const labels = el("div", { class: "axis-labels", "aria-hidden": "true" });
-  const plot = el("div", { class: "plot" }, canvas, front, overlay, labels), frame = el("div", { class: "sideways" }, plot);
+  const plot = el("div", { class: "plot" }, canvas, overlay, labels), frame = el("div", { class: "sideways" }, plot);
   const caption = el("p", { class: "caption" });
   root.append(el("div", { class: "panel-head" }, el("h2", {}, "Parallel coordinates"), menu()), frame, caption);
   const order = shuffled(model);
@@ -109,14 +111,21 @@ export function parallel(root, model, shared) {
   }
 
   function draw() {
-    const context = sized(canvas, view.width, HEIGHT), colour = colours();
+    const { selected, others } = drawn(model, order, shared.selection);
+    drawLines(sized(canvas, view.width, HEIGHT), selected, others);
+    const total = shared.selection.total;
+    caption.textContent = `${count(selected.length)} of ${count(total)} selected designs are drawn${selected.length < total ? ", Pareto-optimal ones first, the others drawn evenly" : ""}; drag along an axis to select.`;
+    focus();
+  }
+
+  function drawLines(context, selected, others) {
+    const colour = colours();
     context.fillStyle = colour.faint;
     context.fillRect(MARGIN.left - 12, HEIGHT - MARGIN.bottom - GUTTER + 8, view.width - MARGIN.left - MARGIN.right + 24, GUTTER - 8);
     context.fillStyle = colour.muted;
     context.font = "10.5px system-ui, sans-serif";
     context.textBaseline = "middle";
     context.fillText("undefined", MARGIN.left - 8, HEIGHT - MARGIN.bottom - GUTTER / 2 + 4);
-    const { selected, others } = drawn(model, order, shared.selection);
     context.lineWidth = 1;
     context.globalAlpha = 0.1;
     context.strokeStyle = colour.muted;
@@ -130,22 +139,14 @@ export function parallel(root, model, shared) {
       context.globalAlpha = Math.min(0.8, Math.max(0.05, (kind === 2 ? 9 : 5) / Math.sqrt(totals[kind] + 1)));
       for (const row of selected) if (model.kinds[row] === kind) line(context, row);
     }
-    context.setLineDash([]);
-    context.globalAlpha = 1;
-    const total = shared.selection.total;
-    caption.textContent = `${count(selected.length)} of ${count(total)} selected designs are drawn${selected.length < total ? ", drawn evenly with the Pareto-optimal ones first" : ""}; drag along an axis to select.`;
-    focus();
   }
 
   /** The chosen design and the one pointed at, over all others. */
   function focus() {
     if (!view.width) return;
-    const context = sized(front, view.width, HEIGHT), colour = colours();
-    for (const [row, hue, width] of [[shared.chosen.row, colour.green, 2.6], [shared.hover.row, colour.ink, 2]]) {
-      if (row < 0) continue;
-      context.strokeStyle = hue;
-      context.lineWidth = width;
-      line(context, row);
+    for (const [node, row] of [[chosen, shared.chosen.row], [pointed, shared.hover.row]]) {
+      const ys = row < 0 ? [] : heights(row);
+      node.setAttribute("points", ys.map((y, k) => `${view.axes[k].x},${y}`).join(" "));
     }
   }
 

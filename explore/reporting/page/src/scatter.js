@@ -72,8 +72,8 @@ export function scatter(root, model, shared) {
 
   function draw() {
     if (!points) return;
-    const context = sized(canvas, view.width, HEIGHT), colour = colours();
-    context.fillStyle = colour.faint;
+    const context = sized(canvas, view.width, HEIGHT);
+    context.fillStyle = colours().faint;
     if (points.missingX) context.fillRect(MARGIN.left, MARGIN.top, GUTTER - 6, view.low - MARGIN.top);
     if (points.missingY) context.fillRect(view.left, view.low + 6, view.width - MARGIN.right - view.left, GUTTER - 6);
     const density = drawDensity(context, model, view);
@@ -198,7 +198,7 @@ function legendOf(legend, model, view, density) {
   const kinds = model.study.parts.filter(({ there }) => there).map((part) => [glyph(part.kind), `${KINDS[part.kind].name}: ${many(part)}`]);
   const items = [...kinds.map(([mark, text]) => el("span", { class: "item" }, mark, text)), el("span", { class: "item" }, glyph("chosen"), "chosen")];
   if (view.colour) items.push(el("span", { class: "item" }, number(view.least, 4), el("i", { class: "ramp" }), number(view.most, 4), ` ${titled(model.byName.get(view.colour))}`));
-  if (density) items.push(el("span", { class: "item" }, el("i", { class: "swatch density" }), "all feasible designs, darker where there are more"));
+  if (density) items.push(el("span", { class: "item" }, el("i", { class: "swatch density" }), "all feasible designs, stronger where there are more"));
   legend.replaceChildren(...items);
 }
 

@@ -66,7 +66,7 @@ function constraints(study) {
 
 function provenance(study) {
   const rows = [["report by", `explore ${study.version}`], ["window", study.window], ["drive stroke", study.drive], ...study.facts]
-    .filter(([, value]) => value !== null && value !== undefined && value !== "")
-    .map(([name, value]) => el("tr", {}, el("th", {}, words(name)), el("td", {}, typeof value === "string" ? value : JSON.stringify(value))));
+    .filter(([, value]) => value)
+    .map(([name, value]) => el("tr", {}, el("th", {}, words(name)), el("td", {}, value)));
   return el("div", { class: "provenance" }, el("h3", {}, "Where it comes from"), el("table", {}, ...rows));
 }

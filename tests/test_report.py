@@ -1,0 +1,182 @@
+"""`explore report` without a browser: what is written, what is shipped, and bad input in one line."""
+
+import hashlib
+import json
+import re
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+from command_line import call
+from store_files import fill
+
+import explore
+from explore.reporting.packing import Packed
+
+ROOT = Path(__file__).parent.parent
+PAGE = Path(explore.__file__).parent / "reporting/page"
+BUNDLED = ("report.js", "THIRD_PARTY.txt", "sources.sha256")
+STUDY = """mechanism = "crank-rocker"
+[parameters]
+crank = [80, 100, 150, 160]
+coupler = 1083.4236
+rocker = 541.7118
+ground = [691.7118, 720]
+"""
+
+
+@pytest.fixture(scope="module")
+def results(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("swept")
+    (folder / "small.toml").write_text(STUDY)
+    return explore.sweep(explore.load_study(folder / "small.toml"), folder / "small.h5").path
+
+
+@pytest.fixture
+def swept(results, tmp_path, monkeypatch):
+    """The current folder, with results."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "results").mkdir()
+    (tmp_path / "results/small.h5").write_bytes(results.read_bytes())
+    return tmp_path
+
+
+def test_the_bundle_is_of_these_sources():
+    """After a change of the page's script run explore/reporting/page/build.sh."""
+    recorded = dict(
+        reversed(line.split(maxsplit=1)) for line in (PAGE / "bundle/sources.sha256").read_text().splitlines()
+    )
+    files = ["build.sh", "package.json", "package-lock.json", *(f"src/{p.name}" for p in PAGE.glob("src/*"))]
+    assert recorded == {name: hashlib.sha256((PAGE / name).read_bytes()).hexdigest() for name in files}
+
+
+def test_versions_are_pinned_and_licences_shipped():
+    package = json.loads((PAGE / "package.json").read_text())
+    for version in (*package["dependencies"].values(), *package["devDependencies"].values()):
+        assert re.fullmatch(r"\d+\.\d+\.\d+", version)
+    text = (PAGE / "bundle/THIRD_PARTY.txt").read_text()
+    locked = json.loads((PAGE / "package-lock.json").read_text())["packages"]
+    for name in package["dependencies"]:
+        assert f"{name} {locked[f'node_modules/{name}']['version']}\n" in text
+    shipped = set(re.findall(r"^([a-z0-9-]+) \d+\.\d+\.\d+$", text, re.MULTILINE))
+    assert shipped <= {name.removeprefix("node_modules/") for name in locked}
+    # All are under the ISC licence but d3-ease, whose easing equations are another's.
+    assert text.count("Permission to use, copy, modify") == len(shipped) - 1
+    assert "Copyright 2001 Robert Penner" in text
+    assert text.count("Redistributions in binary form must reproduce the above copyright notice") == 1
+
+
+def test_the_bundle_can_stand_in_a_page():
+    script = (PAGE / "bundle/report.js").read_text(encoding="ascii")
+    assert "</script" not in script.lower()
+    assert "<!--" not in script
+    assert all(len(path.read_text().splitlines()) < 300 for path in PAGE.glob("src/*.js"))
+
+
+def test_a_wheel_brings_the_page(tmp_path):
+    build = "import sys; from hatchling.build import build_wheel; print(build_wheel(sys.argv[1]))"
+    built = subprocess.run(
+        [sys.executable, "-c", build, tmp_path], cwd=ROOT, capture_output=True, text=True, check=True
+    )
+    with zipfile.ZipFile(tmp_path / built.stdout.split()[-1]) as wheel:
+        names = {name.removeprefix("explore/reporting/page/") for name in wheel.namelist() if "reporting/page" in name}
+    assert {"template.html", "page.css", "package-lock.json", *(f"bundle/{name}" for name in BUNDLED)} <= names
+    assert not any("node_modules" in name for name in names)
+
+
+def test_the_page_is_named_and_always_the_same(swept):
+    code, out, err = call("report")
+    assert (code, out) == (0, "results/small-report.html\n")
+    assert re.fullmatch(r"0\.\d MB; open it in a browser, no server or network is needed\n", err)
+    first = (swept / out.strip()).read_bytes()
+    assert call("report", "results/small.h5", "-o", "other.html")[:2] == (0, "other.html\n")
+    assert (swept / "other.html").read_bytes() == first
+
+
+def test_the_page_asks_nothing_of_a_network(swept):
+    call("report")
+    page = (swept / "results/small-report.html").read_text(encoding="utf-8")
+    assert re.findall(r"<(?:link|img|iframe|object|embed|base)\b", page) == []
+    assert re.findall(r"""\b(?:src|href|action|srcset)=["'](?!#)""", page) == []
+    assert "default-src 'none'" in page
+    # The script and the style that may run are named by their hashes.
+    assert page.count("'sha256-") == 2
+    assert "unsafe" not in page
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["-o", "front.pdf"], "-o front.pdf: the name must end in .html"),
+        (["-o", "results"], "-o results: the name must end in .html"),
+        (["-o", "nowhere/front.html"], "-o nowhere/front.html: there is no folder nowhere; name another file"),
+        (["-o", "folder.html"], "-o folder.html: it is a folder; name another file"),
+        (["other.h5"], "other.h5"),
+        (["study.toml"], "study.toml"),
+        (["damaged.h5"], "damaged.h5 is damaged: its window cannot be read"),
+        (["empty.h5"], "empty.h5 holds no designs yet, so there is nothing to report"),
+    ],
+)
+def test_bad_input_is_one_clear_line(swept, arguments, message):
+    (swept / "folder.html").mkdir()
+    (swept / "study.toml").write_text(STUDY)
+    (swept / "damaged.h5").write_bytes((swept / "results/small.h5").read_bytes())
+    with h5py.File(swept / "damaged.h5", "r+") as file:
+        length = file.attrs["determines"].dtype.itemsize
+        file.attrs["determines"] = np.bytes_(b'{"evaluate": [1]}'.ljust(length))
+    fill(swept / "empty.h5", [])
+    before = sorted(swept.rglob("*"))
+    code, out, err = call("report", *arguments)
+    assert code in (1, 2)
+    assert out == ""
+    assert err.count("\n") == 1
+    assert err.startswith(f"error: {message}")
+    assert sorted(swept.rglob("*")) == before
+
+
+def test_a_page_that_cannot_be_written_leaves_the_old_one(swept, monkeypatch):
+    call("report", "-o", "page.html")
+    before = (swept / "page.html").read_bytes()
+
+    def interrupted(_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("explore.reporting.pages.pieces_of", interrupted)
+    assert call("report", "-o", "page.html")[0] == 130
+    assert (swept / "page.html").read_bytes() == before
+    assert sorted(path.name for path in swept.iterdir()) == ["page.html", "results"]
+
+
+def test_help_has_an_example():
+    code, out, _ = call("report", "--help")
+    assert code == 0
+    assert "explore report results/grid.h5" in out
+
+
+@pytest.mark.parametrize(
+    ("values", "kind"),
+    [
+        ([1.5, np.nan, -0.0, np.inf], "f8"),
+        ([True, False], "u1"),
+        ([-1, 5], "i1"),
+        ([0, 200], "u1"),
+        ([0, 70_000], "i4"),
+        ([0, 2**40], "f8"),
+    ],
+)
+def test_a_column_takes_the_smallest_type_that_holds_it(values, kind):
+    assert Packed().add(np.array(values))["type"] == kind
+
+
+def test_equal_texts_are_there_once():
+    packed = Packed()
+    column = np.array([1.0, np.nan, 3.0])
+    first, second = packed.add(column), packed.add(column.copy())
+    other = packed.add(np.array([2.0, np.nan, 4.0]))
+    assert first == second
+    assert other["defined"] == first["defined"]
+    assert len(packed.texts) == 3
