@@ -10,8 +10,10 @@ import { kindColour } from "./marks.js";
 import { axisScale, extent, tickMarks } from "./scales.js";
 import { colours, onTheme } from "./theme.js";
 
-/** Lines that are drawn at most; of them the infeasible, and those that are not selected. */
-const MOST = 5000, MOST_INFEASIBLE = 400, MOST_OTHERS = 1000;
+/** Lines that are drawn at most, and while a brush moves; of them the infeasible, and those that are not selected. */
+const MOST = 5000, QUICK = 1000, MOST_INFEASIBLE = 400, MOST_OTHERS = 800;
+/** Milliseconds after which a brush counts as still. */
+const STILL = 120;
 const HEIGHT = 350;
 const MARGIN = { left: 56, right: 40, top: 62, bottom: 10 };
 /** Height of the strip below the axes where undefined values go. */
@@ -35,6 +37,7 @@ export function parallel(root, model, shared) {
   const caption = el("p", { class: "caption" });
   root.append(el("div", { class: "panel-head" }, el("h2", {}, "Parallel coordinates"), menu()), frame, caption);
   const order = shuffled(model);
+  let later = 0;
 
   function menu() {
     const boxes = model.columns.map((column) => check(words(column.name), view.names.includes(column.name), (on) => {
@@ -110,8 +113,10 @@ export function parallel(root, model, shared) {
     context.stroke();
   }
 
-  function draw() {
-    const { selected, others } = drawn(model, order, shared.selection);
+  function draw(most = MOST) {
+    clearTimeout(later);
+    if (most < MOST) later = setTimeout(draw, STILL);
+    const { selected, others } = drawn(model, order, shared.selection, most);
     drawLines(sized(canvas, view.width, HEIGHT), selected, others);
     const total = shared.selection.total;
     caption.textContent = `${count(selected.length)} of ${count(total)} selected designs are drawn${selected.length < total ? ", Pareto-optimal ones first, the others drawn evenly" : ""}; drag along an axis to select.`;
@@ -155,7 +160,7 @@ export function parallel(root, model, shared) {
       const layer = group.querySelector("g.brush"), name = group.__data__.column.name;
       if (!selection.brushes.has(`axis:${name}`)) select(layer).call(brushY().move, null);
     }
-    draw();
+    draw(QUICK);
   }));
   shared.hover.listen(framed(focus));
   shared.chosen.listen(focus);
@@ -189,15 +194,15 @@ function shuffled(model) {
 }
 
 /** The designs whose lines are drawn. */
-function drawn(model, order, { mask, active }) {
-  const selected = [], others = [];
+function drawn(model, order, { mask, active }, most) {
+  const selected = [], others = [], mostOthers = Math.min(MOST_OTHERS, most / 4);
   let infeasible = 0;
   for (const row of order) {
     if (mask[row]) {
-      if (selected.length >= MOST - (active ? MOST_OTHERS : 0)) break;
+      if (selected.length >= most - (active ? mostOthers : 0)) break;
       if (model.kinds[row] === 0 && infeasible++ >= MOST_INFEASIBLE) continue;
       selected.push(row);
-    } else if (others.length < MOST_OTHERS && model.kinds[row] > 0) others.push(row);
+    } else if (others.length < mostOthers && model.kinds[row] > 0) others.push(row);
   }
   return { selected, others };
 }

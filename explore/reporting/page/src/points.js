@@ -10,7 +10,7 @@ import { colours } from "./theme.js";
 export function place(model, view, gutterX, gutterY) {
   const n = model.size, x = new Float32Array(n), y = new Float32Array(n);
   const [columnX, columnY] = [model.byName.get(view.x), model.byName.get(view.y)];
-  const found = { x, y, missingX: 0, missingY: 0, missingBoth: 0, outside: 0, missingColour: 0 };
+  const found = { x, y, width: view.width, height: view.height, missingX: 0, missingY: 0, missingBoth: 0, outside: 0, missingColour: 0 };
   const [atX, atY] = [placer(columnX, view.scaleX), placer(columnY, view.scaleY)];
   for (let i = 0; i < n; i++) {
     const px = atX(i), py = atY(i);
@@ -47,23 +47,23 @@ function outside(pixel, scale) {
 
 /** Draw all designs: those not selected pale and first, the better kinds over the others. */
 export function drawPoints(context, model, view, points, selection) {
-  const few = selection.total < model.size;
   const there = [0, 0, 0];
   for (const kind of model.kinds) there[kind]++;
   const hue = view.colour ? hues(model, view, points) : null;
-  for (const selected of few ? [0, 1] : [1]) {
-    for (const kind of [0, 1, 2]) drawKind(context, model, points, { kind, selected, there: there[kind] }, selection.mask, selected ? hue : null);
+  const looks = byLook(model, points, selection.mask, Boolean(hue));
+  for (const selected of [0, 1]) {
+    for (const kind of [0, 1, 2]) {
+      drawRows(context, points, looks[2 * kind + selected], { kind, selected, there: there[kind] }, selected ? hue : null);
+    }
   }
 }
 
-function drawKind(context, model, points, { kind, selected, there }, mask, hue) {
-  const rows = once(model, points, kind, selected, mask, hue);
-  const colour = colours();
+function drawRows(context, points, rows, { kind, selected, there }, hue) {
   const size = kind === 2 ? ringSize(there) : dotSize(there, kind);
   context.globalAlpha = selected ? (kind === 0 ? 0.75 : 1) : 0.16;
   context.lineWidth = kind === 2 ? 1.5 : 1;
   context.strokeStyle = kindColour(kind);
-  context.fillStyle = kind === 2 ? colour.panel : kindColour(kind);
+  context.fillStyle = kind === 2 ? colours().panel : kindColour(kind);
   const square = kind === 1 && size < 1.6;
   for (const row of rows) {
     const x = points.x[row], y = points.y[row];
@@ -81,18 +81,25 @@ function drawKind(context, model, points, { kind, selected, there }, mask, hue) 
 const dotSize = (n, kind) => Math.min(3.4, Math.max(kind ? 1.2 : 1.9, 150 / Math.sqrt(n + 1)));
 const ringSize = (n) => Math.min(4.2, Math.max(2.2, 60 / Math.sqrt(n + 1)));
 
-/** The rows of a kind to draw: of many in one pixel the first, which looks the same. */
-function once(model, points, kind, selected, mask, hue) {
-  const rows = [], taken = new Set();
-  const fine = kind === 0 ? 0.5 : 1;
+/**
+ * The rows to draw by look, twice their kind and one more where selected: of several with one look in a pixel the first,
+ * which looks the same.
+ * @returns {number[][]}
+ */
+function byLook(model, points, mask, coloured) {
+  const looks = Array.from({ length: 6 }, () => []);
+  const width = points.width + 2, taken = new Uint8Array(width * (points.height + 2));
   for (let row = 0; row < model.size; row++) {
-    if (model.kinds[row] !== kind || mask[row] !== selected || Number.isNaN(points.x[row])) continue;
-    const cell = Math.round(points.x[row] * fine) * 8192 + Math.round(points.y[row] * fine);
-    if (!hue && taken.has(cell)) continue;
-    taken.add(cell);
-    rows.push(row);
+    const x = points.x[row];
+    if (Number.isNaN(x)) continue;
+    const kind = model.kinds[row], look = 2 * kind + mask[row];
+    // Crosses are larger than a pixel, so one in four pixels is as good.
+    const cell = kind ? Math.round(points.y[row]) * width + Math.round(x) : Math.round(points.y[row] / 2) * width + Math.round(x / 2);
+    if (!coloured && taken[cell] & (1 << look)) continue;
+    taken[cell] |= 1 << look;
+    looks[look].push(row);
   }
-  return rows;
+  return looks;
 }
 
 /** The colour of each row by a column; its ends are kept for the legend. */

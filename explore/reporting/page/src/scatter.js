@@ -25,7 +25,7 @@ const REACH = 12;
  * @param {{selection: Object, hover: Object, chosen: Object, tip: Object}} shared
  */
 export function scatter(root, model, shared) {
-  const view = { ...firstAxes(model), colour: "", logX: false, logY: false, all: false, width: 0 };
+  const view = { ...firstAxes(model), colour: "", logX: false, logY: false, all: false, width: 0, height: HEIGHT };
   const canvas = el("canvas", {}), overlay = svg("svg", { role: "img" });
   const plot = el("div", { class: "plot" }, canvas, overlay);
   const controls = el("div", { class: "controls" }), caption = el("p", { class: "caption" });
