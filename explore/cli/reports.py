@@ -29,9 +29,9 @@ def write_report(path: Path | None, output: Path | None) -> None:
     refuse_same(output, results.path, "the results file")
     if output is None:
         output = Path("results") / f"{study_name(results)}-report.html"
-        output.parent.mkdir(exist_ok=True)
     with counted_bar("collecting", STEPS) as step:
         contents = collect(results, _mechanism(results), f"explore rank {shlex.quote(str(results.path))}", step)
+    output.parent.mkdir(exist_ok=True)
     size = write_page(contents, output)
     parts = contents.study["parts"]
     held, there = (sum(part[name] for part in parts) for name in ("held", "there"))
