@@ -3,6 +3,7 @@
 import hashlib
 import json
 import re
+import shlex
 import subprocess
 import sys
 import zipfile
@@ -149,6 +150,27 @@ def test_a_page_that_cannot_be_written_leaves_the_old_one(swept, monkeypatch):
     assert call("report", "-o", "page.html")[0] == 130
     assert (swept / "page.html").read_bytes() == before
     assert sorted(path.name for path in swept.iterdir()) == ["page.html", "results"]
+
+
+@pytest.mark.parametrize(
+    "name", ["bad\udcff", "new\nline", "-dash", "$HOME `id`", "esc\x1b[31m", "</title>", "{{data}}"]
+)
+def test_any_name_of_a_file_will_do(swept, name):
+    path = swept / f"{name.replace('/', '')}.h5"
+    path.write_bytes((swept / "results/small.h5").read_bytes())
+    code, out, err = call("report", "--", path.name)
+    assert code == 0, err
+    assert "\x1b" not in out
+    page = (swept / f"results/{path.stem}-report.html").read_text(encoding="utf-8")
+    assert page.count("<title>") == page.count("</title>") == 1
+    study = json.loads(re.search(r'id="study">(.*?)</script>', page)[1])
+    assert study["name"] == path.stem
+    # What is copied to a shell is one word that names the file, not an option.
+    words = shlex.split(study["command"])
+    assert words[:2] == ["explore", "rank"]
+    assert len(words) == 3
+    assert not words[2].startswith("-")
+    assert Path(words[2]).samefile(path)
 
 
 def test_help_has_an_example():

@@ -30,7 +30,7 @@ def write_report(path: Path | None, output: Path | None) -> None:
     if output is None:
         output = Path("results") / f"{study_name(results)}-report.html"
     with counted_bar("collecting", STEPS) as step:
-        contents = collect(results, _mechanism(results), f"explore rank {shlex.quote(str(results.path))}", step)
+        contents = collect(results, _mechanism(results), _rank_command(results.path), step)
     output.parent.mkdir(exist_ok=True)
     size = write_page(contents, output)
     parts = contents.study["parts"]
@@ -50,6 +50,11 @@ def _check_output(output: Path | None) -> None:
     if output.is_dir() or not output.parent.is_dir():
         what = "it is a folder" if output.is_dir() else f"there is no folder {output.parent}"
         raise RequestError(f"-o {output}: {what}; name another file")
+
+
+def _rank_command(path: Path) -> str:
+    """The command that ranks the results, as a shell takes it; a name may begin like an option."""
+    return f"explore rank {shlex.quote(f'./{path}' if str(path).startswith('-') else str(path))}"
 
 
 def _mechanism(results: Results) -> Mechanism | None:

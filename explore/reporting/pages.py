@@ -39,7 +39,8 @@ def _filled(contents: Contents) -> Iterator[str]:
     """The template with its places filled; what is filled in is not searched for places again."""
     script, style = _part("bundle/report.js"), _part("page.css")
     parts = {
-        "title": html.escape(f"{contents.study['name']}: report"),
+        # A name of a file may hold bytes that are no text.
+        "title": html.escape(f"{contents.study['name']}: report".encode(errors="replace").decode()),
         "script": script,
         "style": style,
         # The page runs this script and no other, and asks the network for nothing.
