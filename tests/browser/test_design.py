@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import h5py
 import numpy as np
 import pytest
 
@@ -152,3 +153,16 @@ def test_other_mechanisms_are_shown_in_numbers(browser, finished, tmp_path):
     with silent_page(browser, report_of(path)) as page:
         assert "This page has no drawing of the mechanism" in page.locator("#design").inner_text()
         assert page.locator(".grid .body .row").count() > 5
+
+
+def test_another_mechanism_of_the_same_links_is_drawn(browser, study, tmp_path):
+    path = tmp_path / "rig.h5"
+    path.write_bytes(study.path.read_bytes())
+    with h5py.File(path, "r+") as file:
+        file.attrs["mechanism"] = np.bytes_(b"test-rig".ljust(file.attrs["mechanism"].dtype.itemsize))
+    with silent_page(browser, report_of(path)) as page:
+        assert "test-rig" in page.locator("header").inner_text()
+        still = picture(page)
+        page.get_by_role("button", name="Play").click()
+        page.wait_for_timeout(200)
+        assert picture(page) != still

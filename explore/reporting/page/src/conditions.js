@@ -28,7 +28,10 @@ export const nameable = (name) => WORD.test(name) && !OWN.includes(name);
  * @param {import("./selection.js").Condition[]} conditions
  */
 export function whereText(conditions) {
-  return conditions.filter(({ column }) => nameable(column)).map(oneText).join(" and ");
+  return conditions
+    .filter(({ column }) => nameable(column))
+    .map(oneText)
+    .join(" and ");
 }
 
 function oneText({ column, low, high }) {

@@ -14,7 +14,11 @@ function text(column, value) {
   if (Number.isNaN(value)) return "";
   if (column.whole) return String(value);
   if (!Number.isFinite(value)) return value > 0 ? "inf" : "-inf";
-  return Object.is(value, -0) ? "-0.0" : Number.isInteger(value) && Math.abs(value) < 1e21 ? `${value}.0` : String(value);
+  return Object.is(value, -0)
+    ? "-0.0"
+    : Number.isInteger(value) && Math.abs(value) < 1e21
+      ? `${value}.0`
+      : String(value);
 }
 
 const quoted = (name) => (/[",\r\n]/.test(name) ? `"${name.replaceAll('"', '""')}"` : name);

@@ -57,9 +57,19 @@ function draw(kind, canvas, value, motion, turn, degrees, width) {
   const now = motion.at(degrees);
   const largest = Math.max(...span.map(Math.abs));
   const shown = (one) => number(Math.abs(one) < 1e-9 * largest ? 0 : one, 4);
-  value.replaceChildren(...kind.lines.map(([name, hue, label]) =>
-    el("span", { class: `hue-${hue}` }, `${label ? `${label === "all" ? counted(motion.phases, "linkage") : label} ` : ""}${shown(now[name])}`)));
-  canvas.setAttribute("aria-label", `${kind.title} over the crank angle, ${number(span[0], 4)} to ${number(span[1], 4)} ${kind.unit}`);
+  value.replaceChildren(
+    ...kind.lines.map(([name, hue, label]) =>
+      el(
+        "span",
+        { class: `hue-${hue}` },
+        `${label ? `${label === "all" ? counted(motion.phases, "linkage") : label} ` : ""}${shown(now[name])}`,
+      ),
+    ),
+  );
+  canvas.setAttribute(
+    "aria-label",
+    `${kind.title} over the crank angle, ${number(span[0], 4)} to ${number(span[1], 4)} ${kind.unit}`,
+  );
 }
 
 /** Drive stroke, limit positions, grid and ticks. */

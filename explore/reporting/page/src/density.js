@@ -14,15 +14,23 @@ export function drawDensity(context, model, view) {
   const density = model.study.density;
   const pair = density?.pairs.find(([x, y]) => (x === view.x && y === view.y) || (x === view.y && y === view.x));
   if (!pair) return 0;
-  const turned = pair[0] !== view.x, counts = pair[2], n = density.cells;
+  const turned = pair[0] !== view.x,
+    counts = pair[2],
+    n = density.cells;
   const edges = (name, scale) => {
     const [low, high] = density.columns[name];
     const log = Boolean(scale.base);
-    return Array.from({ length: n + 1 }, (_, k) => low + ((high - low) * k) / n).map((value) => (log && value <= 0 ? NaN : scale(value)));
+    return Array.from({ length: n + 1 }, (_, k) => low + ((high - low) * k) / n).map((value) =>
+      log && value <= 0 ? NaN : scale(value),
+    );
   };
   const [x, y] = [edges(view.x, view.scaleX), edges(view.y, view.scaleY)];
-  let most = 0, total = 0;
-  for (const count of counts) { most = Math.max(most, count); total += count; }
+  let most = 0,
+    total = 0;
+  for (const count of counts) {
+    most = Math.max(most, count);
+    total += count;
+  }
   context.save();
   clip(context, view);
   context.fillStyle = colours().ink;
@@ -39,7 +47,8 @@ export function drawDensity(context, model, view) {
 }
 
 function clip(context, view) {
-  const [left, right] = view.scaleX.range(), [bottom, top] = view.scaleY.range();
+  const [left, right] = view.scaleX.range(),
+    [bottom, top] = view.scaleY.range();
   context.beginPath();
   context.rect(left, top, right - left, bottom - top);
   context.clip();

@@ -25,7 +25,12 @@ export function designPanel(root, model, chosen) {
   const message = el("p", { class: "message", hidden: true });
   const legend = el("p", { class: "legend small" });
   const values = el("div", { class: "values" });
-  root.append(head, message, el("div", { class: "motion" }, el("div", {}, stage, legend, controls.node), curves), values);
+  root.append(
+    head,
+    message,
+    el("div", { class: "motion" }, el("div", {}, stage, legend, controls.node), curves),
+    values,
+  );
   let charts = [];
 
   function show(row) {
@@ -41,9 +46,14 @@ export function designPanel(root, model, chosen) {
     root.classList.toggle("still", !state.motion);
     legendOf(legend, state.motion);
     if (!state.motion) return controls.pause();
-    state.degrees = ((state.motion.stroke?.[0] ?? 0) % 360 + 360) % 360;
+    state.degrees = (((state.motion.stroke?.[0] ?? 0) % 360) + 360) % 360;
     canvas.setAttribute("aria-label", `the mechanism of design ${model.designs[row]} in true proportions`);
-    charts = state.drawing.curves.map((kind) => curveChart(kind, (degrees) => { controls.pause(); controls.set(degrees); }));
+    charts = state.drawing.curves.map((kind) =>
+      curveChart(kind, (degrees) => {
+        controls.pause();
+        controls.set(degrees);
+      }),
+    );
     curves.replaceChildren(...charts.map((chart) => chart.node));
     draw();
   }
@@ -57,16 +67,33 @@ export function designPanel(root, model, chosen) {
     for (const chart of charts) chart.draw(state.motion, state.turn, state.degrees, width);
   }
 
-  onWidth(stage, (width) => { state.size.width = width; draw(); });
+  onWidth(stage, (width) => {
+    state.size.width = width;
+    draw();
+  });
   onTheme(draw);
-  chosen.listen((row) => { show(row); if (state.motion && !matchMedia("(prefers-reduced-motion: reduce)").matches) controls.play(); });
+  chosen.listen((row) => {
+    show(row);
+    if (state.motion && !matchMedia("(prefers-reduced-motion: reduce)").matches) controls.play();
+  });
   if (chosen.row >= 0) show(chosen.row);
 }
 
 /** Play and pause, and the crank angle as a slider. */
 function player(state, draw) {
   const button = el("button", { type: "button", class: "play", onclick: () => (state.playing ? pause() : play()) });
-  const slider = el("input", { type: "range", min: 0, max: 360, step: 0.1, "aria-label": "crank angle in degrees", oninput: () => { const degrees = Number(slider.value); pause(); set(degrees); } });
+  const slider = el("input", {
+    type: "range",
+    min: 0,
+    max: 360,
+    step: 0.1,
+    "aria-label": "crank angle in degrees",
+    oninput: () => {
+      const degrees = Number(slider.value);
+      pause();
+      set(degrees);
+    },
+  });
   const reading = el("output", { class: "reading" });
   let before = 0;
 
@@ -101,7 +128,9 @@ function player(state, draw) {
 
 /** Parameters of a design by name: the swept ones, the others as the mechanism declares them. */
 export function parametersOf(model, row) {
-  const swept = model.columns.filter((column) => column.role === "parameter").map((column) => [column.name, column.values[row]]);
+  const swept = model.columns
+    .filter((column) => column.role === "parameter")
+    .map((column) => [column.name, column.values[row]]);
   return { ...model.study.defaults, ...Object.fromEntries(swept) };
 }
 
@@ -116,7 +145,8 @@ function heading(head, model, row) {
 /** Why there is no motion to draw; empty when there is. */
 function whyNot(model, row, { drawing, motion }) {
   if (motion) return "";
-  if (!drawing) return `This page has no drawing of the mechanism “${model.study.mechanism}”; its designs are shown in numbers.`;
+  if (!drawing)
+    return `This page has no drawing of the mechanism “${model.study.mechanism}”; its designs are shown in numbers.`;
   const status = model.byName.get("status");
   const label = status?.labels?.[status.values[row]];
   return `No full turn to draw: ${model.study.sentences[label] ?? "the crank of this design does not turn"}.`;
@@ -125,7 +155,12 @@ function whyNot(model, row, { drawing, motion }) {
 function legendOf(legend, motion) {
   if (!motion) return legend.replaceChildren();
   const item = (name, text) => el("span", { class: "item" }, el("i", { class: `swatch ${name}` }), text);
-  const items = [item("crank", "crank"), item("coupler", "coupler"), item("rocker", "rocker"), item("middle", "path of the coupler’s middle")];
+  const items = [
+    item("crank", "crank"),
+    item("coupler", "coupler"),
+    item("rocker", "rocker"),
+    item("middle", "path of the coupler’s middle"),
+  ];
   if (motion.stroke) items.push(item("drive", "drive stroke"));
   for (const [name, angle] of Object.entries(motion.limits ?? {})) {
     items.push(item(name, `${name} ${(((angle % 360) + 360) % 360).toFixed(1)}°`));
@@ -138,9 +173,27 @@ function listValues(values, model, row) {
   const open = values.querySelector("details")?.open;
   const aims = new Set([...model.study.objectives, ...model.study.missed].map(([name]) => name));
   const matters = (column) => column.role === "parameter" || aims.has(column.name);
-  const list = (columns) => el("dl", {}, ...columns.map((column) => el("div", { title: column.meaning },
-    el("dt", {}, words(column.name)), el("dd", {}, cell(column, column.values[row], 8), column.unit ? el("span", { class: "unit" }, ` ${column.unit}`) : ""))));
+  const list = (columns) =>
+    el(
+      "dl",
+      {},
+      ...columns.map((column) =>
+        el(
+          "div",
+          { title: column.meaning },
+          el("dt", {}, words(column.name)),
+          el(
+            "dd",
+            {},
+            cell(column, column.values[row], 8),
+            column.unit ? el("span", { class: "unit" }, ` ${column.unit}`) : "",
+          ),
+        ),
+      ),
+    );
   const others = model.columns.filter((column) => !matters(column));
-  values.replaceChildren(list(model.columns.filter(matters)),
-    el("details", { open }, el("summary", {}, `${others.length} more values`), list(others)));
+  values.replaceChildren(
+    list(model.columns.filter(matters)),
+    el("details", { open }, el("summary", {}, `${others.length} more values`), list(others)),
+  );
 }

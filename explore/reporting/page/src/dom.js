@@ -11,7 +11,8 @@ export function el(tag, attributes = {}, ...children) {
   const node = document.createElement(tag);
   for (const [name, value] of Object.entries(attributes)) {
     if (typeof value === "function") node.addEventListener(name.slice(2), value);
-    else if (value !== false && value !== undefined && value !== null) node.setAttribute(name, value === true ? "" : value);
+    else if (value !== false && value !== undefined && value !== null)
+      node.setAttribute(name, value === true ? "" : value);
   }
   node.append(...children.map((child) => (child instanceof Node ? child : String(child))));
   return node;
@@ -72,7 +73,12 @@ export function onWidth(element, draw) {
 export function framed(act) {
   let waiting = null;
   return (...args) => {
-    if (waiting === null) requestAnimationFrame(() => { const last = waiting; waiting = null; act(...last); });
+    if (waiting === null)
+      requestAnimationFrame(() => {
+        const last = waiting;
+        waiting = null;
+        act(...last);
+      });
     waiting = args;
   };
 }

@@ -13,9 +13,13 @@ export function number(value, digits = 6) {
   if (Number.isNaN(value)) return "–";
   if (value === 0 || !Number.isFinite(value)) return String(value).replace("-", "−");
   const size = Math.abs(value);
-  const text = size < 1e-4 || size >= 10 ** digits
-    ? value.toExponential(digits - 1).replace(/\.?0+e/, "e").replace("e+", "e")
-    : String(Number(value.toPrecision(digits)));
+  const text =
+    size < 1e-4 || size >= 10 ** digits
+      ? value
+          .toExponential(digits - 1)
+          .replace(/\.?0+e/, "e")
+          .replace("e+", "e")
+      : String(Number(value.toPrecision(digits)));
   return text.replace(/-/g, "−");
 }
 

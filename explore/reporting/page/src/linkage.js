@@ -31,7 +31,8 @@ export function drawLinkage(context, motion, degrees, size) {
 
 /** Pixels from what the linkage reaches to the border. */
 const MARGIN = 30;
-const LEAST_HEIGHT = 190, MOST_HEIGHT = 330;
+const LEAST_HEIGHT = 190,
+  MOST_HEIGHT = 330;
 
 /** The height that a drawing as wide as this needs. */
 export function heightOf(motion, width) {
@@ -68,15 +69,27 @@ function paths(context, motion, place, colour) {
   const turn = Array.from({ length: STEPS + 1 }, (_, k) => joints(motion, k));
   context.lineWidth = 1;
   context.strokeStyle = colour.line;
-  trace(context, turn.map(({ pin }) => pin), place);
+  trace(
+    context,
+    turn.map(({ pin }) => pin),
+    place,
+  );
   context.stroke();
   context.lineWidth = 4;
-  trace(context, turn.map(({ joint }) => joint), place);
+  trace(
+    context,
+    turn.map(({ joint }) => joint),
+    place,
+  );
   context.stroke();
   context.lineWidth = 1.3;
   context.strokeStyle = colour.purple;
   context.setLineDash([6, 3, 1.5, 3]);
-  trace(context, turn.map(({ pin, joint }) => [(pin[0] + joint[0]) / 2, (pin[1] + joint[1]) / 2]), place);
+  trace(
+    context,
+    turn.map(({ pin, joint }) => [(pin[0] + joint[0]) / 2, (pin[1] + joint[1]) / 2]),
+    place,
+  );
   context.stroke();
   context.setLineDash([]);
 }
@@ -89,10 +102,15 @@ function drivenArc(context, motion, place, colour) {
   context.globalAlpha = 0.55;
   context.lineWidth = 3;
   context.lineCap = "butt";
-  trace(context, Array.from({ length: 121 }, (_, k) => at(k / 120)), place);
+  trace(
+    context,
+    Array.from({ length: 121 }, (_, k) => at(k / 120)),
+    place,
+  );
   context.stroke();
   context.globalAlpha = 1;
-  const [x, y] = place(at(0.5)), [bx, by] = place(at(0.49));
+  const [x, y] = place(at(0.5)),
+    [bx, by] = place(at(0.49));
   const angle = Math.atan2(y - by, x - bx);
   context.save();
   context.translate(x, y);

@@ -33,9 +33,11 @@ async function start() {
   toolbar(root("selection"), model, shared, rows.rows, axes.refresh);
   Object.assign(page, { model, shared, rows: rows.rows, whereIs: cloud.whereIs });
   // Two frames on, everything was drawn.
-  requestAnimationFrame(() => requestAnimationFrame(() => {
-    document.documentElement.dataset.ready = String(Math.round(performance.now()));
-  }));
+  requestAnimationFrame(() =>
+    requestAnimationFrame(() => {
+      document.documentElement.dataset.ready = String(Math.round(performance.now()));
+    }),
+  );
 }
 
 /** What runs on this page, for the browser's console and for tests. */

@@ -33,7 +33,8 @@ export function mark(context, kind, x, y, size) {
 export function star(context, x, y, size) {
   context.beginPath();
   for (let k = 0; k < 10; k++) {
-    const radius = k % 2 ? size * 0.42 : size, angle = (k * Math.PI) / 5 - Math.PI / 2;
+    const radius = k % 2 ? size * 0.42 : size,
+      angle = (k * Math.PI) / 5 - Math.PI / 2;
     context.lineTo(x + radius * Math.cos(angle), y + radius * Math.sin(angle));
   }
   context.closePath();
@@ -45,29 +46,50 @@ export function star(context, x, y, size) {
 export function glyph(kind, label) {
   const size = 14;
   const node = document.createElementNS("http://www.w3.org/2000/svg", "svg");
-  for (const [name, value] of Object.entries({ width: size, height: size, viewBox: "-7 -7 14 14", class: `glyph kind-${kind}` })) node.setAttribute(name, value);
+  for (const [name, value] of Object.entries({
+    width: size,
+    height: size,
+    viewBox: "-7 -7 14 14",
+    class: `glyph kind-${kind}`,
+  }))
+    node.setAttribute(name, value);
   if (label) {
     node.setAttribute("role", "img");
     node.setAttribute("aria-label", label);
   } else node.setAttribute("aria-hidden", "true");
   const path = document.createElementNS("http://www.w3.org/2000/svg", "path");
-  path.setAttribute("d", {
-    0: "M-3.5,-3.5L3.5,3.5M-3.5,3.5L3.5,-3.5",
-    1: "M-3,0a3,3 0 1,0 6,0a3,3 0 1,0 -6,0",
-    2: "M-4,0a4,4 0 1,0 8,0a4,4 0 1,0 -8,0",
-    chosen: "M0,-6.5L1.6,-2.2L6.2,-2L2.6,0.8L3.8,5.3L0,2.7L-3.8,5.3L-2.6,0.8L-6.2,-2L-1.6,-2.2Z",
-  }[kind]);
+  path.setAttribute(
+    "d",
+    {
+      0: "M-3.5,-3.5L3.5,3.5M-3.5,3.5L3.5,-3.5",
+      1: "M-3,0a3,3 0 1,0 6,0a3,3 0 1,0 -6,0",
+      2: "M-4,0a4,4 0 1,0 8,0a4,4 0 1,0 -8,0",
+      chosen: "M0,-6.5L1.6,-2.2L6.2,-2L2.6,0.8L3.8,5.3L0,2.7L-3.8,5.3L-2.6,0.8L-6.2,-2L-1.6,-2.2Z",
+    }[kind],
+  );
   node.append(path);
   return node;
 }
 
 /** Anchors of the colour scale, dark to light, even in brightness and safe for the colour-blind (cividis). */
-const RAMP = ["#00224e", "#123570", "#3b496c", "#575d6d", "#707173", "#8a8678", "#a59c74", "#c3b369", "#e1cc55", "#fee838"];
+const RAMP = [
+  "#00224e",
+  "#123570",
+  "#3b496c",
+  "#575d6d",
+  "#707173",
+  "#8a8678",
+  "#a59c74",
+  "#c3b369",
+  "#e1cc55",
+  "#fee838",
+];
 const STEPS = 64;
 
 /** Colours of a scale from its low end to its high end, as text. */
 export const ramp = Array.from({ length: STEPS }, (_, k) => {
-  const place = (k / (STEPS - 1)) * (RAMP.length - 1), low = Math.min(Math.floor(place), RAMP.length - 2);
+  const place = (k / (STEPS - 1)) * (RAMP.length - 1),
+    low = Math.min(Math.floor(place), RAMP.length - 2);
   const parts = [1, 3, 5].map((at) => {
     const [a, b] = [RAMP[low], RAMP[low + 1]].map((colour) => parseInt(colour.slice(at, at + 2), 16));
     return Math.round(a + (b - a) * (place - low));

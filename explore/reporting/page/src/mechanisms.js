@@ -9,10 +9,31 @@ const FOUR_BAR = ["crank", "coupler", "rocker", "ground"];
 const FOUR_BAR_CURVES = [
   { title: "rocker angle", unit: "deg", lines: [["rocker_angle", "blue"]] },
   { title: "transmission angle", unit: "deg", lines: [["transmission_angle", "green"]], good: [30, 150] },
-  { title: "angular velocity", unit: "rad/s", lines: [["coupler_velocity", "orange", "coupler"], ["rocker_velocity", "blue", "rocker"]] },
-  { title: "angular acceleration", unit: "rad/s²", lines: [["coupler_acceleration", "orange", "coupler"], ["rocker_acceleration", "blue", "rocker"]] },
+  {
+    title: "angular velocity",
+    unit: "rad/s",
+    lines: [
+      ["coupler_velocity", "orange", "coupler"],
+      ["rocker_velocity", "blue", "rocker"],
+    ],
+  },
+  {
+    title: "angular acceleration",
+    unit: "rad/s²",
+    lines: [
+      ["coupler_acceleration", "orange", "coupler"],
+      ["rocker_acceleration", "blue", "rocker"],
+    ],
+  },
   { title: "velocity ratio", unit: "", lines: [["velocity_ratio", "purple"]] },
-  { title: "clutch output", unit: "rad/s", lines: [["one_clutch", "sky", "1 linkage"], ["output_velocity", "ink", "all"]] },
+  {
+    title: "clutch output",
+    unit: "rad/s",
+    lines: [
+      ["one_clutch", "sky", "1 linkage"],
+      ["output_velocity", "ink", "all"],
+    ],
+  },
 ];
 
 /** @type {Array<{suits: Function, motion: Function, over: Function, draw: Function, height: Function, curves: Array}>} */

@@ -69,7 +69,9 @@ export function output(motion, degrees, phases) {
 export function overTheTurn(motion) {
   const angles = crankAngles();
   const states = Array.from(angles, (angle) => motion.at(angle));
-  const series = Object.fromEntries(Object.keys(states[0]).map((name) => [name, Float64Array.from(states, (s) => s[name])]));
+  const series = Object.fromEntries(
+    Object.keys(states[0]).map((name) => [name, Float64Array.from(states, (s) => s[name])]),
+  );
   for (const name of ["coupler_angle", "rocker_angle"]) unwrap(series[name]);
   return { angles, series };
 }
@@ -83,7 +85,8 @@ function unwrap(values) {
 /** Where the joints are at a crank angle, in units of length: crank pin and rocker joint, the crank's pivot at 0. */
 export function joints(motion, degrees) {
   const { crank, rocker, ground } = motion.linkage;
-  const turn = degrees / DEGREES, swing = stateAt(motion.linkage, degrees).rockerAngle;
+  const turn = degrees / DEGREES,
+    swing = stateAt(motion.linkage, degrees).rockerAngle;
   return {
     pin: [crank * Math.cos(turn), crank * Math.sin(turn)],
     joint: [ground + rocker * Math.cos(swing), rocker * Math.sin(swing)],

@@ -11,7 +11,10 @@ import { axisScale, extent, tickMarks } from "./scales.js";
 import { colours, onTheme } from "./theme.js";
 
 /** Lines that are drawn at most, and while a brush moves; of them the infeasible, and those that are not selected. */
-const MOST = 5000, QUICK = 1000, MOST_INFEASIBLE = 400, MOST_OTHERS = 800;
+const MOST = 5000,
+  QUICK = 1000,
+  MOST_INFEASIBLE = 400,
+  MOST_OTHERS = 800;
 /** Milliseconds after which a brush counts as still. */
 const STILL = 120;
 const HEIGHT = 350;
@@ -29,21 +32,28 @@ const LEAST_STEP = 68;
  */
 export function parallel(root, model, shared) {
   const view = { names: firstAxes(model), room: 0, width: 0, axes: [] };
-  const canvas = el("canvas", {}), overlay = svg("svg", { role: "group", "aria-label": "axes to brush" });
-  const chosen = svg("polyline", { class: "line chosen-line" }), pointed = svg("polyline", { class: "line pointed-line" });
+  const canvas = el("canvas", {}),
+    overlay = svg("svg", { role: "group", "aria-label": "axes to brush" });
+  const chosen = svg("polyline", { class: "line chosen-line" }),
+    pointed = svg("polyline", { class: "line pointed-line" });
   overlay.append(chosen, pointed);
   const labels = el("div", { class: "axis-labels", "aria-hidden": "true" });
-  const plot = el("div", { class: "plot" }, canvas, overlay, labels), frame = el("div", { class: "sideways" }, plot);
+  const plot = el("div", { class: "plot" }, canvas, overlay, labels),
+    frame = el("div", { class: "sideways" }, plot);
   const caption = el("p", { class: "caption" });
   root.append(el("div", { class: "panel-head" }, el("h2", {}, "Parallel coordinates"), menu()), frame, caption);
   const order = shuffled(model);
   let later = 0;
 
   function menu() {
-    const boxes = model.columns.map((column) => check(words(column.name), view.names.includes(column.name), (on) => {
-      view.names = on ? model.columns.map((c) => c.name).filter((name) => name === column.name || view.names.includes(name)) : view.names.filter((name) => name !== column.name);
-      layout();
-    }));
+    const boxes = model.columns.map((column) =>
+      check(words(column.name), view.names.includes(column.name), (on) => {
+        view.names = on
+          ? model.columns.map((c) => c.name).filter((name) => name === column.name || view.names.includes(name))
+          : view.names.filter((name) => name !== column.name);
+        layout();
+      }),
+    );
     return el("details", { class: "menu" }, el("summary", {}, "Axes"), el("div", { class: "menu-list" }, ...boxes));
   }
 
@@ -51,17 +61,30 @@ export function parallel(root, model, shared) {
     if (!view.room) return;
     view.width = Math.max(view.room, MARGIN.left + MARGIN.right + LEAST_STEP * (view.names.length - 1));
     plot.style.width = `${view.width}px`;
-    for (const [name, value] of Object.entries({ width: view.width, height: HEIGHT })) overlay.setAttribute(name, value);
-    const room = view.width - MARGIN.left - MARGIN.right, last = Math.max(1, view.names.length - 1);
+    for (const [name, value] of Object.entries({ width: view.width, height: HEIGHT }))
+      overlay.setAttribute(name, value);
+    const room = view.width - MARGIN.left - MARGIN.right,
+      last = Math.max(1, view.names.length - 1);
     const step = room / last;
     view.axes = view.names.map((name, k) => {
-      const column = model.byName.get(name), span = extent(column, model.kinds, { log: false, all: false });
+      const column = model.byName.get(name),
+        span = extent(column, model.kinds, { log: false, all: false });
       const scale = axisScale(span ?? [0, 1], [HEIGHT - MARGIN.bottom - GUTTER, MARGIN.top]);
       return { column, scale, x: MARGIN.left + k * step };
     });
-    labels.replaceChildren(...view.axes.map(({ column, x }) => el("div", { title: column.meaning }, words(column.name), column.unit ? el("span", { class: "unit" }, ` ${column.unit}`) : "")));
+    labels.replaceChildren(
+      ...view.axes.map(({ column, x }) =>
+        el(
+          "div",
+          { title: column.meaning },
+          words(column.name),
+          column.unit ? el("span", { class: "unit" }, ` ${column.unit}`) : "",
+        ),
+      ),
+    );
     view.axes.forEach(({ x }, k) => {
-      const width = Math.min(step - 4, 130), node = labels.children[k].style;
+      const width = Math.min(step - 4, 130),
+        node = labels.children[k].style;
       const left = Math.max(0, Math.min(view.width - width, x - width / 2));
       Object.assign(node, { left: `${left}px`, width: `${width}px`, height: `${MARGIN.top - 8}px` });
     });
@@ -70,18 +93,31 @@ export function parallel(root, model, shared) {
   }
 
   function drawAxes() {
-    const groups = select(overlay).selectAll("g.dimension").data(view.axes, ({ column }) => column.name)
-      .join("g").attr("class", "dimension").attr("transform", ({ x }) => `translate(${x},0)`);
+    const groups = select(overlay)
+      .selectAll("g.dimension")
+      .data(view.axes, ({ column }) => column.name)
+      .join("g")
+      .attr("class", "dimension")
+      .attr("transform", ({ x }) => `translate(${x},0)`);
     groups.each(function draw({ column, scale }) {
       const group = select(this);
       group.selectAll("*").remove();
       const { values, text } = tickMarks(scale, column, 5);
       group.append("g").attr("class", "axis").call(axisLeft(scale).tickValues(values).tickFormat(text).tickSize(4));
       const [bottom, top] = scale.range();
-      const tool = brushY().extent([[-11, top], [11, bottom]]).on("brush end", (event) => brushed(column.name, scale, event));
+      const tool = brushY()
+        .extent([
+          [-11, top],
+          [11, bottom],
+        ])
+        .on("brush end", (event) => brushed(column.name, scale, event));
       const layer = group.append("g").attr("class", "brush").call(tool);
       const known = shared.selection.brushes.get(`axis:${column.name}`)?.[0];
-      if (known) layer.call(tool.move, [known.high === Infinity ? top : clamp(scale, known.high), known.low === -Infinity ? bottom : clamp(scale, known.low)]);
+      if (known)
+        layer.call(tool.move, [
+          known.high === Infinity ? top : clamp(scale, known.high),
+          known.low === -Infinity ? bottom : clamp(scale, known.low),
+        ]);
     });
   }
 
@@ -101,10 +137,11 @@ export function parallel(root, model, shared) {
   }
 
   /** Heights of a design on all axes; what lies beyond an end runs to it, what is undefined into the strip. */
-  const heights = (row) => view.axes.map(({ column, scale }) => {
-    const value = column.values[row];
-    return Number.isFinite(value) ? clamp(scale, value) : HEIGHT - MARGIN.bottom - GUTTER / 2 + 4;
-  });
+  const heights = (row) =>
+    view.axes.map(({ column, scale }) => {
+      const value = column.values[row];
+      return Number.isFinite(value) ? clamp(scale, value) : HEIGHT - MARGIN.bottom - GUTTER / 2 + 4;
+    });
 
   function line(context, row) {
     const ys = heights(row);
@@ -119,14 +156,20 @@ export function parallel(root, model, shared) {
     const { selected, others } = drawn(model, order, shared.selection, most);
     drawLines(sized(canvas, view.width, HEIGHT), selected, others);
     const total = shared.selection.total;
-    caption.textContent = `${count(selected.length)} of ${count(total)} selected designs are drawn${selected.length < total ? ", Pareto-optimal ones first, the others drawn evenly" : ""}; drag along an axis to select.`;
+    const some = selected.length < total ? ", Pareto-optimal ones first, the others drawn evenly" : "";
+    caption.textContent = `${count(selected.length)} of ${count(total)} selected designs are drawn${some}; drag along an axis to select.`;
     focus();
   }
 
   function drawLines(context, selected, others) {
     const colour = colours();
     context.fillStyle = colour.faint;
-    context.fillRect(MARGIN.left - 12, HEIGHT - MARGIN.bottom - GUTTER + 8, view.width - MARGIN.left - MARGIN.right + 24, GUTTER - 8);
+    context.fillRect(
+      MARGIN.left - 12,
+      HEIGHT - MARGIN.bottom - GUTTER + 8,
+      view.width - MARGIN.left - MARGIN.right + 24,
+      GUTTER - 8,
+    );
     context.fillStyle = colour.muted;
     context.font = "10.5px system-ui, sans-serif";
     context.textBaseline = "middle";
@@ -149,24 +192,41 @@ export function parallel(root, model, shared) {
   /** The chosen design and the one pointed at, over all others. */
   function focus() {
     if (!view.width) return;
-    for (const [node, row] of [[chosen, shared.chosen.row], [pointed, shared.hover.row]]) {
+    for (const [node, row] of [
+      [chosen, shared.chosen.row],
+      [pointed, shared.hover.row],
+    ]) {
       const ys = row < 0 ? [] : heights(row);
       node.setAttribute("points", ys.map((y, k) => `${view.axes[k].x},${y}`).join(" "));
     }
   }
 
-  shared.selection.listen(framed((selection) => {
-    for (const group of overlay.querySelectorAll("g.dimension")) {
-      const layer = group.querySelector("g.brush"), name = group.__data__.column.name;
-      if (!selection.brushes.has(`axis:${name}`)) select(layer).call(brushY().move, null);
-    }
-    draw(QUICK);
-  }));
+  shared.selection.listen(
+    framed((selection) => {
+      for (const group of overlay.querySelectorAll("g.dimension")) {
+        const layer = group.querySelector("g.brush"),
+          name = group.__data__.column.name;
+        if (!selection.brushes.has(`axis:${name}`)) select(layer).call(brushY().move, null);
+      }
+      draw(QUICK);
+    }),
+  );
   shared.hover.listen(framed(focus));
   shared.chosen.listen(focus);
-  onTheme(() => { if (view.width) { draw(); } });
-  onWidth(frame, (width) => { view.room = width; layout(); });
-  return { refresh: () => { if (view.width) drawAxes(); } };
+  onTheme(() => {
+    if (view.width) {
+      draw();
+    }
+  });
+  onWidth(frame, (width) => {
+    view.room = width;
+    layout();
+  });
+  return {
+    refresh: () => {
+      if (view.width) drawAxes();
+    },
+  };
 }
 
 const clamp = (scale, value) => {
@@ -182,7 +242,11 @@ function firstAxes(model) {
   const metrics = model.columns.filter((column) => column.role === "metric" && !column.labels);
   const objective = ({ name }) => model.study.objectives.some(([metric]) => metric === name);
   const rank = (column) => (objective(column) ? 0 : aims.has(column.name) ? 1 : 2);
-  const wanted = [...metrics.filter(objective), ...parameters, ...metrics.filter((c) => !objective(c)).sort((a, b) => rank(a) - rank(b))];
+  const wanted = [
+    ...metrics.filter(objective),
+    ...parameters,
+    ...metrics.filter((c) => !objective(c)).sort((a, b) => rank(a) - rank(b)),
+  ];
   const names = new Set(wanted.slice(0, Math.max(2, USUAL_AXES)).map((column) => column.name));
   return model.columns.map((column) => column.name).filter((name) => names.has(name));
 }
@@ -190,12 +254,16 @@ function firstAxes(model) {
 /** Rows in an order that has no order, the same each time, Pareto-optimal designs first. */
 function shuffled(model) {
   const key = (row) => Math.imul(row + 1, 2654435761) >>> 0;
-  return Uint32Array.from({ length: model.size }, (_, row) => row).sort((a, b) => model.kinds[b] - model.kinds[a] || key(a) - key(b));
+  return Uint32Array.from({ length: model.size }, (_, row) => row).sort(
+    (a, b) => model.kinds[b] - model.kinds[a] || key(a) - key(b),
+  );
 }
 
 /** The designs whose lines are drawn. */
 function drawn(model, order, { mask, active }, most) {
-  const selected = [], others = [], mostOthers = Math.min(MOST_OTHERS, most / 4);
+  const selected = [],
+    others = [],
+    mostOthers = Math.min(MOST_OTHERS, most / 4);
   let infeasible = 0;
   for (const row of order) {
     if (mask[row]) {

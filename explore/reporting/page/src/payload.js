@@ -21,7 +21,9 @@
  * @property {number} size
  */
 
-export const INFEASIBLE = 0, FEASIBLE = 1, FRONT = 2;
+export const INFEASIBLE = 0,
+  FEASIBLE = 1,
+  FRONT = 2;
 
 const READ = { u1: Uint8Array, i1: Int8Array, i4: Int32Array, f8: Float64Array };
 
@@ -59,7 +61,8 @@ function checked(values, length) {
 
 async function unshuffled(text, kind) {
   const planes = await inflate(decode(document.getElementById(`data-${text}`).textContent));
-  const width = kind.BYTES_PER_ELEMENT, length = planes.length / width;
+  const width = kind.BYTES_PER_ELEMENT,
+    length = planes.length / width;
   const bytes = new Uint8Array(planes.length);
   for (let k = 0; k < width; k++) {
     const start = k * length;

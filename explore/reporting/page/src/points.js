@@ -1,6 +1,7 @@
 /** Where the scatter's designs are on the screen, and their marks: at most one of a look in a pixel. */
 
 import { kindColour, mark, ramp } from "./marks.js";
+import { extent } from "./scales.js";
 import { colours } from "./theme.js";
 
 /**
@@ -8,13 +9,27 @@ import { colours } from "./theme.js";
  * @returns {{x: Float32Array, y: Float32Array, missingX: number, missingY: number, missingBoth: number, outside: number}}
  */
 export function place(model, view, gutterX, gutterY) {
-  const n = model.size, x = new Float32Array(n), y = new Float32Array(n);
+  const n = model.size,
+    x = new Float32Array(n),
+    y = new Float32Array(n);
   const [columnX, columnY] = [model.byName.get(view.x), model.byName.get(view.y)];
-  const found = { x, y, width: view.width, height: view.height, missingX: 0, missingY: 0, missingBoth: 0, outside: 0, missingColour: 0 };
+  const found = {
+    x,
+    y,
+    width: view.width,
+    height: view.height,
+    missingX: 0,
+    missingY: 0,
+    missingBoth: 0,
+    outside: 0,
+    missingColour: 0,
+  };
   const [atX, atY] = [placer(columnX, view.scaleX), placer(columnY, view.scaleY)];
   for (let i = 0; i < n; i++) {
-    const px = atX(i), py = atY(i);
-    const noX = Number.isNaN(px), noY = Number.isNaN(py);
+    const px = atX(i),
+      py = atY(i);
+    const noX = Number.isNaN(px),
+      noY = Number.isNaN(py);
     if (noX && noY) found.missingBoth++;
     else if (noX) found.missingX++;
     else if (noY) found.missingY++;
@@ -27,11 +42,12 @@ export function place(model, view, gutterX, gutterY) {
 }
 
 /** A number between -0.5 and 0.5 that is always the same for a row. */
-const scattered = (row) => ((Math.imul(row + 1, 2654435761) >>> 0) / 4294967296) - 0.5;
+const scattered = (row) => (Math.imul(row + 1, 2654435761) >>> 0) / 4294967296 - 0.5;
 
 /** The pixel of a row along an axis, NaN where undefined; codes are spread a little, or they would be one line. */
 function placer(column, scale) {
-  const values = column.values, log = Boolean(scale.base);
+  const values = column.values,
+    log = Boolean(scale.base);
   const spread = column.labels ? 0.6 : 0;
   return (row) => {
     const value = values[row];
@@ -53,7 +69,13 @@ export function drawPoints(context, model, view, points, selection) {
   const looks = byLook(model, points, selection.mask, Boolean(hue));
   for (const selected of [0, 1]) {
     for (const kind of [0, 1, 2]) {
-      drawRows(context, points, looks[2 * kind + selected], { kind, selected, there: there[kind] }, selected ? hue : null);
+      drawRows(
+        context,
+        points,
+        looks[2 * kind + selected],
+        { kind, selected, there: there[kind] },
+        selected ? hue : null,
+      );
     }
   }
 }
@@ -66,7 +88,8 @@ function drawRows(context, points, rows, { kind, selected, there }, hue) {
   context.fillStyle = kind === 2 ? colours().panel : kindColour(kind);
   const square = kind === 1 && size < 1.6;
   for (const row of rows) {
-    const x = points.x[row], y = points.y[row];
+    const x = points.x[row],
+      y = points.y[row];
     if (hue) {
       const own = hue(row);
       if (kind === 2) context.fillStyle = own;
@@ -88,13 +111,17 @@ const ringSize = (n) => Math.min(4.2, Math.max(2.2, 60 / Math.sqrt(n + 1)));
  */
 function byLook(model, points, mask, coloured) {
   const looks = Array.from({ length: 6 }, () => []);
-  const width = points.width + 2, taken = new Uint8Array(width * (points.height + 2));
+  const width = points.width + 2,
+    taken = new Uint8Array(width * (points.height + 2));
   for (let row = 0; row < model.size; row++) {
     const x = points.x[row];
     if (Number.isNaN(x)) continue;
-    const kind = model.kinds[row], look = 2 * kind + mask[row];
+    const kind = model.kinds[row],
+      look = 2 * kind + mask[row];
     // Crosses are larger than a pixel, so one in four pixels is as good.
-    const cell = kind ? Math.round(points.y[row]) * width + Math.round(x) : Math.round(points.y[row] / 2) * width + Math.round(x / 2);
+    const cell = kind
+      ? Math.round(points.y[row]) * width + Math.round(x)
+      : Math.round(points.y[row] / 2) * width + Math.round(x / 2);
     if (!coloured && taken[cell] & (1 << look)) continue;
     taken[cell] |= 1 << look;
     looks[look].push(row);
@@ -102,18 +129,18 @@ function byLook(model, points, mask, coloured) {
   return looks;
 }
 
-/** The colour of each row by a column; its ends are kept for the legend. */
+/** The colour of each row by a column, without its outliers as on an axis; the ends are kept for the legend. */
 function hues(model, view, points) {
-  const { values } = model.byName.get(view.colour);
-  let low = Infinity, high = -Infinity;
+  const column = model.byName.get(view.colour);
+  const { values } = column;
+  const [low, high] = extent(column, model.kinds, { log: false, all: view.all }) ?? [0, 0];
+  [view.least, view.most] = [low, high];
   points.missingColour = 0;
   for (let row = 0; row < model.size; row++) {
-    if (Number.isNaN(points.x[row])) continue;
-    if (!Number.isFinite(values[row])) points.missingColour++;
-    else { low = Math.min(low, values[row]); high = Math.max(high, values[row]); }
+    if (!Number.isNaN(points.x[row]) && !Number.isFinite(values[row])) points.missingColour++;
   }
-  [view.least, view.most] = [low, high];
   const { muted } = colours();
   const scale = high > low ? (ramp.length - 1) / (high - low) : 0;
-  return (row) => (Number.isFinite(values[row]) ? ramp[Math.round((values[row] - low) * scale)] : muted);
+  const within = (value) => Math.min(high, Math.max(low, value));
+  return (row) => (Number.isFinite(values[row]) ? ramp[Math.round((within(values[row]) - low) * scale)] : muted);
 }

@@ -17,8 +17,12 @@ export function extent(column, kinds, { log, all }) {
   // All values of a parameter were asked for, and codes are few.
   if (column.role === "parameter" || column.labels) all = true;
   const shown = (value) => Number.isFinite(value) && (!log || value > 0);
-  let low = Infinity, high = -Infinity;
-  const include = (value) => { low = Math.min(low, value); high = Math.max(high, value); };
+  let low = Infinity,
+    high = -Infinity;
+  const include = (value) => {
+    low = Math.min(low, value);
+    high = Math.max(high, value);
+  };
   const bulk = [];
   for (let i = 0; i < kinds.length; i++) {
     const value = column.values[i];
@@ -31,6 +35,8 @@ export function extent(column, kinds, { log, all }) {
     include(sorted[Math.floor(TAIL * (sorted.length - 1))]);
     include(sorted[Math.ceil((1 - TAIL) * (sorted.length - 1))]);
   }
+  // Marks of one code are spread around it.
+  if (column.labels && low <= high) return log ? null : [low - 0.5, high + 0.5];
   if (low > high) return all ? null : extent(column, kinds, { log, all: true });
   return [low, high];
 }
@@ -38,7 +44,10 @@ export function extent(column, kinds, { log, all }) {
 /** An axis over an extent, with some room beyond it, onto pixels. */
 export function axisScale(span, range, { log = false, room = 0 } = {}) {
   let [low, high] = span;
-  if (low === high) [low, high] = log ? [low / 1.5, low * 1.5] : [low - (Math.abs(low) || 1) * 0.05, high + (Math.abs(high) || 1) * 0.05];
+  if (low === high)
+    [low, high] = log
+      ? [low / 1.5, low * 1.5]
+      : [low - (Math.abs(low) || 1) * 0.05, high + (Math.abs(high) || 1) * 0.05];
   if (log) {
     const factor = (high / low) ** room;
     return scaleLog([low / factor, high * factor], range);
@@ -51,7 +60,9 @@ export function axisScale(span, range, { log = false, room = 0 } = {}) {
 export function tickMarks(scale, column, wanted) {
   if (column.labels) {
     const [low, high] = scale.domain();
-    const codes = Object.keys(column.labels).map(Number).filter((code) => code >= low && code <= high);
+    const codes = Object.keys(column.labels)
+      .map(Number)
+      .filter((code) => code >= low && code <= high);
     return { values: codes, text: (code) => words(column.labels[code]) };
   }
   let values = scale.ticks(wanted);

@@ -4,11 +4,12 @@ import { axisBottom, axisLeft } from "d3-axis";
 import { brush } from "d3-brush";
 import { pointer, select } from "d3-selection";
 import { check, choice, el, framed, onWidth, sized, svg } from "./dom.js";
+import { legendOf, told } from "./captions.js";
 import { shortBound } from "./conditions.js";
-import { count, number, titled } from "./format.js";
+import { titled } from "./format.js";
 import { drawDensity } from "./density.js";
 import { drawPoints, place } from "./points.js";
-import { KINDS, glyph } from "./marks.js";
+import { glyph } from "./marks.js";
 import { axisScale, extent, tickMarks } from "./scales.js";
 import { colours, onTheme } from "./theme.js";
 
@@ -26,25 +27,50 @@ const REACH = 12;
  */
 export function scatter(root, model, shared) {
   const view = { ...firstAxes(model), colour: "", logX: false, logY: false, all: false, width: 0, height: HEIGHT };
-  const canvas = el("canvas", {}), overlay = svg("svg", { role: "img" });
+  const canvas = el("canvas", {}),
+    overlay = svg("svg", { role: "img" });
   const plot = el("div", { class: "plot" }, canvas, overlay);
-  const controls = el("div", { class: "controls" }), caption = el("p", { class: "caption" });
+  const controls = el("div", { class: "controls" }),
+    caption = el("p", { class: "caption" });
   const legend = el("div", { class: "legend" });
   root.append(el("div", { class: "panel-head" }, el("h2", {}, "Trade-off"), controls), plot, legend, caption);
-  const layers = Object.fromEntries(["x", "y", "brush", "focus"].map((name) => [name, select(overlay).append("g").attr("class", name)]));
+  const layers = Object.fromEntries(
+    ["x", "y", "brush", "focus"].map((name) => [name, select(overlay).append("g").attr("class", name)]),
+  );
   const tool = brush().on("brush end", brushed);
   let points = null;
 
   function listControls() {
     const options = model.columns.map((column) => [column.name, titled(column)]);
-    const pick = (key) => (value) => { view[key] = value; if (key !== "colour") shared.selection.set("scatter", []); listControls(); layout(); };
+    const pick = (key) => (value) => {
+      view[key] = value;
+      if (key !== "colour") shared.selection.set("scatter", []);
+      listControls();
+      layout();
+    };
     const positive = (name) => extent(model.byName.get(name), model.kinds, { log: true, all: true }) !== null;
-    const log = (key, name) => check("log", view[key], (value) => { view[key] = value; shared.selection.set("scatter", []); layout(); }, !positive(name));
+    const log = (key, name) =>
+      check(
+        "log",
+        view[key],
+        (value) => {
+          view[key] = value;
+          shared.selection.set("scatter", []);
+          layout();
+        },
+        !positive(name),
+      );
     controls.replaceChildren(
-      choice("x", options, view.x, pick("x")), log("logX", view.x),
-      choice("y", options, view.y, pick("y")), log("logY", view.y),
+      choice("x", options, view.x, pick("x")),
+      log("logX", view.x),
+      choice("y", options, view.y, pick("y")),
+      log("logY", view.y),
       choice("colour", [["", "kind of design"], ...options], view.colour, pick("colour")),
-      check("outliers", view.all, (value) => { view.all = value; shared.selection.set("scatter", []); layout(); }),
+      check("outliers", view.all, (value) => {
+        view.all = value;
+        shared.selection.set("scatter", []);
+        layout();
+      }),
     );
   }
 
@@ -53,18 +79,25 @@ export function scatter(root, model, shared) {
     const [x, y] = [model.byName.get(view.x), model.byName.get(view.y)];
     if (view.logX && !extent(x, model.kinds, { log: true, all: true })) view.logX = false;
     if (view.logY && !extent(y, model.kinds, { log: true, all: true })) view.logY = false;
-    const spans = [extent(x, model.kinds, { log: view.logX, all: view.all }), extent(y, model.kinds, { log: view.logY, all: view.all })];
+    const spans = [
+      extent(x, model.kinds, { log: view.logX, all: view.all }),
+      extent(y, model.kinds, { log: view.logY, all: view.all }),
+    ];
     const missing = undefinedIn(x, y, view);
     const ends = [view.width - MARGIN.right, HEIGHT - MARGIN.bottom];
     view.left = MARGIN.left + (missing.x ? GUTTER : 0);
     view.low = ends[1] - (missing.y ? GUTTER : 0);
     view.scaleX = axisScale(spans[0] ?? [0, 1], [view.left, ends[0]], { log: view.logX, room: 0.035 });
     view.scaleY = axisScale(spans[1] ?? [0, 1], [view.low, MARGIN.top], { log: view.logY, room: 0.035 });
-    for (const [name, value] of Object.entries({ width: view.width, height: HEIGHT })) overlay.setAttribute(name, value);
+    for (const [name, value] of Object.entries({ width: view.width, height: HEIGHT }))
+      overlay.setAttribute(name, value);
     overlay.setAttribute("aria-label", `designs over ${titled(x)} and ${titled(y)}`);
     points = place(model, view, MARGIN.left + GUTTER / 2, ends[1] - GUTTER / 2);
     axes(layers, view, x, y);
-    tool.extent([[view.left, MARGIN.top], [ends[0], view.low]]);
+    tool.extent([
+      [view.left, MARGIN.top],
+      [ends[0], view.low],
+    ]);
     layers.brush.call(tool).call(tool.move, boxOf(shared.selection.brushes.get("scatter"), view));
     layers.brush.select(".overlay").attr("aria-label", "drag to select designs");
     draw();
@@ -93,8 +126,14 @@ export function scatter(root, model, shared) {
     for (const [shape, row] of marks) {
       const [x, y] = [points.x[row], points.y[row]];
       if (Number.isNaN(x) || Number.isNaN(y)) continue;
-      if (shape === "circle") layers.focus.append("circle").attr("cx", x).attr("cy", y).attr("r", 7).attr("class", "pointed");
-      else layers.focus.append("g").attr("transform", `translate(${x},${y}) scale(1.5)`).node().append(glyph("chosen").querySelector("path"));
+      if (shape === "circle")
+        layers.focus.append("circle").attr("cx", x).attr("cy", y).attr("r", 7).attr("class", "pointed");
+      else
+        layers.focus
+          .append("g")
+          .attr("transform", `translate(${x},${y}) scale(1.5)`)
+          .node()
+          .append(glyph("chosen").querySelector("path"));
     }
   }
 
@@ -107,12 +146,17 @@ export function scatter(root, model, shared) {
 
   /** Nearest mark in reach, better kinds first, or -1. */
   function nearest(x, y) {
-    let best = -1, least = REACH * REACH;
+    let best = -1,
+      least = REACH * REACH;
     for (let row = 0; row < model.size; row++) {
-      const dx = points.x[row] - x, dy = points.y[row] - y;
+      const dx = points.x[row] - x,
+        dy = points.y[row] - y;
       // A Pareto-optimal design is easier to catch than one that it lies on.
       const distance = dx * dx + dy * dy - 6 * model.kinds[row];
-      if (distance < least) { least = distance; best = row; }
+      if (distance < least) {
+        least = distance;
+        best = row;
+      }
     }
     return best;
   }
@@ -126,30 +170,53 @@ export function scatter(root, model, shared) {
   });
   let pressed = null;
   overlay.addEventListener("pointermove", point);
-  overlay.addEventListener("pointerleave", () => { shared.hover.set(-1); shared.tip.hide(); });
-  overlay.addEventListener("pointerdown", (event) => { shared.tip.hide(); pressed = [event.clientX, event.clientY]; }, true);
+  overlay.addEventListener("pointerleave", () => {
+    shared.hover.set(-1);
+    shared.tip.hide();
+  });
+  overlay.addEventListener(
+    "pointerdown",
+    (event) => {
+      shared.tip.hide();
+      pressed = [event.clientX, event.clientY];
+    },
+    true,
+  );
   overlay.addEventListener("click", (event) => {
     if (pressed && Math.hypot(event.clientX - pressed[0], event.clientY - pressed[1]) > 3) return;
     const row = nearest(...pointer(event, overlay));
     shared.tip.hide();
     if (row >= 0) shared.chosen.set(row);
   });
-  shared.selection.listen(framed((selection) => {
-    if (!selection.brushes.has("scatter")) layers.brush.call(tool.move, null);
-    draw();
-  }));
+  shared.selection.listen(
+    framed((selection) => {
+      if (!selection.brushes.has("scatter")) layers.brush.call(tool.move, null);
+      draw();
+    }),
+  );
   shared.hover.listen(focus);
   shared.chosen.listen(focus);
-  onTheme(() => { layout(); });
+  onTheme(() => {
+    layout();
+  });
   listControls();
-  onWidth(plot, (width) => { view.width = width; layout(); });
+  onWidth(plot, (width) => {
+    view.width = width;
+    layout();
+  });
   return { whereIs: (row) => [points.x[row], points.y[row]] };
 }
 
 /** The first two objectives, else the first two columns of numbers that differ between designs. */
 function firstAxes(model) {
   const varying = model.columns.filter((column) => !column.labels && ["metric", "parameter"].includes(column.role));
-  const names = [...new Set([...model.study.objectives.map(([name]) => name), ...varying.map((column) => column.name), ...model.columns.map((column) => column.name)])];
+  const names = [
+    ...new Set([
+      ...model.study.objectives.map(([name]) => name),
+      ...varying.map((column) => column.name),
+      ...model.columns.map((column) => column.name),
+    ]),
+  ];
   return { x: names[0], y: names[1] ?? names[0] };
 }
 
@@ -169,49 +236,44 @@ function undefinedIn(x, y, view) {
 function boxOf(conditions, view) {
   if (!conditions) return null;
   const [x, y] = conditions;
-  return [[view.scaleX(x.low), view.scaleY(y.high)], [view.scaleX(x.high), view.scaleY(y.low)]];
+  return [
+    [view.scaleX(x.low), view.scaleY(y.high)],
+    [view.scaleX(x.high), view.scaleY(y.low)],
+  ];
 }
 
 /** What a stretch of an axis means, in short numbers. */
 function interval(column, scale, from, to) {
-  const low = scale.invert(from), high = scale.invert(to);
+  const low = scale.invert(from),
+    high = scale.invert(to);
   const pixel = (at, value) => Math.abs(scale.invert(at + 1) - value);
   return { column, low: shortBound(low, pixel(from, low), false), high: shortBound(high, pixel(to, high), true) };
 }
 
 function axes(layers, view, x, y) {
   const [bottom, left] = [HEIGHT - MARGIN.bottom, MARGIN.left];
-  const ticksX = tickMarks(view.scaleX, x, Math.max(2, view.width / 90)), ticksY = tickMarks(view.scaleY, y, 7);
-  layers.x.attr("transform", `translate(0,${bottom})`).call(axisBottom(view.scaleX).tickValues(ticksX.values).tickFormat(ticksX.text).tickSize(4));
-  layers.y.attr("transform", `translate(${left},0)`).call(axisLeft(view.scaleY).tickValues(ticksY.values).tickFormat(ticksY.text).tickSize(4));
+  const ticksX = tickMarks(view.scaleX, x, Math.max(2, view.width / 90)),
+    ticksY = tickMarks(view.scaleY, y, 7);
+  layers.x
+    .attr("transform", `translate(0,${bottom})`)
+    .call(axisBottom(view.scaleX).tickValues(ticksX.values).tickFormat(ticksX.text).tickSize(4));
+  layers.y
+    .attr("transform", `translate(${left},0)`)
+    .call(axisLeft(view.scaleY).tickValues(ticksY.values).tickFormat(ticksY.text).tickSize(4));
   title(layers.x, titled(x), (view.left + view.width - MARGIN.right) / 2, 38, 0);
   title(layers.y, titled(y), -(MARGIN.top + bottom) / 2, -48, -90);
 }
 
 function title(layer, text, x, y, turn) {
-  layer.selectAll(".title").data([text]).join("text").attr("class", "title")
-    .attr("transform", turn ? `rotate(${turn})` : null).attr("x", x).attr("y", y).attr("fill", "currentColor").attr("text-anchor", "middle").text(text);
-}
-
-function legendOf(legend, model, view, density) {
-  const many = ({ held, there }) => (held < there ? `${count(held)} of ${count(there)}` : count(there));
-  const kinds = model.study.parts.filter(({ there }) => there).map((part) => [glyph(part.kind), `${KINDS[part.kind].name}: ${many(part)}`]);
-  const items = [...kinds.map(([mark, text]) => el("span", { class: "item" }, mark, text)), el("span", { class: "item" }, glyph("chosen"), "chosen")];
-  if (view.colour) items.push(el("span", { class: "item" }, number(view.least, 4), el("i", { class: "ramp" }), number(view.most, 4), ` ${titled(model.byName.get(view.colour))}`));
-  if (density) items.push(el("span", { class: "item" }, el("i", { class: "swatch density" }), "all feasible designs, stronger where there are more"));
-  legend.replaceChildren(...items);
-}
-
-/** What the picture does not show, in words. */
-function told(points, view, density, model) {
-  const parts = [];
-  const undefinedWord = (log) => (log ? "undefined or not positive" : "undefined");
-  if (points.missingX) parts.push(`${count(points.missingX)} designs in the left strip: ${view.x} is ${undefinedWord(view.logX)}`);
-  if (points.missingY) parts.push(`${count(points.missingY)} in the lower strip: ${view.y} is ${undefinedWord(view.logY)}`);
-  if (points.missingBoth) parts.push(`${count(points.missingBoth)} without either value`);
-  if (points.outside) parts.push(`${count(points.outside)} outside of the axes (tick “outliers” to see them)`);
-  if (points.missingColour) parts.push(`${count(points.missingColour)} without a value for the colour, drawn grey`);
-  if (model.study.density && !density) parts.push("no density is known for these two columns: only the designs of this page are drawn");
-  if (density) parts.push(`${count(density)} feasible designs counted in the cells`);
-  return parts.length ? `${parts.join("; ")}.` : "";
+  layer
+    .selectAll(".title")
+    .data([text])
+    .join("text")
+    .attr("class", "title")
+    .attr("transform", turn ? `rotate(${turn})` : null)
+    .attr("x", x)
+    .attr("y", y)
+    .attr("fill", "currentColor")
+    .attr("text-anchor", "middle")
+    .text(text);
 }

@@ -6,39 +6,85 @@ import { isDark, toggle } from "./theme.js";
 
 /** The head of the page. */
 export function header(root, { study }) {
-  const button = el("button", { type: "button", class: "theme", onclick: () => { toggle(); label(); } });
-  const label = () => { button.textContent = isDark() ? "Light" : "Dark"; };
+  const button = el("button", {
+    type: "button",
+    class: "theme",
+    onclick: () => {
+      toggle();
+      label();
+    },
+  });
+  const label = () => {
+    button.textContent = isDark() ? "Light" : "Dark";
+  };
   label();
   const front = study.parts[2].there;
   const figures = [
     [count(study.studied), "designs"],
-    ...(study.feasible === null ? [] : [[count(study.feasible), "feasible"], [count(front), "Pareto-optimal"]]),
+    ...(study.feasible === null
+      ? []
+      : [
+          [count(study.feasible), "feasible"],
+          [count(front), "Pareto-optimal"],
+        ]),
   ];
   root.append(
-    el("div", { class: "names" }, el("h1", {}, study.name), el("p", {}, el("strong", {}, study.mechanism), study.summary ? ` — ${study.summary}` : "")),
-    el("div", { class: "figures" }, ...figures.map(([value, name]) => el("div", {}, el("strong", {}, value), el("span", {}, name)))),
+    el(
+      "div",
+      { class: "names" },
+      el("h1", {}, study.name),
+      el("p", {}, el("strong", {}, study.mechanism), study.summary ? ` — ${study.summary}` : ""),
+    ),
+    el(
+      "div",
+      { class: "figures" },
+      ...figures.map(([value, name]) => el("div", {}, el("strong", {}, value), el("span", {}, name))),
+    ),
     button,
   );
 }
 
 /** What a reader must know before reading on: what is not here. */
 export function notices(root, { study, size }) {
-  const notice = (text) => root.append(el("p", { class: "notice" }, text));
-  if (!study.complete) notice(`This sweep is not finished: ${count(study.committed)} of ${count(study.studied)} designs are computed. Run the same sweep again to go on, then the report.`);
-  if (study.keep !== "all") notice(`Only the Pareto set was kept of this study: ${counted(study.committed, "design")} of ${count(study.studied)}. The others were counted and dropped; sweep with --keep all to see them.`);
+  const notice = (...sentences) => root.append(el("p", { class: "notice" }, sentences.filter(Boolean).join(" ")));
+  if (!study.complete) {
+    notice(
+      `This sweep is not finished: ${count(study.committed)} of ${count(study.studied)} designs are computed.`,
+      "Run the same sweep again to go on, then the report.",
+    );
+  }
+  if (study.keep !== "all") {
+    notice(
+      `Only the Pareto set was kept of this study: ${counted(study.committed, "design")} of ${count(study.studied)}.`,
+      "The others were counted and dropped; sweep with --keep all to see them.",
+    );
+  }
   if (study.parts.some(({ held, there }) => held < there)) {
     const [infeasible, feasible, front] = study.parts;
-    const part = ({ held, there }, what) => (held === there ? `all ${count(there)} ${what}` : `${count(held)} of ${count(there)} ${what}, each drawn with the same chance`);
-    notice(`This page holds ${count(size)} of ${count(study.committed)} designs: ${part(front, "Pareto-optimal ones")}; ${part(feasible, "other feasible ones")}; ${part(infeasible, "infeasible ones")}. A selection is one of these and counts these; the command below it ranks all designs of the file.${study.density ? " The grey density behind the scatter counts all feasible designs." : ""}`);
+    notice(
+      `This page holds ${count(size)} of ${count(study.committed)} designs:`,
+      `${part(front, "Pareto-optimal ones")}; ${part(feasible, "other feasible ones")};`,
+      `${part(infeasible, "infeasible ones")}. A selection is one of these and counts these;`,
+      "the command below it ranks all designs of the file.",
+      study.density && "The grey density behind the scatter counts all feasible designs.",
+    );
   }
 }
+
+/** How many designs of a kind the page holds. */
+const part = ({ held, there }, what) =>
+  held === there
+    ? `all ${count(there)} ${what}`
+    : `${count(held)} of ${count(there)} ${what}, each drawn with the same chance`;
 
 /** Counts with their reasons, constraints, and where everything comes from. */
 export function facts(root, { study }) {
   root.append(
     el("div", { class: "panel-head" }, el("h2", {}, "The study")),
     el("div", { class: "facts" }, statuses(study), constraints(study), provenance(study)),
-    study.config ? el("details", {}, el("summary", {}, "The study as it was written"), el("pre", {}, study.config)) : "",
+    study.config
+      ? el("details", {}, el("summary", {}, "The study as it was written"), el("pre", {}, study.config))
+      : "",
   );
 }
 
@@ -47,25 +93,51 @@ function statuses(study) {
   const rows = study.counts.map(([label, designs, sentence]) => {
     const bar = el("i", {});
     bar.style.width = `${(100 * designs) / all}%`;
-    return el("tr", {}, el("th", {}, words(label)), el("td", { class: "share" }, bar), el("td", { class: "count" }, count(designs)), el("td", {}, sentence));
+    return el(
+      "tr",
+      {},
+      el("th", {}, words(label)),
+      el("td", { class: "share" }, bar),
+      el("td", { class: "count" }, count(designs)),
+      el("td", {}, sentence),
+    );
   });
   return el("div", {}, el("h3", {}, "What became of the designs"), el("table", {}, ...rows));
 }
 
 function constraints(study) {
   const rows = study.missed.map(([metric, low, high, unit, missed, unknown]) => {
-    const bound = low === null ? `≤ ${number(high)}` : high === null ? `≥ ${number(low)}` : `${number(low)} … ${number(high)}`;
+    const bound =
+      low === null ? `≤ ${number(high)}` : high === null ? `≥ ${number(low)}` : `${number(low)} … ${number(high)}`;
     const told = [missed === null ? "" : `missed by ${count(missed)}`, unknown ? `undefined in ${count(unknown)}` : ""];
-    return el("tr", {}, el("th", {}, words(metric)), el("td", {}, `${bound} ${unit === "1" ? "" : unit}`), el("td", {}, told.filter(Boolean).join(", ")));
+    return el(
+      "tr",
+      {},
+      el("th", {}, words(metric)),
+      el("td", {}, `${bound} ${unit === "1" ? "" : unit}`),
+      el("td", {}, told.filter(Boolean).join(", ")),
+    );
   });
-  const aims = study.objectives.map(([metric, sense]) => el("tr", {}, el("th", {}, words(metric)), el("td", {}, sense === "min" ? "small is better" : "large is better")));
-  return el("div", {},
-    el("h3", {}, "Objectives"), aims.length ? el("table", {}, ...aims) : el("p", {}, "none"),
-    el("h3", {}, "Constraints"), rows.length ? el("table", {}, ...rows) : el("p", {}, "none"));
+  const aims = study.objectives.map(([metric, sense]) =>
+    el("tr", {}, el("th", {}, words(metric)), el("td", {}, sense === "min" ? "small is better" : "large is better")),
+  );
+  return el(
+    "div",
+    {},
+    el("h3", {}, "Objectives"),
+    aims.length ? el("table", {}, ...aims) : el("p", {}, "none"),
+    el("h3", {}, "Constraints"),
+    rows.length ? el("table", {}, ...rows) : el("p", {}, "none"),
+  );
 }
 
 function provenance(study) {
-  const rows = [["report by", `explore ${study.version}`], ["window", study.window], ["drive stroke", study.drive], ...study.facts]
+  const rows = [
+    ["report by", `explore ${study.version}`],
+    ["window", study.window],
+    ["drive stroke", study.drive],
+    ...study.facts,
+  ]
     .filter(([, value]) => value)
     .map(([name, value]) => el("tr", {}, el("th", {}, words(name)), el("td", {}, value)));
   return el("div", { class: "provenance" }, el("h3", {}, "Where it comes from"), el("table", {}, ...rows));

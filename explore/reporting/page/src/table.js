@@ -18,23 +18,55 @@ export function table(root, model, shared) {
   const fields = [
     { name: "kind", title: "kind", unit: "", values: model.kinds, text: (row) => KINDS[model.kinds[row]].name },
     { name: "design", title: "design", unit: "", values: model.designs, text: (row) => count(model.designs[row]) },
-    ...model.columns.map((column) => ({ name: column.name, title: words(column.name), unit: column.unit, meaning: column.meaning, values: column.values, text: (row) => cell(column, column.values[row]) })),
+    ...model.columns.map((column) => ({
+      name: column.name,
+      title: words(column.name),
+      unit: column.unit,
+      meaning: column.meaning,
+      values: column.values,
+      text: (row) => cell(column, column.values[row]),
+    })),
   ];
   const state = { rows: [], sort: firstSort(model), down: false, active: 0 };
   state.down = model.study.objectives[0]?.[1] === "max";
   const head = el("div", { class: "row head", role: "row", "aria-rowindex": 1 });
   const body = el("div", { class: "body", role: "rowgroup" });
-  const grid = el("div", { class: "grid", role: "grid", tabindex: 0, "aria-label": "selected designs; arrow keys walk, Enter chooses", "aria-colcount": fields.length },
-    el("div", { class: "head-group", role: "rowgroup" }, head), body);
+  const grid = el(
+    "div",
+    {
+      class: "grid",
+      role: "grid",
+      tabindex: 0,
+      "aria-label": "selected designs; arrow keys walk, Enter chooses",
+      "aria-colcount": fields.length,
+    },
+    el("div", { class: "head-group", role: "rowgroup" }, head),
+    body,
+  );
   const title = el("h2", {}, "Designs");
   const note = el("p", { class: "caption" });
   root.append(el("div", { class: "panel-head" }, title), grid, note);
 
   function headings() {
-    head.replaceChildren(...fields.map((field) => el("div", {
-      role: "columnheader", class: `cell ${field.name === "kind" ? "kind" : ""}`, title: field.meaning ?? field.title,
-      "aria-sort": state.sort === field.name ? (state.down ? "descending" : "ascending") : "none",
-    }, el("button", { type: "button", onclick: () => sortBy(field.name) }, el("span", { class: "name" }, field.title), el("span", { class: "unit" }, field.unit)))));
+    head.replaceChildren(
+      ...fields.map((field) =>
+        el(
+          "div",
+          {
+            role: "columnheader",
+            class: `cell ${field.name === "kind" ? "kind" : ""}`,
+            title: field.meaning ?? field.title,
+            "aria-sort": state.sort === field.name ? (state.down ? "descending" : "ascending") : "none",
+          },
+          el(
+            "button",
+            { type: "button", onclick: () => sortBy(field.name) },
+            el("span", { class: "name" }, field.title),
+            el("span", { class: "unit" }, field.unit),
+          ),
+        ),
+      ),
+    );
   }
 
   function sortBy(name) {
@@ -58,23 +90,50 @@ export function table(root, model, shared) {
     const height = grid.clientHeight || 400;
     const print = matchMedia("print").matches;
     const first = print ? 0 : Math.max(0, Math.floor(grid.scrollTop / ROW) - SPARE);
-    const last = print ? Math.min(PRINTED, state.rows.length) : Math.min(state.rows.length, Math.ceil((grid.scrollTop + height) / ROW) + SPARE);
+    const last = print
+      ? Math.min(PRINTED, state.rows.length)
+      : Math.min(state.rows.length, Math.ceil((grid.scrollTop + height) / ROW) + SPARE);
     body.replaceChildren(...Array.from({ length: Math.max(0, last - first) }, (_, k) => line(first + k)));
     grid.setAttribute("aria-activedescendant", state.rows.length ? `row-${state.active}` : "");
-    note.textContent = state.rows.length ? (print && state.rows.length > last ? `the first ${count(last)} of ${count(state.rows.length)} selected designs` : "") : "No design meets all conditions: clear a brush.";
+    note.textContent = state.rows.length
+      ? print && state.rows.length > last
+        ? `the first ${count(last)} of ${count(state.rows.length)} selected designs`
+        : ""
+      : "No design meets all conditions: clear a brush.";
   }
 
   function line(place) {
-    const row = state.rows[place], kind = model.kinds[row];
-    const node = el("div", {
-      id: `row-${place}`, role: "row", "aria-rowindex": place + 2, "aria-selected": row === shared.chosen.row ? "true" : "false",
-      class: `row${place === state.active ? " active" : ""}${row === shared.chosen.row ? " chosen" : ""}${row === shared.hover.row ? " hovered" : ""}`,
-      onclick: () => { state.active = place; shared.chosen.set(row); fill(); },
-      onpointerenter: () => shared.hover.set(row),
-      onpointerleave: () => shared.hover.set(-1),
-    }, ...fields.map((field) => field.name === "kind"
-      ? el("div", { role: "gridcell", class: "cell kind" }, glyph(row === shared.chosen.row ? "chosen" : kind, row === shared.chosen.row ? `chosen, ${KINDS[kind].name}` : KINDS[kind].name))
-      : el("div", { role: "gridcell", class: "cell" }, field.text(row))));
+    const row = state.rows[place],
+      kind = model.kinds[row];
+    const node = el(
+      "div",
+      {
+        id: `row-${place}`,
+        role: "row",
+        "aria-rowindex": place + 2,
+        "aria-selected": row === shared.chosen.row ? "true" : "false",
+        class: `row${place === state.active ? " active" : ""}${row === shared.chosen.row ? " chosen" : ""}${row === shared.hover.row ? " hovered" : ""}`,
+        onclick: () => {
+          state.active = place;
+          shared.chosen.set(row);
+          fill();
+        },
+        onpointerenter: () => shared.hover.set(row),
+        onpointerleave: () => shared.hover.set(-1),
+      },
+      ...fields.map((field) =>
+        field.name === "kind"
+          ? el(
+              "div",
+              { role: "gridcell", class: "cell kind" },
+              glyph(
+                row === shared.chosen.row ? "chosen" : kind,
+                row === shared.chosen.row ? `chosen, ${KINDS[kind].name}` : KINDS[kind].name,
+              ),
+            )
+          : el("div", { role: "gridcell", class: "cell" }, field.text(row)),
+      ),
+    );
     node.style.top = `${place * ROW}px`;
     return node;
   }
@@ -95,7 +154,8 @@ export function table(root, model, shared) {
   }
 
   function reveal() {
-    const top = state.active * ROW, room = grid.clientHeight - head.offsetHeight;
+    const top = state.active * ROW,
+      room = grid.clientHeight - head.offsetHeight;
     if (top < grid.scrollTop) grid.scrollTop = top;
     else if (top + ROW > grid.scrollTop + room) grid.scrollTop = top + ROW - room;
     fill();
@@ -120,7 +180,8 @@ function sorted(mask, values, kinds, down) {
   for (let row = 0; row < mask.length; row++) if (mask[row]) rows[n++] = row;
   const sign = down ? -1 : 1;
   return rows.sort((a, b) => {
-    const x = values[a], y = values[b];
+    const x = values[a],
+      y = values[b];
     if (x < y) return -sign;
     if (x > y) return sign;
     return Number.isNaN(x) - Number.isNaN(y) || kinds[b] - kinds[a] || a - b;

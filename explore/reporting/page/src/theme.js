@@ -1,6 +1,20 @@
 /** Dark and light: as the system says unless chosen here; canvases read their colours from the page's style. */
 
-const NAMES = ["ink", "muted", "faint", "line", "panel", "blue", "green", "red", "orange", "purple", "sky", "stroke", "accent"];
+const NAMES = [
+  "ink",
+  "muted",
+  "faint",
+  "line",
+  "panel",
+  "blue",
+  "green",
+  "red",
+  "orange",
+  "purple",
+  "sky",
+  "stroke",
+  "accent",
+];
 const listeners = [];
 let current = null;
 

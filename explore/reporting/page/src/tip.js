@@ -10,8 +10,15 @@ import { KINDS, glyph } from "./marks.js";
  */
 export function tips(node, model) {
   function show(row, x, y) {
-    const rows = model.columns.map((column) => el("tr", {},
-      el("th", {}, words(column.name)), el("td", {}, cell(column, column.values[row])), el("td", { class: "unit" }, column.unit)));
+    const rows = model.columns.map((column) =>
+      el(
+        "tr",
+        {},
+        el("th", {}, words(column.name)),
+        el("td", {}, cell(column, column.values[row])),
+        el("td", { class: "unit" }, column.unit),
+      ),
+    );
     const kind = model.kinds[row];
     node.replaceChildren(
       el("div", { class: "tip-head" }, glyph(kind), ` Design ${count(model.designs[row])}, ${KINDS[kind].name}`),
@@ -23,5 +30,10 @@ export function tips(node, model) {
     node.style.left = `${left}px`;
     node.style.top = `${Math.max(4, Math.min(y - 20, innerHeight - height - 4))}px`;
   }
-  return { show, hide: () => { node.hidden = true; } };
+  return {
+    show,
+    hide: () => {
+      node.hidden = true;
+    },
+  };
 }

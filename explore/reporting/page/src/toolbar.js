@@ -18,23 +18,83 @@ export function toolbar(root, model, shared, rows, typed) {
   const chips = el("div", { class: "chips" });
   const line = el("code", { class: "command", tabindex: 0, "aria-label": "command that ranks this selection" });
   const said = el("span", { class: "said", role: "status" });
-  const clear = el("button", { type: "button", onclick: () => { selection.clear(); typed(); } }, "Clear");
-  const kinds = [["0", "all designs"], ["1", "feasible"], ["2", "Pareto-optimal"]];
+  const clear = el(
+    "button",
+    {
+      type: "button",
+      onclick: () => {
+        selection.clear();
+        typed();
+      },
+    },
+    "Clear",
+  );
+  const kinds = [
+    ["0", "all designs"],
+    ["1", "feasible"],
+    ["2", "Pareto-optimal"],
+  ];
   const kind = choice("show", kinds, "0", (value) => selection.takeKind(Number(value)));
   root.append(
-    el("div", { class: "bar" }, total, kind, clear,
-      el("button", { type: "button", class: "export", onclick: () => save(`${model.study.name}-selection.csv`, csvText(model, rows())) }, "Export CSV")),
+    el(
+      "div",
+      { class: "bar" },
+      total,
+      kind,
+      clear,
+      el(
+        "button",
+        {
+          type: "button",
+          class: "export",
+          onclick: () => save(`${model.study.name}-selection.csv`, csvText(model, rows())),
+        },
+        "Export CSV",
+      ),
+    ),
     el("div", { class: "bar" }, field(model, selection, typed), chips),
-    el("div", { class: "bar rank" }, line, el("button", { type: "button", class: "copy", onclick: () => copy(line.textContent, said) }, "Copy"), said),
+    el(
+      "div",
+      { class: "bar rank" },
+      line,
+      el("button", { type: "button", class: "copy", onclick: () => copy(line.textContent, said) }, "Copy"),
+      said,
+    ),
   );
 
   function show() {
     const [infeasible, feasible, front] = selection.counts;
     const all = selection.total;
-    const parts = [`${count(feasible + front)} feasible`, `${count(front)} Pareto-optimal`, `${count(infeasible)} infeasible`];
-    total.replaceChildren(el("strong", {}, counted(all, "design")), ` ${selection.active ? `of ${count(model.size)} selected` : "on this page"} · ${parts.join(" · ")}`);
-    chips.replaceChildren(...[...selection.brushes].flatMap(([key, conditions]) => conditions.map((condition) =>
-      el("button", { type: "button", class: "chip", title: "remove", "aria-label": `remove the condition on ${words(condition.column)}`, onclick: () => { selection.set(key, []); typed(); } }, chipText(model, condition), el("span", { "aria-hidden": "true" }, " ×")))));
+    const parts = [
+      `${count(feasible + front)} feasible`,
+      `${count(front)} Pareto-optimal`,
+      `${count(infeasible)} infeasible`,
+    ];
+    total.replaceChildren(
+      el("strong", {}, counted(all, "design")),
+      ` ${selection.active ? `of ${count(model.size)} selected` : "on this page"} · ${parts.join(" · ")}`,
+    );
+    chips.replaceChildren(
+      ...[...selection.brushes].flatMap(([key, conditions]) =>
+        conditions.map((condition) =>
+          el(
+            "button",
+            {
+              type: "button",
+              class: "chip",
+              title: "remove",
+              "aria-label": `remove the condition on ${words(condition.column)}`,
+              onclick: () => {
+                selection.set(key, []);
+                typed();
+              },
+            },
+            chipText(model, condition),
+            el("span", { "aria-hidden": "true" }, " ×"),
+          ),
+        ),
+      ),
+    );
     clear.disabled = !selection.active;
     kind.querySelector("select").value = String(selection.least);
     const conditions = selection.conditions();
@@ -48,8 +108,9 @@ export function toolbar(root, model, shared, rows, typed) {
 }
 
 function chipText(model, { column, low, high }) {
-  const known = model.byName.get(column), unit = known.unit ? ` ${known.unit}` : "";
-  const value = (one) => (known.labels?.[one] ?? number(one, 8));
+  const known = model.byName.get(column),
+    unit = known.unit ? ` ${known.unit}` : "";
+  const value = (one) => known.labels?.[one] ?? number(one, 8);
   if (low <= -Number.MAX_VALUE && high === Infinity) return `${words(column)} is defined`;
   if (low === -Infinity) return `${words(column)} ≤ ${value(high)}${unit}`;
   if (high === Infinity) return `${words(column)} ≥ ${value(low)}${unit}`;
@@ -61,7 +122,14 @@ function field(model, selection, typed) {
   let column = model.study.objectives[0]?.[0] ?? model.columns[0].name;
   const low = el("input", { type: "text", inputmode: "decimal", size: 8, placeholder: "from", "aria-label": "from" });
   const high = el("input", { type: "text", inputmode: "decimal", size: 8, placeholder: "to", "aria-label": "to" });
-  const list = choice("where", model.columns.map((one) => [one.name, titled(one)]), column, (value) => { column = value; });
+  const list = choice(
+    "where",
+    model.columns.map((one) => [one.name, titled(one)]),
+    column,
+    (value) => {
+      column = value;
+    },
+  );
   const submit = (event) => {
     event.preventDefault();
     const read = (input, otherwise) => (input.value.trim() === "" ? otherwise : Number(input.value));
@@ -87,5 +155,7 @@ async function copy(text, said) {
     area.remove();
   }
   said.textContent = "copied";
-  setTimeout(() => { said.textContent = ""; }, 2000);
+  setTimeout(() => {
+    said.textContent = "";
+  }, 2000);
 }
