@@ -240,9 +240,7 @@ def simulate(
 def precision(
     scenes: Annotated[
         list[str] | None,
-        typer.Argument(
-            metavar="SCENE", help="Names of bundled scenes, or .toml files; all bundled ones unless given."
-        ),
+        typer.Argument(metavar="SCENE", help="Names of bundled scenes, or .toml files; all bundled ones unless given."),
     ] = None,
     output: Annotated[Path, typer.Option("-o", "--output", help="The folder for tables and charts.")] = Path(
         "results/precision"

@@ -58,7 +58,7 @@ def print_ranking(options: RankOptions, *, as_json: bool) -> None:
     """Rank results files and print their Pareto set."""
     from explore.store.several import open_several
 
-    paths = options.results or [newest_results()]
+    paths = options.results or [Path(newest_results())]
     for path in paths:
         refuse_same(options.output, path, "the results file")
     check_table(options.output)
