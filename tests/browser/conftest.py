@@ -54,7 +54,7 @@ def report_of(path, *, seconds=60):
     return page
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="package")  # its event loop would be in the way of other tests
 def browser():
     executable = find_browser()
     # Chromium's sandbox refuses root, as whom a container runs.
