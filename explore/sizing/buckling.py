@@ -1,0 +1,132 @@
+"""Buckling of a rod with hinged ends, as a coupler between two pins is one, in N, mm, MPa.
+
+Euler's force holds for slender rods. Below the limiting slenderness sqrt(2 pi^2 E / Re), where Euler's stress is half
+the yield strength, it promises too much, and Johnson's parabola takes over, which meets it there without a kink
+(Shigley's Mechanical Engineering Design, 10th ed., sections 4-12 and 4-13; the parabola stands for Tetmajer's straight
+line of Roloff/Matek, which needs two more constants of the material).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from explore.sizing.arguments import Number, magnitude, positive, ratio
+from explore.sizing.rod import rod_area, rod_second_moment
+
+
+def slenderness(length: Number, diameter: Number, hollow_ratio: Number = 0.0) -> Number:
+    """Length over radius of gyration, 1: L / i with i = D sqrt(1 + a^2) / 4.
+
+    Parameters
+    ----------
+    length
+        Between the pins, mm.
+    diameter
+        Outer diameter, mm.
+    hollow_ratio
+        Inner over outer diameter, from 0 up to but without 1.
+    """
+    a = ratio("hollow_ratio", hollow_ratio)
+    return 4.0 * magnitude("length", length) / (positive("diameter", diameter) * np.sqrt(1.0 + a**2))
+
+
+def limiting_slenderness(modulus: Number, yield_strength: Number) -> Number:
+    """Slenderness from which Euler's force holds, 1: sqrt(2 pi^2 E / Re).
+
+    Parameters
+    ----------
+    modulus
+        Young's modulus, MPa.
+    yield_strength
+        Re, MPa.
+    """
+    return np.pi * np.sqrt(2.0 * positive("modulus", modulus) / positive("yield_strength", yield_strength))
+
+
+def euler_force(length: Number, diameter: Number, modulus: Number, hollow_ratio: Number = 0.0) -> Number:
+    """Euler's buckling force of a rod with hinged ends, N: pi^2 E I / L^2.
+
+    Parameters
+    ----------
+    length
+        Between the pins, mm.
+    diameter
+        Outer diameter, mm.
+    modulus
+        Young's modulus, MPa.
+    hollow_ratio
+        Inner over outer diameter, from 0 up to but without 1.
+    """
+    stiffness = positive("modulus", modulus) * rod_second_moment(diameter, hollow_ratio)
+    return np.pi**2 * stiffness / positive("length", length) ** 2
+
+
+def buckling_force(
+    length: Number, diameter: Number, modulus: Number, yield_strength: Number, hollow_ratio: Number = 0.0
+) -> Number:
+    """Buckling force of a rod with hinged ends, N: Euler's, or Johnson's where the rod is not slender enough for it.
+
+    Parameters
+    ----------
+    length, diameter, modulus, hollow_ratio
+        As of `euler_force`.
+    yield_strength
+        Re, MPa.
+
+    Notes
+    -----
+    Johnson: F = A (Re - (Re lambda / (2 pi))^2 / E) with the slenderness lambda.
+    """
+    slender, e = slenderness(length, diameter, hollow_ratio), positive("modulus", modulus)
+    strength = positive("yield_strength", yield_strength)
+    johnson = rod_area(diameter, hollow_ratio) * (strength - (strength * slender / (2.0 * np.pi)) ** 2 / e)
+    euler = euler_force(length, diameter, modulus, hollow_ratio)
+    # Asked this way round, an unknown yield strength takes Johnson's force, which is unknown too.
+    return np.where(slender >= limiting_slenderness(modulus, yield_strength), euler, johnson)[()]
+
+
+def buckling_factor(
+    force: Number,
+    length: Number,
+    diameter: Number,
+    modulus: Number,
+    hollow_ratio: Number = 0.0,
+    *,
+    yield_strength: Number | None = None,
+) -> Number:
+    """Buckling force over the force, 1; infinite without a force.
+
+    Parameters
+    ----------
+    force
+        Compression, its magnitude, N.
+    length, diameter, modulus, hollow_ratio
+        As of `euler_force`.
+    yield_strength
+        Re, MPa: for `buckling_force`. None takes Euler's force whatever the slenderness.
+    """
+    if yield_strength is None:
+        limit = euler_force(length, diameter, modulus, hollow_ratio)
+    else:
+        limit = buckling_force(length, diameter, modulus, yield_strength, hollow_ratio)
+    with np.errstate(divide="ignore"):
+        return np.divide(limit, magnitude("force", force))
+
+
+def rod_diameter_for_buckling(
+    force: Number, factor: Number, length: Number, modulus: Number, hollow_ratio: Number = 0.0
+) -> Number:
+    """Outer diameter at which Euler's force is `factor` times the force, mm: (64 n F L^2 / (pi^3 E (1 - a^4)))^(1/4).
+
+    Parameters
+    ----------
+    force
+        Compression, its magnitude, N.
+    factor
+        Wanted safety n, such as 3.
+    length, modulus, hollow_ratio
+        As of `euler_force`.
+    """
+    load = positive("factor", factor) * magnitude("force", force) * positive("length", length) ** 2
+    a = ratio("hollow_ratio", hollow_ratio)
+    return (64.0 * load / (np.pi**3 * positive("modulus", modulus) * (1.0 - a**4))) ** 0.25
