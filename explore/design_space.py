@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from explore.unit_cube import SAMPLERS
-from explore.vocabulary import Block, Columns, FloatArray
+from explore.vocabulary import Block, Columns, FloatArray, Metric
 
 #: Designs of one block. Fixed, because the bytes of a results file must not depend on the machine.
 BLOCK_SIZE = 65_536
@@ -103,6 +103,30 @@ class Tabled:
         return bool((self.values != self.values[0]).any())
 
 
+@dataclass(frozen=True)
+class Solved:
+    """An axis whose values follow from the other parameters.
+
+    Attributes
+    ----------
+    name
+        Of the length.
+    metric, value
+        What the designs have in common, in the metric's unit.
+    low, high
+        Bounds of the length, both allowed.
+    varies
+        It is not swept: it follows.
+    """
+
+    name: str
+    metric: Metric
+    value: float
+    low: float = 0.0
+    high: float = math.inf
+    varies = False
+
+
 #: What a study file says of a parameter.
 Axis = Listed | Spaced | Continuous
 
@@ -127,7 +151,7 @@ class DesignSpace(ABC):
         Of the random numbers; 0 where there are none.
     """
 
-    axes: tuple[Axis | Tabled, ...]
+    axes: tuple[Axis | Tabled | Solved, ...]
     count: int
     method: str
     seed: int = 0

@@ -30,6 +30,7 @@ class Status(IntEnum):
     TOLERANCE_NOT_MET = 7
     NOT_FINITE = 8
     FAILED = 9
+    UNREACHABLE = 11
 
     @property
     def label(self) -> str:
@@ -58,6 +59,7 @@ _STATUS_SENTENCES = {
     Status.TOLERANCE_NOT_MET: "the error bound misses the tolerance; the values are kept",
     Status.NOT_FINITE: "a parameter or a metric is not a usable finite number",
     Status.FAILED: "the block of this design failed to compute",
+    Status.UNREACHABLE: "no length within its bounds gives the value to solve for",
 }
 
 
@@ -105,13 +107,18 @@ class Signal:
 
 @dataclass(frozen=True)
 class Metric:
-    """A closed-form metric: known from the geometry alone. `labels` name the values of an integer code."""
+    """A closed-form metric: known from the geometry alone. `labels` name the values of an integer code.
+
+    All its values are ``>= lower`` and ``<= upper``, so that nobody solves for another.
+    """
 
     name: str
     unit: str
     long_name: str
     sense: Sense | None = None
     labels: tuple[str, ...] = ()
+    lower: float = -np.inf
+    upper: float = np.inf
 
 
 @dataclass(frozen=True)
@@ -196,6 +203,9 @@ class Mechanism:
         much of it the signal rests at 0, rad.
     fill
         ``fill(kernel_row, sin_half, cos_half, count, needs, out[s, t])`` fills the signals at the nodes.
+    loop
+        Names of the lengths that close the loop: where one equals a signed sum of the others all links fall into one
+        line, and between two such lengths the closed-form metrics change smoothly.
     """
 
     name: str
@@ -217,6 +227,7 @@ class Mechanism:
     fill: Callable[..., None]
     default_window: str = "drive"
     default_drive: str = "slow"
+    loop: tuple[str, ...] = ()
 
     def parameter(self, name: str) -> Parameter:
         """The parameter of that name."""

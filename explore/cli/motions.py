@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import sys
 import warnings
 from pathlib import Path
@@ -47,6 +48,7 @@ def print_motion(
 def _from_study(config: Path, design: int, settings: list[str]) -> tuple[str, dict[str, float]]:
     """The mechanism and the parameters of one design of a study, settings in place of its own."""
     from explore.config.study_file import load_study
+    from explore.vocabulary import Status
 
     study = load_study(config)
     if design >= study.space.count:
@@ -54,6 +56,9 @@ def _from_study(config: Path, design: int, settings: list[str]) -> tuple[str, di
     name = study.request.mechanism.name
     own = {key: float(values[0]) for key, values in study.space.designs(design, design + 1).items()}
     others = _from_settings(name, settings)
+    unknown = [key for key, value in own.items() if math.isnan(value) and key not in others]
+    if unknown:
+        raise RequestError(f"design {design} of {config} has no {unknown[0]}: {Status.UNREACHABLE.sentence}")
     but = f", but {_listed(others)}" if others else ""
     say(f"design {design} of {study.space.count:,}: {_listed(own)}{but}")
     return name, own | others

@@ -22,7 +22,7 @@ _MOST_VALUES = 2**53
 
 
 def read_axes(mechanism: Mechanism, raw: Mapping[str, Any], method: str | None, problems: Problems) -> tuple[Axis, ...]:
-    """One axis for each parameter named, in declared order but the speed last.
+    """One axis for each parameter named but those solved for, in declared order but the speed last.
 
     Parameters
     ----------
@@ -50,11 +50,16 @@ def read_axes(mechanism: Mechanism, raw: Mapping[str, Any], method: str | None, 
     axes = []
     # The last axis of a grid varies fastest: designs that differ only in speed are neighbours and share one motion.
     for parameter in (*mechanism.geometry, mechanism.speed):
-        if parameter.name in raw:
+        if parameter.name in raw and not is_solved(raw[parameter.name]):
             axis = _Reader(parameter, ("parameters", parameter.name), method, problems).axis(raw[parameter.name])
             if axis is not None:
                 axes.append(axis)
     return tuple(axes)
+
+
+def is_solved(raw: object) -> bool:
+    """Whether the entry of a parameter asks to solve for it."""
+    return isinstance(raw, Mapping) and bool({"solve", "value"} & raw.keys())
 
 
 def read_value(parameter: Parameter, raw: object) -> float:

@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import hashlib
+import math
 from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import Any
 
 from explore.config.axes import DRAWING_METHODS, read_axes
 from explore.config.schema import Problems, Sampling
+from explore.config.solved import read_solved
 from explore.config.table_file import read_table
-from explore.design_space import Axis, Continuous, DesignSpace, Drawn, Grid, Listed, Table, Tabled
+from explore.design_space import Axis, Continuous, DesignSpace, Drawn, Grid, Listed, Solved, Table, Tabled
 from explore.errors import ConfigError, RequestError
+from explore.solving import SolvedSpace
 from explore.suggest import closest, shown, suggestion
 from explore.unit_cube import MOST_LATIN_HYPERCUBE, MOST_SOBOL, SAMPLERS
 from explore.vocabulary import Mechanism
@@ -89,14 +92,20 @@ def read_space(
     # A method that is merely misspelt must not make all else look wrong.
     method = written if written in METHODS else closest(written, METHODS)
     axes = read_axes(mechanism, raw, method, problems)
+    solved = read_solved(mechanism, raw, problems)
     if sampling is None:
         return None
+    free: DesignSpace | None
     if method == "table":
-        return _table(mechanism, raw, axes, sampling, folder, problems, problems_of_table)
-    if problems:
+        free = _table(mechanism, raw, axes, sampling, folder, problems, problems_of_table)
+    elif problems:
         return None
-    if method == "grid":
-        return _grid(axes, problems)
+    else:
+        free = _grid(axes, problems) if method == "grid" else _drawn(axes, sampling, problems)
+    return free if solved is None or free is None else SolvedSpace.over(free, solved, mechanism)
+
+
+def _drawn(axes: tuple[Axis, ...], sampling: Sampling, problems: Problems) -> Drawn:
     space = Drawn(axes, sampling.count or 0, sampling.method, sampling.seed or 0)
     if not space.swept:
         problems.append((("parameters",), "nothing to draw: every parameter is fixed; give one a list or { min, max }"))
@@ -138,7 +147,8 @@ def _table(
 def space_words(space: DesignSpace) -> dict[str, object]:
     """What determines the designs, for JSON: the same for the same designs however they are written."""
     sampling: dict[str, object] = {"method": space.method}
-    if isinstance(space, Drawn):
+    free = space.free if isinstance(space, SolvedSpace) else space
+    if isinstance(free, Drawn):
         sampling |= {"count": space.count, "seed": space.seed}
     tabled = [axis for axis in space.axes if isinstance(axis, Tabled)]
     if tabled:
@@ -153,7 +163,10 @@ def space_words(space: DesignSpace) -> dict[str, object]:
     }
 
 
-def _axis_words(axis: Axis) -> dict[str, object]:
+def _axis_words(axis: Axis | Solved) -> dict[str, object]:
+    if isinstance(axis, Solved):
+        high = None if axis.high == math.inf else axis.high
+        return {"solve": axis.metric.name, "value": axis.value, "min": axis.low, "max": high}
     if isinstance(axis, Listed):
         return {"values": axis.values}
     if isinstance(axis, Continuous):

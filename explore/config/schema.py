@@ -82,6 +82,15 @@ class RangeTable(Section):
     log: StrictBool = False
 
 
+class SolveTable(Section):
+    """A length to solve for, such that a metric has a value."""
+
+    solve: StrictStr
+    value: Later
+    min: Later = None
+    max: Later = None
+
+
 Model = TypeVar("Model", bound=Section)
 
 _WANTED = {

@@ -24,12 +24,12 @@ _STROKE_WINDOWS = ("drive", "return", "overlapped_to_extended", "extended_to_ove
 _GEOMETRY_METRICS = (
     Metric("linkage_class", "", "class of the linkage", labels=four_bar.CLASS_LABELS),
     Metric("grashof_margin", "mm", "Grashof margin: middle two lengths minus shortest and longest", "max"),
-    Metric("swing_angle", "deg", "swing of the rocker", "max"),
-    Metric("mid_angle", "deg", "mean of the rocker's two limit angles"),
-    Metric("time_ratio", "1", "time ratio: longer crank interval over shorter"),
-    Metric("mean_output_ratio", "1", "mean output speed over input speed with one clutch", "max"),
-    Metric("transmission_angle_min", "deg", "smallest transmission angle over the turn", "max"),
-    Metric("transmission_angle_max", "deg", "largest transmission angle over the turn", "min"),
+    Metric("swing_angle", "deg", "swing of the rocker", "max", lower=0.0, upper=180.0),
+    Metric("mid_angle", "deg", "mean of the rocker's two limit angles", lower=-180.0, upper=180.0),
+    Metric("time_ratio", "1", "time ratio: longer crank interval over shorter", lower=1.0),
+    Metric("mean_output_ratio", "1", "mean output speed over input speed with one clutch", "max", lower=0.0, upper=0.5),
+    Metric("transmission_angle_min", "deg", "smallest transmission angle over the turn", "max", lower=0.0, upper=180.0),
+    Metric("transmission_angle_max", "deg", "largest transmission angle over the turn", "min", lower=0.0, upper=180.0),
 )
 _CLOSED_NAMES = tuple(metric.name for metric in _GEOMETRY_METRICS)
 _SAMPLED_DEFAULTS = (
@@ -130,4 +130,5 @@ CRANK_ROCKER = Mechanism(
     closed_form=kernel.closed_form,
     pieces=kernel.pieces,
     fill=four_bar.fill,
+    loop=("crank", "coupler", "rocker", "ground"),
 )

@@ -15,6 +15,7 @@ from explore.evaluation import evaluate_columns
 from explore.mechanisms.registry import MECHANISMS
 from explore.ranking.pareto import front
 from explore.ranking.tallies import Tally
+from explore.solving import SolvedSpace
 from explore.vocabulary import Columns, Objective, Request, Status
 
 #: Facts in which all workers must agree with the client, because the values depend on them.
@@ -50,6 +51,8 @@ def evaluate_block(request: Request, space: DesignSpace, number: int, objectives
     evaluation = evaluate_columns(request, space.block(number).columns)
     columns = evaluation.columns
     status = columns["status"]
+    if isinstance(space, SolvedSpace):
+        status[space.unreachable(columns)] = Status.UNREACHABLE
     feasible = int(np.count_nonzero(columns["feasible"]))
     counts, tally = {}, Tally()
     if objectives:
