@@ -11,6 +11,7 @@ from explore._version import __version__
 if TYPE_CHECKING:
     from explore.api import evaluate, rank, read_results, simulate, sweep
     from explore.config.study_file import load_study
+    from explore.covering import coverage
     from explore.errors import ClusterError, ConfigError, ExploreError, MotionError, RequestError, ResultsError
     from explore.store.results import open_results
 
@@ -21,6 +22,7 @@ _HOME = {
     "MotionError": "errors",
     "RequestError": "errors",
     "ResultsError": "errors",
+    "coverage": "covering",
     "evaluate": "api",
     "load_study": "config.study_file",
     "open_results": "store.results",
@@ -38,6 +40,7 @@ __all__ = [
     "RequestError",
     "ResultsError",
     "__version__",
+    "coverage",
     "evaluate",
     "load_study",
     "open_results",

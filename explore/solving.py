@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from explore.design_space import DesignSpace, Solved
-from explore.evaluation import evaluate_columns
+from explore.evaluation import LARGEST, SMALLEST, evaluate_columns
 from explore.vocabulary import Columns, FloatArray, Mechanism, Request, Status
 
 #: Lengths tried between two flattened linkages. A metric has one extreme there at most, and that is looked for.
@@ -81,18 +81,22 @@ def solve(mechanism: Mechanism, solved: Solved, columns: Columns) -> FloatArray:
     of sign of the metric less its value is looked for at a few lengths, and where there is none before its smallest
     distance to the value, beyond that; then Chandrupatla's method finds the root to the last bit.
     """
-    others = [columns[name] for name in mechanism.loop if name != solved.name]
-    clearance = _CLEARANCE * np.spacing(np.sum(others, axis=0))
+    others = [_usable(columns[name]) for name in mechanism.loop if name != solved.name]
     found = np.full(len(others[0]), np.nan)
     gap = _gap(mechanism, solved, columns)
-    for lower, upper in pairwise(_flattened(others)):
-        low, high = np.maximum(lower + clearance, solved.low), np.minimum(upper - clearance, solved.high)
-        open_ = np.flatnonzero(np.isnan(found) & (low <= high))
+    for (lower, after), (upper, before) in pairwise(_ends(others)):
+        low, high = np.maximum(lower + after, solved.low), np.minimum(upper - before, solved.high)
+        open_ = np.flatnonzero(np.isnan(found) & (low < high))
         # The class of a linkage is the same all over a piece: one length tells whether the metric exists.
         open_ = open_[np.isfinite(gap(0.5 * (low + high)[open_], open_))]
         if len(open_):
             found[open_] = _smallest_root(gap, low[open_], high[open_], open_, max(abs(solved.value), 1.0))
     return found
+
+
+def _usable(lengths: FloatArray) -> FloatArray:
+    """The lengths that can be computed with; NaN in the place of others, so that nothing is found with them."""
+    return np.where((lengths > SMALLEST) & (lengths <= LARGEST), lengths, np.nan)
 
 
 _Gap = Callable[..., FloatArray]
@@ -112,14 +116,20 @@ def _gap(mechanism: Mechanism, solved: Solved, columns: Columns) -> _Gap:
     return gap
 
 
-def _flattened(others: list[FloatArray]) -> FloatArray:
-    """Lengths at which the linkage flattens, or another link becomes the shortest or longest; sorted, shape (e, n)."""
+def _ends(others: list[FloatArray]) -> list[tuple[FloatArray, FloatArray]]:
+    """Where pieces of the range end: lengths in ascending order and how far to stay away from them, each (n,)."""
     first, *rest = others
-    sums = [
+    flat = [
         np.abs(first + np.sum([sign * length for sign, length in zip(signs, rest, strict=True)], axis=0))
         for signs in product((1.0, -1.0), repeat=len(rest))
     ]
-    return np.sort([np.zeros_like(first), *others, *sums], axis=0)
+    clearance = _CLEARANCE * np.spacing(np.sum(others, axis=0))
+    # At another link's length this one may become the shortest or longest: a corner of a margin, and allowed.
+    flat_too = [np.min([np.abs(other - each) for each in flat], axis=0) <= clearance for other in others]
+    ends = np.array([np.zeros_like(first), *flat, *others])
+    away = np.concatenate([np.tile(clearance, (1 + len(flat), 1)), np.where(flat_too, clearance, 0.0)])
+    order = np.argsort(ends, axis=0, kind="stable")
+    return list(zip(np.take_along_axis(ends, order, 0), np.take_along_axis(away, order, 0), strict=True))
 
 
 def _smallest_root(gap: _Gap, low: FloatArray, high: FloatArray, designs: _Indices, scale: float) -> FloatArray:
@@ -131,24 +141,21 @@ def _smallest_root(gap: _Gap, low: FloatArray, high: FloatArray, designs: _Indic
     lengths = low + steps[:, None] * (high - low)
     lengths[-1] = high
     gaps = np.array([gap(row, designs) for row in lengths])
-    left, right = _first_change(lengths, gaps)
-    touched, dip_left, dip_right = _dip(gap, lengths, gaps, designs, left, scale)
+    gaps[np.abs(gaps) <= _TOUCHING * scale] = 0.0
+    changes = np.sign(gaps[1:]) * np.sign(gaps[:-1]) <= 0.0
+    at, some = changes.argmax(axis=0), np.asarray(changes.any(axis=0))
+    columns = np.arange(len(designs))
+    left, right = np.where(some, lengths[at, columns], np.nan), np.where(some, lengths[at + 1, columns], np.nan)
+    found, dip_left, dip_right = _dip(gap, lengths, gaps, designs, left, scale)
     left, right = np.where(np.isnan(dip_left), left, dip_left), np.where(np.isnan(dip_right), right, dip_right)
-    found = touched
-    rows = np.flatnonzero(np.isnan(touched) & np.isfinite(left))
+    for length, at_length in ((left, gaps[at, columns]), (right, gaps[at + 1, columns])):
+        hit = np.isnan(found) & np.isnan(dip_left) & some & (at_length == 0.0)
+        found[hit] = length[hit]
+    rows = np.flatnonzero(np.isnan(found) & np.isfinite(left))
     if len(rows):
         root = find_root(gap, (left[rows], right[rows]), args=(designs[rows],), tolerances=_LAST_BIT)
         found[rows] = np.where(np.abs(root.f_x) <= _CROSSING * scale, root.x, np.nan)
     return found
-
-
-def _first_change(lengths: FloatArray, gaps: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """The first two neighbours between which the gap changes sign, each of shape (n,); NaN where none do."""
-    signs = np.sign(gaps)
-    changes = signs[1:] * signs[:-1] <= 0.0
-    at, columns = changes.argmax(axis=0), np.arange(gaps.shape[1])
-    some = changes.any(axis=0)
-    return np.where(some, lengths[at, columns], np.nan), np.where(some, lengths[at + 1, columns], np.nan)
 
 
 def _dip(
@@ -172,11 +179,14 @@ def _dip(
     if len(rows) == 0:
         return root, left, right
     at = dips.argmax(axis=0)[rows]
-    sign = signs[at + 1, rows]
+
+    def distance(length: FloatArray, design: _Indices, sign: FloatArray) -> FloatArray:
+        return sign * gap(length, design)
+
     nearest = find_minimum(
-        lambda length, design, sign: sign * gap(length, design),
+        distance,
         (lengths[at, rows], lengths[at + 1, rows], lengths[at + 2, rows]),
-        args=(designs[rows], sign),
+        args=(designs[rows], signs[at, rows]),
         tolerances=_LAST_BIT,
     )
     root[rows] = np.where(np.abs(nearest.f_x) <= _TOUCHING * scale, nearest.x, np.nan)

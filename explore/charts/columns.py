@@ -86,10 +86,11 @@ def choose_design(results: Results, design: int | None, ranking: Ranking | None 
 
 
 def varying(results: Results) -> list[Column]:
-    """The parameters that have more than one value."""
+    """The parameters that have more than one value, first those that every design has: one solved for may lack it."""
     parameters = [c for c in results.columns if c.role == "parameter"]
     frame = results.to_pandas([c.name for c in parameters])
-    return [c for c in parameters if frame[c.name].min() < frame[c.name].max()]
+    several = [c for c in parameters if frame[c.name].min() < frame[c.name].max()]
+    return sorted(several, key=lambda c: bool(frame[c.name].isna().any()))
 
 
 def others_fixed(

@@ -60,6 +60,7 @@ def map_chart(
     shown = drawable(results, metric or ranking.objectives[0].metric)
     others = [c for c in swept if c.name not in names]
     frame, fixed = others_fixed(results, [*names, shown.name, *needed_columns(results)], others, design)
+    frame = frame.dropna(subset=names)  # a length solved for is not known where there is none
     if min(frame[name].nunique() for name in names) < 2:
         raise RequestError(f"too few designs of {results.path} share {fixed}; leave out --design to show all")
     axes = (axis_of(frame[names[0]].to_numpy(float)), axis_of(frame[names[1]].to_numpy(float)))

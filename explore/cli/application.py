@@ -188,6 +188,20 @@ def report(
     write_report(results, output)
 
 
+@app.command(epilog="Example: explore coverage configs/rig_coverage.toml -o coverage.svg")
+def coverage(
+    config: Annotated[
+        Path, typer.Argument(metavar="CONFIG", help="A study: its cranks, the range of its coupler, its bounds.")
+    ],
+    output: Annotated[Path | None, typer.Option("-o", "--output", help="Also draw it: FILE.png, .svg or .pdf.")] = None,
+    json: Json = False,
+) -> None:
+    """Show which swings exchangeable cranks reach over the travel of the coupler, their overlaps and gaps."""
+    from explore.cli.coverages import print_coverage
+
+    print_coverage(config, output, as_json=json)
+
+
 @app.command(epilog="Example: explore verify results/grid.h5")
 def verify(results: Results = None, json: Json = False) -> None:
     """Check every committed block of a results file against its checksum."""

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from explore.cli.output import compiled_kernels, print_json, refuse_same, say
-from explore.errors import RequestError
+from explore.errors import MotionError, RequestError
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -58,7 +58,7 @@ def _from_study(config: Path, design: int, settings: list[str]) -> tuple[str, di
     others = _from_settings(name, settings)
     unknown = [key for key, value in own.items() if math.isnan(value) and key not in others]
     if unknown:
-        raise RequestError(f"design {design} of {config} has no {unknown[0]}: {Status.UNREACHABLE.sentence}")
+        raise MotionError(f"design {design} of {config} has no {unknown[0]}: {Status.UNREACHABLE.sentence}")
     but = f", but {_listed(others)}" if others else ""
     say(f"design {design} of {study.space.count:,}: {_listed(own)}{but}")
     return name, own | others

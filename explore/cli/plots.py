@@ -38,6 +38,11 @@ class Kind:
     options: tuple[str, ...] = ()
 
 
+def check_figure(output: Path | None) -> None:
+    """Refuse a file that is no picture, before anything is drawn."""
+    check_output(output, _ENDINGS)
+
+
 def plot_results(name: str, path: Path | None, output: Path | None, options: PlotOptions) -> None:
     """Draw results into a file and print its name."""
     if name not in KINDS:
@@ -47,7 +52,7 @@ def plot_results(name: str, path: Path | None, output: Path | None, options: Plo
         if value is not None and option not in kind.options:
             others = ", ".join(known for known, other in KINDS.items() if option in other.options)
             raise RequestError(f"--{option} means nothing for '{name}'; it belongs to {others}")
-    check_output(output, _ENDINGS)
+    check_figure(output)
     from explore.charts.columns import study_name
     from explore.charts.style import save
     from explore.store.results import open_results

@@ -15,6 +15,7 @@ from explore.config.schema import Evaluate, Problems, Rank, Sampling, SceneTable
 from explore.design_space import BLOCK_SIZE, DesignSpace
 from explore.errors import ConfigError, RequestError
 from explore.request.requests import Wanted, find_mechanism, make_objective, resolve
+from explore.solving import SolvedSpace
 from explore.study import Study
 from explore.suggest import shown
 from explore.vocabulary import Mechanism, Objective, Request, Window
@@ -73,7 +74,7 @@ def _study(
         return None
     space = read_space(mechanism, file.parameters, sampling, folder, problems, problems_of_table)
     request = _request(mechanism, evaluate, file.constraints, problems)
-    objectives = _objectives(request, rank, problems)
+    objectives = _objectives(request, rank, _solved_metric(space), problems)
     if problems or problems_of_table or space is None:
         return None
     return Study(request, space, objectives, text, _determines(request, space))
@@ -99,11 +100,17 @@ def _request(mechanism: Mechanism, evaluate: Evaluate, bounds: Mapping[str, Any]
     return request
 
 
-def _objectives(request: Request, rank: Rank, problems: Problems) -> tuple[Objective, ...]:
+def _solved_metric(space: DesignSpace | None) -> str:
+    """Name of the metric that a length is solved for; empty when none is."""
+    return space.solved.metric.name if isinstance(space, SolvedSpace) else ""
+
+
+def _objectives(request: Request, rank: Rank, solved: str, problems: Problems) -> tuple[Objective, ...]:
     """The objectives of [rank], else those of the mechanism whose metrics the study computes."""
     columns = {metric.name for metric in request.metrics}
     if rank.metrics is None:
-        usual = [text for text in request.mechanism.objectives if text.partition(":")[0] in columns]
+        # In the metric that is solved for all designs are equal, and only its last bits would choose.
+        usual = [name for name in request.mechanism.objectives if name.partition(":")[0] in columns - {solved}]
         return tuple(make_objective(request, text) for text in usual)
     if not rank.metrics:
         problems.append(
@@ -125,6 +132,9 @@ def _objectives(request: Request, rank: Rank, problems: Problems) -> tuple[Objec
             problems.append(
                 (("rank", "metrics", position), f'{name} is not computed; add "{name}" to evaluate.metrics')
             )
+        if name == solved:
+            reason = f"{name} is what is solved for, so all designs have the same; leave it out"
+            problems.append((("rank", "metrics", position), reason))
         if name in {other.metric for other in objectives}:
             problems.append((("rank", "metrics", position), f"{name} is listed twice; remove one"))
         objectives.append(objective)
