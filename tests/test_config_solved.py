@@ -79,11 +79,11 @@ SOLVABLE = ", ".join(metric.name for metric in MECHANISMS["crank-rocker"].metric
     [
         ('{ solve = "swing", value = 20 }', ".solve", "unknown metric 'swing'; did you mean 'swing_angle'?"),
         ('{ solve = "xyz", value = 20 }', ".solve", f"unknown metric 'xyz'; there is {SOLVABLE}"),
-        ('{ solve = "cv", value = 1 }', ".solve", f"cv is not known from the lengths alone; there is {SOLVABLE}"),
+        ('{ solve = "cv", value = 1 }', ".solve", f"cv is no closed-form metric, and only these can be solved for: {SOLVABLE}"),
         (
             '{ solve = "rocker_velocity_max_cycle", value = 1 }',
             ".solve",
-            f"rocker_velocity_max_cycle is not known from the lengths alone; there is {SOLVABLE}",
+            f"rocker_velocity_max_cycle is no closed-form metric, and only these can be solved for: {SOLVABLE}",
         ),
         (
             '{ solve = "linkage_class", value = 0 }',

@@ -255,6 +255,45 @@ def test_a_sweep_walks_designs_of_the_same_swing(load, tmp_path):
     assert sorted(front.index) == sorted(best.index)
 
 
+#: Rocker and coupler of the designs of 20 deg that none beats in pin force, distortion and size.
+NON_DOMINATED = {(300, 600), (400, 460), (400, 600), (500, 460), (500, 600), (595, 460), (595, 600), (595, 750),
+                 (700, 460), (700, 600)}  # fmt: skip
+
+
+def test_designs_of_20_deg_and_the_best_of_them(load):
+    """The thirty pairs of the rig: pin force by statics, distortion by a Fourier transform of the velocity."""
+    study = load("""
+mechanism = "crank-rocker"
+[parameters]
+crank = { solve = "swing_angle", value = 20 }
+coupler = [460, 600, 750, 900, 1050, 1271.5]
+rocker = [300, 400, 500, 595, 700]
+ground = 751
+""")
+    designs = study.space.designs(0, 30)
+    good = np.isfinite(designs["crank"])
+    assert good.sum() == 25
+    assert solve(study.request.mechanism, study.space.solved, designs).tobytes() == designs["crank"].tobytes()
+    aims = {}
+    for k in np.flatnonzero(good):
+        lengths = {name: float(values[k]) for name, values in designs.items()}
+        motion = explore.simulate("crank-rocker", angles=256, **lengths)
+        harmonics = np.abs(np.fft.rfft(motion["rocker_velocity"]))
+        # The force is largest where the coupler is steepest to the rocker, which crank angles 0 and 180 deg include.
+        force = 25e6 / (lengths["rocker"] * np.sin(np.radians(motion["transmission_angle"])).min())
+        distortion = np.sqrt(np.sum(harmonics[2:] ** 2)) / harmonics[1]
+        aims[lengths["rocker"], lengths["coupler"]] = (force, distortion, lengths["coupler"] + lengths["rocker"])
+    best = {
+        pair for pair, own in aims.items()
+        if not any(other != own and all(a <= b for a, b in zip(other, own, strict=True)) for other in aims.values())
+    }  # fmt: skip
+    assert best == NON_DOMINATED
+    force, distortion, size = aims[500, 600]  # the source's point and the better one that the study names
+    assert (force, distortion, size) == (pytest.approx(52.1e3, abs=50), pytest.approx(0.0796, abs=5e-5), 1100.0)
+    force, distortion, size = aims[595, 1271.5]
+    assert (force, distortion, size) == (pytest.approx(161.4e3, abs=50), pytest.approx(0.1643, abs=5e-5), 1866.5)
+
+
 def test_the_command_line_says_what_was_unreachable(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     Path("rig.toml").write_text(

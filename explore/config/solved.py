@@ -87,7 +87,7 @@ def _metric(mechanism: Mechanism, name: str) -> Metric:
         find_metric(mechanism, name, make_window(mechanism, None))
     except RequestError:
         raise RequestError(f"unknown metric {shown(name)}; {suggestion(name, known)}") from None
-    raise RequestError(f"{name} is not known from the lengths alone; there is {solvable}")
+    raise RequestError(f"{name} is no closed-form metric, and only these can be solved for: {solvable}")
 
 
 def _value(metric: Metric, raw: object) -> float:
