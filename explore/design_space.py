@@ -115,8 +115,8 @@ class Solved:
         What the designs have in common, in the metric's unit.
     low, high
         Bounds of the length, both allowed.
-    varies
-        It is not swept: it follows.
+    varies, gives
+        It is not swept: it follows. A length is never 0.
     """
 
     name: str
@@ -125,6 +125,7 @@ class Solved:
     low: float = 0.0
     high: float = math.inf
     varies = False
+    gives = True
 
 
 #: What a study file says of a parameter.
