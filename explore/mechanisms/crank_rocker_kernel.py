@@ -1,66 +1,23 @@
-"""The crank-rocker, compiled: closed-form metrics and windows.
-
-Limit positions (C on the line AB) come from the half-angle form of the triangles at A and D with sides (AC, ground,
-rocker), AC = coupler - crank ("overlapped") and coupler + crank ("extended"); all sums of lengths are exact, and no
-arccos is used. Formulas are for branch +1; branch -1 is the mirror image, its motion at theta that of branch +1 at
--theta.
-"""
+"""The crank-rocker, compiled: closed-form metrics and windows; limit positions and strokes are those of `rocking`."""
 
 import math
 
 import numpy as np
 
 from explore.compiling import PIECES_SIGNATURE, compiled
-from explore.mechanisms import four_bar
+from explore.mechanisms import four_bar, rocking
 from explore.mechanisms.arctangent import arctangent
-from explore.mechanisms.four_bar import ACCELERATIONS, FOUR_BAR_SIZE, ROCKER_VELOCITY, exact_sum
-from explore.vocabulary import Status
+from explore.mechanisms.four_bar import ACCELERATIONS, ROCKER_VELOCITY
+from explore.mechanisms.rocking import ROCKING_SIZE, SLOW_PASSES_ZERO
 
-# Kernel row: the four-bar constants, then tan(A/2) of the two limit positions, whether the slow stroke passes crank
-# angle 0, and the phases.
-TAN_EXTENDED, TAN_OVERLAPPED, SLOW_PASSES_ZERO, PHASES = range(FOUR_BAR_SIZE, FOUR_BAR_SIZE + 4)
-KERNEL_SIZE = FOUR_BAR_SIZE + 4
+# Kernel row: what `rocking` needs, then the phases.
+PHASES = ROCKING_SIZE
+KERNEL_SIZE = ROCKING_SIZE + 1
 
 CYCLE, DRIVE, RETURN, OVERLAPPED_TO_EXTENDED, EXTENDED_TO_OVERLAPPED, CLUTCH, INTERVAL = range(7)
 DRIVES = {"slow": 0, "fast": 1, "overlapped_to_extended": 2, "extended_to_overlapped": 3}
 
 _DEGREES = 180.0 / math.pi
-_OK, _CANNOT_ASSEMBLE, _CRANK_BLOCKED = int(Status.OK), int(Status.CANNOT_ASSEMBLE), int(Status.CRANK_BLOCKED)
-_CHANGE_POINT, _NO_STROKE = int(Status.CHANGE_POINT), int(Status.NO_STROKE)
-
-
-@compiled("void(float64, float64, float64, float64, float64, float64[::1], float64[:, ::1], int64)")
-def _limits(crank, coupler, rocker, ground, branch, row, metrics, i):
-    """Limit positions and slow stroke into the row; swing, mid-angle, time ratio, ratio into ``metrics[2:6, i]``."""
-    total = exact_sum(crank, coupler, rocker, ground)
-    less_crank = exact_sum(coupler, rocker, ground, -crank)
-    less_coupler = exact_sum(rocker, ground, crank, -coupler)
-    less_rocker = exact_sum(crank, coupler, ground, -rocker)
-    less_ground = exact_sum(crank, coupler, rocker, -ground)
-    e1 = exact_sum(ground, -crank, -coupler, rocker)
-    e2 = exact_sum(ground, -crank, coupler, -rocker)
-    e3 = exact_sum(coupler, rocker, -ground, -crank)
-    # tan(A/2) at the crank pivot, and tan(psi/2) at the rocker pivot, in both limit positions.
-    extended = math.sqrt(e1 * less_ground / (total * less_rocker))
-    overlapped = math.sqrt(less_coupler * e3 / (less_crank * e2))
-    psi_extended = math.sqrt(less_ground * less_rocker / (total * e1))
-    psi_overlapped = math.sqrt(e2 * e3 / (less_crank * less_coupler))
-    # The half swing is half the difference of the psi: its sine by the law of sines, which does not cancel.
-    scale = math.sqrt((1.0 + psi_extended * psi_extended) * (1.0 + psi_overlapped * psi_overlapped))
-    sine_half_swing = crank * coupler * scale / (rocker * ground * (psi_extended + psi_overlapped))
-    swing = 2.0 * arctangent(sine_half_swing, (1.0 + psi_extended * psi_overlapped) / scale)
-    half_sum = arctangent(psi_extended + psi_overlapped, 1.0 - psi_extended * psi_overlapped)
-    imbalance = 2.0 * abs(arctangent(extended - overlapped, 1.0 + extended * overlapped))
-    metrics[2, i] = swing * _DEGREES
-    metrics[3, i] = branch * (math.pi - half_sum) * _DEGREES
-    metrics[4, i] = (math.pi + imbalance) / (math.pi - imbalance)
-    metrics[5, i] = swing / (2.0 * math.pi)
-    row[TAN_EXTENDED] = extended
-    row[TAN_OVERLAPPED] = overlapped
-    # r2^2 + r3^2 - r1^2 - r4^2: negative when the stroke through crank angle 0 is the slow one.
-    order = (coupler - ground) * (coupler + ground) + (rocker - crank) * (rocker + crank)
-    tie = 4.0 * np.spacing(max(coupler * coupler, rocker * rocker, ground * ground))
-    row[SLOW_PASSES_ZERO] = 1.0 if order < -tie else 0.0
 
 
 @compiled("void(float64[:, ::1], float64[:, ::1], int8[::1], float64[:, ::1], float64[:, ::1], float64[::1])")
@@ -74,35 +31,23 @@ def closed_form(parameters, metrics, status, kernel, singular, noise):
         crank, coupler, rocker, ground = parameters[i, 0], parameters[i, 1], parameters[i, 2], parameters[i, 3]
         branch = parameters[i, 5]
         metrics[:, i] = np.nan
-        linkage_class, margin = four_bar.classify(crank, coupler, rocker, ground)
-        metrics[0, i] = linkage_class
-        metrics[1, i] = margin
-        if linkage_class == four_bar.CANNOT_ASSEMBLE:
-            status[i] = _CANNOT_ASSEMBLE
-            continue
-        if linkage_class == four_bar.CHANGE_POINT:
-            status[i] = _CHANGE_POINT
-            continue
-        if linkage_class != four_bar.CRANK_ROCKER and linkage_class != four_bar.DOUBLE_CRANK:
-            status[i] = _CRANK_BLOCKED
-            continue
         row = kernel[i]
-        four_bar.prepare(crank, coupler, rocker, ground, branch, row)
+        metrics[0, i], metrics[1, i], turns = rocking.prepare(
+            crank, coupler, rocker, ground, branch, row, singular, noise, status, i
+        )
+        if turns == 0.0:
+            continue
         row[PHASES] = parameters[i, 4]
         four_products, p0, q0 = row[four_bar.FOUR_CRANK_GROUND], row[four_bar.E1_E2], row[four_bar.E3_E4]
-        # tanh(distance/2) of p = 0 and q = 0 from the real axis, and of d = 0 (a pole beside p = 0).
-        singular[i, 0] = math.sqrt(p0 / (p0 + four_products))
-        singular[i, 1] = math.sqrt(q0 / (q0 + four_products))
-        singular[i, 2] = abs(ground - crank) / (ground + crank)
-        # The largest d.B/d^2: where d is short the two terms of the velocities are large and may cancel.
-        noise[i] = crank / abs(ground - crank)
         metrics[6, i] = 2.0 * arctangent(math.sqrt(p0), math.sqrt(q0 + four_products)) * _DEGREES
         metrics[7, i] = 2.0 * arctangent(math.sqrt(p0 + four_products), math.sqrt(q0)) * _DEGREES
-        if linkage_class == four_bar.DOUBLE_CRANK:
-            status[i] = _NO_STROKE
+        if metrics[0, i] == four_bar.DOUBLE_CRANK:
             continue
-        status[i] = _OK
-        _limits(crank, coupler, rocker, ground, branch, row, metrics, i)
+        swing, middle, time_ratio = rocking.limits(crank, coupler, rocker, ground, branch, row)
+        metrics[2, i] = swing * _DEGREES
+        metrics[3, i] = middle * _DEGREES
+        metrics[4, i] = time_ratio
+        metrics[5, i] = swing / (2.0 * math.pi)
 
 
 @compiled("float64(float64[::1], float64[::1], float64, float64[:, ::1], float64[:, ::1])")
@@ -223,12 +168,7 @@ def pieces(row, window, drive, start, stop, out):
         through_zero = (drive == 2) == forward if drive >= 2 else (row[SLOW_PASSES_ZERO] == 1.0) == (drive == 0)
         if window == RETURN:
             through_zero = not through_zero
-    if through_zero:
-        first, last = -1.0 / row[TAN_OVERLAPPED], row[TAN_EXTENDED]
-    else:
-        first, last = -1.0 / row[TAN_EXTENDED], row[TAN_OVERLAPPED]
-    if not forward:
-        first, last = -last, -first
+    first, last = rocking.stroke(row, through_zero)
     anchor = 0 if through_zero else 1
     length = 2.0 * (math.atan(last) - math.atan(first))
     out[3, 0] = length
