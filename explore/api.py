@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, get_args
 import numpy as np
 import numpy.typing as npt
 
+from explore.derived_metrics import missing
 from explore.errors import MotionError, RequestError
 from explore.evaluation import evaluate_columns
 from explore.motions import motion_signals
@@ -156,6 +157,10 @@ def evaluate(
     declared = find_mechanism(mechanism)
     request = make_request(declared, metrics, window, drive, constraints, tolerance)
     columns = _parameter_columns(declared, designs)
+    defaults = {parameter.name: parameter.default for parameter in declared.parameters}
+    lacking = missing(request, lambda name: name in columns or bool(defaults[name]))
+    if lacking:
+        raise RequestError("\n".join(reason for _, reason in lacking))
     evaluation = evaluate_columns(request, columns)
     index = designs.index if isinstance(designs, pd.DataFrame) else None
     frame = pd.DataFrame(evaluation.columns, index=index)

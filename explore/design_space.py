@@ -33,6 +33,11 @@ class Listed:
         """Whether it takes more than one value."""
         return len(self) > 1
 
+    @property
+    def gives(self) -> bool:
+        """Whether it takes a value that is not 0."""
+        return any(self.values)
+
     def at(self, indices: Indices) -> FloatArray:
         """Values at the indices, shape (n,)."""
         return np.asarray(self.values)[indices]
@@ -59,6 +64,11 @@ class Spaced:
         """Whether it takes more than one value."""
         return self.num > 1
 
+    @property
+    def gives(self) -> bool:
+        """Whether it takes a value that is not 0."""
+        return bool(self.start or self.stop)
+
     def at(self, indices: Indices) -> FloatArray:
         """Values at the indices, shape (n,); both ends exactly as given."""
         if self.num == 1:
@@ -80,6 +90,7 @@ class Continuous:
     high: float
     log: bool = False
     varies = True
+    gives = True
 
     def of(self, unit: FloatArray) -> FloatArray:
         """Values for numbers between 0 and 1, shape (n,)."""
@@ -101,6 +112,11 @@ class Tabled:
     def varies(self) -> bool:
         """Whether it takes more than one value."""
         return bool((self.values != self.values[0]).any())
+
+    @property
+    def gives(self) -> bool:
+        """Whether it has a value that is not 0."""
+        return bool(self.values.any())
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,10 @@ design's own geometry needs, at the lowest level that the request uses; 4. exact
 differ only in speed share one kinematic evaluation, w ~ W and a ~ W^2.
 
 The bound `error` of a row is over all statistics requested of it: |error of mean|/rms, |error of variance|/rms^2, of
-std and rms over rms, of extremes over the largest |signal|, of cv relative.
+std and rms over rms, of extremes over the largest |signal|, of cv and derived metrics relative.
+
+Signals under load are no power of the speed: where a request uses them, the load and, if it is dynamic, the speed are
+part of what designs must share to share one evaluation.
 """
 
 from __future__ import annotations
@@ -16,15 +19,24 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from explore import constraints, quadrature, sampling
-from explore import statistics as ask
-from explore.vocabulary import Column, Columns, FloatArray, Mechanism, Metric, Request, SampledMetric, Signal, Status
+from explore import constraints
+from explore.derived_metrics import derive, given
+from explore.sampled_metrics import Sampled, sample_metrics
+from explore.vocabulary import (
+    AnyMetric,
+    Column,
+    Columns,
+    DerivedMetric,
+    FloatArray,
+    Mechanism,
+    Metric,
+    Request,
+    SampledMetric,
+    Status,
+)  # fmt: skip
 
-_ASKED = {"cv": ask.CV, "std": ask.STD, "min": ask.EXTREMES, "max": ask.EXTREMES, "peak_to_peak": ask.EXTREMES}
-_INPUTS = {"min": (2,), "max": (3,), "peak_to_peak": (2, 3)}
 #: Parameters outside are no usable numbers: squares and products of four would leave the range of doubles.
 SMALLEST, LARGEST = 1e-30, 1e30
-_DEGREES = 180.0 / np.pi
 
 
 @dataclass(frozen=True)
@@ -83,18 +95,48 @@ def evaluate_columns(request: Request, parameters: Columns) -> Evaluation:
         for p in mechanism.parameters
     }
     usable = _usable(mechanism, inputs)
-    geometry = np.column_stack([np.where(usable, inputs[p.name], 0.0) for p in mechanism.geometry])
-    windows = {metric.window.name for metric in request.sampled}
-    for k, p in enumerate(mechanism.geometry):
-        if p.only_in and not windows.intersection(p.only_in):
-            geometry[:, k] = p.default  # it changes nothing here, so it must not ask for evaluations of its own
+    known_enough = given(request, inputs) if request.derived or _loaded(request) else None
+    geometry = _kernel_inputs(request, inputs, usable)
     speed = inputs[mechanism.speed.name]
     chosen, inverse = _distinct(geometry, speed)
-    geometry_level = _evaluate_geometry(request, geometry if chosen is None else geometry[chosen])
-    values = geometry_level.scaled(request, inverse, np.where(usable, speed, np.nan))
-    return Evaluation(
-        _assemble(request, parameters, geometry_level, values, inverse, usable), geometry_level.evaluations
-    )
+    level = _evaluate_geometry(request, geometry if chosen is None else geometry[chosen])
+    values, errors = level.scaled(request, inverse, np.where(usable, speed, np.nan))
+    error = level.sampled.error if inverse is None else level.sampled.error[inverse]
+    status = level.status.copy() if inverse is None else level.status[inverse]
+    nodes = level.sampled.nodes if inverse is None else level.sampled.nodes[inverse]
+    if request.derived:
+        derived, bound = derive(request, inputs, values, errors)
+        values |= derived
+        error = np.maximum(error, bound)
+        status[(status == Status.OK) & (error > request.tolerance)] = Status.TOLERANCE_NOT_MET
+    if known_enough is not None:
+        status[~known_enough & np.isin(status, (Status.OK, Status.TOLERANCE_NOT_MET))] = Status.NOT_GIVEN
+    status[~usable] = Status.NOT_FINITE
+    work: Columns = {"nodes": nodes.astype(np.int32), "error": error}
+    return Evaluation(_assemble(request, parameters, values, work, status, usable), level.sampled.evaluations)
+
+
+def _kernel_inputs(request: Request, inputs: Columns, usable: npt.NDArray[np.bool_]) -> FloatArray:
+    """What the closed form is given, shape (n, p): parameters that change nothing here are at their default.
+
+    So they do not ask for evaluations of their own.
+    """
+    mechanism, windows, loaded = request.mechanism, {m.window.name for m in request.sampled}, _loaded(request)
+    columns = []
+    for p in mechanism.kernel_parameters:
+        column = np.where(usable, inputs[p.name], 0.0)
+        if (p.only_in and not windows.intersection(p.only_in)) or (p.enters == "load" and not loaded):
+            column = np.full(len(usable), p.default)
+        elif p.scales_speed:
+            dynamic = [inputs[other.name] != 0.0 for other in mechanism.parameters if other.dynamic]
+            column = np.where(usable & loaded & np.any(dynamic, axis=0), column, 1.0)
+        columns.append(column)
+    return np.column_stack(columns)
+
+
+def _loaded(request: Request) -> bool:
+    """Whether a signal under load is asked for."""
+    return any(metric.signal.loaded for metric in request.sampled)
 
 
 def _usable(mechanism: Mechanism, inputs: Columns) -> npt.NDArray[np.bool_]:
@@ -104,6 +146,8 @@ def _usable(mechanism: Mechanism, inputs: Columns) -> npt.NDArray[np.bool_]:
         column = inputs[p.name]
         if p.choices:
             usable &= np.isin(column, p.choices)
+        elif p.zero or p.lower < 0.0:
+            usable &= p.allows(column) & ((column == 0.0) | (np.abs(column) > SMALLEST)) & (np.abs(column) <= LARGEST)
         else:
             usable &= (column > max(p.lower, SMALLEST)) & (column <= min(p.upper, LARGEST))
     return usable
@@ -132,31 +176,41 @@ class _Geometry:
     """What is known of each distinct geometry, each of shape (u,)."""
 
     closed: dict[str, FloatArray]
-    sampled: dict[str, FloatArray]
+    sampled: Sampled
     status: npt.NDArray[np.int8]
-    nodes: npt.NDArray[np.int64]
-    error: FloatArray
-    evaluations: int
 
     def scaled(
         self, request: Request, inverse: npt.NDArray[np.intp] | None, speed: FloatArray
-    ) -> dict[str, FloatArray]:
-        """All metrics at the designs' own speeds, each of shape (n,)."""
-        values = {}
-        powers = {0: None, 1: speed}
-        for metric in request.all_metrics:
-            known = self.sampled if isinstance(metric, SampledMetric) else self.closed
+    ) -> tuple[dict[str, FloatArray], dict[str, FloatArray]]:
+        """All metrics but derived ones at the designs' own speeds, and bounds of their errors, each of shape (n,)."""
+        values: dict[str, FloatArray] = {}
+        errors: dict[str, FloatArray] = {}
+        powers: dict[int, FloatArray | None] = {0: None, 1: speed}
+        wanted: tuple[Metric | SampledMetric, ...] = (*request.closed, *request.sampled)
+        for metric in wanted:
+            known = self.sampled.values if isinstance(metric, SampledMetric) else self.closed
             column = known[metric.name] if inverse is None else known[metric.name][inverse]
-            power = speed_power(metric)
+            power = _scaling(metric)
             if power not in powers:
                 powers[power] = speed**power
             factor = powers[power]
             values[metric.name] = column if factor is None else column * factor
-        return values
+            if metric.name in self.sampled.errors:
+                bound = self.sampled.errors[metric.name]
+                bound = bound if inverse is None else bound[inverse]
+                errors[metric.name] = bound if factor is None else bound * factor
+        return values, errors
 
 
-def speed_power(metric: Metric | SampledMetric) -> int:
-    """The power of the speed to which a metric is proportional."""
+def speed_power(metric: AnyMetric) -> int | None:
+    """The power of the speed to which a metric is proportional; None where it may be to none."""
+    if isinstance(metric, DerivedMetric) or (isinstance(metric, SampledMetric) and metric.signal.loaded):
+        return None
+    return _scaling(metric)
+
+
+def _scaling(metric: Metric | SampledMetric) -> int:
+    """The power of the speed that turns what was sampled into the metric."""
     if not isinstance(metric, SampledMetric) or metric.statistic == "cv":
         return 0
     return metric.signal.speed_power * (2 if metric.statistic == "variance" else 1)
@@ -175,10 +229,9 @@ def _evaluate_geometry(request: Request, geometry: FloatArray) -> _Geometry:
     if not any(rocking):
         status[status == Status.NO_STROKE] = Status.OK
     _screen(request, closed, status)
-    known = _Geometry(closed, {}, status, np.zeros(u, dtype=np.int64), np.zeros(u), 0)
-    if request.sampled:
-        _sample(request, kernel, singular, noise, known)
-    return known
+    if not request.sampled:
+        return _Geometry(closed, Sampled.nothing(u), status)
+    return _Geometry(closed, sample_metrics(request, kernel, singular, noise, status), status)
 
 
 def _screen(request: Request, closed: dict[str, FloatArray], status: npt.NDArray[np.int8]) -> None:
@@ -189,93 +242,15 @@ def _screen(request: Request, closed: dict[str, FloatArray], status: npt.NDArray
             status[(status == Status.OK) & ~holds] = Status.SCREENED
 
 
-def _sample(request: Request, kernel: FloatArray, singular: FloatArray, noise: FloatArray, known: _Geometry) -> None:
-    """Fill the sampled metrics of the designs that got so far; update status, nodes and error."""
-    mechanism = request.mechanism
-    windows = tuple(dict.fromkeys(metric.window for metric in request.sampled))
-    shape = (len(windows), mechanism.signal_rows)
-    needs = np.zeros(len(windows), dtype=np.int64)
-    asked, orders = np.zeros(shape, dtype=np.int64), np.full(shape, 2, dtype=np.int64)
-    slots = np.full((*shape, 4), -1, dtype=np.int64)
-    used = 0
-    for metric in request.sampled:
-        w, row = windows.index(metric.window), metric.signal.row
-        needs[w] |= metric.signal.needs
-        asked[w, row] |= ask.MOMENTS | _ASKED.get(metric.statistic, 0)
-        orders[w, row] = metric.signal.pole_order
-        for k in (0, 1, *_extremes(metric)):
-            if slots[w, row, k] < 0:
-                slots[w, row, k], used = used, used + 1
-    found = np.full((used, len(kernel)), np.nan)
-    active = known.status == Status.OK
-    sampling.sample(
-        mechanism.fill, mechanism.pieces, kernel, singular, noise, active,
-        np.array([window.code for window in windows]), np.array([(window.start, window.stop) for window in windows]),
-        mechanism.drives[request.drive], needs, asked, orders, request.tolerance,
-        *quadrature.rules(), slots, found, known.nodes, known.error,
-    )  # fmt: skip
-    known.evaluations = int(np.count_nonzero(active))
-    known.status[active & ~(known.error <= request.tolerance)] = Status.TOLERANCE_NOT_MET
-    known.status[active & ~np.isfinite(found).all(axis=0)] = Status.NOT_FINITE
-    for metric in request.sampled:
-        at = slots[windows.index(metric.window), metric.signal.row]
-        known.sampled[metric.name] = _statistic(metric, found, at, request.tolerance)
-
-
-def _extremes(metric: SampledMetric) -> tuple[int, ...]:
-    """Which extremes a metric is made of: 2 the smallest, 3 the largest. The sign of a rectified signal swaps them."""
-    return (2, 3) if metric.signal.rectified and metric.statistic in _INPUTS else _INPUTS.get(metric.statistic, ())
-
-
-def _statistic(metric: SampledMetric, found: FloatArray, at: npt.NDArray[np.int64], tolerance: float) -> FloatArray:
-    """A statistic for unit speed in the signal's unit, shape (u,); ``found[at]`` are mean, variance, min, max."""
-    mean, variance, factor = found[at[0]], found[at[1]], _unit_factor(metric.signal)
-    value: FloatArray
-    match metric.statistic:
-        case "mean":
-            value = np.abs(mean) if metric.signal.rectified else mean
-        case "variance":
-            value, factor = variance, factor**2
-        case "std":
-            value = np.sqrt(variance)
-        case "rms":
-            value = np.sqrt(mean * mean + variance)
-        case "cv":
-            # Where the mean only happens to be tiny the quotient would be noise.
-            square = mean * mean
-            defined = (square > 0.0) & (square >= (1e3 * tolerance) ** 2 * (square + variance))
-            value, factor = np.sqrt(variance / np.where(defined, square, np.nan)), 1.0
-        case "min" | "max" if not metric.signal.rectified:
-            value = found[at[_INPUTS[metric.statistic][0]]]
-        case _:
-            low, high = found[at[2]], found[at[3]]
-            if metric.signal.rectified:
-                low, high = np.where(mean < 0.0, -high, low), np.where(mean < 0.0, -low, high)
-                low = np.maximum(low, 0.0)
-            value = {"min": low, "max": high, "peak_to_peak": high - low}[metric.statistic]
-    return value if factor == 1.0 else value * factor
-
-
-def _unit_factor(signal: Signal) -> float:
-    """What turns the kernel's radians into the signal's unit."""
-    return float(_DEGREES) if signal.unit == "deg" else 1.0
-
-
 def _assemble(
     request: Request,
     parameters: Columns,
-    known: _Geometry,
     values: dict[str, FloatArray],
-    inverse: npt.NDArray[np.intp] | None,
+    work: Columns,
+    status: npt.NDArray[np.int8],
     usable: npt.NDArray[np.bool_],
 ) -> Columns:
-    """Put the columns together in the order and with the types of `output_columns`."""
-
-    def spread(column: npt.NDArray[np.generic]) -> npt.NDArray[np.generic]:
-        return column if inverse is None else column[inverse]
-
-    status = spread(known.status).astype(np.int8)
-    status[~usable] = Status.NOT_FINITE
+    """Put the columns together in the order and with the types of `output_columns`; `work` are nodes and error."""
     if not usable.all():
         values = {name: np.where(usable, column, np.nan) for name, column in values.items()}
     feasible = status == Status.OK
@@ -293,8 +268,4 @@ def _assemble(
         margins = constraints.margin(constraint, values[constraint.metric.name])
         feasible &= constraints.satisfied(margins)
         columns[f"{constraint.metric.name}_margin"] = margins
-    columns["nodes"] = spread(known.nodes).astype(np.int32)
-    columns["error"] = np.asarray(spread(known.error))
-    columns["feasible"] = feasible.astype(np.int8)
-    columns["status"] = status
-    return columns
+    return columns | work | {"feasible": feasible.astype(np.int8), "status": status}

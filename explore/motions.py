@@ -51,11 +51,11 @@ def motion_signals(
     else:
         rows = _by_method(chosen, inputs, np.deg2rad(crank_angle), tolerance)
     speed = inputs[mechanism.speed.name]
-    signals: Columns = {
-        s.name: rows[s.row] * (np.rad2deg(1.0) if s.unit == "deg" else speed**s.speed_power)
-        for s in mechanism.signals
-        if not s.only_in
-    }
+    signals: Columns = {}
+    for s in mechanism.signals:
+        if not s.only_in:
+            values = np.sqrt(rows[s.row]) if s.magnitude else rows[s.row]
+            signals[s.name] = values * (np.rad2deg(1.0) if s.unit == "deg" else speed**s.speed_power)
     return signals, label(chosen), why
 
 
@@ -72,7 +72,7 @@ def _choose(mechanism: Mechanism, inputs: dict[str, float], method: str, toleran
 
 def _closed_form(mechanism: Mechanism, inputs: dict[str, float], crank_angle: FloatArray) -> FloatArray:
     """The scratch array at crank angles in degrees, shape (s, t)."""
-    geometry = np.array([[inputs[p.name] for p in mechanism.geometry]])
+    geometry = np.array([[inputs[p.name] for p in mechanism.kernel_parameters]])
     kernel = np.zeros((1, mechanism.kernel_size))
     mechanism.closed_form(
         geometry, np.empty((len(mechanism.metrics), 1)), np.zeros(1, np.int8), kernel, np.ones((1, 3)), np.ones(1)
@@ -131,7 +131,7 @@ def window_limits(mechanism: Mechanism, columns: Columns, window: str, drive: st
     drive
         The stroke that "drive" means.
     """
-    inputs = [columns[p.name] if p.name in columns else np.array([p.default]) for p in mechanism.geometry]
+    inputs = [columns[p.name] if p.name in columns else np.array([p.default]) for p in mechanism.kernel_parameters]
     status, kernel = np.zeros(1, np.int8), np.zeros((1, mechanism.kernel_size))
     metrics, singular = np.empty((len(mechanism.metrics), 1)), np.ones((1, 3))
     geometry = np.ascontiguousarray(np.column_stack(inputs), dtype=np.float64)

@@ -26,7 +26,8 @@ SIZES = (*range(4, 41), *range(44, 81, 4), *range(88, 161, 8), *range(176, 321, 
 LARGEST = SIZES[-1]
 
 #: Natural logarithm of the factor C in the error model C ((2N + 1)/h)^order rho^(-2N), h half the panel's length in t;
-#: by pole order: 2 (angles, velocities) and 4 (accelerations). Calibrated by benchmarks/calibrate_error.py.
+#: by pole order: 2 (angles, velocities) and 4 (accelerations); 6 (inertia forces) takes the constant of 4. Calibrated
+#: by benchmarks/calibrate_error.py.
 LOG_CONSTANT_2 = 4.9
 LOG_CONSTANT_4 = 4.9
 
@@ -96,18 +97,19 @@ def panel(parts, p, singular, i, shapes):
     shapes[p, 0], shapes[p, 1], shapes[p, 2], shapes[p, 3] = centre, half, here, _acosh(axis)
 
 
-@compiled("UniTuple(float64, 2)(int64, float64, float64)")
+@compiled("UniTuple(float64, 3)(int64, float64, float64)")
 def model_errors(count, half, rate):
-    """Error model of a panel for pole orders 2 and 4, relative to the rms (squared, for variances)."""
+    """Error model of a panel for pole orders 2, 4 and 6, relative to the rms (squared, for variances)."""
     density = (2.0 * count + 1.0) / half
     second = density * density * math.exp(LOG_CONSTANT_2 - 2.0 * count * rate)
-    return second, second * density * density * math.exp(LOG_CONSTANT_4 - LOG_CONSTANT_2)
+    fourth = second * density * density * math.exp(LOG_CONSTANT_4 - LOG_CONSTANT_2)
+    return second, fourth, fourth * density * density
 
 
 @compiled("int64(float64, float64, float64, int64, int64[::1])")
 def node_count(log_tolerance, half, rate, order, size_of):
     """Smallest kept number of nodes whose modelled error is below the tolerance."""
-    constant = LOG_CONSTANT_4 if order == 4 else LOG_CONSTANT_2
+    constant = LOG_CONSTANT_2 if order == 2 else LOG_CONSTANT_4
     # The model has its maximum where d/dN = 0; it falls from there on.
     one_over_half, power = 1.0 / half, order / (2.0 * rate)
     least, count = (constant - log_tolerance) / (2.0 * rate), max(4.0, power)

@@ -6,8 +6,9 @@ from explore.compiling import compiled
 
 _GOLDEN = 0.5 * (3.0 - math.sqrt(5.0))
 
-#: What is asked of a signal, or-ed: moments only, their ratio cv, the standard deviation, extremes.
-MOMENTS, CV, STD, EXTREMES = 1, 2, 4, 8
+#: What is asked of a signal, or-ed: moments only, their ratio cv, the standard deviation, extremes; that its row holds
+#: squares; or that it only bounds the rounding of another.
+MOMENTS, CV, STD, EXTREMES, SQUARES, TERMS = 1, 2, 4, 8, 16, 32
 
 
 @compiled("UniTuple(float64, 2)(float64[:, ::1], int64, float64[::1], int64, float64, float64)", fast=True)
@@ -42,7 +43,7 @@ def _value_at(fill, kernel, shape, anchor, row, needs, t, node, scratch):
 
 @compiled()
 def refined_minimum(fill, kernel, shape, anchor, row, needs, sign, low, best, high, value, node, scratch):
-    """Smallest ``sign * signal`` between low and high (in t), by Brent's method without derivatives.
+    """Smallest ``sign * signal`` between low and high (in t), and where, by Brent's method without derivatives.
 
     `best` is a sample between them with the value `value`. R. P. Brent, Algorithms for Minimization without
     Derivatives, 1973, chapter 5. The position is found to about 1e-8, hence the value to rounding.
@@ -52,7 +53,7 @@ def refined_minimum(fill, kernel, shape, anchor, row, needs, sign, low, best, hi
         # end by golden sections, forty of them.
         inside = best + math.copysign(1e-8 * (1.0 + abs(best)), low + high - 2.0 * best)
         if sign * _value_at(fill, kernel, shape, anchor, row, needs, inside, node, scratch) >= value:
-            return value
+            return value, best
     second, third = best, best
     at_best, at_second, at_third = value, value, value
     step, previous = 0.0, 0.0
@@ -88,4 +89,4 @@ def refined_minimum(fill, kernel, shape, anchor, row, needs, sign, low, best, hi
                 third, at_third, second, at_second = second, at_second, trial, at_trial
             elif at_trial <= at_third or third == best or third == second:
                 third, at_third = trial, at_trial
-    return at_best
+    return at_best, best

@@ -15,6 +15,11 @@ Columns = dict[str, npt.NDArray[Any]]
 Sense = Literal["min", "max"]
 
 STATISTICS = ("mean", "variance", "std", "cv", "min", "max", "rms", "peak_to_peak")
+#: Those of a magnitude. "power_mean" is (mean |x|^(10/3))^(3/10), by which roller bearings are sized.
+MAGNITUDE_STATISTICS = ("mean", "max", "rms", "power_mean")
+
+#: What 0 means for a parameter that a metric cannot do without.
+OMITTED = "not given"
 
 
 class Status(IntEnum):
@@ -30,6 +35,7 @@ class Status(IntEnum):
     TOLERANCE_NOT_MET = 7
     NOT_FINITE = 8
     FAILED = 9
+    NOT_GIVEN = 10
     UNREACHABLE = 11
 
     @property
@@ -59,6 +65,7 @@ _STATUS_SENTENCES = {
     Status.TOLERANCE_NOT_MET: "the error bound misses the tolerance; the values are kept",
     Status.NOT_FINITE: "a parameter or a metric is not a usable finite number",
     Status.FAILED: "the block of this design failed to compute",
+    Status.NOT_GIVEN: "a metric needs a parameter that this design leaves at 0: a load, a rating or an allowed stress",
     Status.UNREACHABLE: "no length within its bounds gives the value to solve for",
 }
 
@@ -67,9 +74,14 @@ _STATUS_SENTENCES = {
 class Parameter:
     """An input of a mechanism: one column of every sweep that names it.
 
-    Values must be ``> lower`` and ``<= upper``. `only_in` names the windows that the parameter matters to; none means
-    all. `scales_speed` marks the input speed: velocities are proportional
-    to it and accelerations to its square, so it never asks for a new kinematic evaluation.
+    Values must be ``> lower`` and ``<= upper``. `zero` says what 0 means where it is allowed as well, such as "none";
+    where it is `OMITTED`, no metric that needs the parameter is computed. `only_in` names the windows that the
+    parameter matters to; none means all. `scales_speed` marks the input speed: velocities are proportional to it and
+    accelerations to its square, so it never asks for a new kinematic evaluation.
+
+    `enters` is what depends on the parameter: the motion and all that follows from it, only the signals under load, or
+    only derived metrics, as allowed stresses do. A parameter that is `dynamic` makes the signals under load depend on
+    the speed unless it is 0.
     """
 
     name: str
@@ -81,6 +93,17 @@ class Parameter:
     choices: tuple[float, ...] = ()
     only_in: tuple[str, ...] = ()
     scales_speed: bool = False
+    zero: str = ""
+    enters: Literal["motion", "load", "sizing"] = "motion"
+    dynamic: bool = False
+
+    def allows(self, values: npt.ArrayLike) -> npt.NDArray[np.bool_]:
+        """Whether numbers are values that the parameter can take, of their shape."""
+        numbers = np.asarray(values, dtype=np.float64)
+        good = (numbers > self.lower) & (numbers <= self.upper) & np.isfinite(numbers)
+        if self.zero:
+            good |= numbers == 0.0
+        return good & np.isin(numbers, self.choices) if self.choices else good
 
 
 @dataclass(frozen=True)
@@ -91,6 +114,10 @@ class Signal:
     node count in the quadrature's error model (2 for velocities, 4 for accelerations). A `rectified` signal is
     taken in the sense in which its mean is positive. `needs_stroke` marks angles that have no mean when the output
     turns on and on. `only_in` restricts a signal to the windows named.
+
+    A `loaded` signal depends on the parameters that enter the load, of which one of `requires` must not be 0, and
+    through them on the speed. The row of a `magnitude` holds its square, which has no corner where the signal touches
+    0. `terms` is the row with the size of the terms that a loaded signal is the sum of, which bounds its rounding.
     """
 
     name: str
@@ -103,6 +130,15 @@ class Signal:
     rectified: bool = False
     needs_stroke: bool = False
     only_in: tuple[str, ...] = ()
+    loaded: bool = False
+    requires: tuple[str, ...] = ()
+    magnitude: bool = False
+    terms: int = -1
+
+    @property
+    def statistics(self) -> tuple[str, ...]:
+        """The statistics that can be asked of it."""
+        return MAGNITUDE_STATISTICS if self.magnitude else STATISTICS
 
 
 @dataclass(frozen=True)
@@ -149,10 +185,74 @@ class SampledMetric:
 
 
 @dataclass(frozen=True)
+class Formula:
+    """The declaration of a derived metric: a pure function of other metrics and parameters.
+
+    `inputs` are their names; ``function`` takes an array of shape (n,) for each, NaN where it is not known, and gives
+    the metric. `sharper` is by how much its inputs must be more accurate than what is asked of it. Of the parameters in
+    `either` one is enough. A formula that `selects` gives one of its inputs, such as the largest.
+    """
+
+    name: str
+    unit: str
+    long_name: str
+    sense: Sense | None
+    inputs: tuple[str, ...]
+    function: Callable[..., npt.ArrayLike]
+    sharper: float = 1.0
+    either: tuple[str, ...] = ()
+    selects: bool = False
+
+
+@dataclass(frozen=True)
+class DerivedMetric:
+    """A derived metric, its inputs resolved."""
+
+    name: str
+    unit: str
+    long_name: str
+    sense: Sense | None
+    formula: Formula
+    inputs: tuple[Metric | SampledMetric | DerivedMetric | Parameter, ...]
+
+    @property
+    def sampled(self) -> tuple[SampledMetric, ...]:
+        """The sampled metrics that it is made of, each once."""
+        return tuple(dict.fromkeys(s for each in self.inputs for s in _sampled(each)))
+
+    @property
+    def closed(self) -> tuple[Metric, ...]:
+        """The closed-form metrics that it is made of."""
+        found: list[Metric] = []
+        for each in self.inputs:
+            found += [each] if isinstance(each, Metric) else []
+            found += each.closed if isinstance(each, DerivedMetric) else ()
+        return tuple(dict.fromkeys(found))
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """The parameters that it is made of, each once."""
+        found: list[Parameter] = []
+        for each in self.inputs:
+            found += [each] if isinstance(each, Parameter) else []
+            found += each.parameters if isinstance(each, DerivedMetric) else ()
+        return tuple(dict.fromkeys(found))
+
+
+AnyMetric = Metric | SampledMetric | DerivedMetric
+
+
+def _sampled(metric: AnyMetric | Parameter) -> tuple[SampledMetric, ...]:
+    if isinstance(metric, SampledMetric):
+        return (metric,)
+    return metric.sampled if isinstance(metric, DerivedMetric) else ()
+
+
+@dataclass(frozen=True)
 class Constraint:
     """Bounds on one metric; None leaves a side open."""
 
-    metric: Metric | SampledMetric
+    metric: AnyMetric
     minimum: float | None = None
     maximum: float | None = None
 
@@ -196,7 +296,7 @@ class Mechanism:
         ``closed_form(parameters[n, p], metrics[m, n], status[n], kernel[n, k], singular[n, 3], noise[n])`` fills the
         closed-form metrics, the status, the constants of the other two functions, the half-tangents of the
         distances of the motion's complex singularities (see `explore.quadrature`), and the amplification of
-        rounding errors. ``parameters`` has every parameter but the speed, in declared order.
+        rounding errors. ``parameters`` has the columns of `kernel_parameters`.
     pieces
         ``pieces(kernel_row, window_code, drive_code, start, stop, out[4, 3]) -> count`` gives a window as at most
         three pieces (anchor, half-tangent of start, half-tangent of end); ``out[3]`` is the averaging length and how
@@ -227,6 +327,7 @@ class Mechanism:
     fill: Callable[..., None]
     default_window: str = "drive"
     default_drive: str = "slow"
+    formulas: tuple[Formula, ...] = ()
     loop: tuple[str, ...] = ()
 
     def parameter(self, name: str) -> Parameter:
@@ -239,6 +340,15 @@ class Mechanism:
         return tuple(p for p in self.parameters if not p.scales_speed)
 
     @property
+    def kernel_parameters(self) -> tuple[Parameter, ...]:
+        """What the closed form is given: all that is more than sizing, with the speed last if a load may depend on it.
+
+        The speed is 1 where nothing that is asked for depends on it.
+        """
+        dynamic = any(p.dynamic for p in self.parameters)
+        return (*(p for p in self.geometry if p.enters != "sizing"), *((self.speed,) if dynamic else ()))
+
+    @property
     def speed(self) -> Parameter:
         """The parameter that only scales the motion."""
         return next(p for p in self.parameters if p.scales_speed)
@@ -249,18 +359,29 @@ class Request:
     """What is to be known of each design, all names resolved: the work order of `explore.evaluate`."""
 
     mechanism: Mechanism
-    metrics: tuple[Metric | SampledMetric, ...]
+    metrics: tuple[AnyMetric, ...]
     constraints: tuple[Constraint, ...]
     window: Window
     drive: str
     tolerance: float
 
     @property
-    def all_metrics(self) -> tuple[Metric | SampledMetric, ...]:
+    def all_metrics(self) -> tuple[AnyMetric, ...]:
         """The metrics of the columns and those that only constraints use, each once."""
         return tuple(dict.fromkeys((*self.metrics, *(c.metric for c in self.constraints))))
 
     @property
     def sampled(self) -> tuple[SampledMetric, ...]:
-        """The metrics that need samples of the motion."""
-        return tuple(m for m in self.all_metrics if isinstance(m, SampledMetric))
+        """The metrics that need samples of the motion, those that derived metrics are made of included."""
+        return tuple(dict.fromkeys(s for metric in self.all_metrics for s in _sampled(metric)))
+
+    @property
+    def closed(self) -> tuple[Metric, ...]:
+        """The closed-form metrics, those that derived metrics are made of included."""
+        own = [m for m in self.all_metrics if isinstance(m, Metric)]
+        return tuple(dict.fromkeys((*own, *(m for metric in self.derived for m in metric.closed))))
+
+    @property
+    def derived(self) -> tuple[DerivedMetric, ...]:
+        """The metrics that are functions of others."""
+        return tuple(m for m in self.all_metrics if isinstance(m, DerivedMetric))

@@ -147,7 +147,7 @@ def test_starter_runs(load, mechanism):
     assert study.objectives
 
 
-@pytest.mark.parametrize("value", ['"60 rpm"', '"1 turn/s"', '"360 deg/s"'])
+@pytest.mark.parametrize("value", ['"60 rpm"', '"1 turn/s"', '"1 Hz"', '"360 deg/s"'])
 def test_speed_units(load, value):
     assert load(GOOD + f"speed = {value}\n").space.axes[-1].at(np.array([0]))[0] == pytest.approx(
         2 * math.pi, rel=3e-16

@@ -24,7 +24,7 @@ def with_parameter(name, value):
         ("crank", '"5 cmm"', "", "unknown unit 'cmm'; did you mean 'mm'?"),
         ("crank", '"5 kg"', "", "'kg' does not measure the same as 'mm'; use mm, cm, m or in"),
         ("crank", '"100"', "", "a text without a unit; write 100 without quotes"),
-        ("speed", '"1 Hz"', "", "'Hz' does not measure the same as 'rad/s'"),
+        ("speed", '"1 1/s"', "", "'1/s' does not measure the same as 'rad/s'"),
         ("speed", "0", "", "must be greater than 0 rad/s"),
         ("crank", "[]", "", "an empty list makes no designs"),
         ("crank", "[1, 2, 1]", "", "1 occurs twice"),

@@ -25,6 +25,11 @@ from explore.request.units import quantity
         ("5. mm", "mm", 5.0),
         (".5e1 mm", "mm", 5.0),
         ("30 %", "1", 0.3),
+        ("12 Hz", "rad/s", 24.0 * math.pi),
+        ("25 kN m", "N m", 25e3),
+        ("206 GPa", "MPa", 206e3),
+        ("44.6 kN", "N", 44.6e3),
+        ("2 N m/deg", "N m/rad", 360.0 / math.pi),
         ("1 rad^2/s^2", "rad^2/s^2", 1.0),
     ],
 )
@@ -40,8 +45,8 @@ def test_units_to_full_precision(text, unit, value):
     ("value", "unit", "reason"),
     [
         ("5 kg", "mm", "'kg' does not measure the same as 'mm'; use mm, cm, m or in"),
-        ("1 Hz", "rad/s", "'Hz' does not measure the same as 'rad/s'; use rad/s, deg/s or rpm"),
-        ("1 1/s", "rad/s", "does not measure the same"),
+        ("1 Hz", "rad/s^2", "'Hz' does not measure the same as 'rad/s^2'"),
+        ("1 1/s", "rad/s", "'1/s' does not measure the same as 'rad/s'; use rad/s, deg/s, rpm or Hz"),
         ("3 mmm", "mm", "unknown unit 'mmm'; did you mean 'mm'"),
         ("3 furlongz", "mm", "unknown unit 'furlongz'; use mm, cm, m or in"),
         ("100", "mm", 'a text without a unit; write 100 without quotes or "100 mm"'),

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from explore.cli.output import compiled_kernels, number, print_json, print_table, say, shown_unit
 from explore.vocabulary import STATISTICS, Mechanism, Parameter
 
@@ -65,7 +67,9 @@ def print_mechanism(name: str, *, as_json: bool) -> None:
 def _allowed(parameter: Parameter) -> str:
     if parameter.choices:
         return ", ".join(number(choice) for choice in parameter.choices)
-    return f"> {number(parameter.lower)}"
+    over = "any" if math.isinf(parameter.lower) else f"> {number(parameter.lower)}"
+    up_to = "" if math.isinf(parameter.upper) else f", at most {number(parameter.upper)}"
+    return f"{over}{up_to}" + (f", or 0: {parameter.zero}" if parameter.zero else "")
 
 
 def _described(mechanism: Mechanism) -> dict[str, object]:

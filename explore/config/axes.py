@@ -74,8 +74,11 @@ def read_value(parameter: Parameter, raw: object) -> float:
     unit = "" if parameter.unit in ("", "1") else f" {parameter.unit}"
     if parameter.choices and value not in parameter.choices:
         raise RequestError(f"must be {_choices(parameter)}, got {shown(raw)}")
+    if parameter.allows(value):
+        return value
     if value <= parameter.lower:
-        raise RequestError(f"must be greater than {parameter.lower:g}{unit}, got {shown(raw)}")
+        least = "at least" if parameter.zero and parameter.lower == 0.0 else "greater than"
+        raise RequestError(f"must be {least} {parameter.lower:g}{unit}, got {shown(raw)}")
     if value > parameter.upper:
         raise RequestError(f"must be at most {parameter.upper:g}{unit}, got {shown(raw)}")
     return value

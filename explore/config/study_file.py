@@ -12,6 +12,7 @@ from typing import Any
 from explore.config import locate, toml_text
 from explore.config.designs import check_sampling, read_space, space_words
 from explore.config.schema import Evaluate, Problems, Rank, Sampling, SceneTable, StudyFile, read
+from explore.derived_metrics import missing
 from explore.design_space import BLOCK_SIZE, DesignSpace
 from explore.errors import ConfigError, RequestError
 from explore.request.requests import Wanted, find_mechanism, make_objective, resolve
@@ -75,6 +76,8 @@ def _study(
     space = read_space(mechanism, file.parameters, sampling, folder, problems, problems_of_table)
     request = _request(mechanism, evaluate, file.constraints, problems)
     objectives = _objectives(request, rank, _solved_metric(space), problems)
+    if space is not None:
+        problems += _missing(request, space)
     if problems or problems_of_table or space is None:
         return None
     return Study(request, space, objectives, text, _determines(request, space))
@@ -98,6 +101,17 @@ def _request(mechanism: Mechanism, evaluate: Evaluate, bounds: Mapping[str, Any]
     request, found = resolve(mechanism, wanted)
     problems += [(key if key[0] == "constraints" else ("evaluate", *key), reason) for key, reason in found]
     return request
+
+
+def _missing(request: Request, space: DesignSpace) -> Problems:
+    """Metrics that need a parameter which no design of the space gives."""
+    defaults = {parameter.name: parameter.default for parameter in request.mechanism.parameters}
+    given = {axis.name: axis.gives for axis in space.axes}
+    columns = [metric.name for metric in request.metrics]
+    return [
+        (("evaluate", "metrics", columns.index(name)) if name in columns else ("constraints", name), reason)
+        for name, reason in missing(request, lambda name: given.get(name, bool(defaults[name])))
+    ]
 
 
 def _solved_metric(space: DesignSpace | None) -> str:

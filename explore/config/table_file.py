@@ -176,7 +176,7 @@ class _Table:
             values = np.fromiter(map(float, cells), np.float64, len(cells))
         except ValueError:
             values = np.full(len(cells), np.nan)
-        if _usable(parameter, values):
+        if parameter.allows(values).all():
             return values
         known: dict[str, float | str] = {}  # a unit takes a while to read, and a column often repeats itself
         for index, (cell, line) in enumerate(zip(cells, lines, strict=True)):
@@ -213,14 +213,6 @@ def _no_header(names: list[str]) -> str:
     except ValueError:
         return ""
     return "the first line must name the parameters, but holds numbers; add a line of names"
-
-
-def _usable(parameter: Parameter, values: FloatArray) -> bool:
-    """Whether all values are ones that the parameter can take: the bounds of `read_value`, for a whole column."""
-    good = (values > parameter.lower) & (values <= parameter.upper) & np.isfinite(values)
-    if parameter.choices:
-        good &= np.isin(values, parameter.choices)
-    return bool(good.all())
 
 
 def _value(parameter: Parameter, cell: str) -> float | str:

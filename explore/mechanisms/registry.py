@@ -3,9 +3,10 @@
 import copyreg
 
 from explore.mechanisms.crank_rocker import CRANK_ROCKER
+from explore.mechanisms.test_rig import TEST_RIG
 from explore.vocabulary import Mechanism
 
-MECHANISMS: dict[str, Mechanism] = {mechanism.name: mechanism for mechanism in (CRANK_ROCKER,)}
+MECHANISMS: dict[str, Mechanism] = {mechanism.name: mechanism for mechanism in (CRANK_ROCKER, TEST_RIG)}
 
 
 def by_name(name: str) -> Mechanism:

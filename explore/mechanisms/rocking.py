@@ -94,7 +94,7 @@ def limits(crank, coupler, rocker, ground, branch, row):
 
 @compiled("UniTuple(float64, 2)(float64[::1], boolean)")
 def stroke(row, through_zero):
-    """Half-tangents of a stroke's ends, measured from crank angle 0 for the stroke through it, else from 180 degrees."""
+    """Half-tangents of a stroke's ends, measured from crank angle 0 for the stroke through it, else from 180 deg."""
     if through_zero:
         first, last = -1.0 / row[TAN_OVERLAPPED], row[TAN_EXTENDED]
     else:

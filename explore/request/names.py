@@ -10,11 +10,21 @@ from explore.errors import RequestError
 from explore.mechanisms.registry import MECHANISMS
 from explore.request.units import quantity
 from explore.suggest import closest, shown, suggestion
-from explore.vocabulary import STATISTICS, Mechanism, Metric, SampledMetric, Signal, Window
+from explore.vocabulary import (
+    STATISTICS,
+    AnyMetric,
+    DerivedMetric,
+    Formula,
+    Mechanism,
+    Parameter,
+    SampledMetric,
+    Signal,
+    Window,
+)  # fmt: skip
 
 #: Statistics that may stand alone, for the output of the mechanism.
 OUTPUT_STATISTICS = ("mean", "variance", "cv")
-_LOW_IS_GOOD = {"variance", "std", "cv", "max", "rms", "peak_to_peak"}
+_LOW_IS_GOOD = {"variance", "std", "cv", "max", "rms", "peak_to_peak", "power_mean"}
 _WORDS = {
     "std": "standard deviation",
     "cv": "coefficient of variation",
@@ -22,6 +32,7 @@ _WORDS = {
     "max": "maximum",
     "rms": "root mean square",
     "peak_to_peak": "peak-to-peak value",
+    "power_mean": "mean of power 10/3",
 }
 
 
@@ -90,7 +101,7 @@ def likely_window(mechanism: Mechanism, written: object) -> Window:
     return named[closest(str(written), named) or mechanism.default_window]
 
 
-def find_metric(mechanism: Mechanism, name: str, window: Window) -> Metric | SampledMetric:
+def find_metric(mechanism: Mechanism, name: str, window: Window) -> AnyMetric:
     """The metric of a name.
 
     Parameters
@@ -98,8 +109,8 @@ def find_metric(mechanism: Mechanism, name: str, window: Window) -> Metric | Sam
     mechanism
         Whose metric.
     name
-        A closed-form metric, ``<signal>_<statistic>``, ``<signal>_<statistic>_<window>``, or "mean", "variance", "cv"
-        alone for the output.
+        A closed-form or derived metric, ``<signal>_<statistic>``, ``<signal>_<statistic>_<window>``, or "mean",
+        "variance", "cv" alone for the output.
     window
         The study's window.
 
@@ -111,12 +122,20 @@ def find_metric(mechanism: Mechanism, name: str, window: Window) -> Metric | Sam
     for closed in mechanism.metrics:
         if closed.name == name:
             return closed
+    formula = next((formula for formula in mechanism.formulas if formula.name == name), None)
+    if formula is not None:
+        return _derived(mechanism, formula, window)
     parsed = _parse(mechanism, name, window)
     if parsed is None:
         match = closest(name, all_metric_names(mechanism))
         hint = f"did you mean '{match}'?" if match else f"`explore mechanisms {mechanism.name}` lists them"
         raise RequestError(f"unknown metric {shown(name)}; {hint}")
     signal, statistic, over = parsed
+    if statistic not in signal.statistics:
+        raise RequestError(
+            f"{signal.name} is a magnitude, which has no {statistic}; "
+            f"ask for {', '.join(f'{signal.name}_{other}' for other in signal.statistics)}"
+        )
     _check_window(mechanism, signal, statistic, over)
     _refuse_undefined(mechanism, signal, statistic, over)
     return SampledMetric(
@@ -130,6 +149,17 @@ def find_metric(mechanism: Mechanism, name: str, window: Window) -> Metric | Sam
     )
 
 
+def _derived(mechanism: Mechanism, formula: Formula, window: Window) -> DerivedMetric:
+    """The metric of a formula, its inputs resolved."""
+    parameters = {parameter.name: parameter for parameter in mechanism.parameters}
+
+    def find(name: str) -> AnyMetric | Parameter:
+        return parameters[name] if name in parameters else find_metric(mechanism, name, window)
+
+    inputs = tuple(find(name) for name in formula.inputs)
+    return DerivedMetric(formula.name, formula.unit, formula.long_name, formula.sense, formula, inputs)
+
+
 def _window_words(window: Window) -> str:
     if window.name != "interval":
         return window.name
@@ -139,9 +169,10 @@ def _window_words(window: Window) -> str:
 def all_metric_names(mechanism: Mechanism) -> Iterator[str]:
     """Every name that a metric can have, whatever the window of the study."""
     yield from (metric.name for metric in mechanism.metrics)
+    yield from (formula.name for formula in mechanism.formulas)
     yield from OUTPUT_STATISTICS
     for signal in mechanism.signals:
-        for statistic in STATISTICS:
+        for statistic in signal.statistics:
             yield f"{signal.name}_{statistic}"
             yield from (f"{signal.name}_{statistic}_{window}" for window in _named_windows(mechanism))
 
@@ -153,7 +184,7 @@ def _parse(mechanism: Mechanism, name: str, window: Window) -> tuple[Signal, str
         return next(signal for signal in mechanism.signals if signal.name == output), name, window
     named = _named_windows(mechanism)
     for signal in mechanism.signals:
-        for statistic in STATISTICS:
+        for statistic in dict.fromkeys((*signal.statistics, *STATISTICS)):
             stem = f"{signal.name}_{statistic}"
             if name == stem:
                 return signal, statistic, window

@@ -9,7 +9,7 @@ from explore.errors import RequestError
 from explore.request.names import find_mechanism, find_metric, likely_window, make_window
 from explore.request.units import quantity
 from explore.suggest import shown, suggestion
-from explore.vocabulary import Constraint, Mechanism, Metric, Objective, Request, SampledMetric, Sense, Window
+from explore.vocabulary import AnyMetric, Constraint, Mechanism, Metric, Objective, Request, Sense, Window
 
 __all__ = ["Wanted", "find_mechanism", "find_metric", "make_objective", "make_request", "resolve"]
 
@@ -50,7 +50,7 @@ def make_objective(source: Request | tuple[Mechanism, Window], text: str) -> Obj
     return Objective(name, sense)
 
 
-def _refuse_label(metric: Metric | SampledMetric, done: str) -> None:
+def _refuse_label(metric: AnyMetric, done: str) -> None:
     if isinstance(metric, Metric) and metric.labels:
         raise RequestError(f"{metric.name} is a label, not a quantity, so it cannot be {done}")
 
@@ -123,7 +123,7 @@ def resolve(mechanism: Mechanism, wanted: Wanted) -> tuple[Request, Problems]:
 
 def _metrics(
     mechanism: Mechanism, names: Sequence[object] | None, window: Window, problems: Problems
-) -> tuple[Metric | SampledMetric, ...]:
+) -> tuple[AnyMetric, ...]:
     """The metrics of the columns, each once."""
     if names is None:
         names = mechanism.default_metrics.get(window.name, mechanism.default_metrics[""])
@@ -132,7 +132,7 @@ def _metrics(
         problems.append(
             (("metrics",), "an empty list leaves nothing to compute; leave the key out for the usual metrics")
         )
-    found: list[Metric | SampledMetric] = []
+    found: list[AnyMetric] = []
     for position, name in enumerate(names):
         key: Key = ("metrics", position)
         if not isinstance(name, str):
@@ -167,7 +167,7 @@ def _constraints(
     return tuple(found)
 
 
-def _bounds(metric: Metric | SampledMetric, bounds: object, problems: Problems) -> Constraint | None:
+def _bounds(metric: AnyMetric, bounds: object, problems: Problems) -> Constraint | None:
     """The constraint of one metric; None when its bounds are wrong."""
     key: Key = ("constraints", metric.name)
     if not isinstance(bounds, Mapping) or not bounds:

@@ -22,15 +22,16 @@ _POWER = r"(?:(?:\^|\*\*)-?[1-9])?"
 _TERM = rf"(?:{_FACTOR}){_POWER}"
 _UNIT = rf"(?:1\s*/\s*)?{_TERM}(?:\s*[*/·]\s*{_TERM}|\s+{_TERM})*"
 _QUANTITY = re.compile(rf"\s*({_NUMBER})\s*({_UNIT})?\s*")
+_HERTZ = re.compile(r"\bHz\b")
 _LONGEST_TEXT = 80
 
 # fmt: off
 _COMMON_UNITS = (
     "mm", "cm", "m", "um", "in", "inch", "ft", "deg", "rad", "rpm", "turn/min", "rad/s", "deg/s", "rad/s^2", "deg/s^2",
-    "s", "ms", "min", "kg", "g", "N", "kN",
+    "s", "ms", "min", "Hz", "kg", "g", "N", "kN", "N m", "kN m", "N/mm^2", "MPa", "GPa",
 )
 # fmt: on
-_EXAMPLES = {"mm": "mm, cm, m or in", "deg": "deg or rad", "rad/s": "rad/s, deg/s or rpm"}
+_EXAMPLES = {"mm": "mm, cm, m or in", "deg": "deg or rad", "rad/s": "rad/s, deg/s, rpm or Hz"}
 
 
 def quantity(value: object, unit: str) -> float:
@@ -81,6 +82,8 @@ def _converted(text: str, unit: str) -> float:
     if written is None:
         with_unit = "" if unit in ("", "1") else f' or "{number} {unit}"'
         raise RequestError(f"{shown(text)} is a text without a unit; write {number} without quotes{with_unit}")
+    if unit == "rad/s":
+        written = _HERTZ.sub("turn/s", written)  # of what turns
     # Fraction keeps the digits as written: a sum of lengths that is exactly 0 must stay exactly 0.
     exact = Fraction(number) * _factor(written, unit)
     try:
