@@ -231,8 +231,8 @@ def sample(
                     if slots[w, s, ROOT_MEAN + k] >= 0:
                         power = 0.5 if k == 0 else 5.0 / 3.0
                         mean, bound, count = power_means(
-                            fill, row, needs[w], s, power, panels, parts, shapes, offsets, tolerance,
-                            t, scratch, size_of, row_of, table, node, one,
+                            fill, row, needs[w], s, power, panels, parts, shapes, tolerance,
+                            size_of, row_of, table, node, one,
                         )  # fmt: skip
                         found[s, ROOT_MEAN + k] = mean / parts[3, 0]
                         found[s, BOUND] += bound
