@@ -1,9 +1,9 @@
 """Means of powers of a magnitude, of which the samples are squares.
 
 Where a magnitude touches 0, or nearly does, its odd powers have a corner, or nearly have one, that no rule over a whole
-panel resolves. So each panel is cut at the local minima. What is left is at the ends of the pieces, at worst an algebraic
-singularity, and there the substitution of a polynomial that is flat of second order draws the nodes together: a power p
-of the distance becomes one of 3 p, for which Gauss-Legendre rules converge like N^-(6 p + 2), at worst like N^-8.
+panel resolves. So each panel is cut at the local minima. What is left is at the ends of the pieces, at worst an
+algebraic singularity, and there the substitution of a polynomial that is flat of second order draws the nodes together:
+a power p of the distance becomes one of 3 p, for which Gauss-Legendre rules converge like N^-(6 p + 2), at worst N^-8.
 
 The rules of 20, 40, ... 320 nodes are compared until two agree. The bound is the difference of the last two, which is
 an estimate of the error of the rule before the last, but no less than a hundredth of the difference before: two rules

@@ -8,7 +8,7 @@ from numba import types
 from explore.compiling import FILL_SIGNATURE, PIECES_SIGNATURE, compiled, function_type
 from explore.magnitudes import POWERS, power_means
 from explore.quadrature import LARGEST, model_errors, node_count, panel, place_nodes
-from explore.statistics import CV, EXTREMES, SQUARES, STD, TERMS, moments, refined_minimum
+from explore.statistics import CV, EXTREMES, REST, SQUARES, STD, TERMS, moments, refined_minimum
 
 #: Columns of the statistics of one window and row: of a row of squares the means of the root's powers; the bound.
 MEAN, VARIANCE, MINIMUM, MAXIMUM, ROOT_MEAN, ROOT_POWER_MEAN, BOUND = range(7)
@@ -46,13 +46,15 @@ def _bounds(asked, quadrature, rounding, mean, variance, tolerance):
 
 @compiled()
 def _loaded_bounds(asked, s, terms, quadrature, found, noise, tolerance):
-    """Bound of a signal under load, and the part of it that is rounding."""
+    """Bound of a signal that is a sum of terms, and the part of it that is rounding."""
     mean, variance = found[s, MEAN], found[s, VARIANCE]
     squares = asked & SQUARES != 0
     size = math.sqrt(abs(mean)) if squares else math.sqrt(mean * mean + variance)
     most = math.sqrt(found[terms, MEAN] * found[terms, MEAN] + found[terms, VARIANCE])
     # The terms are of the kind of accelerations at most, and may be larger than what is left of them.
     rounding = ROUNDING * (1.0 + 0.2 * most * (1.0 + noise * (1.0 + noise)) / size) if size > 0.0 else ROUNDING
+    if asked & REST and size > 0.0:
+        quadrature *= (most / size) ** 2
     if squares:
         return quadrature + rounding, rounding
     bound = _bounds(asked, quadrature, rounding, mean, variance, tolerance)

@@ -7,8 +7,8 @@ from explore.compiling import compiled
 _GOLDEN = 0.5 * (3.0 - math.sqrt(5.0))
 
 #: What is asked of a signal, or-ed: moments only, their ratio cv, the standard deviation, extremes; that its row holds
-#: squares; or that it only bounds the rounding of another.
-MOMENTS, CV, STD, EXTREMES, SQUARES, TERMS = 1, 2, 4, 8, 16, 32
+#: squares; that it only bounds the errors of another; that it is what other terms leave, with all their singularities.
+MOMENTS, CV, STD, EXTREMES, SQUARES, TERMS, REST = 1, 2, 4, 8, 16, 32, 64
 
 
 @compiled("UniTuple(float64, 2)(float64[:, ::1], int64, float64[::1], int64, float64, float64)", fast=True)

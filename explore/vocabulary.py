@@ -117,7 +117,8 @@ class Signal:
 
     A `loaded` signal depends on the parameters that enter the load, of which one of `requires` must not be 0, and
     through them on the speed. The row of a `magnitude` holds its square, which has no corner where the signal touches
-    0. `terms` is the row with the size of the terms that a loaded signal is the sum of, which bounds its rounding.
+    0. `terms` is the row with the size of the terms that a signal is the sum of, which bounds its rounding; a `rest` is
+    small beside them and has their singularities.
     """
 
     name: str
@@ -134,6 +135,7 @@ class Signal:
     requires: tuple[str, ...] = ()
     magnitude: bool = False
     terms: int = -1
+    rest: bool = False
 
     @property
     def statistics(self) -> tuple[str, ...]:
@@ -189,8 +191,8 @@ class Formula:
     """The declaration of a derived metric: a pure function of other metrics and parameters.
 
     `inputs` are their names; ``function`` takes an array of shape (n,) for each, NaN where it is not known, and gives
-    the metric. `sharper` is by how much its inputs must be more accurate than what is asked of it. Of the parameters in
-    `either` one is enough. A formula that `selects` gives one of its inputs, such as the largest.
+    the metric. Of the parameters in `either` one is enough. A formula that `selects` gives one of its inputs, such as
+    the largest.
     """
 
     name: str
@@ -199,7 +201,6 @@ class Formula:
     sense: Sense | None
     inputs: tuple[str, ...]
     function: Callable[..., npt.ArrayLike]
-    sharper: float = 1.0
     either: tuple[str, ...] = ()
     selects: bool = False
 

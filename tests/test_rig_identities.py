@@ -35,9 +35,13 @@ torques = st.floats(10.0, 3e4)
 @st.composite
 def loads(draw, names=LOADS):
     """Some of the loads, at least one."""
-    either_way = torques | torques.map(lambda x: -x)
-    sizes = {"constant_torque": either_way, "opposing_torque": torques,
-             "stiffness": st.floats(1e2, 3e5), "damping": st.floats(0.1, 1e3), "inertia": st.floats(0.01, 20.0)}  # fmt: skip
+    sizes = {
+        "constant_torque": torques | torques.map(lambda x: -x),
+        "opposing_torque": torques,
+        "stiffness": st.floats(1e2, 3e5),
+        "damping": st.floats(0.1, 1e3),
+        "inertia": st.floats(0.01, 20.0),
+    }
     chosen = draw(st.lists(st.sampled_from(names), min_size=1, unique=True))
     return {name: draw(sizes[name]) for name in chosen}
 

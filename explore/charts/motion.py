@@ -89,8 +89,8 @@ def motion_chart(
     ratio.set_ylabel("rocker over crank velocity [1]")
     _output(output, motion, drive, phases)
     for chart in charts.ravel():
-        _turn(chart, drive, limits or {})
-    _name_limits(charts[0], limits or {})
+        turn_axis(chart, drive, limits or {})
+    name_limits(charts[0], limits or {})
     for chart in charts[-1]:
         chart.set_xlabel("crank angle [deg]")
     figure.suptitle(title, fontsize=12, color=INK)
@@ -127,7 +127,7 @@ def _output(chart: Axes, motion: pd.DataFrame, drive: tuple[float, float] | None
     chart.legend(loc="best", frameon=True, framealpha=0.85, edgecolor="none", title="through clutches")
 
 
-def _turn(chart: Axes, drive: tuple[float, float] | None, limits: Mapping[str, float]) -> None:
+def turn_axis(chart: Axes, drive: tuple[float, float] | None, limits: Mapping[str, float]) -> None:
     """The turn as the axis, the drive stroke shaded, also where it passes 360 degrees."""
     chart.set_xlim(0, 360)
     chart.set_xticks(range(0, 361, 60))
@@ -140,7 +140,8 @@ def _turn(chart: Axes, drive: tuple[float, float] | None, limits: Mapping[str, f
         chart.axvline(angle % 360.0, color=INK, lw=0.9, ls=":")
 
 
-def _name_limits(charts: Iterable[Axes], limits: Mapping[str, float]) -> None:
+def name_limits(charts: Iterable[Axes], limits: Mapping[str, float]) -> None:
+    """The names of the limit positions above the charts."""
     for chart in charts:
         for name, angle in limits.items():
             right = angle % 360.0 > 180.0

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from explore.cli.output import compiled_kernels, number, print_json, print_table, say, shown_unit
-from explore.vocabulary import STATISTICS, Mechanism, Parameter
+from explore.vocabulary import MAGNITUDE_STATISTICS, STATISTICS, Formula, Mechanism, Metric, Parameter
 
 
 def print_mechanisms(*, as_json: bool) -> None:
@@ -57,10 +57,19 @@ def print_mechanism(name: str, *, as_json: bool) -> None:
         [("metric", ""), ("unit", ""), ("meaning", "")],
         [[m.name, shown_unit(m.unit), m.long_name] for m in mechanism.metrics],
     )
+    if mechanism.formulas:
+        print_table(
+            "derived metrics, functions of others",
+            [("metric", ""), ("unit", ""), ("meaning", "")],
+            [[f.name, shown_unit(f.unit), f.long_name] for f in mechanism.formulas],
+        )
     print_table("windows", [("window", ""), ("meaning", "")], [[w.name, w.long_name] for w in mechanism.windows])
     say(f"sampled metrics: SIGNAL_STATISTIC or SIGNAL_STATISTIC_WINDOW, statistics {', '.join(STATISTICS)}", data=True)
+    if any(signal.magnitude for signal in mechanism.signals):
+        say(f"of a magnitude, statistics are {', '.join(MAGNITUDE_STATISTICS)}", data=True)
     say(f"mean, variance and cv alone are those of the output, {mechanism.output['']}", data=True)
-    say(f"drive is one of {', '.join(mechanism.drives)}", data=True)
+    if len(mechanism.drives) > 1:
+        say(f"drive is one of {', '.join(mechanism.drives)}", data=True)
     say(f"default objectives are {', '.join(mechanism.objectives)}", data=True)
 
 
@@ -73,6 +82,7 @@ def _allowed(parameter: Parameter) -> str:
 
 
 def _described(mechanism: Mechanism) -> dict[str, object]:
+    metrics: tuple[Metric | Formula, ...] = (*mechanism.metrics, *mechanism.formulas)
     return {
         "name": mechanism.name,
         "summary": mechanism.summary,
@@ -80,7 +90,7 @@ def _described(mechanism: Mechanism) -> dict[str, object]:
             p.name: {"unit": p.unit, "default": p.default, "meaning": p.long_name} for p in mechanism.parameters
         },
         "signals": {s.name: {"unit": s.unit, "meaning": s.long_name} for s in mechanism.signals},
-        "metrics": {m.name: {"unit": m.unit, "meaning": m.long_name, "sense": m.sense} for m in mechanism.metrics},
+        "metrics": {m.name: {"unit": m.unit, "meaning": m.long_name, "sense": m.sense} for m in metrics},
         "windows": {w.name: w.long_name for w in mechanism.windows},
         "statistics": list(STATISTICS),
         "drives": list(mechanism.drives),

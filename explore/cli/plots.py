@@ -76,10 +76,13 @@ def _pareto(results: Results, options: PlotOptions) -> Figure:
 
 
 def _motion(results: Results, options: PlotOptions) -> Figure:
+    from explore.charts.load import load_chart
     from explore.charts.motion import motion_chart
     from explore.cli.simulated import simulated_design
 
     one = simulated_design(results, options.design)
+    if "drive_torque" in one.motion:
+        return load_chart(one.motion, one.title, one.limits)
     return motion_chart(one.motion, one.title, one.drive, one.limits, one.phases)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import textwrap
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -30,7 +31,7 @@ class Simulated:
     @property
     def phases(self) -> int:
         """Number of linkages that share the output."""
-        return int(self.parameters["phases"])
+        return int(self.parameters.get("phases", 1))
 
 
 def simulated_design(results: Results, design: int | None) -> Simulated:
@@ -54,8 +55,10 @@ def simulated_design(results: Results, design: int | None) -> Simulated:
     motion = simulate(mechanism.name, angles=crank_angles(), method="auto", tolerance=1e-9, **known)
     columns = {name: np.array([value]) for name, value in known.items()}
     wanted = json.loads(str(results.attributes["determines"]))["evaluate"]["drive"]
-    drive = window_limits(mechanism, columns, "drive", wanted)
+    clutched = any(window.name == "drive" for window in mechanism.windows)
+    drive = window_limits(mechanism, columns, "drive", wanted) if clutched else None
     ends = window_limits(mechanism, columns, "overlapped_to_extended", wanted)
     limits = dict(zip(("overlapped", "extended"), ends, strict=True)) if ends else {}
     values = ", ".join(f"{p.name} {number(known[p.name])} {p.unit}" for p in mechanism.parameters if p.name in row)
-    return Simulated(f"{study_name(results)}, design {chosen:,}: {values}", known, motion, drive, limits)
+    title = textwrap.fill(f"{study_name(results)}, design {chosen:,}: {values}", 110)
+    return Simulated(title, known, motion, drive, limits)

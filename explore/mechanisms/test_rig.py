@@ -56,9 +56,12 @@ _SIGNALS = (
     Signal("rocker_acceleration", "rad/s^2", "rocker angular acceleration", four_bar.ROCKER_ACCELERATION,
            four_bar.ACCELERATIONS, 2, pole_order=4),
     *(
-        Signal(f"velocity_{part}_part", "rad/s", f"twice rocker velocity times {part} of the crank angle, whose mean "
-               "over a turn is that part of the fundamental", row, forces.FUNDAMENTAL, 1)
-        for part, row in (("cosine", forces.COSINE_PART), ("sine", forces.SINE_PART))
+        Signal(f"velocity_deviation{suffix}", "rad/s", f"deviation of the rocker's velocity from a sine{words}", row,
+               forces.HARMONICS, 1, terms=four_bar.ROCKER_VELOCITY, rest=True)
+        for suffix, words, row in (
+            ("", "", forces.DEVIATION), ("_cosine", ", times twice the crank angle's cosine", forces.DEVIATION_COSINE),
+            ("_sine", ", times twice the crank angle's sine", forces.DEVIATION_SINE),
+        )
     ),
     _loaded("coupler_force", "N", "force along the coupler at its rocker end, compression positive",
             forces.COUPLER_FORCE),

@@ -29,6 +29,7 @@ from explore.mechanisms.four_bar import (
 )  # fmt: skip
 from explore.mechanisms.test_rig_kernel import (
     CONSTANT_TORQUE,
+    COSINE,
     COUPLER,
     COUPLER_CENTROID,
     COUPLER_INERTIA,
@@ -49,6 +50,7 @@ from explore.mechanisms.test_rig_kernel import (
     ROCKER_CENTROID,
     ROCKER_INERTIA,
     ROCKER_MASS,
+    SINE,
     SPEED,
     STIFFNESS,
 )  # fmt: skip
@@ -58,9 +60,11 @@ from explore.mechanisms.test_rig_kernel import (
 COUPLER_FORCE, PIN_A, PIN_B, PIN_C, PIN_D, DRIVE_TORQUE, FORCE_TERMS, TORQUE_TERMS = range(
     four_bar.SIGNAL_ROWS, four_bar.SIGNAL_ROWS + 8
 )
-ROCKER_FORCE, ROCKER_MOMENT, COSINE_PART, SINE_PART = range(four_bar.SIGNAL_ROWS + 8, four_bar.SIGNAL_ROWS + 12)
-SIGNAL_ROWS = four_bar.SIGNAL_ROWS + 12
-FORCES, TORQUE, FUNDAMENTAL = 16, 32, 64
+ROCKER_FORCE, ROCKER_MOMENT, DEVIATION, DEVIATION_COSINE, DEVIATION_SINE = range(
+    four_bar.SIGNAL_ROWS + 8, four_bar.SIGNAL_ROWS + 13
+)
+SIGNAL_ROWS = four_bar.SIGNAL_ROWS + 13
+FORCES, TORQUE, HARMONICS = 16, 32, 64
 
 _MOTION = four_bar.VELOCITIES | four_bar.ACCELERATIONS | four_bar.ANGLES | four_bar.TRANSMISSION
 _FIRST = LOAD - CONSTANT_TORQUE
@@ -197,7 +201,7 @@ def fill(row, sin_half, cos_half, count, needs, out):
     """
     motion = needs & _MOTION
     loaded = needs & (FORCES | TORQUE) != 0
-    if needs & (TORQUE | FUNDAMENTAL):
+    if needs & (TORQUE | HARMONICS):
         motion |= four_bar.VELOCITIES  # of unit crank velocity: a ratio that follows from the position
     if loaded:
         motion |= int(row[LEVEL])
@@ -209,8 +213,10 @@ def fill(row, sin_half, cos_half, count, needs, out):
             _with_masses(row, sin_half, cos_half, count, out)
         else:
             _massless(row, sin_half, cos_half, count, needs, out)
-    if needs & FUNDAMENTAL:
+    if needs & HARMONICS:
         for j in range(count):
-            velocity = out[ROCKER_VELOCITY, j]
-            out[COSINE_PART, j] = 2.0 * velocity * (cos_half[j] * cos_half[j] - sin_half[j] * sin_half[j])
-            out[SINE_PART, j] = 4.0 * velocity * sin_half[j] * cos_half[j]
+            cosine = cos_half[j] * cos_half[j] - sin_half[j] * sin_half[j]
+            sine = 2.0 * sin_half[j] * cos_half[j]
+            deviation = out[ROCKER_VELOCITY, j] - row[COSINE] * cosine - row[SINE] * sine
+            out[DEVIATION, j] = deviation
+            out[DEVIATION_COSINE, j], out[DEVIATION_SINE, j] = 2.0 * deviation * cosine, 2.0 * deviation * sine

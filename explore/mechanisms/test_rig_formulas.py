@@ -54,10 +54,14 @@ def _as_it_is(value: FloatArray) -> FloatArray:
     return value
 
 
-def _distortion(variance: FloatArray, cosine: FloatArray, sine: FloatArray) -> FloatArray:
-    """Harmonics from the second on over the fundamental, root of the sums of squares; the mean is 0."""
-    fundamental = cosine**2 + sine**2
-    return np.sqrt(np.maximum(2.0 * variance - fundamental, 0.0) / fundamental)
+def _distortion(variance: FloatArray, deviation: FloatArray, cosine: FloatArray, sine: FloatArray) -> FloatArray:
+    """Harmonics from the second on over the fundamental, roots of sums of squares; the mean is 0.
+
+    From the velocity's deviation from a sine near its fundamental: from the velocity itself the harmonics would be a
+    small difference of large numbers. `cosine` and `sine` are what the deviation has of the fundamental.
+    """
+    harmonics = np.maximum(2.0 * deviation - cosine**2 - sine**2, 0.0)
+    return np.sqrt(harmonics / (2.0 * variance - harmonics))
 
 
 def _rod(built: FloatArray, sized: FloatArray) -> FloatArray:
@@ -181,10 +185,9 @@ _CHECKS = (
 )  # fmt: skip
 
 FORMULAS = (
-    # The fundamental is most of the variance: what is left is small, so both must be known well.
     Formula("velocity_thd", "1", "distortion of the rocker's velocity: harmonics over fundamental", "min",
-            ("rocker_velocity_variance_cycle", "velocity_cosine_part_mean_cycle", "velocity_sine_part_mean_cycle"),
-            _distortion, sharper=1e-5),
+            ("rocker_velocity_variance_cycle", "velocity_deviation_variance_cycle",
+             "velocity_deviation_cosine_mean_cycle", "velocity_deviation_sine_mean_cycle"), _distortion),
     *_PEAKS,
     *_PIN_FORCES,
     *_SIZES,

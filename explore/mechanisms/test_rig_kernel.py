@@ -23,10 +23,11 @@ from explore.mechanisms.rocking import ROCKING_SIZE
     COUPLER_INERTIA, ROCKER_INERTIA, GRAVITY, SPEED,
 ) = range(4, 19)  # fmt: skip
 
-# Kernel row: what `rocking` needs, then the load in SI units, the links in m, and which rows of the four-bar it needs.
+# Kernel row: what `rocking` needs, then the load in SI units, the links in m, which rows of the four-bar the load needs
+# and a sine near the rocker's velocity.
 LOAD = ROCKING_SIZE
-COUPLER, ROCKER, GROUND, MIDDLE, LEVER, MASSES, LEVEL = range(LOAD + 15, LOAD + 22)
-KERNEL_SIZE = LOAD + 22
+COUPLER, ROCKER, GROUND, MIDDLE, LEVER, MASSES, LEVEL, COSINE, SINE = range(LOAD + 15, LOAD + 24)
+KERNEL_SIZE = LOAD + 24
 
 CYCLE, OVERLAPPED_TO_EXTENDED, EXTENDED_TO_OVERLAPPED = range(3)
 
@@ -119,6 +120,9 @@ def closed_form(parameters, metrics, status, kernel, singular, noise):
             continue
         swing, middle, time_ratio = rocking.limits(crank, coupler, rocker, ground, 1.0, row)
         row[MIDDLE] = middle
+        # A sine with the swing and the mean phase of the limit positions: nearly the fundamental of the velocity.
+        phase = math.atan(row[rocking.TAN_EXTENDED]) + math.atan(row[rocking.TAN_OVERLAPPED])
+        row[COSINE], row[SINE] = -0.5 * swing * math.sin(phase), 0.5 * swing * math.cos(phase)
         metrics[2, i] = swing * _DEGREES
         metrics[3, i] = middle * _DEGREES
         metrics[4, i] = time_ratio
