@@ -158,6 +158,33 @@ def _extreme(fill, kernel, needs, row, panels, sign, parts, shapes, offsets, t, 
     return sign * best
 
 
+@compiled()
+def _extremes(
+    fill, row, needs, s, panels, lowest, highest, rest, parts, shapes, offsets, t, scratch, node, one, found
+):  # fmt: skip
+    """The extremes asked of a signal, which is 0 where it rests."""
+    if lowest:
+        low = _extreme(fill, row, needs, s, panels, 1.0, parts, shapes, offsets, t, scratch, node, one)
+        found[s, MINIMUM] = min(low, 0.0) if rest > 0.0 else low
+    if highest:
+        high = _extreme(fill, row, needs, s, panels, -1.0, parts, shapes, offsets, t, scratch, node, one)
+        found[s, MAXIMUM] = max(high, 0.0) if rest > 0.0 else high
+
+
+@compiled()
+def _repeats(slots, w, s, scratch, total):
+    """Whether a row has the samples of the one before, as pin forces have without masses, of which as much is asked."""
+    if s == 0:
+        return False
+    for k in (MINIMUM, MAXIMUM):
+        if slots[w, s, k] >= 0 and slots[w, s - 1, k] < 0:
+            return False
+    for j in range(total):  # noqa: SIM110  (compiled)
+        if scratch[s, j] != scratch[s - 1, j]:  # most often the first already
+            return False
+    return True
+
+
 @compiled(
     types.void(
         FILL, PIECES_FUNCTION, _F2, _F2, _F1, types.boolean[::1],
@@ -223,17 +250,17 @@ def sample(
             for s in range(rows):
                 if not asked[w, s]:
                     continue
-                if slots[w, s, MINIMUM] >= 0:
-                    low = _extreme(fill, row, needs[w], s, panels, 1.0, parts, shapes, offsets, t, scratch, node, one)
-                    found[s, MINIMUM] = min(low, 0.0) if rest > 0.0 else low
-                if slots[w, s, MAXIMUM] >= 0:
-                    high = _extreme(fill, row, needs[w], s, panels, -1.0, parts, shapes, offsets, t, scratch, node, one)
-                    found[s, MAXIMUM] = max(high, 0.0) if rest > 0.0 else high
+                if asked[w, s] & EXTREMES and _repeats(slots, w, s, scratch, offsets[panels]):
+                    found[s, MINIMUM], found[s, MAXIMUM] = found[s - 1, MINIMUM], found[s - 1, MAXIMUM]
+                elif asked[w, s] & EXTREMES:
+                    _extremes(
+                        fill, row, needs[w], s, panels, slots[w, s, MINIMUM] >= 0, slots[w, s, MAXIMUM] >= 0, rest,
+                        parts, shapes, offsets, t, scratch, node, one, found,
+                    )  # fmt: skip
                 for k in range(POWERS if asked[w, s] & SQUARES else 0):
                     if slots[w, s, ROOT_MEAN + k] >= 0:
-                        power = 0.5 if k == 0 else 5.0 / 3.0
                         mean, bound, count = power_means(
-                            fill, row, needs[w], s, power, panels, parts, shapes, tolerance,
+                            fill, row, needs[w], s, k, panels, parts, shapes, tolerance,
                             size_of, row_of, table, node, one,
                         )  # fmt: skip
                         found[s, ROOT_MEAN + k] = mean / parts[3, 0]

@@ -1,0 +1,117 @@
+"""Sizes, stresses, safety and life of the test rig: the rules of `explore.sizing` under the worst of the cycle."""
+
+import dataclasses
+import math
+import pickle
+
+import numpy as np
+import pytest
+
+import explore
+from explore import sizing
+from explore.derived_metrics import derive
+from explore.mechanisms.test_rig import TEST_RIG
+from explore.request.requests import make_request
+
+RIG = {"crank": 37.0, "coupler": 1271.5, "rocker": 595.0, "ground": 751.0, "speed": 60.0, "opposing_torque": 25e3}
+GIVEN = {
+    "allowed_stress": 116.7, "allowed_shear": 80.0, "yield_strength": 350.0, "tensile_strength": 620.0,
+    "endurance_limit": 200.0, "notch_factor": 3.0, "hollow_ratio": 0.5, "bearing_rating": 44.6e3,
+    "built_rod": 60.0, "built_rocker": 220.0, "built_pin": 45.0, "built_shaft": 95.0,
+}  # fmt: skip
+
+
+def evaluate(design, metrics, tolerance=1e-9):
+    row = explore.evaluate("test-rig", design, metrics, tolerance=tolerance).iloc[0]
+    assert row["status"] == 1
+    assert row["error"] <= tolerance
+    return row
+
+
+def test_every_size_is_its_rule_under_the_worst_of_the_cycle():
+    signals = ["coupler_force_min", "coupler_force_max", "rocker_moment_peak", "rocker_axial_force_peak",
+               "pin_force_peak", "pin_force_peak_b", "drive_torque_peak", "bearing_mean_force"]  # fmt: skip
+    names = [formula.name for formula in TEST_RIG.formulas]
+    row = evaluate(RIG | GIVEN, [*dict.fromkeys([*signals, *names])])
+    axial = max(abs(row["coupler_force_min"]), row["coupler_force_max"])
+    moment, along, pin = row["rocker_moment_peak"] * 1e3, row["rocker_axial_force_peak"], row["pin_force_peak"]
+    bending, torque = sizing.shaft_moment(row["pin_force_peak_b"], 67.0), row["drive_torque_peak"] * 1e3
+    area = sizing.rod_area(60.0, 0.5)
+    span, middle = (
+        row["coupler_force_max"] - row["coupler_force_min"],
+        row["coupler_force_max"] + row["coupler_force_min"],
+    )
+    expected = {
+        "rod_diameter": sizing.rod_diameter(axial, 116.7, 0.5),
+        "sleeve_diameter": sizing.sleeve_diameter(axial, 116.7, sizing.rod_diameter(axial, 116.7, 0.5)),
+        "rocker_height": sizing.rocker_height(moment, along, 116.7, 20.0),
+        "pin_diameter": sizing.pin_diameter(pin, 80.0),
+        "shaft_diameter": sizing.shaft_diameter(bending, torque, 116.7),
+        "buckling_factor": sizing.buckling_factor(row["coupler_force_max"], 1271.5, 60.0, 206e3, 0.5),
+        "fatigue_factor": sizing.fatigue_factor(span / 2 / area, -middle / 2 / area, 200.0, 620.0, 350.0, 3.0),
+        "bearing_life": sizing.bearing_life_hours(44.6e3, row["bearing_mean_force"] / 4.0, 1800.0 / math.pi),
+        "rod_stress": sizing.rod_stress(axial, 60.0, 0.5),
+        "rocker_stress": sizing.rocker_stress(moment, along, 20.0, 220.0),
+        "pin_stress": sizing.pin_shear_stress(pin, 45.0),
+        "shaft_stress": sizing.shaft_stress(bending, torque, 95.0),
+    }
+    expected |= {f"{part}_safety": 350.0 / expected[f"{part}_stress"] for part in ("rod", "rocker", "shaft")}
+    expected["pin_safety"] = 350.0 / math.sqrt(3.0) / expected["pin_stress"]
+    for name, value in expected.items():
+        assert row[name] == pytest.approx(float(value), rel=1e-13), name
+    # the rocker's moment is the load on either stroke
+    assert row["rocker_moment_peak"] == pytest.approx(25e3, rel=1e-14)
+
+
+def test_a_rod_that_is_not_built_is_as_thick_as_its_strength_asks():
+    sized = evaluate(RIG | {"allowed_stress": 116.7}, ["rod_diameter", "buckling_factor"])
+    built = evaluate(RIG | {"built_rod": sized["rod_diameter"]}, ["buckling_factor"])
+    assert built["buckling_factor"] == pytest.approx(sized["buckling_factor"], rel=1e-12)
+
+
+def test_a_rod_that_is_only_pulled_does_not_buckle():
+    pulled = evaluate(RIG | {"opposing_torque": 0.0, "constant_torque": -25e3, "built_rod": 50.0}, ["buckling_factor"])
+    assert pulled["buckling_factor"] == math.inf
+
+
+def test_the_mean_bearing_force_lies_between_rms_and_peak():
+    row = evaluate(RIG | {"opposing_torque": 0.0, "stiffness": 143e3},
+                   ["pin_force_a_mean", "pin_force_rms_a", "bearing_mean_force", "pin_force_peak_a"])  # fmt: skip
+    assert row["pin_force_a_mean"] < row["pin_force_rms_a"] < row["bearing_mean_force"] < row["pin_force_peak_a"]
+
+
+def test_the_error_of_a_derived_metric_is_what_its_inputs_make_of_theirs():
+    # life goes with the power -10/3 of the mean force: its relative error is 10/3 of that; the largest has the largest
+    request = make_request(TEST_RIG, ["bearing_life", "pin_force_peak", "drive_torque_peak"])
+    life, largest, peak = request.derived
+    (force,) = life.sampled
+    values = {m.name: np.array([2.0 + k, 5.0]) for k, m in enumerate(request.sampled)}
+    errors = {m.name: 1e-6 * values[m.name] for m in request.sampled}
+    errors[force.name] = 1e-4 * values[force.name]
+    inputs = {p.name: np.full(2, 1.0 if p.default is None else p.default) for p in TEST_RIG.parameters}
+    inputs["bearing_rating"] = np.array([44.6e3, 0.0])
+    for metric, amplified in ((life, 1e-4 * 10.0 / 3.0), (largest, 1e-6), (peak, 1e-6)):
+        found, bound = derive(dataclasses.replace(request, metrics=(metric,)), inputs, values, errors)
+        assert bound[0] == pytest.approx(amplified, rel=1e-3)
+        assert found.keys() == {metric.name}
+    found, bound = derive(dataclasses.replace(request, metrics=(life,)), inputs, values, errors)
+    assert np.isnan(found["bearing_life"][1])
+    assert bound[1] == 0.0
+
+
+@pytest.mark.parametrize("tolerance", [1e-4, 1e-7, 1e-10])
+def test_bounds_of_derived_metrics_hold(tolerance):
+    rng = np.random.default_rng(2)
+    designs = RIG | GIVEN | {"crank": rng.uniform(1.0, 70.0, 200), "stiffness": 143e3, "damping": 50.0, "inertia": 4.0}
+    names = ["velocity_thd", "bearing_life", "rod_diameter", "shaft_diameter", "drive_torque_peak", "fatigue_factor"]
+    exact = explore.evaluate("test-rig", designs, names, tolerance=1e-12)
+    for name in names:
+        found = explore.evaluate("test-rig", designs, [name], tolerance=tolerance)
+        assert (found["status"] == 1).all()
+        errors = (found[name] / exact[name] - 1.0).abs()
+        assert (errors <= found["error"] + exact["error"]).all(), name
+
+
+def test_a_request_of_derived_metrics_travels():
+    request = make_request(TEST_RIG, ["pin_force_peak", "bearing_life", "swing_angle"])
+    assert pickle.loads(pickle.dumps(request)) == request
