@@ -74,7 +74,9 @@ def _derived(
         if bound is None:
             continue
         change = np.zeros(value.shape)
-        for moved in (arguments[k] - bound, arguments[k] + bound):
+        # what is a magnitude must not be moved below 0
+        lower = np.where(arguments[k] >= 0.0, np.maximum(arguments[k] - bound, 0.0), arguments[k] - bound)
+        for moved in (lower, arguments[k] + bound):
             np.maximum(change, np.abs(function(*arguments[:k], moved, *arguments[k + 1 :]) - value), out=change)
         total = np.maximum(total, change) if metric.formula.selects else total + change
     rounding = _ROUNDING * np.abs(value)
@@ -98,8 +100,8 @@ def requirements(request: Request) -> dict[tuple[str, ...], str]:
             if isinstance(each, SampledMetric) and each.signal.requires:
                 groups.setdefault(each.signal.requires, metric.name)
         if isinstance(metric, DerivedMetric):
-            for parameter in metric.parameters:
-                if parameter.zero == OMITTED:
+            for parameter in metric.parts:
+                if isinstance(parameter, Parameter) and parameter.zero == OMITTED:
                     either = metric.formula.either
                     groups.setdefault(either if parameter.name in either else (parameter.name,), metric.name)
     return groups

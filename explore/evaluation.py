@@ -30,6 +30,7 @@ from explore.vocabulary import (
     FloatArray,
     Mechanism,
     Metric,
+    Parameter,
     Request,
     SampledMetric,
     Status,
@@ -105,7 +106,8 @@ def evaluate_columns(request: Request, parameters: Columns) -> Evaluation:
     status = level.status.copy() if inverse is None else level.status[inverse]
     nodes = level.sampled.nodes if inverse is None else level.sampled.nodes[inverse]
     if request.derived:
-        derived, bound = derive(request, inputs, values, errors)
+        good = {name: np.where(usable, column, np.nan) for name, column in inputs.items()}
+        derived, bound = derive(request, good, values, errors)
         values |= derived
         error = np.maximum(error, bound)
         status[(status == Status.OK) & (error > request.tolerance)] = Status.TOLERANCE_NOT_MET
@@ -186,8 +188,9 @@ class _Geometry:
         values: dict[str, FloatArray] = {}
         errors: dict[str, FloatArray] = {}
         powers: dict[int, FloatArray | None] = {0: None, 1: speed}
-        wanted: tuple[Metric | SampledMetric, ...] = (*request.closed, *request.sampled)
-        for metric in wanted:
+        for metric in request.parts:
+            if isinstance(metric, Parameter):
+                continue
             known = self.sampled.values if isinstance(metric, SampledMetric) else self.closed
             column = known[metric.name] if inverse is None else known[metric.name][inverse]
             power = _scaling(metric)

@@ -170,36 +170,20 @@ class DerivedMetric:
     inputs: tuple[Metric | SampledMetric | DerivedMetric | Parameter, ...]
 
     @property
+    def parts(self) -> tuple[Metric | SampledMetric | Parameter, ...]:
+        """What it is made of in the end, each once."""
+        found: list[Metric | SampledMetric | Parameter] = []
+        for each in self.inputs:
+            found += each.parts if isinstance(each, DerivedMetric) else (each,)
+        return tuple(dict.fromkeys(found))
+
+    @property
     def sampled(self) -> tuple[SampledMetric, ...]:
-        """The sampled metrics that it is made of, each once."""
-        return tuple(dict.fromkeys(s for each in self.inputs for s in _sampled(each)))
-
-    @property
-    def closed(self) -> tuple[Metric, ...]:
-        """The closed-form metrics that it is made of."""
-        found: list[Metric] = []
-        for each in self.inputs:
-            found += [each] if isinstance(each, Metric) else []
-            found += each.closed if isinstance(each, DerivedMetric) else ()
-        return tuple(dict.fromkeys(found))
-
-    @property
-    def parameters(self) -> tuple[Parameter, ...]:
-        """The parameters that it is made of, each once."""
-        found: list[Parameter] = []
-        for each in self.inputs:
-            found += [each] if isinstance(each, Parameter) else []
-            found += each.parameters if isinstance(each, DerivedMetric) else ()
-        return tuple(dict.fromkeys(found))
+        """The sampled metrics that it is made of."""
+        return tuple(part for part in self.parts if isinstance(part, SampledMetric))
 
 
 AnyMetric = Metric | SampledMetric | DerivedMetric
-
-
-def _sampled(metric: AnyMetric | Parameter) -> tuple[SampledMetric, ...]:
-    if isinstance(metric, SampledMetric):
-        return (metric,)
-    return metric.sampled if isinstance(metric, DerivedMetric) else ()
 
 
 @dataclass(frozen=True)
@@ -325,15 +309,17 @@ class Request:
         return tuple(dict.fromkeys((*self.metrics, *(c.metric for c in self.constraints))))
 
     @property
-    def sampled(self) -> tuple[SampledMetric, ...]:
-        """The metrics that need samples of the motion, those that derived metrics are made of included."""
-        return tuple(dict.fromkeys(s for metric in self.all_metrics for s in _sampled(metric)))
+    def parts(self) -> tuple[Metric | SampledMetric | Parameter, ...]:
+        """All metrics, derived ones taken apart into what they are made of, each once."""
+        found: list[Metric | SampledMetric | Parameter] = []
+        for metric in self.all_metrics:
+            found += metric.parts if isinstance(metric, DerivedMetric) else (metric,)
+        return tuple(dict.fromkeys(found))
 
     @property
-    def closed(self) -> tuple[Metric, ...]:
-        """The closed-form metrics, those that derived metrics are made of included."""
-        own = [m for m in self.all_metrics if isinstance(m, Metric)]
-        return tuple(dict.fromkeys((*own, *(m for metric in self.derived for m in metric.closed))))
+    def sampled(self) -> tuple[SampledMetric, ...]:
+        """The metrics that need samples of the motion, those that derived metrics are made of included."""
+        return tuple(part for part in self.parts if isinstance(part, SampledMetric))
 
     @property
     def derived(self) -> tuple[DerivedMetric, ...]:

@@ -12,6 +12,7 @@ from explore import sizing
 from explore.derived_metrics import derive
 from explore.mechanisms.test_rig import TEST_RIG
 from explore.request.requests import make_request
+from explore.vocabulary import Status
 
 RIG = {"crank": 37.0, "coupler": 1271.5, "rocker": 595.0, "ground": 751.0, "speed": 60.0, "opposing_torque": 25e3}
 GIVEN = {
@@ -110,6 +111,16 @@ def test_bounds_of_derived_metrics_hold(tolerance):
         assert (found["status"] == 1).all()
         errors = (found[name] / exact[name] - 1.0).abs()
         assert (errors <= found["error"] + exact["error"]).all(), name
+
+
+def test_a_bad_allowance_is_the_status_of_its_design_alone():
+    designs = RIG | {
+        "allowed_stress": np.array([116.7, -1.0, np.nan, 116.7, 0.0]),
+        "hollow_ratio": [0.5, 0.5, 0.5, 1.0, 0.5],
+    }
+    found = explore.evaluate("test-rig", designs, ["rod_diameter"])
+    assert list(found["status"]) == [Status.OK, *[Status.NOT_FINITE] * 3, Status.NOT_GIVEN]
+    assert list(found["rod_diameter"].notna()) == [True, False, False, False, False]
 
 
 def test_a_request_of_derived_metrics_travels():
