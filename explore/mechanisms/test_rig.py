@@ -81,10 +81,11 @@ _SIGNALS = (
 _METRICS = (
     Metric("linkage_class", "", "class of the linkage", labels=four_bar.CLASS_LABELS),
     Metric("grashof_margin", "mm", "Grashof margin: middle two lengths minus shortest and longest", "max"),
-    Metric("swing_angle", "deg", "swing of the rocker", "max"),
-    Metric("mid_angle", "deg", "mean of the rocker's two limit angles"),
-    Metric("time_ratio", "1", "time ratio: longer crank interval over shorter", "min"),
-    Metric("transmission_angle_worst", "deg", "smallest of transmission angle and 180 deg less it in a turn", "max"),
+    Metric("swing_angle", "deg", "swing of the rocker", "max", lower=0.0, upper=180.0),
+    Metric("mid_angle", "deg", "mean of the rocker's two limit angles", lower=-180.0, upper=180.0),
+    Metric("time_ratio", "1", "time ratio: longer crank interval over shorter", "min", lower=1.0),
+    Metric("transmission_angle_worst", "deg", "smallest of transmission angle and 180 deg less it in a turn", "max",
+           lower=0.0, upper=90.0),
     Metric("size", "mm", "coupler and rocker length together", "min"),
     *(
         Metric(f"swing_sensitivity_{link}", "deg/mm", f"change of the swing with the {word}")
@@ -114,6 +115,7 @@ TEST_RIG = Mechanism(
     signals=_SIGNALS,
     metrics=_METRICS,
     formulas=FORMULAS,
+    loop=("crank", "coupler", "rocker", "ground"),
     windows=(
         Window("cycle", kernel.CYCLE, "the full turn"),
         Window(_STROKES[0], kernel.OVERLAPPED_TO_EXTENDED, "from coupler over crank to coupler in line with it"),
