@@ -1,7 +1,7 @@
 """Make the pictures of the documentation from real runs: ``python docs/figures.py`` in the repository's root.
 
-Needs the results of ``explore sweep`` of configs/grid.toml, configs/optimum.toml and configs/published.toml, and
-those of ``explore precision`` and ``explore stability``.
+Needs the results of ``explore sweep`` of configs/grid.toml, optimum.toml, published.toml and rig_20deg.toml, and those of
+``explore precision`` and ``explore stability``.
 """
 
 import io
@@ -136,11 +136,20 @@ GALLERY = {
 TUTORIAL = ["motion", "results/optimum.h5", "--design", "22418"]
 
 
+#: Those of the page ``test-rig.md``: the published lengths among all of 20 deg, and the reach of the eccentrics.
+RIG = {
+    "rig-pareto": "plot pareto results/rig_20deg.h5 --x pin_force_peak --y velocity_thd --design 28",
+    "rig-coverage": "coverage configs/rig_coverage.toml",
+}
+
+
 def plots() -> None:
-    """The pictures of the pages ``gallery.md`` and ``tutorial.md``."""
-    wanted = {HERE / "gallery" / f"{name}.png": arguments for name, arguments in GALLERY.items()}
-    for output, arguments in {**wanted, HERE / "tutorial-motion.png": TUTORIAL}.items():
-        subprocess.run([sys.executable, "-m", "explore", "plot", *arguments, "-o", str(output)], check=True)
+    """The pictures of the pages ``gallery.md``, ``tutorial.md`` and ``test-rig.md``."""
+    wanted = {HERE / "gallery" / f"{name}.png": ["plot", *arguments] for name, arguments in GALLERY.items()}
+    wanted[HERE / "tutorial-motion.png"] = ["plot", *TUTORIAL]
+    wanted |= {HERE / f"{name}.png": command.split() for name, command in RIG.items()}
+    for output, arguments in wanted.items():
+        subprocess.run([sys.executable, "-m", "explore", *arguments, "-o", str(output)], check=True)
         shrink(output)
 
 

@@ -88,18 +88,28 @@ def test_gallery_is_true(tmp_path, monkeypatch, capsys):
     run_page("gallery.md", capsys)
 
 
-def test_tutorial_is_true(tmp_path, monkeypatch, capsys):
-    """Its commands, one after the other, print what it says; so do its Python blocks after them."""
-    (tmp_path / "configs").symlink_to(ROOT / "configs")
-    (tmp_path / "results").mkdir()
-    monkeypatch.chdir(tmp_path)
-    commands = COMMANDS.findall((ROOT / "docs/tutorial.md").read_text(encoding="utf-8"))
-    assert {line.split()[0] for line, _ in commands} == {"sweep", "rank", "plot", "simulate"}
+def run_commands(page, folder, monkeypatch):
+    """Run the commands of a page one after the other, which must print what it says; their names."""
+    (folder / "configs").symlink_to(ROOT / "configs")
+    (folder / "results").mkdir()
+    monkeypatch.chdir(folder)
+    commands = COMMANDS.findall((ROOT / "docs" / page).read_text(encoding="utf-8"))
     for line, expected in commands:
         code, out, err = call(*shlex.split(line.replace("\\\n", " ")), seconds=120)
         # notes about compiling and progress, of slow machines only, come before
         assert TIMES.sub("", err + out).rstrip().endswith(TIMES.sub("", expected).rstrip()), line
         assert code == 0
+    return {line.split()[0] for line, _ in commands}
+
+
+def test_test_rig_is_true(tmp_path, monkeypatch, capsys):
+    assert run_commands("test-rig.md", tmp_path, monkeypatch) == {"sweep", "rank", "coverage"}
+    run_page("test-rig.md", capsys)
+
+
+def test_tutorial_is_true(tmp_path, monkeypatch, capsys):
+    """Its commands, one after the other, print what it says; so do its Python blocks after them."""
+    assert run_commands("tutorial.md", tmp_path, monkeypatch) == {"sweep", "rank", "plot", "simulate"}
     assert len(Path("motion.csv").read_text(encoding="utf-8").splitlines()) == 361
     assert Path("results/optimum-motion.png").exists()
     run_page("tutorial.md", capsys)
