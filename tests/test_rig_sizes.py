@@ -123,6 +123,14 @@ def test_a_bad_allowance_is_the_status_of_its_design_alone():
     assert list(found["rod_diameter"].notna()) == [True, False, False, False, False]
 
 
+@pytest.mark.parametrize("crank", [1e-3, 1e-9, 1e-14])
+def test_a_force_that_hardly_changes_has_a_fatigue_factor(crank):
+    # its extremes are nearer to each other than their error bounds, which must not look like a negative amplitude
+    rig = RIG | GIVEN | {"crank": crank, "opposing_torque": 0.0, "constant_torque": 25e3}
+    row = evaluate(rig, ["fatigue_factor", "rod_stress"], tolerance=1e-4)
+    assert row["fatigue_factor"] == pytest.approx(350.0 / row["rod_stress"], rel=1e-3)
+
+
 def test_a_request_of_derived_metrics_travels():
     request = make_request(TEST_RIG, ["pin_force_peak", "bearing_life", "swing_angle"])
     assert pickle.loads(pickle.dumps(request)) == request

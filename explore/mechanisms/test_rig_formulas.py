@@ -81,7 +81,8 @@ def _fatigue(
     endurance: FloatArray, tensile: FloatArray, strength: FloatArray, notch: FloatArray,
 ) -> FloatArray:  # fmt: skip
     area = sizing.rod_area(_rod(built, sized), hollow)
-    amplitude, mean = 0.5 * (high - low) / area, -0.5 * (high + low) / area  # compression is positive in the signal
+    # A nearly constant force has extremes that their errors may swap. Compression is positive in the signal.
+    amplitude, mean = 0.5 * np.maximum(high - low, 0.0) / area, -0.5 * (high + low) / area
     return np.asarray(sizing.fatigue_factor(amplitude, mean, endurance, tensile, strength, notch))
 
 
