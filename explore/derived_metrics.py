@@ -87,8 +87,13 @@ def given(request: Request, inputs: Columns) -> npt.NDArray[np.bool_]:
     """Which designs give the load and the sizing parameters that the request needs, shape (n,)."""
     enough = np.ones(len(next(iter(inputs.values()))), dtype=np.bool_)
     for parameters in requirements(request):
-        enough &= np.any([inputs[name] != 0.0 for name in parameters], axis=0)
+        enough &= any_given(parameters, inputs)
     return enough
+
+
+def any_given(parameters: tuple[str, ...], inputs: Columns) -> npt.NDArray[np.bool_]:
+    """Which designs give at least one of these parameters, shape (n,)."""
+    return np.any([inputs[name] != 0.0 for name in parameters], axis=0)
 
 
 def requirements(request: Request) -> dict[tuple[str, ...], str]:

@@ -20,7 +20,7 @@ import numpy as np
 import numpy.typing as npt
 
 from explore import constraints
-from explore.derived_metrics import derive, given
+from explore.derived_metrics import any_given, derive, given
 from explore.sampled_metrics import Sampled, sample_metrics
 from explore.vocabulary import (
     AnyMetric,
@@ -102,6 +102,9 @@ def evaluate_columns(request: Request, parameters: Columns) -> Evaluation:
     chosen, inverse = _distinct(geometry, speed)
     level = _evaluate_geometry(request, geometry if chosen is None else geometry[chosen])
     values, errors = level.scaled(request, inverse, np.where(usable, speed, np.nan))
+    for metric in request.sampled:
+        if metric.signal.requires:  # no load is no load of 0, which would be the best of all
+            values[metric.name] = np.where(any_given(metric.signal.requires, inputs), values[metric.name], np.nan)
     error = level.sampled.error if inverse is None else level.sampled.error[inverse]
     status = level.status.copy() if inverse is None else level.status[inverse]
     nodes = level.sampled.nodes if inverse is None else level.sampled.nodes[inverse]
