@@ -93,7 +93,8 @@ def given(request: Request, inputs: Columns) -> npt.NDArray[np.bool_]:
 
 def any_given(parameters: tuple[str, ...], inputs: Columns) -> npt.NDArray[np.bool_]:
     """Which designs give at least one of these parameters, shape (n,)."""
-    return np.any([inputs[name] != 0.0 for name in parameters], axis=0)
+    enough: npt.NDArray[np.bool_] = np.any([inputs[name] != 0.0 for name in parameters], axis=0)
+    return enough
 
 
 def requirements(request: Request) -> dict[tuple[str, ...], str]:
