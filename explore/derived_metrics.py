@@ -107,8 +107,8 @@ def requirements(request: Request) -> dict[tuple[str, ...], str]:
                 groups.setdefault(each.signal.requires, metric.name)
         if isinstance(metric, DerivedMetric):
             for parameter in metric.parts:
-                if isinstance(parameter, Parameter) and parameter.zero == OMITTED:
-                    either = metric.formula.either
+                either, optional = metric.formula.either, metric.formula.optional
+                if isinstance(parameter, Parameter) and parameter.zero == OMITTED and parameter.name not in optional:
                     groups.setdefault(either if parameter.name in either else (parameter.name,), metric.name)
     return groups
 

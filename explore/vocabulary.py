@@ -144,7 +144,7 @@ class Formula:
     """The declaration of a derived metric: a pure function of other metrics and parameters.
 
     `inputs` are their names; ``function`` takes an array of shape (n,) for each, NaN where it is not known, and gives
-    the metric. Of the parameters in `either` one is enough. A formula that `selects` gives one of its inputs, such as
+    the metric. Of the parameters in `either` one is enough, and those in `optional` need not be given. A formula that `selects` gives one of its inputs, such as
     the largest.
     """
 
@@ -155,6 +155,7 @@ class Formula:
     inputs: tuple[str, ...]
     function: Callable[..., npt.ArrayLike]
     either: tuple[str, ...] = ()
+    optional: tuple[str, ...] = ()
     selects: bool = False
 
 

@@ -48,7 +48,9 @@ def test_every_size_is_its_rule_under_the_worst_of_the_cycle():
         "rocker_height": sizing.rocker_height(moment, along, 116.7, 20.0),
         "pin_diameter": sizing.pin_diameter(pin, 80.0),
         "shaft_diameter": sizing.shaft_diameter(bending, torque, 116.7),
-        "buckling_factor": sizing.buckling_factor(row["coupler_force_max"], 1271.5, 60.0, 206e3, 0.5),
+        "buckling_factor": sizing.buckling_factor(
+            row["coupler_force_max"], 1271.5, 60.0, 206e3, 0.5, yield_strength=350.0
+        ),
         "fatigue_factor": sizing.fatigue_factor(span / 2 / area, -middle / 2 / area, 200.0, 620.0, 350.0, 3.0),
         "bearing_life": sizing.bearing_life_hours(44.6e3, row["bearing_mean_force"] / 4.0, 1800.0 / math.pi),
         "rod_stress": sizing.rod_stress(axial, 60.0, 0.5),
@@ -68,6 +70,21 @@ def test_a_rod_that_is_not_built_is_as_thick_as_its_strength_asks():
     sized = evaluate(RIG | {"allowed_stress": 116.7}, ["rod_diameter", "buckling_factor"])
     built = evaluate(RIG | {"built_rod": sized["rod_diameter"]}, ["buckling_factor"])
     assert built["buckling_factor"] == pytest.approx(sized["buckling_factor"], rel=1e-12)
+
+
+def test_euler_promises_too_much_for_a_rod_that_is_not_slender():
+    # Johnson's over Euler's stress is 2 r (1 - r/2) with r = (slenderness over 107.8)^2 up to 1; 25 mm has 182
+    stocky = (4.0 * 1271.5 / (60.0 * math.sqrt(1.25))) ** 2 * 350.0 / (2.0 * math.pi**2 * 206e3)
+    for diameter, share in ((60.0, 2.0 * stocky * (1.0 - 0.5 * stocky)), (25.0, 1.0)):
+        design = RIG | {"built_rod": diameter}
+        euler = evaluate(design, ["buckling_factor"])["buckling_factor"]
+        checked = evaluate(design | {"yield_strength": 350.0}, ["buckling_factor"])["buckling_factor"]
+        assert checked / euler == pytest.approx(share, rel=1e-13)
+
+
+def test_a_rod_without_force_has_no_buckling_factor():
+    still = RIG | {"opposing_torque": 0.0, "crank_mass": 20.0, "allowed_stress": 100.0, "yield_strength": 350.0}
+    assert math.isnan(explore.evaluate("test-rig", still, ["buckling_factor"])["buckling_factor"][0])
 
 
 def test_a_rod_that_is_only_pulled_does_not_buckle():

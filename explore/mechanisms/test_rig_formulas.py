@@ -70,10 +70,15 @@ def _rod(built: FloatArray, sized: FloatArray) -> FloatArray:
 
 
 def _buckling(
-    high: FloatArray, coupler: FloatArray, built: FloatArray, sized: FloatArray, modulus: FloatArray, hollow: FloatArray
-) -> FloatArray:
+    high: FloatArray, coupler: FloatArray, built: FloatArray, sized: FloatArray, modulus: FloatArray,
+    hollow: FloatArray, strength: FloatArray,
+) -> FloatArray:  # fmt: skip
+    rod = _rod(built, sized)
+    rod = np.where(rod > 0.0, rod, np.nan)  # no force, no rod
     compression = np.maximum(high, 0.0)  # keeps NaN
-    return np.asarray(sizing.buckling_factor(compression, coupler, _rod(built, sized), modulus, hollow))
+    slender = sizing.buckling_factor(compression, coupler, rod, modulus, hollow)
+    stocky_too = sizing.buckling_factor(compression, coupler, rod, modulus, hollow, yield_strength=strength)
+    return np.where(np.isnan(strength), slender, stocky_too)
 
 
 def _fatigue(
@@ -162,9 +167,10 @@ _SIZES = (
 )  # fmt: skip
 _EITHER = ("built_rod", "allowed_stress")
 _CHECKS = (
-    Formula("buckling_factor", "1", "Euler's force of the rod, as built or as its strength asks for, over the largest "
-            "compression", "max", ("coupler_force_max", "coupler", "built_rod", "rod_diameter", "elastic_modulus",
-            "hollow_ratio"), _buckling, either=_EITHER),
+    Formula("buckling_factor", "1", "buckling force of the rod, as built or as its strength asks for, over the largest "
+            "compression: Euler's, or with a yield strength Johnson's where the rod is not slender", "max",
+            ("coupler_force_max", "coupler", "built_rod", "rod_diameter", "elastic_modulus", "hollow_ratio",
+            "yield_strength"), _buckling, either=_EITHER, optional=("yield_strength",)),
     Formula("fatigue_factor", "1", "safety of the rod, as built or as its strength asks for, against fatigue and yield",
             "max", ("coupler_force_min", "coupler_force_max", "built_rod", "rod_diameter", "hollow_ratio",
             "endurance_limit", "tensile_strength", "yield_strength", "notch_factor"), _fatigue, either=_EITHER),
