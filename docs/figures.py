@@ -1,7 +1,7 @@
 """Make the pictures of the documentation from real runs: ``python docs/figures.py`` in the repository's root.
 
-Needs the results of ``explore sweep`` of configs/grid.toml, optimum.toml, published.toml and rig_20deg.toml, and those of
-``explore precision`` and ``explore stability``.
+Needs the results of ``explore sweep`` of configs/grid.toml, optimum.toml, published.toml and rig_20deg.toml, and
+those of ``explore precision`` and ``explore stability``.
 """
 
 import io

@@ -144,8 +144,8 @@ class Formula:
     """The declaration of a derived metric: a pure function of other metrics and parameters.
 
     `inputs` are their names; ``function`` takes an array of shape (n,) for each, NaN where it is not known, and gives
-    the metric. Of the parameters in `either` one is enough, and those in `optional` need not be given. A formula that `selects` gives one of its inputs, such as
-    the largest.
+    the metric. Of the parameters in `either` one is enough, and those in `optional` need not be given. A formula that
+    `selects` gives one of its inputs, such as the largest.
     """
 
     name: str

@@ -69,5 +69,7 @@ def load_chart(motion: pd.DataFrame, title: str, limits: Mapping[str, float] | N
 
 def _mean(chart: Axes, angle: FloatArray, values: FloatArray) -> None:
     mean = float(np.trapezoid(values, angle) / (angle[-1] - angle[0]))
+    if abs(mean) < 1e-6 * np.abs(values).max():  # the error of the trapezoids: the load only stores
+        mean = 0.0
     chart.axhline(mean, color=MUTED, lw=1.2, ls="--", label=f"mean {mean:.4g}")
     chart.legend(loc="best", frameon=True, framealpha=0.85, edgecolor="none")
