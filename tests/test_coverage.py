@@ -241,7 +241,7 @@ def test_the_command_draws(study):
     assert Path("coverage.svg").read_text().startswith("<?xml")
     code, out, err = call("coverage", study, "-o", "coverage.txt")
     assert (code, out) == (2, "")
-    assert err == "error: -o coverage.txt: the ending says what is written: .png, .svg, .pdf\n"
+    assert err == "error: -o coverage.txt: the name must end in .png, .svg or .pdf\n"
 
 
 def test_the_chart_shows_the_ranges_and_the_gaps():
