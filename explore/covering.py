@@ -108,7 +108,7 @@ def coverage(
     """
     import pandas as pd
 
-    lengths = np.unique(np.asarray(cranks, dtype=np.float64))
+    lengths = np.unique(_numbers("cranks", cranks))
     _check(lengths, rocker, ground, coupler, transmission_angle)
     low, high = _travel(lengths, rocker, ground, coupler, transmission_angle)
     stationary = np.sqrt(lengths**2 + abs(ground - rocker) * (ground + rocker))
@@ -135,14 +135,26 @@ def _check(
 ) -> None:
     if cranks.ndim != 1 or len(cranks) == 0:
         raise RequestError("cranks: name at least one length")
-    for name, length in (("cranks", cranks), ("rocker", rocker), ("ground", ground), ("coupler", np.array(coupler))):
-        if not np.all((np.asarray(length) > 0.0) & np.isfinite(length)):
+    for name, length in (("cranks", cranks), ("rocker", rocker), ("ground", ground), ("coupler", coupler)):
+        values = _numbers(name, length)
+        if not np.all((values > 0.0) & np.isfinite(values)):
             raise RequestError(f"{name}: lengths must be positive and finite, got {length}")
     for name, bounds in (("coupler", coupler), ("transmission_angle", transmission_angle)):
-        if len(bounds) != 2 or not bounds[0] <= bounds[1]:
+        values = _numbers(name, bounds)
+        if values.shape != (2,) or not values[0] <= values[1]:
             raise RequestError(f"{name}: must be two numbers, the smaller first, got {bounds}")
+    for name, length in (("rocker", rocker), ("ground", ground)):
+        if np.ndim(length) > 0:
+            raise RequestError(f"{name}: coverage is of one rig, give one length, got {length}")
     if not 0.0 <= transmission_angle[0] <= 90.0 <= transmission_angle[1] <= 180.0:
         raise RequestError(f"transmission_angle: bounds lie on both sides of 90 deg, got {transmission_angle}")
+
+
+def _numbers(name: str, given: object) -> FloatArray:
+    try:
+        return np.asarray(given, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise RequestError(f"{name}: must be numbers, got {given!r}") from None
 
 
 def _travel(

@@ -157,6 +157,9 @@ def test_it_reads_well():
         ({"coupler": (9.0, 8.0)}, "coupler: must be two numbers, the smaller first, got (9.0, 8.0)"),
         ({"coupler": (np.nan, 8.0)}, "coupler: lengths must be positive and finite"),
         ({"transmission_angle": (140.0, 40.0)}, "transmission_angle: must be two numbers, the smaller first"),
+        ({"cranks": ["5 mm"]}, "cranks: must be numbers, got ['5 mm']"),
+        ({"coupler": 460.0}, "coupler: must be two numbers, the smaller first, got 460.0"),
+        ({"rocker": [500.0, 595.0]}, "rocker: coverage is of one rig, give one length"),
         ({"transmission_angle": (40.0, 80.0)}, "transmission_angle: bounds lie on both sides of 90 deg"),
     ],
 )
