@@ -17,12 +17,13 @@ from explore.motions import motion_signals
 from explore.ranking.joint import rank_sources
 from explore.ranking.limits import Limits
 from explore.ranking.rankings import RankRequest, rank_frame, rank_source
+from explore.request.parameters import parameter_columns
 from explore.request.requests import find_mechanism, make_request
 from explore.store.results import Results, open_results
 from explore.store.several import open_several
 from explore.sweeping.clusters import given_client, local_cluster
 from explore.sweeping.runs import Keep, Progress, run_study
-from explore.vocabulary import Columns, Mechanism, Status
+from explore.vocabulary import Status
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -156,7 +157,7 @@ def evaluate(
 
     declared = find_mechanism(mechanism)
     request = make_request(declared, metrics, window, drive, constraints, tolerance)
-    columns = _parameter_columns(declared, designs)
+    columns = parameter_columns(declared, designs)
     defaults = {parameter.name: parameter.default for parameter in declared.parameters}
     lacking = missing(request, lambda name: name in columns or bool(defaults[name]))
     if lacking:
@@ -169,28 +170,6 @@ def evaluate(
     frame.attrs["senses"] = {metric.name: metric.sense for metric in request.metrics}
     frame.attrs["constraints"] = {c.metric.name: {"min": c.minimum, "max": c.maximum} for c in request.constraints}
     return frame
-
-
-def _parameter_columns(mechanism: Mechanism, designs: Mapping[str, npt.ArrayLike] | pd.DataFrame) -> Columns:
-    """Designs as columns of one length, checked against the declaration."""
-    if not hasattr(designs, "keys"):
-        raise RequestError("designs must be a table or a dict of parameters by name")
-    given = {str(name): designs[name] for name in list(designs)}  # type: ignore[index]  # a table has any labels
-    known = [p.name for p in mechanism.parameters]
-    for name in given:
-        if name not in known:
-            raise RequestError(f"{mechanism.name} has no parameter '{name}'; it has {', '.join(known)}")
-    missing = [p.name for p in mechanism.parameters if p.default is None and p.name not in given]
-    if missing:
-        raise RequestError(f"{mechanism.name} needs {', '.join(missing)}")
-    try:
-        values = [np.asarray(column, dtype=np.float64) for column in given.values()]
-        arrays = np.broadcast_arrays(*values)
-    except (TypeError, ValueError) as problem:
-        raise RequestError(f"designs must be numbers of one length: {problem}") from None
-    if arrays[0].ndim > 1:
-        raise RequestError(f"designs must be numbers or one-dimensional arrays, not of shape {arrays[0].shape}")
-    return {name: np.atleast_1d(array).copy() for name, array in zip(given, arrays, strict=True)}
 
 
 def simulate(
@@ -234,7 +213,7 @@ def simulate(
     import pandas as pd
 
     declared = find_mechanism(mechanism)
-    columns = _parameter_columns(declared, parameters)
+    columns = parameter_columns(declared, parameters)
     request = make_request(declared, [declared.metrics[0].name], "cycle")
     if len(columns[next(iter(columns))]) != 1:
         raise RequestError("simulate takes one design; evaluate takes many")
