@@ -1,27 +1,19 @@
 """Every number of reference/test_rig.json: closed form, extremes, distortion, forces with and without masses."""
 
-import json
 import math
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
+from rig_cases import LINKS, REFERENCE, lengths, load_of, named
 
 import explore
 
-REFERENCE = json.loads((Path(__file__).parent / "reference" / "test_rig.json").read_text())
-LINKS = {"crank": "L1", "coupler": "L2", "rocker": "L3", "ground": "L0"}
 PINS = "abcd"
 OK = 1
 #: Classes as the reference calls them.
 STATUSES = {"crank_rocker": 1, "cannot_assemble": 2, "non_grashof": 3, "grashof_double_rocker": 3, "change_point": 4,
             "double_crank": 5}  # fmt: skip
-
-
-def lengths(case):
-    case = case.get("inputs", case)
-    return {link: float(case[f"{key}_mm"]) for link, key in LINKS.items()}
 
 
 def evaluate(design, metrics, **more):
@@ -34,10 +26,6 @@ def evaluate(design, metrics, **more):
 def close(value, text, tolerance, scale=0.0):
     """Relative to the number itself, or to a scale where the number is a difference of larger ones."""
     assert value == pytest.approx(float(text), rel=tolerance, abs=tolerance * scale)
-
-
-def named(cases):
-    return pytest.mark.parametrize("case", cases, ids=[case["id"] for case in cases])
 
 
 @named(REFERENCE["kinematics"])
@@ -101,15 +89,6 @@ def test_classes(case):
     row = explore.evaluate("test-rig", lengths(case), metrics=["linkage_class", "swing_angle"]).iloc[0]
     assert row["status"] == STATUSES[case["classification"]]
     assert math.isnan(row["swing_angle"])
-
-
-def load_of(inputs):
-    """The load of a reference case in our parameters."""
-    names = {"k": "stiffness", "c": "damping", "J": "inertia"}
-    load = {ours: float(inputs[theirs]) for theirs, ours in names.items() if theirs in inputs}
-    if "M0" in inputs:
-        load[f"{inputs['load_law']}_torque"] = float(inputs["M0"])
-    return load | {"speed": float(inputs["omega1_rad_s"])}
 
 
 @named(REFERENCE["quasistatic"])

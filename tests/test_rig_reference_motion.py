@@ -7,33 +7,15 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from rig_cases import LINKS, REFERENCE, lengths, load_of, named
 
 import explore
 from explore.mechanisms import four_bar
 from explore.mechanisms.test_rig import TEST_RIG
 
-REFERENCE = json.loads((Path(__file__).parent / "reference" / "test_rig.json").read_text())
 SIZING = json.loads((Path(__file__).parent / "reference" / "test_rig_sizing.json").read_text())
-LINKS = {"crank": "L1", "coupler": "L2", "rocker": "L3", "ground": "L0"}
 TURNING = [case for case in REFERENCE["kinematics"] if case["crank_is_shortest"]]
 LIMITS = ("extended", "folded")
-
-
-def lengths(case):
-    case = case.get("inputs", case)
-    return {link: float(case[f"{key}_mm"]) for link, key in LINKS.items()}
-
-
-def load_of(inputs):
-    names = {"k": "stiffness", "c": "damping", "J": "inertia"}
-    load = {ours: float(inputs[theirs]) for theirs, ours in names.items() if theirs in inputs}
-    if "M0" in inputs:
-        load[f"{inputs['load_law']}_torque"] = float(inputs["M0"])
-    return load | {"speed": float(inputs["omega1_rad_s"])}
-
-
-def named(cases):
-    return pytest.mark.parametrize("case", cases, ids=[case["id"] for case in cases])
 
 
 def rows(design, angles):
