@@ -17,9 +17,9 @@ _MM = 1e3  # N mm in a N m
 def _sizing(
     name: str, unit: str, long_name: str, default: float = 0.0, zero: str = "", upper: float = math.inf
 ) -> Parameter:
-    return Parameter(
-        name, unit, long_name, default, upper=upper, zero=zero or OMITTED * (default == 0.0), enters="sizing"
-    )
+    if default == 0.0:
+        zero = OMITTED
+    return Parameter(name, unit, long_name, default, upper=upper, zero=zero, enters="sizing")
 
 
 SIZING_PARAMETERS = (
