@@ -195,7 +195,7 @@ def simulate(
         On angles (rad), and on velocities and accelerations relative to their largest. A method that misses it on
         this design warns, with its errors measured.
     parameters
-        Of the design, in declared units.
+        Of the design, in declared units. Forces are those of the load among them, 0 without one.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""Every number of reference/test_rig.json: closed form, extremes, distortion, forces with and without masses."""
+"""Metrics and signals of reference/test_rig.json: closed form, extremes, distortion, forces with and without masses."""
 
 import math
 
