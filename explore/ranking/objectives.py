@@ -46,7 +46,8 @@ def choose_objectives(
     """The aims of a ranking and what orders it: what was asked for, else the study's own."""
     texts = [metrics] if isinstance(metrics, str) else list(usual if metrics is None else metrics)
     if not texts:
-        raise RequestError("nothing to rank by: give metrics, such as cv and swing_angle:max")
+        example = next((name for name in columns if senses.get(name)), "cv:min")
+        raise RequestError(f"nothing to rank by: give metrics, such as {example}")
     objectives = tuple(dict.fromkeys(parse_objective(text, senses, columns) for text in texts))
     order = objectives[0] if order_by is None else parse_objective(order_by, senses, columns)
     return objectives, order
