@@ -108,6 +108,46 @@ def test_print(browser, study):
         assert not page.get_by_role("button", name="Export CSV").is_visible()
         assert page.locator(".grid .body .row").count() == 40
         assert page.pdf().startswith(b"%PDF")
+        # Paper has another width, and no time to draw again: what is measured before the page knows of it.
+        boxes = page.evaluate(
+            """() => {
+                const panels = ["scatter", "parallel"].map(name => document.getElementById(name));
+                for (const panel of panels) panel.style.width = "500px";
+                const box = node => (({left, width, height}) => [left, width, height])(node.getBoundingClientRect());
+                return panels.map(panel => ["canvas", "svg"].map(tag => box(panel.querySelector(`.plot > ${tag}`))));
+            }"""
+        )
+    for canvas, axes in boxes:
+        assert canvas == pytest.approx(axes, abs=1.0)
+        assert 400 < canvas[1] < 500
+
+
+def test_the_counts_of_what_became_of_the_designs_have_bars_beside_them(page, frame):
+    rows = page.locator("#study-facts table").first.locator("tr")
+    assert rows.count() == frame["status"].nunique()
+    for row in rows.all():
+        bar, label = row.locator(".share i").bounding_box(), row.locator("th").bounding_box()
+        assert bar["width"] >= 3.0
+        assert 0.0 < bar["y"] - label["y"] < 15.0  # within its first line
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_all_colours_of_the_scale_are_seen(browser, study, scheme):
+    with silent_page(browser, study.path.with_suffix(".html"), color_scheme=scheme) as page:
+        style = "getComputedStyle(document.documentElement).getPropertyValue"
+        ground, ramp = (page.evaluate(f"{style}('{name}')") for name in ("--panel", "--ramp"))
+    lights = [luminance(colour) for colour in ramp.split(", ")]
+    assert lights == sorted(lights)
+    for light in lights:
+        dark, bright = sorted([light, luminance(ground)])
+        assert (bright + 0.05) / (dark + 0.05) >= 2.0
+
+
+def luminance(colour: str) -> float:
+    """Of "#rrggbb", as the Web Content Accessibility Guidelines define it."""
+    shares = [int(colour.strip()[k : k + 2], 16) / 255.0 for k in (1, 3, 5)]
+    linear = [share / 12.92 if share <= 0.04045 else ((share + 0.055) / 1.055) ** 2.4 for share in shares]
+    return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
 
 
 @pytest.mark.parametrize(("count", "megabytes", "seconds"), [(10_000, 3.0, 2.0), (100_000, 10.0, 5.0)])

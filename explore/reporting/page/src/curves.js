@@ -1,7 +1,7 @@
 /** Small charts of a motion over the crank angle, all with the same cursor. */
 
 import { el, sized } from "./dom.js";
-import { counted, number } from "./format.js";
+import { counted, number, tickText } from "./format.js";
 import { axisScale } from "./scales.js";
 import { colours } from "./theme.js";
 
@@ -86,13 +86,15 @@ function frame(context, x, y, motion, colour, width) {
   context.lineWidth = 1;
   context.textAlign = "right";
   context.textBaseline = "middle";
-  for (const tick of y.ticks(4)) {
+  const ticks = y.ticks(4),
+    text = tickText(ticks, 5);
+  for (const tick of ticks) {
     const place = Math.round(y(tick)) + 0.5;
     context.beginPath();
     context.moveTo(MARGIN.left, place);
     context.lineTo(width - MARGIN.right, place);
     context.stroke();
-    context.fillText(number(tick, 3), MARGIN.left - 5, place);
+    context.fillText(text(tick), MARGIN.left - 5, place);
   }
   context.textBaseline = "top";
   for (const angle of width > 190 ? [0, 90, 180, 270, 360] : [0, 180, 360]) {

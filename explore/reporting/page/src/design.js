@@ -48,7 +48,7 @@ export function designPanel(root, model, chosen) {
     if (!state.motion) return controls.pause();
     state.degrees = (((state.motion.stroke?.[0] ?? 0) % 360) + 360) % 360;
     canvas.setAttribute("aria-label", `the mechanism of design ${model.designs[row]} in true proportions`);
-    charts = state.drawing.curves.map((kind) =>
+    charts = state.drawing.curves(model.study.drive).map((kind) =>
       curveChart(kind, (degrees) => {
         controls.pause();
         controls.set(degrees);

@@ -23,6 +23,14 @@ export function number(value, digits = 6) {
   return text.replace(/-/g, "−");
 }
 
+/** How the ticks of an axis read: with the digits that tell them apart, at least so many. */
+export function tickText(values, least) {
+  const size = Math.max(...values.map(Math.abs)),
+    step = Math.abs(values[1] - values[0]);
+  const digits = values.length > 1 && step > 0 ? Math.ceil(Math.log10(size / step)) + 2 : 0;
+  return (value) => number(value, Math.min(15, Math.max(least, digits)));
+}
+
 /** A value of a column: a label, a whole number or a number. */
 export function cell(column, value, digits = 6) {
   if (column.labels) return words(column.labels[value] ?? String(value));

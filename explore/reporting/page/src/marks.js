@@ -71,31 +71,18 @@ export function glyph(kind, label) {
   return node;
 }
 
-/** Anchors of the colour scale, dark to light, even in brightness and safe for the colour-blind (cividis). */
-const RAMP = [
-  "#00224e",
-  "#123570",
-  "#3b496c",
-  "#575d6d",
-  "#707173",
-  "#8a8678",
-  "#a59c74",
-  "#c3b369",
-  "#e1cc55",
-  "#fee838",
-];
-const STEPS = 64;
-
-/** Colours of a scale from its low end to its high end, as text. */
-export const ramp = Array.from({ length: STEPS }, (_, k) => {
-  const place = (k / (STEPS - 1)) * (RAMP.length - 1),
-    low = Math.min(Math.floor(place), RAMP.length - 2);
-  const parts = [1, 3, 5].map((at) => {
-    const [a, b] = [RAMP[low], RAMP[low + 1]].map((colour) => parseInt(colour.slice(at, at + 2), 16));
-    return Math.round(a + (b - a) * (place - low));
+/** Colours of a scale from its low end to its high end, as text, between the anchors that the theme gives. */
+export function ramp(anchors, steps) {
+  return Array.from({ length: steps }, (_, k) => {
+    const place = (k / (steps - 1)) * (anchors.length - 1),
+      low = Math.min(Math.floor(place), anchors.length - 2);
+    const parts = [1, 3, 5].map((at) => {
+      const [a, b] = [anchors[low], anchors[low + 1]].map((colour) => parseInt(colour.slice(at, at + 2), 16));
+      return Math.round(a + (b - a) * (place - low));
+    });
+    return `rgb(${parts.join(",")})`;
   });
-  return `rgb(${parts.join(",")})`;
-});
+}
 
 /** The colour of a kind in the theme that is shown. */
 export const kindColour = (kind) => colours()[KINDS[kind].colour];

@@ -25,6 +25,10 @@ const FOUR_BAR_CURVES = [
       ["rocker_acceleration", "blue", "rocker"],
     ],
   },
+];
+
+/** Those that a mechanism with clutches has too. */
+const CLUTCH_CURVES = [
   { title: "velocity ratio", unit: "", lines: [["velocity_ratio", "purple"]] },
   {
     title: "clutch output",
@@ -36,7 +40,7 @@ const FOUR_BAR_CURVES = [
   },
 ];
 
-/** @type {Array<{suits: Function, motion: Function, over: Function, draw: Function, height: Function, curves: Array}>} */
+/** @type {Array<{suits: Function, motion: Function, over: Function, draw: Function, height: Function, curves: Function}>} */
 const REGISTRY = [
   {
     suits: (name, values) => name === "crank-rocker" || FOUR_BAR.every((parameter) => parameter in values),
@@ -44,7 +48,7 @@ const REGISTRY = [
     over: overTheTurn,
     draw: drawLinkage,
     height: heightOf,
-    curves: FOUR_BAR_CURVES,
+    curves: (drive) => (drive === "none" ? FOUR_BAR_CURVES : [...FOUR_BAR_CURVES, ...CLUTCH_CURVES]),
   },
 ];
 

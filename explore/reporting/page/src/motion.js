@@ -21,14 +21,14 @@ export function crankAngles() {
 /**
  * The motion of one design.
  * @param {Object<string, number>} values parameters by name
- * @param {?string} drive the stroke that the clutch transmits
+ * @param {?string} drive the stroke that the clutch transmits; "none" where there is no clutch
  * @returns {?Object} null when the crank cannot turn
  */
 export function fourBarMotion(values, drive) {
   const linkage = prepare(values);
   if (!linkage) return null;
   const limits = limitAngles(linkage);
-  const stroke = limits && driveStroke(linkage, limits, drive);
+  const stroke = limits && drive !== "none" ? driveStroke(linkage, limits, drive) : null;
   const phases = Math.max(1, Math.round(values.phases ?? 1));
   const motion = { linkage, limits, stroke, phases, speed: values.speed ?? 1 };
   motion.at = (degrees) => signals(motion, degrees);

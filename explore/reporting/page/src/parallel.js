@@ -61,7 +61,11 @@ export function parallel(root, model, shared) {
     if (!view.room) return;
     view.width = Math.max(view.room, MARGIN.left + MARGIN.right + LEAST_STEP * (view.names.length - 1));
     plot.style.width = `${view.width}px`;
-    for (const [name, value] of Object.entries({ width: view.width, height: HEIGHT }))
+    for (const [name, value] of Object.entries({
+      width: view.width,
+      height: HEIGHT,
+      viewBox: `0 0 ${view.width} ${HEIGHT}`,
+    }))
       overlay.setAttribute(name, value);
     const room = view.width - MARGIN.left - MARGIN.right,
       last = Math.max(1, view.names.length - 1);
@@ -86,7 +90,10 @@ export function parallel(root, model, shared) {
       const width = Math.min(step - 4, 130),
         node = labels.children[k].style;
       const left = Math.max(0, Math.min(view.width - width, x - width / 2));
-      Object.assign(node, { left: `${left}px`, width: `${width}px`, height: `${MARGIN.top - 8}px` });
+      // In shares of the plot, which may be wider or narrower on paper.
+      const share = (pixels, whole) => `${(100 * pixels) / whole}%`;
+      const places = { left: share(left, view.width), width: share(width, view.width) };
+      Object.assign(node, { ...places, height: share(MARGIN.top - 8, HEIGHT) });
     });
     drawAxes();
     draw();

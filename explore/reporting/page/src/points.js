@@ -4,6 +4,9 @@ import { kindColour, mark, ramp } from "./marks.js";
 import { extent } from "./scales.js";
 import { colours } from "./theme.js";
 
+/** Colours that a scale is divided into. */
+const SHADES = 64;
+
 /**
  * Pixels of all designs, NaN where there is nothing to draw.
  * @returns {{x: Float32Array, y: Float32Array, missingX: number, missingY: number, missingBoth: number, outside: number}}
@@ -139,8 +142,9 @@ function hues(model, view, points) {
   for (let row = 0; row < model.size; row++) {
     if (!Number.isNaN(points.x[row]) && !Number.isFinite(values[row])) points.missingColour++;
   }
-  const { muted } = colours();
-  const scale = high > low ? (ramp.length - 1) / (high - low) : 0;
+  const { muted, ramp: anchors } = colours();
+  const shades = ramp(anchors.split(", "), SHADES);
+  const scale = high > low ? (SHADES - 1) / (high - low) : 0;
   const within = (value) => Math.min(high, Math.max(low, value));
-  return (row) => (Number.isFinite(values[row]) ? ramp[Math.round((within(values[row]) - low) * scale)] : muted);
+  return (row) => (Number.isFinite(values[row]) ? shades[Math.round((within(values[row]) - low) * scale)] : muted);
 }

@@ -1,7 +1,7 @@
 /** Axes: what they span, linear or logarithmic, and how their ticks read. */
 
 import { scaleLinear, scaleLog } from "d3-scale";
-import { number, words } from "./format.js";
+import { tickText, words } from "./format.js";
 
 /** Share of the designs that an axis without outliers leaves out on each side. */
 const TAIL = 0.005;
@@ -67,8 +67,12 @@ export function tickMarks(scale, column, wanted) {
   }
   let values = scale.ticks(wanted);
   if (scale.base && values.length > wanted) {
-    const tens = values.filter((value) => Number.isInteger(Math.log10(value)));
-    values = tens.length > 1 ? tens : values.filter((_, k) => k % Math.ceil(values.length / wanted) === 0);
+    const thinned = values.filter((_, k) => k % Math.ceil(values.length / wanted) === 0);
+    const round = [["1"], ["1", "2", "5"]].map((digits) => values.filter((value) => digits.includes(mantissa(value))));
+    values = round.find((some) => some.length > 1 && some.length <= wanted) ?? thinned;
   }
-  return { values, text: (value) => number(value, 4) };
+  return { values, text: tickText(values, 6) };
 }
+
+/** The digits of a number without its power of ten: "1" of 0.01 and of 100. */
+const mantissa = (value) => Number(value.toPrecision(12)).toExponential().split("e")[0];

@@ -89,7 +89,11 @@ export function scatter(root, model, shared) {
     view.low = ends[1] - (missing.y ? GUTTER : 0);
     view.scaleX = axisScale(spans[0] ?? [0, 1], [view.left, ends[0]], { log: view.logX, room: 0.035 });
     view.scaleY = axisScale(spans[1] ?? [0, 1], [view.low, MARGIN.top], { log: view.logY, room: 0.035 });
-    for (const [name, value] of Object.entries({ width: view.width, height: HEIGHT }))
+    for (const [name, value] of Object.entries({
+      width: view.width,
+      height: HEIGHT,
+      viewBox: `0 0 ${view.width} ${HEIGHT}`,
+    }))
       overlay.setAttribute(name, value);
     overlay.setAttribute("aria-label", `designs over ${titled(x)} and ${titled(y)}`);
     points = place(model, view, MARGIN.left + GUTTER / 2, ends[1] - GUTTER / 2);

@@ -97,7 +97,7 @@ function statuses(study) {
       "tr",
       {},
       el("th", {}, words(label)),
-      el("td", { class: "share" }, bar),
+      el("td", { class: "share" }, el("span", {}, designs ? bar : "")),
       el("td", { class: "count" }, count(designs)),
       el("td", {}, sentence),
     );

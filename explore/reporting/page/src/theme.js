@@ -14,6 +14,7 @@ const NAMES = [
   "sky",
   "stroke",
   "accent",
+  "ramp",
 ];
 const listeners = [];
 let current = null;
