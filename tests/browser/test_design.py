@@ -177,8 +177,11 @@ def test_a_mechanism_of_the_same_links_without_clutches_is_drawn(browser, tmp_pa
         assert picture(page) != still
         titles = page.locator(".curve .title").all_inner_texts()
         assert titles == [
-            "rocker angle [deg]", "transmission angle [deg]", "angular velocity [rad/s]", "angular acceleration [rad/s²]",
-        ]  # fmt: skip
+            "rocker angle [deg]",
+            "transmission angle [deg]",
+            "angular velocity [rad/s]",
+            "angular acceleration [rad/s²]",
+        ]
         assert "drive stroke" not in page.locator("#design .legend").inner_text()
         ticks = page.locator("#scatter .y .tick text").all_text_contents()
         assert len(set(ticks)) == len(ticks) > 2
