@@ -46,6 +46,13 @@ def test_a_picture_is_written_and_named(swept, kind):
         assert (swept / f"a{ending}").read_bytes().startswith(start)
 
 
+def test_the_results_are_never_overwritten(swept, results):
+    (swept / "trap.png").write_bytes(results.read_bytes())
+    code, out, err = call("plot", "pareto", "trap.png", "-o", "trap.png")
+    assert (code, out, err) == (2, "", "error: -o trap.png is the results file itself; name another file\n")
+    assert (swept / "trap.png").read_bytes() == results.read_bytes()
+
+
 def test_something_moves_on_a_terminal(swept):
     output, said = on_terminal("plot", "pareto", cwd=swept)
     assert output == "results/small-pareto.png\n"

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from explore.cli.bars import block_bar
-from explore.cli.output import check_output, newest_results, say
+from explore.cli.output import check_output, newest_results, refuse_same, say
 from explore.errors import RequestError
 from explore.suggest import suggestion
 
@@ -58,6 +58,7 @@ def plot_results(name: str, path: Path | None, output: Path | None, options: Plo
     from explore.store.results import open_results
 
     results = open_results(path or newest_results())
+    refuse_same(output, results.path, "the results file")
     if results.n_committed == 0:
         raise RequestError(f"{results.path} holds no designs yet, so there is nothing to draw")
     with block_bar("drawing"):
