@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 
 import explore
+from explore.charts.load import load_chart
 from explore.charts.mechanism import joint_paths, mechanism_chart
 from explore.charts.motion import clutch_output, crank_angles, motion_chart
-from explore.charts.style import save
+from explore.charts.style import heading, new_figure, save
 from explore.mechanisms.crank_rocker import CRANK_ROCKER
 from explore.motions import window_limits
 
@@ -96,3 +97,24 @@ def test_a_double_crank_has_no_strokes(tmp_path):
     motion = explore.simulate("crank-rocker", angles=crank_angles(), **design)
     save(motion_chart(motion, "title"), tmp_path / "motion.png")
     save(mechanism_chart(motion, design, "title"), tmp_path / "mechanism.png")
+
+
+def test_forces_that_hardly_vary_are_in_sight_and_no_work_has_the_mean_0():
+    """The published rig at its shortest crank; what a constant torque takes on the way there it gives back."""
+    rig = {"crank": 5.0, "coupler": 460.0, "rocker": 595.0, "ground": 751.0, "speed": 60.0, "constant_torque": 25000.0}
+    motion = explore.simulate("test-rig", angles=crank_angles(), **rig)
+    figure = load_chart(motion, "title")
+    (pins,) = (chart for chart in figure.axes if "pin forces" in chart.get_ylabel())
+    low, high = pins.get_ylim()
+    largest = max(line.get_ydata().max() for line in pins.get_lines())
+    assert low == 0.0
+    assert 0.5 * high < largest < 0.9 * high
+    means = [line.get_label() for chart in figure.axes for line in chart.get_lines() if "mean" in line.get_label()]
+    assert means == ["mean 0", "mean 0"]
+
+
+def test_a_heading_ends_its_lines_at_commas():
+    figure = new_figure()
+    heading(figure, "study, design 0: crank 100 mm, rocker 541.712 mm, speed 4.2735 rad/s", 40)
+    lines = figure.get_suptitle().replace("\xa0", " ").split("\n")
+    assert lines == ["study, design 0: crank 100 mm,", "rocker 541.712 mm, speed 4.2735 rad/s"]

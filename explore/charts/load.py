@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from explore.charts.motion import name_limits, turn_axis
-from explore.charts.style import BLUE, GREEN, INK, MUTED, ORANGE, PURPLE, RED, SKY, new_figure
+from explore.charts.motion import LETTERS, name_limits, turn_axis
+from explore.charts.style import BLUE, GREEN, INK, MUTED, ORANGE, PURPLE, RED, SKY, heading, new_figure
 from explore.vocabulary import FloatArray
 
 if TYPE_CHECKING:
@@ -16,6 +16,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+#: Share of the largest value below which a mean is nothing but the error of the sum over the crank angles.
+_ROUNDING = 1e-6
 _PINS = {
     "pin_force_a": ("pin a", ORANGE, "-", 3.6),
     "pin_force_b": ("pin b", SKY, "-", 2.6),
@@ -56,20 +58,21 @@ def load_chart(motion: pd.DataFrame, title: str, limits: Mapping[str, float] | N
     for name, (label, colour, style, width) in _PINS.items():
         pins.plot(motion.index, motion[name] * 1e-3, style, color=colour, lw=width, label=label)
     pins.set_ylabel("pin forces [kN]")
-    pins.set_ylim(bottom=0.0)
+    # Forces that hardly vary lie below the top of the axis, and the legend above them.
+    pins.set_ylim(0.0, 1.25e-3 * motion[list(_PINS)].to_numpy().max() or 1.0)
     pins.legend(loc="best", frameon=True, framealpha=0.85, edgecolor="none", ncols=2)
     for chart in charts.ravel():
         turn_axis(chart, None, limits or {})
     name_limits(charts[0], limits or {})
     for chart in charts[-1]:
         chart.set_xlabel("crank angle [deg]")
-    figure.suptitle(title, fontsize=12, color=INK)
+    heading(figure, title, LETTERS)
     return figure
 
 
 def _mean(chart: Axes, angle: FloatArray, values: FloatArray) -> None:
     mean = float(np.trapezoid(values, angle) / (angle[-1] - angle[0]))
-    if abs(mean) < 1e-6 * np.abs(values).max():  # the error of the trapezoids: the load only stores
+    if abs(mean) < _ROUNDING * np.abs(values).max():
         mean = 0.0
     chart.axhline(mean, color=MUTED, lw=1.2, ls="--", label=f"mean {mean:.4g}")
     chart.legend(loc="best", frameon=True, framealpha=0.85, edgecolor="none")

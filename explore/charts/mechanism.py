@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import textwrap
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from explore.charts.style import BLUE, GREEN, INK, MUTED, ORANGE, PURPLE, new_figure
+from explore.charts.style import BLUE, GREEN, INK, MUTED, ORANGE, PURPLE, heading, new_figure
 from explore.vocabulary import FloatArray
 
 if TYPE_CHECKING:
@@ -86,9 +85,7 @@ def mechanism_chart(
     chart.grid(color=MUTED, alpha=0.2, lw=0.5)
     chart.set_xlabel("x [mm]")
     chart.set_ylabel("y [mm]")
-    # Lines end at commas only: a length stays beside its name.
-    words = title.replace(" ", "\xa0").replace(",\xa0", ", ")
-    figure.suptitle("\n".join(textwrap.wrap(words, _LETTERS)), fontsize=11, color=INK)
+    heading(figure, title, _LETTERS)
     figure.legend(loc="outside lower center", ncols=2, frameon=False, fontsize=10, handlelength=3.5)
     return figure
 

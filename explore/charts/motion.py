@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from explore.charts.style import BLUE, GREEN, INK, MUTED, ORANGE, PURPLE, RED, SKY, new_figure
+from explore.charts.style import BLUE, GREEN, INK, MUTED, ORANGE, PURPLE, RED, SKY, heading, new_figure
 from explore.vocabulary import FloatArray
 
 if TYPE_CHECKING:
@@ -15,6 +15,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+#: Letters of one line of the title.
+LETTERS = 100
 #: Transmission angles outside are held to be bad, deg.
 _GOOD = (30.0, 150.0)
 _LINKS = {"coupler": (ORANGE, "--"), "rocker": (BLUE, "-")}
@@ -93,7 +95,7 @@ def motion_chart(
     name_limits(charts[0], limits or {})
     for chart in charts[-1]:
         chart.set_xlabel("crank angle [deg]")
-    figure.suptitle(title, fontsize=12, color=INK)
+    heading(figure, title, LETTERS)
     return figure
 
 

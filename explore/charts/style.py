@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -55,6 +56,15 @@ def new_figure(width: float = 9.0, height: float = 6.2) -> Figure:
     from matplotlib.figure import Figure
 
     return Figure(figsize=(width, height), layout="constrained")
+
+
+def heading(figure: Figure, text: str, letters: int) -> None:
+    """Write the parameters of a design above a figure, in lines of so many letters that end at commas only.
+
+    A length stays beside its name and its unit.
+    """
+    words = text.replace(" ", "\xa0").replace(",\xa0", ", ")
+    figure.suptitle("\n".join(textwrap.wrap(words, letters)), fontsize=12, color=INK)
 
 
 def save(figure: Figure, path: Path) -> None:

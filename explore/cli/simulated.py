@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import textwrap
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -60,5 +59,5 @@ def simulated_design(results: Results, design: int | None) -> Simulated:
     ends = window_limits(mechanism, columns, "overlapped_to_extended", wanted)
     limits = dict(zip(("overlapped", "extended"), ends, strict=True)) if ends else {}
     values = ", ".join(f"{p.name} {number(known[p.name])} {p.unit}" for p in mechanism.parameters if p.name in row)
-    title = textwrap.fill(f"{study_name(results)}, design {chosen:,}: {values}", 110)
+    title = f"{study_name(results)}, design {chosen:,}: {values}"
     return Simulated(title, known, motion, drive, limits)
