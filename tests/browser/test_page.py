@@ -252,3 +252,40 @@ def test_hostile_names_are_inert(browser, tmp_path):
         assert line == f"explore rank {shlex.quote(str(path))}"
         assert "the command line cannot name" in page.locator(".said").inner_text()
         assert page.evaluate("window.hurt") is None
+
+
+SOLVED = """mechanism = "crank-rocker"
+[parameters]
+crank = {{ solve = "swing_angle", value = {swing} }}
+coupler = {{ start = 400, stop = 900, num = 6 }}
+rocker = [500, 541]
+ground = [650, 691]
+[rank]
+metrics = ["time_ratio:min", "cv"]
+"""
+
+
+def ticks(page, column):
+    """Texts along one of the parallel axes."""
+    place = page.locator("#parallel .axis-labels div").all_text_contents().index(column)
+    return page.locator("#parallel g.dimension").nth(place).locator(".tick text").all_text_contents()
+
+
+def test_values_that_differ_by_rounding_only_are_one_value(browser, tmp_path):
+    """A length solved for 20 deg gives that to the last bits; the axis must not spread these over its height."""
+    results = swept(tmp_path, "solved", SOLVED.format(swing=20))
+    swings = results.to_pandas(["swing_angle"])["swing_angle"].dropna().unique()
+    assert len(swings) > 1
+    with silent_page(browser, report_of(results.path)) as page:
+        texts = ticks(page, "swing angle deg")
+    assert len(set(texts)) == len(texts) > 2
+    assert "20" in texts
+
+
+def test_an_axis_without_values_has_no_ticks(browser, tmp_path):
+    results = swept(tmp_path, "unreachable", SOLVED.format(swing=175))
+    assert results.to_pandas(["swing_angle"])["swing_angle"].isna().all()
+    with silent_page(browser, report_of(results.path)) as page:
+        assert ticks(page, "swing angle deg") == []
+        assert len(ticks(page, "coupler mm")) > 2
+        assert page.locator("#scatter .tick").count() == 0

@@ -74,7 +74,7 @@ export function parallel(root, model, shared) {
       const column = model.byName.get(name),
         span = extent(column, model.kinds, { log: false, all: false });
       const scale = axisScale(span ?? [0, 1], [HEIGHT - MARGIN.bottom - GUTTER, MARGIN.top]);
-      return { column, scale, x: MARGIN.left + k * step };
+      return { column, span, scale, x: MARGIN.left + k * step };
     });
     labels.replaceChildren(
       ...view.axes.map(({ column, x }) =>
@@ -106,10 +106,10 @@ export function parallel(root, model, shared) {
       .join("g")
       .attr("class", "dimension")
       .attr("transform", ({ x }) => `translate(${x},0)`);
-    groups.each(function draw({ column, scale }) {
+    groups.each(function draw({ column, span, scale }) {
       const group = select(this);
       group.selectAll("*").remove();
-      const { values, text } = tickMarks(scale, column, 5);
+      const { values, text } = tickMarks(scale, column, 5, span);
       group.append("g").attr("class", "axis").call(axisLeft(scale).tickValues(values).tickFormat(text).tickSize(4));
       const [bottom, top] = scale.range();
       const tool = brushY()

@@ -5,6 +5,8 @@ import { tickText, words } from "./format.js";
 
 /** Share of the designs that an axis without outliers leaves out on each side. */
 const TAIL = 0.005;
+/** Values that differ by no more of their size are equal but for rounding, such as those of a length solved for. */
+const ROUNDING = 1e-13;
 
 /**
  * What an axis spans.
@@ -44,7 +46,7 @@ export function extent(column, kinds, { log, all }) {
 /** An axis over an extent, with some room beyond it, onto pixels. */
 export function axisScale(span, range, { log = false, room = 0 } = {}) {
   let [low, high] = span;
-  if (low === high)
+  if (high - low <= ROUNDING * Math.max(Math.abs(low), Math.abs(high)))
     [low, high] = log
       ? [low / 1.5, low * 1.5]
       : [low - (Math.abs(low) || 1) * 0.05, high + (Math.abs(high) || 1) * 0.05];
@@ -56,8 +58,9 @@ export function axisScale(span, range, { log = false, room = 0 } = {}) {
   return scaleLinear([low - more, high + more], range);
 }
 
-/** Ticks of an axis and their text: labels of a column of codes, short numbers of others. */
-export function tickMarks(scale, column, wanted) {
+/** Ticks of an axis and their text: labels of a column of codes, short numbers of others; none where nothing is shown. */
+export function tickMarks(scale, column, wanted, span) {
+  if (!span) return { values: [], text: String };
   if (column.labels) {
     const [low, high] = scale.domain();
     const codes = Object.keys(column.labels)

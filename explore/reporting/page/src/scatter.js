@@ -97,7 +97,7 @@ export function scatter(root, model, shared) {
       overlay.setAttribute(name, value);
     overlay.setAttribute("aria-label", `designs over ${titled(x)} and ${titled(y)}`);
     points = place(model, view, MARGIN.left + GUTTER / 2, ends[1] - GUTTER / 2);
-    axes(layers, view, x, y);
+    axes(layers, view, [x, y], spans);
     tool.extent([
       [view.left, MARGIN.top],
       [ends[0], view.low],
@@ -254,10 +254,10 @@ function interval(column, scale, from, to) {
   return { column, low: shortBound(low, pixel(from, low), false), high: shortBound(high, pixel(to, high), true) };
 }
 
-function axes(layers, view, x, y) {
+function axes(layers, view, [x, y], spans) {
   const [bottom, left] = [HEIGHT - MARGIN.bottom, MARGIN.left];
-  const ticksX = tickMarks(view.scaleX, x, Math.max(2, view.width / 90)),
-    ticksY = tickMarks(view.scaleY, y, 7);
+  const ticksX = tickMarks(view.scaleX, x, Math.max(2, view.width / 90), spans[0]),
+    ticksY = tickMarks(view.scaleY, y, 7, spans[1]);
   layers.x
     .attr("transform", `translate(0,${bottom})`)
     .call(axisBottom(view.scaleX).tickValues(ticksX.values).tickFormat(ticksX.text).tickSize(4));
