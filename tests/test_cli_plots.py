@@ -53,6 +53,21 @@ def test_the_results_are_never_overwritten(swept, results):
     assert (swept / "trap.png").read_bytes() == results.read_bytes()
 
 
+def test_a_link_stays_one_and_what_cannot_be_written_is_said(swept):
+    (swept / "far").mkdir()
+    (swept / "far/picture.png").touch()
+    (swept / "link.png").symlink_to("far/picture.png")
+    assert call("plot", "pareto", "-o", "link.png")[0] == 0
+    assert (swept / "link.png").is_symlink()
+    assert (swept / "far/picture.png").read_bytes().startswith(b"\x89PNG")
+    (swept / "lost.png").symlink_to("nowhere/picture.png")
+    code, out, err = call("plot", "pareto", "-o", "lost.png")
+    assert (code, out) == (1, "")
+    assert err.startswith("error: ")
+    assert "nowhere/picture.png cannot be created: No such file or directory" in err
+    assert err.count("\n") == 1
+
+
 def test_something_moves_on_a_terminal(swept):
     output, said = on_terminal("plot", "pareto", cwd=swept)
     assert output == "results/small-pareto.png\n"

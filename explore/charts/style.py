@@ -7,6 +7,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from explore.store.creation import new_file
+from explore.store.names import real_path
+
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
@@ -71,14 +74,15 @@ def save(figure: Figure, path: Path) -> None:
     """Write a figure as the file's name says: .png, .svg or .pdf; the same figure gives the same bytes.
 
     The file appears when it is complete.
+
+    Raises
+    ------
+    ResultsError
+        If the file cannot be written; nothing is left behind.
     """
     import matplotlib as mpl
 
     undated: dict[str, dict[str, None]] = {".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
-    part = path.with_name(f"{path.stem}.part{path.suffix}")
-    try:
-        with mpl.rc_context({"svg.hashsalt": "explore"}):
-            figure.savefig(part, dpi=130, metadata=undated.get(path.suffix.lower()))
-        part.replace(path)
-    finally:
-        part.unlink(missing_ok=True)
+    ending = path.suffix.lower()
+    with new_file(real_path(path)) as unfinished, mpl.rc_context({"svg.hashsalt": "explore"}):
+        figure.savefig(unfinished, format=ending[1:], dpi=130, metadata=undated.get(ending))
