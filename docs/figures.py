@@ -158,8 +158,10 @@ def shrink(path: Path) -> None:
     picture = Image.open(path).convert("RGB")
     for width in (picture.width, 900):
         smaller = picture.resize((width, round(picture.height * width / picture.width)), Image.Resampling.LANCZOS)
-        # the usual palette follows the crowd: the one green star among blue rings would be blue
-        smaller.quantize(128, Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE).save(path, optimize=True)
+        # the usual palette follows the crowd: the one green star among blue rings would be blue; this one covers all
+        # colours, and kmeans then moves it to those that are there: a pale grey would be green
+        palette = Image.Quantize.MAXCOVERAGE
+        smaller.quantize(128, palette, kmeans=1, dither=Image.Dither.NONE).save(path, optimize=True)
         if path.stat().st_size <= LARGEST:
             return
 
