@@ -236,6 +236,17 @@ def test_how_much_is_from_each_is_said(swept, other):
     assert next(line for line in out.splitlines() if "alike" in line).split()[:3] == ["design", "alike", "results"]
 
 
+def test_one_design_is_not_said_to_be_several(tmp_path):
+    (tmp_path / "one.toml").write_text(
+        'mechanism = "crank-rocker"\n[parameters]\ncrank = 100\ncoupler = 1083.4236\nrocker = 541.7118\n'
+        'ground = 691.7118\n[rank]\nmetrics = ["cv"]\n'
+    )
+    code, _, err = call("sweep", tmp_path / "one.toml", "-o", tmp_path / "one.h5")
+    assert code == 0, err
+    assert "1 design in " in err
+    assert "1 of 1 feasible design is Pareto-optimal in cv (min)\n" in call("rank", tmp_path / "one.h5")[2]
+
+
 def test_one_of_two_may_have_nothing_to_rank(swept, other):
     files = [swept / "all.h5", other]
     where = f"cv < {explore.rank(other)['cv'].min() * (1 - 1e-12)}"

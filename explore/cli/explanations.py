@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from typing import TYPE_CHECKING
 
-from explore.cli.output import say
+from explore.cli.output import be, counted, say
 
 if TYPE_CHECKING:
     from explore.ranking.rankings import Ranking
@@ -44,7 +44,8 @@ def _say_counts(results: Results, ranking: Ranking, prefix: str) -> None:
         return
     first = int((ranking.frame["front"] == 1).sum())
     chosen = " that meet the request" if ranking.left_out else ""
-    say(f"{prefix}{first:,} of {ranking.tally.ranked:,} feasible designs{chosen} are Pareto-optimal in {senses}")
+    ranked = f"{counted(ranking.tally.ranked, 'feasible design')}{chosen}"
+    say(f"{prefix}{first:,} of {ranked} {be(first)} Pareto-optimal in {senses}")
     if len(ranking.frame) > first:
         last = int(ranking.frame["front"].max())
         say(f"  {len(ranking.frame) - first:,} more are in front{'' if last == 2 else 's 2 to'} {last}")

@@ -109,6 +109,11 @@ def counted(count: int, noun: str) -> str:
     return f"{count:,} {noun}{'s' * (count != 1)}"
 
 
+def be(count: int) -> str:
+    """The verb after a number of things."""
+    return "is" if count == 1 else "are"
+
+
 def shown_unit(unit: str) -> str:
     """A unit as a table shows it: that of a bare number is left out."""
     return "" if unit == "1" else unit

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from explore.cli.bars import block_bar
 from explore.cli.explanations import explain
-from explore.cli.output import counted, newest_results, number, print_json, print_table, refuse_same, say
+from explore.cli.output import be, counted, newest_results, number, print_json, print_table, refuse_same, say
 from explore.cli.tables import check_table, write_table
 
 #: Columns that --quality adds.
@@ -108,7 +108,7 @@ def _say_shares(ranking: Ranking, parts: Mapping[str, Ranking]) -> None:
     best = ranking.frame[ranking.frame["front"] == 1]
     counts = [f"{int((best['results'] == name).sum()):,}" for name in parts]
     shares = ", ".join(f"{count} from {name}" for count, name in zip(counts, parts, strict=True))
-    say(f"together {counted(len(best), 'design')} are Pareto-optimal: {shares}", "bold")
+    say(f"together {counted(len(best), 'design')} {be(len(best))} Pareto-optimal: {shares}", "bold")
 
 
 def _print_front(ranking: Ranking, parameters: list[str], units: Mapping[str, str], options: RankOptions) -> None:

@@ -194,6 +194,6 @@ def _report(summary: Summary, keep: str, *, quiet: bool) -> None:
     resumed = f", {summary.resumed:,} were there" if summary.resumed else ""
     evaluations = counted(summary.kinematic_evaluations, "kinematic evaluation")
     say(
-        f"{summary.computed:,} designs in {summary.seconds:.1f} s ({rate:,.0f}/s){resumed}; "
+        f"{counted(summary.computed, 'design')} in {summary.seconds:.1f} s ({rate:,.0f}/s){resumed}; "
         f"{summary.feasible:,} feasible; {evaluations} -> {summary.path}"
     )
