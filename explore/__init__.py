@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from explore.config.study_file import load_study
     from explore.covering import coverage
     from explore.errors import ClusterError, ConfigError, ExploreError, MotionError, RequestError, ResultsError
-    from explore.store.results import open_results
+    from explore.store.opening import open_results
 
 _HOME = {
     "ClusterError": "errors",
@@ -25,7 +25,7 @@ _HOME = {
     "coverage": "covering",
     "evaluate": "api",
     "load_study": "config.study_file",
-    "open_results": "store.results",
+    "open_results": "store.opening",
     "rank": "api",
     "read_results": "api",
     "simulate": "api",

@@ -19,8 +19,8 @@ from explore.ranking.limits import Limits
 from explore.ranking.rankings import RankRequest, rank_frame, rank_source
 from explore.request.parameters import parameter_columns
 from explore.request.requests import find_mechanism, make_request
-from explore.store.results import Results, open_results
-from explore.store.several import open_several
+from explore.store.opening import open_results, open_several
+from explore.store.results import Results
 from explore.sweeping.clusters import given_client, local_cluster
 from explore.sweeping.runs import Keep, Progress, run_study
 from explore.vocabulary import Status

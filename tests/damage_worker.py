@@ -54,7 +54,7 @@ def serve() -> None:
     """Answer until stdin ends."""
     from command_line import call
 
-    from explore.store.results import open_results
+    from explore.store.opening import open_results
 
     answers = sys.stdout
     for line in sys.stdin:

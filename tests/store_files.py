@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from explore.errors import ResultsError
-from explore.store.results import open_results
+from explore.store.opening import open_results
 from explore.store.writer import Writer
 from explore.vocabulary import Column, Status
 

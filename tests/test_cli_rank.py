@@ -11,7 +11,7 @@ import explore
 from explore.cli.tables import markdown
 from explore.ranking.joint import rank_sources
 from explore.ranking.rankings import RankRequest
-from explore.store.results import open_results
+from explore.store.opening import open_results
 
 STUDY = """mechanism = "crank-rocker"
 [parameters]

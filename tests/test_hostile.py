@@ -427,7 +427,7 @@ def test_cut_at_every_place_that_means_something(worker, sound, tmp_path):
 def test_reading_takes_no_more_memory_than_the_file_deserves(altered):
     """Peak memory of a process that opens the file of 2^60 designs, against one that opens none."""
     script = (
-        "import resource, sys, explore\nfrom explore.store.results import open_results\n"
+        "import resource, sys, explore\nfrom explore.store.opening import open_results\n"
         "try: open_results(sys.argv[1])\nexcept explore.ExploreError: pass\n"
         "print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)"
     )

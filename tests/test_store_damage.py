@@ -11,7 +11,7 @@ import pytest
 from store_files import BLOCK, COLUMNS, N_DESIGNS
 
 from explore.errors import ResultsError
-from explore.store.results import open_results
+from explore.store.opening import open_results
 
 
 def test_missing_file(tmp_path):

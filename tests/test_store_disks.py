@@ -16,7 +16,7 @@ from store_files import ATTRIBUTES, BLOCK, COLUMNS, N_BLOCKS, fill, sha256, valu
 from explore.errors import ResultsError
 from explore.store import platform
 from explore.store.creation import create
-from explore.store.results import open_results
+from explore.store.opening import open_results
 
 LIMITED = """
 import resource, sys

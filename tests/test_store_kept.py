@@ -14,8 +14,8 @@ from store_files import ATTRIBUTES, BLOCK, COLUMNS, N_DESIGNS, sha256, values, w
 from explore.errors import ResultsError
 from explore.ranking.rankings import RankRequest, rank_source
 from explore.store.kept import write_kept
+from explore.store.opening import open_results
 from explore.store.packing import pack
-from explore.store.results import open_results
 
 STUDIED = {"ok": 8142, "crank_blocked": 1358, "no_stroke": 0}
 KEPT = ATTRIBUTES | {"keep": "front", "studied_designs": N_DESIGNS, "studied_counts": json.dumps(STUDIED)}

@@ -14,7 +14,7 @@ from store_files import N_BLOCKS, child, fill, kill, sha256, writer
 from explore.errors import ResultsError
 from explore.store import platform
 from explore.store.locking import LockFile
-from explore.store.results import open_results
+from explore.store.opening import open_results
 
 
 def test_second_writer_is_refused_until_the_first_is_gone(tmp_path):

@@ -12,7 +12,7 @@ import pytest
 from store_files import BLOCK, COLUMNS, N_DESIGNS, flip
 
 from explore.errors import ResultsError
-from explore.store.results import open_results
+from explore.store.opening import open_results
 
 
 def test_every_flipped_bit_of_a_chunk_is_found(packed_copy):

@@ -20,8 +20,8 @@ from store_files import ATTRIBUTES, BLOCK, COLUMNS, N_BLOCKS, N_DESIGNS, fill, f
 
 from explore.errors import ResultsError
 from explore.store.locking import LockFile
+from explore.store.opening import open_results
 from explore.store.packing import Sink, pack
-from explore.store.results import open_results
 from explore.store.writer import Writer
 
 

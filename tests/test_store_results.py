@@ -15,7 +15,7 @@ from store_files import ATTRIBUTES, BLOCK, COLUMNS, N_BLOCKS, N_DESIGNS, fill, v
 from explore.errors import ResultsError
 from explore.store.creation import create
 from explore.store.image import Image
-from explore.store.results import open_results
+from explore.store.opening import open_results
 from explore.store.writer import Writer
 from explore.vocabulary import Column, Status
 

@@ -29,7 +29,7 @@ from store_files import (
 
 from explore.errors import ResultsError
 from explore.store.creation import create
-from explore.store.results import open_results
+from explore.store.opening import open_results
 from explore.store.writer import Writer
 from explore.vocabulary import Status
 

@@ -10,8 +10,8 @@ from explore.cli.output import newest_results, say
 
 def pack_results(path: Path | None, output: Path | None) -> None:
     """Write the copy and say what it saves."""
+    from explore.store.opening import open_results
     from explore.store.packing import pack
-    from explore.store.results import open_results
 
     source = path or Path(newest_results())
     open_results(source)  # it knows why a file is not there yet

@@ -55,7 +55,7 @@ def plot_results(name: str, path: Path | None, output: Path | None, options: Plo
     check_figure(output)
     from explore.charts.columns import study_name
     from explore.charts.style import save
-    from explore.store.results import open_results
+    from explore.store.opening import open_results
 
     results = open_results(path or newest_results())
     refuse_same(output, results.path, "the results file")

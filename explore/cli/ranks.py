@@ -56,7 +56,7 @@ class RankOptions:
 
 def print_ranking(options: RankOptions, *, as_json: bool) -> None:
     """Rank results files and print their Pareto set."""
-    from explore.store.several import open_several
+    from explore.store.opening import open_several
 
     paths = options.results or [Path(newest_results())]
     for path in paths:

@@ -23,7 +23,7 @@ def write_report(path: Path | None, output: Path | None) -> None:
     from explore.charts.columns import study_name
     from explore.reporting.contents import STEPS, collect
     from explore.reporting.pages import write_page
-    from explore.store.results import open_results
+    from explore.store.opening import open_results
 
     results = open_results(path or newest_results())
     refuse_same(output, results.path, "the results file")

@@ -11,7 +11,7 @@ from explore.cli.output import newest_results, number, print_json, print_table, 
 
 def show_results(path: Path | None, *, as_json: bool) -> None:
     """Print what a results file holds."""
-    from explore.store.results import open_results
+    from explore.store.opening import open_results
 
     results = open_results(path or newest_results())
     sentences = json.loads(str(results.attributes.get("status_sentences", "{}")))
@@ -53,7 +53,7 @@ def show_results(path: Path | None, *, as_json: bool) -> None:
 
 def show_design(path: Path | None, design: int, *, as_json: bool) -> None:
     """Print one design in full: parameters, metrics, margins, status in words."""
-    from explore.store.results import open_results
+    from explore.store.opening import open_results
 
     results = open_results(path or newest_results())
     row = results.design(design)

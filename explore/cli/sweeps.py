@@ -172,7 +172,7 @@ def _compare_objectives(study: Study, path: Path) -> None:
     """[rank] may change without a new sweep, but the file keeps the aims it was made with: say how to use the new."""
     import json
 
-    from explore.store.results import open_results
+    from explore.store.opening import open_results
 
     aims = [f"{objective.metric}:{objective.sense}" for objective in study.objectives]
     if json.loads(str(open_results(path).attributes.get("objectives", "[]"))) != aims:

@@ -17,7 +17,7 @@ _NAMED = 20
 
 def verify_results(path: Path | None, *, as_json: bool) -> int:
     """Check a results file, print what is in it, and return the exit code."""
-    from explore.store.results import open_results
+    from explore.store.opening import open_results
 
     results = open_results(path or newest_results())
     with block_bar("checking") as progress:

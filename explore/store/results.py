@@ -14,9 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from explore.errors import ResultsError
-from explore.store.journal import count_records
 from explore.store.layout import INDEX, KEEP_FRONT, Attribute, Layout
-from explore.store.names import journal_name, real_path
 from explore.store.parsing import read_layout
 from explore.store.reading import COMMITTED, Progress, damaged_blocks, read_rows, read_words
 from explore.suggest import suggestion
@@ -29,27 +27,6 @@ if TYPE_CHECKING:
 _BOOLEANS = ("feasible",)
 #: Rows that are read over rather than skipped: a page costs as much as one of its values.
 _GAP = 512
-
-
-def open_results(path: Path | str) -> Results:
-    """Open a results file for reading.
-
-    Parameters
-    ----------
-    path
-        The HDF5 file of a sweep, finished or not.
-
-    Returns
-    -------
-    Results
-        Of the blocks that are committed now; the file does not stay open.
-
-    Raises
-    ------
-    ResultsError
-        The file is missing, foreign, damaged or of a newer version.
-    """
-    return Results(Path(path))
 
 
 class Results:
@@ -65,7 +42,6 @@ class Results:
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        _check_finished(path)
         self._layout: Layout = read_layout(path)
         self._identity = _identity(path)
         with self._open() as file:
@@ -319,19 +295,6 @@ def _joined(pieces: list[npt.NDArray[Any]], column: Column) -> npt.NDArray[Any]:
     if len(pieces) == 1:  # the usual case, a complete file: no copy
         return pieces[0]
     return np.concatenate(pieces) if pieces else np.empty(0, bool if column.name in _BOOLEANS else column.dtype)
-
-
-def _check_finished(path: Path) -> None:
-    """Say how far a sweep is that keeps only the front, which has no results file before it is done."""
-    if path.exists() or not (journal := journal_name(real_path(path))).exists():
-        return
-    done, header = count_records(journal)
-    blocks = header.get("blocks")
-    number = f"{blocks:,}" if isinstance(blocks, int) else "unknown"
-    raise ResultsError(
-        f"{path} is not finished: {done:,} of {number} blocks are done, and it keeps only the "
-        "front, which is known at the end; run the sweep again to go on"
-    )
 
 
 def _identity(path: Path) -> tuple[int, int]:

@@ -15,7 +15,7 @@ import numpy as np
 
 from explore.design_space import BLOCK_SIZE
 from explore.store.names import journal_name
-from explore.store.results import open_results
+from explore.store.opening import open_results
 from faults.content import BLOCK, COLUMNS, N_BLOCKS, kept_values, rows, values
 
 _EXPECTED = [[values(n)[column.name].tobytes() for column in COLUMNS] for n in range(N_BLOCKS)]
