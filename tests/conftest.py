@@ -1,5 +1,8 @@
 """Fixtures of more than one file."""
 
+import codecs
+import os
+import tempfile
 from pathlib import Path
 
 import pytest
@@ -33,6 +36,19 @@ def problems(load):
         return caught.value.problems
 
     return problems_of
+
+
+@pytest.fixture
+def unprivileged():
+    """A folder that everybody may enter, and a switch to a user to whom permissions apply: the superuser may do all."""
+    superuser = os.geteuid() == 0
+    codecs.lookup("utf-8-sig")  # loaded late, and the switched user may not read Python's own files
+    with tempfile.TemporaryDirectory() as folder:
+        Path(folder).chmod(0o755)
+        yield Path(folder), lambda: os.seteuid(65_534) if superuser else None
+        if superuser:
+            os.seteuid(0)
+        Path(folder).chmod(0o755)
 
 
 @pytest.fixture(scope="session")

@@ -1,6 +1,5 @@
 """Files that are no TOML or cannot be read, lines of keys, and anything else."""
 
-import os
 import random
 import re
 from pathlib import Path
@@ -57,11 +56,12 @@ def test_unreadable_files(tmp_path, monkeypatch):
         load_study("a\0b")
 
 
-@pytest.mark.skipif(os.geteuid() == 0, reason="root may read everything")
-def test_forbidden_file(tmp_path):
-    file = tmp_path / "study.toml"
+def test_forbidden_file(unprivileged):
+    folder, lower = unprivileged
+    file = folder / "study.toml"
     file.write_text(GOOD)
     file.chmod(0)
+    lower()
     with pytest.raises(ConfigError, match="cannot be read: Permission denied"):
         load_study(file)
 

@@ -330,11 +330,13 @@ def test_files_that_cannot_be_opened(problems, tmp_path, name, reason):
     assert reason_of(problems(STUDY.replace("designs.csv", name))).startswith(reason)
 
 
-@pytest.mark.skipif(os.geteuid() == 0, reason="root may read everything")
-def test_a_forbidden_file(wrong, tmp_path):
-    (tmp_path / "designs.csv").touch(mode=0)
-    with pytest.raises(ConfigError, match="sampling.file: cannot be read: Permission denied"):
-        load_study(tmp_path / "study.toml")
+def test_a_forbidden_file(unprivileged):
+    folder, lower = unprivileged
+    (folder / "study.toml").write_text(STUDY)
+    (folder / "designs.csv").touch(mode=0)
+    lower()
+    with pytest.raises(ConfigError, match="sampling.file: .*cannot be read: Permission denied"):
+        load_study(folder / "study.toml")
 
 
 def test_too_many_rows(wrong, table, monkeypatch):
