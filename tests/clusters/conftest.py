@@ -8,22 +8,23 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from run_figures import told
 
 import explore
 from clusters.processes import Cluster, digest, study_file
 
-_FIGURES = pytest.StashKey[list[str]]()
+_FIGURES = "sweeps on real clusters"
 
 
 @pytest.fixture
 def report(request):
     """Takes figures to print at the end of the run."""
-    return request.config.stash.setdefault(_FIGURES, []).append
+    return lambda line: request.node.user_properties.append((_FIGURES, line))
 
 
-def pytest_terminal_summary(terminalreporter, config) -> None:
-    if figures := config.stash.get(_FIGURES, []):
-        terminalreporter.section("sweeps on real clusters")
+def pytest_terminal_summary(terminalreporter) -> None:
+    if figures := list(told(terminalreporter, _FIGURES)):
+        terminalreporter.section(_FIGURES)
         for line in figures:
             terminalreporter.line(line)
 

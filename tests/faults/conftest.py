@@ -13,13 +13,14 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from run_figures import told
 
 from faults.checker import Verdict, sha256
 from faults.content import fill
 from faults.server import Server
 from faults.sweeps import Command
 
-_FIGURES = pytest.StashKey[dict[str, Counter]]()
+_FIGURES = "faults injected into the store"
 _HEADINGS = ("trials", "unreadable", "lost", "phantom", "detected", "redone")
 
 
@@ -45,16 +46,17 @@ def figures(request) -> Iterator[Figures]:
     """Counts of this test, printed at the end of the run."""
     counts = Figures()
     yield counts
-    table = request.config.stash.setdefault(_FIGURES, {})
-    table.setdefault(request.node.originalname, Counter()).update(counts)
+    request.node.user_properties.append((_FIGURES, [request.node.originalname, dict(counts)]))
 
 
-def pytest_terminal_summary(terminalreporter, config) -> None:
-    table = config.stash.get(_FIGURES, {})
+def pytest_terminal_summary(terminalreporter) -> None:
+    table: dict[str, Counter] = {}
+    for name, counts in told(terminalreporter, _FIGURES):
+        table.setdefault(name, Counter()).update(counts)
     if not table:
         return
     width = max(map(len, table))
-    terminalreporter.section("faults injected into the store")
+    terminalreporter.section(_FIGURES)
     terminalreporter.line(" " * width + "".join(f"{name:>12}" for name in _HEADINGS))
     for name, counts in table.items():
         terminalreporter.line(f"{name:{width}}" + "".join(f"{counts[heading]:>12,}" for heading in _HEADINGS))
