@@ -7,7 +7,9 @@ from pathlib import Path
 
 import pytest
 from store_files import fill
+from studies import FEW
 
+import explore
 from explore.config.study_file import load_study
 from explore.errors import ConfigError
 from explore.store.packing import pack
@@ -79,3 +81,20 @@ def packed_copy(packed, tmp_path) -> Path:
     path = tmp_path / "copy.h5"
     path.write_bytes(packed.read_bytes())
     return path
+
+
+@pytest.fixture(scope="session")
+def few(tmp_path_factory) -> Path:
+    """Results of a small study, not to be changed."""
+    folder = tmp_path_factory.mktemp("few")
+    (folder / "small.toml").write_text(FEW)
+    return explore.sweep(load_study(folder / "small.toml"), folder / "small.h5").path
+
+
+@pytest.fixture
+def in_results(few, tmp_path, monkeypatch) -> Path:
+    """The current folder, with these results as results/small.h5."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "results").mkdir()
+    (tmp_path / "results/small.h5").write_bytes(few.read_bytes())
+    return tmp_path

@@ -3,64 +3,39 @@
 import pytest
 from command_line import call, on_terminal
 
-import explore
 from explore.cli.plots import KINDS
-
-STUDY = """mechanism = "crank-rocker"
-[parameters]
-crank = [80, 100, 150, 160]
-coupler = 1083.4236
-rocker = 541.7118
-ground = [691.7118, 720]
-"""
-
-
-@pytest.fixture(scope="module")
-def results(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("swept")
-    (folder / "small.toml").write_text(STUDY)
-    return explore.sweep(explore.load_study(folder / "small.toml"), folder / "small.h5").path
-
-
-@pytest.fixture
-def swept(results, tmp_path, monkeypatch):
-    """The current folder, with results."""
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "results").mkdir()
-    (tmp_path / "results/small.h5").write_bytes(results.read_bytes())
-    return tmp_path
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_a_picture_is_written_and_named(swept, kind):
+def test_a_picture_is_written_and_named(in_results, kind):
     code, out, err = call("plot", kind)
     assert (code, out, err) == (0, f"results/small-{kind}.png\n", "")
-    first = (swept / out.strip()).read_bytes()
+    first = (in_results / out.strip()).read_bytes()
     assert first.startswith(b"\x89PNG")
     call("plot", kind, "results/small.h5")
-    assert (swept / out.strip()).read_bytes() == first
+    assert (in_results / out.strip()).read_bytes() == first
     for ending, start in ((".svg", b"<?xml"), (".pdf", b"%PDF")):
         for name in ("a", "b"):
             assert call("plot", kind, "-o", name + ending) == (0, f"{name}{ending}\n", "")
-        assert (swept / f"a{ending}").read_bytes() == (swept / f"b{ending}").read_bytes()
-        assert (swept / f"a{ending}").read_bytes().startswith(start)
+        assert (in_results / f"a{ending}").read_bytes() == (in_results / f"b{ending}").read_bytes()
+        assert (in_results / f"a{ending}").read_bytes().startswith(start)
 
 
-def test_the_results_are_never_overwritten(swept, results):
-    (swept / "trap.png").write_bytes(results.read_bytes())
+def test_the_results_are_never_overwritten(in_results, few):
+    (in_results / "trap.png").write_bytes(few.read_bytes())
     code, out, err = call("plot", "pareto", "trap.png", "-o", "trap.png")
     assert (code, out, err) == (2, "", "error: -o trap.png is the results file itself; name another file\n")
-    assert (swept / "trap.png").read_bytes() == results.read_bytes()
+    assert (in_results / "trap.png").read_bytes() == few.read_bytes()
 
 
-def test_a_link_stays_one_and_what_cannot_be_written_is_said(swept):
-    (swept / "far").mkdir()
-    (swept / "far/picture.png").touch()
-    (swept / "link.png").symlink_to("far/picture.png")
+def test_a_link_stays_one_and_what_cannot_be_written_is_said(in_results):
+    (in_results / "far").mkdir()
+    (in_results / "far/picture.png").touch()
+    (in_results / "link.png").symlink_to("far/picture.png")
     assert call("plot", "pareto", "-o", "link.png")[0] == 0
-    assert (swept / "link.png").is_symlink()
-    assert (swept / "far/picture.png").read_bytes().startswith(b"\x89PNG")
-    (swept / "lost.png").symlink_to("nowhere/picture.png")
+    assert (in_results / "link.png").is_symlink()
+    assert (in_results / "far/picture.png").read_bytes().startswith(b"\x89PNG")
+    (in_results / "lost.png").symlink_to("nowhere/picture.png")
     code, out, err = call("plot", "pareto", "-o", "lost.png")
     assert (code, out) == (1, "")
     assert err.startswith("error: ")
@@ -68,8 +43,8 @@ def test_a_link_stays_one_and_what_cannot_be_written_is_said(swept):
     assert err.count("\n") == 1
 
 
-def test_something_moves_on_a_terminal(swept):
-    output, said = on_terminal("plot", "pareto", cwd=swept)
+def test_something_moves_on_a_terminal(in_results):
+    output, said = on_terminal("plot", "pareto", cwd=in_results)
     assert output == "results/small-pareto.png\n"
     assert "drawing" in said
 
@@ -97,18 +72,18 @@ def test_something_moves_on_a_terminal(swept):
         (["pareto", "other.h5"], "other.h5"),
     ],
 )
-def test_bad_input_is_one_clear_line(swept, arguments, message):
-    before = sorted(swept.rglob("*"))
+def test_bad_input_is_one_clear_line(in_results, arguments, message):
+    before = sorted(in_results.rglob("*"))
     code, out, err = call("plot", *arguments)
     assert code in (1, 2)
     assert out == ""
     assert err.count("\n") == 1
     assert err.startswith(f"error: {message}")
-    assert sorted(swept.rglob("*")) == before
+    assert sorted(in_results.rglob("*")) == before
 
 
-def test_an_unfinished_front_says_how_far_it_is(swept):
-    (swept / "results/front.h5.journal").write_bytes(b"")
+def test_an_unfinished_front_says_how_far_it_is(in_results):
+    (in_results / "results/front.h5.journal").write_bytes(b"")
     code, _, err = call("plot", "pareto", "results/front.h5")
     assert code == 1
     assert err.startswith("error: results/front.h5 is not finished: 0 of unknown blocks are done")

@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 from command_line import call
 from store_files import fill
+from studies import FEW
 
 import explore
 from explore.reporting.packing import Packed
@@ -21,29 +22,6 @@ from explore.reporting.packing import Packed
 ROOT = Path(__file__).parent.parent
 PAGE = Path(explore.__file__).parent / "reporting/page"
 BUNDLED = ("report.js", "THIRD_PARTY.txt", "sources.sha256")
-STUDY = """mechanism = "crank-rocker"
-[parameters]
-crank = [80, 100, 150, 160]
-coupler = 1083.4236
-rocker = 541.7118
-ground = [691.7118, 720]
-"""
-
-
-@pytest.fixture(scope="module")
-def results(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("swept")
-    (folder / "small.toml").write_text(STUDY)
-    return explore.sweep(explore.load_study(folder / "small.toml"), folder / "small.h5").path
-
-
-@pytest.fixture
-def swept(results, tmp_path, monkeypatch):
-    """The current folder, with results."""
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "results").mkdir()
-    (tmp_path / "results/small.h5").write_bytes(results.read_bytes())
-    return tmp_path
 
 
 def test_the_bundle_is_of_these_sources():
@@ -89,18 +67,18 @@ def test_a_wheel_brings_the_page(tmp_path):
     assert not any("node_modules" in name for name in names)
 
 
-def test_the_page_is_named_and_always_the_same(swept):
+def test_the_page_is_named_and_always_the_same(in_results):
     code, out, err = call("report")
     assert (code, out) == (0, "results/small-report.html\n")
     assert re.fullmatch(r"0\.\d MB; open it in a browser, no server or network is needed\n", err)
-    first = (swept / out.strip()).read_bytes()
+    first = (in_results / out.strip()).read_bytes()
     assert call("report", "results/small.h5", "-o", "other.html")[:2] == (0, "other.html\n")
-    assert (swept / "other.html").read_bytes() == first
+    assert (in_results / "other.html").read_bytes() == first
 
 
-def test_the_page_asks_nothing_of_a_network(swept):
+def test_the_page_asks_nothing_of_a_network(in_results):
     call("report")
-    page = (swept / "results/small-report.html").read_text(encoding="utf-8")
+    page = (in_results / "results/small-report.html").read_text(encoding="utf-8")
     assert re.findall(r"<(?:link|img|iframe|object|embed|base)\b", page) == []
     assert re.findall(r"""\b(?:src|href|action|srcset)=["'](?!#)""", page) == []
     assert "default-src 'none'" in page
@@ -122,46 +100,46 @@ def test_the_page_asks_nothing_of_a_network(swept):
         (["empty.h5"], "empty.h5 holds no designs yet, so there is nothing to report"),
     ],
 )
-def test_bad_input_is_one_clear_line(swept, arguments, message):
-    (swept / "folder.html").mkdir()
-    (swept / "study.toml").write_text(STUDY)
-    (swept / "damaged.h5").write_bytes((swept / "results/small.h5").read_bytes())
-    with h5py.File(swept / "damaged.h5", "r+") as file:
+def test_bad_input_is_one_clear_line(in_results, arguments, message):
+    (in_results / "folder.html").mkdir()
+    (in_results / "study.toml").write_text(FEW)
+    (in_results / "damaged.h5").write_bytes((in_results / "results/small.h5").read_bytes())
+    with h5py.File(in_results / "damaged.h5", "r+") as file:
         length = file.attrs["determines"].dtype.itemsize
         file.attrs["determines"] = np.bytes_(b'{"evaluate": [1]}'.ljust(length))
-    fill(swept / "empty.h5", [])
-    before = sorted(swept.rglob("*"))
+    fill(in_results / "empty.h5", [])
+    before = sorted(in_results.rglob("*"))
     code, out, err = call("report", *arguments)
     assert code in (1, 2)
     assert out == ""
     assert err.count("\n") == 1
     assert err.startswith(f"error: {message}")
-    assert sorted(swept.rglob("*")) == before
+    assert sorted(in_results.rglob("*")) == before
 
 
-def test_a_page_that_cannot_be_written_leaves_the_old_one(swept, monkeypatch):
+def test_a_page_that_cannot_be_written_leaves_the_old_one(in_results, monkeypatch):
     call("report", "-o", "page.html")
-    before = (swept / "page.html").read_bytes()
+    before = (in_results / "page.html").read_bytes()
 
     def interrupted(_):
         raise KeyboardInterrupt
 
     monkeypatch.setattr("explore.reporting.pages.pieces_of", interrupted)
     assert call("report", "-o", "page.html")[0] == 130
-    assert (swept / "page.html").read_bytes() == before
-    assert sorted(path.name for path in swept.iterdir()) == ["page.html", "results"]
+    assert (in_results / "page.html").read_bytes() == before
+    assert sorted(path.name for path in in_results.iterdir()) == ["page.html", "results"]
 
 
 @pytest.mark.parametrize(
     "name", ["bad\udcff", "new\nline", "-dash", "$HOME `id`", "esc\x1b[31m", "</title>", "{{data}}"]
 )
-def test_any_name_of_a_file_will_do(swept, name):
-    path = swept / f"{name.replace('/', '')}.h5"
-    path.write_bytes((swept / "results/small.h5").read_bytes())
+def test_any_name_of_a_file_will_do(in_results, name):
+    path = in_results / f"{name.replace('/', '')}.h5"
+    path.write_bytes((in_results / "results/small.h5").read_bytes())
     code, out, err = call("report", "--", path.name)
     assert code == 0, err
     assert "\x1b" not in out
-    page = (swept / f"results/{path.stem}-report.html").read_text(encoding="utf-8")
+    page = (in_results / f"results/{path.stem}-report.html").read_text(encoding="utf-8")
     assert page.count("<title>") == page.count("</title>") == 1
     study = json.loads(re.search(r'id="study">(.*?)</script>', page)[1])
     assert study["name"] == path.stem
