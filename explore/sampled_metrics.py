@@ -12,7 +12,8 @@ from explore import statistics as ask
 from explore.vocabulary import FloatArray, Request, SampledMetric, Signal, Status
 
 _ASKED = {"cv": ask.CV, "std": ask.STD, "min": ask.EXTREMES, "max": ask.EXTREMES, "peak_to_peak": ask.EXTREMES}
-_EXTREMES = {"min": (sampling.MINIMUM,), "max": (sampling.MAXIMUM,), "peak_to_peak": (2, 3)}
+_BOTH = (sampling.MINIMUM, sampling.MAXIMUM)
+_EXTREMES = {"min": _BOTH[:1], "max": _BOTH[1:], "peak_to_peak": _BOTH}
 _POWERS = {"mean": sampling.ROOT_MEAN, "power_mean": sampling.ROOT_POWER_MEAN}
 _DEGREES = 180.0 / np.pi
 #: How much sharper the inputs of derived metrics are sampled, because formulas multiply errors: a life by 10/3.
@@ -62,7 +63,8 @@ def sample_metrics(
         terms[signal.row] = signal.terms
         if signal.terms >= 0:
             asked[w, signal.terms] |= ask.TERMS
-        for k in (0, 1, *_statistics(metric), *((sampling.BOUND,) if metric in bounded else ())):
+        own_bound = (sampling.BOUND,) if metric in bounded else ()
+        for k in (sampling.MEAN, sampling.VARIANCE, *_statistics(metric), *own_bound):
             if slots[w, signal.row, k] < 0:
                 slots[w, signal.row, k], used = used, used + 1
     tolerance = request.tolerance * (_SHARPER if request.derived else 1.0)
@@ -96,12 +98,12 @@ def _statistics(metric: SampledMetric) -> tuple[int, ...]:
     """Which statistics beside the moments a metric is made of. The sign of a rectified signal swaps its extremes."""
     if metric.signal.magnitude and metric.statistic in _POWERS:
         return (_POWERS[metric.statistic],)
-    return (2, 3) if metric.signal.rectified and metric.statistic in _EXTREMES else _EXTREMES.get(metric.statistic, ())
+    return _BOTH if metric.signal.rectified and metric.statistic in _EXTREMES else _EXTREMES.get(metric.statistic, ())
 
 
 def _statistic(metric: SampledMetric, found: FloatArray, at: npt.NDArray[np.int64], tolerance: float) -> FloatArray:
     """A statistic for unit speed in the signal's unit, shape (u,); ``found[at]`` are those of `explore.sampling`."""
-    mean, variance, factor = found[at[0]], found[at[1]], unit_factor(metric.signal)
+    mean, variance, factor = found[at[sampling.MEAN]], found[at[sampling.VARIANCE]], unit_factor(metric.signal)
     value: FloatArray
     if metric.signal.magnitude:
         return _of_magnitude(metric.statistic, found, at)
@@ -122,7 +124,7 @@ def _statistic(metric: SampledMetric, found: FloatArray, at: npt.NDArray[np.int6
         case "min" | "max" if not metric.signal.rectified:
             value = found[at[_EXTREMES[metric.statistic][0]]]
         case _:
-            low, high = found[at[2]], found[at[3]]
+            low, high = found[at[sampling.MINIMUM]], found[at[sampling.MAXIMUM]]
             if metric.signal.rectified:
                 low, high = np.where(mean < 0.0, -high, low), np.where(mean < 0.0, -low, high)
                 low = np.maximum(low, 0.0)
@@ -140,13 +142,13 @@ def _of_magnitude(statistic: str, found: FloatArray, at: npt.NDArray[np.int64]) 
         case "max":
             value = np.sqrt(found[at[sampling.MAXIMUM]])
         case _:
-            value = np.sqrt(found[at[0]])
+            value = np.sqrt(found[at[sampling.MEAN]])
     return np.asarray(value)
 
 
 def _error(metric: SampledMetric, found: FloatArray, at: npt.NDArray[np.int64], value: FloatArray) -> FloatArray:
     """Bound of the absolute error of a metric for unit speed: its relative bound times what that is relative to."""
-    bound, mean, variance = found[at[sampling.BOUND]], found[at[0]], found[at[1]]
+    bound, mean, variance = (found[at[k]] for k in (sampling.BOUND, sampling.MEAN, sampling.VARIANCE))
     factor = unit_factor(metric.signal)
     if metric.signal.magnitude or metric.statistic == "cv":
         return np.asarray(bound * np.abs(value))
