@@ -10,31 +10,40 @@ from explore.cli.application import app
 PAGE = Path(__file__).parent / "cli.md"
 
 
-def page() -> str:
+def commands_page() -> str:
+    """Markdown of the whole page."""
     group = typer.main.get_command(app)
     names = " · ".join(f"[{name}](#{name})" for name in group.commands)
-    start = "`explore COMMAND --help` says the same as this page, which `python docs/commands.py` writes."
-    parts = ["# Commands", names, start, group.epilog]
+    introduction = (
+        "`explore COMMAND --help` says the same as this page, which `python docs/commands.py` writes. The shell knows\n"
+        "`explore` after `. .venv/bin/activate`; `python -m explore` is the same."
+    )
+    completion = (
+        "`explore --install-completion` lets the shell complete commands and options, mechanisms, kinds of figures, "
+        "and the columns of the results that the line names, or of the newest."
+    )
+    parts = ["# Commands", names, introduction, completion, group.epilog]
     for name, command in group.commands.items():
-        parts += [f"## {name}", command.help, table(command)]
+        parts += [f"## {name}", command.help, option_table(command)]
         label, _, example = command.epilog.partition(": ")
         parts += [f"{label}:", f"```sh\n{example}\n```"]
     return "\n\n".join(parts) + "\n"
 
 
-def table(command) -> str:
+def option_table(command) -> str:
+    """Markdown table of the arguments and options of a command."""
     rows = [f"| `explore {command.name}` | |", "|---|---|"]
     for parameter in command.params:
-        values = [parameter.help]
+        sentences = [parameter.help]
         if parameter.default not in (None, False):
             default = parameter.default
-            values.append(f"Default: `{default.value if isinstance(default, Enum) else default}`.")
-        rows.append(f"| {spelling(parameter)} | {' '.join(values)} |")
+            sentences.append(f"Default: `{default.value if isinstance(default, Enum) else default}`.")
+        rows.append(f"| {usage(parameter)} | {' '.join(sentences)} |")
     return "\n".join(rows)
 
 
-def spelling(parameter) -> str:
-    """How it is typed: CONFIG, or `-o`, `--output` with what follows."""
+def usage(parameter) -> str:
+    """Markdown of an argument, such as `CONFIG`, or of an option with its value."""
     if parameter.param_type_name == "argument":
         return f"`{parameter.metavar}`"
     names = [f"`{name}`" for name in sorted(parameter.opts, key=len)]
@@ -44,4 +53,4 @@ def spelling(parameter) -> str:
 
 
 if __name__ == "__main__":
-    PAGE.write_text(page(), encoding="utf-8")
+    PAGE.write_text(commands_page(), encoding="utf-8")

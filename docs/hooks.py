@@ -1,4 +1,4 @@
-"""What the site (mkdocs.yml) adds to docs/: the pages of the repository's root, and the files that pages link to."""
+"""Hooks of the site (mkdocs.yml): add the pages of the repository's root, and the files that pages link to."""
 
 import re
 from pathlib import Path
@@ -17,21 +17,21 @@ def on_files(files, config):
 
 
 def on_page_markdown(markdown, page, config, files):
-    """Links are written for readers of the repository; files outside docs/ go into the site as plain text."""
+    """Rewrite links, which are relative to the repository; linked files outside docs/ become plain-text files."""
     folder = ROOT if page.file.src_uri in PAGES.values() else ROOT / "docs"
 
-    def link(match):
-        words, target = match.groups()
+    def site_link(match):
+        text, target = match.groups()
         path = (folder / target).resolve()
         if "://" in target or not path.exists():
-            return match[0]  # MkDocs complains of what does not exist
+            return match[0]  # MkDocs warns of targets that do not exist
         if path.is_dir():
-            return words
+            return text
         uri = PAGES.get(str(path.relative_to(ROOT))) or f"files/{path.relative_to(ROOT)}.txt"
         if path.is_relative_to(ROOT / "docs"):
             uri = str(path.relative_to(ROOT / "docs"))
         elif uri.startswith("files/") and uri not in files.src_uris:
             files.append(File.generated(config, uri, abs_src_path=str(path)))
-        return f"[{words}]({uri})"
+        return f"[{text}]({uri})"
 
-    return LINK.sub(link, markdown)
+    return LINK.sub(site_link, markdown)

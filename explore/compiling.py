@@ -6,11 +6,13 @@ first-class function types: so one loop serves all mechanisms and a second proce
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import Any
 
 from numba import njit, types
 from numba.core import sigutils
+from numba.core.event import Event, Listener, install_listener
 
 #: Signatures of a mechanism's compiled functions `fill` and `pieces`.
 FILL_SIGNATURE = "void(float64[::1], float64[::1], float64[::1], int64, int64, float64[:, ::1])"
@@ -26,12 +28,12 @@ def compiled(signature: Any = None, *, fast: bool = False, allocates: bool = Fal
     Parameters
     ----------
     signature
-        Numba's signature; the function is compiled for the types it is called with unless given.
+        Numba's signature; without one, the function is compiled for the types of each call.
     fast
         Allow reordering of sums and products, so that loops over nodes vectorise. Not for compensated sums.
     allocates
-        Whether the function makes arrays. The others do without Numba's runtime: its atomic reference counts of array
-        arguments cost a quarter of the time of a sweep.
+        Whether the function makes arrays. Other functions do without Numba's runtime, because its atomic reference
+        counts of array arguments cost a quarter of the time of a sweep.
     """
     decorator: Callable[..., Any] = njit(
         signature,
@@ -48,3 +50,25 @@ def function_type(signature: str) -> Any:
     """The first-class function type of a signature."""
     arguments, result = sigutils.normalize_signature(signature)
     return types.FunctionType(result(*arguments))
+
+
+@contextmanager
+def announce_compilation(announce: Callable[[], None]) -> Iterator[None]:
+    """Call `announce` once in the block, before Numba compiles the first function that is not in its cache."""
+    with install_listener("numba:compile", _Announcer(announce)):
+        yield
+
+
+class _Announcer(Listener):  # type: ignore[misc]  # Numba has no types
+    """Calls a function at the first compilation."""
+
+    def __init__(self, announce: Callable[[], None]) -> None:
+        self._announce, self._announced = announce, False
+
+    def on_start(self, event: Event) -> None:  # noqa: ARG002  (the signature is Numba's)
+        if not self._announced:
+            self._announced = True
+            self._announce()
+
+    def on_end(self, event: Event) -> None:
+        """Do nothing at the end of a compilation."""

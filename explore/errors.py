@@ -1,8 +1,13 @@
 """Errors that reach a user: each is also the built-in that it resembles most."""
 
+#: The place of an entry in a study: names of keys and positions in lists.
+KeyPath = tuple[str | int, ...]
+#: What is wrong with a study: for each problem the place of the entry and the reason.
+Problems = list[tuple[KeyPath, str]]
+
 
 class ExploreError(Exception):
-    """Base of every error that `explore` raises on purpose; its text is one clear sentence."""
+    """Base of every error that `explore` raises on purpose; each line of its text is one problem."""
 
 
 class ConfigError(ExploreError, ValueError):
@@ -23,11 +28,11 @@ class ConfigError(ExploreError, ValueError):
 
 
 class RequestError(ExploreError, ValueError):
-    """A metric, window, statistic or parameter was asked for that does not exist or has no meaning."""
+    """A requested metric, window, statistic or parameter does not exist or has no meaning."""
 
 
 class MotionError(ExploreError, ArithmeticError):
-    """The one mechanism that was to be simulated cannot make the motion."""
+    """The mechanism cannot make the full turn that is to be simulated."""
 
 
 class ResultsError(ExploreError, OSError):

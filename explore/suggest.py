@@ -1,35 +1,40 @@
-"""The second half of an error message: what may have been meant."""
+"""Parts of error messages: suggestions for unknown names, and shortened values."""
 
 from __future__ import annotations
 
 import difflib
 from collections.abc import Iterable
 
+#: Longest name that is compared with known names.
+_LONGEST_NAME = 200
 
-def closest(name: str, names: Iterable[str]) -> str | None:
-    """The name most like the one given, capitals aside; None when nothing is alike."""
-    by_lower = {known.lower(): known for known in names}
-    found = difflib.get_close_matches(name.lower().strip(), by_lower, n=1)
-    return by_lower[found[0]] if found else None
+
+def closest_name(name: str, names: Iterable[str]) -> str | None:
+    """The most similar of `names`, ignoring case; None if none is similar."""
+    by_lower = {candidate.lower(): candidate for candidate in names}
+    if len(name) > _LONGEST_NAME:
+        return None
+    matches = difflib.get_close_matches(name.lower().strip(), by_lower, n=1)
+    return by_lower[matches[0]] if matches else None
 
 
 def suggestion(name: str, names: Iterable[str]) -> str:
-    """End of a message about an unknown name: the closest known one, else all of them.
+    """End of a message about an unknown name: the closest allowed name, or all of them if none is close.
 
     Parameters
     ----------
     name
-        What was written.
+        The unknown name.
     names
-        What exists.
+        The allowed names.
     """
-    known = list(names)
-    match = closest(name, known)
-    return f"did you mean '{match}'?" if match else f"there is {', '.join(known)}"
+    allowed = list(names)
+    match = closest_name(name, allowed)
+    return f"did you mean '{match}'?" if match else f"available: {', '.join(allowed)}"
 
 
-def shown(value: object) -> str:
-    """A value as it may stand in a message of one line: short, without line breaks."""
+def format_value(value: object) -> str:
+    """A value in at most 40 printable characters, for a message of one line."""
     if isinstance(value, bool):
         return str(value).lower()
     try:

@@ -1,4 +1,4 @@
-"""The command line inside the test's own process, for the many runs that need no other, and on a terminal."""
+"""The command line in the test's own process, and on a terminal."""
 
 import contextlib
 import io
@@ -8,14 +8,36 @@ import signal
 import subprocess
 import sys
 import threading
+from dataclasses import dataclass
 from unittest import mock
 
 import pytest
+import typer
 
 from explore.cli import main
+from explore.cli.application import app
 
-#: Seconds that a run of a few designs may take before it counts as hung; a usual one takes some milliseconds.
+#: Names of all commands.
+COMMANDS = tuple(typer.main.get_command(app).commands)
+#: Seconds after which a run of a few designs counts as hung; a usual one takes some milliseconds.
 PATIENCE = 20
+
+
+@dataclass(frozen=True)
+class Output:
+    """What a command printed."""
+
+    stdout: str
+    stderr: str
+
+
+def run(*arguments, cwd, code=0, seconds=120):
+    """Run `explore` in a folder, on a wide terminal without colours, and check its exit code."""
+    with contextlib.chdir(cwd), mock.patch.dict(os.environ, {"COLUMNS": "200", "NO_COLOR": "1"}):
+        found, out, err = call(*arguments, seconds=seconds)
+    assert "Traceback" not in err
+    assert found == code, err
+    return Output(out, err)
 
 
 def call(*arguments, seconds=PATIENCE):
@@ -24,6 +46,7 @@ def call(*arguments, seconds=PATIENCE):
     code = 0
     with (
         mock.patch.object(sys, "argv", ["explore", *map(str, arguments)]),
+        mock.patch.object(sys.modules["__main__"], "__package__", None),  # typer then takes argv[0] for the name
         contextlib.redirect_stdout(out),
         contextlib.redirect_stderr(err),
         patience(seconds),

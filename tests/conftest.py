@@ -42,9 +42,9 @@ def problems(load):
 
 @pytest.fixture
 def unprivileged():
-    """A folder that everybody may enter, and a switch to a user to whom permissions apply: the superuser may do all."""
+    """A folder that all users may enter, and a function that drops the privileges of the superuser."""
     superuser = os.geteuid() == 0
-    codecs.lookup("utf-8-sig")  # loaded late, and the switched user may not read Python's own files
+    codecs.lookup("utf-8-sig")  # imported now: the other user may not read Python's own files
     with tempfile.TemporaryDirectory() as folder:
         Path(folder).chmod(0o755)
         yield Path(folder), lambda: os.seteuid(65_534) if superuser else None

@@ -1,4 +1,4 @@
-"""A process that runs `explore` on results files which may bring HDF5 down: a line of JSON in, a line of JSON out."""
+"""A process that runs `explore` on results files that may crash HDF5: a line of JSON in, a line of JSON out."""
 
 from __future__ import annotations
 
@@ -11,22 +11,23 @@ import sys
 
 #: Address space of a worker, bytes: its packages take about 1 GB of it, a results file here some kB.
 MEMORY = 3 << 30
-PATIENCE = 30
+#: Longest time of a command, s.
+TIMEOUT = 30
 
 
 class Worker:
-    """A worker that is started again when it died; `ask` says how."""
+    """The worker process; it is started on the first `run` and again after a crash."""
 
     def __init__(self) -> None:
         self._process = None
 
-    def ask(self, *commands: list[str]) -> list[dict]:
-        """Exit code, stdout and stderr of each command; fails when the process dies or hangs."""
+    def run(self, *commands: list[str]) -> list[dict]:
+        """Exit code, stdout and stderr of each command; AssertionError if the process dies or hangs."""
         if self._process is None:
             self._start()
         self._process.stdin.write(json.dumps(commands) + "\n")
         self._process.stdin.flush()
-        if not select.select([self._process.stdout], [], [], PATIENCE * len(commands))[0]:
+        if not select.select([self._process.stdout], [], [], TIMEOUT * len(commands))[0]:
             self.close()
             raise AssertionError(f"still not done: {commands}")
         answer = self._process.stdout.readline()
@@ -54,13 +55,13 @@ def serve() -> None:
     """Answer until stdin ends."""
     from command_line import call
 
-    from explore.store.opening import open_results
+    from explore.store.open_results import open_results
 
     answers = sys.stdout
     for line in sys.stdin:
         replies = []
         for command, *arguments in json.loads(line):
-            if command == "verify":
+            if command == "damaged blocks":
                 replies.append({"damaged": open_results(arguments[0]).verify()})
                 continue
             code, out, err = call(command, *arguments)

@@ -1,6 +1,6 @@
-"""A crank-rocker with 60 digits by a third road: Freudenstein's equation differentiated implicitly.
+"""A crank-rocker with 60 digits by a third method: Freudenstein's equation, differentiated implicitly.
 
-Used to check the stored references and the closed-form metrics; shares no formula with the package or the campaign.
+Checks the stored references and the closed-form metrics, and shares no formula with the package or the campaign.
 """
 
 from itertools import pairwise
@@ -87,7 +87,7 @@ class ExactLinkage:
         return [(m, q / (last - first) - m**2) for m, q in zip(means, squares, strict=True)]
 
     def _edges(self, first, last):
-        """Ends and panel edges between them, four times finer for every step towards a multiple of pi."""
+        """The two ends and the panel edges between them; panels shrink by a factor of four towards multiples of pi."""
         edges = {first, last}
         for k in range(-1, 4):
             y = mpmath.pi / 2

@@ -1,4 +1,4 @@
-"""A second road to the forces of the test rig: the nine equations of Newton and Euler of three links, solved.
+"""Forces of the test rig by a second method: the nine equations of Newton and Euler of three links.
 
 Positions by Freudenstein's equation, velocities and accelerations from the differentiated loop, all in m, N, rad; no
 formula is shared with the package.
@@ -43,8 +43,8 @@ def kinematics(design, theta):
 
 def forces(design, theta):
     """Pin forces a, b, c, d, each (t, 2), on crank, coupler, rocker and rocker; drive torque; load torque, (t,)."""
-    get = {"gravity": 9.80665, "speed": 60.0}.get
-    value = lambda name: float(design.get(name, get(name, 0.0)))  # noqa: E731
+    defaults = {"gravity": 9.80665, "speed": 60.0}
+    value = lambda name: float(design.get(name, defaults.get(name, 0.0)))  # noqa: E731
     design = design | {"speed": value("speed")}
     coupler, rocker, w2, w3, a2, a3 = kinematics(design, theta)
     speed, gravity, zero = value("speed"), value("gravity"), np.zeros_like(theta)
@@ -59,22 +59,22 @@ def forces(design, theta):
         return a[:, None] * np.stack([-arm[:, 1], arm[:, 0]], axis=-1) - (w**2)[:, None] * arm
 
     arms = [
-        to * design.get(f"{n}_centroid", 0.5)
-        for n, to in (("crank", crank_to), ("coupler", coupler_to), ("rocker", rocker_to))
+        vector * design.get(f"{n}_centroid", 0.5)
+        for n, vector in (("crank", crank_to), ("coupler", coupler_to), ("rocker", rocker_to))
     ]
-    whole = np.full_like(theta, speed)
-    at_b = acceleration(crank_to, whole, zero)
+    speeds = np.full_like(theta, speed)
+    at_b = acceleration(crank_to, speeds, zero)
     centroids = [
-        acceleration(arms[0], whole, zero),
+        acceleration(arms[0], speeds, zero),
         at_b + acceleration(arms[1], w2, a2),
         acceleration(arms[2], w3, a3),
     ]
     masses = [value(f"{name}_mass") for name in ("crank", "coupler", "rocker")]
     weight = np.array([0.0, gravity])
-    needed = [mass * (acc + weight) for mass, acc in zip(masses, centroids, strict=True)]
+    inertia_forces = [mass * (acc + weight) for mass, acc in zip(masses, centroids, strict=True)]
     # moment of inertia of the rocker about its own centroid, from that about the pivot
     about_d = value("inertia") + value("rocker_inertia")
-    spin3 = about_d * a3 - masses[2] * (arms[2] ** 2).sum(axis=1) * a3
+    rocker_moment = about_d * a3 - masses[2] * (arms[2] ** 2).sum(axis=1) * a3
     # unknowns: A (on crank), B (on coupler), C (on rocker), D (on rocker), torque
     system, right = np.zeros((len(theta), 9, 9)), np.zeros((len(theta), 9))
 
@@ -87,7 +87,7 @@ def forces(design, theta):
         system[:, 3 + axis, 2 + axis], system[:, 3 + axis, 4 + axis] = 1.0, -1.0  # coupler: B - C
         system[:, 6 + axis, 4 + axis], system[:, 6 + axis, 6 + axis] = 1.0, 1.0  # rocker: C + D
         for link in range(3):
-            right[:, 3 * link + axis] = needed[link][:, axis]
+            right[:, 3 * link + axis] = inertia_forces[link][:, axis]
     moment(2, 0, 1.0, -arms[0])
     moment(2, 2, -1.0, crank_to - arms[0])
     system[:, 2, 8] = 1.0
@@ -96,6 +96,6 @@ def forces(design, theta):
     right[:, 5] = value("coupler_inertia") * a2
     moment(8, 4, 1.0, rocker_to - arms[2])
     moment(8, 6, 1.0, -arms[2])
-    right[:, 8] = spin3 - load
-    found = np.linalg.solve(system, right[..., None])[..., 0]
-    return {pin: found[:, 2 * k : 2 * k + 2] for k, pin in enumerate("abcd")}, found[:, 8], load, w3
+    right[:, 8] = rocker_moment - load
+    solution = np.linalg.solve(system, right[..., None])[..., 0]
+    return {pin: solution[:, 2 * k : 2 * k + 2] for k, pin in enumerate("abcd")}, solution[:, 8], load, w3

@@ -1,4 +1,4 @@
-"""True errors of statistics in the norms in which `error` bounds them."""
+"""True errors of statistics, in the norms of the column `error`."""
 
 import numpy as np
 

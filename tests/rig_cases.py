@@ -1,4 +1,4 @@
-"""The reference cases of the test rig in our parameters."""
+"""The reference cases of the test rig, in the parameters of the package."""
 
 import json
 from pathlib import Path
@@ -24,6 +24,6 @@ def load_of(inputs):
     return load | {"speed": float(inputs["omega1_rad_s"])}
 
 
-def named(cases):
-    """A test of each of these cases, by its id."""
+def parametrize_cases(cases):
+    """Run a test for each of these cases, named by its id."""
     return pytest.mark.parametrize("case", cases, ids=[case["id"] for case in cases])

@@ -1,4 +1,4 @@
-"""Results files that several tests write, in this process or in one of its own."""
+"""Results files that several tests write, in this process or in a separate one."""
 
 from __future__ import annotations
 
@@ -15,9 +15,10 @@ from pathlib import Path
 import numpy as np
 
 from explore.errors import ResultsError
-from explore.store.opening import open_results
-from explore.store.writer import Writer
-from explore.vocabulary import Column, Status
+from explore.model.columns import Column
+from explore.model.status import Status
+from explore.store.all_designs_writer import AllDesignsWriter
+from explore.store.open_results import open_results
 
 LABELS = {int(status): status.label for status in Status}
 COLUMNS = (
@@ -37,7 +38,7 @@ ATTRIBUTES = {
     "seed": 1,
     "sampler": "grid",
 }
-#: 1000 rows a block make columns of several pages; the last block is shorter, as in most studies.
+#: Blocks of 1000 rows take several pages of each column; the last block is shorter, as in most studies.
 BLOCK, N_DESIGNS = 1000, 9500
 N_BLOCKS = 10
 
@@ -55,9 +56,9 @@ def values(number: int, block: int = BLOCK, n_designs: int = N_DESIGNS) -> dict[
     }
 
 
-def writer(path: Path, **changes) -> Writer:
+def writer(path: Path, **changes) -> AllDesignsWriter:
     attributes = ATTRIBUTES | changes.pop("attributes", {})
-    return Writer(path, COLUMNS, N_DESIGNS, BLOCK, attributes, **changes)
+    return AllDesignsWriter(path, COLUMNS, N_DESIGNS, BLOCK, attributes, **changes)
 
 
 def fill(path: Path, numbers=range(N_BLOCKS)) -> Path:
@@ -71,7 +72,7 @@ def sha256(path: Path) -> str:
     return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
-def assert_block_is_right(path: Path, number: int) -> None:
+def assert_block_has_its_values(path: Path, number: int) -> None:
     frame = open_results(path).to_pandas()
     start = number * BLOCK
     for name, expected in values(number).items():
@@ -91,23 +92,23 @@ def still_pending(path: Path) -> list[int]:
         return list(store.pending)
 
 
-# --- the writer as a process of its own ------------------------------------------------------------------------------
+# --- the writer as a separate process --------------------------------------------------------------------------------
 
 
 def child(path: Path, blocks: str) -> subprocess.Popen:
-    """A real process that writes; it says 'ready' before it opens the file and each number once it is durable."""
+    """Start a writer process, which prints "ready" before it opens the file and each block's number once durable."""
     command = [sys.executable, __file__, str(path), blocks]
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
     return subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=environment)
 
 
 def kill(process: subprocess.Popen) -> list[str]:
-    """Kill -9; returns what the process had said."""
+    """Send SIGKILL; returns the words that the process had printed."""
     process.send_signal(signal.SIGKILL)
-    said = process.stdout.read().split()
+    words = process.stdout.read().split()
     process.stdout.close()
     process.wait()
-    return said
+    return words
 
 
 def say(word: str) -> None:

@@ -1,6 +1,6 @@
 """Study texts that several tests change."""
 
-#: The least that loads: one design.
+#: The smallest valid study: one design.
 GOOD = """\
 mechanism = "crank-rocker"
 [parameters]

@@ -1,4 +1,4 @@
-"""The package's own arctangent against 40 digits of mpmath: two units in the last place everywhere."""
+"""The arctangent of the package, accurate to two units in the last place by 40 digits of mpmath."""
 
 import math
 
@@ -8,7 +8,7 @@ import pytest
 
 from explore.mechanisms.arctangent import arctangent
 
-#: Two of the approximation and its reduction; each quadrant adds the half that a rounded sum may.
+#: Largest error in units in the last place.
 ULPS = 2.0
 
 
@@ -47,5 +47,5 @@ def test_axes_and_diagonals_are_exact(y, x, angle):
 
 
 @pytest.mark.parametrize(("y", "x"), [(0.0, 0.0), (np.nan, 1.0), (1.0, np.nan), (np.inf, np.inf)])
-def test_what_has_no_angle_is_nan(y, x):
+def test_vectors_without_an_angle_give_nan(y, x):
     assert math.isnan(arctangent(y, x))

@@ -1,4 +1,4 @@
-"""The error bound over random crank-rockers, against references of quadruple precision made by an independent road."""
+"""The error bound over random crank-rockers, against references of quadruple precision by an independent method."""
 
 from pathlib import Path
 
@@ -52,13 +52,13 @@ def check_bound(true, table, tolerance, what):
     assert (bound[status == TOLERANCE_NOT_MET] > tolerance).all(), what
     assert (bound > 0.0).all(), what
     ratio = true / bound
-    at = int(np.argmax(ratio))
-    assert ratio[at] <= 10.0, f"{what}: design {at} errs {ratio[at]:.3g} times its bound"
+    worst = int(np.argmax(ratio))
+    assert ratio[worst] <= 10.0, f"{what}: design {worst} errs {ratio[worst]:.3g} times its bound"
     # At least one exception is allowed in any number of designs, else 999 designs could not have the rate 99.9 %.
     assert np.count_nonzero(ratio > 1.0) <= max(1, len(true) // 1000), what
 
 
-def test_the_campaign_is_what_it_says(campaign):
+def test_the_campaign_covers_all_margins_and_kinds(campaign):
     assert campaign.size == 10_000
     lengths = campaign.lengths
     crank, others = lengths[:, 0], lengths[:, 1:]
@@ -73,7 +73,7 @@ def test_the_campaign_is_what_it_says(campaign):
 
 
 def test_one_clutch_hands_over_once(campaign):
-    """What the clutch window builds on: the rocker velocity has one peak on each stroke, so the output one kink."""
+    """The clutch window assumes this: the rocker velocity has one peak on each stroke, so the output has one kink."""
     assert (campaign.peaks == 2).all()
     assert set(np.unique(campaign.switches)) == {0, 1}
 
@@ -109,7 +109,7 @@ def test_bound_of_moments(campaign, count, window, tolerance):
             for statistic in statistics:
                 error = norms.worst(statistic, table[f"{signal}_{statistic}"].to_numpy(), mean, variance)
                 if statistic == "cv":
-                    # undefined where the mean only happens to be tiny; near the threshold both are right
+                    # undefined where the mean is tiny; close to the threshold either result is right
                     share = np.abs(mean) / np.sqrt(mean**2 + variance) / (1e3 * tolerance)
                     assert np.isfinite(error[share > 1.001]).all()
                     assert np.isnan(error[share < 0.999]).all()
@@ -124,10 +124,10 @@ def test_bound_of_the_named_drive(campaign, count, tolerance):
     names = [f"{signal}_{s}_{w}" for w in ("drive", "return") for signal in SIGNALS for s in ("mean", "variance")]
     table = explore.evaluate("crank-rocker", campaign.parameters(count), metrics=names, tolerance=tolerance)
     assert table["nodes"].max() <= 1_000
-    # Where the intervals agree to 1e-9 the choice hangs on the last digits of the lengths.
+    # Where the intervals agree to 1e-9 the last digits of the lengths decide.
     interval = campaign.interval[:count]
-    clear = np.abs(interval[:, 0] - interval[:, 1]) > 1e-9
-    assert clear.mean() > 0.8
+    is_clear = np.abs(interval[:, 0] - interval[:, 1]) > 1e-9
+    assert is_clear.mean() > 0.8
     slow = np.argmax(interval[:, :2], axis=1)
     true, rows = np.zeros(count), np.arange(count)
     for name in names:
@@ -135,7 +135,7 @@ def test_bound_of_the_named_drive(campaign, count, tolerance):
         stroke, s = (slow if window == "drive" else 1 - slow), SIGNALS.index(signal)
         mean, variance = campaign.mean[rows, stroke, s], campaign.variance[rows, stroke, s]
         true = np.fmax(true, norms.worst(statistic, table[name].to_numpy(), mean, variance))
-    check_bound(true[clear], table[clear], tolerance, "all signals over drive and return")
+    check_bound(true[is_clear], table[is_clear], tolerance, "all signals over drive and return")
 
 
 @pytest.mark.parametrize("tolerance", TOLERANCES)
@@ -147,12 +147,12 @@ def test_bound_of_extremes(campaign, count, window, signal, tolerance):
         "crank-rocker", campaign.parameters(count), metrics=names, window=WINDOWS[window], tolerance=tolerance
     )
     assert table["nodes"].max() <= 1_000
-    found = campaign.extremes[:count, window, ("rocker_velocity", "rocker_acceleration").index(signal)]
+    extremes = campaign.extremes[:count, window, ("rocker_velocity", "rocker_acceleration").index(signal)]
     true = np.zeros(count)
     for name in names:
         statistic = name.removeprefix(signal + "_")
         # peak-to-peak adds the errors of two extremes, each bounded
-        error = norms.worst(statistic, table[name].to_numpy(), 0.0, 1.0, (found[:, 0], found[:, 1]))
+        error = norms.worst(statistic, table[name].to_numpy(), 0.0, 1.0, (extremes[:, 0], extremes[:, 1]))
         true = np.fmax(true, error * (0.5 if statistic == "peak_to_peak" else 1.0))
     check_bound(true, table, tolerance, f"extremes of {signal} over {WINDOWS[window]}")
 

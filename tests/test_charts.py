@@ -1,20 +1,20 @@
-"""Charts of comparisons: right for one row as for many, the same bytes each time."""
+"""Charts of the comparisons: their panels, marks and legends, with one row and with many."""
 
 import pandas as pd
 import pytest
 
-from explore.charts.precision import SILENT, TOLD, overview_chart, scene_chart
+from explore.charts.precision import REPORTED_FAILURE, SILENT_FAILURE, overview_chart, scene_chart
 from explore.charts.stability import VERDICTS, stability_chart
-from explore.charts.style import line_of, save
+from explore.charts.style import line_style, save_figure
 from explore.comparison.verdicts import Verdict
 from explore.methods.registry import METHODS
 
 
-def rows(**changed):
-    usual = {"scene": "s", "method": "newton", "setting": "newton(1)", "failed": 0, "silently_wrong": 0,
-             "verdict": "right", "cpu_seconds": 1e-3, "evaluations": 100.0, "angle_error_max": 1e-9,
+def rows(**changes):
+    row = {"scene": "s", "method": "newton", "setting": "newton(1)", "failed": 0, "silently_wrong": 0,
+             "verdict": "accurate", "cpu_seconds": 1e-3, "evaluations": 100.0, "angle_error_max": 1e-9,
              "velocity_error_max": 1e-8}  # fmt: skip
-    return pd.DataFrame([usual, {**usual, "cpu_seconds": 2e-3, "angle_error_max": 0.0, **changed}])
+    return pd.DataFrame([row, {**row, "cpu_seconds": 2e-3, "angle_error_max": 0.0, **changes}])
 
 
 def points(chart):
@@ -25,25 +25,25 @@ def test_a_panel_for_each_error_and_cost():
     figure = scene_chart(rows(), "title")
     assert len(figure.axes) == 4
     assert {chart.get_xlabel() for chart in figure.axes} == {"CPU time per design [s]", "evaluations per design"}
-    assert points(figure.axes[0]) == [(1e-3, 1e-9), (2e-3, 1e-17)], "no error is drawn on the floor"
+    assert points(figure.axes[0]) == [(1e-3, 1e-9), (2e-3, 1e-17)], "an error of 0 is drawn at the lower limit"
 
 
-def test_failures_are_drawn_on_the_edge():
-    told = scene_chart(rows(failed=1, verdict="gave up and said so"), "title")
-    assert (2e-3, TOLD) in points(told.axes[0])
+def test_failures_are_drawn_in_the_bands_at_the_top():
+    reported = scene_chart(rows(failed=1, verdict="reported failure"), "title")
+    assert (2e-3, REPORTED_FAILURE) in points(reported.axes[0])
     silent = scene_chart(rows(failed=1, silently_wrong=1, verdict="wrong branch"), "title")
-    assert (2e-3, SILENT) in points(silent.axes[0])
+    assert (2e-3, SILENT_FAILURE) in points(silent.axes[0])
 
 
 def test_an_overview_has_a_panel_for_each_scene():
-    both = pd.concat([rows(), rows(failed=1).assign(scene="t", velocity_error_max=float("nan"))])
-    figure = overview_chart(both, {"s": "first", "t": "second"})
+    table = pd.concat([rows(), rows(failed=1).assign(scene="t", velocity_error_max=float("nan"))])
+    figure = overview_chart(table, {"s": "first", "t": "second"})
     assert [chart.get_title() for chart in figure.axes if chart.axison] == ["first", "second (angles)"]
 
 
-def test_one_row_is_enough(tmp_path):
-    save(scene_chart(rows().head(1), "title"), tmp_path / "one.svg")
-    save(overview_chart(rows().head(1), {"s": "first"}), tmp_path / "one.pdf")
+def test_charts_of_one_row_are_written(tmp_path):
+    save_figure(scene_chart(rows().head(1), "title"), tmp_path / "one.svg")
+    save_figure(overview_chart(rows().head(1), {"s": "first"}), tmp_path / "one.pdf")
 
 
 def cells(verdict, error=1e-9):
@@ -63,8 +63,8 @@ def cells(verdict, error=1e-9):
 
 
 @pytest.mark.parametrize("verdict", list(Verdict))
-def test_every_verdict_has_its_place_in_the_map(verdict, tmp_path):
-    assert set(VERDICTS) == {known.label for known in Verdict}
+def test_every_verdict_is_drawn_in_the_map(verdict, tmp_path):
+    assert set(VERDICTS) == {member.label for member in Verdict}
     figure = stability_chart(pd.DataFrame(cells(verdict.label)), 1e-6)
     (legend,) = figure.legends
     assert [text.get_text().startswith(verdict.label) for text in legend.get_texts()] == [True]
@@ -72,16 +72,16 @@ def test_every_verdict_has_its_place_in_the_map(verdict, tmp_path):
     assert [len(chart.patches) for chart in panels] == [8, 4]
     texts = {text.get_text() for chart in panels for text in chart.texts}
     assert texts == {VERDICTS[verdict.label][1] or "9"}
-    save(figure, tmp_path / "map.png")
+    save_figure(figure, tmp_path / "map.png")
 
 
-def test_every_method_has_a_look_of_its_own():
-    looks = [(line_of(name).colour, line_of(name).marker, line_of(name).filled) for name in METHODS]
-    assert len(set(looks)) == len(METHODS)
+def test_every_method_has_its_own_line_style():
+    styles = [(line_style(name).colour, line_style(name).marker, line_style(name).filled) for name in METHODS]
+    assert len(set(styles)) == len(METHODS)
 
 
 @pytest.mark.parametrize("kind", ["png", "svg", "pdf"])
 def test_the_same_figure_gives_the_same_bytes(tmp_path, kind):
     for name in ("a", "b"):
-        save(scene_chart(rows(), "title"), tmp_path / f"{name}.{kind}")
+        save_figure(scene_chart(rows(), "title"), tmp_path / f"{name}.{kind}")
     assert (tmp_path / f"a.{kind}").read_bytes() == (tmp_path / f"b.{kind}").read_bytes()

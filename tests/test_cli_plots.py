@@ -3,7 +3,7 @@
 import pytest
 from command_line import call, on_terminal
 
-from explore.cli.plots import KINDS
+from explore.cli.commands.plot import KINDS
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -57,14 +57,14 @@ def test_something_moves_on_a_terminal(in_results):
         (["pareto", "-o", "front"], "-o front: the name must end in .png, .svg or .pdf"),
         (["pareto", "--x", "swing"], "results/small.h5 has no column of numbers 'swing'; did you mean 'swing_angle'?"),
         (["pareto", "--design", "8"], "results/small.h5 has no design 8: they are numbered 0 to 7"),
-        (["motion", "--x", "cv"], "--x means nothing for 'motion'; it belongs to pareto, map"),
-        (["pareto", "--metric", "cv"], "--metric means nothing for 'pareto'; it belongs to map"),
+        (["motion", "--x", "cv"], "--x does not apply to 'motion', only to pareto, map"),
+        (["pareto", "--metric", "cv"], "--metric does not apply to 'pareto', only to map"),
         (["map", "--x", "coupler"], "parameter 'coupler' has one value in results/small.h5; a map needs one that"),
-        (["map", "--x", "cv"], "results/small.h5 has no parameter 'cv'; there is crank, coupler, rocker, ground"),
+        (["map", "--x", "cv"], "results/small.h5 has no parameter 'cv'; available: crank, coupler, rocker, ground"),
         (["map", "--x", "crank", "--y", "crank"], "--x and --y are both 'crank'; name two parameters"),
         (
             ["parallel", "--design", "1"],
-            "--design means nothing for 'parallel'; it belongs to pareto, motion, mechanism",
+            "--design does not apply to 'parallel', only to pareto, motion, mechanism",
         ),
         (["motion", "--design", "4"], "no full turn to simulate: all links fall into one line"),
         (["mechanism", "--design", "4"], "no full turn to simulate: all links fall into one line"),

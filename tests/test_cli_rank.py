@@ -3,15 +3,18 @@
 import json
 import sys
 
+import numpy as np
 import pandas as pd
 import pytest
 from command_line import call, on_terminal
 
 import explore
-from explore.cli.tables import markdown
+from explore.cli.export import markdown, with_labels
+from explore.cli.output import json_text
+from explore.model.columns import Column
 from explore.ranking.joint import rank_sources
 from explore.ranking.rankings import RankRequest
-from explore.store.opening import open_results
+from explore.store.open_results import open_results
 
 STUDY = """mechanism = "crank-rocker"
 [parameters]
@@ -31,6 +34,12 @@ time_ratio = { min = 1, max = 1.5 }
 [rank]
 metrics = ["cv", "swing_angle:max", "transmission_angle_min:max"]
 """
+
+
+@pytest.fixture(autouse=True)
+def wide(monkeypatch):
+    """A terminal that holds every column."""
+    monkeypatch.setenv("COLUMNS", "200")
 
 
 @pytest.fixture(scope="module")
@@ -121,11 +130,11 @@ def test_what_was_chosen_is_counted(swept):
             ["--where", "swing_angel > 20"],
             "where: at character 1: no column 'swing_angel'; did you mean 'swing_angle'?",
         ),
-        (["--where", "swing_angle > 20 and"], "where: at the end: a comparison is wanted here"),
-        (["--limit", "transmission_angle_min=20"], "20 is below the min of 30 that the designs were swept with"),
+        (["--where", "swing_angle > 20 and"], "where: at the end: expected a comparison here"),
+        (["--limit", "transmission_angle_min=20"], "20 is below the min of 30 of the sweep"),
         (["--limit", "time_ratio=1.2"], "constrained on both sides, so write time_ratio>=VALUE or time_ratio<=VALUE"),
         (["--limit", "cv=0.4"], "no constraint, so write cv>=VALUE or cv<=VALUE"),
-        (["--limit", "cv_margin<=0.4"], "no metric 'cv_margin'; there is crank, coupler, rocker, ground, cv, "),
+        (["--limit", "cv_margin<=0.4"], "no metric 'cv_margin'; available: crank, coupler, rocker, ground, cv, "),
         (["--limit", "status<=1"], "no metric 'status'"),
         (["--limit", "cv"], "write METRIC=VALUE"),
     ],
@@ -152,7 +161,7 @@ def test_a_line_stands_for_all_that_are_alike_also_when_few_are_printed(swept):
     aims = ["--metric", "coupler:min", "--metric", "coupler:max"]
     code, out, err = call("rank", swept / "all.h5", *aims, "--top", 3)
     assert code == 0, err
-    ranked = explore.rank(swept / "all.h5", ["coupler:min", "coupler:max"])
+    ranked = explore.rank(swept / "all.h5", metrics=["coupler:min", "coupler:max"])
     assert len(ranked) > 9000
     lines = [line.split() for line in out.splitlines()]
     assert [line[0] for line in lines if line and line[0].isdigit()] == [str(n) for n in ranked.index[:3]]
@@ -268,7 +277,7 @@ def test_results_that_do_not_go_together_are_refused(swept, other, tmp_path):
     explore.sweep(explore.load_study(tmp_path / "cycle.toml"), tmp_path / "cycle.h5")
 
     assert f"{tmp_path / 'without.h5'}: no column 'cv' to rank by in these results" in refused(
-        other, tmp_path / "without.h5"
+        other, tmp_path / "without.h5", "--metric", "cv"
     )
     assert f"{other} is named twice" in refused(other, swept / "all.h5", other)
     assert "missing.h5 does not exist" in refused(other, tmp_path / "missing.h5", code=1)
@@ -284,17 +293,28 @@ def test_results_that_do_not_go_together_are_refused(swept, other, tmp_path):
 # --- files -----------------------------------------------------------------------------------------------------------
 
 
+def worded(frame):
+    """A ranking as it is exported: words beside the codes."""
+    words = frame.copy()
+    words.insert(words.columns.get_loc("status") + 1, "status_label", "ok")
+    return words
+
+
 def test_the_ending_says_the_format(swept, tmp_path):
-    expected = explore.rank(swept / "all.h5", quality=True)
+    expected = worded(explore.rank(swept / "all.h5", quality=True))
     for ending in ("csv", "json", "md", "MD"):
         code, _, err = call("rank", swept / "all.h5", "--quality", "-o", tmp_path / f"best.{ending}")
         assert (code, f"wrote {len(expected)} designs to " in err) == (0, True), err
 
     table = pd.read_csv(tmp_path / "best.csv", index_col="design")
     pd.testing.assert_frame_equal(table, expected, check_dtype=False, rtol=1e-15)
-    assert json.loads((tmp_path / "best.json").read_text()) == records(swept / "all.h5", "--quality")
+    found = json.loads((tmp_path / "best.json").read_text())
+    assert found == records(swept / "all.h5", "--quality")
+    assert list(found[0]) == ["design", *expected.columns]
+    assert {record["status_label"] for record in found} == {"ok"}
     lines = (tmp_path / "best.md").read_text().splitlines()
     assert lines[0].startswith("| design | crank (mm) | coupler (mm) | ")
+    assert " | status | status_label | " in lines[0]
     assert set(lines[1]) == set("| -:")
     assert len(lines) == 2 + len(expected)
     assert len({line.count("|") for line in lines}) == 1
@@ -308,7 +328,21 @@ def test_parquet_holds_the_same_table(swept, tmp_path):
     assert call("rank", *files, "-o", tmp_path / "best.parquet")[0] == 0
 
     found = pd.read_parquet(tmp_path / "best.parquet")
-    pd.testing.assert_frame_equal(found, explore.rank(files[0]), check_exact=True)
+    pd.testing.assert_frame_equal(found, worded(explore.rank(files[0])), check_exact=True, check_column_type=False)
+
+
+def test_every_code_has_its_word_beside_it():
+    """Also where results beside others lack the column, where a code is unknown, and where the name is taken."""
+    status = Column("status", "", "what became of it", "bookkeeping", "|i1", {1: "ok", 3: "crank_blocked"})
+    kind = Column("kind", "", "which", "metric", "|i1", {0: "short", -1: "undefined"})
+    frame = pd.DataFrame({"kind": [0.0, np.nan], "cv": [1.0, 2.0], "status": [3, 9]})
+
+    found = with_labels(frame, [status, kind])
+
+    assert list(found) == ["kind", "kind_label", "cv", "status", "status_label"]
+    assert json_text(found.to_dict(orient="list")["status_label"]) == json_text(["crank_blocked", None])
+    assert found["kind_label"].iloc[0] == "short"
+    assert with_labels(found, [status, kind]).equals(found)
 
 
 @pytest.mark.parametrize(

@@ -2,13 +2,14 @@
 
 import json
 import os
+from pathlib import Path
 
 import h5py
 import pytest
-from command_line import on_terminal
+from command_line import call, on_terminal, run
 from store_files import BLOCK, N_BLOCKS, N_DESIGNS, fill, flip, writer
-from test_cli import run
-from test_store_kept import SOME, keep
+from studies import FEW
+from test_store_front import SOME, keep
 
 
 def damage(path, blocks):
@@ -22,7 +23,7 @@ def test_pack_then_read_alike(copy):
     folder = copy.parent
     done = run("pack", "copy.h5", cwd=folder)
     assert done.stdout == ""
-    assert done.stderr == "0.3 MB -> 0.1 MB, 3.5 times smaller: copy.packed.h5\n"
+    assert done.stderr == "0.4 MB -> 0.1 MB, 2.8 times smaller: copy.packed.h5\n"
     assert sorted(p.name for p in folder.iterdir()) == ["copy.h5", "copy.packed.h5"]
     for command in (
         ["show", "--design", "42", "--json"], ["rank", "--metric", "rocker_velocity_max:max", "--metric", "crank:min"]
@@ -59,7 +60,7 @@ def test_an_unfinished_front_may_be_the_newest(copy):
     assert "results/front.h5 is not finished" in run("show", cwd=folder, code=1).stderr
 
 
-def test_pack_where_it_is_told_to(copy):
+def test_pack_into_a_named_file(copy):
     run("pack", "copy.h5", "-o", "new/small.h5", cwd=copy.parent)
     done = run("pack", "copy.h5", "-o", "new/small.h5", cwd=copy.parent, code=1)
     assert done.stderr == "error: new/small.h5 exists already; name another file with -o\n"
@@ -129,7 +130,7 @@ def test_one_block_is_a_block(tmp_path):
 def test_kept_designs_are_explained(tmp_path):
     keep(tmp_path / "kept.h5", SOME)
     lines = run("show", "kept.h5", cwd=tmp_path).stdout.splitlines()
-    assert lines[0] == "kept.h5: None, 9,500 designs, complete"
+    assert lines[0] == "kept.h5: unknown mechanism, 9,500 designs, complete"
     assert lines[1] == "7 of 9,500 designs were kept, the Pareto-optimal ones"
     assert any(line.split()[:2] == ["crank_blocked", "1,358"] for line in lines)
     assert json.loads(run("show", "kept.h5", "--json", cwd=tmp_path).stdout)["studied"] == N_DESIGNS
@@ -146,3 +147,20 @@ def test_bar_on_a_terminal(copy, command, activity):
     assert activity in said
     assert "100%" in said
     assert ("10 blocks committed" in output) == (command == "verify")
+
+
+@pytest.mark.parametrize(
+    "command", [["rank"], ["show"], ["show", "--design", "1"], ["plot", "pareto"], ["report"], ["verify"], ["pack"]]
+)
+def test_a_study_named_in_place_of_its_results_is_pointed_out(in_results, command):
+    Path("small.toml").write_text(FEW)
+    Path("my other.toml").write_text(FEW)
+    before = sorted(in_results.rglob("*"))
+
+    code, out, err = call(*command, "small.toml")
+    assert (code, out) == (1, "")
+    assert err == "error: small.toml is a study, not its results; did you mean results/small.h5?\n"
+    code, out, err = call(*command, "my other.toml")
+    assert (code, out) == (1, "")
+    assert err == "error: my other.toml is a study, not its results; run `explore sweep 'my other.toml'` first\n"
+    assert sorted(in_results.rglob("*")) == before

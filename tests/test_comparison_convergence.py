@@ -1,12 +1,12 @@
-"""The table of orders that `explore stability` prints: theory and measurement agree."""
+"""The orders of convergence that `explore stability` prints agree with theory."""
 
 import pytest
 
 from explore.comparison.convergence import measure_orders
 
-#: How far the measured order may be from theory. Steps chosen by a solver come in whole numbers, the first ones spent
-#: on finding their size, and Radau keeps its Jacobian or takes it anew, which scatters the errors.
-BANDS = {
+#: Largest deviation of the measured order from theory. Adaptive solvers take a whole number of steps, spend the first
+#: ones on finding the step size, and Radau updates its Jacobian at some steps only; all of this scatters the errors.
+MAX_DEVIATIONS = {
     ("rk4", "equal"): 0.2,
     ("rk45", "equal"): 0.4,
     ("dop853", "equal"): 0.3,
@@ -16,11 +16,11 @@ BANDS = {
 }
 
 
-def test_every_integrator_shows_its_order():
+def test_every_integrator_has_its_order():
     rows = measure_orders()
-    assert {(row["method"], row["steps"]) for row in rows} == set(BANDS)
+    assert {(row["method"], row["steps"]) for row in rows} == set(MAX_DEVIATIONS)
     for row in rows:
-        band = BANDS[row["method"], row["steps"]]
-        assert row["measured"] == pytest.approx(row["theory"], abs=band), row
+        max_deviation = MAX_DEVIATIONS[row["method"], row["steps"]]
+        assert row["measured"] == pytest.approx(row["theory"], abs=max_deviation), row
         assert row["points"] >= 4
-        assert row["deviation"] < band
+        assert row["deviation"] < max_deviation

@@ -1,4 +1,4 @@
-"""The reference by two other roads: Freudenstein's equation with 60 digits, and the stored numbers."""
+"""The reference against Freudenstein's equation with 60 digits, and against stored numbers."""
 
 import json
 import subprocess
@@ -11,7 +11,13 @@ import numpy as np
 import pytest
 from exact_linkage import ExactLinkage
 
-from explore.comparison.reference import SIGNALS, STATISTICS, WINDOWS, exact_motion, exact_statistics
+from explore.comparison.reference import (
+    REFERENCE_SIGNALS,
+    REFERENCE_STATISTICS,
+    REFERENCE_WINDOWS,
+    exact_motion,
+    exact_statistics,
+)
 from explore.comparison.scenes import bundled_scenes, load_scene
 
 CASES = json.loads((Path(__file__).parent / "reference" / "crank_rocker.json").read_text())["designs"]
@@ -25,7 +31,7 @@ LENGTHS = np.array([
     [150.0, 1083.5, 541.75, 691.75 + 2.0**-39],
     [1e-3, 1e6, 3.0, 1e6],
 ])  # fmt: skip
-#: The two roads are rounded once each; a number that lies halfway may go either way.
+#: Both computations are rounded once, and may round a number halfway between two doubles differently.
 ONE_ULP = 2.3e-16
 IMPOSSIBLE = np.array([
     [150.0, 1083.4236, 541.7118, 691.7118],
@@ -37,18 +43,18 @@ IMPOSSIBLE = np.array([
 
 @pytest.mark.parametrize("branch", [1.0, -1.0])
 def test_motion_is_that_of_freudensteins_equation(branch):
-    # the last bits of an angle decide near the change point: 0 and pi themselves, and next to them
+    # near the change point the last bits of an angle matter: 0, pi and their neighbours
     special = [0.0, 1e-9, -1e-9, 1e-17, 3e-5, np.pi, -np.pi, np.nextafter(np.pi, 4), 1.0, 7.0, -20.0]
     angles = np.tile(special, (len(LENGTHS), 1))
-    found = exact_motion(LENGTHS, np.full(len(LENGTHS), branch), angles)
-    assert found.shape == (6, len(LENGTHS), len(special))
+    motion = exact_motion(LENGTHS, np.full(len(LENGTHS), branch), angles)
+    assert motion.shape == (6, len(LENGTHS), len(special))
     for i, lengths in enumerate(LENGTHS):
         linkage = ExactLinkage(*lengths, branch=int(branch))
         for j, angle in enumerate(special):
             theta = mpmath.mpf(angle)
             expected = [float(x) for x in (*linkage.angles(theta), *linkage.motion(theta))]
-            # 60 digits: what is 0 by symmetry is not in the other road
-            assert found[:, i, j] == pytest.approx(expected, rel=ONE_ULP, abs=1e-40), (lengths, angle)
+            # values that are 0 by symmetry are about 1e-60 in the other computation
+            assert motion[:, i, j] == pytest.approx(expected, rel=ONE_ULP, abs=1e-40), (lengths, angle)
 
 
 @pytest.mark.parametrize("branch", [1.0, -1.0])
@@ -58,20 +64,20 @@ def test_statistics_over_the_drive_stroke_are_those_of_freudensteins_equation(le
     strokes = [linkage.stroke(through_zero) for through_zero in (True, False)]
     first, last = max(strokes, key=lambda stroke: stroke[1] - stroke[0])
     (_, expected_velocity, _, expected_acceleration) = linkage.moments(first, last)
-    (found,) = np.moveaxis(exact_statistics(lengths[None], np.array([branch])), -1, 0)
+    (statistics,) = np.moveaxis(exact_statistics(lengths[None], np.array([branch])), -1, 0)
     mean, variance = expected_velocity
-    # the other road's quadrature is good to 1e-17 of the rms
-    assert found[1, 0] == pytest.approx(float(mean), rel=ONE_ULP, abs=0.0)
-    assert abs(found[1, 0]) == pytest.approx(float(linkage.swing / (last - first)), rel=ONE_ULP, abs=0.0)
-    assert found[1, 1] == pytest.approx(float(variance), rel=1e-15, abs=0.0)
-    assert found[1, 2] == pytest.approx(float(mpmath.sqrt(variance) / abs(mean)), rel=1e-15, abs=0.0)
-    assert found[2, 0] == 0.0
+    # the quadrature of the other computation is accurate to 1e-17 of the rms
+    assert statistics[1, 0] == pytest.approx(float(mean), rel=ONE_ULP, abs=0.0)
+    assert abs(statistics[1, 0]) == pytest.approx(float(linkage.swing / (last - first)), rel=ONE_ULP, abs=0.0)
+    assert statistics[1, 1] == pytest.approx(float(variance), rel=1e-15, abs=0.0)
+    assert statistics[1, 2] == pytest.approx(float(mpmath.sqrt(variance) / abs(mean)), rel=1e-15, abs=0.0)
+    assert statistics[2, 0] == 0.0
     assert abs(expected_acceleration[0]) < 1e-15 * mpmath.sqrt(expected_acceleration[1])
-    assert found[2, 1] == pytest.approx(float(expected_acceleration[1]), rel=1e-15, abs=0.0)
+    assert statistics[2, 1] == pytest.approx(float(expected_acceleration[1]), rel=1e-15, abs=0.0)
     # the angle goes from one limit position to the other, where the velocity is 0
     limits = sorted(float(linkage.angles(end)[1]) for end in (first, last))
-    assert found[0, 3:] == pytest.approx(limits, rel=ONE_ULP)
-    assert 0.0 in found[1, 3:]
+    assert statistics[0, 3:] == pytest.approx(limits, rel=ONE_ULP)
+    assert 0.0 in statistics[1, 3:]
 
 
 @pytest.mark.parametrize("case", CASES, ids=["{crank}-{coupler}-{rocker}-{ground}".format(**case) for case in CASES])
@@ -80,45 +86,48 @@ def test_stored_statistics(case):
     through_zero = float(case["crank_angle_overlapped_to_extended"])
     drive = "overlapped_to_extended" if through_zero > np.pi else "extended_to_overlapped"
     for window, stored in (("drive", case[drive]), ("cycle", case["cycle"])):
-        found = exact_statistics(lengths, np.array([float(case["branch"])]), window)[:, :, 0]
-        for k, signal in enumerate(SIGNALS[1:], start=1):
+        statistics = exact_statistics(lengths, np.array([float(case["branch"])]), window)[:, :, 0]
+        for k, signal in enumerate(REFERENCE_SIGNALS[1:], start=1):
             expected = {name: float(text) for name, text in stored[signal].items() if text is not None}
             assert {"mean", "variance"} <= expected.keys()
             for name, value in expected.items():
                 # decimal lengths were used exactly there and are rounded to doubles here
-                assert found[k, STATISTICS.index(name)] == pytest.approx(value, rel=4e-15, abs=0.0), (signal, name)
+                assert statistics[k, REFERENCE_STATISTICS.index(name)] == pytest.approx(value, rel=4e-15, abs=0.0), (
+                    signal,
+                    name,
+                )
 
 
 def test_extremes_are_those_of_dense_samples():
-    """Of 2001 samples the largest is below the maximum, by no more than a parabola through its neighbours allows."""
-    scene = LENGTHS[:1]
+    """The largest of 2001 samples is below the maximum, by at most what the second difference allows."""
+    lengths = LENGTHS[:1]
     angles = np.linspace(-np.pi, np.pi, 2001)
-    samples = exact_motion(scene, np.ones(1), angles[None])[[1, 3, 5], 0]
-    exact = exact_statistics(scene, np.ones(1), "cycle")[:, :, 0]
+    samples = exact_motion(lengths, np.ones(1), angles[None])[[1, 3, 5], 0]
+    exact = exact_statistics(lengths, np.ones(1), "cycle")[:, :, 0]
     step = angles[1] - angles[0]
-    bend = np.abs(np.diff(samples, 2, axis=1)).max(axis=1) / step**2
+    curvature = np.abs(np.diff(samples, 2, axis=1)).max(axis=1) / step**2
     for k in range(3):
-        for found, best in ((exact[k, 4], samples[k].max()), (-exact[k, 3], -samples[k].min())):
-            assert 0.0 <= found - best <= bend[k] * step**2 / 8.0
+        for maximum, largest in ((exact[k, 4], samples[k].max()), (-exact[k, 3], -samples[k].min())):
+            assert 0.0 <= maximum - largest <= curvature[k] * step**2 / 8.0
 
 
-@pytest.mark.parametrize("window", WINDOWS)
-def test_a_linkage_that_cannot_turn_has_none(window):
+@pytest.mark.parametrize("window", REFERENCE_WINDOWS)
+def test_a_linkage_that_cannot_turn_has_no_statistics(window):
     mixed = np.vstack([LENGTHS[:1], IMPOSSIBLE, [[4.0, 5.0, 4.5, 2.0]]])  # the last is a double crank: it does not rock
-    found = exact_statistics(mixed, np.ones(len(mixed)), window)
-    assert np.isnan(found[:, :, 1:]).all()
-    assert np.array_equal(found[:, :, :1], exact_statistics(LENGTHS[:1], np.ones(1), window), equal_nan=True)
+    statistics = exact_statistics(mixed, np.ones(len(mixed)), window)
+    assert np.isnan(statistics[:, :, 1:]).all()
+    assert np.array_equal(statistics[:, :, :1], exact_statistics(LENGTHS[:1], np.ones(1), window), equal_nan=True)
     motion = exact_motion(mixed, np.ones(len(mixed)), np.zeros((len(mixed), 2)))
     assert np.isfinite(motion).all(axis=(0, 2)).tolist() == [True, False, False, False, False, True]
 
 
-def test_a_statistic_without_meaning_is_nan():
-    drive, cycle = (exact_statistics(LENGTHS[:1], np.ones(1), window)[:, 2, 0] for window in WINDOWS)
+def test_undefined_statistics_are_nan():
+    drive, cycle = (exact_statistics(LENGTHS[:1], np.ones(1), window)[:, 2, 0] for window in REFERENCE_WINDOWS)
     assert np.isnan(drive).tolist() == [True, False, True]
     assert np.isnan(cycle).all()
 
 
-def test_nobodys_precision_is_changed():
+def test_the_callers_precision_does_not_change():
     mpmath.mp.dps = 33
     exact_statistics(LENGTHS[:1], np.ones(1))
     assert mpmath.mp.dps == 33
@@ -126,12 +135,12 @@ def test_nobodys_precision_is_changed():
 
 def test_mpmath_is_imported_only_when_needed():
     check = "import sys, explore.comparison.reference; print('mpmath' in sys.modules)"
-    done = subprocess.run([sys.executable, "-c", check], capture_output=True, text=True, check=True)
-    assert done.stdout == "False\n"
+    process = subprocess.run([sys.executable, "-c", check], capture_output=True, text=True, check=True)
+    assert process.stdout == "False\n"
 
 
-def test_it_is_fast_enough_to_be_used():
-    """An angle takes 0.2 ms, the slowest design 0.15 s; ten times that is a mistake, not a busy machine."""
+def test_the_reference_meets_its_time_limit():
+    """An angle takes 0.2 ms and the slowest design 0.15 s; a busy machine takes less than ten times as long."""
     scene = load_scene(bundled_scenes()["almost_change_point"])
     begin = time.process_time()
     exact_motion(scene.lengths[-1:], scene.branch[-1:], np.linspace(-3, 3, 100)[None])

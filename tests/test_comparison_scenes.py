@@ -13,16 +13,16 @@ from studies import GOOD
 from explore.comparison.scenes import bundled_scenes, load_scene
 from explore.config.schema import SceneTable
 from explore.errors import ConfigError
-from explore.evaluation import evaluate_columns
+from explore.evaluation.evaluate import evaluate_columns
 from explore.mechanisms.registry import MECHANISMS
 from explore.methods.contract import Level, Outcome
-from explore.methods.driver import geometric_outcome
+from explore.methods.geometry import geometric_outcome
 from explore.request.requests import make_request
 
 ROOT = Path(__file__).parents[1]
 SCENES = {name: load_scene(path) for name, path in bundled_scenes().items()}
 SECTION = '[scene]\ntitle = "A"\nabout = "B."\nmodel = "velocities"\nquestion = "C?"\n'
-#: How many linkages, the least model, and what the exact geometry says of them: one outcome, or one for each.
+#: Number of linkages, lowest level that answers the question, and geometric outcome; None where outcomes differ.
 EXPECTED = {
     "smooth": (1, Level.ACCELERATIONS, Outcome.OK),
     "published_optimum": (1, Level.VELOCITIES, Outcome.OK),
@@ -36,12 +36,12 @@ EXPECTED = {
 }
 
 
-def test_the_list_is_complete():
+def test_the_bundled_scenes_are_the_expected_ones():
     assert SCENES.keys() == EXPECTED.keys()
 
 
 @pytest.mark.parametrize("name", EXPECTED)
-def test_a_scene_is_what_it_says(name):
+def test_bundled_scenes_have_their_contents(name):
     scene, (count, model, outcome) = SCENES[name], EXPECTED[name]
     assert scene.name == name
     assert scene.lengths.shape == (count, 4)
@@ -54,32 +54,32 @@ def test_a_scene_is_what_it_says(name):
         assert geometric_outcome(scene.lengths).tolist() == [outcome] * count
 
 
-def test_margins_fall_to_the_last_that_is_no_change_point():
-    """The margins, summed as fractions, are the powers of two that the file promises."""
+def test_margins_decrease_to_the_smallest_that_is_not_a_change_point():
+    """The margins, summed as fractions, are the powers of two that the file states."""
     margins = [
         Fraction(c) + Fraction(d) - Fraction(a) - Fraction(b) for a, b, c, d in SCENES["almost_change_point"].lengths
     ]
     assert margins == [Fraction(1, 2**k) for k in (7, 13, 20, 27, 33, 39)]
-    # the next power of two is one
+    # the next power of two counts as a change point
     closer = np.array([[150.0, 1083.5, 541.75, 691.75 + 2.0**-40]])
     assert geometric_outcome(closer).tolist() == [Outcome.CHANGE_POINT]
 
 
-def test_one_of_the_large_block_is_bad():
+def test_the_large_block_contains_one_change_point():
     scene = SCENES["large_block"]
-    bad = np.flatnonzero(geometric_outcome(scene.lengths) != Outcome.OK)
-    assert scene.lengths[bad].tolist() == [[150.0, 1083.5, 541.75, 691.75]]
+    without_motion = np.flatnonzero(geometric_outcome(scene.lengths) != Outcome.OK)
+    assert scene.lengths[without_motion].tolist() == [[150.0, 1083.5, 541.75, 691.75]]
 
 
 def test_the_tiny_swing_is_a_hundredth_of_a_degree():
     columns = dict(zip(("crank", "coupler", "rocker", "ground"), SCENES["tiny_swing"].lengths.T, strict=True))
-    request = make_request(MECHANISMS["crank-rocker"], ["swing_angle"])
+    request = make_request(MECHANISMS["crank-rocker"], metrics=["swing_angle"])
     assert evaluate_columns(request, columns).columns["swing_angle"][0] == pytest.approx(0.01, rel=0.05)
 
 
-def test_models_are_the_levels():
+def test_models_are_named_after_the_levels():
     allowed = SceneTable.model_fields["model"].annotation.__args__
-    assert [Level[word.upper()] for word in allowed] == list(Level)
+    assert [Level[name.upper()] for name in allowed] == list(Level)
 
 
 @pytest.mark.parametrize(
@@ -91,7 +91,7 @@ def test_models_are_the_levels():
             "speed",
             "study.toml:10: scene.model: must be 'geometry', 'positions', 'velocities' or 'accelerations', got 'speed'",
         ),
-        ('"A"', "3", "study.toml:8: scene.title: must be a text in quotes, got 3"),
+        ('"A"', "3", "study.toml:8: scene.title: must be a string in quotes, got 3"),
         (
             'about = "B."\n',
             "",
@@ -99,11 +99,11 @@ def test_models_are_the_levels():
         ),
     ],
 )
-def test_a_bad_scene(problems, old, new, problem):
+def test_errors_in_a_scene(problems, old, new, problem):
     assert problems(GOOD + SECTION.replace(old, new, 1)) == [problem]
 
 
-def test_all_is_said_at_once(problems):
+def test_all_errors_are_reported_together(problems):
     text = GOOD.replace("crank = 100", "crank = -100") + SECTION.replace("velocities", "speeds").replace('"C?"', "3")
     assert [problem.split(": ")[:2] for problem in problems(text)] == [
         ["study.toml:3", "parameters.crank"],
@@ -112,25 +112,25 @@ def test_all_is_said_at_once(problems):
     ]
 
 
-def test_a_scene_is_no_table(problems):
+def test_a_scene_that_is_not_a_table(problems):
     assert problems("scene = 3\n" + GOOD) == ["study.toml:1: scene: must be a table of keys and values, got 3"]
 
 
-def test_an_empty_scene_is_not_none(problems):
+def test_an_empty_scene_misses_all_four_keys(problems):
     assert len(problems(GOOD + "[scene]\n")) == 4
 
 
-def test_a_study_without_a_scene_is_none(tmp_path):
+def test_a_study_without_a_scene_is_refused(tmp_path):
     path = tmp_path / "study.toml"
     path.write_text(GOOD, encoding="utf-8")
     with pytest.raises(ConfigError, match=r"study\.toml:1: scene: is missing; a scene is a study with a section"):
         load_scene(path)
 
 
-def test_a_scene_changes_nothing_that_is_computed(load):
-    plain, scene = load(GOOD), load(GOOD + SECTION)
-    assert plain.sha256 == scene.sha256
-    assert plain.determines == scene.determines
+def test_a_scene_does_not_change_the_hash_of_a_study(load):
+    study, scene_study = load(GOOD), load(GOOD + SECTION)
+    assert study.sha256 == scene_study.sha256
+    assert study.determines == scene_study.determines
 
 
 def test_the_branch_of_a_scene(tmp_path):
@@ -142,19 +142,21 @@ def test_the_branch_of_a_scene(tmp_path):
     assert scene.lengths.tolist() == [[100.0, 1000.0, 500.0, 700.0]] * 2
 
 
-def test_a_wheel_brings_its_scenes(tmp_path):
-    """Built from this tree, unpacked, and asked from another folder."""
+def test_a_wheel_contains_the_scenes(tmp_path):
+    """A wheel is built from this tree and unpacked; its scenes are listed from another folder."""
     build = "import sys; from hatchling.build import build_wheel; print(build_wheel(sys.argv[1]))"
-    built = subprocess.run(
+    build_run = subprocess.run(
         [sys.executable, "-c", build, tmp_path], cwd=ROOT, capture_output=True, text=True, check=True
     )
-    with zipfile.ZipFile(tmp_path / built.stdout.split()[-1]) as wheel:
+    with zipfile.ZipFile(tmp_path / build_run.stdout.split()[-1]) as wheel:
         wheel.extractall(tmp_path / "site")
-    ask = (
+    script = (
         "import sys; sys.path.insert(0, 'site'); from explore.comparison.scenes import bundled_scenes as b;"
         "print(*(f'{path} {path.is_file()}' for path in b().values()), sep='\\n')"
     )
-    found = subprocess.run([sys.executable, "-I", "-c", ask], cwd=tmp_path, capture_output=True, text=True, check=True)
-    assert found.stdout.split("\n")[:-1] == [
+    listing = subprocess.run(
+        [sys.executable, "-I", "-c", script], cwd=tmp_path, capture_output=True, text=True, check=True
+    )
+    assert listing.stdout.split("\n")[:-1] == [
         f"{tmp_path}/site/explore/data/scenes/{name}.toml True" for name in sorted(EXPECTED)
     ]

@@ -5,49 +5,73 @@ import os
 import platform
 import subprocess
 import sys
+import time
 
 import pytest
+from studies import GOOD
 
 REPORT = """
 import json
-from explore import sampling
+from explore.quadrature.loop import sample
 from explore.mechanisms.registry import MECHANISMS
-functions = {"sample": sampling.sample}
+functions = {"sample": sample}
 for name, mechanism in MECHANISMS.items():
     functions |= {f"{name} {part}": getattr(mechanism, part) for part in ("closed_form", "pieces", "fill")}
 stats = {name: [f.stats.cache_hits.total(), f.stats.cache_misses.total()] for name, f in functions.items()}
 """
 
 
-def report(cache, extra):
-    done = subprocess.run(
-        [sys.executable, "-c", REPORT + extra],
+def report(cache, script):
+    process = subprocess.run(
+        [sys.executable, "-c", script],
+        cwd=cache,  # as in `sweep`: Numba's cache belongs to one installed package
         env={**os.environ, "NUMBA_CACHE_DIR": str(cache)},
         capture_output=True,
         text=True,
         check=True,
         timeout=300,
     )
-    return json.loads(done.stdout)
+    return json.loads(process.stdout)
+
+
+def sweep(folder, cache, *options, before=""):
+    """Standard error of `explore sweep` of one design, in a process of its own that first runs `before`."""
+    (folder / "one.toml").write_text(GOOD)
+    process = subprocess.run(
+        [sys.executable, "-c", f"{before}\nfrom explore.cli import main; main()", "sweep", "one.toml", *options],
+        cwd=folder,
+        env={**os.environ, "NUMBA_CACHE_DIR": str(cache)},
+        capture_output=True,
+        text=True,
+        check=True,
+        timeout=300,
+    )
+    return process.stderr
 
 
 @pytest.fixture(scope="module")
-def cache(tmp_path_factory):
-    return tmp_path_factory.mktemp("numba")
+def first(tmp_path_factory):
+    """The cache of the compiled kernels after the first command on a machine, and standard error of that command."""
+    cache = tmp_path_factory.mktemp("numba")
+    return cache, sweep(tmp_path_factory.mktemp("first"), cache)
 
 
-def test_a_second_process_compiles_nothing(cache):
-    first = report(cache, "print(json.dumps(stats))")
-    second = report(cache, "print(json.dumps(stats))")
+def remove_arctangent(cache):
+    """Remove one small function from the cache."""
+    (index,) = cache.rglob("arctangent.*.nbi")
+    index.unlink()
 
-    assert all(misses == 1 for _, misses in first.values()), first
-    assert all((hits, misses) == (1, 0) for hits, misses in second.values()), second
+
+def test_a_second_process_compiles_nothing(first):
+    lookups = report(first[0], f"{REPORT}print(json.dumps(stats))")
+
+    assert all((hits, misses) == (1, 0) for hits, misses in lookups.values()), lookups
 
 
 @pytest.mark.skipif(platform.machine() != "x86_64", reason="reads x86-64 assembly")
 def test_the_node_loops_are_vectorised(tmp_path):
     listing = "{name: ''.join(getattr(four_bar, name).inspect_asm().values()) for name in ('fill', '_fill_angles')}"
-    assembly = report(tmp_path, f"from explore.mechanisms import four_bar\nprint(json.dumps({listing}))")
+    assembly = report(tmp_path, f"import json\nfrom explore.mechanisms import four_bar\nprint(json.dumps({listing}))")
 
     # packed square roots and divisions of doubles, not only the scalar ones of the loop's remainder
     for code in assembly.values():
@@ -55,22 +79,48 @@ def test_the_node_loops_are_vectorised(tmp_path):
         assert "divpd" in code
 
 
-def test_the_first_compile_is_announced_and_the_next_start_is_silent(tmp_path):
-    (tmp_path / "one.toml").write_text(
-        'mechanism = "crank-rocker"\n[parameters]\ncrank = 100\ncoupler = 1083.5\nrocker = 541.5\nground = 691.5\n'
-    )
-    said = [
-        subprocess.run(
-            [sys.executable, "-c", "from explore.cli import main; main()", "sweep", "one.toml", "--restart"],
-            cwd=tmp_path,
-            env={**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache")},
-            capture_output=True,
-            text=True,
-            check=True,
-            timeout=300,
-        ).stderr
-        for _ in range(2)
-    ]
+def test_compiling_is_announced_once_and_the_next_start_is_silent(first, tmp_path):
+    cache, errors = first
 
-    assert "preparing the compiled kernels" in said[0]
-    assert "preparing" not in said[1]
+    assert errors.splitlines()[0].startswith("preparing the compiled kernels")
+    assert errors.count("preparing") == 1
+    assert "preparing" not in sweep(tmp_path, cache)
+
+
+def test_a_slow_start_is_not_taken_for_compiling(first, tmp_path):
+    slow = """
+import sys, time
+class Slow:
+    def find_spec(self, name, path=None, target=None):
+        if name == "explore.quadrature.loop":
+            time.sleep(2)
+sys.meta_path.insert(0, Slow())
+"""
+    begun = time.monotonic()
+
+    assert "preparing" not in sweep(tmp_path, first[0], before=slow)
+    assert time.monotonic() - begun > 2
+
+
+def test_a_quiet_sweep_compiles_silently(first, tmp_path):
+    cache = first[0]
+    remove_arctangent(cache)
+
+    assert sweep(tmp_path, cache, "--quiet") == ""
+    assert list(cache.rglob("arctangent.*.nbi")), "nothing was compiled, so nothing was tried"
+
+
+@pytest.mark.parametrize("command", ["sweep", "simulate", "coverage"])
+def test_a_wrong_name_is_reported_before_anything_is_compiled(tmp_path, command):
+    process = subprocess.run(
+        [sys.executable, "-m", "explore", command, "typo.toml"],
+        cwd=tmp_path,
+        env={**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache"), "PYTHONPATH": os.pathsep.join(sys.path)},
+        capture_output=True,
+        text=True,
+        timeout=300,
+    )
+
+    assert process.returncode == 2
+    assert process.stderr == "error: typo.toml: no such file; `explore init` writes one to start from\n"
+    assert not list(tmp_path.iterdir())

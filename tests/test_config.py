@@ -1,4 +1,4 @@
-"""Study files: what is read, and its hash."""
+"""Study files: their content and its hash."""
 
 import json
 import math
@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 from studies import GOOD
 
+import explore
 from explore.config.study_file import load_study, starter
-from explore.design_space import Continuous, Listed, Spaced
+from explore.designs.spaces import BLOCK_SIZE, ContinuousAxis, ListedAxis, SpacedAxis
 from explore.mechanisms.registry import MECHANISMS
 
 CONFIGS = Path(__file__).parent.parent / "configs"
@@ -48,18 +49,18 @@ mean_output_ratio = { min = 0.02, max = 0.2 }
 metrics = ["cv", "mean_output_ratio:max", "transmission_angle_min:max"]
 """
 
-# Happy paths
+# Valid studies
 
 
 def test_design_example(load):
     study = load(EXAMPLE)
     assert study.space.axes == (
-        Listed("crank", (100.0, 150.0, 200.0)),
-        Spaced("coupler", 900.0, 1100.0, 21),
-        Listed("rocker", (541.7118,)),
-        Continuous("ground", 650.0, 800.0, True),
-        Listed("phases", (3.0,)),
-        Listed("speed", (4.188790204786391, 2 * math.pi, 7.0)),  # 4 pi / 3, rounded once
+        ListedAxis("crank", (100.0, 150.0, 200.0)),
+        SpacedAxis("coupler", 900.0, 1100.0, 21),
+        ListedAxis("rocker", (541.7118,)),
+        ContinuousAxis("ground", 650.0, 800.0, True),
+        ListedAxis("phases", (3.0,)),
+        ListedAxis("speed", (4.188790204786391, 2 * math.pi, 7.0)),  # 4 pi / 3, rounded once
     )
     assert (study.space.method, study.space.count, study.space.seed) == ("sobol", 100_000, 1)
     assert [m.name for m in study.request.metrics][:2] == ["cv", "rocker_acceleration_max"]
@@ -73,7 +74,7 @@ def test_design_example(load):
     ]
 
 
-def test_parameters_that_are_not_named_are_no_axes_and_speed_varies_fastest(load):
+def test_only_named_parameters_are_axes_and_speed_varies_fastest(load):
     study = load(GOOD + "speed = [1, 2]\nbranch = [1, -1]\n")
     assert [axis.name for axis in study.space.axes] == ["crank", "coupler", "rocker", "ground", "branch", "speed"]
     assert study.space.designs(0, 4)["speed"].tolist() == [1.0, 2.0, 1.0, 2.0]
@@ -109,7 +110,7 @@ def test_byte_order_mark_and_windows_line_ends(load, problems):
 
 def test_num_1_is_one_value(load):
     one = load(with_parameter("crank", "{ start = 100, stop = 120, num = 1 }")[0])
-    assert one.space.axes[0] == Listed("crank", (100.0,))
+    assert one.space.axes[0] == ListedAxis("crank", (100.0,))
     assert one.sha256 == load(GOOD).sha256
 
 
@@ -121,7 +122,7 @@ def test_spaced_phases(load):
 def test_configs_of_the_project(name):
     study = load_study(CONFIGS / f"{name}.toml")
     assert study.objectives
-    assert study.space.swept
+    assert study.space.swept_parameters
 
 
 def test_grid_config_is_the_newcomers_study():
@@ -130,6 +131,7 @@ def test_grid_config_is_the_newcomers_study():
     assert len(study.space.axes[-1]) == 3
     ranked = {objective.metric for objective in study.objectives}
     assert any(metric.signal.speed_power for metric in study.request.sampled if metric.name in ranked)
+    assert {"mean", "variance", "cv"} <= {metric.name for metric in study.request.metrics}
 
 
 def test_published_config_keeps_the_lengths_exact():
@@ -147,9 +149,25 @@ def test_starter_runs(load, mechanism):
     assert study.objectives
 
 
+@pytest.mark.parametrize("mechanism", MECHANISMS.values(), ids=lambda mechanism: mechanism.name)
+def test_the_solved_length_of_a_starter_runs_in_the_place_of_its_swept_one(load, mechanism):
+    text = starter(mechanism)
+    (solved,) = re.findall(r"^# (.* = \{ solve = .*)$", text, re.MULTILINE)
+    name = solved.partition(" ")[0]
+    text, replaced = re.subn(rf"^{name} .*$", solved, text, flags=re.MULTILINE)
+    assert replaced == 1
+    study = load(text)
+    assert study.space.solved.metric.name == "swing_angle"
+    results = explore.sweep(study, "study.h5")
+    assert results.counts["ok"] > results.n_designs / 2
+    swings = explore.rank(results)["swing_angle"]
+    assert len(swings) > 1
+    np.testing.assert_allclose(swings, 20.0, rtol=1e-11)
+
+
 @pytest.mark.parametrize("value", ['"60 rpm"', '"1 turn/s"', '"1 Hz"', '"360 deg/s"'])
 def test_speed_units(load, value):
-    assert load(GOOD + f"speed = {value}\n").space.axes[-1].at(np.array([0]))[0] == pytest.approx(
+    assert load(GOOD + f"speed = {value}\n").space.axes[-1].values_at(np.array([0]))[0] == pytest.approx(
         2 * math.pi, rel=3e-16
     )
 
@@ -213,7 +231,7 @@ def test_hash_ignores_comments_order_units_and_rank(load):
         "[constraints]\ncv = { max = 1 }\n",
     ],
 )
-def test_hash_sees_what_determines_the_columns(load, change):
+def test_hash_depends_on_what_determines_the_columns(load, change):
     assert load(GOOD + change).sha256 != load(GOOD).sha256
 
 
@@ -221,3 +239,31 @@ def test_hash_of_sampling(load):
     text = with_parameter("crank", "{ min = 90, max = 110 }")[0] + '[sampling]\nmethod = "sobol"\ncount = 100\n'
     hashes = [load(text + extra).sha256 for extra in ("", "seed = 0\n", "seed = 1\n")]
     assert hashes[0] == hashes[1] != hashes[2]
+
+
+def test_hash_depends_on_log(load):
+    section = '[sampling]\nmethod = "sobol"\ncount = 100\n'
+    hashes = {
+        load(with_parameter("crank", f"{{ min = 90, max = 110, log = {log} }}")[0] + section).sha256
+        for log in ("false", "true")
+    }
+    assert len(hashes) == 2
+
+
+@pytest.mark.parametrize(
+    ("text", "change"),
+    [
+        ("[constraints]\ncv = { min = 0.1, max = 1 }\n", ("max = 1", "max = 2")),
+        ("[constraints]\ncv = { min = 0.1, max = 1 }\n", ("min = 0.1", "min = 0.2")),
+        ("[evaluate]\nwindow = { from = 0, to = 90 }\n", ("to = 90", "to = 91")),
+        ("[evaluate]\nwindow = { from = 0, to = 90 }\n", ("from = 0", "from = 1")),
+    ],
+)
+def test_hash_depends_on_both_ends(load, text, change):
+    assert load(GOOD + text).sha256 != load(GOOD + text.replace(*change)).sha256
+
+
+def test_hash_depends_on_the_kernel_version_and_the_block_size(load):
+    content = json.loads(load(GOOD).determines)
+    assert content["kernel_version"] == MECHANISMS["crank-rocker"].kernel_version
+    assert content["block_size"] == BLOCK_SIZE

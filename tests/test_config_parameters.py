@@ -1,4 +1,4 @@
-"""Wrong [parameters] and what they get."""
+"""Messages about invalid entries of [parameters]."""
 
 import re
 
@@ -22,21 +22,21 @@ def with_parameter(name, value):
         ("crank", "true", "", "true is not a number"),
         ("crank", "1979-05-27", "", "1979-05-27 is not a number"),
         ("crank", '"5 cmm"', "", "unknown unit 'cmm'; did you mean 'mm'?"),
-        ("crank", '"5 kg"', "", "'kg' does not measure the same as 'mm'; use mm, cm, m or in"),
-        ("crank", '"100"', "", "a text without a unit; write 100 without quotes"),
-        ("speed", '"1 1/s"', "", "'1/s' does not measure the same as 'rad/s'"),
+        ("crank", '"5 kg"', "", "'kg' cannot be converted to 'mm'; use mm, cm, m or in"),
+        ("crank", '"100"', "", "has no unit; write 100 without quotes"),
+        ("speed", '"1 1/s"', "", "'1/s' cannot be converted to 'rad/s'"),
         ("speed", "0", "", "must be greater than 0 rad/s"),
         ("crank", "[]", "", "an empty list makes no designs"),
-        ("crank", "[1, 2, 1]", "", "1 occurs twice"),
-        ("crank", '[100, "10 cm"]', "", "'10 cm' occurs twice"),
+        ("crank", "[1, 2, 1]", "", "1 is listed twice"),
+        ("crank", '[100, "10 cm"]', "", "'10 cm' is listed twice"),
         ("crank", "[1, [2]]", "", "[2] is not a number"),
-        ("phases", "0", "", "must be a whole number 1 to 12, got 0"),
-        ("phases", "2.5", "", "must be a whole number 1 to 12, got 2.5"),
-        ("phases", "13", "", "must be a whole number 1 to 12, got 13"),
-        ("phases", "{ start = 1, stop = 2, num = 3 }", "", "every value must be a whole number 1 to 12"),
+        ("phases", "0", "", "must be a whole number from 1 to 12, got 0"),
+        ("phases", "2.5", "", "must be a whole number from 1 to 12, got 2.5"),
+        ("phases", "13", "", "must be a whole number from 1 to 12, got 13"),
+        ("phases", "{ start = 1, stop = 2, num = 3 }", "", "every value must be a whole number from 1 to 12"),
         ("branch", "0", "", "must be 1 or -1, got 0"),
-        ("crank", "{ start = 1, stop = 5, num = 0 }", ".num", "must be a whole number from 1, got 0"),
-        ("crank", "{ start = 1, stop = 5, num = -3 }", ".num", "must be a whole number from 1, got -3"),
+        ("crank", "{ start = 1, stop = 5, num = 0 }", ".num", "must be at least 1, got 0"),
+        ("crank", "{ start = 1, stop = 5, num = -3 }", ".num", "must be at least 1, got -3"),
         ("crank", "{ start = 1, stop = 5, num = 3.0 }", ".num", "must be a whole number without quotes, got 3.0"),
         ("crank", "{ start = 1, stop = 5, num = true }", ".num", "must be a whole number"),
         ("crank", "{ start = 1, stop = 5, num = 1e3 }", ".num", "must be a whole number"),
@@ -44,7 +44,7 @@ def with_parameter(name, value):
         ("crank", "{ start = 5, stop = 1, num = 3 }", "", "start = 5 is above stop = 1; swap them"),
         ("crank", "{ start = 5, stop = 5, num = 3 }", "", "3 values from 5 to 5 are all the same"),
         ("crank", "{ start = -5, stop = 5, num = 3 }", ".start", "must be greater than 0 mm, got -5"),
-        ("crank", '{ start = 1, stop = "2 kg", num = 3 }', ".stop", "does not measure the same"),
+        ("crank", '{ start = 1, stop = "2 kg", num = 3 }', ".stop", "cannot be converted to"),
         ("crank", "{ start = 1, stpo = 5, num = 3 }", ".stpo", "unknown key; did you mean 'stop'?"),
         ("crank", "{ start = 1, stop = 5 }", "", "the key 'num' is missing"),
         (
@@ -85,7 +85,9 @@ def test_bad_range(problems, value, key, reason, method):
 def test_range_of_a_parameter_of_choices(problems):
     text = GOOD + 'phases = { min = 1, max = 3 }\n[sampling]\nmethod = "sobol"\ncount = 5\n'
     (problem,) = problems(text)
-    assert problem.startswith("study.toml:7: parameters.phases: must be a whole number 1 to 12, which a range cannot")
+    assert problem.startswith(
+        "study.toml:7: parameters.phases: must be a whole number from 1 to 12, which a range does not"
+    )
 
 
 def test_missing_and_misspelt_parameters(problems):

@@ -1,4 +1,4 @@
-"""Wrong sections and what they get."""
+"""Messages about invalid sections."""
 
 import pytest
 from studies import GOOD
@@ -12,19 +12,19 @@ from studies import GOOD
         ('method = "latin_hypercube"', "8: sampling.method: unknown method 'latin_hypercube'; did you mean 'latin-hyp"),
         (
             'method = "quasi"',
-            "8: sampling.method: unknown method 'quasi'; there is grid, sobol, latin-hypercube, random, table",
+            "8: sampling.method: unknown method 'quasi'; available: grid, sobol, latin-hypercube, random, table",
         ),
-        ("method = 3", "8: sampling.method: must be a text in quotes, got 3"),
+        ("method = 3", "8: sampling.method: must be a string in quotes, got 3"),
         (
             "count = 5",
-            '8: sampling.count: a grid takes every combination and draws nothing; remove it or set method = "sobol" or',
+            '8: sampling.count: has no effect with method = "grid"; remove it or set method = "sobol" or',
         ),
-        ("seed = 5", "8: sampling.seed: a grid takes every combination"),
-        ('file = "x.csv"', '8: sampling.file: belongs to method = "table", not to "grid"; remove it or'),
+        ("seed = 5", '8: sampling.seed: has no effect with method = "grid"; '),
+        ('file = "x.csv"', '8: sampling.file: needs method = "table", not "grid"; remove it or'),
         ('method = "table"', "7: sampling.file: is missing; name the table of designs, such as file ="),
-        ('method = "table"\nfile = 3', "9: sampling.file: must be a text in quotes, got 3"),
-        ('method = "table"\nfile = "x.csv"\ncount = 5', "10: sampling.count: a table gives every design and draws"),
-        ('method = "table"\nfile = "x.csv"\nseed = 5', "10: sampling.seed: a table gives every design and draws"),
+        ('method = "table"\nfile = 3', "9: sampling.file: must be a string in quotes, got 3"),
+        ('method = "table"\nfile = "x.csv"\ncount = 5', '10: sampling.count: has no effect with method = "table"; '),
+        ('method = "table"\nfile = "x.csv"\nseed = 5', '10: sampling.seed: has no effect with method = "table"; '),
         ('method = "sobol"', "7: sampling.count: is missing"),
         ('method = "sobol"\ncount = 0', "9: sampling.count: must be at least 1, got 0"),
         ('method = "sobol"\ncount = "5"', "9: sampling.count: must be a whole number without quotes, got '5'"),
@@ -43,7 +43,7 @@ from studies import GOOD
         ),
         (f'method = "random"\ncount = 5\nseed = {2**63}', "10: sampling.seed: must be less than or equal to 92233720"),
         ('method = "sobol"\ncount = 5\nseed = -1', "10: sampling.seed: must be greater than or equal to 0, got -1"),
-        ('method = "sobol"\ncount = 5\nfile = "x"', '10: sampling.file: belongs to method = "table", not to "sobol"'),
+        ('method = "sobol"\ncount = 5\nfile = "x"', '10: sampling.file: needs method = "table", not "sobol"'),
         ('method = "sobol"\ncuont = 5', "9: sampling.cuont: unknown key; did you mean 'count'?"),
     ],
 )
@@ -57,15 +57,15 @@ def test_bad_sampling(problems, section, problem):
     [
         ('[evaluate]\nmetrics = ["cv",\n "foo"]', "9: evaluate.metrics: unknown metric 'foo'"),
         ('[evaluate]\nmetrics = ["cv",\n "cv"]', "9: evaluate.metrics: cv is listed twice"),
-        ("[evaluate]\nmetrics = []", "8: evaluate.metrics: an empty list leaves nothing to compute"),
+        ("[evaluate]\nmetrics = []", "8: evaluate.metrics: the list is empty; leave it out"),
         ('[evaluate]\nmetrics = "cv"', "8: evaluate.metrics: must be a list, such as"),
-        ("[evaluate]\nmetrics = [3]", "8: evaluate.metrics: must be a text in quotes, got 3"),
+        ("[evaluate]\nmetrics = [3]", "8: evaluate.metrics: must be a string in quotes, got 3"),
         ('[evaluate]\nwindow = "cylce"', "8: evaluate.window: unknown window 'cylce'; did you mean 'cycle'?"),
-        ('[evaluate]\nwindow = "interval"', "8: evaluate.window: an interval is given by its crank angles"),
+        ('[evaluate]\nwindow = "interval"', "8: evaluate.window: an interval needs crank angles"),
         ("[evaluate]\nwindow = { from = 9, to = 3 }", "8: evaluate.window: from = 9 must be below to = 3"),
         ("[evaluate]\nwindow = 5", "8: evaluate.window: unknown window 5"),
         ('[evaluate]\ndrive = "slwo"', "8: evaluate.drive: unknown drive 'slwo'; did you mean 'slow'?"),
-        ("[evaluate]\ndrive = 3", "8: evaluate.drive: must be a text in quotes, got 3"),
+        ("[evaluate]\ndrive = 3", "8: evaluate.drive: must be a string in quotes, got 3"),
         ("[evaluate]\ntolerance = 1e-15", "8: evaluate.tolerance: 1e-15 is outside 1e-13 to 0.0001"),
         ("[evaluate]\ntolerence = 1e-9", "8: evaluate.tolerence: unknown key; did you mean 'tolerance'?"),
         (
@@ -79,11 +79,13 @@ def test_bad_sampling(problems, section, problem):
         ("[constraints]\ncv = { min = 2, max = 1 }", "8: constraints.cv: min = 2 is above max = 1"),
         ("[constraints]\ncv = { max = nan }", "8: constraints.cv.max: nan is not a finite number"),
         ('[rank]\nmetrics = ["foo"]', "8: rank.metrics: unknown metric 'foo'"),
-        ('[rank]\nmetrics = ["mid_angle"]', "8: rank.metrics: neither small nor large mid_angle is better"),
+        ('[rank]\nmetrics = ["mid_angle"]', "8: rank.metrics: mid_angle has no natural direction"),
         ('[rank]\nmetrics = ["linkage_class:min"]', "8: rank.metrics: linkage_class is a label"),
-        ('[rank]\nmetrics = ["crank:min"]', "8: rank.metrics: crank is a parameter"),
+        ('[rank]\nmetrics = ["crank"]', "8: rank.metrics: crank has no natural direction"),
+        ('[rank]\nmetrics = ["speed:max"]', "8: rank.metrics: speed is not in [parameters], so it is the same"),
+        ('[rank]\nmetrics = ["crank:min", "crank:max"]', "8: rank.metrics: crank is listed twice"),
         ('[rank]\nmetrics = ["cv", "cv:max"]', "8: rank.metrics: cv is listed twice"),
-        ("[rank]\nmetrics = []", "8: rank.metrics: an empty list ranks nothing"),
+        ("[rank]\nmetrics = []", "8: rank.metrics: the list is empty; leave it out"),
         (
             '[rank]\nmetrics = ["rocker_velocity_max"]',
             '8: rank.metrics: rocker_velocity_max is not computed; add "rocker_velocity_max" to evaluate.metrics',
@@ -108,14 +110,14 @@ def test_bad_section(problems, section, problem):
             'study.toml:1: mechanism: is missing; begin the file with mechanism = "crank-rocker"',
         ),
         ("", 'study.toml:1: mechanism: is missing; begin the file with mechanism = "crank-rocker"'),
-        (GOOD.replace('"crank-rocker"', "3"), "study.toml:1: mechanism: must be a text in quotes, got 3"),
+        (GOOD.replace('"crank-rocker"', "3"), "study.toml:1: mechanism: must be a string in quotes, got 3"),
     ],
 )
 def test_bad_mechanism(problems, text, problem):
     assert problems(text) == [problem]
 
 
-def test_sections_that_are_no_tables(problems):
+def test_sections_that_are_not_tables(problems):
     missing, *others = problems('mechanism = "crank-rocker"\nparameters = 5\nrank = []\n')
     assert missing.startswith("study.toml:2: parameters: missing crank, coupler, rocker, ground; ")
     assert others == [

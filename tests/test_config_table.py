@@ -1,4 +1,4 @@
-"""Tables of designs: what they give, and what wrong ones get."""
+"""Tables of designs, and messages about invalid ones."""
 
 import csv
 import math
@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 import explore
 from explore.config import table_file
 from explore.config.study_file import load_study
-from explore.design_space import Listed
+from explore.designs.spaces import ListedAxis
 from explore.errors import ConfigError, ResultsError
 
 HEADER = "crank,coupler,rocker,ground"
@@ -57,7 +57,7 @@ def designs(study):
 # Good tables
 
 
-def test_a_table_gives_its_rows_in_the_order_of_the_file(table):
+def test_designs_are_the_rows_in_the_order_of_the_file(table):
     study = table("ground, rocker ,crank,coupler\n700,500,100,1000\n7e2,5.5,.1,1000.25\n")
     assert (study.space.method, study.space.count, study.space.seed) == ("table", 2, 0)
     assert designs(study) == {
@@ -66,7 +66,7 @@ def test_a_table_gives_its_rows_in_the_order_of_the_file(table):
         "rocker": [500.0, 5.5],
         "ground": [700.0, 700.0],
     }
-    assert study.space.swept == ("crank", "coupler", "rocker")
+    assert study.space.swept_parameters == ("crank", "coupler", "rocker")
 
 
 @pytest.mark.parametrize(
@@ -102,7 +102,7 @@ def test_single_values_in_parameters_belong_to_every_design(table):
         "crank,coupler\n100,1000\n101,1001\n", STUDY + "[parameters]\nrocker = '50 cm'\nground = 700\nphases = 2\n"
     )
     assert [axis.name for axis in study.space.axes] == ["crank", "coupler", "rocker", "ground", "phases"]
-    assert study.space.axes[2] == Listed("rocker", (500.0,))
+    assert study.space.axes[2] == ListedAxis("rocker", (500.0,))
     assert designs(study)["rocker"] == [500.0, 500.0]
     assert designs(study)["phases"] == [2.0, 2.0]
 
@@ -163,33 +163,33 @@ def test_a_table_is_swept_and_one_with_other_values_is_refused(table):
 @pytest.mark.parametrize(
     ("content", "expected"),
     [
-        ("", ["1: is empty; begin with a line of names, such as crank,coupler,rocker,ground"]),
-        ("\n \n".replace(" ", ""), ["1: is empty; begin with a line of names, such as crank,coupler,rocker,ground"]),
-        (HEADER, ["1: has no designs; add a line of values below the names"]),
-        (f"{ROW}\n", ["1: the first line must name the parameters, but holds numbers; add a line of names"]),
+        ("", ["1: is empty; begin with a header line, such as crank,coupler,rocker,ground"]),
+        ("\n \n".replace(" ", ""), ["1: is empty; begin with a header line, such as crank,coupler,rocker,ground"]),
+        (HEADER, ["1: has no designs; add a line of values below the header"]),
+        (f"{ROW}\n", ["1: the first line must name the parameters, but it holds numbers; add a header line"]),
         (
             f"{HEADER}\n{ROW}\n".replace(",", ";"),
-            ["1: cells are separated by commas, not by semicolons; save it with commas and points in the numbers"],
+            ["1: cells are separated by semicolons; save it with commas between cells and decimal points"],
         ),
         (
             f"{HEADER}\n{ROW}\n".replace(",", "\t"),
-            ["1: cells are separated by commas, not by tabs; save it with commas and points in the numbers"],
+            ["1: cells are separated by tabs; save it with commas between cells and decimal points"],
         ),
         (f"\n{HEADER},spede\n{ROW},1\n", ["2: spede: unknown parameter; did you mean 'speed'?"]),
         (f"{HEADER.replace('ground', 'grund')}\n{ROW}\n", ["1: grund: unknown parameter; did you mean 'ground'?"]),
         (
             f"{HEADER},xyz\n{ROW},1\n",
-            ["1: xyz: unknown parameter; there is crank, coupler, rocker, ground, phases, branch, speed"],
+            ["1: xyz: unknown parameter; available: crank, coupler, rocker, ground, phases, branch, speed"],
         ),
-        (f"{HEADER},\n{ROW},\n", ["1: column 5: has no name; name it, or remove the column"]),
+        (f"{HEADER},\n{ROW},\n", ["1: column 5: has no name; name it or remove the column"]),
         (f"{HEADER},crank\n{ROW},1\n", ["1: crank: the column occurs twice; remove one"]),
         (
             "crank,coupler\n1,2\n",
-            ["1: missing rocker, ground; add a column, or one value for all in [parameters]"],
+            ["1: missing rocker, ground; add a column, or one value for all designs in [parameters]"],
         ),
-        (f"{HEADER}\n{ROW}\n1,2,3\n", ["3: has 3 cells where the first line has 4; write one for each column"]),
-        (f"{HEADER}\n{ROW},5\n{ROW}\n", ["2: has 5 cells where the first line has 4; write one for each column"]),
-        (f"{HEADER}\n\n1\n", ["3: has 1 cell where the first line has 4; write one for each column"]),
+        (f"{HEADER}\n{ROW}\n1,2,3\n", ["3: has 3 cells, but the header has 4; write one for each column"]),
+        (f"{HEADER}\n{ROW},5\n{ROW}\n", ["2: has 5 cells, but the header has 4; write one for each column"]),
+        (f"{HEADER}\n\n1\n", ["3: has 1 cell, but the header has 4; write one for each column"]),
         (f"{HEADER}\n1,,3,4\n", ["2: coupler: the cell is empty; write a number, or remove the line"]),
         (f"{HEADER}\n1, ,3,4\n", ["2: coupler: the cell is empty; write a number, or remove the line"]),
         (f"{HEADER}\n1,nan,3,inf\n", ["2: coupler: nan is not a finite", "2: ground: inf is not a finite"]),
@@ -197,60 +197,60 @@ def test_a_table_is_swept_and_one_with_other_values_is_refused(table):
         (f"{HEADER}\n1,0,-3,4\n", [
             "2: coupler: must be greater than 0 mm, got 0.0", "2: rocker: must be greater than 0 mm, got -3.0",
         ]),
-        (f"{HEADER},phases\n{ROW},2.5\n", ["2: phases: must be a whole number 1 to 12, got 2.5"]),
+        (f"{HEADER},phases\n{ROW},2.5\n", ["2: phases: must be a whole number from 1 to 12, got 2.5"]),
         (f"{HEADER}\n1,2,abc,4\n", ["2: rocker: 'abc' is not a number with a unit, such as \"10 mm\""]),
         (f'{HEADER}\n1,2,"5,5",4\n', ["2: rocker: '5,5' is not a number with a unit, such as \"10 mm\""]),
         (f"{HEADER}\n1,2,3,=1+1\n", ["2: ground: '=1+1' is not a number with a unit, such as \"10 mm\""]),
-        (f"{HEADER}\n1,2,3 kg,4\n", ["2: rocker: 'kg' does not measure the same as 'mm'; use mm, cm, m or in"]),
+        (f"{HEADER}\n1,2,3 kg,4\n", ["2: rocker: 'kg' cannot be converted to 'mm'; use mm, cm, m or in"]),
         (f"{HEADER}\n1,2,0x10,4\n", ["2: rocker: '0x10' is not a number with a unit"]),
         (f"{HEADER}\n1,2,3 cmm,4\n", ["2: rocker: unknown unit 'cmm'; did you mean 'mm'?"]),
         (f"{HEADER}\n1,2,-3 cm,4\n", ["2: rocker: must be greater than 0 mm, got '-3 cm'"]),
     ],
 )  # fmt: skip
 def test_wrong_tables(wrong, content, expected):
-    found = wrong(content)
-    assert len(found) == len(expected)
-    for line, start in zip(found, expected, strict=True):
+    lines = wrong(content)
+    assert len(lines) == len(expected)
+    for line, start in zip(lines, expected, strict=True):
         assert line.startswith(f"designs.csv:{start}")
 
 
-def test_text_that_is_no_csv(wrong):
+def test_text_that_is_not_csv(wrong):
     (problem,) = wrong(f'{HEADER}\n1,"2,3,4\n')
-    assert re.match(r"designs.csv:\d: not CSV: .*; is a quotation mark left open", problem)
+    assert re.match(r"designs.csv:\d: not CSV: .*; check the quotation marks", problem)
     (problem,) = wrong(f'{HEADER}\n1,"2"3,4,5\n')
     assert re.match(r"designs.csv:2: not CSV: ", problem)
     # a quotation mark left open that a later one closes
     (problem,) = wrong(f'{HEADER}\n\n{ROW}\n1,"2,3,4\n{ROW}\n1,2",3,4\n{ROW}\n')
-    assert problem == "designs.csv:4: a cell goes on in the next line; is a quotation mark left open?"
+    assert problem == "designs.csv:4: a cell continues on the next line; check for an unclosed quotation mark"
 
 
 def test_all_problems_at_once_in_the_order_of_the_lines_after_those_of_the_study(wrong):
     content = f"{HEADER},spede\n{ROW},1\n1,x,0,4,1\n1,2,3\n1,2,3,nan,y\n"
-    found = wrong(content, STUDY + 'seed = 3\n[evaluate]\nmetrics = ["foo"]\n')
-    assert [problem.split(": ")[:2] for problem in found] == [
+    lines = wrong(content, STUDY + 'seed = 3\n[evaluate]\nmetrics = ["foo"]\n')
+    assert [problem.split(": ")[:2] for problem in lines] == [
         ["study.toml:5", "sampling.seed"],
         ["study.toml:7", "evaluate.metrics"],
         ["designs.csv:1", "spede"],
         ["designs.csv:3", "coupler"],
         ["designs.csv:3", "rocker"],
-        ["designs.csv:4", "has 3 cells where the first line has 5; write one for each column"],
+        ["designs.csv:4", "has 3 cells, but the header has 5; write one for each column"],
         ["designs.csv:5", "ground"],
     ]
 
 
 def test_a_long_list_of_problems_is_cut(wrong):
-    found = wrong(f"{HEADER}\n" + "1,x,3,4\n" * 30 + f"{ROW}\n")
-    assert [line.split(":")[1] for line in found[:-1]] == [str(n) for n in range(2, 22)]
-    assert found[-1] == "designs.csv: and 10 more"
+    lines = wrong(f"{HEADER}\n" + "1,x,3,4\n" * 30 + f"{ROW}\n")
+    assert [line.split(":")[1] for line in lines[:-1]] == [str(n) for n in range(2, 22)]
+    assert lines[-1] == "designs.csv: and 10 more"
     # exactly as many as are shown
     assert len(wrong(f"{HEADER}\n" + "1,x,3,4\n" * 20)) == 20
 
 
-def test_a_file_full_of_mistakes_is_given_up(wrong):
-    found = wrong(f"{HEADER}\n" + "1,2,3,4 furlongz\n" * 200_000)
-    assert len(found) == 21
-    assert found[-1].startswith("designs.csv: and at least ")
-    assert int(found[-1].split()[-2]) < 100_000
+def test_reading_a_file_full_of_mistakes_stops_early(wrong):
+    lines = wrong(f"{HEADER}\n" + "1,2,3,4 furlongz\n" * 200_000)
+    assert len(lines) == 21
+    assert lines[-1].startswith("designs.csv: and at least ")
+    assert int(lines[-1].split()[-2].replace(",", "")) < 100_000
 
 
 def test_lines_are_right_beyond_the_first_pieces(wrong):
@@ -271,24 +271,24 @@ def test_lines_are_right_beyond_the_first_pieces(wrong):
 )
 def test_parameters_beside_a_table_have_one_value(wrong, entry, key):
     (problem,) = wrong("coupler,rocker,ground\n1,2,3\n", f"{STUDY}[parameters]\n{entry}\n")
-    assert problem.startswith(f"study.toml:6: parameters.{key}: a table gives each design, so this must be one value; ")
+    assert problem.startswith(f"study.toml:6: parameters.{key}: must be one value, because a table lists the designs; ")
 
 
 def test_a_parameter_in_both_places(wrong):
     assert wrong(f"{HEADER}\n{ROW}\n", STUDY + "[parameters]\ncrank = 100\n") == [
-        "designs.csv:1: crank: is in [parameters] as well; remove it there, or the column here"
+        "designs.csv:1: crank: is also in [parameters]; remove it there or remove this column"
     ]
 
 
 def test_wrong_parameters_beside_a_table(wrong):
-    found = wrong(f"{HEADER}\n{ROW}\n", STUDY + "[parameters]\nspeed = -1\nspede = 3\n")
-    assert [problem.split(": ")[:2] for problem in found] == [
+    lines = wrong(f"{HEADER}\n{ROW}\n", STUDY + "[parameters]\nspeed = -1\nspede = 3\n")
+    assert [problem.split(": ")[:2] for problem in lines] == [
         ["study.toml:6", "parameters.speed"],
         ["study.toml:7", "parameters.spede"],
     ]
 
 
-# Files that cannot be used at all
+# Files that cannot be read
 
 
 def reason_of(problems):
@@ -301,28 +301,28 @@ def reason_of(problems):
 @pytest.mark.parametrize(
     ("content", "reason"),
     [
-        (f"{HEADER}\n{ROW}\n".encode("utf-16"), "is not a UTF-8 text; save it as CSV in UTF-8"),
-        (f"{HEADER}\n{ROW}\n".encode() + b"1,2,3,\xff\n", "is not a UTF-8 text; save it as CSV in UTF-8"),
-        (f"{HEADER}\n".encode() + f"{ROW}\n".encode() * 20_000 + b"\xff\n", "is not a UTF-8 text"),
-        (b"PK\x03\x04\x14\x00\x06\x00\x08\x00\x00\x00!\x00\xb5\xfd\x8c", "is not a UTF-8 text"),  # a spreadsheet
+        (f"{HEADER}\n{ROW}\n".encode("utf-16"), "is not UTF-8 text; save it as CSV in UTF-8"),
+        (f"{HEADER}\n{ROW}\n".encode() + b"1,2,3,\xff\n", "is not UTF-8 text; save it as CSV in UTF-8"),
+        (f"{HEADER}\n".encode() + f"{ROW}\n".encode() * 20_000 + b"\xff\n", "is not UTF-8 text"),
+        (b"PK\x03\x04\x14\x00\x06\x00\x08\x00\x00\x00!\x00\xb5\xfd\x8c", "is not UTF-8 text"),  # a spreadsheet
     ],
 )
-def test_files_that_are_no_text(wrong, content, reason):
+def test_files_that_are_not_text(wrong, content, reason):
     assert reason_of(wrong(content)).startswith(reason)
 
 
 @pytest.mark.parametrize(
     ("name", "reason"),
     [
-        ("none.csv", "no such file: none.csv; a name starts at the study file's folder"),
-        ("no/none.csv", "no such file: no/none.csv; a name starts"),
+        ("none.csv", "no such file: /"),
+        ("no/none.csv", "no such file: /"),
         ("", "is a folder, not a table"),
         (".", "is a folder, not a table"),
-        ("/dev/zero", "is not a plain file"),
-        ("pipe", "is not a plain file"),
+        ("/dev/zero", "is not a regular file"),
+        ("pipe", "is not a regular file"),
         ("study.toml/x", "cannot be read: Not a directory"),
         ("x" * 300, "cannot be read: File name too long"),
-        ("a\\u0000b", "is not a file name"),
+        ("a\\u0000b", "is not a valid file name"),
     ],
 )
 def test_files_that_cannot_be_opened(problems, tmp_path, name, reason):
@@ -340,11 +340,11 @@ def test_a_forbidden_file(unprivileged):
 
 
 def test_too_many_rows(wrong, table, monkeypatch):
-    assert table_file.MOST_ROWS == 10**7
-    monkeypatch.setattr(table_file, "MOST_ROWS", 10_000)  # the real limit takes half a minute to reach
+    assert table_file.MOST_TABLE_ROWS == 10**7
+    monkeypatch.setattr(table_file, "MOST_TABLE_ROWS", 10_000)  # the real limit takes half a minute to reach
     assert table(f"{HEADER}\n" + f"{ROW}\n" * 10_000).space.count == 10_000
     reason = reason_of(wrong(f"{HEADER}\n" + f"{ROW}\n" * 10_001))
-    assert reason == "has more than 10000 rows, the most that a table may have; split it"
+    assert reason == "has more than 10000 rows, the limit of a table; split it"
 
 
 @settings(max_examples=300, derandomize=True, database=None, deadline=None, suppress_health_check=list(HealthCheck))
@@ -363,15 +363,15 @@ def test_too_many_rows(wrong, table, monkeypatch):
 def test_anything_else_is_a_study_or_config_errors_of_one_line(tmp_path, content):
     (tmp_path / "designs.csv").write_bytes(content)
     (tmp_path / "study.toml").write_text(STUDY)
-    found, columns = [], {}
+    lines, columns = [], {}
     try:
         space = load_study(tmp_path / "study.toml").space
         columns = space.designs(0, space.count)
     except ConfigError as error:
-        found = error.problems
+        lines = error.problems
     start = (f"{tmp_path / 'study.toml'}:4: sampling.file: ", "designs.csv:")
-    assert all(problem.startswith(start) and problem.isprintable() for problem in found)
-    assert bool(found) != bool(columns)
+    assert all(problem.startswith(start) and problem.isprintable() for problem in lines)
+    assert bool(lines) != bool(columns)
     assert all(np.isfinite(column).all() and len(column) for column in columns.values())
 
 

@@ -1,10 +1,11 @@
-"""What exchangeable cranks reach: the reference, dense scans over the coupler, and the command."""
+"""Swing ranges of exchangeable cranks: the reference, dense scans over the coupler, and the command."""
 
 import json
 from pathlib import Path
 
 import matplotlib as mpl
 import numpy as np
+import pandas as pd
 import pytest
 from command_line import call
 from hypothesis import given, settings
@@ -12,6 +13,7 @@ from hypothesis import strategies as st
 
 import explore
 from explore.charts.coverage import coverage_chart
+from explore.covering import Coverage, _overlaps
 from explore.errors import RequestError
 
 REFERENCE = json.loads((Path(__file__).parent / "reference" / "test_rig_sizing.json").read_text())
@@ -36,14 +38,14 @@ def test_the_swings_of_the_three_eccentrics():
 
 @pytest.mark.parametrize("ground", ["751", "750"])
 def test_overlaps_of_the_three_eccentrics(ground):
-    found = explore.coverage(CRANKS, **RIG | {"ground": float(ground)})
+    coverage = explore.coverage(CRANKS, **RIG | {"ground": float(ground)})
     known = FACTS[f"coverage_overlap_L0_{ground}"]
-    overlaps = found.table["overlap"].to_numpy()
+    overlaps = coverage.table["overlap"].to_numpy()
     assert np.isnan(overlaps[0])
     assert overlaps[1] == pytest.approx(float(known["small_to_mid_deg"]), abs=SWING_ERROR)
     assert overlaps[2] == pytest.approx(float(known["mid_to_large_deg"]), abs=SWING_ERROR)
-    assert found.gaps == ()
-    assert found.total == (found.table["swing_min"][0], found.table["swing_max"][2])
+    assert coverage.gaps == ()
+    assert coverage.total == (coverage.table["swing_min"][0], coverage.table["swing_max"][2])
 
 
 @pytest.mark.parametrize("ground", ["751", "750"])
@@ -55,25 +57,28 @@ def test_the_window_of_the_middle_eccentric(ground):
     assert explore.coverage((5, low, 37), **rig).table["overlap"][2] == pytest.approx(0.0, abs=SWING_ERROR)
     assert explore.coverage((5, high, 37), **rig).table["overlap"][1] == pytest.approx(0.0, abs=SWING_ERROR)
     for middle, which in ((low - 1e-6, 2), (high + 1e-6, 1)):
-        found = explore.coverage((5, middle, 37), **rig)
-        ((start, end),) = found.gaps
-        assert (start, end) == (pytest.approx(found.table["swing_max"][which - 1]), found.table["swing_min"][which])
+        coverage = explore.coverage((5, middle, 37), **rig)
+        ((start, end),) = coverage.gaps
+        assert (start, end) == (
+            pytest.approx(coverage.table["swing_max"][which - 1]),
+            coverage.table["swing_min"][which],
+        )
         assert 0.0 < end - start < 1e-5
     assert explore.coverage((5, low + 1e-6, 37), **rig).gaps == ()
     assert explore.coverage((5, high - 1e-6, 37), **rig).gaps == ()
 
 
 def test_the_rule_for_the_transmission_angle():
-    found = explore.coverage(CRANKS, **RIG, transmission_angle=(40, 140)).table
-    for row, crank in zip(found.itertuples(), ("5", "13.58", "37"), strict=True):
+    coverage = explore.coverage(CRANKS, **RIG, transmission_angle=(40, 140)).table
+    for row, crank in zip(coverage.itertuples(), ("5", "13.58", "37"), strict=True):
         assert row.coupler_max == pytest.approx(float(FACTS[f"L2_gamma40_L1_{crank}"]["L2_mm"]), rel=1e-14, abs=0)
         assert row.swing_max == pytest.approx(float(FACTS[f"L2_gamma40_L1_{crank}"]["swing_deg"]), rel=1e-12, abs=0)
     assert len(explore.coverage(CRANKS, **RIG, transmission_angle=(40, 140)).gaps) == 2
 
 
 def test_the_swing_is_smallest_with_the_centric_coupler():
-    found = explore.coverage(CRANKS, **RIG | {"coupler": (400.0, 1271.5)}).table
-    for row, crank in zip(found.itertuples(), ("5", "13.58", "37"), strict=True):
+    coverage = explore.coverage(CRANKS, **RIG | {"coupler": (400.0, 1271.5)}).table
+    for row, crank in zip(coverage.itertuples(), ("5", "13.58", "37"), strict=True):
         known = FACTS[f"swing_min_over_L2_L1_{crank}"]
         assert row.swing_min == pytest.approx(float(known["swing_deg"]), rel=1e-13, abs=0)
 
@@ -92,7 +97,7 @@ def test_against_a_scan_of_the_travel(crank, rocker, start, length, least, most)
     designs = explore.evaluate(
         "crank-rocker",
         {"crank": crank, "coupler": couplers, "rocker": rocker, "ground": 1.0},
-        ["swing_angle"],
+        metrics=["swing_angle"],
         constraints={"transmission_angle_min": {"min": least}, "transmission_angle_max": {"max": most}},
     )
     good = designs["feasible"].to_numpy()
@@ -115,27 +120,27 @@ def test_against_a_scan_of_the_travel(crank, rocker, start, length, least, most)
     )
     couplers[-1] = row["coupler_max"]
     lengths = {"crank": crank, "coupler": couplers, "rocker": rocker, "ground": 1.0}
-    swings = explore.evaluate("crank-rocker", lengths, ["swing_angle"])["swing_angle"]
+    swings = explore.evaluate("crank-rocker", lengths, metrics=["swing_angle"])["swing_angle"]
     assert swings.max() == pytest.approx(row["swing_max"], abs=1e-9)
     assert row["swing_min"] <= swings.min() + 1e-9
     assert swings.min() == pytest.approx(row["swing_min"], abs=1e-3)
 
 
 def test_curves_run_over_the_usable_travel():
-    found = explore.coverage([37.0, 200.0, 600.0], rocker=595.0, ground=751.0, coupler=(100.0, 2000.0))
-    curves = found.curves(11)
+    coverage = explore.coverage([37.0, 200.0, 600.0], rocker=595.0, ground=751.0, coupler=(100.0, 2000.0))
+    curves = coverage.curves(11)
     assert sorted(set(curves["crank"])) == [37.0, 200.0]  # longer than the rocker, the third never turns
-    for row in found.table.dropna(subset=["swing_min"]).itertuples():
+    for row in coverage.table.dropna(subset=["swing_min"]).itertuples():
         curve = curves[curves["crank"] == row.crank]
         assert (curve["coupler"].iloc[0], curve["coupler"].iloc[-1]) == (row.coupler_min, row.coupler_max)
         assert curve["swing_angle"].max() == row.swing_max
-    assert np.isnan(found.table["swing_min"][2])
+    assert np.isnan(coverage.table["swing_min"][2])
 
 
 def test_a_larger_range_may_hold_a_smaller_one():
-    found = explore.coverage([5.0, 5.1, 37.0], **RIG).table
-    low, high = found["swing_min"][1], found["swing_max"][0]
-    assert found["overlap"][1] == high - low
+    coverage = explore.coverage([5.0, 5.1, 37.0], **RIG).table
+    low, high = coverage["swing_min"][1], coverage["swing_max"][0]
+    assert coverage["overlap"][1] == high - low
     nested = explore.coverage([37.0, 38.0], **RIG | {"coupler": (460.0, 1400.0)}, transmission_angle=(60, 180)).table
     assert nested["overlap"][1] == min(nested["swing_max"]) - nested["swing_min"][1]
 
@@ -148,9 +153,9 @@ def test_it_reads_well():
 
 
 @pytest.mark.parametrize(
-    ("change", "words"),
+    ("change", "message"),
     [
-        ({"cranks": []}, "cranks: name at least one length"),
+        ({"cranks": []}, "cranks: give at least one length"),
         ({"cranks": [5.0, -1.0]}, "cranks: lengths must be positive and finite"),
         ({"rocker": 0.0}, "rocker: lengths must be positive and finite, got 0.0"),
         ({"ground": np.inf}, "ground: lengths must be positive and finite, got inf"),
@@ -159,15 +164,15 @@ def test_it_reads_well():
         ({"transmission_angle": (140.0, 40.0)}, "transmission_angle: must be two numbers, the smaller first"),
         ({"cranks": ["5 mm"]}, "cranks: must be numbers, got ['5 mm']"),
         ({"coupler": 460.0}, "coupler: must be two numbers, the smaller first, got 460.0"),
-        ({"rocker": [500.0, 595.0]}, "rocker: coverage is of one rig, give one length"),
-        ({"transmission_angle": (40.0, 80.0)}, "transmission_angle: bounds lie on both sides of 90 deg"),
+        ({"rocker": [500.0, 595.0]}, "rocker: must be one length, got"),
+        ({"transmission_angle": (40.0, 80.0)}, "transmission_angle: bounds must lie on both sides of 90 deg"),
     ],
 )
-def test_bad_arguments(change, words):
+def test_bad_arguments(change, message):
     arguments = {"cranks": [5.0], **RIG} | change
     with pytest.raises(RequestError) as caught:
         explore.coverage(arguments.pop("cranks"), **arguments)
-    assert str(caught.value).startswith(words)
+    assert str(caught.value).startswith(message)
 
 
 STUDY = """\
@@ -196,7 +201,7 @@ def test_the_command_prints_ranges_overlaps_and_gaps(study):
     study.write_text(STUDY + "[constraints]\ntransmission_angle_min = { min = 40 }\nswing_angle = { min = 1 }\n")
     code, out, err = call("coverage", study)
     assert code == 0
-    assert err == "coverage does not look at the constraint on swing_angle\n"
+    assert err == "coverage ignores the constraint on swing_angle\n"
     assert out.splitlines()[-3:] == [
         "gap: 1.48253273 to 2.61561999 deg", "gap: 3.95813008 to 7.13046302 deg",
         "0.962969721 to 10.3351085 deg, with gaps",
@@ -213,28 +218,28 @@ def test_the_command_gives_json_and_takes_ranges_drawn_from(study):
     )
     code, out, err = call("coverage", study, "--json")
     assert (code, err) == (0, "")
-    found = json.loads(out)
-    assert [row["crank"] for row in found["cranks"]] == list(CRANKS)
+    coverage = json.loads(out)
+    assert [row["crank"] for row in coverage["cranks"]] == list(CRANKS)
     expected = explore.coverage(CRANKS, **RIG, transmission_angle=(0, 140))
-    assert found["total"] == list(expected.total)
-    assert found["gaps"] == []
-    assert found["cranks"][0]["overlap"] is None
-    assert found["cranks"][2]["swing_max"] == expected.table["swing_max"][2]
+    assert coverage["total"] == list(expected.total)
+    assert coverage["gaps"] == []
+    assert coverage["cranks"][0]["overlap"] is None
+    assert coverage["cranks"][2]["swing_max"] == expected.table["swing_max"][2]
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "words"),
+    ("old", "new", "message"),
     [
         ("coupler = { start = 460, stop = 1271.5, num = 20 }", "coupler = 460", "coverage needs the travel"),
         ("rocker = 595", "rocker = [595, 600]", "coverage is of one rig, but rocker has 2 values; give one"),
         ("rocker = 595", 'rocker = { solve = "time_ratio", value = 1 }', "coverage needs crank, coupler"),
     ],
 )  # fmt: skip
-def test_studies_without_a_coverage(study, old, new, words):
+def test_studies_without_a_coverage(study, old, new, message):
     study.write_text(STUDY.replace(old, new))
     code, out, err = call("coverage", study)
     assert (code, out) == (2, "")
-    assert err.startswith(f"error: rig.toml: {words}")
+    assert err.startswith(f"error: rig.toml: {message}")
 
 
 def test_the_command_draws(study):
@@ -248,16 +253,27 @@ def test_the_command_draws(study):
 
 
 def test_the_chart_shows_the_ranges_and_the_gaps():
-    found = explore.coverage((*CRANKS, 600.0), **RIG, transmission_angle=(40, 140))
-    figure = coverage_chart(found)
+    coverage = explore.coverage((*CRANKS, 600.0), **RIG, transmission_angle=(40, 140))
+    figure = coverage_chart(coverage)
     lines, bars = figure.axes
     assert [(bar.get_y(), bar.get_y() + bar.get_height()) for bar in bars.patches if bar.get_width() < 1.0] == [
-        (pytest.approx(row.swing_min), pytest.approx(row.swing_max)) for row in found.table.iloc[:3].itertuples()
+        (pytest.approx(row.swing_min), pytest.approx(row.swing_max)) for row in coverage.table.iloc[:3].itertuples()
     ]
     hatched = [patch.get_extents().transformed(lines.transData.inverted()) for patch in lines.patches]
-    assert [(box.y0, box.y1) for box in hatched] == [pytest.approx(gap) for gap in found.gaps]
-    words = [text.get_text() for text in bars.texts]
-    assert words == ["0.963 to 1.483", "2.616 to 3.958", "gap 1.13", "7.13 to 10.34", "gap 3.17"]
+    assert [(box.y0, box.y1) for box in hatched] == [pytest.approx(gap) for gap in coverage.gaps]
+    labels = [text.get_text() for text in bars.texts]
+    assert labels == ["0.963 to 1.483", "2.616 to 3.958", "gap 1.13", "7.13 to 10.34", "gap 3.17"]
     assert "but not" in figure.get_suptitle()
     assert len(lines.lines) == 4
     assert mpl.get_backend()  # drawn without a window
+
+
+def test_a_range_overlaps_with_the_farthest_reaching_of_the_smaller_cranks():
+    assert _overlaps(np.array([0.0, 1.0, 4.0]), np.array([5.0, 2.0, 6.0])).tolist()[1:] == [1.0, 1.0]
+
+
+def test_ranges_that_touch_have_no_gap_between_them():
+    table = pd.DataFrame(
+        {"crank": [1.0, 2.0], "swing_min": [3.0, 5.0], "swing_max": [5.0, 7.0], "overlap": [np.nan, 0]}
+    )
+    assert Coverage(table, 10.0, 20.0).gaps == ()

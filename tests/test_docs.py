@@ -9,7 +9,7 @@ import pytest
 from command_line import call
 
 import explore
-from explore.cli.plots import KINDS
+from explore.cli.commands.plot import KINDS
 
 ROOT = Path(__file__).parents[1]
 #: A Python block and, where its output is the same on every machine, the text block that follows it.
@@ -17,7 +17,7 @@ BLOCKS = re.compile(r"^```python\n(.*?)^```\n(?:\n```text\n(.*?)^```)?", re.MULT
 
 #: Commands and what they print, in a block of the tutorial.
 COMMANDS = re.compile(r"^\$ explore ((?:.*\\\n)*.*)\n((?:(?!\$ |```).*\n)*)", re.MULTILINE)
-#: What is another on every machine.
+#: Times, which differ between machines.
 TIMES = re.compile(r"in [\d.]+ s \([\d,]+/s\)")
 
 
@@ -81,7 +81,7 @@ def test_gallery_is_true(tmp_path, monkeypatch, capsys):
     assert {name: command.split() for command, name in shown} == figures.GALLERY
     assert {arguments[0] for arguments in figures.GALLERY.values()} == set(KINDS)
     for name in figures.GALLERY:
-        assert 0 < (ROOT / f"docs/gallery/{name}.png").stat().st_size <= figures.LARGEST
+        assert 0 < (ROOT / f"docs/gallery/{name}.png").stat().st_size <= figures.MAX_BYTES
     (tmp_path / "configs").symlink_to(ROOT / "configs")
     (tmp_path / "results").mkdir()
     monkeypatch.chdir(tmp_path)
@@ -96,7 +96,7 @@ def run_commands(page, folder, monkeypatch):
     commands = COMMANDS.findall((ROOT / "docs" / page).read_text(encoding="utf-8"))
     for line, expected in commands:
         code, out, err = call(*shlex.split(line.replace("\\\n", " ")), seconds=120)
-        # notes about compiling and progress, of slow machines only, come before
+        # slow machines print lines of progress first
         assert TIMES.sub("", err + out).rstrip().endswith(TIMES.sub("", expected).rstrip()), line
         assert code == 0
     return {line.split()[0] for line, _ in commands}
@@ -109,6 +109,9 @@ def test_test_rig_is_true(tmp_path, monkeypatch, capsys):
 
 def test_tutorial_is_true(tmp_path, monkeypatch, capsys):
     """Its commands, one after the other, print what it says; so do its Python blocks after them."""
+    page = (ROOT / "docs/tutorial.md").read_text(encoding="utf-8")
+    (study,) = re.findall(r"^```toml\n# swing.toml\n(.*?)^```", page, re.MULTILINE | re.DOTALL)
+    (tmp_path / "swing.toml").write_text(study)
     assert run_commands("tutorial.md", tmp_path, monkeypatch) == {"sweep", "rank", "plot", "simulate"}
     assert len(Path("motion.csv").read_text(encoding="utf-8").splitlines()) == 361
     assert Path("results/optimum-motion.png").exists()
@@ -126,8 +129,18 @@ def test_tutorial_shows_its_design(monkeypatch):
 def test_commands_are_those_of_the_command_line(monkeypatch):
     monkeypatch.syspath_prepend(ROOT / "docs")
     commands = importlib.import_module("commands")
-    told = "what cli.md says is old: run python docs/commands.py"
-    assert commands.PAGE.read_text(encoding="utf-8") == commands.page(), told
+    message = "cli.md is out of date: run python docs/commands.py"
+    assert commands.PAGE.read_text(encoding="utf-8") == commands.commands_page(), message
+
+
+@pytest.mark.parametrize(
+    "page", [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))], ids=lambda page: page.name
+)
+def test_explore_is_typed_only_where_the_shell_knows_it(page):
+    """Before its first command, a page says how to put `explore` on the path."""
+    text = page.read_text(encoding="utf-8")
+    typed = re.search(r"^(?:\$ |\| `)?explore \w+[ `\n]", text, re.MULTILINE)
+    assert typed is None or "`. .venv/bin/activate`" in text[: typed.start()]
 
 
 def test_reference_names_everything_public():

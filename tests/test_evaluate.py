@@ -1,4 +1,6 @@
-"""The evaluation ladder: statuses, screening, grouping over the speed, invariance to how designs are grouped."""
+"""Evaluation: statuses, screening, shared evaluations, independence of the blocks and the order of designs."""
+
+from fractions import Fraction
 
 import mpmath
 import numpy as np
@@ -7,7 +9,7 @@ import pytest
 from exact_linkage import ExactLinkage
 
 import explore
-from explore.design_space import BLOCK_SIZE
+from explore.designs.spaces import BLOCK_SIZE
 
 PUBLISHED = {"crank": 100.0, "coupler": 1083.4236, "rocker": 541.7118, "ground": 691.7118}
 
@@ -36,7 +38,7 @@ def random_designs(n, seed=0):
         ((100, 100, 100, 100), "change_point"),
     ],
 )
-def test_every_class_gets_its_status_and_never_a_number(lengths, status):
+def test_classes_that_cannot_swing_have_a_status_and_no_numbers(lengths, status):
     labels = {1: "ok", 2: "cannot_assemble", 3: "crank_blocked", 4: "change_point", 5: "no_stroke"}
     row = explore.evaluate("crank-rocker", dict(zip(PUBLISHED, lengths, strict=True))).iloc[0]
 
@@ -48,7 +50,7 @@ def test_every_class_gets_its_status_and_never_a_number(lengths, status):
         assert row["nodes"] == 0
 
 
-def test_decimal_change_points_are_seen_although_they_miss_zero_in_doubles():
+def test_decimal_change_points_are_recognised_despite_rounding():
     # Sums of multiples of 0.1 that are equal in decimals: more than half miss exact zero in doubles.
     rng = np.random.default_rng(1)
     tenths = rng.integers(200, 5000, (4000, 3))
@@ -110,8 +112,8 @@ def test_speeds_share_one_kinematic_evaluation(order):
         repeated = {k: np.tile(v, 3) for k, v in designs.items()} | {"speed": np.repeat(speeds, 200)}
     metrics = ["cv", "rocker_velocity_mean", "rocker_acceleration_max", "coupler_acceleration_variance"]
 
-    one = explore.evaluate("crank-rocker", designs, metrics)
-    three = explore.evaluate("crank-rocker", repeated, metrics)
+    one = explore.evaluate("crank-rocker", designs, metrics=metrics)
+    three = explore.evaluate("crank-rocker", repeated, metrics=metrics)
 
     assert three.attrs["kinematic_evaluations"] == one.attrs["kinematic_evaluations"] == (one["status"] == 1).sum()
     for speed in speeds:
@@ -128,18 +130,21 @@ def test_speeds_share_one_kinematic_evaluation(order):
 
 
 def test_closed_form_metrics_alone_sample_nothing():
-    frame = explore.evaluate("crank-rocker", random_designs(100), ["swing_angle", "transmission_angle_min"])
+    frame = explore.evaluate("crank-rocker", random_designs(100), metrics=["swing_angle", "transmission_angle_min"])
 
     assert frame.attrs["kinematic_evaluations"] == 0
     assert (frame["nodes"] == 0).all()
     assert (frame["error"] == 0).all()
 
 
-def test_what_fails_a_geometric_constraint_is_not_sampled():
+def test_designs_that_fail_a_geometric_constraint_are_not_sampled():
     designs = random_designs(2000)
-    free = explore.evaluate("crank-rocker", designs, ["cv", "transmission_angle_min"])
+    free = explore.evaluate("crank-rocker", designs, metrics=["cv", "transmission_angle_min"])
     bound = explore.evaluate(
-        "crank-rocker", designs, ["cv", "transmission_angle_min"], constraints={"transmission_angle_min": {"min": 30}}
+        "crank-rocker",
+        designs,
+        metrics=["cv", "transmission_angle_min"],
+        constraints={"transmission_angle_min": {"min": 30}},
     )
 
     passes = free["transmission_angle_min"] >= 30
@@ -154,15 +159,17 @@ def test_what_fails_a_geometric_constraint_is_not_sampled():
 
 
 def test_margins_are_to_the_nearer_bound_and_count_as_satisfied_at_zero():
-    swing = explore.evaluate("crank-rocker", PUBLISHED, ["swing_angle"])["swing_angle"][0]
-    frame = explore.evaluate("crank-rocker", PUBLISHED, ["cv"], constraints={"swing_angle": {"min": 10, "max": swing}})
+    swing = explore.evaluate("crank-rocker", PUBLISHED, metrics=["swing_angle"])["swing_angle"][0]
+    frame = explore.evaluate(
+        "crank-rocker", PUBLISHED, metrics=["cv"], constraints={"swing_angle": {"min": 10, "max": swing}}
+    )
 
     assert frame["swing_angle_margin"][0] == 0
     assert frame["feasible"][0]
 
 
-def test_a_tolerance_that_rounding_forbids_is_said_so():
-    # a kite: ground hardly longer than crank, rocker than coupler; the two terms of the velocity are large and cancel
+def test_a_tolerance_below_the_rounding_error_is_reported():
+    # A near-kite: ground hardly longer than crank, rocker than coupler. The two terms of the velocity nearly cancel.
     frame = explore.evaluate(
         "crank-rocker",
         {"crank": 0.74187406, "coupler": 0.7617274, "rocker": 0.7637541, "ground": 0.74390088},
@@ -179,11 +186,11 @@ def test_a_tolerance_that_rounding_forbids_is_said_so():
 def test_a_double_crank_is_defined_over_the_cycle_only():
     lengths = {"crank": 500, "coupler": 700, "rocker": 600, "ground": 100}
     cycle = explore.evaluate(
-        "crank-rocker", lengths, ["rocker_velocity_mean", "coupler_acceleration_mean"], "cycle"
+        "crank-rocker", lengths, metrics=["rocker_velocity_mean", "coupler_acceleration_mean"], window="cycle"
     ).iloc[0]
 
     assert cycle["status"] == 1
-    # A full turn of the crank is a full turn of the output; the acceleration has nowhere to accumulate.
+    # A full turn of the crank is a full turn of the output at the same velocity: the mean acceleration is 0.
     assert cycle["rocker_velocity_mean"] == pytest.approx(1, abs=1e-9)
     assert cycle["coupler_acceleration_mean"] == pytest.approx(0, abs=1e-9)
 
@@ -191,7 +198,7 @@ def test_a_double_crank_is_defined_over_the_cycle_only():
 def test_input_may_be_a_table_with_its_own_index():
     table = pd.DataFrame(random_designs(5), index=list("abcde"))
 
-    assert explore.evaluate("crank-rocker", table, ["cv"]).index.tolist() == list("abcde")
+    assert explore.evaluate("crank-rocker", table, metrics=["cv"]).index.tolist() == list("abcde")
 
 
 @pytest.mark.parametrize(
@@ -209,24 +216,24 @@ def test_designs_of_the_wrong_form_are_refused(designs, message):
         explore.evaluate("crank-rocker", designs)
 
 
-def test_simulate_matches_the_statistics_and_refuses_what_cannot_turn():
-    motion = explore.simulate("crank-rocker", **PUBLISHED, speed=2.0, angles=720)
+def test_simulate_matches_the_statistics_and_refuses_a_blocked_crank():
+    motion = explore.simulate("crank-rocker", {**PUBLISHED, "speed": 2.0}, angles=720)
 
     assert motion.index.name == "crank_angle"
     # The trapezoidal rule over the full turn converges like exp(-720 * 0.877): equal to rounding.
     cycle = explore.evaluate(
-        "crank-rocker", PUBLISHED | {"speed": 2.0}, ["rocker_velocity_rms"], "cycle", tolerance=1e-12
+        "crank-rocker", PUBLISHED | {"speed": 2.0}, metrics=["rocker_velocity_rms"], window="cycle", tolerance=1e-12
     )
     assert np.sqrt((motion["rocker_velocity"] ** 2).mean()) == pytest.approx(cycle["rocker_velocity_rms"][0], rel=1e-12)
     with pytest.raises(explore.MotionError, match="cannot turn fully"):
-        explore.simulate("crank-rocker", **PUBLISHED | {"crank": 200.0})
+        explore.simulate("crank-rocker", PUBLISHED | {"crank": 200.0})
     with pytest.raises(explore.MotionError, match="fall into one line"):
-        explore.simulate("crank-rocker", **PUBLISHED | {"crank": 150.0})
+        explore.simulate("crank-rocker", PUBLISHED | {"crank": 150.0})
 
 
-def test_simulate_keeps_angles_beyond_a_turn_and_at_the_ends_of_the_strokes():
-    a = explore.simulate("crank-rocker", **PUBLISHED, angles=[-90.0, 0.0, 180.0, 359.0])
-    b = explore.simulate("crank-rocker", **PUBLISHED, angles=[270.0, 720.0, -180.0, -1.0])
+def test_simulate_takes_angles_beyond_a_turn():
+    a = explore.simulate("crank-rocker", PUBLISHED, angles=[-90.0, 0.0, 180.0, 359.0])
+    b = explore.simulate("crank-rocker", PUBLISHED, angles=[270.0, 720.0, -180.0, -1.0])
 
     np.testing.assert_array_equal(a.to_numpy(), b.to_numpy())
 
@@ -239,16 +246,16 @@ def test_blocks_are_of_the_size_that_the_format_fixes():
 def test_the_size_of_the_linkage_changes_nothing(factor):
     lengths = dict(zip(PUBLISHED, (100.0, 1083.0, 541.0, 691.0), strict=True))
     metrics = ["swing_angle", "transmission_angle_min", "cv", "coupler_acceleration_variance"]
-    one = explore.evaluate("crank-rocker", lengths, metrics).iloc[0]
+    one = explore.evaluate("crank-rocker", lengths, metrics=metrics).iloc[0]
     # Scaled lengths are rounded once each, which moves the metrics by a few times 1e-16 of themselves.
-    other = explore.evaluate("crank-rocker", {k: v * factor for k, v in lengths.items()}, metrics).iloc[0]
+    other = explore.evaluate("crank-rocker", {k: v * factor for k, v in lengths.items()}, metrics=metrics).iloc[0]
 
     assert other["status"] == 1
     np.testing.assert_allclose(other[metrics].astype(float), one[metrics].astype(float), rtol=1e-13)
 
 
 @pytest.mark.parametrize("change", [{"crank": 1e-31}, {"coupler": 1e31}, {"speed": 1e31}])
-def test_sizes_beyond_the_range_of_doubles_are_no_usable_numbers(change):
+def test_sizes_beyond_the_range_of_doubles_are_not_usable(change):
     row = explore.evaluate("crank-rocker", PUBLISHED | change).iloc[0]
 
     assert row["status"] == 8
@@ -256,22 +263,24 @@ def test_sizes_beyond_the_range_of_doubles_are_no_usable_numbers(change):
     assert not row["feasible"]
 
 
-def test_phases_ask_for_no_evaluation_of_their_own_outside_the_clutch():
+def test_phases_share_one_evaluation_outside_the_clutch():
     designs = PUBLISHED | {"phases": [1, 2, 3, 4]}
 
-    assert explore.evaluate("crank-rocker", designs, ["cv"]).attrs["kinematic_evaluations"] == 1
-    assert explore.evaluate("crank-rocker", designs, ["cv"], "clutch").attrs["kinematic_evaluations"] == 4
+    assert explore.evaluate("crank-rocker", designs, metrics=["cv"]).attrs["kinematic_evaluations"] == 1
+    assert (
+        explore.evaluate("crank-rocker", designs, metrics=["cv"], window="clutch").attrs["kinematic_evaluations"] == 4
+    )
 
 
 @pytest.mark.parametrize("past", [0.0, 1e-9, 1e-8, 1e-7, 1e-6, 1e-4, 1e-2, 1.0])
 def test_extreme_just_inside_the_end_of_a_window_is_found(past):
     def largest(start, stop):
         metrics = ["rocker_velocity_max", "rocker_velocity_min"]
-        row = explore.evaluate("crank-rocker", PUBLISHED, metrics, window={"from": start, "to": stop}).iloc[0]
+        row = explore.evaluate("crank-rocker", PUBLISHED, metrics=metrics, window={"from": start, "to": stop}).iloc[0]
         return row[metrics[0]], row[metrics[1]]
 
     angles = np.linspace(0.0, 360.0, 360_001)
-    velocity = explore.simulate("crank-rocker", **PUBLISHED, angles=angles)["rocker_velocity"].to_numpy()
+    velocity = explore.simulate("crank-rocker", PUBLISHED, angles=angles)["rocker_velocity"].to_numpy()
     for k, sign in ((velocity.argmax(), 0), (velocity.argmin(), 1)):
         top = angles[k]
         near = slice(k - 2, k + 3)
@@ -285,12 +294,109 @@ def test_extreme_just_inside_the_end_of_a_window_is_found(past):
 
 @pytest.mark.parametrize("rocker", [0.01, 3.0, 3000.0])
 def test_angles_of_a_short_rocker_keep_their_digits(rocker):
-    """Its direction is found from lengths of its own size; differences of the others would leave five digits."""
+    """Its direction follows from lengths of its own size; differences of the others would leave five digits."""
     lengths = {"crank": 1e-5, "coupler": 1e6, "rocker": rocker, "ground": 1e6}
-    motion = explore.simulate("crank-rocker", **lengths, angles=24)
+    motion = explore.simulate("crank-rocker", lengths, angles=24)
     linkage = ExactLinkage(*lengths.values())
     for degrees, row in zip(motion.index, motion.itertuples(), strict=True):
         coupler, rocker_angle = linkage.angles(linkage.radians(degrees))
         assert row.rocker_angle == pytest.approx(float(rocker_angle * 180 / mpmath.pi), rel=1e-15)
         # a small angle: the sine is a difference of two terms of its own size
         assert row.coupler_angle == pytest.approx(float(coupler * 180 / mpmath.pi), rel=1e-13)
+
+
+def test_a_constraint_on_an_undefined_metric_is_not_met():
+    """The output of a double crank turns fully, so it has no swing angle and meets no bound on it."""
+    lengths = {"crank": 500, "coupler": 700, "rocker": 600, "ground": 100}
+    for bounds in ({"min": 10}, {"max": 170}, {"min": 10, "max": 170}):
+        frame = explore.evaluate(
+            "crank-rocker",
+            lengths,
+            metrics=["rocker_velocity_mean"],
+            window="cycle",
+            constraints={"swing_angle": bounds},
+        )
+
+        assert np.isnan(frame["swing_angle_margin"][0])
+        assert frame["status"][0] == 6
+        assert not frame["feasible"][0]
+
+
+@pytest.mark.parametrize("units", [3, 4])
+def test_a_margin_of_up_to_four_units_in_the_last_place_is_a_change_point(units):
+    longest = 1083.5 - units * np.spacing(1083.0)
+    frame = explore.evaluate(
+        "crank-rocker",
+        {"crank": 150.0, "coupler": longest, "rocker": 541.75, "ground": 691.75},
+        metrics=["grashof_margin"],
+    )
+
+    assert frame["grashof_margin"][0] == units * np.spacing(1083.0)
+    assert frame["status"][0] == 4
+
+
+def test_the_table_has_its_constraints():
+    bounds = {"swing_angle": {"min": 5, "max": 60}, "cv": {"max": 1.0}}
+    frame = explore.evaluate("crank-rocker", PUBLISHED, constraints=bounds)
+
+    assert frame.attrs["constraints"] == {"cv": {"min": None, "max": 1.0}, "swing_angle": {"min": 5.0, "max": 60.0}}
+
+
+def test_a_link_as_long_as_the_others_together_cannot_be_assembled():
+    frame = explore.evaluate("crank-rocker", {"crank": 100, "coupler": 600, "rocker": 200, "ground": 300})
+
+    assert frame["status"][0] == 2
+
+
+def test_statistics_of_an_angle_are_in_degrees():
+    names = [f"rocker_angle_{statistic}" for statistic in ("variance", "std", "min", "max", "peak_to_peak")]
+    row = explore.evaluate("crank-rocker", PUBLISHED, metrics=[*names, "swing_angle"]).iloc[0]
+
+    assert row["rocker_angle_variance"] == pytest.approx(row["rocker_angle_std"] ** 2, rel=1e-14)
+    assert row["rocker_angle_max"] - row["rocker_angle_min"] == pytest.approx(row["swing_angle"], rel=1e-12)
+    assert row["rocker_angle_peak_to_peak"] == pytest.approx(row["swing_angle"], rel=1e-12)
+
+
+@pytest.mark.parametrize("phases", [1, 3])
+def test_the_output_behind_clutches_is_taken_in_the_sense_of_its_mean(phases):
+    """A mirrored linkage turns its rocker the other way, and drives as well."""
+    names = [f"output_velocity_{statistic}" for statistic in ("mean", "min", "max", "peak_to_peak")]
+    designs = {name: np.repeat(values, 2) for name, values in random_designs(200).items()}
+    designs |= {"branch": np.tile([1.0, -1.0], 200), "phases": np.full(400, float(phases))}
+    table = explore.evaluate("crank-rocker", designs, metrics=names, window="clutch").query("status == 1")
+
+    assert len(table) > 100
+    np.testing.assert_allclose(table[names][1::2], table[names][::2], rtol=1e-9, atol=1e-15)
+    low, mean, high = (table[f"output_velocity_{statistic}"] for statistic in ("min", "mean", "max"))
+    assert ((low >= 0.0) & (low < mean) & (mean < high)).all()
+
+
+def test_the_grashof_margin_is_the_exact_sum_rounded_once():
+    """Near a change point a plain sum of the lengths would leave few digits of it."""
+    rng = np.random.default_rng(4)
+    crank, rocker, ground = rng.uniform(1.0, 2.0, 200), rng.uniform(300.0, 400.0, 200), rng.uniform(500.0, 600.0, 200)
+    coupler = rocker + ground - crank - rng.uniform(1e-11, 1e-9, 200)
+    designs = {"crank": crank, "coupler": coupler, "rocker": rocker, "ground": ground}
+    margins = explore.evaluate("crank-rocker", designs, metrics=["grashof_margin"])["grashof_margin"]
+    exact = [float(Fraction(b) + Fraction(c) - Fraction(a) - Fraction(d))
+             for a, d, b, c in zip(crank, coupler, rocker, ground, strict=True)]  # fmt: skip
+
+    assert margins.tolist() == exact
+
+
+def test_the_mid_angle_of_the_mirrored_linkage_is_the_opposite():
+    rows = explore.evaluate("crank-rocker", PUBLISHED | {"branch": [1, -1]}, metrics=["mid_angle", "swing_angle"])
+
+    assert rows["mid_angle"][1] == -rows["mid_angle"][0] != 0.0
+    assert rows["swing_angle"][1] == rows["swing_angle"][0]
+
+
+def test_nodes_add_up_over_windows_and_the_largest_bound_counts():
+    """The window that is sampled last is not the one with the larger bound for either order of the two."""
+    one = {w: explore.evaluate("crank-rocker", PUBLISHED, metrics=["rocker_velocity_cv"], window=w).iloc[0]
+           for w in ("drive", "return")}  # fmt: skip
+    names = [f"rocker_velocity_cv_{window}" for window in one]
+    for metrics in (names, names[::-1]):
+        both = explore.evaluate("crank-rocker", PUBLISHED, metrics=metrics).iloc[0]
+        assert both["nodes"] == one["drive"]["nodes"] + one["return"]["nodes"]
+        assert both["error"] == max(one["drive"]["error"], one["return"]["error"])

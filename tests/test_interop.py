@@ -1,4 +1,4 @@
-"""The same results file in the hands of other programs: equal values and types, units at hand."""
+"""Other programs read the values, types and units of a results file as explore does."""
 
 import re
 import shutil
@@ -29,7 +29,7 @@ transmission_angle_min = { min = 15 }
 
 @pytest.fixture(scope="module")
 def golden(tmp_path_factory):
-    """A results file, and `explore`'s own reading of it with `feasible` as the file holds it."""
+    """A results file, and the table that `explore` reads from it, with `feasible` as stored."""
     folder = tmp_path_factory.mktemp("golden")
     (folder / "study.toml").write_text(STUDY)
     path = folder / "golden.h5"
@@ -51,12 +51,12 @@ def columns(frame):
     return {name: values.to_numpy() for name, values in frame.reset_index().items()}
 
 
-def assert_equal_bits(ours, theirs):
-    """The same names, types and values, NaN included, the sign of zero too."""
-    assert set(theirs) == set(ours)
-    for name, values in ours.items():
-        assert theirs[name].dtype == values.dtype, name
-        assert theirs[name].tobytes() == values.tobytes(), name
+def assert_equal_bits(expected, actual):
+    """The same names, types and bits of the values, so also of NaN and of the sign of zero."""
+    assert set(actual) == set(expected)
+    for name, values in expected.items():
+        assert actual[name].dtype == values.dtype, name
+        assert actual[name].tobytes() == values.tobytes(), name
 
 
 def test_pandas(golden):
@@ -83,12 +83,12 @@ def test_xarray(golden):
         assert data["rocker_acceleration_max"].attrs["units"] == "rad/s^2"
 
 
-def program(name):
-    """Where another program is; a test that needs it is left out without."""
-    found = shutil.which(name)
-    if found is None:
+def find_program(name):
+    """Path of another program; without it the test is skipped."""
+    path = shutil.which(name)
+    if path is None:
         pytest.skip(f"{name} is not installed")
-    return found
+    return path
 
 
 def run(*command, cwd=None):
@@ -102,26 +102,26 @@ H5_TYPES = {"f8": "H5T_IEEE_F64LE", "i8": "H5T_STD_I64LE", "i4": "H5T_STD_I32LE"
 
 def test_h5dump(golden, tmp_path):
     """HDF5 1.10.8 on Debian 12: an old library reads every byte, every type and the units."""
-    h5dump = program("h5dump")
+    h5dump = find_program("h5dump")
     path, frame = golden
-    found = {}
+    dumped = {}
     for name, values in columns(frame).items():
         binary = tmp_path / f"{name}.bin"
-        said = run(h5dump, "-d", f"/designs/{name}", "-b", "LE", "-o", str(binary), str(path))
-        assert H5_TYPES[values.dtype.str[1:]] in said, name
-        found[name] = np.fromfile(binary, values.dtype)
-    assert_equal_bits(columns(frame), found)
+        output = run(h5dump, "-d", f"/designs/{name}", "-b", "LE", "-o", str(binary), str(path))
+        assert H5_TYPES[values.dtype.str[1:]] in output, name
+        dumped[name] = np.fromfile(binary, values.dtype)
+    assert_equal_bits(columns(frame), dumped)
     header = run(h5dump, "-A", "-d", "/designs/crank", str(path))
     assert re.search(r'ATTRIBUTE "units".*?\(0\): "mm"', header, re.DOTALL)
 
 
 def test_h5dump_as_text(golden):
-    """As people use it: with 17 digits, which make a double what it was."""
-    h5dump = program("h5dump")
+    """With 17 digits, which determine a double."""
+    h5dump = find_program("h5dump")
     path, frame = golden
-    said = run(h5dump, "-d", "/designs/cv", "-y", "-w", "0", "-m", "%.17g", str(path))
-    words = re.search(r"DATA \{(.*?)\}", said, re.DOTALL)[1].replace(",", " ").split()
-    np.testing.assert_array_equal(np.array(words, float), frame["cv"].to_numpy())
+    output = run(h5dump, "-d", "/designs/cv", "-y", "-w", "0", "-m", "%.17g", str(path))
+    numbers = re.search(r"DATA \{(.*?)\}", output, re.DOTALL)[1].replace(",", " ").split()
+    np.testing.assert_array_equal(np.array(numbers, float), frame["cv"].to_numpy())
 
 
 OCTAVE = """
@@ -139,14 +139,16 @@ OCTAVE_TYPES = {"f8": "double", "i8": "int64", "i4": "int32", "i1": "int8"}
 
 
 def test_octave(golden):
-    octave = program("octave-cli")
+    octave = find_program("octave-cli")
     path, frame = golden
     lines = run(octave, "--norc", "--eval", OCTAVE.format(path=path)).splitlines()
-    ours = columns(frame)
+    expected = columns(frame)
     names = [line.split()[0] for line in lines[::2]]
-    assert sorted(names) == sorted(ours)
+    assert sorted(names) == sorted(expected)
     for header, text in zip(lines[::2], lines[1::2], strict=True):
         name, kind, *shape = header.split()
-        assert kind == OCTAVE_TYPES[ours[name].dtype.str[1:]], name
+        assert kind == OCTAVE_TYPES[expected[name].dtype.str[1:]], name
         assert shape == ["1", str(len(frame))]
-        np.testing.assert_array_equal(np.array(text.split(), float).astype(ours[name].dtype), ours[name], err_msg=name)
+        np.testing.assert_array_equal(
+            np.array(text.split(), float).astype(expected[name].dtype), expected[name], err_msg=name
+        )

@@ -1,7 +1,7 @@
-"""Integration of velocities: order of convergence, what a start error does, and what happens near a toggle.
+"""Integration of velocities: order of convergence, effect of a start error, and failures near a toggle position.
 
-Orders are measured at a crank angle of 4 rad from the start, not after a turn: there the leading terms of the error
-cancel almost, and the fourth-order method looks like one of fifth.
+Orders are measured at a crank angle of 4 rad from the start: after a full turn the leading terms of the error almost
+cancel, and the fourth-order method appears to be of fifth order.
 """
 
 import numpy as np
@@ -9,16 +9,18 @@ import pytest
 from scipy.integrate import DOP853, RK45
 from test_methods import BENIGN, BOUNDS, METHODS, turn
 
-from explore.comparison.orders import observed_order
-from explore.methods import loop
-from explore.methods.closure import project
-from explore.methods.contract import Level, Outcome, Task, label
+from explore.comparison.orders import fit_order
+from explore.methods import vector_loop
+from explore.methods.contract import Level, Outcome, Task, method_label
+from explore.methods.loop_closure import project_onto_loop
 from explore.methods.ode import LoopEquations, VelocityIntegration
 from explore.methods.runge_kutta import RungeKutta4
 
 SOLVERS = ("RK45", "DOP853", "Radau")
-PLAIN = [pytest.param(m, id=label(m)) for name in ("rk4", "rk45", "dop853", "radau") for m in METHODS[name]]
-PROJECTED = [pytest.param(m, id=label(m)) for name in METHODS if name.endswith("-projected") for m in METHODS[name]]
+PLAIN = [pytest.param(m, id=method_label(m)) for name in ("rk4", "rk45", "dop853", "radau") for m in METHODS[name]]
+PROJECTED = [
+    pytest.param(m, id=method_label(m)) for name in METHODS if name.endswith("-projected") for m in METHODS[name]
+]
 #: The linkage of a published study, and its start angles: 17 and 51 deg times 3.14/180, printed with four digits.
 PUBLISHED = np.array([[100.0, 1083.4236, 541.7118, 691.7118]])
 PUBLISHED_START = np.array([[0.2966, 0.8897]])
@@ -29,23 +31,23 @@ def closed(task):
 
 
 def two_angles(lengths, end=4.0):
-    """Only the start, exact, and the end: no interpolation."""
+    """A task of the first and the last crank angle, without interpolation between them."""
     angles = np.tile(np.pi / 2 + np.array([0.0, end]), (len(lengths), 1))
     return Task(lengths, np.ones(len(lengths)), angles, Level.POSITIONS)
 
 
 def order_at_end(methods, lengths, end=4.0):
-    """Observed order of the angles, step sizes being one by the number of steps."""
+    """Observed order of the angles at the end; the step size is taken as the reciprocal of the number of steps."""
     task = two_angles(lengths[None], end)
     exact = closed(task).signals[:, 0, 1]
     motions = [method.solve(task) for method in methods]
     errors = [np.abs(m.signals[:, 0, 1] - exact).max() for m in motions]
-    return observed_order(np.array([1.0 / m.iterations[0] for m in motions]), np.array(errors))
+    return fit_order(np.array([1.0 / m.iterations[0] for m in motions]), np.array(errors))
 
 
 def gap(task, motion):
     """Gap in the loop, both components, shape (2, n, t)."""
-    return loop.residual(task.lengths.T[:, :, None], task.crank_angle, *motion.signals[:2])
+    return vector_loop.residual(task.lengths.T[:, :, None], task.crank_angle, *motion.signals[:2])
 
 
 @pytest.mark.parametrize("lengths", BENIGN, ids=str)
@@ -56,91 +58,93 @@ def test_the_classical_method_is_of_fourth_order(lengths):
     assert order.standard_error < 0.05
 
 
-def test_after_a_turn_the_classical_method_looks_better_than_it_is():
+def test_after_a_turn_the_observed_order_is_too_high():
     order = order_at_end([RungeKutta4(k) for k in (24, 36, 48, 72, 96, 144, 192, 288)], BENIGN[0], 2.0 * np.pi)
     assert order.slope > 4.5
 
 
 @pytest.mark.parametrize(
-    ("solver", "counts", "theory", "band"),
+    ("solver", "counts", "theory", "max_deviation"),
     [
         (RK45, (16, 24, 32, 48, 64, 96, 128, 192), 5.0, 0.4),
-        # ten digits lie between the first useful step and rounding: five or six points, hardly asymptotic
+        # between the first useful step and rounding lie ten digits: five or six points, barely asymptotic
         (DOP853, (10, 12, 14, 16, 20, 24, 28, 32, 40), 8.0, 0.3),
     ],
 )
 @pytest.mark.parametrize("lengths", [BENIGN[0], BENIGN[3]], ids=str)
-def test_the_equations_give_explicit_solvers_their_order_at_fixed_steps(solver, counts, theory, band, lengths):
+def test_the_equations_give_explicit_solvers_their_order_at_fixed_steps(solver, counts, theory, max_deviation, lengths):
     task = two_angles(lengths[None])
     (start, exact), (first, last) = closed(task).signals[:, 0].T, task.crank_angle[0]
     errors = []
     for count in counts:
         step = 4.0 / count
-        # so large a tolerance that no step is refused
-        run = solver(LoopEquations(lengths).rates, first, start, last, max_step=step, first_step=step, rtol=1.0, atol=1)
-        while run.status == "running":
-            run.step()
-        errors.append(np.abs(run.y - exact).max())
-    assert observed_order(1.0 / np.array(counts), np.array(errors)).slope == pytest.approx(theory, abs=band)
+        # the tolerance is so large that no step is rejected
+        integration = solver(
+            LoopEquations(lengths).rates, first, start, last, max_step=step, first_step=step, rtol=1.0, atol=1
+        )
+        while integration.status == "running":
+            integration.step()
+        errors.append(np.abs(integration.y - exact).max())
+    assert fit_order(1.0 / np.array(counts), np.array(errors)).slope == pytest.approx(theory, abs=max_deviation)
 
 
 @pytest.mark.parametrize(
     ("solver", "exponents", "low", "high"),
     [
-        # Steps of its own choice: the number of them is a whole one, few at coarse tolerances, with one or two spent
-        # on finding the first step, so the slope comes out above the theory of 5, 8 and 5. Three turns make that less.
+        # Adaptive steps: one or two of the few at coarse tolerances are spent on finding the first step size, so the
+        # slope is above the theoretical 5, 8 and 5. Three more turns reduce this effect.
         ("RK45", np.arange(5.0, 11.6, 0.5), 4.5, 6.0),
         ("DOP853", np.arange(5.0, 12.1, 0.5), 7.0, 11.0),
-        # its Jacobian is kept or taken anew, which scatters the errors
+        # the Jacobian is updated at some steps only, which scatters the errors
         ("Radau", np.arange(3.0, 8.1, 0.5), 4.0, 6.0),
     ],
 )
-def test_adaptive_solvers_show_about_their_order_by_number_of_steps(solver, exponents, low, high):
+def test_adaptive_solvers_have_about_their_order(solver, exponents, low, high):
     methods = [VelocityIntegration(solver, float(rtol)) for rtol in 10.0**-exponents]
     order = order_at_end(methods, BENIGN[3], 4.0 + 6.0 * np.pi)
     assert low < order.slope < high
     assert order.standard_error < 0.6
 
 
-def test_the_rates_in_plain_floats_are_those_of_the_loop():
+def test_the_integrated_rates_are_the_velocities_of_the_loop():
     rng = np.random.default_rng(20)
     for lengths in BENIGN:
         for crank, *angles in rng.uniform(-3.0, 3.0, (20, 3)):
             rates = LoopEquations(lengths).rates(crank, np.array(angles))
-            assert rates == pytest.approx(loop.velocities(lengths, crank, *angles), rel=1e-13)
+            assert rates == pytest.approx(vector_loop.velocities(lengths, crank, *angles), rel=1e-13)
 
 
 @pytest.mark.parametrize("method", PLAIN + PROJECTED)
 def test_the_motion_does_not_depend_on_where_the_turn_begins(method):
-    """Integrated from half a radian later the same crank angles give the same, within the errors of both."""
+    """A start half a radian later gives the same motion at the same crank angles, within the errors of both."""
     task = turn(BENIGN, level=Level.VELOCITIES)
     later = turn(BENIGN, level=Level.VELOCITIES, first=np.pi / 2 + 2.0 * np.pi / 72 * 6)
     difference = np.abs(method.solve(task).signals[:, :, 6:] - method.solve(later).signals[:, :, :-6])
-    # with three to eight steps a turn, errors between their ends are nobody's care, and luck is a factor of ten
-    times = 20.0 if label(method) in ("rk45(rtol=0.001)", "dop853(rtol=0.001)") else 2.0
-    for k, bound in enumerate(BOUNDS[label(method)][:2]):
-        assert difference[2 * k : 2 * k + 2].max() <= times * bound
+    # with three to eight steps per turn the errors between steps are not controlled and vary by a factor of ten
+    factor = 20.0 if method_label(method) in ("rk45(rtol=0.001)", "dop853(rtol=0.001)") else 2.0
+    for k, bound in enumerate(BOUNDS[method_label(method)][:2]):
+        assert difference[2 * k : 2 * k + 2].max() <= factor * bound
 
 
 @pytest.mark.parametrize("method", PLAIN)
-def test_a_start_error_stays_for_ever(method):
-    """The gap in the loop is constant along the exact solution of the velocity equations, so no tolerance mends it."""
+def test_a_start_error_stays_constant(method):
+    """The gap in the loop is constant along the exact solution of the velocity equations, at any tolerance."""
     task = turn(PUBLISHED)
     task = Task(task.lengths, task.branch, task.crank_angle, start=PUBLISHED_START)
     motion = method.solve(task)
-    found = gap(task, motion)
-    assert np.hypot(*found[:, 0, 0]) == pytest.approx(5.3482, abs=1e-4)
-    # what it changes is the method's own error: 1625 mm, the moving lengths, times that of the angles
+    gaps = gap(task, motion)
+    assert np.hypot(*gaps[:, 0, 0]) == pytest.approx(5.3482, abs=1e-4)
+    # the gap drifts by the error of the method: that of the angles times 1625 mm, coupler and rocker together
     drift = 1625.0 * np.abs(method.solve(turn(PUBLISHED)).signals[:2] - closed(turn(PUBLISHED)).signals[:2]).max()
-    assert np.abs(found - found[:, :, :1]).max() < 2.0 * drift
-    assert motion.outcome.tolist() == [Outcome.OK], "it is told as ok"
+    assert np.abs(gaps - gaps[:, :, :1]).max() < 2.0 * drift
+    assert motion.outcome.tolist() == [Outcome.OK], "the method reports OK"
     errors = np.abs(motion.signals - closed(task).signals)
     assert errors[:2].max() > 0.01
     assert errors[2:4].max() > 0.005
 
 
 @pytest.mark.parametrize("method", PROJECTED)
-def test_newton_closes_the_loop_of_a_rough_start(method):
+def test_projection_closes_the_loop_of_an_inexact_start(method):
     task = turn(PUBLISHED)
     task = Task(task.lengths, task.branch, task.crank_angle, start=PUBLISHED_START)
     motion = method.solve(task)
@@ -148,7 +152,7 @@ def test_newton_closes_the_loop_of_a_rough_start(method):
     assert np.abs(motion.signals - closed(task).signals).max() < 1e-13
 
 
-def test_default_tolerances_of_scipy_are_wrong_in_the_third_digit():
+def test_scipys_default_tolerance_gives_an_error_in_the_third_digit():
     for branch in (1.0, -1.0):
         task = turn(PUBLISHED, branch)
         motion = VelocityIntegration("RK45", 1e-3).solve(task)
@@ -178,9 +182,9 @@ def test_near_the_change_point_steps_collapse_or_the_branch_is_lost(method, outc
     task = near_change_point(power)
     motion = method.solve(task)
     assert Outcome(motion.outcome[0]) is outcome
-    # until the toggle all is well, after it nothing
-    before = np.abs(motion.signals - closed(task).signals)[:, 0, :54]
-    assert np.nanmax(before[:2]) < 0.02
+    # the motion is accurate before the toggle position and wrong after it
+    errors = np.abs(motion.signals - closed(task).signals)[:, 0, :54]
+    assert np.nanmax(errors[:2]) < 0.02
     if outcome is Outcome.GAVE_UP:
         assert motion.iterations[0] <= 2500
         assert np.isnan(motion.signals[:, 0, 54:]).all()
@@ -188,38 +192,38 @@ def test_near_the_change_point_steps_collapse_or_the_branch_is_lost(method, outc
         assert np.abs(np.sin(motion.signals[0, 0] - closed(task).signals[0, 0])).max() > 0.1
 
 
-def test_fixed_steps_jump_the_toggle_and_only_the_branch_tells():
+def test_fixed_steps_change_the_branch_at_the_toggle_position():
     outcomes = [Outcome(RungeKutta4(360).solve(near_change_point(p)).outcome[0]) for p in (-4, -12, -36, -40)]
     assert outcomes == [Outcome.OK, Outcome.OK, Outcome.WRONG_BRANCH, Outcome.WRONG_BRANCH]
 
 
 @pytest.mark.parametrize("solver", SOLVERS)
-def test_wide_margins_are_no_trouble(solver):
+def test_a_wide_margin_is_solved(solver):
     task = near_change_point(3)
     motion = VelocityIntegration(solver, 1e-9).solve(task)
     assert motion.outcome.tolist() == [Outcome.OK]
     assert np.abs(motion.signals - closed(task).signals)[:2].max() < 1e-6
 
 
-def test_a_blocked_crank_is_not_turned():
-    """Alone, without the exact geometry: none of the plain settings says ok where the crank cannot pass."""
+def test_a_blocked_crank_is_never_reported_as_ok():
+    """Without screening by the exact geometry, no setting without projection reports ok."""
     task = turn([200.0, 1083.4236, 541.7118, 691.7118])
     for name in ("rk4", "rk45", "dop853", "radau"):
         for method in METHODS[name]:
             assert method.solve(task).outcome[0] in (Outcome.GAVE_UP, Outcome.OPEN_LOOP, Outcome.WRONG_BRANCH), method
 
 
-def test_no_crank_angle_but_the_first_needs_no_step():
+def test_repeated_crank_angles_need_no_step():
     task = turn(BENIGN, count=2)
-    still = Task(task.lengths, task.branch, task.crank_angle[:, [0, 0]])
+    repeated = Task(task.lengths, task.branch, task.crank_angle[:, [0, 0]])
     for method in (RungeKutta4(), *(VelocityIntegration(s) for s in SOLVERS)):
-        motion = method.solve(still)
-        assert np.allclose(motion.signals, closed(still).signals, rtol=0, atol=5e-14)
+        motion = method.solve(repeated)
+        assert np.allclose(motion.signals, closed(repeated).signals, rtol=0, atol=5e-14)
         assert motion.outcome.tolist() == [Outcome.OK] * len(BENIGN)
 
 
-def test_designs_of_a_batch_take_steps_of_their_own():
-    """A design whose crank angles lie wider apart asks for more steps, of itself only."""
+def test_each_design_of_a_batch_has_its_own_steps():
+    """Crank angles that are farther apart increase the number of steps of their own design only."""
     near, wide = turn(BENIGN[:1], count=73), turn(BENIGN[1:2], count=73)
     wide = Task(wide.lengths, wide.branch, 3.0 * wide.crank_angle)
     pairs = ((near.lengths, wide.lengths), (near.branch, wide.branch), (near.crank_angle, wide.crank_angle))
@@ -232,21 +236,21 @@ def test_designs_of_a_batch_take_steps_of_their_own():
             assert motion.evaluations[i] == alone[i].evaluations[0]
 
 
-def test_a_gap_is_told_as_an_open_loop():
+def test_a_gap_is_reported_as_an_open_loop():
     task = turn(PUBLISHED)
     task = Task(task.lengths, task.branch, task.crank_angle, start=PUBLISHED_START)
-    widest = 5.3483 / 1083.4236
-    for kind in (RungeKutta4, lambda **fields: VelocityIntegration("DOP853", 1e-9, **fields)):
-        assert kind(gap_tolerance=widest).solve(task).outcome.tolist() == [Outcome.OK]
-        assert kind(gap_tolerance=0.999 * widest).solve(task).outcome.tolist() == [Outcome.OPEN_LOOP]
+    largest_gap = 5.3483 / 1083.4236
+    for integrator in (RungeKutta4, lambda **fields: VelocityIntegration("DOP853", 1e-9, **fields)):
+        assert integrator(gap_tolerance=largest_gap).solve(task).outcome.tolist() == [Outcome.OK]
+        assert integrator(gap_tolerance=0.999 * largest_gap).solve(task).outcome.tolist() == [Outcome.OPEN_LOOP]
 
 
 def test_projection_finds_the_nearest_closed_loop():
     lengths, exact = BENIGN[0], closed(two_angles(BENIGN[:1])).signals[:, 0]
     crank = two_angles(BENIGN[:1]).crank_angle[0]
-    angles, corrections = project(lengths[:, None], crank, exact + np.array([[0.02], [-0.03]]))
+    angles, corrections = project_onto_loop(lengths[:, None], crank, exact + np.array([[0.02], [-0.03]]))
     assert np.abs(angles - exact).max() < 2e-15
     assert corrections.tolist() == [4, 4]  # errors 3e-2, 1e-3, 1e-6, 1e-12, rounding
-    again, corrections = project(lengths[:, None], crank, angles)
-    assert np.abs(again - exact).max() < 2e-15
+    projected_again, corrections = project_onto_loop(lengths[:, None], crank, angles)
+    assert np.abs(projected_again - exact).max() < 2e-15
     assert corrections.tolist() == [1, 1]

@@ -14,18 +14,18 @@ from explore.methods.textbook import TextbookArccos
     [(10, 1e-13, 2e-11), (20, 1e-10, 2e-8), (30, 1e-7, 2e-5)],
 )
 def test_digits_are_lost_towards_the_change_point(exponent, at_least, at_most):
-    """Velocities lose in proportion to 1 / margin: measured 1.5e-12, 9.1e-9, 8.9e-6, the reference has 60 digits."""
-    # exact in binary, so that the margin is what it says
+    """The error of the velocity grows like 1 / margin: measured 1.5e-12, 9.1e-9 and 8.9e-6 against 60 digits."""
+    # the lengths are dyadic, so the margin is exact
     task = turn([150.0 - 2.0**-exponent, 1083.5, 541.75, 691.75], level=Level.VELOCITIES)
     reference = exact(task)
-    _, lost = differences(TextbookArccos().solve(task), reference)
-    assert at_least < lost < at_most
+    _, velocity_error = differences(TextbookArccos().solve(task), reference)
+    assert at_least < velocity_error < at_most
     assert max(differences(ClosedForm().solve(task), reference)) < 1e-15
 
 
-def test_arccos_out_of_range_is_told():
-    """The crank of 200 is blocked at 0; the formula alone gives NaN there and says so, at the other angles numbers."""
+def test_arccos_out_of_range_gives_an_outcome():
+    """The crank is blocked around 0: the formula gives NaN there, numbers at other angles, and reports it."""
     motion = TextbookArccos().solve(turn([200.0, 1083.4236, 541.7118, 691.7118]))
     assert motion.outcome.tolist() == [Outcome.NOT_FINITE]
-    gaps = np.isnan(motion.signals[0, 0])
-    assert 0 < gaps.sum() < 73
+    undefined = np.isnan(motion.signals[0, 0])
+    assert 0 < undefined.sum() < 73

@@ -1,11 +1,11 @@
-"""Figures of results: what they say is what the results hold, for one design as for many."""
+"""The Pareto figure: its marks, counts and axes agree with the results file."""
 
 import numpy as np
 import pytest
 
 import explore
-from explore.charts.pareto import MANY, pareto_chart
-from explore.charts.style import save
+from explore.charts.pareto import DENSITY_THRESHOLD, pareto_chart
+from explore.charts.style import save_figure
 from explore.errors import ExploreError, RequestError
 
 STUDY = """mechanism = "crank-rocker"
@@ -28,30 +28,30 @@ RANGES = {
     "ground": "{ min = 600, max = 800 }",
     "metrics": '["cv", "swing_angle:max"]',
 }
-ONE = {"crank": "100", "rocker": "541.7118", "ground": "780"}
+SINGLE = {"crank": "100", "rocker": "541.7118", "ground": "780"}
 
 
 @pytest.fixture(scope="session")
-def make(tmp_path_factory):
-    """Results of a study of so many designs, made once."""
-    made = {}
+def results_of(tmp_path_factory):
+    """A function that sweeps a study of `count` designs, once for the same arguments."""
+    cache = {}
 
-    def results_of(count, **changes):
+    def sweep_study(count, **changes):
         key = (count, *sorted(changes.items()))
-        if key not in made:
+        if key not in cache:
             folder = tmp_path_factory.mktemp("plots")
-            text = STUDY.format(**{**RANGES, **(ONE if count == 1 else {}), **changes})
+            text = STUDY.format(**{**RANGES, **(SINGLE if count == 1 else {}), **changes})
             if count > 1:
                 text += f'[sampling]\nmethod = "sobol"\ncount = {count}\nseed = 3\n'
             (folder / "study.toml").write_text(text)
-            made[key] = explore.sweep(explore.load_study(folder / "study.toml"), folder / "study.h5")
-        return made[key]
+            cache[key] = explore.sweep(explore.load_study(folder / "study.toml"), folder / "study.h5")
+        return cache[key]
 
-    return results_of
+    return sweep_study
 
 
-def labelled(chart):
-    """Lines of axes by the first words of their label."""
+def lines_by_label(chart):
+    """Labelled lines of a chart by their label up to the colon."""
     return {line.get_label().split(":")[0]: line for line in chart.get_lines() if not line.get_label().startswith("_")}
 
 
@@ -59,89 +59,97 @@ def count_of(line):
     return int(line.get_label().split(": ")[1].split(" ")[0].replace(",", ""))
 
 
-def brute_front(points):
-    """Rows that no other beats in the first (smaller) and the second (larger)."""
+def pareto_set(points):
+    """Points that no other dominates; the first coordinate is minimised, the second maximised."""
     return {
         tuple(p) for p in points
         if not any((q[0] <= p[0] and q[1] >= p[1]) and (q[0] < p[0] or q[1] > p[1]) for q in points)
     }  # fmt: skip
 
 
-def test_pareto_draws_what_the_results_hold(make):
-    results = make(300)
+def test_pareto_draws_the_designs_of_the_results(results_of):
+    results = results_of(300)
     table = results.to_pandas()
     figure = pareto_chart(results)
     (chart,) = figure.axes
-    lines = labelled(chart)
-    good = table[table["feasible"]][["cv", "swing_angle"]].to_numpy()
-    bad = table[~table["feasible"]][["cv", "swing_angle"]].dropna()
+    lines = lines_by_label(chart)
+    feasible = table[table["feasible"]][["cv", "swing_angle"]].to_numpy()
+    infeasible = table[~table["feasible"]][["cv", "swing_angle"]].dropna()
 
     front = lines["Pareto set in cv (min), swing_angle (max)"]
-    assert {tuple(p) for p in np.column_stack(front.get_data())} == brute_front(good)
+    assert {tuple(p) for p in np.column_stack(front.get_data())} == pareto_set(feasible)
     assert front.get_drawstyle() == "steps-post"
     assert np.all(np.diff(front.get_xdata()) > 0.0)
-    assert count_of(lines["feasible"]) == len(good)
-    assert len(lines["infeasible"].get_xdata()) == count_of(lines["infeasible"]) == len(bad) > 0
+    assert count_of(lines["feasible"]) == len(feasible)
+    assert len(lines["infeasible"].get_xdata()) == count_of(lines["infeasible"]) == len(infeasible) > 0
     assert f"and {np.isnan(table['cv']).sum()} without values" in lines["infeasible"].get_label()
     (dots,) = [line for line in chart.get_lines() if line.get_marker() == "." and len(line.get_xdata())]
-    assert {tuple(p) for p in np.column_stack(dots.get_data())} == {tuple(p) for p in good}
-    best = good[good[:, 0].argmin()]
+    assert {tuple(p) for p in np.column_stack(dots.get_data())} == {tuple(p) for p in feasible}
+    best = feasible[feasible[:, 0].argmin()]
     assert np.array_equal(np.ravel(lines["chosen"].get_data()), best)
     assert "[1]" in chart.get_xlabel()
     assert "[deg]" in chart.get_ylabel()
     assert min(mark.get_markersize() for mark in figure.legends[0].get_lines()) >= 6.0
 
 
-def test_the_border_of_a_maximum_lies_on_the_other_side(make):
-    """Between two optima the border goes at the value that the one with the better x can still have."""
-    (chart,) = pareto_chart(make(300), "swing_angle", "cv").axes
-    front = labelled(chart)["Pareto set in cv (min), swing_angle (max)"]
+def test_infeasible_designs_are_paler_than_feasible_ones(results_of):
+    lines = lines_by_label(pareto_chart(results_of(300)).axes[0])
+    crosses, dots = lines["infeasible"], lines["feasible"]
+    assert crosses.get_alpha() < 0.5
+    assert dots.get_alpha() is None
+    assert crosses.get_zorder() < dots.get_zorder()
+
+
+def test_the_steps_of_the_front_follow_the_objective_of_the_x_axis(results_of):
+    """Between two optima the line has the y of the one with the better x."""
+    (chart,) = pareto_chart(results_of(300), x="swing_angle", y="cv").axes
+    front = lines_by_label(chart)["Pareto set in cv (min), swing_angle (max)"]
     assert front.get_drawstyle() == "steps-pre"
 
 
-def test_a_front_of_other_aims_is_not_joined(make):
-    (chart,) = pareto_chart(make(300), y="rocker_acceleration_max").axes
-    assert labelled(chart)["Pareto set in cv (min), swing_angle (max)"].get_linestyle() == "None"
+def test_a_front_in_other_objectives_than_the_axes_is_not_joined(results_of):
+    (chart,) = pareto_chart(results_of(300), y="rocker_acceleration_max").axes
+    assert lines_by_label(chart)["Pareto set in cv (min), swing_angle (max)"].get_linestyle() == "None"
 
 
-def test_another_design_is_chosen(make):
-    results = make(300)
+def test_the_option_design_chooses_a_design(results_of):
+    results = results_of(300)
     (chart,) = pareto_chart(results, design=7).axes
-    star = labelled(chart)["chosen"]
+    star = lines_by_label(chart)["chosen"]
     assert "design 7" in star.get_label()
     row = results.design(7)
     assert np.array_equal(np.ravel(star.get_data()), [row["cv"], row["swing_angle"]], equal_nan=True)
 
 
-def test_many_designs_become_a_density_that_counts_all_within_the_axes(make):
-    results = make(400_000)
+def test_many_designs_become_a_density_that_counts_all_within_the_axes(results_of):
+    results = results_of(400_000)
     table = results.to_pandas(["cv", "swing_angle", "feasible"])
     chart, bar = pareto_chart(results).axes
-    good = table[table["feasible"]]
-    assert len(good) > MANY
-    inside = good["cv"].between(*chart.get_xlim()) & good["swing_angle"].between(*chart.get_ylim())
+    feasible = table[table["feasible"]]
+    assert len(feasible) > DENSITY_THRESHOLD
+    inside = feasible["cv"].between(*chart.get_xlim()) & feasible["swing_angle"].between(*chart.get_ylim())
     (mesh,) = chart.collections
-    assert mesh.get_array().sum() == inside.sum() > 0.97 * len(good)
+    assert mesh.get_array().sum() == inside.sum() > 0.97 * len(feasible)
     assert "in a cell" in bar.get_ylabel()
-    assert len(labelled(chart)["infeasible"].get_xdata()) <= 72 * 48
+    assert len(lines_by_label(chart)["infeasible"].get_xdata()) <= 72 * 48
 
 
 @pytest.mark.parametrize("changes", [{}, {"ground": "600", "crank": "300"}], ids=["feasible", "blocked"])
-def test_pareto_of_one_design(make, changes, tmp_path):
-    figure = pareto_chart(make(1, **changes))
-    lines = labelled(figure.axes[0])
+def test_pareto_of_one_design(results_of, changes, tmp_path):
+    figure = pareto_chart(results_of(1, **changes))
+    lines = lines_by_label(figure.axes[0])
     assert ("chosen" in lines) == (changes == {})
-    save(figure, tmp_path / "one.png")
+    save_figure(figure, tmp_path / "one.png")
     assert [path.name for path in tmp_path.iterdir()] == ["one.png"]
 
 
-def test_pareto_names_what_is_wrong(make):
-    results = make(300)
+def test_errors_of_pareto_name_the_cause(results_of):
+    results = results_of(300)
     with pytest.raises(RequestError, match="no column of numbers 'swing_angel'; did you mean 'swing_angle'"):
-        pareto_chart(results, "swing_angel")
+        pareto_chart(results, x="swing_angel")
     with pytest.raises(RequestError, match="both 'cv'"):
-        pareto_chart(results, "cv", "cv")
+        pareto_chart(results, x="cv", y="cv")
     with pytest.raises(RequestError, match="fewer than two objectives"):
-        pareto_chart(make(1, metrics='["cv"]'))
+        pareto_chart(results_of(1, metrics='["cv"]'))
     with pytest.raises(ExploreError, match="no design 300"):
         pareto_chart(results, design=300)

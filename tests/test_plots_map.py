@@ -1,11 +1,12 @@
-"""Maps: every cell against a loop over the designs in it."""
+"""Maps: every cell compared with a loop over its designs."""
 
 import numpy as np
 import pytest
 
 import explore
-from explore.charts.cells import axis_of, rectangles
+from explore.charts.cells import cell_axis, cell_rectangles
 from explore.charts.map import map_chart
+from explore.charts.reasons import reason_columns, reason_masks
 from explore.errors import RequestError
 
 GRID = """mechanism = "crank-rocker"
@@ -36,31 +37,31 @@ def mesh_of(chart):
     return mesh.get_array()
 
 
-@pytest.mark.parametrize(("metric", "gathered"), [("cv", "min"), ("swing_angle", "max"), ("time_ratio", "mean")])
-def test_a_cell_is_the_best_of_its_feasible_designs(grid, metric, gathered):
+@pytest.mark.parametrize(("metric", "aggregate"), [("cv", "min"), ("swing_angle", "max"), ("time_ratio", "mean")])
+def test_a_cell_is_the_best_of_its_feasible_designs(grid, metric, aggregate):
     table = grid.to_pandas()
-    chart, bar = map_chart(grid, "crank", "ground", metric).axes
-    shown = mesh_of(chart)
-    assert shown.shape == (7, 9)
+    chart, bar = map_chart(grid, x="crank", y="ground", metric=metric).axes
+    mesh = mesh_of(chart)
+    assert mesh.shape == (7, 9)
     for i, crank in enumerate(sorted(set(table["crank"]))):
         for j, ground in enumerate(sorted(set(table["ground"]))):
             within = table[(table["crank"] == crank) & (table["ground"] == ground) & table["feasible"]]
-            assert bool(shown.mask[j, i]) == (len(within) == 0)
+            assert bool(mesh.mask[j, i]) == (len(within) == 0)
             if len(within):
-                assert shown[j, i] == pytest.approx(within[metric].agg(gathered), rel=1e-15)
-    assert 0 < shown.mask.sum() < shown.size
+                assert mesh[j, i] == pytest.approx(within[metric].agg(aggregate), rel=1e-15)
+    assert 0 < mesh.mask.sum() < mesh.size
     assert bar.get_ylabel().endswith("[deg]" if metric == "swing_angle" else "[1]")
 
 
-def test_hatches_say_the_most_common_reason(grid):
+def test_the_hatch_of_a_cell_is_its_most_common_cause(grid):
     table = grid.to_pandas()
     status = {column.name: column.labels for column in grid.columns}["status"]
-    figure = map_chart(grid, "crank", "ground")
+    figure = map_chart(grid, x="crank", y="ground")
     chart = figure.axes[0]
     names = [patch.get_label() for patch in figure.legends[0].get_patches()]
     hatches = [part for part in chart.collections if part.get_array() is None]
     assert len(names) == len(hatches) >= 2
-    checked = 0
+    n_cells = 0
     for name, part in zip(names, hatches, strict=True):
         for path in part.get_paths():
             low, high = path.vertices.min(axis=0), path.vertices.max(axis=0)
@@ -76,14 +77,14 @@ def test_hatches_say_the_most_common_reason(grid):
                             counts[f"misses {metric}"] = counts.get(f"misses {metric}", 0) + 1
                 assert not cell["feasible"].any()
                 assert counts[name] == max(counts.values())
-                checked += 1
-    assert checked == mesh_of(chart).mask.sum()
+                n_cells += 1
+    assert n_cells == mesh_of(chart).mask.sum()
 
 
 def test_a_design_fixes_the_other_parameters(grid):
     number = int(explore.rank(grid).index[0])
     rocker = grid.design(number)["rocker"]
-    chart, _ = map_chart(grid, "crank", "ground", design=number).axes
+    chart, _ = map_chart(grid, x="crank", y="ground", design=number).axes
     table = grid.to_pandas()
     slice_ = table[(table["rocker"] == rocker) & table["feasible"]]
     assert mesh_of(chart).count() == len(slice_)
@@ -91,24 +92,24 @@ def test_a_design_fixes_the_other_parameters(grid):
     assert f"rocker {rocker:.6g} mm" in chart.figure.get_suptitle()
 
 
-def test_drawn_values_have_even_cells():
+def test_sampled_values_have_cells_of_equal_width():
     values = np.random.default_rng(1).uniform(5.0, 9.0, 5000)
-    axis = axis_of(values)
+    axis = cell_axis(values)
     assert np.all((axis.edges[axis.cell] <= values) & (values <= axis.edges[axis.cell + 1]))
     assert np.ptp(np.diff(axis.edges)) < 1e-12
     assert 2 <= axis.count < 90
 
 
-def test_swept_values_lie_in_cells_of_their_own():
-    axis = axis_of(np.tile([1.0, 2.0, 4.0], 5))
+def test_each_grid_value_has_its_own_cell():
+    axis = cell_axis(np.tile([1.0, 2.0, 4.0], 5))
     assert axis.edges.tolist() == [0.5, 1.5, 3.0, 5.0]
     assert axis.cell[:3].tolist() == [0, 1, 2]
 
 
 def test_rectangles_cover_their_mask():
     mask = np.random.default_rng(2).random((6, 8)) < 0.5
-    x, y = axis_of(np.tile(np.arange(8.0), 2)), axis_of(np.tile(np.arange(6.0), 2))
-    corners = rectangles(x, y, mask)
+    x, y = cell_axis(np.tile(np.arange(8.0), 2)), cell_axis(np.tile(np.arange(6.0), 2))
+    corners = cell_rectangles(x, y, mask)
     sizes = np.ptp(corners, axis=1)
     assert np.prod(sizes, axis=1).sum() == mask.sum()
 
@@ -121,7 +122,7 @@ def test_a_map_needs_two_parameters(tmp_path):
         map_chart(results)
 
 
-def test_drawn_designs_share_no_other_parameters(tmp_path):
+def test_a_cut_needs_designs_with_the_same_other_parameters(tmp_path):
     text = GRID.replace("[480, 541.7118, 600]", "{ min = 480, max = 600 }")
     text = text.replace("{ start = 620, stop = 830, num = 7 }", "{ min = 620, max = 830 }")
     text = text.replace("{ start = 60, stop = 180, num = 9 }", "{ min = 60, max = 180 }")
@@ -130,3 +131,15 @@ def test_drawn_designs_share_no_other_parameters(tmp_path):
     with pytest.raises(RequestError, match="too few designs .* share ground .* mm; leave out --design"):
         map_chart(results, design=5)
     assert mesh_of(map_chart(results).axes[0]).count() > 10
+
+
+def test_axis_labels_name_their_parameters(grid):
+    chart, _ = map_chart(grid, x="crank", y="ground").axes
+    assert chart.get_xlabel() == "crank length [mm]"
+    assert chart.get_ylabel() == "distance of the ground pivots [mm]"
+
+
+def test_a_margin_of_exactly_zero_is_no_reason(grid):
+    frame = grid.to_pandas(reason_columns(grid)).iloc[:3]
+    frame["status"], frame["swing_angle_margin"] = 1, [0.0, -1e-300, 1.0]
+    assert reason_masks(grid, frame)["misses swing_angle"].tolist() == [False, True, False]

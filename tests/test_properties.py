@@ -1,4 +1,4 @@
-"""Properties of the crank-rocker that hold for every design: derivatives, mirror, scale, speed, identities, clutch."""
+"""Properties of every crank-rocker: derivatives, mirror images, scaling, speed, identities, clutch output."""
 
 import math
 
@@ -41,7 +41,7 @@ def table(design, metrics, **more):
 def test_derivatives_agree_with_finite_differences(design, branch, start):
     step = 0.02  # deg; signals at least sqrt(1e-3) rad = 2 deg from their singularities vary over 100 steps
     angles = start + step * np.arange(-4, 5)
-    motion = explore.simulate("crank-rocker", **design, branch=branch, angles=angles)
+    motion = explore.simulate("crank-rocker", {**design, "branch": branch}, angles=angles)
     singular = distance_of_singularities(design)
     assume(singular > 0.02)
     h = math.radians(step)
@@ -63,7 +63,7 @@ def test_derivatives_agree_with_finite_differences(design, branch, start):
 
 
 def distance_of_singularities(design):
-    """Imaginary part of the crank angles where the linkage is in a toggle position, the nearer one."""
+    """Smaller imaginary part of the complex crank angles of the two toggle positions."""
     r1, r2, r3, r4 = (design[k] for k in LENGTHS)
     toggles = [(r1**2 + r4**2 - (r2 + sign * r3) ** 2) / (2.0 * r1 * r4) for sign in (1, -1)]
     return min(math.acosh(max(1.0, abs(c))) for c in toggles)
@@ -72,8 +72,8 @@ def distance_of_singularities(design):
 @CI
 @given(design=crank_rockers(), branch=st.sampled_from([1.0, -1.0]), angle=st.floats(-720.0, 720.0))
 def test_motion_agrees_with_60_digits(design, branch, angle):
-    """Angles and derivatives at one crank angle, the change point down to 1e-12 included."""
-    motion = explore.simulate("crank-rocker", **design, branch=branch, angles=[angle]).iloc[0]
+    """Angles and derivatives at one crank angle, with relative margins down to 1e-12."""
+    motion = explore.simulate("crank-rocker", {**design, "branch": branch}, angles=[angle]).iloc[0]
     exact = ExactLinkage(*design.values(), branch=int(branch))
     radians = exact.radians(angle)
     values = [float(v) for v in (*exact.angles(radians), *exact.motion(radians))]
@@ -84,8 +84,8 @@ def test_motion_agrees_with_60_digits(design, branch, angle):
     noise = 1.0 + design["crank"] / abs(design["ground"] - design["crank"])
     for name, value in zip(names, values, strict=True):
         size = {"e": math.pi, "y": 1.0 + velocity, "n": 1.0 + acceleration}[name[-1]]
-        found = math.radians(motion[name]) if name.endswith("angle") else motion[name]
-        difference = abs(found - value)
+        computed = math.radians(motion[name]) if name.endswith("angle") else motion[name]
+        difference = abs(computed - value)
         if name.endswith("angle"):
             difference = min(difference, abs(2.0 * math.pi - difference))
         rate = {
@@ -99,7 +99,7 @@ def test_motion_agrees_with_60_digits(design, branch, angle):
 @CI
 @given(design=crank_rockers(), branch=st.sampled_from([1.0, -1.0]))
 def test_the_loop_closes(design, branch):
-    motion = explore.simulate("crank-rocker", **design, branch=branch, angles=72)
+    motion = explore.simulate("crank-rocker", {**design, "branch": branch}, angles=72)
     crank, coupler, rocker = (
         np.exp(1j * np.deg2rad(angle))
         for angle in (motion.index.to_numpy(), motion["coupler_angle"].to_numpy(), motion["rocker_angle"].to_numpy())
@@ -123,10 +123,10 @@ def test_the_loop_closes(design, branch):
 @given(design=crank_rockers())
 def test_branches_are_mirror_images(design):
     angles = np.linspace(0.0, 360.0, 31)
-    right = explore.simulate("crank-rocker", **design, branch=-1, angles=-angles)
-    left = explore.simulate("crank-rocker", **design, branch=1, angles=angles)
+    right = explore.simulate("crank-rocker", {**design, "branch": -1}, angles=-angles)
+    left = explore.simulate("crank-rocker", {**design, "branch": 1}, angles=angles)
     for name in left.columns:
-        # angles and accelerations change sign, velocities keep theirs; the transmission angle has none
+        # angles and accelerations change sign; velocities and the transmission angle do not
         sign = 1.0 if name.endswith(("velocity", "ratio")) or name == "transmission_angle" else -1.0
         # a few roundings of the largest value over the turn
         scale = np.abs(left[name]).max()
@@ -137,7 +137,7 @@ def test_branches_are_mirror_images(design):
         sign = -1.0 if name.endswith("acceleration_mean") else 1.0
         rms = math.sqrt(one[name.rsplit("_", 1)[0] + "_mean"] ** 2 + one[name.rsplit("_", 1)[0] + "_variance"])
         size = rms**2 if name.endswith("variance") else rms
-        # both are within their bounds of the same value
+        # each is within its bound of the same exact value
         assert abs(other[name] - sign * one[name]) <= (one["error"] + other["error"]) * size, name
 
 
@@ -147,7 +147,7 @@ METRICS += [f"{signal}_{s}" for signal in SIGNALS for s in ("mean", "variance", 
 
 @CI
 @given(design=crank_rockers(), power=st.integers(-40, 40))
-def test_powers_of_two_change_nothing(design, power):
+def test_scaling_by_powers_of_two_is_exact(design, power):
     scaled = {name: length * 2.0**power for name, length in design.items()}
     one, other = (table(d, [*METRICS, "grashof_margin"]).iloc[0] for d in (design, scaled))
     # scaling by a power of two commutes with every rounding: bit for bit
@@ -158,7 +158,7 @@ def test_powers_of_two_change_nothing(design, power):
 
 @CI
 @given(design=crank_rockers((-4.0, 0.0)), factor=st.floats(0.001, 1000.0))
-def test_size_does_not_matter(design, factor):
+def test_scaling_changes_only_rounding(design, factor):
     scaled = {name: length * factor for name, length in design.items()}
     one, other = (table(d, METRICS, tolerance=1e-9).iloc[0] for d in (design, scaled))
     # Lengths rounded anew differ by half an ulp, which moves the margin, at least 1e-4 of them, by 1e-12 relative;
@@ -175,7 +175,7 @@ def test_size_does_not_matter(design, factor):
 
 @CI
 @given(design=crank_rockers(), speeds=st.lists(st.floats(1e-3, 1e3), min_size=2, max_size=5))
-def test_speed_only_scales(design, speeds):
+def test_metrics_scale_with_the_speed(design, speeds):
     names = [*METRICS, *(f"{signal}_cv" for signal in SIGNALS[:3]), "velocity_ratio_mean", "velocity_ratio_variance"]
     frame = table(design | {"speed": np.array([1.0, *speeds])}, names)
     assert frame.attrs["kinematic_evaluations"] == 1
@@ -200,7 +200,7 @@ def test_mean_stroke_velocity_is_swing_over_crank_interval(design, branch):
     # the slow stroke takes 2 pi K/(1 + K), the other the rest
     interval = 2.0 * math.pi * row["time_ratio"] / (1.0 + row["time_ratio"])
     swing = math.radians(row["swing_angle"])
-    assume(row["time_ratio"] > 1.0 + 1e-9)  # nearer to 1 the last digits say which stroke is slow
+    assume(row["time_ratio"] > 1.0 + 1e-9)  # nearer to 1 the last digits decide which stroke is slow
     for name, length in (
         ("rocker_velocity_mean_drive", interval),
         ("rocker_velocity_mean_return", 2 * math.pi - interval),
@@ -228,18 +228,18 @@ def swing_or_angle(exact, name):
     return exact.swing if name == "swing_angle" else getattr(exact, name)
 
 
-def brute_clutch(design, phases, sense, samples=20_000):
-    """Output of the clutches at angles dense everywhere and denser near 0 and 180 deg, as the largest of all phases."""
+def sampled_clutch_output(design, phases, sign_of_drive, samples=20_000):
+    """Output of the clutches, the largest of all phases, at angles that are denser near 0 and 180 deg."""
     near = distance_of_singularities(design)
     t = np.linspace(-1.0, 1.0, samples // 2) * math.asinh(math.pi / 2 / near)
     graded = np.degrees(near * np.sinh(t))
     period = 360.0 / phases
     angles = np.unique(np.concatenate([np.mod(graded, period), np.mod(graded + 180.0, period)]))
     velocity = [
-        explore.simulate("crank-rocker", **design, angles=angles + k * period)["rocker_velocity"].to_numpy()
+        explore.simulate("crank-rocker", design, angles=angles + k * period)["rocker_velocity"].to_numpy()
         for k in range(phases)
     ]
-    return angles, np.maximum(np.max(sense * np.array(velocity), axis=0), 0.0)
+    return angles, np.maximum(np.max(sign_of_drive * np.array(velocity), axis=0), 0.0)
 
 
 @settings(derandomize=True, deadline=None, max_examples=25)
@@ -248,7 +248,7 @@ def test_clutch_output_is_the_largest_of_all_phases(design, phases, drive):
     names = [f"output_velocity_{s}" for s in ("mean", "variance", "min", "max")]
     row = table(design | {"phases": phases}, names, window="clutch", drive=drive).iloc[0]
     stroke = table(design, ["rocker_velocity_mean"], window="drive", drive=drive).iloc[0]["rocker_velocity_mean"]
-    angles, output = brute_clutch(design, phases, np.sign(stroke))
+    angles, output = sampled_clutch_output(design, phases, np.sign(stroke))
     period = 360.0 / phases
     closed_angles, closed = np.append(angles, angles[0] + period), np.append(output, output[0])
     mean = np.trapezoid(closed, closed_angles) / period
@@ -262,9 +262,9 @@ def test_clutch_output_is_the_largest_of_all_phases(design, phases, drive):
     assert output.min() - 1e-2 * largest <= row["output_velocity_min"] <= output.min() + 1e-12 * largest
 
 
-def test_derivative_check_would_notice_an_error():
+def test_finite_differences_are_accurate_enough():
     """The tolerance of the finite differences is far below the signals on a plain design."""
-    motion = explore.simulate("crank-rocker", **PLAIN, angles=40.0 + 0.02 * np.arange(-4, 5))
+    motion = explore.simulate("crank-rocker", PLAIN, angles=40.0 + 0.02 * np.arange(-4, 5))
     values = np.deg2rad(motion["rocker_angle"].to_numpy())
     slope = DIFFERENCES @ (values[5:] - values[3::-1]) / math.radians(0.02)
     # eps/h = 1e-12

@@ -1,4 +1,6 @@
-"""Pareto sets against brute force, with everything that trips non-dominated sorting libraries."""
+"""Pareto fronts against brute force, with ties, duplicates and numbers that are not finite."""
+
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -8,13 +10,16 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 import explore
-from explore.ranking.pareto import front, front_numbers, fronts, nondominated
+from explore.model.columns import Column
+from explore.model.request import Objective
+from explore.ranking import pareto
+from explore.ranking.joint import _differences
+from explore.ranking.pareto import find_front, find_fronts, front_numbers, is_nondominated
 from explore.ranking.tallies import Tally
-from explore.vocabulary import Objective
 
 
 def brute_force(values):
-    """Rows that no row beats: at least as good in all and better in one."""
+    """Mask of the rows that no row dominates: at least as good in all columns and better in one."""
     better = (values[:, None, :] <= values[None, :, :]).all(axis=2) & (values[:, None, :] < values[None, :, :]).any(
         axis=2
     )
@@ -30,15 +35,15 @@ def brute_force(values):
     )
 )
 def test_the_front_is_that_of_brute_force_with_all_ties(values):
-    np.testing.assert_array_equal(nondominated(values), brute_force(values))
+    np.testing.assert_array_equal(is_nondominated(values), brute_force(values))
 
 
 def brute_force_fronts(values, most):
-    """The front of each row by taking one front after the other away; 0 beyond the first `most`."""
+    """The front of each row by removing one front after the other; 0 beyond the first `most`."""
     numbers = np.zeros(len(values), dtype=int)
     for number in range(1, most + 1):
-        left = np.flatnonzero(numbers == 0)
-        numbers[left[brute_force(values[left])]] = number
+        remaining = np.flatnonzero(numbers == 0)
+        numbers[remaining[brute_force(values[remaining])]] = number
     return numbers
 
 
@@ -57,16 +62,45 @@ def test_several_fronts_are_those_of_brute_force_however_the_designs_come(values
     )
     objectives = [Objective(name, "min") for name in frame.columns[:-1]]
     rest = max(len(values) - sum(sizes), 0)
-    rows, numbers = fronts(blocks_of(frame, [*sizes, rest]), objectives, most)
+    rows, numbers = find_fronts(blocks_of(frame, [*sizes, rest]), objectives, most)
 
     np.testing.assert_array_equal(rows, np.flatnonzero(expected))
     np.testing.assert_array_equal(numbers, expected[expected > 0])
 
 
+@pytest.mark.parametrize(
+    ("sizes", "most", "share"),
+    [
+        ([4000], 1, 1),  # a table, or the front of a sweep and one more block of it
+        ([0, 4000, 0, 0], 1, 1),
+        ([4000], 3, 1),
+        ([1000] * 4, 1, 1 + 0.5 + 1),  # each block; the first two; all
+    ],
+)
+def test_a_front_that_keeps_everything_is_not_sorted_again(monkeypatch, sizes, most, share):
+    """Rows that reach the sorting library, as a share of all rows."""
+    sorted_rows = []
+
+    def counting(values):
+        sorted_rows.append(len(values))
+        return is_nondominated(values)
+
+    monkeypatch.setattr(pareto, "is_nondominated", counting)
+    values = np.abs(np.random.default_rng(5).standard_normal((4000, 5)))
+    values /= np.linalg.norm(values, axis=1, keepdims=True)
+    frame = pd.DataFrame(values, columns=list("abcde")).assign(design=np.arange(4000))
+
+    rows, numbers = find_fronts(blocks_of(frame, sizes), [Objective(name, "min") for name in "abcde"], most)
+
+    np.testing.assert_array_equal(rows, np.arange(4000))
+    np.testing.assert_array_equal(numbers, 1)
+    assert sum(sorted_rows) == share * 4000
+
+
 @pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
 def test_what_is_not_finite_never_reaches_the_sorting_library(bad):
     with pytest.raises(explore.RequestError, match="finite"):
-        nondominated(np.array([[1.0, 2.0], [bad, 0.0]]))
+        is_nondominated(np.array([[1.0, 2.0], [bad, 0.0]]))
 
 
 def blocks_of(frame, sizes):
@@ -94,7 +128,7 @@ def test_the_front_does_not_depend_on_blocks_and_leaves_out_what_does_not_count(
     objectives = [Objective("cost", "min"), Objective("gain", "max")]
     tally = Tally(("gain_margin",))
 
-    rows = front(blocks_of(frame, [1, 999, 1500, 500]), objectives, tally)
+    rows = find_front(blocks_of(frame, [1, 999, 1500, 500]), objectives, tally)
 
     usable = frame["feasible"] & np.isfinite(frame["gain"])
     values = frame.loc[usable, ["cost", "gain"]].to_numpy() * [1, -1]
@@ -108,7 +142,7 @@ def test_the_front_does_not_depend_on_blocks_and_leaves_out_what_does_not_count(
 def test_labels_of_a_table_may_repeat():
     table = pd.DataFrame({"a": [1.0, 2, 3, 4], "b": [1.0, 2, 3, 4]}, index=[0, 0, 1, 1])
 
-    ranked = explore.rank(table, ["a:min", "b:min"], fronts=4)
+    ranked = explore.rank(table, metrics=["a:min", "b:min"], fronts=4)
 
     assert ranked["a"].tolist() == [1, 2, 3, 4]
     assert ranked["front"].tolist() == [1, 2, 3, 4]
@@ -118,7 +152,7 @@ def test_an_undefined_constraint_is_counted_as_such():
     columns = {"feasible": np.array([False]), "status": np.array([1]), "cv_margin": np.array([np.nan])}
     tally = Tally(("cv_margin",))
 
-    tally.add(columns, np.array([False]), np.array([True]))
+    tally.count(columns, np.array([False]), np.array([True]))
 
     assert tally.undefined["cv_margin"] == 1
     assert tally.by_constraint["cv_margin"] == 0
@@ -129,8 +163,8 @@ def test_any_table_can_be_ranked_in_fronts():
         {"cv": [1.0, 2.0, 2.0, 3.0, 1.0], "swing_angle": [1.0, 5.0, 5.0, 4.0, 0.0]}, index=list("abcde")
     )
 
-    first = explore.rank(table, ["cv", "swing_angle:max"], order_by="swing_angle:max")
-    both = explore.rank(table, ["cv", "swing_angle:max"], fronts=5)
+    first = explore.rank(table, metrics=["cv", "swing_angle:max"], order_by="swing_angle:max")
+    both = explore.rank(table, metrics=["cv", "swing_angle:max"], fronts=5)
 
     assert first.index.tolist() == ["b", "c", "a"]
     assert both.index.tolist() == ["a", "b", "c", "e", "d"]
@@ -150,13 +184,66 @@ def test_any_table_can_be_ranked_in_fronts():
 )
 def test_wrong_objectives_get_one_line(metrics, message):
     with pytest.raises(explore.RequestError, match=message):
-        explore.rank(pd.DataFrame({"cv": [1.0], "swing_angle": [1.0], "words": ["a"]}), metrics)
+        explore.rank(pd.DataFrame({"cv": [1.0], "swing_angle": [1.0], "words": ["a"]}), metrics=metrics)
 
 
 def test_nothing_feasible_gives_an_empty_table():
     table = pd.DataFrame({"cv": [1.0, 2.0], "feasible": [False, False]})
 
-    ranked = explore.rank(table, ["cv"])
+    ranked = explore.rank(table, metrics=["cv"])
 
     assert ranked.empty
     assert "front" in ranked.columns
+
+
+def test_a_margin_of_exactly_zero_is_not_counted_as_missed():
+    columns = {"feasible": np.ones(3, bool), "status": np.ones(3, np.int8), "cv_margin": np.array([0.0, -1e-300, 1.0])}
+    tally = Tally(("cv_margin",))
+
+    tally.count(columns, np.ones(3, bool), np.ones(3, bool))
+
+    assert tally.by_constraint["cv_margin"] == 1
+
+
+def test_only_feasible_designs_count_as_not_finite():
+    columns = {"feasible": np.array([True, False, True, False]), "cv": np.array([np.nan, np.nan, 1.0, 1.0])}
+    tally = Tally()
+
+    find_front([columns], [Objective("cv", "min")], tally)
+
+    assert (tally.ranked, tally.not_finite) == (1, 1)
+
+
+def test_any_number_of_objectives_counts():
+    """Each row is the best in one column and the worst in the others, so that leaving one out loses a row."""
+    table = pd.DataFrame(1.0 - np.eye(6), columns=list("abcdef"))
+
+    assert len(explore.rank(table, metrics=[f"{name}:min" for name in table])) == 6
+
+
+def test_a_margin_is_undefined_only_where_the_design_was_computed():
+    columns = {"status": np.array([1, 3, 6]), "cv_margin": np.full(3, np.nan)}
+    tally = Tally(("cv_margin",))
+
+    tally.count(columns, np.zeros(3, bool), np.ones(3, bool))
+
+    assert tally.undefined["cv_margin"] == 1
+
+
+def test_a_screened_design_counts_as_missing_its_constraint():
+    columns = {"status": np.array([6, 6, 3]), "angle_margin": np.array([-1.0, 2.0, -1.0])}
+    tally = Tally(("angle_margin",))
+
+    tally.count(columns, np.zeros(3, bool), np.ones(3, bool))
+
+    assert tally.by_constraint["angle_margin"] == 1
+
+
+@pytest.mark.parametrize(
+    ("units", "message"), [(("mm", "1"), "size is in mm in a and 1 in b"), (("", "m"), "a number in a and m in b")]
+)
+def test_results_in_other_units_are_not_ranked_together(units, message):
+    a, b = (SimpleNamespace(columns=(Column("size", unit, "size", "metric"),)) for unit in units)
+    with pytest.raises(explore.RequestError, match=f"{message}, so they cannot be ranked together"):
+        _differences("a", a, "b", b, ["size"])
+    assert _differences("a", a, "b", a, ["size"]) == []

@@ -11,9 +11,16 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 import explore
-from explore.ranking.pareto import nondominated
-from explore.ranking.quality import MOST_POINTS, crowding, hypervolume_shares, knee, scaled, with_quality
-from explore.vocabulary import Objective
+from explore.model.request import Objective
+from explore.ranking.pareto import is_nondominated
+from explore.ranking.quality import (
+    MAX_POINTS,
+    add_quality_columns,
+    crowding_distances,
+    hypervolume_shares,
+    is_knee,
+    scale_to_unit_range,
+)
 
 
 @st.composite
@@ -21,7 +28,7 @@ def fronts_of_points(draw, most_objectives=4):
     """Points of one front, all different, in lexicographic order, scaled."""
     shape = st.tuples(st.integers(1, 9), st.integers(1, most_objectives))
     values = np.unique(draw(hnp.arrays(np.float64, shape, elements=st.integers(0, 12).map(float))), axis=0)
-    return scaled(values[nondominated(values)])
+    return scale_to_unit_range(values[is_nondominated(values)])
 
 
 def volume(points, reference):
@@ -61,7 +68,7 @@ def test_crowding_is_the_sum_of_the_gaps_between_neighbours(points):
             ends = place in (0, len(line) - 1)
             total += math.inf if ends else line[place + 1][0] - line[place - 1][0]
         expected.append(total)
-    np.testing.assert_allclose(crowding(points), expected, rtol=1e-14)
+    np.testing.assert_allclose(crowding_distances(points), expected, rtol=1e-14)
 
 
 @settings(derandomize=True, deadline=None, max_examples=200)
@@ -73,7 +80,7 @@ def test_the_knee_is_the_farthest_from_the_plane_through_the_extremes(points):
     distances = [normal @ (np.mean(extremes, axis=0) - point) for point in points]
     # Coordinates are fractions of spans up to 12: distances that differ, differ by more than 1e-6.
     expected = [d > 1e-9 and d >= max(distances) - 1e-9 for d in distances]
-    np.testing.assert_array_equal(knee(points), expected)
+    np.testing.assert_array_equal(is_knee(points), expected)
 
 
 def test_the_knee_of_two_objectives_is_that_of_the_line_between_the_ends():
@@ -84,14 +91,15 @@ def test_the_knee_of_two_objectives_is_that_of_the_line_between_the_ends():
     along, towards = (b - a) / span, (front - a) / span
     off = np.abs(along[0] * towards[:, 1] - along[1] * towards[:, 0]) / np.hypot(*along)
 
-    assert np.flatnonzero(knee(scaled(front))).tolist() == [np.argmax(off)]
-    assert not knee(scaled(np.column_stack([x, -x]))).any(), "a straight front has no knee"
-    assert not knee(scaled(np.column_stack([x, np.sqrt(82 - x**2)]))).any(), "nor has one that bulges outwards"
+    assert np.flatnonzero(is_knee(scale_to_unit_range(front))).tolist() == [np.argmax(off)]
+    assert not is_knee(scale_to_unit_range(np.column_stack([x, -x]))).any(), "a straight front has no knee"
+    outwards = np.column_stack([x, np.sqrt(82 - x**2)])
+    assert not is_knee(scale_to_unit_range(outwards)).any(), "nor has one that bulges outwards"
 
 
 def test_alike_designs_share_their_figures_and_later_fronts_have_none():
     table = pd.DataFrame({"cost": [1.0, 2, 2, 4, 5, 5], "gain": [1.0, 5, 5, 6, 5.5, 2], "scale": 1e300})
-    ranked = explore.rank(table, ["cost:min", "gain:max"], fronts=3, quality=True).sort_index()
+    ranked = explore.rank(table, metrics=["cost:min", "gain:max"], fronts=3, quality=True).sort_index()
 
     assert ranked["front"].tolist() == [1, 1, 1, 1, 2, 3]
     assert ranked["knee"].tolist() == [False, True, True, False, False, False]
@@ -108,8 +116,8 @@ def test_the_figures_do_not_depend_on_units_or_on_the_order_of_the_designs():
     values = rng.random((200, 3))
     table = pd.DataFrame(values, columns=["a", "b", "c"])
     aims = ["a:min", "b:min", "c:min"]
-    here = explore.rank(table, aims, quality=True)
-    there = explore.rank((table * [1e150, 2.0**-40, 8.0]).sample(frac=1, random_state=1), aims, quality=True)
+    here = explore.rank(table, metrics=aims, quality=True)
+    there = explore.rank((table * [1e150, 2.0**-40, 8.0]).sample(frac=1, random_state=1), metrics=aims, quality=True)
 
     assert here.index.tolist() == there.index.tolist()
     pd.testing.assert_frame_equal(here.iloc[:, 3:], there.iloc[:, 3:], rtol=1e-12)
@@ -117,7 +125,7 @@ def test_the_figures_do_not_depend_on_units_or_on_the_order_of_the_designs():
 
 @pytest.mark.parametrize("objectives", [4, 5, 6, 7])
 def test_more_points_than_can_be_done_have_no_share(objectives):
-    most = MOST_POINTS[min(objectives, 6) - 4]
+    most = MAX_POINTS[min(objectives, 6) - 4]
     points = np.abs(np.random.default_rng(1).normal(size=(most + 1, objectives)))
     points = 1 - points / np.linalg.norm(points, axis=1)[:, None]
 
@@ -126,7 +134,7 @@ def test_more_points_than_can_be_done_have_no_share(objectives):
 
 def test_nothing_ranked_has_no_figures():
     empty = pd.DataFrame({"a": np.empty(0), "b": np.empty(0), "front": np.empty(0, dtype=np.int64)})
-    found = with_quality(empty, [Objective("a", "min"), Objective("b", "min")])
+    found = add_quality_columns(empty, [Objective("a", "min"), Objective("b", "min")])
 
     assert found.dtypes[["knee", "crowding", "hypervolume_share"]].tolist() == [bool, float, float]
 
@@ -134,7 +142,7 @@ def test_nothing_ranked_has_no_figures():
 @pytest.mark.parametrize("extreme", [1.7e308, 5e-324])
 def test_objectives_may_be_as_large_or_as_close_as_doubles_are(extreme):
     table = pd.DataFrame({"a": [-extreme, 0.0, extreme], "b": [3.0, 1.0, 0.0]})
-    ranked = explore.rank(table, ["a:min", "b:min"], quality=True)
+    ranked = explore.rank(table, metrics=["a:min", "b:min"], quality=True)
 
     assert ranked["knee"].tolist() == [False, True, False]
     assert np.isfinite(ranked["hypervolume_share"]).all()

@@ -1,4 +1,4 @@
-"""Conditions and limits: against the same said row by row in Python, and every mistake with its place."""
+"""Conditions and limits against row-by-row evaluation in Python, and the message of every error."""
 
 import math
 import operator
@@ -84,29 +84,38 @@ def test_words_bind_as_in_python(text, meaning):
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("", "at the end: a comparison is wanted"),
-        ("a", "at the end: a comparison is wanted here: <"),
-        ("a <", "at the end: a comparison"),
-        ("and", "at character 1: a comparison"),
+        ("", "at the end: expected a comparison"),
+        ("a", "at the end: expected a comparison here: <"),
+        ("a <", "at the end: expected a comparison"),
+        ("and", "at character 1: expected a comparison"),
         ("b > 1 and adny < 3", "at character 11: no column 'adny'; did you mean 'andy'?"),
-        ("a = 3", "at character 3: '=' is not known; write =="),
-        ("a < 1 & b < 2", "at character 7: '&' is not known; write and"),
-        ("a < 20deg", "at character 5: '20deg' is no number; numbers are in the column's unit"),
+        ("a = 3", "at character 3: '=' is not supported; write =="),
+        ("a < 1 & b < 2", "at character 7: '&' is not supported; write and"),
+        ("a < 20deg", "at character 5: '20deg' is not a number; write numbers in the column's unit"),
         ("a < 1e999", "at character 5: the number is too large"),
         ("(a < 1", "at the end: a closing bracket is missing"),
-        ("a < 1)", "at character 6: this closing bracket opens nowhere"),
-        ("a < 1 b < 2", "at character 7: 'and' or 'or' is wanted"),
-        ("a < 20 deg", "at character 8: 'deg' is one too many; numbers are in the column's unit, without it"),
-        ("a < 1 AND b < 2", "at character 7: write and in small letters"),
-        ("NOT a < 1", "at character 1: write not in small letters"),
-        ("a < 0,5", "at character 6: ',' is not known; write 0.5, not 0,5"),
-        ("a < not b", "at character 5: a comparison"),
-        ("a.b < 1", "at character 2: '.' has no meaning"),
-        ("a['b'] < 1", "at character 2: '[' has no meaning"),
-        ("a + b < 1", "at character 3: '+' has no meaning"),
-        ("(" * 100_000 + "a < 1", "at character 52: more than 50 brackets"),
-        ("__import__('os').system('ls')", "has no meaning"),
-        ("a < \u0663", "is no number"),
+        ("a < 1)", "at character 6: this closing bracket has no opening one"),
+        ("a < 1 b < 2", "at character 7: expected 'and' or 'or' here"),
+        ("a < 20 deg", "at character 8: unexpected 'deg'; write numbers in the column's unit, without the unit"),
+        ("a < 1 AND b < 2", "at character 7: write and in lower case"),
+        ("NOT a < 1", "at character 1: write not in lower case"),
+        ("a < 0,5", "at character 6: ',' is not supported; write 0.5, not 0,5"),
+        ("a < not b", "at character 5: expected a comparison"),
+        ("a.b < 1", "at character 2: unexpected '.'"),
+        ("a['b'] < 1", "at character 2: unexpected '['"),
+        ("a + b < 1", "at character 3: unexpected '+'"),
+        ("(" * 100_000 + "a < 1", "at character 52: brackets are nested more than 50 deep"),
+        ("__import__('os').system('ls')", "unexpected "),
+        ("(" * 100_000 + "a < 1" + ")" * 100_000, "at character 52: brackets are nested more than 50 deep"),
+        ("(a < 20 deg)", "at character 9: unexpected 'deg'; write numbers in the column's unit"),
+        ("a < 1or b < 2", "at character 5: '1or' is not a number"),
+        ("a < 1 # and b < 2", "at character 7: unexpected '#'"),
+        ("a < 1\\\nor b < 2", "at character 6: unexpected"),
+        ("a is b", "at character 3: expected a comparison"),
+        ("(a := 1) < 2", "at character 4: unexpected ':'"),
+        ("a < 1) or (b > 1", "at character 6: this closing bracket has no opening one"),
+        ("\u017f < 1", "at character 1: no column"),  # Python itself reads this letter as s
+        ("a < \u0663", "is not a number"),
     ],
 )
 def test_what_cannot_be_read_is_pointed_at(text, message):
@@ -115,6 +124,20 @@ def test_what_cannot_be_read_is_pointed_at(text, message):
     assert str(caught.value).startswith("where: ")
     assert message in str(caught.value)
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["not " * 10_000 + "a < 1", "a < 1" + " or a < 1" * 10_000, "a < 1" + " <= 1" * 10_000],
+    ids=["not", "or", "chain"],
+)
+def test_a_long_condition_needs_no_deep_stack(text):
+    assert parse_condition(text, ["a"]).test({"a": np.array([0.5, 3.0])}).tolist() == [True, False]
+
+
+def test_a_column_may_have_the_name_of_a_keyword_of_python():
+    table = pd.DataFrame({"cv": [1.0, 2.0], "lambda": [0.5, 0.1]})
+    assert explore.rank(table, metrics=["cv:min"], where="lambda < 0.2").index.tolist() == [1]
 
 
 @settings(derandomize=True, deadline=None, max_examples=500)
@@ -143,13 +166,13 @@ TABLE.attrs["constraints"] = {"gain": {"min": 0.5, "max": None}, "both": {"min":
 
 def test_conditions_and_limits_choose_among_the_feasible_rows_of_a_table():
     aims = ["cv", "gain:max"]
-    assert explore.rank(TABLE, aims).index.tolist() == [0, 1]
-    assert explore.rank(TABLE, aims, where="cv != 2").index.tolist() == [0]
-    assert explore.rank(TABLE, ["cv"], where="cv > 2").index.tolist() == [3]
-    assert explore.rank(TABLE, ["cv"], where="not gain <= 2").index.tolist() == [3]
-    assert explore.rank(TABLE, ["cv"], limits={"gain": 1.5}).index.tolist() == [1]
-    assert explore.rank(TABLE, ["cv:max"], limits={"cv": {"max": 1.5}}).index.tolist() == [0]
-    assert explore.rank(TABLE, aims, where="cv > 9").empty
+    assert explore.rank(TABLE, metrics=aims).index.tolist() == [0, 1]
+    assert explore.rank(TABLE, metrics=aims, where="cv != 2").index.tolist() == [0]
+    assert explore.rank(TABLE, metrics=["cv"], where="cv > 2").index.tolist() == [3]
+    assert explore.rank(TABLE, metrics=["cv"], where="not gain <= 2").index.tolist() == [3]
+    assert explore.rank(TABLE, metrics=["cv"], limits={"gain": 1.5}).index.tolist() == [1]
+    assert explore.rank(TABLE, metrics=["cv:max"], limits={"cv": {"max": 1.5}}).index.tolist() == [0]
+    assert explore.rank(TABLE, metrics=aims, where="cv > 9").empty
 
 
 @pytest.mark.parametrize(
@@ -162,7 +185,7 @@ def test_conditions_and_limits_choose_among_the_feasible_rows_of_a_table():
         ({"both": {"max": 0.5}}, "its values are not in these results; sweep with both in evaluate.metrics"),
         (
             {"gain": 0.25},
-            "0.25 is below the min of 0.5 that the designs were swept with; those beyond it were screened",
+            "0.25 is below the min of 0.5 of the sweep; designs beyond that were screened",
         ),
         ({"both": {"max": 2}}, "2 is above the max of 1"),
         ({"gain": {"mni": 1}}, "give {'min': …}, {'max': …} or both"),
@@ -176,7 +199,7 @@ def test_conditions_and_limits_choose_among_the_feasible_rows_of_a_table():
 )
 def test_wrong_limits_get_one_line(limits, message):
     with pytest.raises(explore.RequestError) as caught:
-        explore.rank(TABLE, ["cv"], limits=limits)
+        explore.rank(TABLE, metrics=["cv"], limits=limits)
     assert message in str(caught.value)
     assert "\n" not in str(caught.value)
 
@@ -192,9 +215,9 @@ def test_limits_are_read_from_texts():
         (["cv"], "write METRIC=VALUE, METRIC>=VALUE or METRIC<=VALUE"),
         (["cv<0.4"], "write METRIC=VALUE"),
         (["<=3"], "write METRIC=VALUE"),
-        (["cv==3"], "'=3' is no number"),
-        (["cv=20 deg"], "'20 deg' is no number; numbers are in the metric's unit"),
-        (["cv="], "'' is no number"),
+        (["cv==3"], "'=3' is not a number"),
+        (["cv=20 deg"], "'20 deg' is not a number; write numbers in the metric's unit"),
+        (["cv="], "'' is not a number"),
         (["cv<=1", "cv<=2"], "'cv' is limited twice"),
         (["cv=1", "cv<=2"], "'cv' is limited twice"),
         (["cv<=2", "cv=1"], "'cv' is limited twice"),
@@ -212,4 +235,14 @@ def test_a_metric_of_which_only_the_margin_was_kept_is_limited_by_it(side, bound
     columns = {"angle_margin": metric - bound if side == "min" else bound - metric}
     (limit,) = resolve_limits({"angle": value}, {"angle": {"min": None, "max": None, side: bound}}, ["cv"])
 
-    np.testing.assert_array_equal(limit.met(columns), metric >= value if side == "min" else metric <= value)
+    np.testing.assert_array_equal(limit.is_met(columns), metric >= value if side == "min" else metric <= value)
+
+
+@pytest.mark.parametrize("side", ["min", "max"])
+def test_a_limit_may_be_the_bound_itself_and_is_met_by_a_design_on_it(side):
+    bounds = {"angle": {"min": None, "max": None, side: 30.0}}
+    (limit,) = resolve_limits({"angle": 30.0}, bounds, ["angle"])
+    (by_margin,) = resolve_limits({"angle": 30.0}, bounds, ["cv"])
+
+    assert limit.is_met({"angle": np.array([30.0])}).tolist() == [True]
+    assert by_margin.is_met({"angle_margin": np.array([0.0])}).tolist() == [True]

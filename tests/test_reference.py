@@ -1,4 +1,4 @@
-"""Every number of reference/crank_rocker.json: closed form, strokes, cycle, clutch, near-singular designs included."""
+"""Comparison with every number of reference/crank_rocker.json: closed form, strokes, cycle, clutch."""
 
 import json
 import math
@@ -30,7 +30,7 @@ def evaluate(case, metrics, tolerance, **more):
     )
     row = row.iloc[0]
     if tolerance == 1e-12 and any(name.endswith("cv") for name in metrics):
-        # std or mean may be a thousandth of the rms, and rounding, 4e-15 of the rms, grows by as much
+        # std or mean may be a thousandth of the rms, which multiplies the rounding error, 4e-15 of the rms
         assert row["error"] <= 2e-11
         assert row["status"] == (OK if row["error"] <= tolerance else TOLERANCE_NOT_MET)
     else:
@@ -41,12 +41,12 @@ def evaluate(case, metrics, tolerance, **more):
 
 
 def check(row, name, statistic, expected, tolerance):
-    """One statistic against its reference, which is given with 25 digits, within the row's own bound."""
+    """Compare one statistic with its reference of 25 digits, within the bound of the row."""
     true = {k: float(v) for k, v in expected.items() if v is not None}
     if statistic == "cv" and abs(true["mean"]) < 1e3 * tolerance * math.hypot(
         true["mean"], math.sqrt(true["variance"])
     ):
-        assert math.isnan(row[name])  # the mean only happens to be tiny
+        assert math.isnan(row[name])  # the mean is tiny, but not 0 for every design
         return
     extremes = (true["min"], true["max"]) if statistic in ("min", "max") else None
     error = norms.worst(statistic, np.float64(row[name]), true["mean"], true["variance"], extremes)
@@ -80,7 +80,7 @@ def test_closed_form(case):
         "transmission_angle_min": math.degrees(float(case["transmission_angle_min"])),
         "transmission_angle_max": math.degrees(float(case["transmission_angle_max"])),
     }
-    # 1e-12 is promised for the exact values of the doubles; for dyadic lengths those are the reference's own
+    # 1e-12 holds for the exact values of the doubles, which are those of the reference only for dyadic lengths
     for name in names:
         assert row[name] == pytest.approx(expected[name], rel=1e-12, abs=0.0), name
     # decimal lengths are rounded by up to half an ulp each, 2e-13 mm at 1000 mm, and so is the margin

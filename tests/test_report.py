@@ -1,7 +1,8 @@
-"""`explore report` without a browser: what is written, what is shipped, and bad input in one line."""
+"""`explore report` without a browser: the page's file, the bundled script and its licences, and errors."""
 
 import hashlib
 import json
+import os
 import re
 import shlex
 import subprocess
@@ -17,20 +18,31 @@ from store_files import fill
 from studies import FEW
 
 import explore
-from explore.reporting.packing import Packed
+from explore.reporting import contents, rows
+from explore.reporting.packing import ColumnPacker
 
 ROOT = Path(__file__).parent.parent
 PAGE = Path(explore.__file__).parent / "reporting/page"
+SOBOL = """mechanism = "crank-rocker"
+[parameters]
+crank = { min = 50, max = 140 }
+coupler = 1083.4236
+rocker = { min = 500, max = 600 }
+ground = 691.7118
+[sampling]
+method = "sobol"
+count = 500
+"""
 BUNDLED = ("report.js", "THIRD_PARTY.txt", "sources.sha256")
 
 
-def test_the_bundle_is_of_these_sources():
-    """After a change of the page's script run explore/reporting/page/build.sh."""
-    recorded = dict(
+def test_the_bundle_is_built_from_the_sources():
+    """On failure run explore/reporting/page/build.sh, which bundles the changed script."""
+    recorded_hashes = dict(
         reversed(line.split(maxsplit=1)) for line in (PAGE / "bundle/sources.sha256").read_text().splitlines()
     )
     files = ["build.sh", "package.json", "package-lock.json", *(f"src/{p.name}" for p in PAGE.glob("src/*"))]
-    assert recorded == {name: hashlib.sha256((PAGE / name).read_bytes()).hexdigest() for name in files}
+    assert recorded_hashes == {name: hashlib.sha256((PAGE / name).read_bytes()).hexdigest() for name in files}
 
 
 def test_versions_are_pinned_and_licences_shipped():
@@ -43,31 +55,31 @@ def test_versions_are_pinned_and_licences_shipped():
         assert f"{name} {locked[f'node_modules/{name}']['version']}\n" in text
     shipped = set(re.findall(r"^([a-z0-9-]+) \d+\.\d+\.\d+$", text, re.MULTILINE))
     assert shipped <= {name.removeprefix("node_modules/") for name in locked}
-    # All are under the ISC licence but d3-ease, whose easing equations are another's.
+    # All are under the ISC licence except d3-ease, which contains Penner's easing equations.
     assert text.count("Permission to use, copy, modify") == len(shipped) - 1
     assert "Copyright 2001 Robert Penner" in text
     assert text.count("Redistributions in binary form must reproduce the above copyright notice") == 1
 
 
-def test_the_bundle_can_stand_in_a_page():
+def test_the_bundle_can_be_embedded_in_html():
     script = (PAGE / "bundle/report.js").read_text(encoding="ascii")
     assert "</script" not in script.lower()
     assert "<!--" not in script
     assert all(len(path.read_text().splitlines()) < 300 for path in PAGE.glob("src/*.js"))
 
 
-def test_a_wheel_brings_the_page(tmp_path):
+def test_a_wheel_contains_the_page(tmp_path):
     build = "import sys; from hatchling.build import build_wheel; print(build_wheel(sys.argv[1]))"
-    built = subprocess.run(
+    build_run = subprocess.run(
         [sys.executable, "-c", build, tmp_path], cwd=ROOT, capture_output=True, text=True, check=True
     )
-    with zipfile.ZipFile(tmp_path / built.stdout.split()[-1]) as wheel:
+    with zipfile.ZipFile(tmp_path / build_run.stdout.split()[-1]) as wheel:
         names = {name.removeprefix("explore/reporting/page/") for name in wheel.namelist() if "reporting/page" in name}
     assert {"template.html", "page.css", "package-lock.json", *(f"bundle/{name}" for name in BUNDLED)} <= names
     assert not any("node_modules" in name for name in names)
 
 
-def test_the_page_is_named_and_always_the_same(in_results):
+def test_the_same_results_give_the_same_page(in_results):
     code, out, err = call("report")
     assert (code, out) == (0, "results/small-report.html\n")
     assert re.fullmatch(r"0\.\d MB; open it in a browser, no server or network is needed\n", err)
@@ -76,13 +88,13 @@ def test_the_page_is_named_and_always_the_same(in_results):
     assert (in_results / "other.html").read_bytes() == first
 
 
-def test_the_page_asks_nothing_of_a_network(in_results):
+def test_the_page_makes_no_network_requests(in_results):
     call("report")
     page = (in_results / "results/small-report.html").read_text(encoding="utf-8")
     assert re.findall(r"<(?:link|img|iframe|object|embed|base)\b", page) == []
     assert re.findall(r"""\b(?:src|href|action|srcset)=["'](?!#)""", page) == []
     assert "default-src 'none'" in page
-    # The script and the style that may run are named by their hashes.
+    # The policy allows one script and one style, by their hashes.
     assert page.count("'sha256-") == 2
     assert "unsafe" not in page
 
@@ -96,11 +108,11 @@ def test_the_page_asks_nothing_of_a_network(in_results):
         (["-o", "folder.html"], "-o folder.html: it is a folder; name another file"),
         (["other.h5"], "other.h5"),
         (["study.toml"], "study.toml"),
-        (["damaged.h5"], "damaged.h5 is damaged: its window cannot be read"),
+        (["damaged.h5"], "damaged.h5 is damaged and cannot be read: attribute determines"),
         (["empty.h5"], "empty.h5 holds no designs yet, so there is nothing to report"),
     ],
 )
-def test_bad_input_is_one_clear_line(in_results, arguments, message):
+def test_bad_input_gives_an_error_of_one_line(in_results, arguments, message):
     (in_results / "folder.html").mkdir()
     (in_results / "study.toml").write_text(FEW)
     (in_results / "damaged.h5").write_bytes((in_results / "results/small.h5").read_bytes())
@@ -117,14 +129,14 @@ def test_bad_input_is_one_clear_line(in_results, arguments, message):
     assert sorted(in_results.rglob("*")) == before
 
 
-def test_a_page_that_cannot_be_written_leaves_the_old_one(in_results, monkeypatch):
+def test_an_interrupted_report_keeps_the_previous_page(in_results, monkeypatch):
     call("report", "-o", "page.html")
     before = (in_results / "page.html").read_bytes()
 
-    def interrupted(_):
+    def interrupt(_):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("explore.reporting.pages.pieces_of", interrupted)
+    monkeypatch.setattr("explore.reporting.pages.data_elements", interrupt)
     assert call("report", "-o", "page.html")[0] == 130
     assert (in_results / "page.html").read_bytes() == before
     assert sorted(path.name for path in in_results.iterdir()) == ["page.html", "results"]
@@ -133,7 +145,7 @@ def test_a_page_that_cannot_be_written_leaves_the_old_one(in_results, monkeypatc
 @pytest.mark.parametrize(
     "name", ["bad\udcff", "new\nline", "-dash", "$HOME `id`", "esc\x1b[31m", "</title>", "{{data}}"]
 )
-def test_any_name_of_a_file_will_do(in_results, name):
+def test_any_file_name_is_accepted(in_results, name):
     path = in_results / f"{name.replace('/', '')}.h5"
     path.write_bytes((in_results / "results/small.h5").read_bytes())
     code, out, err = call("report", "--", path.name)
@@ -143,7 +155,7 @@ def test_any_name_of_a_file_will_do(in_results, name):
     assert page.count("<title>") == page.count("</title>") == 1
     study = json.loads(re.search(r'id="study">(.*?)</script>', page)[1])
     assert study["name"] == path.stem
-    # What is copied to a shell is one word that names the file, not an option.
+    # A shell reads the file's name in the command as one word, and not as an option.
     words = shlex.split(study["command"])
     assert words[:2] == ["explore", "rank"]
     assert len(words) == 3
@@ -163,20 +175,60 @@ def test_help_has_an_example():
         ([1.5, np.nan, -0.0, np.inf], "f8"),
         ([True, False], "u1"),
         ([-1, 5], "i1"),
-        ([0, 200], "u1"),
+        ([-128, 127], "i1"),
+        ([0, 255], "u1"),
+        ([0, 256], "i4"),
+        ([-(2**31), 2**31 - 1], "i4"),
         ([0, 70_000], "i4"),
         ([0, 2**40], "f8"),
     ],
 )
-def test_a_column_takes_the_smallest_type_that_holds_it(values, kind):
-    assert Packed().add(np.array(values))["type"] == kind
+def test_a_column_has_the_smallest_type_that_holds_its_values(values, kind):
+    assert ColumnPacker().add(np.array(values))["type"] == kind
 
 
-def test_equal_texts_are_there_once():
-    packed = Packed()
+def test_infinite_values_are_kept():
+    packer = ColumnPacker()
+    assert "defined" not in packer.add(np.array([np.inf, 1.0, -np.inf]))
+    assert "defined" in packer.add(np.array([np.inf, np.nan]))
+
+
+def test_equal_columns_are_stored_once():
+    packer = ColumnPacker()
     column = np.array([1.0, np.nan, 3.0])
-    first, second = packed.add(column), packed.add(column.copy())
-    other = packed.add(np.array([2.0, np.nan, 4.0]))
+    first, second = packer.add(column), packer.add(column.copy())
+    other = packer.add(np.array([2.0, np.nan, 4.0]))
     assert first == second
     assert other["defined"] == first["defined"]
-    assert len(packed.texts) == 3
+    assert len(packer.texts) == 3
+
+
+def test_the_page_is_synchronised_before_it_is_renamed(in_results, monkeypatch):
+    page, synchronised = in_results / "page.html", []
+
+    def sync(descriptor, real=os.fsync):
+        status = os.fstat(descriptor)
+        synchronised.append((status.st_ino, status.st_size, page.exists()))
+        real(descriptor)
+
+    monkeypatch.setattr(os, "fsync", sync)
+    assert call("report", "-o", "page.html")[0] == 0
+    assert (page.stat().st_ino, page.stat().st_size, False) in synchronised
+
+
+def test_densities_count_all_feasible_designs_of_the_file(tmp_path, monkeypatch):
+    """Designs that the page leaves out count too; here it holds ten feasible ones besides the Pareto set."""
+    (tmp_path / "sobol.toml").write_text(SOBOL)
+    results = explore.sweep(explore.load_study(tmp_path / "sobol.toml"), tmp_path / "sobol.h5")
+    monkeypatch.setattr(rows, "MAX_DESIGNS", 10)
+    monkeypatch.setattr(rows, "MAX_FEASIBLE", 10)
+    monkeypatch.setattr(contents.ColumnPacker, "add", lambda self, values: values)
+    density = contents.collect_contents(results, None, "", lambda _: None).study["density"]
+    table = results.to_pandas().query("feasible")
+
+    assert len(density["pairs"]) >= 3
+    for x, y, counts in density["pairs"]:
+        ranges = [density["columns"][y], density["columns"][x]]
+        expected, _, _ = np.histogram2d(table[y], table[x], density["cells"], ranges)
+        assert 10 < expected.sum() < len(table)
+        np.testing.assert_array_equal(counts.reshape(expected.shape), expected, err_msg=f"{x} {y}")

@@ -1,4 +1,4 @@
-"""Names become objects: metrics, windows, constraints, objectives."""
+"""Resolve names to metrics, windows, constraints and objectives."""
 
 import math
 
@@ -6,9 +6,10 @@ import pytest
 
 from explore.errors import RequestError
 from explore.mechanisms.registry import MECHANISMS
-from explore.request.names import all_metric_names
-from explore.request.requests import find_mechanism, find_metric, make_objective, make_request
-from explore.vocabulary import STATISTICS, Metric, SampledMetric, Window
+from explore.model.quantities import STATISTICS, Metric, SampledMetric, Window
+from explore.request.names import find_mechanism, find_metric
+from explore.request.requests import make_objective, make_request
+from explore.suggest import format_value
 
 MECHANISM = MECHANISMS["crank-rocker"]
 WINDOWS = {window.name: window for window in MECHANISM.windows}
@@ -87,14 +88,14 @@ def test_units_and_senses(name, unit, sense):
 
 
 def test_every_listed_name_is_known():
-    refused = []
-    for name in all_metric_names(MECHANISM):
+    refusals = []
+    for name in MECHANISM.metric_names():
         try:
             assert find_metric(MECHANISM, name, DRIVE).name == name
         except RequestError as error:
-            refused.append(str(error))
-    assert refused
-    assert all("exactly 0" in reason or "exist" in reason for reason in refused)
+            refusals.append(str(error))
+    assert refusals
+    assert all("exactly 0" in reason or "exist" in reason for reason in refusals)
 
 
 def test_unknown_metric_is_suggested():
@@ -109,7 +110,7 @@ def test_cv_of_rocker_acceleration_over_a_stroke_is_refused(window):
     expected = "the mean of rocker_acceleration over a stroke is exactly 0, so its cv is undefined for every design"
     assert expected in problem(metrics=[f"rocker_acceleration_cv_{window}"])
     assert expected in problem(metrics=["rocker_acceleration_cv"], window=window)
-    assert make_request(MECHANISM, ["rocker_acceleration_mean"], window).metrics
+    assert make_request(MECHANISM, metrics=["rocker_acceleration_mean"], window=window).metrics
 
 
 @pytest.mark.parametrize("window", ["cycle", {"from": 0, "to": 360}, {"from": -10.1, "to": 349.9}])
@@ -122,7 +123,7 @@ def test_signals_of_the_clutch_window():
     assert "output_velocity exists only in the window 'clutch'" in problem(metrics=["output_velocity_mean"])
     message = problem(metrics=["rocker_velocity_mean"], window="clutch")
     assert "in the window 'clutch' only output_velocity exists" in message
-    assert make_request(MECHANISM, ["rocker_velocity_mean_drive"], "clutch").metrics
+    assert make_request(MECHANISM, metrics=["rocker_velocity_mean_drive"], window="clutch").metrics
 
 
 @pytest.mark.parametrize("window", [*WINDOWS, {"from": 0, "to": 90}, {"from": 0, "to": 360}])
@@ -154,7 +155,7 @@ def test_an_interval_of_a_full_turn_is_the_cycle():
         ({"from": 0}, "needs both ends"),
         ({"from": 0, "too": 3}, "unknown key 'too'"),
         ({"from": 0, "to": math.inf}, "not a finite number"),
-        ({"from": "0 mm", "to": 3}, "does not measure the same as 'deg'"),
+        ({"from": "0 mm", "to": 3}, "cannot be converted to 'deg'"),
         ("dirve", "did you mean 'drive'"),
         ([1], "unknown window"),
     ],
@@ -224,12 +225,19 @@ def test_all_problems_at_once():
 
 
 def test_empty_metrics():
-    assert "an empty list leaves nothing to compute" in problem(metrics=[])
+    assert "the list is empty; leave it out" in problem(metrics=[])
 
 
 @pytest.mark.parametrize(
     ("text", "sense"),
-    [("cv", "min"), ("swing_angle:max", "max"), ("swing_angle", "max"), ("cv:max", "max"), ("mid_angle : min", "min")],
+    [
+        ("cv", "min"),
+        ("swing_angle:max", "max"),
+        ("swing_angle", "max"),
+        ("cv:max", "max"),
+        ("mid_angle : min", "min"),
+        ("crank:min", "min"),
+    ],
 )
 def test_objective(text, sense):
     objective = make_objective((MECHANISM, DRIVE), text)
@@ -245,7 +253,8 @@ def test_objective(text, sense):
         ("cv:up", "unknown sense 'up' of cv"),
         ("cv:", "unknown sense ''"),
         ("linkage_class:min", "is a label"),
-        ("crank", "crank is a parameter"),
+        ("crank", "crank has no natural direction; write crank:min or crank:max"),
+        ("crank:up", "unknown sense 'up' of crank"),
         ("foo", "unknown metric"),
     ],
 )
@@ -257,3 +266,20 @@ def test_bad_objective(text, reason):
 def test_only_declared_statistics():
     assert set(STATISTICS) == {"mean", "variance", "std", "cv", "min", "max", "rms", "peak_to_peak"}
     assert isinstance(DRIVE, Window)
+
+
+def test_every_unknown_name_is_reported():
+    lines = problem(constraints={"bar": {"min": 1}, "foo": {"min": 1}, "swing_angle": {"min": 1}}).splitlines()
+    assert [line.split(":")[0] for line in lines] == ["constraints.bar", "constraints.foo"]
+    lines = problem(metrics=["bar", "cv", "foo"]).splitlines()
+    assert [line.split("'")[1] for line in lines] == ["bar", "foo"]
+
+
+def test_values_in_messages_are_cut_to_forty_characters():
+    assert format_value(10**39) == "1" + "0" * 39
+    assert format_value("x" * 41) == f"'{'x' * 37}...'"
+
+
+def test_both_bounds_may_be_the_same():
+    (constraint,) = make_request(MECHANISM, constraints={"swing_angle": {"min": 20, "max": 20}}).constraints
+    assert (constraint.minimum, constraint.maximum) == (20.0, 20.0)

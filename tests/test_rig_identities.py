@@ -1,4 +1,4 @@
-"""The test rig against laws that any linkage obeys, on random rigs, and against Newton's and Euler's equations."""
+"""Random test rigs: identities of any linkage, and comparison with the equations of Newton and Euler."""
 
 import math
 
@@ -23,9 +23,11 @@ def rigs(draw):
     ground = rocker * draw(st.floats(0.5, 2.0))
     coupler = rocker * draw(st.floats(0.5, 2.5))
     # the largest crank: the Grashof condition with each of the others as the longest
-    most = min(rocker, ground, coupler, ground + rocker - coupler, ground + coupler - rocker, coupler + rocker - ground)
-    assume(most > 0.05 * rocker)
-    crank = most * draw(st.floats(0.02, 0.9))
+    largest_crank = min(
+        rocker, ground, coupler, ground + rocker - coupler, ground + coupler - rocker, coupler + rocker - ground
+    )
+    assume(largest_crank > 0.05 * rocker)
+    crank = largest_crank * draw(st.floats(0.02, 0.9))
     return {"crank": crank, "coupler": coupler, "rocker": rocker, "ground": ground, "speed": draw(st.floats(0.5, 80.0))}
 
 
@@ -55,7 +57,7 @@ def links(draw):
 
 
 def evaluate(design, metrics):
-    row = explore.evaluate("test-rig", design, metrics, tolerance=1e-10).iloc[0]
+    row = explore.evaluate("test-rig", design, metrics=metrics, tolerance=1e-10).iloc[0]
     assert row["status"] == OK
     return row
 
@@ -66,12 +68,12 @@ def magnitude(pairs):
 
 @settings(derandomize=True, deadline=None, max_examples=60)
 @given(rigs(), loads(), links() | st.just({}))
-def test_newton_and_euler_agree(rig, load, link):
+def test_forces_agree_with_newton_and_euler(rig, load, link):
     design = rig | load | link
-    motion = explore.simulate("test-rig", angles=ANGLES, **design)
+    motion = explore.simulate("test-rig", design, angles=ANGLES)
     pins, torque, _, _ = newton_euler.forces(design, np.deg2rad(ANGLES))
     scale = max(magnitude(force).max() for force in pins.values())
-    # the position comes from an arccos here, which loses half of the digits where the links are nearly in line
+    # the reference uses an arccos, which loses half of the digits where the links are nearly in line
     for pin, force in pins.items():
         assert motion[f"pin_force_{pin}"].to_numpy() == pytest.approx(magnitude(force), rel=0.0, abs=1e-8 * scale)
     assert motion["drive_torque"].to_numpy() == pytest.approx(
@@ -82,26 +84,26 @@ def test_newton_and_euler_agree(rig, load, link):
 @settings(derandomize=True, deadline=None, max_examples=60)
 @given(rigs(), loads())
 def test_power_balances(rig, load):
-    # identity 1: at every node what the crank gives is what the load takes and what the inertia stores
+    # identity 1: at every node the power of the crank is that of the load and of the inertia
     design = rig | load
-    motion = explore.simulate("test-rig", angles=ANGLES, **design)
+    motion = explore.simulate("test-rig", design, angles=ANGLES)
     _, _, torque, _ = newton_euler.forces(design, np.deg2rad(ANGLES))
     torque = load.get("inertia", 0.0) * motion["rocker_acceleration"].to_numpy() - torque
-    taken = torque * motion["rocker_velocity"].to_numpy()
+    load_power = torque * motion["rocker_velocity"].to_numpy()
     scale = np.abs(torque).max() * np.abs(motion["rocker_velocity"]).max()
-    assert motion["power"].to_numpy() == pytest.approx(taken, rel=0.0, abs=1e-8 * scale)
+    assert motion["power"].to_numpy() == pytest.approx(load_power, rel=0.0, abs=1e-8 * scale)
 
 
 @settings(derandomize=True, deadline=None, max_examples=60)
 @given(rigs(), loads(), links())
-def test_the_mean_power_is_what_is_lost(rig, load, link):
-    # over a cycle nothing is stored, with masses as without: constant torque, spring, weight and inertia give all back
+def test_the_mean_power_is_that_of_damping_and_opposing_torque(rig, load, link):
+    # the work of constant torque, spring, weight and inertia over a cycle is 0, with masses or without
     design = rig | load | link
     metrics = ["power_mean", "power_rms", "rocker_velocity_rms", "swing_angle"]
     row = evaluate(design, metrics)
-    damped = load.get("damping", 0.0) * row["rocker_velocity_rms"] ** 2
-    opposed = load.get("opposing_torque", 0.0) * math.radians(row["swing_angle"]) / math.pi * rig["speed"]
-    assert row["power_mean"] == pytest.approx(damped + opposed, rel=0.0, abs=2e-10 * row["power_rms"])
+    damping_power = load.get("damping", 0.0) * row["rocker_velocity_rms"] ** 2
+    opposing_power = load.get("opposing_torque", 0.0) * math.radians(row["swing_angle"]) / math.pi * rig["speed"]
+    assert row["power_mean"] == pytest.approx(damping_power + opposing_power, rel=0.0, abs=2e-10 * row["power_rms"])
 
 
 @settings(derandomize=True, deadline=None, max_examples=60)
@@ -109,16 +111,16 @@ def test_the_mean_power_is_what_is_lost(rig, load, link):
 def test_at_the_limits_the_force_passes_through_the_crank_pivot(rig, load):
     # identity 2: |F_y| = |M| / ground and no drive torque, in every configuration
     a, b, c, d = (rig[name] for name in ("crank", "coupler", "rocker", "ground"))
-    for reach, turned in ((b + a, 0.0), (b - a, math.pi)):
+    for reach, offset in ((b + a, 0.0), (b - a, math.pi)):
         # the angle at the crank pivot by half angles
         s = (reach + c + d) / 2.0
-        theta = 2.0 * math.atan2(math.sqrt((s - reach) * (s - d)), math.sqrt(s * (s - c))) + turned
-        motion = explore.simulate("test-rig", angles=[math.degrees(theta)], **rig, **load).iloc[0]
+        theta = 2.0 * math.atan2(math.sqrt((s - reach) * (s - d)), math.sqrt(s * (s - c))) + offset
+        motion = explore.simulate("test-rig", {**rig, **load}, angles=[math.degrees(theta)]).iloc[0]
         middle = newton_euler.mid_angle(rig)
         torque = load.get("constant_torque", 0.0) - load.get("stiffness", 0.0) * (
             math.radians(motion["rocker_angle"]) - middle
         )
-        across = motion["coupler_force"] * math.sin(theta - turned)
+        across = motion["coupler_force"] * math.sin(theta - offset)
         scale = abs(motion["coupler_force"])
         assert abs(across) == pytest.approx(abs(torque) / (d * 1e-3), rel=1e-7, abs=1e-9 * scale)
         assert abs(motion["drive_torque"]) <= 1e-9 * scale * a * 1e-3
@@ -135,7 +137,7 @@ def test_the_mean_of_an_opposing_torque(rig, torque):
 
 @settings(derandomize=True, deadline=None, max_examples=60)
 @given(rigs(), st.sampled_from(["stiffness", "inertia", "constant_torque"]), st.floats(0.1, 1e4))
-def test_what_stores_needs_no_mean_torque(rig, name, size):
+def test_conservative_loads_need_no_mean_torque(rig, name, size):
     row = evaluate(rig | {name: size}, ["drive_torque_mean", "drive_torque_rms"])
     assert abs(row["drive_torque_mean"]) <= 1e-10 * row["drive_torque_rms"]
 
@@ -145,9 +147,9 @@ def test_what_stores_needs_no_mean_torque(rig, name, size):
 def test_pin_force_times_crank_is_bounded_below_by_the_work(rig, torque, name):
     # identity 4
     row = evaluate(rig | {name: torque}, ["pin_force_peak", "drive_torque_peak", "swing_angle"])
-    least = torque * math.radians(row["swing_angle"]) / math.pi
+    smallest_peak = torque * math.radians(row["swing_angle"]) / math.pi
     assert row["pin_force_peak"] * rig["crank"] * 1e-3 >= row["drive_torque_peak"] * (1.0 - 1e-12)
-    assert row["drive_torque_peak"] >= least * (1.0 - 1e-9)
+    assert row["drive_torque_peak"] >= smallest_peak * (1.0 - 1e-9)
 
 
 @settings(derandomize=True, deadline=None, max_examples=60)
@@ -166,8 +168,8 @@ def test_statistics_against_many_samples(rig, load, link):
     metrics += ["drive_torque_peak", "drive_torque_rms", "coupler_force_max", "coupler_force_min", "velocity_thd",
                 "rocker_moment_peak", "rocker_axial_force_peak"]  # fmt: skip
     row = evaluate(design, metrics)
-    # midpoints: of a smooth periodic signal the mean is exact, of one that jumps good to the step
-    turn = explore.simulate("test-rig", angles=(np.arange(20_000) + 0.5) * (360.0 / 20_000), **design)
+    # midpoint rule: the mean of a smooth periodic signal is exact, that of a signal with jumps accurate to the step
+    turn = explore.simulate("test-rig", design, angles=(np.arange(20_000) + 0.5) * (360.0 / 20_000))
     step = 1e-3
     for pin in "abcd":
         force = turn[f"pin_force_{pin}"]

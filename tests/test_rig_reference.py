@@ -1,17 +1,17 @@
-"""Metrics and signals of reference/test_rig.json: closed form, extremes, distortion, forces with and without masses."""
+"""Comparison with reference/test_rig.json: closed form, extremes, distortion, forces with and without masses."""
 
 import math
 
 import numpy as np
 import pandas as pd
 import pytest
-from rig_cases import LINKS, REFERENCE, lengths, load_of, named
+from rig_cases import LINKS, REFERENCE, lengths, load_of, parametrize_cases
 
 import explore
 
 PINS = "abcd"
 OK = 1
-#: Classes as the reference calls them.
+#: Status of each class of the reference.
 STATUSES = {"crank_rocker": 1, "cannot_assemble": 2, "non_grashof": 3, "grashof_double_rocker": 3, "change_point": 4,
             "double_crank": 5}  # fmt: skip
 
@@ -24,11 +24,11 @@ def evaluate(design, metrics, **more):
 
 
 def close(value, text, tolerance, scale=0.0):
-    """Relative to the number itself, or to a scale where the number is a difference of larger ones."""
+    """Compare relative to the number, or to a scale where the number is a difference of larger ones."""
     assert value == pytest.approx(float(text), rel=tolerance, abs=tolerance * scale)
 
 
-@named(REFERENCE["kinematics"])
+@parametrize_cases(REFERENCE["kinematics"])
 def test_closed_form(case):
     metrics = ["grashof_margin", "swing_angle", "mid_angle", "time_ratio", "transmission_angle_worst", "size"]
     design = lengths(case)
@@ -47,7 +47,7 @@ def test_closed_form(case):
     assert row["size"] == design["coupler"] + design["rocker"]
 
 
-@named([case for case in REFERENCE["kinematics"] if case["crank_is_shortest"]])
+@parametrize_cases([case for case in REFERENCE["kinematics"] if case["crank_is_shortest"]])
 def test_extremes_and_distortion(case):
     speed = 7.0
     names = {"rocker_velocity": "omega3_over_omega1", "rocker_acceleration": "alpha3_over_omega1sq"}
@@ -56,16 +56,16 @@ def test_extremes_and_distortion(case):
     for power, (name, key) in enumerate(names.items(), 1):
         for extreme in ("max", "min"):
             close(row[f"{name}_{extreme}"] / speed**power, case[f"{key}_{extreme}"]["value"], 1e-12)
-    # the reference's own error, from trapezoids that converge far below this
+    # far above the error of the reference's trapezoidal rule
     close(row["velocity_thd"], case["harmonics"]["THD_omega"], 1e-9)
 
 
-@named(REFERENCE["kinematics"])
+@parametrize_cases(REFERENCE["kinematics"])
 def test_positions(case):
     if not case["crank_is_shortest"]:
         return
     angles = [math.degrees(float(at["th1_rad"])) for at in case["positions_unit_crank_speed"]]
-    motion = explore.simulate("test-rig", angles=angles, speed=1.0, **lengths(case))
+    motion = explore.simulate("test-rig", {"speed": 1.0, **lengths(case)}, angles=angles)
     signals = {"rocker_angle": "th3_rad", "rocker_velocity": "omega3", "rocker_acceleration": "alpha3"}
     for signal, key in signals.items():
         true = np.array([float(at[key]) for at in case["positions_unit_crank_speed"]])
@@ -75,23 +75,23 @@ def test_positions(case):
 
 @pytest.mark.parametrize("number", range(1, 7))
 def test_sensitivities(number):
-    known = REFERENCE["design_facts"]["sensitivity_deg_per_mm_L0_751"][f"doc{number}"]
+    expected = REFERENCE["design_facts"]["sensitivity_deg_per_mm_L0_751"][f"doc{number}"]
     crank, coupler = [(37, 1271.5), (37, 460), (13.58, 1271.5), (13.58, 460), (5, 1271.5), (5, 460)][number - 1]
     design = {"crank": crank, "coupler": coupler, "rocker": 595.0, "ground": 751.0}
     row = evaluate(design, [f"swing_sensitivity_{link}" for link in LINKS])
     assert row["nodes"] == 0
     for link, key in LINKS.items():
-        close(row[f"swing_sensitivity_{link}"], known[f"d{key}"], 1e-12)
+        close(row[f"swing_sensitivity_{link}"], expected[f"d{key}"], 1e-12)
 
 
-@named(REFERENCE["classification"])
+@parametrize_cases(REFERENCE["classification"])
 def test_classes(case):
     row = explore.evaluate("test-rig", lengths(case), metrics=["linkage_class", "swing_angle"]).iloc[0]
     assert row["status"] == STATUSES[case["classification"]]
     assert math.isnan(row["swing_angle"])
 
 
-@named(REFERENCE["quasistatic"])
+@parametrize_cases(REFERENCE["quasistatic"])
 def test_forces_without_masses(case):
     design = lengths(case) | load_of(case["inputs"])
     peaks = [f"pin_force_peak_{pin}" for pin in PINS]
@@ -109,11 +109,11 @@ def test_forces_without_masses(case):
         close(row["drive_torque_rms"], case["rms_T_Nm"], 1e-9)
 
 
-@named(REFERENCE["quasistatic"])
+@parametrize_cases(REFERENCE["quasistatic"])
 def test_forces_without_masses_at_crank_angles(case):
     design = lengths(case) | load_of(case["inputs"])
     table = case["table"]
-    motion = explore.simulate("test-rig", angles=[math.degrees(float(at["th1_rad"])) for at in table], **design)
+    motion = explore.simulate("test-rig", design, angles=[math.degrees(float(at["th1_rad"])) for at in table])
     for ours, theirs in (("coupler_force", "N_coupler_N"), ("drive_torque", "T_drive_Nm")):
         true = np.array([float(at[theirs]) for at in table])
         assert motion[ours].to_numpy() == pytest.approx(true, rel=0.0, abs=1e-11 * np.abs(true).max())
@@ -123,12 +123,12 @@ def test_forces_without_masses_at_crank_angles(case):
     assert motion["power"].to_numpy() == pytest.approx(motion["drive_torque"].to_numpy() * design["speed"], rel=1e-14)
 
 
-@named([case for case in REFERENCE["quasistatic"] if case["inputs"]["load_law"] != "opposing"])
+@parametrize_cases([case for case in REFERENCE["quasistatic"] if case["inputs"]["load_law"] != "opposing"])
 def test_forces_at_the_limits(case):
     design = lengths(case) | load_of(case["inputs"])
     for limit in case["limits"].values():
         angle = math.degrees(float(limit["th1_rad"]))
-        motion = explore.simulate("test-rig", angles=[angle], **design).iloc[0]
+        motion = explore.simulate("test-rig", design, angles=[angle]).iloc[0]
         scale = evaluate(design, ["pin_force_peak"])["pin_force_peak"]
         close(motion["coupler_force"], limit["N_coupler_N"], 1e-11, scale=scale)
         close(motion["rocker_axial_force"], limit["F_par_rocker_N"], 1e-11, scale=scale)
@@ -136,18 +136,18 @@ def test_forces_at_the_limits(case):
         close(abs(across), str(abs(float(limit["F_perp_rocker_N"]))), 1e-11, scale=scale)
 
 
-@named(REFERENCE["dynamic_forces"])
+@parametrize_cases(REFERENCE["dynamic_forces"])
 def test_forces_with_masses(case):
-    given = {key: float(value) for key, value in case["inputs"].items()}
+    inputs = {key: float(value) for key, value in case["inputs"].items()}
     design = lengths(case) | {
-        "speed": given["omega1"], "stiffness": given["k"], "damping": given["c"], "inertia": given["ID"],
-        "crank_mass": given["m1"], "coupler_mass": given["m2"], "rocker_mass": given["m3"],
-        "coupler_inertia": given["IG2"], "gravity": given["g"],
+        "speed": inputs["omega1"], "stiffness": inputs["k"], "damping": inputs["c"], "inertia": inputs["ID"],
+        "crank_mass": inputs["m1"], "coupler_mass": inputs["m2"], "rocker_mass": inputs["m3"],
+        "coupler_inertia": inputs["IG2"], "gravity": inputs["g"],
     }  # fmt: skip
     for link, key in (("crank", "c1"), ("coupler", "c2"), ("rocker", "c3")):
-        design[f"{link}_centroid"] = given[key] / (design[link] * 1e-3)
+        design[f"{link}_centroid"] = inputs[key] / (design[link] * 1e-3)
     table = case["table"]
-    motion = explore.simulate("test-rig", angles=[math.degrees(float(at["th1_rad"])) for at in table], **design)
+    motion = explore.simulate("test-rig", design, angles=[math.degrees(float(at["th1_rad"])) for at in table])
     for pin in PINS:
         true = np.array([math.hypot(*map(float, at[f"F{pin.upper()}"])) for at in table])
         assert motion[f"pin_force_{pin}"].to_numpy() == pytest.approx(true, rel=0.0, abs=1e-11 * true.max())
@@ -155,8 +155,8 @@ def test_forces_with_masses(case):
     assert motion["drive_torque"].to_numpy() == pytest.approx(torque, rel=0.0, abs=1e-10 * np.abs(torque).max())
     row = evaluate(design, ["drive_torque_mean", "drive_torque_rms", *(f"pin_force_peak_{pin}" for pin in PINS)])
     close(row["drive_torque_mean"], case["mean_T_Nm"], 1e-9, scale=row["drive_torque_rms"])
-    turn = explore.simulate("test-rig", angles=720, **design)
-    for pin in PINS:  # the reference is the largest of 720 samples, with ten digits, and so a little low
+    turn = explore.simulate("test-rig", design, angles=720)
+    for pin in PINS:  # the reference is the largest of 720 samples, with ten digits, a little below the peak
         sampled, peak = turn[f"pin_force_{pin}"].max(), row[f"pin_force_peak_{pin}"]
         close(sampled, case["peak_pin_forces_N_sampled_720"][f"F{pin.upper()}"], 1e-9)
         # half a degree apart: (0.0087 / 2)^2 / 2 of a curvature that is about twice the peak
@@ -170,20 +170,20 @@ def test_families(family):
     designs = pd.DataFrame([lengths(case) for case in cases]).assign(constant_torque=25e3)
     metrics = ["swing_angle", "transmission_angle_worst", "time_ratio", "mid_angle", "size",
                "pin_force_peak", "drive_torque_peak", "velocity_thd"]  # fmt: skip
-    found = explore.evaluate("test-rig", designs, metrics)
+    frame = explore.evaluate("test-rig", designs, metrics=metrics)
     opposing = designs.rename(columns={"constant_torque": "opposing_torque"})
-    mean = explore.evaluate("test-rig", opposing, ["drive_torque_mean"])
-    assert (found["status"] == OK).all()
+    mean = explore.evaluate("test-rig", opposing, metrics=["drive_torque_mean"])
+    assert (frame["status"] == OK).all()
     assert (mean["status"] == OK).all()
     names = {"swing_angle": "swing_deg", "transmission_angle_worst": "gamma_worst_deg", "time_ratio": "K",
              "mid_angle": "rocker_mid_deg", "pin_force_peak": "F_peak_N", "drive_torque_peak": "T_peak_Nm",
              "velocity_thd": "THD_omega"}  # fmt: skip
     for number, case in enumerate(cases):
         for ours, theirs in names.items():
-            close(found[ours][number], case[theirs], 1e-9 if "_peak" in ours or "thd" in ours else 1e-12)
+            close(frame[ours][number], case[theirs], 1e-9 if "_peak" in ours or "thd" in ours else 1e-12)
         close(mean["drive_torque_mean"][number], case["T_mean_Nm"], 1e-9)
         if "size_L2_plus_L3_mm" in case:
-            close(found["size"][number], case["size_L2_plus_L3_mm"], 1e-15)
+            close(frame["size"][number], case["size_L2_plus_L3_mm"], 1e-15)
 
 
 def test_the_limit_table_of_the_published_load():
@@ -193,7 +193,9 @@ def test_the_limit_table_of_the_published_load():
     for row in table:
         k = int(row["case"]) - 1
         design = {"crank": cranks[k], "coupler": couplers[k], "rocker": 595.0, "ground": 751.0}
-        motion = explore.simulate("test-rig", angles=[math.degrees(float(row["th1"]))], constant_torque=25e3, **design)
+        motion = explore.simulate(
+            "test-rig", {"constant_torque": 25e3, **design}, angles=[math.degrees(float(row["th1"]))]
+        )
         close(motion["coupler_force"].iloc[0], row["F_N"], 1e-11)
-        # whatever the linkage: the line of the force passes through the crank's pivot
+        # in any linkage the line of the force passes through the crank's pivot
         close(motion["coupler_force"].iloc[0] * math.sin(float(row["th2"])), str(25e3 / 0.751), 1e-11)

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import explore
-from explore.cli.plots import KINDS, PlotOptions
-from explore.store.opening import open_results
+from explore import charts
+from explore.store.open_results import open_results
 
 CONFIG = Path(__file__).parent.parent / "configs" / "rig_published.toml"
 #: Swing, deg, and largest pin force, N, of the specification, with 45 digits rounded to 12.
@@ -34,15 +34,17 @@ def test_the_published_configurations(swept):
 
 @pytest.mark.parametrize("kind", ["motion", "mechanism", "pareto", "parallel"])
 def test_figures(swept, kind):
-    figure = KINDS[kind].draw(open_results(swept), PlotOptions())
+    figure = getattr(charts, f"{kind}_chart")(open_results(swept))
     drawn = [line for axes in figure.axes for line in axes.lines]
     assert drawn or any(axes.collections for axes in figure.axes)
     if kind == "motion":
         motion = explore.simulate(
-            "test-rig", angles=[0.0], crank=5.0, coupler=460.0, rocker=595.0, ground=751.0, constant_torque=25e3
+            "test-rig",
+            {"crank": 5.0, "coupler": 460.0, "rocker": 595.0, "ground": 751.0, "constant_torque": 25e3},
+            angles=[0.0],
         )
         curves = [line.get_ydata()[0] for line in drawn if len(line.get_ydata()) > 100]
         for name, factor in (("rocker_angle", 1.0), ("pin_force_d", 1e-3), ("drive_torque", 1.0)):
             assert np.isclose(curves, motion[name].iloc[0] * factor, rtol=1e-12).any()
-        # against a constant torque the motor gets back what it gave; trapezoids would say 1e-6 N m
+        # the work of a constant torque over a turn is 0; the trapezoidal rule would give 1e-6 N m
         assert [line.get_label() for line in drawn if str(line.get_label()).startswith("mean")] == ["mean 0"] * 2

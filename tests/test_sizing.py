@@ -1,4 +1,4 @@
-"""Sizing rules by second roads that do not share their formulas; buckling and whip have a file of their own."""
+"""Sizing rules, each by a second method with other formulas; test_sizing_buckling.py has buckling and whip."""
 
 import numpy as np
 import pytest
@@ -61,8 +61,8 @@ def test_rocker_height_is_the_root_of_its_stress(moment, along, stress, thicknes
         area, modulus = 2.0 * thickness * height, 2.0 * thickness * height**2 / 6.0
         return along / area + moment / modulus - stress
 
-    known = sizing.rocker_height(moment, along, stress, thickness)
-    close(known, brentq(excess, 0.5 * known, 2.0 * known, xtol=1e-300, rtol=1e-15), 1e-11)
+    expected = sizing.rocker_height(moment, along, stress, thickness)
+    close(expected, brentq(excess, 0.5 * expected, 2.0 * expected, xtol=1e-300, rtol=1e-15), 1e-11)
 
 
 def test_rocker_tip_by_integrating_its_curvature():
@@ -87,7 +87,7 @@ def test_pins():
 
 
 @given(positive_numbers, positive_numbers, positive_numbers)
-def test_a_bearing_with_the_rating_asked_for_lives_as_long(load, hours, speed):
+def test_a_bearing_with_the_required_rating_has_the_required_life(load, hours, speed):
     close(sizing.bearing_life_hours(sizing.bearing_rating(load, hours, speed), load, speed), hours)
 
 
@@ -107,7 +107,7 @@ def test_factors_of_the_endurance_limit():
     assert sizing.notch_factor(1.65, 0.84) == pytest.approx(1.55, abs=0.005)  # example 6-6
     close(sizing.endurance_limit(520.0, "machined", "axial", 0.9), 260.0 * 4.51 * 520.0**-0.265 * 0.85 * 0.9)
     assert sizing.endurance_limit(1e4, "ground", "bending") == 700.0 * sizing.surface_factor(1e4, "ground")
-    # the two branches of the size factor were fitted to data and miss each other by 0.3 % at 51 mm
+    # the two branches of the size factor were fitted to data and differ by 0.3 % at 51 mm
     below, above = sizing.size_factor(51.0), sizing.size_factor(51.0 * (1 + 1e-12))
     assert below == pytest.approx(above, rel=0.01)
 
@@ -134,3 +134,11 @@ def test_fatigue_of_the_published_rod():
     assert factor < 0.7
     assert sizing.fatigue_factor(0.0, 0.0, endurance, 650.0, 350.0) == np.inf
     assert sizing.goodman_factor(10.0, -50.0, 100.0, 650.0) == 10.0
+
+
+def test_the_size_factor_changes_at_its_limits():
+    """Equation 6-20 of Shigley holds from 2.79 mm up to 51 mm and from there up to 254 mm, both included."""
+    close(sizing.size_factor(2.79), 1.24 * 2.79**-0.107)
+    close(sizing.size_factor(51.0), 1.24 * 51.0**-0.107)
+    close(sizing.size_factor(254.0), 1.51 * 254.0**-0.157)
+    assert np.isnan(sizing.size_factor(254.1))

@@ -1,4 +1,4 @@
-"""Every sizing rule takes arrays, passes on what is unknown and refuses nonsense."""
+"""Every sizing rule takes arrays, returns NaN for NaN and refuses values without physical meaning."""
 
 import inspect
 from itertools import pairwise
@@ -39,7 +39,7 @@ def test_rules_take_arrays_as_they_take_numbers(rule):
 
 
 @pytest.mark.parametrize("rule", RULES, ids=lambda rule: rule.__name__)
-def test_unknown_in_unknown_out_and_nonsense_is_refused(rule):
+def test_nan_gives_nan_and_invalid_values_are_refused(rule):
     values = arguments(rule)
     for name, value in values.items():
         if isinstance(value, str):
@@ -51,12 +51,12 @@ def test_unknown_in_unknown_out_and_nonsense_is_refused(rule):
         assert np.isnan(out[1]), name
         assert np.isnan(rule(**values | {name: np.nan}))
         if name not in SIGNED:
-            for nonsense in (-1.0, np.array([value, -2.0])):
+            for invalid in (-1.0, np.array([value, -2.0])):
                 with pytest.raises(RequestError, match=f"^{name}: must be .*, got -[12]$"):
-                    rule(**values | {name: nonsense})
+                    rule(**values | {name: invalid})
 
 
-def test_refused_words():
+def test_messages_of_refused_values():
     with pytest.raises(RequestError, match="^allowed_stress: must be greater than 0, got 0$"):
         sizing.rod_diameter(1.0, 0.0)
     with pytest.raises(RequestError, match="^force: must be 0 or more; give the magnitude, got -5$"):

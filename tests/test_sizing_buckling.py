@@ -1,4 +1,4 @@
-"""Buckling and whip of a rod by second roads: the beam equation, the load's own integrals."""
+"""Buckling and whip of a rod by second methods: the beam equation and integrals of the load."""
 
 import numpy as np
 import pytest
@@ -31,11 +31,11 @@ def test_euler_force_is_the_eigenvalue_of_the_beam_equation():
         return np.array([left[0], right[0], left[1] - 1.0])
 
     x = np.linspace(0.0, 1.0, 21)
-    found = solve_bvp(
+    solution = solve_bvp(
         equations, ends, x, np.vstack([np.sin(3 * x) / 3, np.cos(3 * x)]), p=[9.0], tol=1e-10, max_nodes=100_000
     )
-    assert found.success
-    close(sizing.euler_force(length, diameter, MODULUS, hollow_ratio), found.p[0] * stiffness / length**2, 1e-8)
+    assert solution.success
+    close(sizing.euler_force(length, diameter, MODULUS, hollow_ratio), solution.p[0] * stiffness / length**2, 1e-8)
 
 
 @given(positive_numbers, st.floats(1.0, 10.0), st.floats(0.0, 0.9))
@@ -44,7 +44,7 @@ def test_a_rod_sized_for_buckling_has_the_factor(force, factor, hollow_ratio):
     close(sizing.buckling_factor(force, LENGTH, diameter, MODULUS, hollow_ratio), factor)
 
 
-def test_johnson_meets_euler_without_a_kink_and_a_short_rod_yields():
+def test_johnson_joins_euler_smoothly_and_a_short_rod_yields():
     yield_strength, diameter = 350.0, 40.0
     limit = sizing.limiting_slenderness(MODULUS, yield_strength)
     at_limit = limit * diameter / 4.0  # solid: i = D/4
@@ -68,8 +68,8 @@ def test_johnson_meets_euler_without_a_kink_and_a_short_rod_yields():
     assert (np.diff(force(lengths)) < 0.0).all()
 
 
-def test_what_the_strength_sized_rods_of_the_reference_do_under_johnson():
-    """The Euler factor of the stout rod (slenderness 57) of 5.34 is more than yield allows: 2.6."""
+def test_johnson_on_a_strength_sized_rod_of_the_reference():
+    """Euler gives the stout rod (slenderness 57) a factor of 5.34, Johnson 2.6."""
     force = 159614.219125320639  # N, of the reference
     diameter = sizing.rod_diameter(force, STRESS, 0.8)
     euler = sizing.buckling_factor(force, LENGTH, diameter, MODULUS, 0.8)
@@ -104,7 +104,7 @@ def test_whip_peak_is_the_largest_moment(mass, length, start, end):
     peak = sizing.whip_moment_peak(mass, length, start, end)
     # between two positions 5e-5 apart a parabola of curvature <= 3 times the scale rises by less than 1e-9 of it
     scale = 1e-3 * mass * length**2 * max(abs(start), abs(end))
-    assert largest * (1 - 1e-14) - 1e-300 <= peak <= largest + 1e-9 * scale  # but for subnormal numbers
+    assert largest * (1 - 1e-14) - 1e-300 <= peak <= largest + 1e-9 * scale  # 1e-300 is for subnormal numbers
 
 
 def test_whip_peak_of_familiar_beams():
@@ -118,8 +118,10 @@ def test_whip_peak_of_familiar_beams():
 def test_whip_of_the_published_rod():
     """27.7 and 507.0 m/s^2 at the ends of the coupler: about 55 N m per kg/m and 84 MPa in the rod of 33 mm."""
     moment = sizing.whip_moment_peak(1.0, LENGTH, 27.7, 507.0)
-    found = minimize_scalar(lambda x: -sizing.whip_moment(1.0, LENGTH, 27.7, 507.0, x), bounds=(0, 1), method="bounded")
-    close(moment, -found.fun, 1e-9)
+    solution = minimize_scalar(
+        lambda x: -sizing.whip_moment(1.0, LENGTH, 27.7, 507.0, x), bounds=(0, 1), method="bounded"
+    )
+    close(moment, -solution.fun, 1e-9)
     assert moment == pytest.approx(55.2e3, rel=0.01)  # the two peaks are not simultaneous
     mass = 7.85e-6 * sizing.rod_area(33.0, 0.5) * 1e3  # kg/m
     assert sizing.bending_stress(mass * moment, 33.0, 0.5) == pytest.approx(84.0, rel=0.01)

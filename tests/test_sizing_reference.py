@@ -1,4 +1,4 @@
-"""Sizing rules: every reference value."""
+"""Comparison of the sizing rules with every value of reference/test_rig_sizing.json."""
 
 import json
 from pathlib import Path
@@ -25,19 +25,19 @@ def case(request):
 
 @pytest.mark.parametrize("hollow_ratio", ["0", "0.5", "0.6", "0.8"])
 def test_rods_of_the_reference(case, hollow_ratio):
-    force, known, a = float(case["F_N"]), case[f"rod_alpha_{hollow_ratio}"], float(hollow_ratio)
+    force, expected, a = float(case["F_N"]), case[f"rod_alpha_{hollow_ratio}"], float(hollow_ratio)
     diameter = sizing.rod_diameter(force, STRESS, a)
     area = sizing.rod_area(diameter, a)
-    close(diameter, known["D_mm"])
-    assert a * diameter == pytest.approx(float(known["d_mm"]), rel=EXACT, abs=0.0)
-    close(area, known["A_mm2"])
-    close(sizing.rod_second_moment(diameter, a), known["I_mm4"])
-    close(sizing.slenderness(LENGTH, diameter, a), known["slenderness"])
-    close(sizing.euler_force(LENGTH, diameter, MODULUS, a), known["P_Euler_N"])
-    close(sizing.buckling_factor(force, LENGTH, diameter, MODULUS, a), known["n_buckling"])
-    close(sizing.rod_elongation(force, area, MODULUS, LENGTH), known["elongation_mm"])
-    close(sizing.rod_strain(force, area, MODULUS), known["strain"])
-    close(sizing.rod_diameter_for_buckling(force, 3.0, LENGTH, MODULUS, a), known["D_for_buckling_n3_mm"])
+    close(diameter, expected["D_mm"])
+    assert a * diameter == pytest.approx(float(expected["d_mm"]), rel=EXACT, abs=0.0)
+    close(area, expected["A_mm2"])
+    close(sizing.rod_second_moment(diameter, a), expected["I_mm4"])
+    close(sizing.slenderness(LENGTH, diameter, a), expected["slenderness"])
+    close(sizing.euler_force(LENGTH, diameter, MODULUS, a), expected["P_Euler_N"])
+    close(sizing.buckling_factor(force, LENGTH, diameter, MODULUS, a), expected["n_buckling"])
+    close(sizing.rod_elongation(force, area, MODULUS, LENGTH), expected["elongation_mm"])
+    close(sizing.rod_strain(force, area, MODULUS), expected["strain"])
+    close(sizing.rod_diameter_for_buckling(force, 3.0, LENGTH, MODULUS, a), expected["D_for_buckling_n3_mm"])
 
 
 def test_sleeve_of_the_reference(case):
@@ -51,14 +51,14 @@ def test_sleeve_of_the_reference(case):
 def test_rocker_of_the_reference(case, thickness, moment):
     rocker = case["rocker"]
     across, along = float(rocker["F_perp_N"]), float(rocker["F_par_N"])
-    known = rocker[f"t{thickness}_{moment}"]
+    expected = rocker[f"t{thickness}_{moment}"]
     root = across * ROCKER if moment == "M_from_F" else 25e6
     close(np.hypot(across, along), case["F_N"])
     close(across * ROCKER, rocker["M_root_Nmm"])
     height = sizing.rocker_height(root, along, STRESS, thickness)
-    close(height, known["h_mm"])
-    close(sizing.rocker_deflection(across, ROCKER, MODULUS, thickness, height), known["tip_deflection_mm"])
-    close(sizing.rocker_slope(across, ROCKER, MODULUS, thickness, height), known["tip_slope_rad"])
+    close(height, expected["h_mm"])
+    close(sizing.rocker_deflection(across, ROCKER, MODULUS, thickness, height), expected["tip_deflection_mm"])
+    close(sizing.rocker_slope(across, ROCKER, MODULUS, thickness, height), expected["tip_slope_rad"])
     close(sizing.rocker_stress(root, along, thickness, height), STRESS)
 
 
@@ -69,29 +69,29 @@ def test_pin_of_the_reference(case, shear):
 
 @pytest.mark.parametrize("torque", ["2778952", "4739318"])
 def test_shaft_of_the_reference(case, torque):
-    known = case[f"shaft_arm67_T_{torque}Nmm"]
+    expected = case[f"shaft_arm67_T_{torque}Nmm"]
     moment = sizing.shaft_moment(float(case["F_N"]), 67.0)
-    close(moment, known["M_Nmm"])
-    close(sizing.shaft_diameter(moment, float(torque), STRESS), known["d_mm"])
+    close(moment, expected["M_Nmm"])
+    close(sizing.shaft_diameter(moment, float(torque), STRESS), expected["d_mm"])
 
 
 @pytest.mark.parametrize("rating", ["44.6", "26.5"])
 def test_bearing_of_the_reference(case, rating):
-    known, load = case[f"bearing_C_{rating}"], float(case["F_N"]) / 4e3
-    close(load, known["P_kN"])
-    close(sizing.bearing_life(float(rating), load), known["L10_Mrev"])
+    expected, load = case[f"bearing_C_{rating}"], float(case["F_N"]) / 4e3
+    close(load, expected["P_kN"])
+    close(sizing.bearing_life(float(rating), load), expected["L10_Mrev"])
     for speed, name in ((600.0, "600"), (60.0 * 60.0 / (2.0 * np.pi), "573"), (720.0, "720")):
-        close(sizing.bearing_life_hours(float(rating), load, speed), known[f"L10h_{name}rpm"])
+        close(sizing.bearing_life_hours(float(rating), load, speed), expected[f"L10h_{name}rpm"])
     close(sizing.bearing_rating(load, 1000.0, 600.0), case["C_req_1000h_600rpm_kN"])
 
 
 @pytest.mark.parametrize(("name", "force"), [("journal45_source", "74795.5278334"), ("journal45_correct", None)])
 def test_journal_of_the_reference(name, force):
-    known = REFERENCE["extra_facts"][name]
+    expected = REFERENCE["extra_facts"][name]
     force = float(force or REFERENCE["sizing"][1]["F_N"])
     moment, capacity = sizing.shaft_moment(force, 20.0), sizing.journal_capacity(45.0, STRESS)
-    close(moment, known["M_shoulder_Nmm"], 1e-11)  # the reference rounds the force to 12 digits
-    close(capacity, known["capacity_Nmm"])
+    close(moment, expected["M_shoulder_Nmm"], 1e-11)  # the reference rounds the force to 12 digits
+    close(capacity, expected["capacity_Nmm"])
     torque = sizing.journal_torque(moment, 45.0, STRESS)
     if moment < capacity:
         assert 841e3 < torque < 842e3  # "T <= 841 N m allowed"

@@ -1,4 +1,4 @@
-"""Files that are not sound: each is refused in words, or read as far as it is right."""
+"""Damaged files: each is refused with a clear error, or its sound part is read."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import pytest
 from store_files import BLOCK, COLUMNS, N_DESIGNS
 
 from explore.errors import ResultsError
-from explore.store.opening import open_results
+from explore.store.open_results import open_results
 
 
 def test_missing_file(tmp_path):
@@ -68,8 +68,8 @@ def test_foreign_hdf5(tmp_path):
 
 def test_newer_version(copy):
     with h5py.File(copy, "r+") as file:
-        file.attrs["format_version"] = 2
-    with pytest.raises(ResultsError, match=r"format version 2.*newer explore; update"):
+        file.attrs["format_version"] = 3
+    with pytest.raises(ResultsError, match=r"format version 3.*newer explore; update"):
         open_results(copy)
 
 
@@ -84,7 +84,7 @@ def chunked_column(file: h5py.File) -> None:
 
 
 def vast_column(file: h5py.File) -> None:
-    """Claims 8 PB, none of it in the file."""
+    """Columns of 8 PB, none of it in the file."""
     for name in COLUMNS:
         del file["designs"][name.name]
         file["designs"].create_dataset(name.name, (10**15,), name.dtype, fill_time="never")
@@ -127,7 +127,7 @@ def test_hostile_headers_are_refused(copy, change):
 
 
 def test_random_damage_never_gives_another_error(copy):
-    """300 files with 1 to 20 wrong bytes among HDF5's own: each opens or is refused in words."""
+    """300 files with 1 to 20 random bytes in HDF5's structures: each opens or raises `ResultsError`."""
     whole = bytearray(copy.read_bytes())
     chance = random.Random(7)
     refused = 0

@@ -14,9 +14,10 @@ import pytest
 from store_files import ATTRIBUTES, BLOCK, COLUMNS, N_BLOCKS, fill, sha256, values, writer
 
 from explore.errors import ResultsError
+from explore.files import rename_new
 from explore.store import platform
-from explore.store.creation import create
-from explore.store.opening import open_results
+from explore.store.creation import create_results_file
+from explore.store.open_results import open_results
 
 LIMITED = """
 import resource, sys
@@ -32,7 +33,7 @@ except store_files.ResultsError as error:
 
 
 def test_full_disk_leaves_nothing_behind(tmp_path):
-    """A limit on the file's length stands for the full disk: the same call fails, at the same place."""
+    """A limit on the file's length makes the same system call fail as a full disk."""
     path = tmp_path / "grid.h5"
     code = LIMITED.format(paths=[str(Path(__file__).parent), *sys.path], path=str(path))
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=False)
@@ -43,9 +44,9 @@ def test_full_disk_leaves_nothing_behind(tmp_path):
 
 
 def test_disk_too_small_says_how_much_is_missing(tmp_path):
-    # 1 PB: more than any disk of this machine, less than a file system's own limit on most; either is said clearly
+    # 1 PB: more than the disk of this machine, less than the limit of most file systems; both errors name the size
     with pytest.raises(ResultsError, match=r"needs [\d,]{15,} bytes.*free"):
-        create(tmp_path / "grid.h5", COLUMNS, 10**15 // 30, 65_536, ATTRIBUTES)
+        create_results_file(tmp_path / "grid.h5", COLUMNS, 10**15 // 30, 65_536, ATTRIBUTES)
     assert list(tmp_path.iterdir()) == []
 
 
@@ -70,7 +71,7 @@ def test_missing_folders_are_made(tmp_path):
 
 
 def test_disk_error_on_commit_is_reported_and_leaves_the_block_pending(tmp_path):
-    """A read-only descriptor in place of the disk error: the system refuses the write."""
+    """In place of a disk error the descriptor is read-only, so the write fails."""
     path = tmp_path / "grid.h5"
     with writer(path) as store:
         store.commit(0, values(0))
@@ -91,6 +92,21 @@ def test_file_system_that_cannot_reserve(finished, tmp_path, monkeypatch):
     assert sha256(fill(tmp_path / "grid.h5")) == sha256(finished)
 
 
+@pytest.mark.parametrize("number", [errno.EPERM, errno.ENOTSUP, errno.EMLINK])
+def test_file_system_without_hard_links(finished, tmp_path, monkeypatch, number):
+    def refuse(*_):
+        raise OSError(number, os.strerror(number))
+
+    monkeypatch.setattr(os, "link", refuse)
+    path = fill(tmp_path / "grid.h5")
+    assert sha256(path) == sha256(finished)
+    assert list(tmp_path.iterdir()) == [path]
+    (tmp_path / "new").write_text("new")
+    with pytest.raises(FileExistsError):
+        rename_new(tmp_path / "new", path)
+    assert sha256(path) == sha256(finished)
+
+
 def test_without_posix_the_bytes_are_the_same(finished, tmp_path, monkeypatch):
     for name in ("posix_fallocate", "fdatasync", "pwrite"):
         monkeypatch.delattr(os, name)
@@ -100,7 +116,7 @@ def test_without_posix_the_bytes_are_the_same(finished, tmp_path, monkeypatch):
 
 
 class FakeMsvcrt:
-    """Windows' byte lock, made of flock: the real one cannot be had here."""
+    """Windows' byte lock, emulated by flock."""
 
     LK_NBLCK = 2
 

@@ -1,4 +1,4 @@
-"""The journal: what was appended is there, whatever happens to the process, the disk or the bytes."""
+"""The journal: acknowledged records survive kills, full disks and damage to other records."""
 
 from __future__ import annotations
 
@@ -22,6 +22,7 @@ from store_files import kill, say
 from explore.errors import ResultsError
 from explore.store import journal as journal_module
 from explore.store.journal import Journal
+from explore.store.layout import PAGE
 
 HEADER = {
     "determines": '{"mechanism": "crank-rocker", "parameters": {"crank": [1, 2], "ground": 3}}',
@@ -52,7 +53,7 @@ def grown(path: Path, count: int) -> Path:
 
 
 def numbers_in(path: Path) -> list[int]:
-    """Numbers of the records, after making sure that each is as it was written."""
+    """Numbers of the records, after a check that each has the content that was written."""
     with Journal(path, HEADER) as journal:
         return check(journal)
 
@@ -121,17 +122,17 @@ def test_another_study_is_refused_with_a_diff(tmp_path):
     assert path.read_bytes() == before
 
 
-@pytest.mark.parametrize("content", [b"", b"my notes", b"explore journal 1", b"explore journal 1\n", bytes(1000)])
+@pytest.mark.parametrize("content", [b"", b"my notes", b"explore journal 2", b"explore journal 2\n", bytes(1000)])
 def test_files_that_are_no_journal_are_left_alone(tmp_path, content):
     path = tmp_path / "a.journal"
     path.write_bytes(content)
-    with pytest.raises(ResultsError, match=r"a\.journal is (no journal, or )?damaged at its beginning.*move it away"):
+    with pytest.raises(ResultsError, match=r"a\.journal is (not a journal, or )?damaged at its beginning.*move it"):
         numbers_in(path)
     assert path.read_bytes() == content
 
 
 def test_record_that_claims_too_much(tmp_path):
-    """A sound checksum does not make a sound record: lengths and types are checked before anything is made of them."""
+    """A record with a right checksum may be forged: its lengths and types are checked before arrays are made."""
     path = grown(tmp_path / "a.journal", 0)
     for columns in ('[["x", "<f8", 1000000000000]]', '[["x", "<f8", -1]]', '[["x", "|O", 1]]', '[["x", "<f8"]]', "5"):
         text = f'{{"meta": {{}}, "columns": {columns}}}'.encode()
@@ -139,7 +140,7 @@ def test_record_that_claims_too_much(tmp_path):
         length = len(content).to_bytes(8, "little")
         checksum = zlib.crc32(length + content).to_bytes(4, "little")
         whole = path.read_bytes()
-        path.write_bytes(whole + length + checksum + content)
+        path.write_bytes(whole.ljust(PAGE, b"\0") + length + checksum + content)
         with (
             pytest.raises(ResultsError, match="was not written by this explore"),
             Journal(path, HEADER) as journal,
@@ -157,14 +158,15 @@ def test_torn_at_every_byte_of_the_last_record(tmp_path):
     with Journal(path, HEADER) as journal:
         journal.append(*record(5))
     whole = path.read_bytes()
-    for length in range(good, len(whole)):
+    begin = record_places(whole)[-1][0]
+    for length in (good, good + 1, begin - 1, *range(begin, len(whole))):
         path.write_bytes(whole[:length])
         assert numbers_in(path) == [0, 1, 2, 3, 4]
-        assert path.stat().st_size == good, "what was torn is cut off"
+        assert path.stat().st_size == good, "the incomplete record is cut off"
         # a power cut may also leave the length, but not the bytes
         path.write_bytes(whole[:length] + bytes(len(whole) - length))
-        kept = numbers_in(path)
-        assert kept == [0, 1, 2, 3, 4] or (kept == [0, 1, 2, 3, 4, 5] and not any(whole[length:]))
+        numbers = numbers_in(path)
+        assert numbers == [0, 1, 2, 3, 4] or (numbers == [0, 1, 2, 3, 4, 5] and not any(whole[length:]))
     path.write_bytes(whole[:-1])
     with Journal(path, HEADER) as journal:
         journal.append(*record(5))
@@ -179,13 +181,15 @@ def sound(tmp_path_factory) -> bytes:
 @settings(max_examples=300, deadline=None)
 @given(data=st.data())
 def test_damage_costs_the_records_that_it_hits(sound, tmp_path_factory, data):
-    """Bits flipped anywhere: what precedes a damaged length is kept but for the records hit, and is told."""
-    flips = data.draw(st.sets(st.integers(0, 8 * len(sound) - 1), min_size=1, max_size=5))
+    """Bits flipped anywhere: all records before a damaged length are read, except for the damaged ones."""
+    # Mostly in the records: most bytes are between them, where they do not matter.
+    in_record = st.sampled_from(record_places(sound)).flatmap(lambda place: st.integers(8 * place[0], 8 * place[1] - 1))
+    flips = data.draw(st.sets(in_record | st.integers(0, 8 * len(sound) - 1), min_size=1, max_size=5))
     damaged = flipped(sound, flips)
     path = tmp_path_factory.getbasetemp() / "flipped.journal"
     path.write_bytes(damaged)
-    starts, ends = [0, *record_ends(sound)[:-1]], record_ends(sound)
-    hit = {next(n for n, end in enumerate(ends) if bit // 8 < end) for bit in flips}
+    starts, ends = zip(*record_places(sound), strict=True)
+    hit = {n for n in range(len(ends)) for bit in flips if (starts[n] if n else 0) <= bit // 8 < ends[n]}
     if 0 in hit:
         with pytest.raises(ResultsError, match="damaged at its beginning"):
             numbers_in(path)
@@ -193,27 +197,35 @@ def test_damage_costs_the_records_that_it_hits(sound, tmp_path_factory, data):
         return
     unclear = {n for n in hit if any(starts[n] <= bit // 8 < starts[n] + 8 for bit in flips)}
     kept = [n for n in range(1, min(unclear, default=len(ends))) if n not in hit]
-    for _ in range(2):  # what was skipped is skipped again
+    for _ in range(2):  # damaged records are skipped again when the journal is opened again
         with Journal(path, HEADER) as journal:
-            found = [number + 1 for number in check(journal)]
-            assert found[: len(kept)] == kept
-            assert not hit & set(found)
+            numbers = [number + 1 for number in check(journal)]
+            assert numbers[: len(kept)] == kept
+            assert not hit & set(numbers)
             if not unclear:  # a wrong length may lead to another record by chance
-                assert found == kept
-                assert journal.damaged == sum(n < max(kept, default=0) for n in hit)
-        assert path.read_bytes() == damaged[: ends[max(found, default=0)]]
+                assert numbers == kept
+                assert journal.n_damaged == sum(n < max(kept, default=0) for n in hit)
+        assert path.read_bytes() == damaged[: ends[max(numbers, default=0)]]
 
 
 def test_one_bit_costs_one_record(sound, tmp_path):
-    """Every bit of one record, the third of eight: its length costs what follows, all the rest only the record."""
+    """Every bit of one record, the third of eight: a wrong length also costs the records that follow."""
     path = tmp_path / "flipped.journal"
-    start, end = record_ends(sound)[2:4]
+    start, end = record_places(sound)[3]
     for bit in range(8 * start, 8 * end):
         path.write_bytes(flipped(sound, {bit}))
         in_length = bit // 8 < start + 8
         with Journal(path, HEADER) as journal:
-            assert check(journal) == ([0, 1] if in_length else [0, 1, 3, 4, 5, 6, 7])
-            assert journal.damaged == (0 if in_length else 1)
+            length = int.from_bytes(flipped(sound, {bit})[start : start + 8], "little")
+            elsewhere = in_length and -(-(start + 12 + length) // PAGE) != -(-end // PAGE)
+            numbers = check(journal)
+            if elsewhere:  # perhaps to the beginning of a later record
+                assert numbers[:2] == [0, 1]
+                assert 2 not in numbers
+                assert journal.n_damaged == (len(numbers) > 2)
+            else:
+                assert numbers == [0, 1, 3, 4, 5, 6, 7]
+                assert journal.n_damaged == 1
     with Journal(path, HEADER) as journal:
         journal.append(*record(2))  # computed again
         assert check(journal) == [0, 1, 3, 4, 5, 6, 7, 2]
@@ -221,21 +233,22 @@ def test_one_bit_costs_one_record(sound, tmp_path):
 
 
 def flipped(content: bytes, bits: set[int]) -> bytes:
-    """With some bits turned over."""
+    """The content with some bits flipped."""
     damaged = bytearray(content)
     for bit in bits:
         damaged[bit // 8] ^= 1 << bit % 8
     return bytes(damaged)
 
 
-def record_ends(content: bytes) -> list[int]:
-    """Where the header and each record end, by the format's description."""
-    place, ends = len(b"explore journal 1\n"), []
-    while place < len(content):
-        place += 12 + int.from_bytes(content[place : place + 8], "little")
-        ends.append(place)
-    assert place == len(content)
-    return ends
+def record_places(content: bytes) -> list[tuple[int, int]]:
+    """Offsets of the beginning and the end of the header and of each record, as the format is documented."""
+    start, places = len(b"explore journal 2\n"), []
+    while start < len(content):
+        end = start + 12 + int.from_bytes(content[start : start + 8], "little")
+        places.append((start, end))
+        start = -(-end // PAGE) * PAGE
+    assert end == len(content)
+    return places
 
 
 # --- kills and full disks --------------------------------------------------------------------------------------------
@@ -260,19 +273,19 @@ def test_kills_lose_nothing_that_was_acknowledged(tmp_path):
         )
         assert process.stdout.readline() == "ready\n"
         time.sleep(chance.random() * 0.05)
-        said = [int(word) for word in kill(process)]
-        assert said == list(range(expected, expected + len(said)))
-        there = numbers_in(path)
-        assert there == list(range(len(there)))
-        assert len(there) - expected - len(said) in (0, 1), "at most one was written but not yet said"
-        expected = len(there)
+        acknowledged = [int(word) for word in kill(process)]
+        assert acknowledged == list(range(expected, expected + len(acknowledged)))
+        numbers = numbers_in(path)
+        assert numbers == list(range(len(numbers)))
+        assert len(numbers) - expected - len(acknowledged) in (0, 1), "at most one was written but not acknowledged"
+        expected = len(numbers)
     assert expected > KILLS
     assert [p.name for p in tmp_path.iterdir()] == ["a.journal"]
 
 
 @contextlib.contextmanager
 def limited_file_size(size):
-    """A limit of this process, only while nothing else writes: pytest's own output may go to a file."""
+    """Limit the file size of this process, for a short time because pytest's output may go to a file."""
     old = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (size, old[1]))
     try:
@@ -306,7 +319,7 @@ def test_disk_full_for_real(tmp_path):
     if os.geteuid() != 0:
         pytest.skip("only the superuser can mount a small file system")
     if subprocess.run(["mount", "-t", "tmpfs", "-o", "size=16k", "tmpfs", tmp_path], check=False).returncode:
-        pytest.skip("this system lets nobody mount a small file system")
+        pytest.skip("this system does not allow mounting a small file system")
     try:
         with Journal(tmp_path / "a.journal", HEADER) as journal:
             for number in itertools.count():
@@ -333,6 +346,19 @@ def test_append_is_durable_when_it_returns(tmp_path, monkeypatch):
             journal.append(*record(number))
             assert sizes[-1] == path.stat().st_size
     assert len(sizes) == 4
+
+
+def test_the_checksum_of_a_record_covers_all_of_it(tmp_path):
+    """A record as long as the front of a block can be: half a megabyte, damaged in its last byte."""
+    path = tmp_path / "a.journal"
+    with Journal(path, HEADER) as journal:
+        journal.append({"block": 0}, {"cv": np.arange(65_536.0)})
+    content = path.read_bytes()
+    assert len(content) > 8 * 65_536
+    for byte in (len(content) // 2, len(content) - 1):
+        path.write_bytes(flipped(content, {8 * byte}))
+        with Journal(path, HEADER) as journal:
+            assert list(journal.records()) == []
 
 
 if __name__ == "__main__":

@@ -14,7 +14,7 @@ from store_files import N_BLOCKS, child, fill, kill, sha256, writer
 from explore.errors import ResultsError
 from explore.store import platform
 from explore.store.locking import LockFile
-from explore.store.opening import open_results
+from explore.store.open_results import open_results
 
 
 def test_second_writer_is_refused_until_the_first_is_gone(tmp_path):
@@ -26,7 +26,7 @@ def test_second_writer_is_refused_until_the_first_is_gone(tmp_path):
             fill(path)
         with pytest.raises(BlockingIOError):
             h5py.File(path, "r+")
-        assert open_results(path).n_committed == 0, "readers are welcome"
+        assert open_results(path).n_committed == 0, "the file can be read meanwhile"
     finally:
         kill(process)
     fill(path)  # free at once, no waiting and nothing to clean up by hand
@@ -37,14 +37,14 @@ def test_second_writer_is_refused_until_the_first_is_gone(tmp_path):
 def test_files_of_the_writer_are_not_inherited(tmp_path):
     path = tmp_path / "grid.h5"
     with writer(path):
-        held = [fd for fd in open_files() if open_files()[fd].startswith(str(path))]
-        assert {open_files()[fd] for fd in held} == {str(path), f"{path}.lock"}
-        assert not any(os.get_inheritable(fd) for fd in held)
+        descriptors = [fd for fd in open_files() if open_files()[fd].startswith(str(path))]
+        assert {open_files()[fd] for fd in descriptors} == {str(path), f"{path}.lock"}
+        assert not any(os.get_inheritable(fd) for fd in descriptors)
     assert not any(name.startswith(str(path)) for name in open_files().values())
 
 
 def open_files() -> dict[int, str]:
-    """Names of this process's open files by descriptor, as Linux tells them."""
+    """Names of this process's open files by descriptor, from /proc."""
     names = {}
     for link in Path("/proc/self/fd").iterdir():
         with contextlib.suppress(FileNotFoundError):  # the one that lists the folder
@@ -55,31 +55,46 @@ def open_files() -> dict[int, str]:
 def test_four_writers_at_once_write_each_block_once(finished, tmp_path):
     path = tmp_path / "grid.h5"
     processes = [child(path, "all") for _ in range(4)]
-    said = []
+    words = []
     for process in processes:
-        said += process.communicate(timeout=60)[0].split()
-    assert sorted(int(word) for word in said if word != "ready") == list(range(N_BLOCKS))
+        words += process.communicate(timeout=60)[0].split()
+    assert sorted(int(word) for word in words if word != "ready") == list(range(N_BLOCKS))
     assert sha256(path) == sha256(finished)
 
 
 def test_lock_file_removed_by_its_last_holder_is_no_lock(tmp_path, monkeypatch):
-    """The last holder may remove the file between our opening and locking it: another one would then hold the name."""
+    """The last holder removes the file after we open it and before we lock it: the name is free for another writer."""
     path, lock = tmp_path / "grid.h5", platform.lock
     removals = iter([True])
 
-    def late(descriptor: int) -> bool:
+    def remove_then_lock(descriptor: int) -> bool:
         if next(removals, False):
             path.with_name("grid.h5.lock").unlink()
         return lock(descriptor)
 
-    monkeypatch.setattr(platform, "lock", late)
+    monkeypatch.setattr(platform, "lock", remove_then_lock)
     with LockFile(path), pytest.raises(ResultsError, match="is being written by process"), LockFile(path):
         pytest.fail("two writers hold the lock")
 
 
 def test_other_program_that_writes_is_noticed(copy):
     with h5py.File(copy, "r+"):
-        # HDF5 in this process would share the file: look from another one
+        # HDF5 would share the file within this process, so another one opens it
         process = child(copy, "all")
         out, _ = process.communicate(timeout=60)
         assert (process.returncode, out) == (1, "ready\ncopy.h5 is open for writing in another program\n")
+
+
+def test_lock_file_of_another_holder_is_not_removed(tmp_path):
+    """The lock file is removed while it is held, and another process creates and locks one of that name."""
+    path, lock = tmp_path / "grid.h5", tmp_path / "grid.h5.lock"
+    first, second = LockFile(path), LockFile(path)
+    with contextlib.ExitStack() as stack:
+        stack.enter_context(first)
+        lock.unlink()
+        with second:
+            stack.close()
+            assert lock.exists()
+            with pytest.raises(ResultsError, match="is being written by process"), LockFile(path):
+                pytest.fail("two writers hold the lock")
+    assert not lock.exists()

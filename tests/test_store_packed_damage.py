@@ -1,4 +1,4 @@
-"""Packed files that are not sound, and some that were made to do harm."""
+"""Damaged and hostile packed files."""
 
 from __future__ import annotations
 
@@ -9,10 +9,12 @@ import zlib
 import h5py
 import numpy as np
 import pytest
-from store_files import BLOCK, COLUMNS, N_DESIGNS, flip
+from store_files import BLOCK, COLUMNS, N_BLOCKS, N_DESIGNS, flip
 
 from explore.errors import ResultsError
-from explore.store.opening import open_results
+from explore.store import layout_reader
+from explore.store.chunks import compress_chunk, decompress_chunk, read_chunk_table
+from explore.store.open_results import open_results
 
 
 def test_every_flipped_bit_of_a_chunk_is_found(packed_copy):
@@ -30,11 +32,11 @@ def test_every_flipped_bit_of_a_chunk_is_found(packed_copy):
             results = open_results(packed_copy)
             assert results.verify() in ([number], []), name
             if results.verify():
-                with contextlib.suppress(ResultsError):  # deflate has a checksum of its own, so reading notices too
+                with contextlib.suppress(ResultsError):  # deflate has its own checksum, so reading fails too
                     results.to_pandas()
                     pytest.fail("damaged bytes were read")
             else:
-                results.to_pandas()  # a bit of the header that says nothing about the content
+                results.to_pandas()  # a bit of the header that the content does not depend on
 
 
 def test_damaged_chunk_says_where(packed_copy):
@@ -44,7 +46,7 @@ def test_damaged_chunk_says_where(packed_copy):
     results = open_results(packed_copy)
     with pytest.raises(ResultsError, match="crank in rows 4000 to 4999 cannot be decompressed .*pack the original ag"):
         results.to_pandas()
-    assert len(results.to_pandas(["nodes"])) == N_DESIGNS, "the other columns are there"
+    assert len(results.to_pandas(["nodes"])) == N_DESIGNS, "the other columns can be read"
 
 
 def test_file_cut_anywhere(packed_copy):
@@ -56,7 +58,7 @@ def test_file_cut_anywhere(packed_copy):
 
 
 def replaced(**changes):
-    """A crank column made otherwise."""
+    """Replace the crank column by one created with other options."""
 
     def change(file: h5py.File) -> None:
         options = {"chunks": (BLOCK,), "compression": "gzip", "compression_opts": 1, "shuffle": True} | changes
@@ -67,7 +69,7 @@ def replaced(**changes):
 
 
 def vast_columns(file: h5py.File) -> None:
-    """Claims 8 TB, all in chunks that are not there."""
+    """Columns of 8 TB without chunks."""
     for column in COLUMNS:
         del file["designs"][column.name]
         file["designs"].create_dataset(
@@ -77,7 +79,7 @@ def vast_columns(file: h5py.File) -> None:
 
 
 def bomb(file: h5py.File) -> None:
-    """A chunk of a few bytes that claims to be 8 GB."""
+    """A chunk of a few bytes that should decompress to 8 GB."""
     for column in COLUMNS:
         del file["designs"][column.name]
         plain = file["designs"].create_dataset(
@@ -102,7 +104,7 @@ def skipped_filter(file: h5py.File) -> None:
 
 
 def shared_chunks(file: h5py.File) -> None:
-    """A thousand columns of the same bytes: each is sound, together they are more than the file."""
+    """A thousand columns of the same bytes: each is sound, but together they are larger than the file."""
     names = [f"same{i:03}" for i in range(1000)]
     for name in names:
         file["designs"][name] = file["designs/rocker_velocity_max"]
@@ -146,14 +148,14 @@ def test_no_chunk_becomes_longer_than_it_may(packed_copy):
 
 
 def test_random_damage_never_gives_another_error(packed_copy):
-    """300 files with 1 to 20 wrong bytes among HDF5's own: each opens or is refused in words."""
+    """300 files with 1 to 20 random bytes in HDF5's structures: each opens or raises `ResultsError`."""
     whole = packed_copy.read_bytes()
     with h5py.File(packed_copy) as file:
         chunks = [info for column in file["designs"].values() for info in chunk_infos(column)]
-    own = np.ones(len(whole), bool)
+    is_structure = np.ones(len(whole), bool)
     for info in chunks:
-        own[info.byte_offset : info.byte_offset + info.size] = False
-    places = np.flatnonzero(own).tolist()
+        is_structure[info.byte_offset : info.byte_offset + info.size] = False
+    places = np.flatnonzero(is_structure).tolist()
     chance, refused = random.Random(7), 0
     for _ in range(300):
         damaged = bytearray(whole)
@@ -168,6 +170,35 @@ def test_random_damage_never_gives_another_error(packed_copy):
 
 
 def chunk_infos(dataset: h5py.Dataset) -> list:
-    found: list = []
-    dataset.id.chunk_iter(found.append)
-    return found
+    infos: list = []
+    dataset.id.chunk_iter(infos.append)
+    return infos
+
+
+def test_a_chunk_without_its_end_is_refused():
+    """All values can be there without the checksum at the end of the stream."""
+    values = np.arange(1000.0)
+    stored = compress_chunk(values, 1000)
+    np.testing.assert_array_equal(decompress_chunk(stored, "<f8", 1000), values)
+    for missing in (1, 4):
+        with pytest.raises(ValueError, match="its length is not 8000 bytes"):
+            decompress_chunk(stored[:-missing], "<f8", 1000)
+
+
+def test_a_chunk_must_end_within_the_file(packed):
+    with h5py.File(packed) as file:
+        dataset = file["designs/crank"]
+        table = read_chunk_table(dataset, N_DESIGNS, BLOCK, packed.stat().st_size)
+        end = int(table.sum(axis=1).max())
+        np.testing.assert_array_equal(read_chunk_table(dataset, N_DESIGNS, BLOCK, end), table)
+        with pytest.raises(ValueError, match="reaches beyond the end of the file"):
+            read_chunk_table(dataset, N_DESIGNS, BLOCK, end - 1)
+
+
+def test_chunks_that_share_their_bytes_are_refused(packed_copy, monkeypatch):
+    """Two columns of which each takes more than half of the file."""
+    size = packed_copy.stat().st_size
+    half = np.array([[0, size // (2 * N_BLOCKS)]] * N_BLOCKS)
+    monkeypatch.setattr(layout_reader, "read_chunk_table", lambda *_: half)
+    with pytest.raises(ResultsError, match="chunks overlap"):
+        open_results(packed_copy)

@@ -1,4 +1,4 @@
-"""Packed copies: the same content in fewer bytes, or nothing at all."""
+"""Packed copies: the same content in fewer bytes, or no file."""
 
 from __future__ import annotations
 
@@ -19,28 +19,29 @@ import pytest
 from store_files import ATTRIBUTES, BLOCK, COLUMNS, N_BLOCKS, N_DESIGNS, fill, flip, sha256, values, writer
 
 from explore.errors import ResultsError
+from explore.files import unfinished_name
+from explore.store import packing
+from explore.store.all_designs_writer import AllDesignsWriter
 from explore.store.locking import LockFile
-from explore.store.opening import open_results
+from explore.store.open_results import open_results
 from explore.store.packing import Sink, pack
-from explore.store.writer import Writer
 
 
 def assert_same_content(path: Path, original: Path) -> None:
-    """As HDF5 reads them, without explore: groups, attributes, links and values."""
-    with h5py.File(path) as ours, h5py.File(original) as theirs:
+    """Compare groups, attributes, links and values as HDF5 reads them, without explore."""
+    with h5py.File(path) as copy, h5py.File(original) as source:
         names: list[str] = []
-        theirs.visit(names.append)
-        seen: list[str] = []
-        ours.visit(seen.append)
-        assert seen == names
+        source.visit(names.append)
+        names_in_copy: list[str] = []
+        copy.visit(names_in_copy.append)
+        assert names_in_copy == names
         for name in ("/", *names):
-            ours_attrs, theirs_attrs = dict(ours[name].attrs), dict(theirs[name].attrs)
-            assert ours_attrs == theirs_attrs, name
-            if isinstance(theirs[name], h5py.Dataset):
-                assert ours[name].dtype == theirs[name].dtype
-                np.testing.assert_array_equal(ours[name][()], theirs[name][()], err_msg=name)
+            assert dict(copy[name].attrs) == dict(source[name].attrs), name
+            if isinstance(source[name], h5py.Dataset):
+                assert copy[name].dtype == source[name].dtype
+                np.testing.assert_array_equal(copy[name][()], source[name][()], err_msg=name)
         for i, column in enumerate(COLUMNS[1:]):
-            assert ours[f"frame/block{i}_values"] == ours["designs"][column.name], "a link, not a copy"
+            assert copy[f"frame/block{i}_values"] == copy["designs"][column.name], "a link, not a copy"
 
 
 def test_hdf5_finds_the_same_in_both(packed, finished):
@@ -82,7 +83,7 @@ def test_other_programs_read_it(packed, finished):
 
 
 def test_hdf5_compresses_what_we_decompress(packed, tmp_path):
-    """The other way round, for bytes that can be compressed and for some that cannot."""
+    """For compressible and incompressible bytes."""
     path = tmp_path / "own.h5"
     noise = np.random.default_rng(1).integers(0, 256, (N_DESIGNS, 8), np.uint8).view("<f8").ravel()
     for numbers in (noise, np.linspace(0.0, 1.0, N_DESIGNS)):
@@ -103,14 +104,14 @@ def test_bytes_do_not_depend_on_time(packed, finished, tmp_path):
 @pytest.mark.parametrize("n_designs", [1, 2, BLOCK, BLOCK + 1])
 def test_small_files(tmp_path, n_designs):
     path, target = tmp_path / "small.h5", tmp_path / "folder" / "packed.h5"
-    with Writer(path, COLUMNS, n_designs, BLOCK, ATTRIBUTES) as store:
+    with AllDesignsWriter(path, COLUMNS, n_designs, BLOCK, ATTRIBUTES) as store:
         for number in store.pending:
             store.commit(number, values(number, BLOCK, n_designs))
-    said: list[tuple[int, int]] = []
-    pack(path, target, lambda *state: said.append(state))
+    reports: list[tuple[int, int]] = []
+    pack(path, target, lambda *state: reports.append(state))
     assert_same_content(target, path)
     n_blocks = -(-n_designs // BLOCK)
-    assert said == [(done, 2 * n_blocks) for done in range(1, 2 * n_blocks + 1)]
+    assert reports == [(done, 2 * n_blocks) for done in range(1, 2 * n_blocks + 1)]
 
 
 # --- refusals --------------------------------------------------------------------------------------------------------
@@ -137,6 +138,13 @@ def test_refusals_leave_everything_alone(packed, finished, tmp_path):
     assert sorted(p.name for p in tmp_path.iterdir()) == ["alias.h5", "other.h5", "part.h5"]
     assert other.read_text() == "my notes"
     assert sha256(finished) == before
+
+
+def test_the_unfinished_file_of_a_killed_pack_is_removed(finished, tmp_path):
+    left = unfinished_name(tmp_path / "packed.h5")
+    left.write_bytes(b"half a copy")
+    pack(finished, tmp_path / "packed.h5")
+    assert [file.name for file in tmp_path.iterdir()] == ["packed.h5"]
 
 
 def test_damaged_block_is_not_packed(copy):
@@ -182,7 +190,7 @@ for limit in range(1, {size}, {step}):
 
 
 def test_limit_on_the_length_of_a_file(packed, finished, tmp_path):
-    """The same call fails as on a full disk, here at 60 different places: each is one clear line, and no crash."""
+    """The same call fails as on a full disk, at 60 different lengths: each time with one line, and no crash."""
     size, target = packed.stat().st_size, tmp_path / "new.h5"
     code = LIMITED.format(paths=sys.path, size=size, step=size // 60, source=str(finished), target=str(target))
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=120, check=False)
@@ -195,7 +203,7 @@ def test_limit_on_the_length_of_a_file(packed, finished, tmp_path):
 
 
 def test_full_disk(packed, finished, tmp_path):
-    """A file system of fixed size, so small that the copy does not fit; then one in which it does."""
+    """File systems that are too small for the copy, and one that is large enough."""
     if os.geteuid() != 0:
         pytest.skip("only the superuser can mount a small file system")
     size = packed.stat().st_size
@@ -204,7 +212,7 @@ def test_full_disk(packed, finished, tmp_path):
             ["mount", "-t", "tmpfs", "-o", f"size={int(share * size)}", "tmpfs", tmp_path], check=False
         )
         if mounted.returncode != 0:
-            pytest.skip("this system lets nobody mount a small file system")
+            pytest.skip("this system does not allow mounting a small file system")
         try:
             if share > 1:
                 pack(finished, tmp_path / "new.h5")
@@ -219,8 +227,8 @@ def test_full_disk(packed, finished, tmp_path):
             subprocess.run(["umount", tmp_path], check=True)
 
 
-def test_sink_never_fails(tmp_path):
-    """Everything that can go wrong is remembered, the first of it is raised, and nothing more is written."""
+def test_sink_stores_the_first_error(tmp_path):
+    """`check` and `sync` raise it, and nothing more is written."""
     path = tmp_path / "sink"
     with Sink(path) as sink:
         assert sink.write(b"good") == 4
@@ -277,3 +285,42 @@ def test_ctrl_c_at_any_time_leaves_nothing_behind(finished, tmp_path):
         assert process.communicate(timeout=60) == ("stopped\n", "")
         target.unlink(missing_ok=True)
         assert list(tmp_path.iterdir()) == []
+
+
+def test_an_attribute_that_is_no_signed_integer_of_64_bits_is_left_out(copy):
+    """Other programs may write unsigned ones."""
+    with h5py.File(copy, "r+") as file:
+        file.attrs["foreign"] = np.uint64(2**64 - 1)
+    pack(copy, copy.with_name("packed.h5"))
+    assert "foreign" not in open_results(copy.with_name("packed.h5")).attributes
+    assert open_results(copy.with_name("packed.h5")).verify() == []
+
+
+def test_the_copy_is_durable_before_it_has_its_name(finished, tmp_path, monkeypatch):
+    """At its full length, including the bytes that HDF5 writes when it closes the file."""
+    target, synchronised = tmp_path / "new.h5", []
+
+    def sync(descriptor: int, real=os.fsync) -> None:
+        status = os.fstat(descriptor)
+        synchronised.append((status.st_ino, status.st_size, target.exists()))
+        real(descriptor)
+
+    monkeypatch.setattr(os, "fsync", sync)
+    pack(finished, target)
+
+    assert (target.stat().st_ino, target.stat().st_size, False) in synchronised
+
+
+def test_a_copy_that_does_not_read_back_is_not_kept(finished, tmp_path, monkeypatch):
+    """A missing block is noticed although it does not count as damaged."""
+    write = packing._write
+
+    def forgetful(file, layout, words, path, report):
+        write(file, layout, words, path, report)
+        with h5py.File(path, "r+") as copy:
+            copy["progress/commit"][3, 0] = 0
+
+    monkeypatch.setattr(packing, "_write", forgetful)
+    with pytest.raises(ResultsError, match="does not read back as written"):
+        pack(finished, tmp_path / "new.h5")
+    assert list(tmp_path.iterdir()) == []

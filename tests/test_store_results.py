@@ -13,11 +13,12 @@ import pytest
 from store_files import ATTRIBUTES, BLOCK, COLUMNS, N_BLOCKS, N_DESIGNS, fill, values
 
 from explore.errors import ResultsError
-from explore.store.creation import create
+from explore.model.columns import Column
+from explore.model.status import Status
+from explore.store.all_designs_writer import AllDesignsWriter
+from explore.store.creation import create_results_file
 from explore.store.image import Image
-from explore.store.opening import open_results
-from explore.store.writer import Writer
-from explore.vocabulary import Column, Status
+from explore.store.open_results import open_results
 
 
 def test_layout_is_what_other_programs_need(finished):
@@ -25,12 +26,12 @@ def test_layout_is_what_other_programs_need(finished):
         assert dict(file.attrs) == {
             **{name: v.encode() if isinstance(v, str) else v for name, v in ATTRIBUTES.items()},
             "format": b"explore-results",
-            "format_version": 1,
+            "format_version": 2,
             "n_designs": N_DESIGNS,
             "block_size": BLOCK,
         }
         assert set(file) == {"designs", "frame", "progress"}
-        assert file["progress/commit"].shape == (N_BLOCKS,)
+        assert file["progress/commit"].shape == (N_BLOCKS, 512)
         for column in COLUMNS:
             dataset = file["designs"][column.name]
             assert (dataset.dtype.str, dataset.shape) == (column.dtype, (N_DESIGNS,))
@@ -69,9 +70,9 @@ def test_results_give_everything_back(finished):
         "design": 3, "crank": 3.25, "rocker_velocity_max": None, "nodes": 3, "status": 3, "feasible": True,
     }  # fmt: skip
     assert np.isnan(row["rocker_velocity_max"])
-    said = []
-    assert results.verify(lambda *state: said.append(state)) == []
-    assert said == [(done, N_BLOCKS) for done in range(1, N_BLOCKS + 1)]
+    reports = []
+    assert results.verify(lambda *state: reports.append(state)) == []
+    assert reports == [(done, N_BLOCKS) for done in range(1, N_BLOCKS + 1)]
     assert (results.keep, results.n_studied, results.packed) == ("all", N_DESIGNS, False)
     assert results.count_statuses([0]) == {"ok": BLOCK - 143, "crank_blocked": 143}
 
@@ -87,7 +88,7 @@ def test_part_of_the_columns_and_blocks_in_order(finished):
 
 
 @pytest.mark.parametrize("numbers", [[], [9499], [7, 3, 3, 9000, 4, 2999, 3001], range(N_DESIGNS)[::-1]])
-def test_single_rows_in_the_order_asked_for(finished, numbers):
+def test_single_rows_in_the_requested_order(finished, numbers):
     results = open_results(finished)
     expected = results.to_pandas().loc[list(numbers)]
     pd.testing.assert_frame_equal(results.rows(list(numbers)), expected, check_exact=True)
@@ -149,7 +150,7 @@ def test_xarray_reads_columns_with_units(finished):
 def test_long_texts_are_kept(tmp_path, length):
     path = tmp_path / "long.h5"
     text = "ω" + "x" * (length - 2)  # the letter takes two bytes: the limit counts bytes
-    create(path, COLUMNS, N_DESIGNS, BLOCK, ATTRIBUTES | {"config": text})
+    create_results_file(path, COLUMNS, N_DESIGNS, BLOCK, ATTRIBUTES | {"config": text})
     assert open_results(path).config == text
     with h5py.File(path) as file:
         assert ("study" in file) == (length > 60_000)
@@ -158,7 +159,7 @@ def test_long_texts_are_kept(tmp_path, length):
 @pytest.mark.parametrize("n_designs", [1, 2, BLOCK, BLOCK + 1])
 def test_small_files(tmp_path, n_designs):
     path = tmp_path / "small.h5"
-    with Writer(path, COLUMNS, n_designs, BLOCK, ATTRIBUTES) as store:
+    with AllDesignsWriter(path, COLUMNS, n_designs, BLOCK, ATTRIBUTES) as store:
         for number in store.pending:
             store.commit(number, values(number, BLOCK, n_designs))
         assert store.committed_designs == n_designs
@@ -177,10 +178,10 @@ def test_image_behaves_like_a_file():
             data = chance.randbytes(length)
             assert image.write(data) == plain.write(data)
         else:
-            ours, theirs = bytearray(length), bytearray(length)
-            image.readinto(ours)
-            plain.readinto(theirs)  # leaves zeros beyond the end, as the image gives them
-            assert ours == theirs
+            from_image, from_plain = bytearray(length), bytearray(length)
+            image.readinto(from_image)
+            plain.readinto(from_plain)  # leaves zeros beyond the end, which the image fills in
+            assert from_image == from_plain
     assert image.seek(0, io.SEEK_END) == plain.seek(0, io.SEEK_END) == image.tell()
 
 
@@ -190,5 +191,14 @@ def test_create_refuses_nonsense(tmp_path):
         ((*COLUMNS, Column("a/b", "", "", "metric")), 5),
     ):  # fmt: skip
         with pytest.raises(ValueError, match=r"column|design"):
-            create(tmp_path / "x.h5", columns, n_designs, BLOCK, ATTRIBUTES)
+            create_results_file(tmp_path / "x.h5", columns, n_designs, BLOCK, ATTRIBUTES)
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("row", [4 * BLOCK, 5 * BLOCK - 1], ids=["first", "last"])
+def test_a_committed_block_without_its_rows_is_damaged(copy, row):
+    """Rows that were never written read as zeros, and take no space on the disk."""
+    with h5py.File(copy, "r+") as file:
+        file["designs/design"][row] = 0
+    with pytest.raises(ResultsError, match="is damaged: rows 4000 to 4999 are marked as committed, but were"):
+        open_results(copy).to_pandas()

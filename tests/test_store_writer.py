@@ -1,4 +1,4 @@
-"""Writing: the same bytes whatever happens, for one study only."""
+"""The writer: the same bytes after any interruption, and files of one study only."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from store_files import (
     COLUMNS,
     N_BLOCKS,
     N_DESIGNS,
-    assert_block_is_right,
+    assert_block_has_its_values,
     child,
     fill,
     flip,
@@ -28,10 +28,14 @@ from store_files import (
 )
 
 from explore.errors import ResultsError
-from explore.store.creation import create
-from explore.store.opening import open_results
-from explore.store.writer import Writer
-from explore.vocabulary import Status
+from explore.model.status import Status
+from explore.store import platform
+from explore.store.all_designs_writer import AllDesignsWriter
+from explore.store.block_bytes import commit_word
+from explore.store.creation import create_results_file
+from explore.store.layout import PAGE
+from explore.store.layout_reader import read_layout
+from explore.store.open_results import open_results
 
 #: Kills of a real writer; each costs about half a second, mostly the child's imports.
 KILLS = 12
@@ -45,19 +49,19 @@ def test_bytes_do_not_depend_on_order_or_time(finished, tmp_path):
 
 
 def test_hdf5_metadata_never_changes(tmp_path):
-    """Outside the columns and the commit words every byte is as it was at the start."""
+    """Only bytes of the columns and the commit words change after the file is created."""
     path = tmp_path / "grid.h5"
-    create(path, COLUMNS, N_DESIGNS, BLOCK, ATTRIBUTES)
+    create_results_file(path, COLUMNS, N_DESIGNS, BLOCK, ATTRIBUTES)
     before = np.frombuffer(path.read_bytes(), np.uint8)
     fill(path)
     after = np.frombuffer(path.read_bytes(), np.uint8)
-    free = np.zeros(len(before), bool)
+    is_value = np.zeros(len(before), bool)
     with h5py.File(path) as file:
         for dataset in (*file["designs"].values(), file["progress/commit"]):
             start = dataset.id.get_offset()
-            free[start : start + dataset.nbytes] = True
+            is_value[start : start + dataset.nbytes] = True
     assert np.any(before != after)
-    assert not np.any((before != after) & ~free)
+    assert not np.any((before != after) & ~is_value)
 
 
 def test_resume_after_kill_loses_nothing(finished, tmp_path):
@@ -78,7 +82,7 @@ def test_resume_after_kill_loses_nothing(finished, tmp_path):
             assert set(acknowledged) <= committed, f"trial {trial}"
             assert results.verify() == []
             for number in committed:
-                assert_block_is_right(path, number)
+                assert_block_has_its_values(path, number)
         else:
             assert not acknowledged
         if path.exists() and not still_pending(path):
@@ -86,7 +90,7 @@ def test_resume_after_kill_loses_nothing(finished, tmp_path):
             path.unlink()
     fill(path, still_pending(path) if path.exists() else range(N_BLOCKS))
     assert sha256(path) == sha256(finished)
-    assert [p.name for p in tmp_path.iterdir()] == ["grid.h5"], "what killed writers left behind is cleaned up"
+    assert [p.name for p in tmp_path.iterdir()] == ["grid.h5"], "unfinished files of killed writers are removed"
 
 
 def test_damaged_block_is_pending_again(copy):
@@ -96,7 +100,7 @@ def test_damaged_block_is_pending_again(copy):
     original = sha256(copy)
     for number, (offset, size) in zip((1, 4, 9), zip(offsets, (8, 4, 1), strict=True), strict=True):
         flip(copy, offset + (number * BLOCK + 17) * size)
-    flip(copy, commit + 8 * 6)
+    flip(copy, commit + PAGE * 6)
     assert open_results(copy).verify() == [1, 4, 6, 9]
     with writer(copy) as store:
         assert list(store.pending) == store.damaged == [1, 4, 6, 9]
@@ -124,14 +128,14 @@ def test_reading_while_writing(tmp_path):
     pytest.importorskip("tables")
     path = tmp_path / "grid.h5"
     with writer(path) as store:
-        held = open_results(path)
+        opened_before = open_results(path)
         for done, number in enumerate([3, 0, 7], 1):
             store.commit(number, values(number))
             assert open_results(path).n_committed == done * BLOCK == store.committed_designs
-            assert_block_is_right(path, number)
+            assert_block_has_its_values(path, number)
             frame = pd.read_hdf(path)
             assert int((frame["status"] != Status.PENDING).sum()) == done * BLOCK
-        assert held.n_committed == 0, "results are what was there when they were opened"
+        assert opened_before.n_committed == 0, "Results has the blocks committed when the file was opened"
         assert list(store.pending) == [1, 2, 4, 5, 6, 8, 9]
 
 
@@ -149,13 +153,14 @@ def test_commit_takes_exactly_what_was_declared(tmp_path):
             "'speed'": (1, good | {"speed": good["crank"]}),
             "'status'": (1, {name: v for name, v in good.items() if name != "status"}),
             "its designs are 1000 to 1999": (1, good | {"design": np.arange(BLOCK)}),
+            "its designs are 1000 to 1999 ": (1, good | {"design": np.r_[1000:1500, 1501:2001]}),
         }
         for text, (number, columns) in wrong.items():
             with pytest.raises(ValueError, match=text.strip()):
                 store.commit(number, columns)
         assert sha256(path) == before
         store.commit(1, good | {"crank": np.repeat(good["crank"], 2)[::2], "design": np.arange(1000, 2000)})
-    assert_block_is_right(path, 1)
+    assert_block_has_its_values(path, 1)
 
 
 CHANGED = {"mechanism": "crank-rocker", "parameters": {"crank": [1, 5], "speed": 2}}
@@ -183,11 +188,14 @@ def test_changed_study_is_refused_with_a_diff(copy, changes, lines):
     assert [line.strip() for line in text[1:-1]] == lines
     assert text[-1] == "use --restart to start over, or name another file with -o"
     assert sha256(copy) == before
-    fill(copy, [])  # the refusal let go of the lock
+    fill(copy, [])  # the lock was released
 
 
 def test_changed_size_is_refused(copy):
-    with pytest.raises(ResultsError, match="designs: 9500 -> 9501"), Writer(copy, COLUMNS, 9501, BLOCK, ATTRIBUTES):
+    with (
+        pytest.raises(ResultsError, match="designs: 9500 -> 9501"),
+        AllDesignsWriter(copy, COLUMNS, 9501, BLOCK, ATTRIBUTES),
+    ):
         pytest.fail("a changed size was accepted")
 
 
@@ -211,3 +219,56 @@ def test_restart_over_a_file_that_is_no_results_file(tmp_path):
             pass
     assert sorted(p.name for p in tmp_path.iterdir()) == ["folder.h5", "notes.h5"]
     assert path.read_text() == "my notes"
+
+
+def test_the_checksum_of_a_block_covers_every_byte_of_every_column():
+    """Columns as long as those of a sweep: half a megabyte each."""
+    columns = [np.arange(65_536.0), np.arange(65_536, dtype="<i4"), np.zeros(65_536, "|i1")]
+    word = commit_word(columns)
+    for position, column in enumerate(columns):
+        for byte in (0, column.nbytes // 2, column.nbytes - 1):
+            changed = [values.copy() for values in columns]
+            changed[position].view(np.uint8)[byte] ^= 1
+            assert commit_word(changed) != word
+
+
+def test_a_block_is_durable_before_its_word(tmp_path, monkeypatch):
+    """After a power cut a commit word must not be there without the values of its block."""
+    path, steps = tmp_path / "grid.h5", []
+    with writer(path) as store:
+        first_word = read_layout(path).commit_offset
+        write_at, sync_data = platform.write_at, platform.sync_data
+
+        def write(descriptor, data, offset):
+            steps.append("word" if offset >= first_word else "values")
+            write_at(descriptor, data, offset)
+
+        def sync(descriptor):
+            steps.append("sync")
+            sync_data(descriptor)
+
+        monkeypatch.setattr(platform, "write_at", write)
+        monkeypatch.setattr(platform, "sync_data", sync)
+        store.commit(0, values(0))
+    assert steps == ["values"] * len(COLUMNS) + ["sync", "word", "sync"]
+
+
+def test_the_last_block_writes_the_padding_of_its_pages(finished, tmp_path):
+    """A power cut during that block may have garbled it."""
+    path = fill(tmp_path / "grid.h5", range(N_BLOCKS - 1))
+    layout = read_layout(path)
+    with path.open("r+b") as file:
+        for column in layout.columns:
+            assert layout.padding(column) > 0
+            file.seek(layout.offset(column, N_DESIGNS))
+            file.write(b"x" * layout.padding(column))
+    fill(path, [N_BLOCKS - 1])
+    assert sha256(path) == sha256(finished)
+
+
+def test_a_page_that_holds_more_than_its_word_stands_for_no_block(copy):
+    """A power cut while the word was written may have garbled its page."""
+    flip(copy, read_layout(copy).word_offset(3) + PAGE - 1)
+    results = open_results(copy)
+    assert results.verify() == [3]
+    assert results.n_committed == N_DESIGNS - BLOCK

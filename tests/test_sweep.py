@@ -3,16 +3,18 @@
 import contextlib
 import hashlib
 import socket
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from distributed import Client, LocalCluster
 
 import explore
-from explore.design_space import BLOCK_SIZE
-from explore.store.parsing import read_layout
+from explore.designs.spaces import BLOCK_SIZE
+from explore.store.layout_reader import read_layout
 from explore.sweeping import runs
-from explore.sweeping.clusters import local_cluster
+from explore.sweeping.blocks import process_environment
+from explore.sweeping.clusters import check_environment, local_cluster
 
 STUDY = """
 mechanism = "crank-rocker"
@@ -165,7 +167,7 @@ def test_sweep_returns_the_results_and_warns_of_blocks_left_out(study, tmp_path,
             results = explore.sweep(study, tmp_path / "a.h5")
 
     assert results.n_committed == 2 * BLOCK_SIZE
-    assert explore.rank(explore.sweep(study, tmp_path / "a.h5"), "cv").shape[0] >= 1
+    assert explore.rank(explore.sweep(study, tmp_path / "a.h5"), metrics="cv").shape[0] >= 1
 
 
 def test_any_synchronous_client_will_do(study, tmp_path):
@@ -192,9 +194,9 @@ def test_a_lost_cluster_ends_the_sweep_in_one_line_and_loses_nothing(tmp_path):
 def test_ranking_a_file_agrees_with_ranking_its_table(study, tmp_path):
     explore.sweep(study, tmp_path / "a.h5")
 
-    streamed = explore.rank(tmp_path / "a.h5", ["cv", "swing_angle:max"], order_by="cv")
-    at_once = explore.rank(explore.read_results(tmp_path / "a.h5"), ["cv", "swing_angle:max"], order_by="cv")
-    second = explore.rank(tmp_path / "a.h5", ["cv", "swing_angle:max"], fronts=2)
+    streamed = explore.rank(tmp_path / "a.h5", metrics=["cv", "swing_angle:max"], order_by="cv")
+    at_once = explore.rank(explore.read_results(tmp_path / "a.h5"), metrics=["cv", "swing_angle:max"], order_by="cv")
+    second = explore.rank(tmp_path / "a.h5", metrics=["cv", "swing_angle:max"], fronts=2)
     usual = explore.rank(explore.read_results(tmp_path / "a.h5"))
 
     assert len(streamed) > 10
@@ -232,3 +234,65 @@ def test_a_damaged_front_is_not_called_complete(study, tmp_path):
     with pytest.raises(explore.ResultsError, match="is damaged; use --restart"):
         explore.sweep(study, path, keep="front")
     assert path.read_bytes() == content
+
+
+@pytest.mark.parametrize("name", ["explore", "kernels", "numpy", "numba", "scipy"])
+def test_workers_must_have_our_version_of_all_that_computes(name):
+    check_environment(process_environment(), "tcp://far:1")
+    with pytest.raises(
+        explore.ClusterError, match=rf"tcp://far:1 has other versions: {name} 0\.1 there, .* here; make"
+    ):
+        check_environment({**process_environment(), name: "0.1"}, "tcp://far:1")
+    without = {other: version for other, version in process_environment().items() if other != name}
+    with pytest.raises(explore.ClusterError, match=f"far:1 has other versions: {name} unknown there, .* here; make"):
+        check_environment(without, "tcp://far:1")
+    check_environment({**process_environment(), "python": "0.1", "processor": "other"}, "tcp://far:1")
+
+
+def test_a_block_of_other_versions_is_refused(study, tmp_path, monkeypatch):
+    """A worker may join after the versions of all were compared."""
+    real = runs.evaluate_block
+
+    def foreign(*arguments):
+        result = real(*arguments)
+        return replace(result, environment={**result.environment, "numpy": "0.1"})
+
+    monkeypatch.setattr(runs, "evaluate_block", foreign)
+    with pytest.raises(explore.ClusterError, match="that computed block [012] has other versions: numpy 0.1 there"):
+        run(study, tmp_path / "a.h5")
+    assert explore.open_results(tmp_path / "a.h5").n_committed == 0
+
+
+def test_no_failure_may_be_allowed(study, tmp_path, monkeypatch):
+    def poisoned(*_):
+        raise ZeroDivisionError("poison")
+
+    monkeypatch.setattr(runs, "evaluate_block", poisoned)
+    with pytest.raises(explore.ClusterError, match="stopped after 1 failed block"):
+        explore.sweep(study, tmp_path / "a.h5", max_failures=0)
+
+
+def test_as_many_blocks_may_fail_as_allowed(study, tmp_path, monkeypatch):
+    real = runs.evaluate_block
+
+    def poisoned(request, space, number, objectives):
+        if number == 1:
+            raise ZeroDivisionError("poison")
+        return real(request, space, number, objectives)
+
+    monkeypatch.setattr(runs, "evaluate_block", poisoned)
+    with pytest.warns(RuntimeWarning, match="block 1 failed and was left out"):
+        results = explore.sweep(study, tmp_path / "a.h5", max_failures=1)
+    assert results.n_committed == 151_200 - BLOCK_SIZE
+
+
+def test_the_log_names_the_designs_of_a_failed_block(study, tmp_path, monkeypatch):
+    def poisoned(*_):
+        raise ZeroDivisionError("poison")
+
+    events = []
+    monkeypatch.setattr(runs, "evaluate_block", poisoned)
+    run(study, tmp_path / "a.h5", listener=lambda event, facts: events.append((event, facts)))
+
+    designs = {facts["block"]: facts["designs"] for event, facts in events if event == "failure"}
+    assert designs == {0: [0, 65_535], 1: [65_536, 131_071], 2: [131_072, 151_199]}

@@ -14,8 +14,8 @@ import pytest
 from distributed import Client, LocalCluster
 
 import explore
-from explore.design_space import BLOCK_SIZE
-from explore.sweeping import keeping, runs
+from explore.designs.spaces import BLOCK_SIZE
+from explore.sweeping import collectors, runs
 from explore.sweeping.clusters import local_cluster
 
 GRID = """
@@ -96,7 +96,9 @@ def test_the_same_bytes_however_it_ran(study, tmp_path, monkeypatch):
             sweep(study, tmp_path / "resumed.h5", progress=stop)
         assert not (tmp_path / "resumed.h5").exists()
     assert sweep(study, tmp_path / "resumed.h5").resumed in (2 * BLOCK_SIZE, BLOCK_SIZE + 151_200 % BLOCK_SIZE)
-    monkeypatch.setattr(keeping.KeepFront, "pending", property(lambda self: [2, 0, 1] if self.n_pending else []))
+    monkeypatch.setattr(
+        collectors.FrontCollector, "pending", property(lambda self: [2, 0, 1] if self.n_pending else [])
+    )
     sweep(study, tmp_path / "shuffled.h5")
 
     names = ("one", "three", "tcp", "resumed", "shuffled")
@@ -198,8 +200,8 @@ def test_ranking_a_front_says_what_it_cannot_know(study, tmp_path):
     explore.sweep(study, tmp_path / "a.h5", keep="front")
 
     with pytest.warns(RuntimeWarning, match="keeps only the Pareto set of its study"):
-        explore.rank(tmp_path / "a.h5", ["cv"])
-    with pytest.raises(explore.RequestError, match="only the first front was kept"):
+        explore.rank(tmp_path / "a.h5", metrics=["cv"])
+    with pytest.raises(explore.RequestError, match="kept the first front only"):
         explore.rank(tmp_path / "a.h5", fronts=2)
 
 
@@ -209,20 +211,30 @@ def test_ranking_a_front_says_what_it_cannot_know(study, tmp_path):
     ids=["beyond", "below", "text", "no"],
 )
 def test_a_journal_with_foreign_records_is_refused(study, tmp_path, meta):
-    with keeping.KeepFront(study, tmp_path / "a.h5", restart=False) as kept:
+    with collectors.FrontCollector(study, tmp_path / "a.h5", restart=False) as kept:
         kept.commit(runs.evaluate_block(study.request, study.space, 0, study.objectives))
         front = runs.evaluate_block(study.request, study.space, 1, study.objectives).columns
         kept._writer.append({"counts": {}, "tally": "{}", **meta}, front)
 
-    with pytest.raises(explore.ResultsError, match="holds what is no block of this study"):
+    with pytest.raises(explore.ResultsError, match="has a record that is not a block of this study"):
         sweep(study, tmp_path / "a.h5")
 
 
 def test_a_block_that_is_in_the_journal_twice_counts_once(study, tmp_path):
     explore.sweep(study, tmp_path / "whole.h5", keep="front")
-    with keeping.KeepFront(study, tmp_path / "a.h5", restart=False) as kept:
+    with collectors.FrontCollector(study, tmp_path / "a.h5", restart=False) as kept:
         block = runs.evaluate_block(study.request, study.space, 0, study.objectives)
         kept.commit(block)
         kept.commit(block)
     sweep(study, tmp_path / "a.h5")
     assert digest(tmp_path / "a.h5") == digest(tmp_path / "whole.h5")
+
+
+def test_designs_that_are_done_are_counted_by_block(study, tmp_path):
+    """The last block is shorter than the others, and counts as what it is, once it is done."""
+    with collectors.FrontCollector(study, tmp_path / "a.h5", restart=False) as kept:
+        done = []
+        for number in (1, 2, 0):
+            kept.commit(runs.evaluate_block(study.request, study.space, number, study.objectives))
+            done.append(kept.designs)
+    assert done == [BLOCK_SIZE, 151_200 - BLOCK_SIZE, 151_200]

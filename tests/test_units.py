@@ -44,14 +44,14 @@ def test_units_to_full_precision(text, unit, value):
 @pytest.mark.parametrize(
     ("value", "unit", "reason"),
     [
-        ("5 kg", "mm", "'kg' does not measure the same as 'mm'; use mm, cm, m or in"),
-        ("1 Hz", "rad/s^2", "'Hz' does not measure the same as 'rad/s^2'"),
-        ("1 1/s", "rad/s", "'1/s' does not measure the same as 'rad/s'; use rad/s, deg/s, rpm or Hz"),
+        ("5 kg", "mm", "'kg' cannot be converted to 'mm'; use mm, cm, m or in"),
+        ("1 Hz", "rad/s^2", "'Hz' cannot be converted to 'rad/s^2'"),
+        ("1 1/s", "rad/s", "'1/s' cannot be converted to 'rad/s'; use rad/s, deg/s, rpm or Hz"),
         ("3 mmm", "mm", "unknown unit 'mmm'; did you mean 'mm'"),
         ("3 furlongz", "mm", "unknown unit 'furlongz'; use mm, cm, m or in"),
-        ("100", "mm", 'a text without a unit; write 100 without quotes or "100 mm"'),
+        ("100", "mm", 'has no unit; write 100 without quotes or "100 mm"'),
         ("3", "1", "write 3 without quotes"),
-        ("3 mm", "1", "a plain number is wanted"),
+        ("3 mm", "1", "use a plain number"),
         ("nan mm", "mm", "is not a number with a unit"),
         ("", "mm", "is not a number with a unit"),
         ("10**10**10 mm", "mm", "is not a number with a unit"),
@@ -59,7 +59,7 @@ def test_units_to_full_precision(text, unit, value):
         (10**400, "mm", "too large"),
         pytest.param(16**5000, "mm", "too large", id="too long to print"),
         (True, "mm", "true is not a number"),
-        (None, "mm", "is not a number or a text with a unit"),
+        (None, "mm", "is not a number or a string with a unit"),
         (math.inf, "mm", "inf is not a finite number"),
     ],
 )

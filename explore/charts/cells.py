@@ -7,17 +7,25 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from explore.vocabulary import FloatArray, Sense
+from explore.model.quantities import FloatArray, Sense
 
-#: Different values up to which a parameter counts as swept in steps, each with a column of cells of its own.
-_STEPS = 200
-#: Cells along an axis where values are drawn, at most, and how many designs one is to hold on average.
-_MOST, _EACH = 90, 6
+#: A parameter with at most this many different values is a grid: each value has its own cells.
+_MAX_GRID_VALUES = 200
+#: Of a parameter with more values: largest number of cells, and designs per row of cells that are aimed at.
+_MAX_CELLS, _DESIGNS_PER_CELL = 90, 6
 
 
 @dataclass(frozen=True)
-class Axis:
-    """The cells along one parameter: their edges, shape (k + 1,), and the cell of each design, shape (n,)."""
+class CellAxis:
+    """The cells along one parameter.
+
+    Attributes
+    ----------
+    edges : (k + 1,) array
+        In the unit of the parameter, ascending.
+    cell : (n,) array
+        Number of the cell of each design.
+    """
 
     edges: FloatArray
     cell: npt.NDArray[np.int64]
@@ -28,45 +36,64 @@ class Axis:
         return len(self.edges) - 1
 
 
-def axis_of(values: FloatArray) -> Axis:
-    """Cells about the values of a swept parameter, or even ones where values are drawn; values shall differ."""
-    steps, cell = np.unique(values, return_inverse=True)
-    if len(steps) <= _STEPS and (len(steps) < len(values) or len(values) < _EACH):
-        middle = (steps[1:] + steps[:-1]) / 2.0
-        edges = np.concatenate([[1.5 * steps[0] - 0.5 * steps[1]], middle, [1.5 * steps[-1] - 0.5 * steps[-2]]])
-        return Axis(edges, cell.astype(np.int64))
-    count = int(np.clip(np.sqrt(len(values) / _EACH), 2, _MOST))
-    edges = np.linspace(steps[0], steps[-1], count + 1)
-    return Axis(edges, np.clip(np.searchsorted(edges, values, side="right") - 1, 0, count - 1))
-
-
-def gather(x: Axis, y: Axis, values: FloatArray, chosen: npt.NDArray[np.bool_], sense: Sense | None) -> FloatArray:
-    """The best value of the chosen designs in each cell, or without a sense their mean; shape (y, x), NaN where none.
+def cell_axis(values: FloatArray) -> CellAxis:
+    """Lay cells along a parameter: one around each value of a grid, else cells of equal width.
 
     Parameters
     ----------
-    values, chosen : (n,) arrays
+    values : (n,) array
+        At least two of them differ.
     """
-    where = y.cell[chosen] * x.count + x.cell[chosen]
+    distinct, cell = np.unique(values, return_inverse=True)
+    if len(distinct) <= _MAX_GRID_VALUES and (len(distinct) < len(values) or len(values) < _DESIGNS_PER_CELL):
+        return CellAxis(edges_around(distinct), cell.astype(np.int64))
+    count = int(np.clip(np.sqrt(len(values) / _DESIGNS_PER_CELL), 2, _MAX_CELLS))
+    edges = np.linspace(distinct[0], distinct[-1], count + 1)
+    return CellAxis(edges, np.clip(np.searchsorted(edges, values, side="right") - 1, 0, count - 1))
+
+
+def edges_around(centres: FloatArray) -> FloatArray:
+    """Edges of cells halfway between ascending values, shape (k + 1,); the outer cells are symmetric."""
+    middle = (centres[1:] + centres[:-1]) / 2.0
+    return np.concatenate([[1.5 * centres[0] - 0.5 * centres[1]], middle, [1.5 * centres[-1] - 0.5 * centres[-2]]])
+
+
+def aggregate_cells(
+    x: CellAxis, y: CellAxis, values: FloatArray, selected: npt.NDArray[np.bool_], sense: Sense | None
+) -> FloatArray:
+    """The best value of the selected designs in each cell; their mean when a value has no better side.
+
+    Parameters
+    ----------
+    values, selected : (n,) arrays
+    sense
+        The better side, "min" or "max".
+
+    Returns
+    -------
+    (y.count, x.count) array
+        NaN in cells without a selected design.
+    """
+    flat = y.cell[selected] * x.count + x.cell[selected]
     size = x.count * y.count
     if sense is None:
-        counts = np.bincount(where, minlength=size)
-        sums = np.bincount(where, values[chosen], minlength=size)
-        gathered: FloatArray = np.divide(sums, counts, out=np.full(size, np.nan), where=counts > 0)
+        counts = np.bincount(flat, minlength=size)
+        sums = np.bincount(flat, values[selected], minlength=size)
+        aggregated: FloatArray = np.divide(sums, counts, out=np.full(size, np.nan), where=counts > 0)
     else:
-        gathered = np.full(size, np.nan)
-        (np.fmin if sense == "min" else np.fmax).at(gathered, where, values[chosen])
-    return gathered.reshape(y.count, x.count)
+        aggregated = np.full(size, np.nan)
+        (np.fmin if sense == "min" else np.fmax).at(aggregated, flat, values[selected])
+    return aggregated.reshape(y.count, x.count)
 
 
-def tally(x: Axis, y: Axis, chosen: npt.NDArray[np.bool_]) -> npt.NDArray[np.int64]:
-    """Number of chosen designs in each cell, shape (y, x)."""
-    where = y.cell[chosen] * x.count + x.cell[chosen]
-    return np.bincount(where, minlength=x.count * y.count).reshape(y.count, x.count)
+def count_designs(x: CellAxis, y: CellAxis, selected: npt.NDArray[np.bool_]) -> npt.NDArray[np.int64]:
+    """Number of selected designs in each cell, shape (y.count, x.count)."""
+    flat = y.cell[selected] * x.count + x.cell[selected]
+    return np.bincount(flat, minlength=x.count * y.count).reshape(y.count, x.count)
 
 
-def rectangles(x: Axis, y: Axis, mask: npt.NDArray[np.bool_]) -> FloatArray:
-    """Corners of the cells of a mask, neighbours of a row joined, shape (k, 4, 2)."""
+def cell_rectangles(x: CellAxis, y: CellAxis, mask: npt.NDArray[np.bool_]) -> FloatArray:
+    """Corners of the cells of a mask, neighbours in a row joined, shape (k, 4, 2)."""
     padded = np.pad(mask, ((0, 0), (1, 1))).astype(np.int8)
     change = np.diff(padded, axis=1)
     row, first = np.nonzero(change == 1)

@@ -1,4 +1,4 @@
-"""Which swings exchangeable cranks reach: over the coupler's length, and as a bar for each crank."""
+"""Swing angles that exchangeable cranks reach: over the length of the coupler, and as a bar for each crank."""
 
 from __future__ import annotations
 
@@ -18,20 +18,22 @@ _COLOURS = (BLUE, ORANGE, GREEN, PURPLE, SKY, BROWN)
 
 
 def coverage_chart(coverage: Coverage) -> Figure:
-    """Swing over the coupler's length for each crank on the left, their ranges on the right; gaps are hatched.
+    """Draw the swing angle of each crank over the length of the coupler (left), and its range (right).
+
+    Gaps between the ranges are hatched.
 
     Parameters
     ----------
     coverage
-        Of `explore.coverage`.
+        From `explore.coverage`; lengths in mm, swing angles in deg.
     """
     figure = new_figure(10.0, 6.0)
     lines, bars = figure.subplots(1, 2, sharey=True, width_ratios=[3, 2])
     table, curves = coverage.table, coverage.curves()
     for number, crank in enumerate(table["crank"]):
         curve = curves[curves["crank"] == crank]
-        lines.plot(curve["coupler"], curve["swing_angle"], color=_colour(number), lw=1.8)
-    _bars(bars, coverage)
+        lines.plot(curve["coupler"], curve["swing_angle"], color=_crank_colour(number), lw=1.8)
+    _draw_bars(bars, coverage)
     for start, end in coverage.gaps:
         for chart in (lines, bars):
             chart.axhspan(start, end, facecolor="none", edgecolor=RED, hatch="///", lw=0, alpha=0.6)
@@ -45,13 +47,13 @@ def coverage_chart(coverage: Coverage) -> Figure:
     return figure
 
 
-def _bars(chart: Axes, coverage: Coverage) -> None:
-    """A bar for each crank, with its ends and what it has in common with smaller ones."""
+def _draw_bars(chart: Axes, coverage: Coverage) -> None:
+    """Draw a bar for each crank, with its ends and its overlap with smaller cranks."""
     table = coverage.table
     for number, (low, high, overlap) in enumerate(table[["swing_min", "swing_max", "overlap"]].to_numpy(float)):
         if np.isnan(low):
             continue
-        chart.bar(number, high - low, bottom=low, width=0.7, color=_colour(number))
+        chart.bar(number, high - low, bottom=low, width=0.7, color=_crank_colour(number))
         notes = [(high, 3, f"{low:.4g} to {high:.4g}", INK)]
         if overlap >= 0.0:
             notes.append((low, -12, f"overlap {overlap:.2g}", MUTED))
@@ -65,5 +67,5 @@ def _bars(chart: Axes, coverage: Coverage) -> None:
     chart.margins(y=0.08)
 
 
-def _colour(number: int) -> str:
+def _crank_colour(number: int) -> str:
     return _COLOURS[number % len(_COLOURS)]

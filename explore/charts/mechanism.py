@@ -7,97 +7,114 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from explore.charts.style import BLUE, GREEN, INK, MUTED, ORANGE, PURPLE, heading, new_figure
-from explore.vocabulary import FloatArray
+from explore.charts.simulation import SimulatedDesign, simulate_design
+from explore.charts.style import BLUE, GREEN, INK, MUTED, ORANGE, PURPLE, new_figure, write_heading
+from explore.model.quantities import FloatArray
 
 if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-#: Letters of one line of the title.
-_LETTERS = 80
+    from explore.store.results import Results
+
 _LIMITS = {"overlapped": (BLUE, "-", "o"), "extended": (ORANGE, "--", "s")}
 
 
-def joint_paths(motion: pd.DataFrame, parameters: Mapping[str, float]) -> tuple[FloatArray, FloatArray]:
-    """Where the joints between crank and coupler and between coupler and rocker are, each of shape (t, 2), mm.
+def mechanism_chart(results: Results, *, design: int | None = None) -> Figure:
+    """Draw the linkage of one design in true proportions.
 
-    The crank's pivot is the origin, the rocker's lies to its right.
+    Both limit positions, the paths of the joints and of the middle of the coupler, and the drive stroke where the study
+    uses clutches; without limit positions the linkage at crank angle 0.
+
+    Parameters
+    ----------
+    results
+        Of a sweep, finished or not.
+    design
+        Number of the design; the best of the Pareto set unless given.
+
+    Raises
+    ------
+    MotionError
+        If the crank of the design cannot make a full turn.
+    RequestError
+        If no number is given and no design is feasible.
+    ResultsError
+        If the design is not in the file, or the window of the study cannot be read.
+    """
+    return mechanism_figure(simulate_design(results, design))
+
+
+def mechanism_figure(simulated: SimulatedDesign) -> Figure:
+    """Draw the linkage with a heading and a legend."""
+    figure = new_figure(9.0, 6.6)
+    draw_linkage(figure.subplots(), simulated)
+    write_heading(figure, simulated.title, 80)
+    figure.legend(loc="outside lower center", ncols=2, frameon=False, fontsize=10, handlelength=3.5)
+    return figure
+
+
+def joint_paths(motion: pd.DataFrame, parameters: Mapping[str, float]) -> tuple[FloatArray, FloatArray]:
+    """Paths of the joint between crank and coupler and of that between coupler and rocker.
+
+    The origin is the pivot of the crank; the pivot of the rocker lies to its right.
 
     Parameters
     ----------
     motion
-        As `explore.simulate` gives it.
+        From `explore.simulate`, at t crank angles.
     parameters
-        Of the design, mm.
+        Lengths of the design, mm.
+
+    Returns
+    -------
+    pair of (t, 2) arrays
+        x and y, mm.
     """
     crank, rocker = np.deg2rad(motion.index.to_numpy()), np.deg2rad(motion["rocker_angle"].to_numpy())
-    pin = parameters["crank"] * np.column_stack([np.cos(crank), np.sin(crank)])
-    joint = parameters["rocker"] * np.column_stack([np.cos(rocker), np.sin(rocker)])
-    joint[:, 0] += parameters["ground"]
-    return pin, joint
+    crank_path = parameters["crank"] * np.column_stack([np.cos(crank), np.sin(crank)])
+    rocker_path = parameters["rocker"] * np.column_stack([np.cos(rocker), np.sin(rocker)])
+    rocker_path[:, 0] += parameters["ground"]
+    return crank_path, rocker_path
 
 
-def mechanism_chart(
-    motion: pd.DataFrame,
-    parameters: Mapping[str, float],
-    title: str,
-    drive: tuple[float, float] | None = None,
-    limits: Mapping[str, float] | None = None,
-) -> Figure:
-    """The linkage, its limit positions, and the paths of its joints and of the middle of its coupler.
-
-    Parameters
-    ----------
-    motion
-        Of one turn, as `explore.simulate` gives it at `explore.charts.motion.crank_angles`.
-    parameters
-        Of the design, mm.
-    title
-        Of the figure.
-    drive
-        Crank angles of the drive stroke, deg, drawn bold on the crank's circle; None where there are no strokes.
-    limits
-        Crank angles of the limit positions by name, deg; without, the linkage is drawn at crank angle 0.
-    """
-    figure = new_figure(9.0, 6.6)
-    chart = figure.subplots()
-    pin, joint = joint_paths(motion, parameters)
-    chart.plot(*pin.T, color=MUTED, lw=1.1, label="path of the joint of crank and coupler")
-    chart.plot(*joint.T, color=MUTED, lw=4.5, alpha=0.6, solid_capstyle="butt",
-               label="path of the joint of coupler and rocker")  # fmt: skip
-    chart.plot(*((pin + joint) / 2.0).T, color=PURPLE, lw=1.4, ls="-.", label="path of the middle of the coupler")
-    if drive is not None:
-        _stroke(chart, parameters["crank"], drive)
+def draw_linkage(chart: Axes, simulated: SimulatedDesign) -> None:
+    """Draw the linkage of `mechanism_chart` into existing axes."""
+    motion, parameters, limits = simulated.motion, simulated.parameters, simulated.limits
     ground = parameters["ground"]
+    crank_path, rocker_path = joint_paths(motion, parameters)
+    chart.plot(*crank_path.T, color=MUTED, lw=1.1, label="path of the joint of crank and coupler")
+    chart.plot(*rocker_path.T, color=MUTED, lw=4.5, alpha=0.6, solid_capstyle="butt",
+               label="path of the joint of coupler and rocker")  # fmt: skip
+    chart.plot(*((crank_path + rocker_path) / 2.0).T, color=PURPLE, lw=1.4, ls="-.",
+               label="path of the middle of the coupler")  # fmt: skip
+    if simulated.drive is not None:
+        _draw_stroke(chart, parameters["crank"], simulated.drive)
     for name, angle in (limits or {"crank angle": 0.0}).items():
         colour, style, marker = _LIMITS.get(name, (INK, "-", "o"))
-        place = [_at(motion, path, angle) for path in (pin, joint)]
-        chain = np.array([[0.0, 0.0], *place, [ground, 0.0]])
+        joints = [_point_at(motion, path, angle) for path in (crank_path, rocker_path)]
+        chain = np.array([[0.0, 0.0], *joints, [ground, 0.0]])
         chart.plot(*chain.T, style, color=colour, lw=2.2, marker=marker, ms=6, mfc="white", mew=1.5, zorder=4,
                    label=f"{name}{' position, crank at' if limits else ''} {angle % 360.0:.1f}°")  # fmt: skip
-    size = 0.035 * max(np.ptp(np.vstack([pin, joint, [[ground, 0.0]]]), axis=0))
+    size = 0.035 * max(np.ptp(np.vstack([crank_path, rocker_path, [[ground, 0.0]]]), axis=0))
     for x in (0.0, ground):
-        _pivot(chart, x, size)
+        _draw_pivot(chart, x, size)
     chart.set_aspect("equal", adjustable="datalim")
     chart.margins(0.06)
     chart.grid(color=MUTED, alpha=0.2, lw=0.5)
     chart.set_xlabel("x [mm]")
     chart.set_ylabel("y [mm]")
-    heading(figure, title, _LETTERS)
-    figure.legend(loc="outside lower center", ncols=2, frameon=False, fontsize=10, handlelength=3.5)
-    return figure
 
 
-def _at(motion: pd.DataFrame, path: FloatArray, angle: float) -> FloatArray:
-    """The point of a path at a crank angle in degrees."""
-    known = motion.index.to_numpy()
-    return np.array([np.interp(angle, known, values, period=360.0) for values in path.T])
+def _point_at(motion: pd.DataFrame, path: FloatArray, angle: float) -> FloatArray:
+    """Interpolate the point of a path at a crank angle, deg; shape (2,)."""
+    angles = motion.index.to_numpy()
+    return np.array([np.interp(angle, angles, coordinate, period=360.0) for coordinate in path.T])
 
 
-def _stroke(chart: Axes, crank: float, drive: tuple[float, float]) -> None:
-    """The part of the crank's circle that drives, with the sense of turning."""
+def _draw_stroke(chart: Axes, crank: float, drive: tuple[float, float]) -> None:
+    """Draw the part of the crank's circle that is the drive stroke, with an arrow in the sense of rotation."""
     angle = np.deg2rad(np.linspace(*drive, 200))
     arc = crank * np.column_stack([np.cos(angle), np.sin(angle)])
     chart.plot(*arc.T, color=GREEN, lw=3.5, solid_capstyle="butt", zorder=2, label="crank on the drive stroke")
@@ -105,8 +122,8 @@ def _stroke(chart: Axes, crank: float, drive: tuple[float, float]) -> None:
                    arrowprops={"arrowstyle": "-|>", "color": GREEN, "lw": 2.0, "mutation_scale": 20})  # fmt: skip
 
 
-def _pivot(chart: Axes, x: float, size: float) -> None:
-    """A pivot on the ground: a triangle on a hatched strip."""
+def _draw_pivot(chart: Axes, x: float, size: float) -> None:
+    """Draw a pivot on the ground: a triangle on a hatched strip."""
     from matplotlib.patches import Polygon, Rectangle
 
     corners = [(x, 0.0), (x - 0.7 * size, -size), (x + 0.7 * size, -size)]

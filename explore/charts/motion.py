@@ -2,120 +2,131 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from explore.charts.style import BLUE, GREEN, INK, MUTED, ORANGE, PURPLE, RED, SKY, heading, new_figure
-from explore.vocabulary import FloatArray
+from explore.charts.bounds import SignalBound, draw_bounds
+from explore.charts.load import load_figure
+from explore.charts.simulation import SimulatedDesign, simulate_design
+from explore.charts.style import BLUE, GREEN, INK, MUTED, ORANGE, PURPLE, SKY, new_figure, write_heading
+from explore.charts.turn import label_limits, set_turn_axis
+from explore.model.quantities import FloatArray
 
 if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-#: Letters of one line of the title.
-LETTERS = 100
-#: Transmission angles outside are held to be bad, deg.
-_GOOD = (30.0, 150.0)
+    from explore.store.results import Results
+
 _LINKS = {"coupler": (ORANGE, "--"), "rocker": (BLUE, "-")}
+_UNITS = {"angle": "deg", "velocity": "rad/s", "acceleration": "rad/s²"}
 
 
-def crank_angles() -> FloatArray:
-    """Crank angles of a turn in degrees, ascending, ever closer to 0 and 180, where a motion may be sharp."""
-    offsets = 0.5 * 0.75 ** np.arange(100)
-    near = [centre + sign * offsets for centre in (0.0, 180.0, 360.0) for sign in (-1.0, 1.0)]
-    angles = np.unique(np.concatenate([np.arange(0.0, 360.5, 0.5), *near]))
-    return angles[(angles >= 0.0) & (angles <= 360.0)]
+def motion_chart(results: Results, *, design: int | None = None) -> Figure:
+    """Draw the motion of one design over the crank angle.
+
+    Angles, angular velocities and accelerations of coupler and rocker, and the transmission angle; where the study uses
+    clutches also the velocity ratio and the output. Of a mechanism under load: rocker, pin forces, drive torque, power.
+    The study's bounds on signals are drawn as lines.
+
+    Parameters
+    ----------
+    results
+        Of a sweep, finished or not.
+    design
+        Number of the design; the best of the Pareto set unless given.
+
+    Raises
+    ------
+    MotionError
+        If the crank of the design cannot make a full turn.
+    RequestError
+        If no number is given and no design is feasible.
+    ResultsError
+        If the design is not in the file, or the window of the study cannot be read.
+    """
+    simulated = simulate_design(results, design)
+    return load_figure(simulated) if "drive_torque" in simulated.motion else motion_figure(simulated)
+
+
+def motion_figure(simulated: SimulatedDesign) -> Figure:
+    """Draw the motion without forces."""
+    phases, motion = simulated.phases, simulated.motion
+    figure = new_figure(11.0, 9.2 if phases else 6.4)
+    charts = figure.subplots(3 if phases else 2, 2, sharex=True)
+    (angles, transmission), (velocities, accelerations) = charts[:2]
+    for chart, quantity in ((angles, "angle"), (velocities, "velocity"), (accelerations, "acceleration")):
+        _draw_links(chart, motion, quantity, simulated.bounds)
+    if simulated.drive is not None:
+        angles.fill_between([], [], color=MUTED, alpha=0.17, lw=0, label="drive stroke")
+    angles.legend(loc="best", frameon=True, framealpha=0.85, edgecolor="none")
+    transmission.set_ylim(0, 180)
+    transmission.set_yticks(range(0, 181, 30))
+    _draw_signal(transmission, motion["transmission_angle"], "transmission angle [deg]", GREEN, simulated.bounds)
+    if phases:
+        ratio, output = charts[2]
+        _draw_signal(ratio, motion["velocity_ratio"], "rocker over crank velocity [1]", PURPLE, simulated.bounds)
+        _draw_output(output, motion, simulated.drive, phases, simulated.bounds)
+    for chart in charts.ravel():
+        set_turn_axis(chart, simulated.drive, simulated.limits)
+    label_limits(charts[0], simulated.limits)
+    for chart in charts[-1]:
+        chart.set_xlabel("crank angle [deg]")
+    write_heading(figure, simulated.title, 100)
+    return figure
 
 
 def clutch_output(motion: pd.DataFrame, drive: tuple[float, float], phases: int) -> FloatArray:
-    """Output velocity of equal linkages, evenly phased, behind one-way clutches, rad/s, at the motion's angles.
+    """Output velocity of equal linkages, evenly phased, behind one-way clutches.
 
     Parameters
     ----------
     motion
-        Of one turn, as `explore.simulate` gives it.
+        Of one turn, from `explore.simulate`.
     drive
         Crank angles between which the clutches transmit, deg.
     phases
         Number of linkages.
+
+    Returns
+    -------
+    (t,) array
+        rad/s, at the crank angles of the motion.
     """
     angle, velocity = motion.index.to_numpy(), motion["rocker_velocity"].to_numpy()
     sense = np.sign(np.interp(sum(drive) / 2.0, angle, velocity, period=360.0))
     shifts = 360.0 * np.arange(phases) / phases
-    each = [sense * np.interp(angle + shift, angle, velocity, period=360.0) for shift in shifts]
-    output: FloatArray = np.maximum(0.0, np.max(each, axis=0))
+    velocities = [sense * np.interp(angle + shift, angle, velocity, period=360.0) for shift in shifts]
+    output: FloatArray = np.maximum(0.0, np.max(velocities, axis=0))
     return output
 
 
-def motion_chart(
-    motion: pd.DataFrame,
-    title: str,
-    drive: tuple[float, float] | None = None,
-    limits: Mapping[str, float] | None = None,
-    phases: int = 1,
-) -> Figure:
-    """Angles, velocities, accelerations, ratio, transmission angle and output of one design over the crank angle.
-
-    Parameters
-    ----------
-    motion
-        Of one turn, as `explore.simulate` gives it at `crank_angles`.
-    title
-        Of the figure.
-    drive
-        Crank angles between which the clutches transmit, deg, the second larger; None where there are no strokes.
-    limits
-        Crank angles of the limit positions by name, deg.
-    phases
-        Number of linkages that share the output.
-    """
-    figure = new_figure(11.0, 9.2)
-    charts = figure.subplots(3, 2, sharex=True)
-    (angles, transmission), (velocities, ratio), (accelerations, output) = charts
-    for chart, quantity, unit in (
-        (angles, "angle", "deg"), (velocities, "velocity", "rad/s"), (accelerations, "acceleration", "rad/s²"),
-    ):  # fmt: skip
-        for link, (colour, style) in _LINKS.items():
-            values = motion[f"{link}_{quantity}"].to_numpy()
-            values = np.unwrap(values, period=360.0) if quantity == "angle" else values
-            chart.plot(motion.index, values, style, color=colour, lw=1.8, label=link)
-        chart.set_ylabel(f"{'' if quantity == 'angle' else 'angular '}{quantity} [{unit}]")
-    if drive is not None:
-        angles.fill_between([], [], color=MUTED, alpha=0.17, lw=0, label="drive stroke")
-    angles.legend(loc="best", frameon=True, framealpha=0.85, edgecolor="none")
-    _transmission(transmission, motion)
-    ratio.plot(motion.index, motion["velocity_ratio"], color=PURPLE, lw=1.8)
-    ratio.set_ylabel("rocker over crank velocity [1]")
-    _output(output, motion, drive, phases)
-    for chart in charts.ravel():
-        turn_axis(chart, drive, limits or {})
-    name_limits(charts[0], limits or {})
-    for chart in charts[-1]:
-        chart.set_xlabel("crank angle [deg]")
-    heading(figure, title, LETTERS)
-    return figure
+def _draw_links(chart: Axes, motion: pd.DataFrame, quantity: str, bounds: Sequence[SignalBound]) -> None:
+    """Draw one quantity of coupler and rocker."""
+    angle = motion.index.to_numpy()
+    curves = {f"{link}_{quantity}": motion[f"{link}_{quantity}"].to_numpy() for link in _LINKS}
+    if quantity == "angle":
+        curves = {name: np.unwrap(values, period=360.0) for name, values in curves.items()}
+    for values, (link, (colour, style)) in zip(curves.values(), _LINKS.items(), strict=True):
+        chart.plot(angle, values, style, color=colour, lw=1.8, label=link)
+    chart.set_ylabel(f"{'' if quantity == 'angle' else 'angular '}{quantity} [{_UNITS[quantity]}]")
+    draw_bounds(chart, angle, curves, bounds)
 
 
-def _transmission(chart: Axes, motion: pd.DataFrame) -> None:
-    values = motion["transmission_angle"]
-    chart.plot(motion.index, values, color=GREEN, lw=1.8)
-    for limit in _GOOD:
-        chart.axhline(limit, color=RED, lw=1.2, ls="-.")
-        chart.text(358, limit, f"{limit:.0f}°", color=RED, ha="right", va="top" if limit < 90 else "bottom")
-    bad = (values < _GOOD[0]) | (values > _GOOD[1])
-    chart.fill_between(
-        motion.index, values, np.clip(values, *_GOOD), where=bad, color=RED, alpha=0.25, hatch="//", lw=0
-    )
-    chart.set_ylim(0, 180)
-    chart.set_yticks(range(0, 181, 30))
-    chart.set_ylabel("transmission angle [deg]")
+def _draw_signal(chart: Axes, signal: pd.Series, label: str, colour: str, bounds: Sequence[SignalBound]) -> None:
+    """Draw one signal with its bounds."""
+    chart.plot(signal.index, signal, color=colour, lw=1.8)
+    chart.set_ylabel(label)
+    draw_bounds(chart, signal.index.to_numpy(), {str(signal.name): signal.to_numpy()}, bounds)
 
 
-def _output(chart: Axes, motion: pd.DataFrame, drive: tuple[float, float] | None, phases: int) -> None:
-    """The output in bold over what one linkage alone would give."""
+def _draw_output(
+    chart: Axes, motion: pd.DataFrame, drive: tuple[float, float] | None, phases: int, bounds: Sequence[SignalBound]
+) -> None:
+    """Draw the output of all linkages in bold over that of one."""
     chart.set_ylabel("output velocity [rad/s]")
     if drive is None:
         chart.text(0.5, 0.5, "the output turns fully:\nno stroke to drive a clutch", ha="center", va="center",
@@ -123,30 +134,8 @@ def _output(chart: Axes, motion: pd.DataFrame, drive: tuple[float, float] | None
         return
     if phases > 1:
         chart.plot(motion.index, clutch_output(motion, drive, 1), "--", color=SKY, lw=1.4, label="1 linkage")
-    word = f"{phases} linkage{'s' * (phases > 1)}"
-    chart.plot(motion.index, clutch_output(motion, drive, phases), color=INK, lw=2.0, label=word)
+    output = clutch_output(motion, drive, phases)
+    chart.plot(motion.index, output, color=INK, lw=2.0, label=f"{phases} linkage{'s' * (phases > 1)}")
     chart.set_ylim(bottom=0.0)
+    draw_bounds(chart, motion.index.to_numpy(), {"output_velocity": output}, bounds)
     chart.legend(loc="best", frameon=True, framealpha=0.85, edgecolor="none", title="through clutches")
-
-
-def turn_axis(chart: Axes, drive: tuple[float, float] | None, limits: Mapping[str, float]) -> None:
-    """The turn as the axis, the drive stroke shaded, also where it passes 360 degrees."""
-    chart.set_xlim(0, 360)
-    chart.set_xticks(range(0, 361, 60))
-    chart.grid(color=MUTED, alpha=0.25, lw=0.5)
-    for turn in (-360.0, 0.0, 360.0) if drive else ():
-        start, stop = (np.clip(angle + turn, 0.0, 360.0) for angle in drive or ())
-        if stop > start:
-            chart.axvspan(start, stop, color=MUTED, alpha=0.17, lw=0, zorder=0)
-    for angle in limits.values():
-        chart.axvline(angle % 360.0, color=INK, lw=0.9, ls=":")
-
-
-def name_limits(charts: Iterable[Axes], limits: Mapping[str, float]) -> None:
-    """The names of the limit positions above the charts."""
-    for chart in charts:
-        for name, angle in limits.items():
-            right = angle % 360.0 > 180.0
-            chart.annotate(f"{name} {angle % 360.0:.1f}°", (angle % 360.0, 1.0), (0, 3), fontsize=9, color=INK,
-                           xycoords=("data", "axes fraction"), textcoords="offset points",
-                           ha="right" if right else "left")  # fmt: skip

@@ -1,4 +1,4 @@
-"""Parallel coordinates: the Pareto set through its parameters and objectives, over a sample of the others."""
+"""Parallel coordinates: parameters and objectives of the Pareto set, over a sample of the other feasible designs."""
 
 from __future__ import annotations
 
@@ -7,122 +7,162 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from explore.charts.columns import drawable, state, study_name, unit_text, varying
+from explore.charts.labels import completeness_note, study_name, unit_text
+from explore.charts.queries import numeric_column, varying_parameters
 from explore.charts.style import GREEN, INK, MUTED, new_figure
 from explore.errors import RequestError
+from explore.model.columns import Column
+from explore.model.quantities import FloatArray
 from explore.ranking.rankings import Ranking, rank_source
 from explore.store.results import Results
-from explore.vocabulary import Column, FloatArray
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-#: Lines that can still be told apart, of the Pareto set and of the other feasible designs.
-_MOST_OPTIMAL, _MOST_OTHERS = 200, 300
-#: Share of the others that the axes leave out on each side; their lines run out of the picture.
-_TAIL = 0.01
+#: Largest number of lines of the Pareto set and of the other feasible designs.
+_MAX_OPTIMAL, _MAX_OTHERS = 1000, 300
+#: Number of lines whose opacities add up to one, of the Pareto set and of the other feasible designs.
+_OPAQUE_OPTIMAL, _OPAQUE_OTHERS = 150.0, 60.0
+#: Share of the other designs beyond each end of an axis; their lines leave the picture.
+_OUTSIDE = 0.01
+#: Line under the name of an objective.
+_BETTER = {"min": "\n▼ better", "max": "\n▲ better", None: ""}
 
 
-def parallel_chart(results: Results) -> Figure:
-    """A line for each Pareto-optimal design, coloured by the first objective, and pale ones for a sample of the others.
+def parallel_chart(results: Results, *, metric: str | None = None) -> Figure:
+    """Draw a line through parallel axes for each Pareto-optimal design, and pale ones for a sample of the others.
+
+    The axes are the parameters that vary and the objectives of the study.
 
     Parameters
     ----------
     results
-        Of a sweep, finished or not. Parameters of one value are left out.
+        Of a sweep, finished or not.
+    metric
+        Name of the column that colours the lines; the first objective of the study unless given.
 
     Raises
     ------
     RequestError
-        If no design is feasible, or there are fewer than two axes.
+        If no design is feasible, there are fewer than two axes, or the column is unknown or holds no numbers.
     """
     ranking = rank_source(results)
+    colour = numeric_column(results, metric or ranking.objectives[0].metric)
     if ranking.frame.empty:
         raise RequestError(f"no design of {results.path} is feasible, so there is no Pareto set to draw")
     senses = {o.metric: o.sense for o in ranking.objectives}
-    swept = [c for c in varying(results) if c.name not in senses]
-    columns = [*swept, *(drawable(results, name) for name in senses)]
-    if len(columns) < 2:
-        raise RequestError(
-            f"{results.path} has one objective and no parameter that varies: nothing to draw lines between"
-        )
+    columns = _choose_axes(results, list(senses))
     names = [c.name for c in columns]
-    optimal = ranking.frame[names].to_numpy(float)[spread(len(ranking.frame), _MOST_OPTIMAL)]
-    others = _others(results, ranking, names)
+    optimal = ranking.frame[names].to_numpy(float)[spread(len(ranking.frame), _MAX_OPTIMAL)]
+    others = _sample_others(results, ranking, names)
+    low, high = _axis_ranges(optimal, others)
+
     figure = new_figure(2.6 + 1.5 * len(columns), 6.4)
     chart = figure.subplots()
-    low, high = _ranges(optimal, others)
-    _lines(figure, chart, (others - low) / (high - low), (optimal - low) / (high - low), ranking)
+    _draw_others(chart, (others - low) / (high - low))
+    _draw_optimal(figure, chart, (optimal - low) / (high - low), ranking, colour)
     for place, column in enumerate(columns):
-        _axis(chart, place, column, (low[place], high[place]), senses.get(column.name))
+        _draw_axis(chart, place, column, (low[place], high[place]), senses.get(column.name))
     chart.set_xlim(-0.35, len(columns) - 0.55)
     chart.set_ylim(-0.02, 1.02)
     chart.set_xticks([])
     chart.set_yticks([])
     chart.spines[:].set_visible(False)
-    figure.suptitle(f"{study_name(results)}: {_counts(results, ranking, len(optimal), len(others))}", fontsize=12,
-                    color=INK)  # fmt: skip
+    counts = _count_text(results, ranking, len(optimal), len(others))
+    figure.suptitle(f"{study_name(results)}: {counts}", fontsize=12, color=INK)
     return figure
 
 
+def _choose_axes(results: Results, objectives: list[str]) -> list[Column]:
+    """The columns of the axes: parameters that vary, then the objectives."""
+    parameters = [c for c in varying_parameters(results) if c.name not in objectives]
+    columns = [*parameters, *(numeric_column(results, name) for name in objectives)]
+    if len(columns) < 2:
+        raise RequestError(
+            f"{results.path} has one objective and no parameter that varies: nothing to draw lines between"
+        )
+    return columns
+
+
 def spread(count: int, most: int) -> npt.NDArray[np.int64]:
-    """Numbers of at most so many rows, evenly spread from the first to the last."""
+    """Row numbers of at most `most` of `count` rows, evenly spread from the first to the last."""
     return np.unique(np.linspace(0, max(count - 1, 0), min(count, most)).round().astype(np.int64))
 
 
-def _others(results: Results, ranking: Ranking, names: list[str]) -> FloatArray:
-    """Feasible designs that are not Pareto-optimal, an even sample of them, shape (n, columns)."""
+def _sample_others(results: Results, ranking: Ranking, names: list[str]) -> FloatArray:
+    """Values of evenly chosen feasible designs that are not Pareto-optimal, shape (lines, axes)."""
     frame = results.to_pandas([*names, "feasible"])
     values = frame[names].to_numpy(float)
     usable = frame["feasible"].to_numpy(bool) & np.isfinite(values).all(axis=1)
     rows = np.flatnonzero(usable & ~frame.index.isin(ranking.frame.index))
-    chosen: FloatArray = values[rows[spread(len(rows), _MOST_OTHERS)] if len(rows) else rows]
-    return chosen
+    sample: FloatArray = values[rows[spread(len(rows), _MAX_OTHERS)] if len(rows) else rows]
+    return sample
 
 
-def _counts(results: Results, ranking: Ranking, optimal: int, others: int) -> str:
-    """How many designs are drawn of how many."""
+def _count_text(results: Results, ranking: Ranking, optimal: int, others: int) -> str:
+    """The numbers of drawn designs and of all, for the heading."""
     total = len(ranking.frame)
     front = f"{total:,} Pareto-optimal" if optimal == total else f"{optimal:,} of {total:,} Pareto-optimal"
     rest = ranking.tally.ranked - total
     pale = f"{others:,} of {rest:,} other feasible designs, pale" if rest else "no other feasible design"
-    return f"{front}; {pale}{state(results)}"
+    return f"{front}; {pale}{completeness_note(results)}"
 
 
-def _ranges(optimal: FloatArray, others: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Ends of each axis, apart even where all values are the same."""
-    bulk = np.quantile(others, [_TAIL, 1.0 - _TAIL], axis=0) if len(others) else optimal
-    both = np.vstack([optimal, bulk])
-    low, high = both.min(axis=0), both.max(axis=0)
-    room = np.where(high > low, 0.0, 0.05 * np.abs(high) + (high == 0.0))
-    return low - room, high + room
+def _axis_ranges(optimal: FloatArray, others: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Lower and upper end of each axis, different even where all values are equal; shape (axes,)."""
+    bulk = np.quantile(others, [_OUTSIDE, 1.0 - _OUTSIDE], axis=0) if len(others) else optimal
+    extremes = np.vstack([optimal, bulk])
+    low, high = extremes.min(axis=0), extremes.max(axis=0)
+    margin = np.where(high > low, 0.0, 0.05 * np.abs(high) + (high == 0.0))
+    return low - margin, high + margin
 
 
-def _lines(figure: Figure, chart: Axes, others: FloatArray, optimal: FloatArray, ranking: Ranking) -> None:
+def opacity(lines: int, opaque: float) -> float:
+    """Opacity of each line such that `opaque` lines add up to one, within limits that keep a line visible."""
+    return float(np.clip(opaque / max(lines, 1), 0.12, 0.85))
+
+
+def _draw_others(chart: Axes, lines: FloatArray) -> None:
+    """Draw pale lines; heights on each axis from 0 to 1, shape (lines, axes)."""
     from matplotlib.collections import LineCollection
 
-    places = np.arange(optimal.shape[1], dtype=np.float64)
+    alpha = opacity(len(lines), _OPAQUE_OTHERS)
+    chart.add_collection(LineCollection(_paths(lines), colors=MUTED, lw=0.6, alpha=alpha, zorder=1, label="others",
+                                        rasterized=True))  # fmt: skip
+
+
+def _draw_optimal(figure: Figure, chart: Axes, lines: FloatArray, ranking: Ranking, colour: Column) -> None:
+    """Draw coloured lines with their scale, and the best design; heights from 0 to 1, shape (lines, axes)."""
+    from matplotlib.collections import LineCollection
+
+    values = ranking.frame[colour.name].to_numpy(float)[spread(len(ranking.frame), _MAX_OPTIMAL)]
+    # The ranking lists the best design first; it is drawn last, above the others.
+    collection = LineCollection(_paths(lines[::-1]), array=values[::-1], cmap="viridis", lw=1.1,
+                                alpha=opacity(len(lines), _OPAQUE_OPTIMAL), zorder=2, label="Pareto set",
+                                rasterized=True)  # fmt: skip
+    chart.add_collection(collection)
     first = ranking.objectives[0]
-    pale = [np.column_stack([places, line]) for line in others]
-    chart.add_collection(
-        LineCollection(pale, colors=MUTED, lw=0.6, alpha=0.3, zorder=1, label="others", rasterized=True)
-    )
-    best = ranking.frame[first.metric].to_numpy(float)[spread(len(ranking.frame), _MOST_OPTIMAL)]
-    order = np.argsort(best if first.sense == "max" else -best, kind="stable")
-    lines = LineCollection([np.column_stack([places, optimal[k]]) for k in order], array=best[order], cmap="viridis",
-                           lw=1.1, alpha=0.85, zorder=2, label="Pareto set", rasterized=True)  # fmt: skip
-    chart.add_collection(lines)
     if ranking.order_by == first:
-        chart.plot(places, optimal[0], "*-", color=GREEN, mec=INK, mew=0.6, ms=12, lw=2.0, zorder=4, clip_on=False,
-                   label=f"best {first.metric}: design {ranking.frame.index[0]:,}")  # fmt: skip
-        figure.legend(handles=[chart.get_lines()[-1]], loc="outside lower center", frameon=False)
-    if best.min() < best.max():
-        figure.colorbar(lines, ax=chart, label=f"{first.metric} of the Pareto set", pad=0.01, shrink=0.8)
+        (best,) = chart.plot(lines[0], "*-", color=GREEN, mec=INK, mew=0.6, ms=12, lw=2.0, zorder=4, clip_on=False,
+                             label=f"best {first.metric}: design {ranking.frame.index[0]:,}")  # fmt: skip
+        figure.legend(handles=[best], loc="outside lower center", frameon=False)
+    finite = values[np.isfinite(values)]
+    if len(finite) and finite.min() < finite.max():
+        from matplotlib.cm import ScalarMappable
+
+        label = f"{colour.name} of the Pareto set [{unit_text(colour.unit)}]"
+        scale = ScalarMappable(collection.norm, collection.cmap)  # not of the lines, whose opacity it would take
+        figure.colorbar(scale, ax=chart, label=label, pad=0.01, shrink=0.8)
 
 
-def _axis(chart: Axes, place: int, column: Column, ends: tuple[float, float], sense: str | None) -> None:
-    """A vertical axis with its own ticks, name, unit and, of an objective, its better side."""
+def _paths(lines: FloatArray) -> list[FloatArray]:
+    places = np.arange(lines.shape[1], dtype=np.float64)
+    return [np.column_stack([places, line]) for line in lines]
+
+
+def _draw_axis(chart: Axes, place: int, column: Column, ends: tuple[float, float], sense: str | None) -> None:
+    """Draw a vertical axis with ticks, name, unit and, of an objective, its better side."""
     from matplotlib.ticker import MaxNLocator
 
     low, high = ends
@@ -133,6 +173,5 @@ def _axis(chart: Axes, place: int, column: Column, ends: tuple[float, float], se
         chart.plot([place - 0.03, place], [height, height], color=INK, lw=1.2, zorder=3)
         chart.text(place - 0.05, height, f"{tick:.6g}", ha="right", va="center", fontsize=9, zorder=5,
                    bbox={"facecolor": "white", "alpha": 0.8, "lw": 0, "pad": 0.6})  # fmt: skip
-    better = {"min": "\n▼ better", "max": "\n▲ better", None: ""}[sense]
     words = column.name.replace("_", "_\n", 1) if len(column.name) > 12 else column.name
-    chart.text(place, -0.05, f"{words}\n[{unit_text(column.unit)}]{better}", ha="center", va="top", fontsize=10)
+    chart.text(place, -0.05, f"{words}\n[{unit_text(column.unit)}]{_BETTER[sense]}", ha="center", va="top", fontsize=10)

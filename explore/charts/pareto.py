@@ -1,4 +1,4 @@
-"""Two metrics of all designs against each other: infeasible, feasible, Pareto-optimal, and the chosen one."""
+"""All designs in the plane of two columns: infeasible, feasible and Pareto-optimal ones, and one chosen design."""
 
 from __future__ import annotations
 
@@ -6,83 +6,99 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from explore.charts.columns import axis_label, choose_design, drawable, state, study_name
-from explore.charts.style import BLUE, GREEN, INK, RED, new_figure
+from explore.charts.labels import axis_label, completeness_note, study_name
+from explore.charts.queries import choose_design, numeric_column
+from explore.charts.style import BLUE, GREEN, INFEASIBLE_OPACITY, INK, RED, new_figure
 from explore.errors import RequestError
+from explore.model.quantities import FloatArray
 from explore.ranking.rankings import Ranking, rank_source
 from explore.store.results import Results
-from explore.vocabulary import FloatArray
 
 if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-#: From this many points on, feasible designs are drawn as a density: dots would be one black area.
-MANY = 100_000
-#: Infeasible designs are drawn one in each cell of a grid this fine: crosses on top of each other tell nothing more.
-_CROSSES = (72, 48)
-_CELLS = (240, 160)
-#: Points of a mark in the legend, at least.
-_LEAST_MARK = 6.0
-#: Share of the feasible designs that the axes leave out on each side: a few far outliers would hide all others.
-_TAIL = 0.005
+#: From this many feasible designs on, a density takes the place of the dots, which would merge into a black area.
+DENSITY_THRESHOLD = 100_000
+#: Columns and rows of the cells of a density.
+_DENSITY_CELLS = (240, 160)
+#: Columns and rows of the cells that hold one cross each when there are more infeasible designs than cells.
+_CROSS_CELLS = (72, 48)
+#: Smallest size of a mark in the legend, points.
+_LEGEND_MARK = 6.0
+#: Share of the feasible designs outside the axes on each side: a few outliers would compress all others.
+_OUTSIDE = 0.005
 
 
-def pareto_chart(results: Results, x: str | None = None, y: str | None = None, design: int | None = None) -> Figure:
-    """Designs in the plane of two columns, with the Pareto set of the study's objectives.
+def pareto_chart(results: Results, *, x: str | None = None, y: str | None = None, design: int | None = None) -> Figure:
+    """Draw all designs in the plane of two columns, with the Pareto set of the study's objectives.
 
     Parameters
     ----------
     results
         Of a sweep, finished or not.
     x, y
-        Names of columns; the first two objectives of the study unless given. When the two are all objectives, the
-        Pareto set is joined to the border of what can be had.
+        Names of columns; the first two objectives of the study unless given. If these are all the objectives, a line
+        joins the Pareto set.
     design
-        The chosen one; the best of the Pareto set by its first objective unless given.
+        Number of the design to mark; the best of the Pareto set by the first objective unless given.
 
     Raises
     ------
     RequestError
-        If a name is none of a column of numbers, or both are the same.
+        If a column is unknown or holds no numbers, or both are the same.
     ResultsError
-        If the design is not there.
+        If the design is not in the file.
     """
-    ranking = rank_source(results)
-    x, y = _two_columns(results, ranking, x, y)
-    columns = [drawable(results, name) for name in (x, y)]
-    frame = results.to_pandas([x, y, "feasible"])
     figure = new_figure()
     chart = figure.subplots()
+    ranking = draw_designs(figure, chart, results, x=x, y=y, design=design)
+    count = f"{ranking.tally.ranked:,} feasible of {results.n_studied:,} designs{completeness_note(results)}"
+    figure.suptitle(f"{study_name(results)}: {len(ranking.frame):,} Pareto-optimal of {count}", fontsize=12, color=INK)
+    handles, labels = chart.get_legend_handles_labels()
+    legend = figure.legend(handles, labels, loc="outside lower left", ncols=1, frameon=False, fontsize=10)
+    for mark in legend.get_lines():  # the marks of many designs are small
+        mark.set_markersize(max(mark.get_markersize(), _LEGEND_MARK))
+    return figure
+
+
+def draw_designs(
+    figure: Figure,
+    chart: Axes,
+    results: Results,
+    *,
+    x: str | None = None,
+    y: str | None = None,
+    design: int | None = None,
+) -> Ranking:
+    """Draw the designs of `pareto_chart` into existing axes; returns the ranking of the study."""
+    ranking = rank_source(results)
+    x, y = _choose_columns(results, ranking, x, y)
+    columns = [numeric_column(results, name) for name in (x, y)]
+    frame = results.to_pandas([x, y, "feasible"])
     front = ranking.frame[[x, y]].to_numpy(float)
     chosen = None
     if design is not None or len(front):
         chosen = results.rows([choose_design(results, design, ranking)])[[x, y]]
     marked = front if chosen is None else np.vstack([front, chosen.to_numpy(float)])
     points, feasible = frame[[x, y]].to_numpy(float), frame["feasible"].to_numpy(bool)
-    _limit(chart, points[feasible] if feasible.any() else points, marked)
+    _set_limits(chart, points[feasible] if feasible.any() else points, marked)
     if results.keep == "all":
-        _infeasible(chart, points[~feasible])
-        _feasible(figure, chart, points[feasible], ranking)
-    _front(chart, front, ranking, (x, y))
+        _draw_infeasible(chart, points[~feasible])
+        _draw_feasible(figure, chart, points[feasible], ranking)
+    _draw_front(chart, front, ranking, (x, y))
     if chosen is not None:
-        _chosen(chart, chosen)
+        _mark_design(chart, chosen)
     chart.set_xlabel(axis_label(columns[0]))
     chart.set_ylabel(axis_label(columns[1]))
-    count = f"{ranking.tally.ranked:,} feasible of {results.n_studied:,} designs{state(results)}"
-    figure.suptitle(f"{study_name(results)}: {len(front):,} Pareto-optimal of {count}", fontsize=12, color=INK)
-    handles, labels = chart.get_legend_handles_labels()
-    legend = figure.legend(handles, labels, loc="outside lower left", ncols=1, frameon=False, fontsize=10)
-    for mark in legend.get_lines():  # a mark is small where there are many
-        mark.set_markersize(max(mark.get_markersize(), _LEAST_MARK))
-    return figure
+    return ranking
 
 
-def _two_columns(results: Results, ranking: Ranking, x: str | None, y: str | None) -> tuple[str, str]:
-    """The columns asked for, the first objectives in the place of those that were not."""
-    left = [o.metric for o in ranking.objectives if o.metric not in (x, y)]
-    names = [name or (left.pop(0) if left else None) for name in (x, y)]
+def _choose_columns(results: Results, ranking: Ranking, x: str | None, y: str | None) -> tuple[str, str]:
+    """Names of the columns of both axes: the given ones, else the first objectives."""
+    available = [o.metric for o in ranking.objectives if o.metric not in (x, y)]
+    names = [name or (available.pop(0) if available else None) for name in (x, y)]
     if names[0] is None or names[1] is None:
         raise RequestError(f"{results.path} has fewer than two objectives: name the columns with --x and --y")
     if names[0] == names[1]:
@@ -90,8 +106,8 @@ def _two_columns(results: Results, ranking: Ranking, x: str | None, y: str | Non
     return names[0], names[1]
 
 
-def _limit(chart: Axes, points: FloatArray, marked: FloatArray) -> None:
-    """Axes that hold what is marked and nearly all designs."""
+def _set_limits(chart: Axes, points: FloatArray, marked: FloatArray) -> None:
+    """Set limits that hold all marked points and, apart from outliers, all others; arrays of shape (n, 2)."""
     points = points[np.isfinite(points).all(axis=1)]
     marked = marked[np.isfinite(marked).all(axis=1)]
     if len(points) == 0 and len(marked) == 0:
@@ -99,51 +115,53 @@ def _limit(chart: Axes, points: FloatArray, marked: FloatArray) -> None:
         chart.set_xticks([])
         chart.set_yticks([])
         return
-    bulk = np.quantile(points, [_TAIL, 1.0 - _TAIL], axis=0, method="nearest") if len(points) else marked
-    both = np.vstack([bulk, marked])
-    low, high = both.min(axis=0), both.max(axis=0)
-    room = np.where(high > low, 0.04 * (high - low), 0.05 * np.abs(high) + (high == 0.0))
-    chart.set_xlim(low[0] - room[0], high[0] + room[0])
-    chart.set_ylim(low[1] - room[1], high[1] + room[1])
+    bulk = np.quantile(points, [_OUTSIDE, 1.0 - _OUTSIDE], axis=0, method="nearest") if len(points) else marked
+    extremes = np.vstack([bulk, marked])
+    low, high = extremes.min(axis=0), extremes.max(axis=0)
+    margin = np.where(high > low, 0.04 * (high - low), 0.05 * np.abs(high) + (high == 0.0))
+    chart.set_xlim(low[0] - margin[0], high[0] + margin[0])
+    chart.set_ylim(low[1] - margin[1], high[1] + margin[1])
 
 
-def _cells(chart: Axes, points: FloatArray, shape: tuple[int, int]) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Designs in each cell of the axes, shape (x, y), and the edges of the cells."""
+def _count_in_cells(
+    chart: Axes, points: FloatArray, shape: tuple[int, int]
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Number of designs in each cell of the axes, shape (columns, rows), and the edges of the cells."""
     counts, x, y = np.histogram2d(points[:, 0], points[:, 1], shape, [chart.get_xlim(), chart.get_ylim()])
     return counts, x, y
 
 
-def _infeasible(chart: Axes, points: FloatArray) -> None:
-    """Crosses; most infeasible designs were never simulated and have no values."""
+def _draw_infeasible(chart: Axes, points: FloatArray) -> None:
+    """Draw crosses; designs without values, most of which were not simulated, are only counted."""
     if len(points) == 0:
         return
-    known = points[np.isfinite(points).all(axis=1)]
-    label = f"infeasible: {len(known):,}"
-    if len(known) == 0:
+    shown = points[np.isfinite(points).all(axis=1)]
+    label = f"infeasible: {len(shown):,}"
+    if len(shown) == 0:
         label = f"infeasible: {len(points):,}, all without values"
-    elif len(points) > len(known):
-        label += f" (and {len(points) - len(known):,} without values)"
-    shown = known
-    if len(known) > _CROSSES[0] * _CROSSES[1]:
-        counts, x, y = _cells(chart, known, _CROSSES)
+    elif len(points) > len(shown):
+        label += f" (and {len(points) - len(shown):,} without values)"
+    if len(shown) > _CROSS_CELLS[0] * _CROSS_CELLS[1]:
+        counts, x, y = _count_in_cells(chart, shown, _CROSS_CELLS)
         i, j = np.nonzero(counts)
         shown = np.column_stack([(x[i] + x[i + 1]) / 2.0, (y[j] + y[j + 1]) / 2.0])
         label += ", × where there are any"
-    chart.plot(*shown.T, "x", color=RED, ms=3.5, mew=0.7, alpha=0.7, ls="", label=label, zorder=1, rasterized=True)
+    chart.plot(*shown.T, "x", color=RED, ms=3.0, mew=0.6, alpha=INFEASIBLE_OPACITY, ls="", label=label, zorder=1,
+               rasterized=True)  # fmt: skip
 
 
-def _feasible(figure: Figure, chart: Axes, points: FloatArray, ranking: Ranking) -> None:
-    """Dots, or where there are many the number in each cell."""
+def _draw_feasible(figure: Figure, chart: Axes, points: FloatArray, ranking: Ranking) -> None:
+    """Draw dots, or of many designs their number in each cell."""
     from matplotlib.colors import LinearSegmentedColormap, LogNorm
 
     points = points[np.isfinite(points).all(axis=1)]
     label = f"feasible: {ranking.tally.ranked:,}"
-    if len(points) < MANY:
+    if len(points) < DENSITY_THRESHOLD:
         size = float(np.clip(240.0 / np.sqrt(max(len(points), 1)), 2.2, 7.0))
         chart.plot(*points.T, ".", color=INK, ms=size, mew=0, ls="", zorder=2, rasterized=True)
         chart.plot([], [], ".", color=INK, ms=7, ls="", label=label)
         return
-    counts, x, y = _cells(chart, points, _CELLS)
+    counts, x, y = _count_in_cells(chart, points, _DENSITY_CELLS)
     ink = LinearSegmentedColormap.from_list("ink", ["#b9bfc6", INK])
     image = chart.pcolormesh(x, y, np.ma.masked_equal(counts.T, 0), cmap=ink, norm=LogNorm(1, counts.max()), zorder=2,
                              rasterized=True)  # fmt: skip
@@ -151,24 +169,24 @@ def _feasible(figure: Figure, chart: Axes, points: FloatArray, ranking: Ranking)
     chart.plot([], [], "s", color=INK, ms=6, ls="", label=f"{label}, darker where there are more")
 
 
-def _front(chart: Axes, front: FloatArray, ranking: Ranking, names: tuple[str, str]) -> None:
-    """Circles, joined by the border of what can be had when the axes are all objectives."""
+def _draw_front(chart: Axes, front: FloatArray, ranking: Ranking, names: tuple[str, str]) -> None:
+    """Draw rings; if the axes are all the objectives, joined by the border of the dominated region."""
     if len(front) == 0:
         return
     senses = {o.metric: o.sense for o in ranking.objectives}
-    look: dict[str, Any] = {"ls": ""}
+    line: dict[str, Any] = {"ls": ""}
     if set(senses) == set(names):
         front = front[np.argsort(front[:, 0], kind="stable")]
-        look = {"drawstyle": "steps-post" if senses[names[0]] == "min" else "steps-pre", "lw": 1.2}
-    aims = ", ".join(f"{metric} ({sense})" for metric, sense in senses.items())
+        line = {"drawstyle": "steps-post" if senses[names[0]] == "min" else "steps-pre", "lw": 1.2}
+    objectives = ", ".join(f"{metric} ({sense})" for metric, sense in senses.items())
     size = float(np.clip(60.0 / np.sqrt(len(front)), 2.0, 6.0))
     chart.plot(*front.T, color=BLUE, marker="o", ms=size, mfc="white" if size > 3.5 else BLUE, mew=1.1, zorder=3,
-               label=f"Pareto set in {aims}: {len(front):,}", **look)  # fmt: skip
+               label=f"Pareto set in {objectives}: {len(front):,}", **line)  # fmt: skip
 
 
-def _chosen(chart: Axes, chosen: pd.DataFrame) -> None:
+def _mark_design(chart: Axes, chosen: pd.DataFrame) -> None:
     point = chosen.to_numpy(float)[0]
     label = f"chosen: design {chosen.index[0]:,}"
     if not np.isfinite(point).all():
-        label += " (has no such values)"
+        label += " (without values here)"
     chart.plot(*point, "*", color=GREEN, mec=INK, mew=0.8, ms=17, ls="", label=label, zorder=4, clip_on=False)

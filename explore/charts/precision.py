@@ -5,18 +5,18 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
-from explore.charts.style import INK, MUTED, RED, line_of
+from explore.charts.style import INK, MUTED, RED, line_style
 
 if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-#: Errors below are drawn here: they are zero, or luck within the rounding of doubles.
+#: Errors below this value, which rounding makes meaningless, are drawn at it.
 FLOOR = 1e-17
-#: Where failures are drawn, above every error that is still one: those that the method tells, and those it does not.
-TOLD, SILENT = 3.0, 100.0
-REFUSED = "rightly refused"
+#: Heights at which failures are drawn, above all errors: those that the method reports, and silent ones.
+REPORTED_FAILURE, SILENT_FAILURE = 3.0, 100.0
+REJECTED = "correctly rejected"
 _ERRORS = {
     "angle_error_max": "angles [rad]",
     "velocity_error_max": "velocities, over the peak",
@@ -24,31 +24,31 @@ _ERRORS = {
     "cv_error": "cv of the stroke, relative",
 }
 _COSTS = {"cpu_seconds": "CPU time per design [s]", "evaluations": "evaluations per design"}
-#: Width and height of a panel, and of what surrounds the panels, inches: small, so that the words of a figure are still
-#: readable where a page shows it at half its size.
-_PANEL, _AROUND = (2.5, 2.2), (0.9, 1.5)
+#: Width and height of a panel and of the frame around all panels, inches: small, so that texts stay readable in a page
+#: that shows the figure at half its size.
+_PANEL, _FRAME = (2.5, 2.2), (0.9, 1.5)
 _LEGEND_COLUMNS = 5
 _TICKS = [10.0**exponent for exponent in range(-17, 0, 4)]
-#: The words beside the failures: who gave up and said so, and who did not.
-_EDGES = ("failed, refused", "silently wrong")
+#: Labels of the failures that a method reports, and of those that it does not.
+_FAILURES = ("reported failure", "silently wrong")
 
 
 def scene_chart(rows: pd.DataFrame, title: str) -> Figure:
-    """Every error of one scene against CPU time (above) and against evaluations (below).
+    """Draw each error in one scene over CPU time (above) and over evaluations (below).
 
     Parameters
     ----------
     rows
-        Of `explore.comparison.precision.compare_methods`, for one scene.
+        From `explore.comparison.method_precision.compare_methods`, for one scene.
     title
-        In words.
+        Heading of the figure.
     """
     errors = [name for name in _ERRORS if name in rows and rows[name].notna().any()] or ["angle_error_max"]
     figure = _figure(2, max(len(errors), 3))
     axes = figure.subplots(2, len(errors), squeeze=False, sharey=True)
     for line, cost in zip(axes, _COSTS, strict=True):
         for chart, error in zip(line, errors, strict=True):
-            _draw(chart, rows, _cost_of(error, cost), error)
+            _draw_panel(chart, rows, _cost_of(error, cost), error)
             chart.set_xlabel(_COSTS[cost], fontsize=8)
     for chart, error in zip(axes[0], errors, strict=True):
         chart.set_title(_ERRORS[error], fontsize=9)
@@ -59,7 +59,15 @@ def scene_chart(rows: pd.DataFrame, title: str) -> Figure:
 
 
 def overview_chart(rows: pd.DataFrame, titles: dict[str, str]) -> Figure:
-    """Error of the velocities, or of the angles where no more is asked, against CPU time: one panel a scene."""
+    """Draw the error of the velocities over CPU time, of the angles in scenes without velocities: one panel per scene.
+
+    Parameters
+    ----------
+    rows
+        From `explore.comparison.method_precision.compare_methods`, for several scenes.
+    titles
+        Titles of the scenes by name.
+    """
     columns = 3
     lines = -(-len(titles) // columns)
     figure = _figure(lines, columns)
@@ -67,7 +75,7 @@ def overview_chart(rows: pd.DataFrame, titles: dict[str, str]) -> Figure:
     for chart, (scene, title) in zip(axes, titles.items(), strict=False):
         of_scene = rows[rows["scene"] == scene]
         has_velocities = "velocity_error_max" in of_scene and of_scene["velocity_error_max"].notna().any()
-        _draw(chart, of_scene, "cpu_seconds", "velocity_error_max" if has_velocities else "angle_error_max")
+        _draw_panel(chart, of_scene, "cpu_seconds", "velocity_error_max" if has_velocities else "angle_error_max")
         chart.set_title(title if has_velocities else f"{title} (angles)", fontsize=9)
     for chart in axes[len(titles) :]:
         chart.set_axis_off()
@@ -81,46 +89,52 @@ def overview_chart(rows: pd.DataFrame, titles: dict[str, str]) -> Figure:
 def _figure(lines: int, columns: int) -> Figure:
     from matplotlib.figure import Figure
 
-    size = (_PANEL[0] * columns + _AROUND[0], _PANEL[1] * lines + _AROUND[1])
+    size = (_PANEL[0] * columns + _FRAME[0], _PANEL[1] * lines + _FRAME[1])
     return Figure(figsize=size, layout="constrained")
 
 
 def _cost_of(error: str, cost: str) -> str:
-    """The cv is that of a run of its own, over the stroke."""
+    """Column of the cost; the cv is computed in a separate run over the stroke."""
     return f"cv_{cost}" if error == "cv_error" else cost
 
 
-def _draw(chart: Axes, rows: pd.DataFrame, cost: str, error: str) -> None:
+def _draw_panel(chart: Axes, rows: pd.DataFrame, cost: str, error: str) -> None:
     chart.set_xscale("log")
     chart.set_yscale("log")
-    chart.set_ylim(FLOOR / 3.0, SILENT * 5.0)
-    chart.axhspan(TOLD / 4.0, SILENT / 6.0, color=MUTED, alpha=0.12, lw=0)
-    chart.axhspan(SILENT / 6.0, SILENT * 5.0, color=RED, alpha=0.15, lw=0)
-    chart.set_yticks([*_TICKS, TOLD, SILENT], [*(f"$10^{{{round(math.log10(y))}}}$" for y in _TICKS), *_EDGES])
+    chart.set_ylim(FLOOR / 3.0, SILENT_FAILURE * 5.0)
+    chart.axhspan(REPORTED_FAILURE / 4.0, SILENT_FAILURE / 6.0, color=MUTED, alpha=0.12, lw=0)
+    chart.axhspan(SILENT_FAILURE / 6.0, SILENT_FAILURE * 5.0, color=RED, alpha=0.15, lw=0)
+    chart.set_yticks(
+        [*_TICKS, REPORTED_FAILURE, SILENT_FAILURE], [*(f"$10^{{{round(math.log10(y))}}}$" for y in _TICKS), *_FAILURES]
+    )
     solved = error in rows and rows[error].notna().any()
-    if not solved and (rows["verdict"] == REFUSED).any():
-        chart.text(0.5, 0.45, "no motion exists:\nwho says so is right", ha="center", va="center", color=MUTED,
+    if not solved and (rows["verdict"] == REJECTED).any():
+        chart.text(0.5, 0.45, "no motion exists:\nrejecting it is correct", ha="center", va="center", color=MUTED,
                    fontsize=8, transform=chart.transAxes)  # fmt: skip
     chart.grid(color=MUTED, alpha=0.25, lw=0.5)
     chart.tick_params(labelsize=7)
     for name, of_method in rows.groupby("method", sort=False):
-        look = line_of(str(name))
-        style: dict[str, Any] = {"color": look.colour, "marker": look.marker, "ms": 9 if look.marker == "*" else 5}
-        style |= {} if look.filled else {"mfc": "white"}
-        known = of_method[error] >= 0.0 if error in of_method else of_method["failed"] < 0
-        failed = (of_method["failed"] > 0) | ~known
-        sound = of_method[~failed]
-        if len(sound):
-            values = sound[error].clip(lower=FLOOR)
-            chart.plot(sound[cost], values, ls=look.style, lw=1.1, label=str(name), **style)
-        if failed.any():
-            lost = of_method[failed]
-            edge = [SILENT if wrong else TOLD for wrong in lost["silently_wrong"] > 0]
-            chart.plot(lost[cost].fillna(lost["cpu_seconds"]), edge, ls="", label=str(name), **style)
+        _draw_method(chart, of_method, cost, error, str(name))
+
+
+def _draw_method(chart: Axes, rows: pd.DataFrame, cost: str, error: str, name: str) -> None:
+    """Draw the errors of one method as a line, and its failures as marks on the upper edge."""
+    line = line_style(name)
+    marks: dict[str, Any] = {"color": line.colour, "marker": line.marker, "ms": 9 if line.marker == "*" else 5}
+    marks |= {} if line.filled else {"mfc": "white"}
+    has_error = rows[error] >= 0.0 if error in rows else rows["failed"] < 0
+    failed = (rows["failed"] > 0) | ~has_error
+    solved = rows[~failed]
+    if len(solved):
+        chart.plot(solved[cost], solved[error].clip(lower=FLOOR), ls=line.style, lw=1.1, label=name, **marks)
+    if failed.any():
+        failures = rows[failed]
+        heights = [SILENT_FAILURE if silent else REPORTED_FAILURE for silent in failures["silently_wrong"] > 0]
+        chart.plot(failures[cost].fillna(failures["cpu_seconds"]), heights, ls="", label=name, **marks)
 
 
 def _legend(figure: Figure, chart: Axes) -> None:
-    """One entry a method, whether it failed everywhere or not."""
+    """Write one entry per method, also of methods that only fail."""
     entries: dict[str, Any] = {}
     for handle, name in zip(*chart.get_legend_handles_labels(), strict=True):
         entries.setdefault(name, handle)

@@ -1,16 +1,16 @@
-"""The ratio of a transmission and how steady its output is, against the crank length that sets it."""
+"""Mean output ratio of a transmission and cv of its output over the length of the crank."""
 
 from __future__ import annotations
 
-import json
 from typing import TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
 
-from explore.charts.columns import axis_label, choose_design, drawable, others_fixed, state, study_name
-from explore.charts.reasons import in_words, look, needed_columns, reasons
-from explore.charts.style import BLUE, GREEN, INK, MUTED, PURPLE, RED, new_figure
+from explore.charts.cells import edges_around
+from explore.charts.labels import axis_label, completeness_note, study_name
+from explore.charts.queries import choose_design, designs_like, numeric_column
+from explore.charts.reasons import HATCH_COLOUR, ReasonMasks, reason_columns, reason_masks, region_style
+from explore.charts.style import BLUE, GREEN, INFEASIBLE_OPACITY, INK, MUTED, PURPLE, RED, new_figure
 from explore.errors import RequestError
 from explore.store.results import Results
 
@@ -20,97 +20,96 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from matplotlib.patches import Patch
 
-#: Masks of designs by the reason why they are infeasible.
-Reasons = dict[str, npt.NDArray[np.bool_]]
 _CRANK, _RATIO, _CV = "crank", "mean_output_ratio", "cv"
 _LOOKS = {_RATIO: (BLUE, "o"), _CV: (PURPLE, "s")}
 
 
-def ratio_chart(results: Results, design: int | None = None) -> Figure:
-    """Mean output ratio and coefficient of variation of the designs that differ from one in the crank length only.
+def ratio_chart(results: Results, *, design: int | None = None) -> Figure:
+    """Draw the mean output ratio and the cv of the designs that differ from one design only in the crank length.
 
     Parameters
     ----------
     results
         Of a sweep over the crank, with the metrics mean_output_ratio and cv.
     design
-        The one that fixes the other parameters; the best of the Pareto set unless given.
+        Number of the design that fixes the other parameters; the best of the Pareto set unless given.
 
     Raises
     ------
     RequestError
-        If a column is missing, or no other design differs in the crank only.
+        If a column is missing, no other design differs in the crank only, or no number is given and no design is
+        feasible.
+    ResultsError
+        If the design is not in the file.
     """
-    drawable(results, _CRANK, ("parameter",))
-    for name in _LOOKS:
-        drawable(results, name, ("metric",))
+    for name, role in ((_CRANK, "parameter"), (_RATIO, "metric"), (_CV, "metric")):
+        numeric_column(results, name, role)
     chosen = choose_design(results, design)
     others = [c for c in results.columns if c.role == "parameter" and c.name != _CRANK]
-    frame, fixed = others_fixed(results, [_CRANK, *_LOOKS, *needed_columns(results)], others, chosen)
+    frame, common = designs_like(results, [_CRANK, *_LOOKS, *reason_columns(results)], others, chosen)
     frame = frame.sort_values(_CRANK, kind="stable")
     if frame[_CRANK].nunique() < 2:
-        alone = f"no other design of {results.path} differs from design {chosen} in the crank only"
-        raise RequestError(f"{alone}; sweep the crank as a grid")
-    masks = reasons(results, frame)
-    found = dict(zip(in_words(list(masks)), masks.values(), strict=True))
+        raise RequestError(
+            f"no other design of {results.path} differs from design {chosen} in the crank only; "
+            "sweep the crank as a grid"
+        )
+    masks = reason_masks(results, frame)
+
     figure = new_figure(9.0, 7.4)
     charts = figure.subplots(2, 1, sharex=True)
     for chart, name in zip(charts, _LOOKS, strict=True):
-        _curve(chart, frame, name, chosen, found)
-        _bounds(chart, results, name)
-        chart.set_ylabel(axis_label(drawable(results, name), 38))
-        bands = _bands(chart, frame, found)
+        _draw_curve(chart, frame, name, chosen, masks)
+        _draw_metric_bounds(chart, results, name)
+        chart.set_ylabel(axis_label(numeric_column(results, name), 38))
+        bands = _hatch_undefined(chart, frame, masks)
         chart.grid(color=MUTED, alpha=0.25, lw=0.5)
-    charts[-1].set_xlabel(axis_label(drawable(results, _CRANK)))
+    charts[-1].set_xlabel(axis_label(numeric_column(results, _CRANK)))
     handles, labels = charts[0].get_legend_handles_labels()
-    known = dict(zip([*labels, *(str(band.get_label()) for band in bands)], [*handles, *bands], strict=True))
-    figure.legend(known.values(), known.keys(), loc="outside lower center", ncols=2, frameon=False, fontsize=10,
-                  handleheight=1.6)  # fmt: skip
-    figure.suptitle(f"{study_name(results)}: {len(frame):,} crank lengths{state(results)}\n{fixed}", fontsize=11,
-                    color=INK)  # fmt: skip
+    handles, labels = [*handles, *bands], [*labels, *(str(band.get_label()) for band in bands)]
+    figure.legend(handles, labels, loc="outside lower center", ncols=2, frameon=False, fontsize=10, handleheight=1.6)
+    count = f"{len(frame):,} crank lengths{completeness_note(results)}"
+    figure.suptitle(f"{study_name(results)}: {count}\n{common}", fontsize=11, color=INK)
     return figure
 
 
-def _curve(chart: Axes, frame: pd.DataFrame, name: str, chosen: int, found: Reasons) -> None:
-    """The curve; feasible designs with a filled mark, others with a cross, the chosen one with a star."""
+def _draw_curve(chart: Axes, frame: pd.DataFrame, name: str, chosen: int, masks: ReasonMasks) -> None:
+    """Draw a metric over the crank: feasible designs as dots, infeasible ones as crosses, the chosen one as a star."""
     colour, marker = _LOOKS[name]
     crank, values, feasible = frame[_CRANK], frame[name], frame["feasible"].to_numpy(bool)
     few = len(frame) <= 60
-    shown = ~feasible & values.notna().to_numpy()
-    why = ", ".join(reason for reason, mask in found.items() if (mask & shown).any())
+    crosses = ~feasible & values.notna().to_numpy()
+    reasons = ", ".join(reason for reason, mask in masks.items() if (mask & crosses).any())
     chart.plot(crank, values, color=colour, lw=1.4, zorder=2)
     chart.plot(crank[feasible], values[feasible], marker, color=INK, ms=5.5 if few else 2.0, ls="", zorder=3,
                label="feasible")  # fmt: skip
-    if shown.any():
-        chart.plot(crank[shown], values[shown], "x", color=RED, ms=6.0 if few else 2.5, ls="", zorder=3,
-                   label=f"infeasible: {why}")  # fmt: skip
+    if crosses.any():
+        chart.plot(crank[crosses], values[crosses], "x", color=RED, ms=4.5 if few else 2.0, alpha=INFEASIBLE_OPACITY,
+                   ls="", zorder=3, label=f"infeasible: {reasons}")  # fmt: skip
     chart.plot(crank.loc[[chosen]], values.loc[[chosen]], "*", color=GREEN, mec=INK, ms=16, ls="", zorder=4,
                label=f"design {chosen:,}")  # fmt: skip
 
 
-def _bounds(chart: Axes, results: Results, name: str) -> None:
-    """Lines at the bounds that the study sets on the metric."""
-    constraints = json.loads(str(results.attributes.get("determines", "{}"))).get("constraints", {})
-    for bound in constraints.get(name, {}).values():
+def _draw_metric_bounds(chart: Axes, results: Results, name: str) -> None:
+    """Draw the study's bounds on the metric as lines; those beyond the axis do not extend it."""
+    limits = chart.get_ylim()
+    for bound in results.constraints.get(name, {}).values():
         if bound is not None:
             chart.axhline(bound, color=RED, lw=1.1, ls="-.")
+    chart.set_ylim(limits)
 
 
-def _bands(chart: Axes, frame: pd.DataFrame, found: Reasons) -> list[Patch]:
-    """Hatch the crank lengths at which a metric has no value; the entries of the legend."""
-    crank = frame[_CRANK].to_numpy(float)
-    middle = (crank[1:] + crank[:-1]) / 2.0
-    edges = np.concatenate([[1.5 * crank[0] - 0.5 * crank[1]], middle, [1.5 * crank[-1] - 0.5 * crank[-2]]])
+def _hatch_undefined(chart: Axes, frame: pd.DataFrame, masks: ReasonMasks) -> list[Patch]:
+    """Hatch the crank lengths where a metric is undefined, by reason; returns the entries of the legend."""
+    edges = edges_around(frame[_CRANK].to_numpy(float))
     chart.set_xlim(edges[0], edges[-1])
-    silent = frame[_RATIO].isna().to_numpy() | frame[_CV].isna().to_numpy()
+    undefined = frame[_RATIO].isna().to_numpy() | frame[_CV].isna().to_numpy()
     entries = []
-    for number, (reason, mask) in enumerate(found.items()):
-        style, own = look(number), mask & silent
-        for k in np.flatnonzero(own):
-            chart.axvspan(
-                edges[k], edges[k + 1], facecolor=style.face, edgecolor=INK, hatch=style.hatch, lw=0, zorder=0
-            )
-        silent &= ~mask
-        if own.any():
-            entries.append(style.patch(f"no value: {reason}"))
+    for number, (reason, mask) in enumerate(masks.items()):
+        style, hatched = region_style(number), mask & undefined
+        for k in np.flatnonzero(hatched):
+            chart.axvspan(edges[k], edges[k + 1], facecolor=style.face, edgecolor=HATCH_COLOUR, hatch=style.hatch,
+                          lw=0, zorder=0)  # fmt: skip
+        undefined &= ~mask
+        if hatched.any():
+            entries.append(style.legend_patch(f"no value: {reason}"))
     return entries

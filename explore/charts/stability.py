@@ -1,4 +1,4 @@
-"""Maps of where methods break: distance to the change point against setting."""
+"""Maps of the verdicts on methods: distance to the change point over setting."""
 
 from __future__ import annotations
 
@@ -13,59 +13,61 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from matplotlib.patches import Rectangle
 
-#: Colour and letter of each verdict: what is said is pale, what is silently wrong is strong.
+#: Colour and letter of each verdict: reported failures are pale, silent ones strong.
 VERDICTS = {
-    "right": (GREEN, ""),
+    "accurate": (GREEN, ""),
     "inaccurate": (ORANGE, ""),
-    "rightly refused": ("#d9dee3", "·"),
-    "gave up and said so": (SKY, "g"),
+    "correctly rejected": ("#d9dee3", "·"),
+    "reported failure": (SKY, "g"),
     "raised": (BLUE, "e"),
-    "silent NaN": (PURPLE, "N"),
-    "ok where none is": (BROWN, "!"),
+    "unreported NaN": (PURPLE, "N"),
+    "false success": (BROWN, "!"),
     "wrong branch": (RED, "B"),
 }
-#: Methods in one panel: those without a setting are a line each.
-_TOGETHER = "methods of one setting"
-#: Height of a panel's heading and of each of its lines, inches.
-_HEADING, _LINE = 0.3, 0.17
+#: Panel of the methods that have one setting each.
+_SHARED_PANEL = "methods of one setting"
+#: Height of the heading of a panel and of each of its lines, inches.
+_HEADING_HEIGHT, _LINE_HEIGHT = 0.3, 0.17
 
 
 def stability_chart(rows: pd.DataFrame, goal: float) -> Figure:
-    """One panel a method: margin to the right, a line for each setting; a cell says the verdict and the digits.
+    """Draw a panel per method, with margins as columns and settings as lines; a cell shows the verdict and the digits.
 
     Parameters
     ----------
     rows
-        Of `explore.comparison.stability.map_stability`.
+        From `explore.comparison.stability.map_stability`.
     goal
-        The error up to which a motion counted as right.
+        Largest error of a motion that counts as accurate.
     """
     from matplotlib.figure import Figure
     from matplotlib.patches import Patch
 
-    panels = _panels(rows)
-    heights = [_HEADING + _LINE * len(lines) for lines in panels.values()]
-    left, right = _two_columns(list(panels), heights)
+    panels = _split_panels(rows)
+    heights = [_HEADING_HEIGHT + _LINE_HEIGHT * len(lines) for lines in panels.values()]
+    left, right = _split_columns(list(panels), heights)
     height = max(sum(h for _, h in left), sum(h for _, h in right)) + 1.3
     figure = Figure(figsize=(11.0, height), layout="constrained")
     columns = figure.subfigures(1, 2, squeeze=False)[0]
     for column, names in zip(columns, (left, right), strict=True):
         charts = column.subplots(len(names), 1, squeeze=False, height_ratios=[h for _, h in names]).ravel()
         for chart, (name, _) in zip(charts, names, strict=True):
-            _panel(chart, name, panels[name])
+            _draw_panel(chart, name, panels[name])
         margins = rows["margin"].drop_duplicates()
-        charts[-1].set_xticks([x + 0.5 for x in range(len(margins))], map(_power, margins), fontsize=7, rotation=90)
-        charts[-1].set_xlabel("Grashof margin over the longest link; right of the bar no turn exists", fontsize=8)
+        charts[-1].set_xticks(
+            [x + 0.5 for x in range(len(margins))], map(_margin_text, margins), fontsize=7, rotation=90
+        )
+        charts[-1].set_xlabel("Grashof margin over the longest link; right of the bar no full turn exists", fontsize=8)
     present = [verdict for verdict in VERDICTS if (rows["verdict"] == verdict).any()]
     patches = [Patch(color=VERDICTS[v][0], label=f"{v} {VERDICTS[v][1]}".strip()) for v in present]
-    title = f"Where methods break. Right: errors up to {goal:g}. The number in a cell counts the correct digits."
+    title = f"Accurate: errors up to {goal:g}. The number in a cell is the number of correct digits."
     figure.legend(handles=patches, loc="outside upper center", ncols=len(present), frameon=False, fontsize=8.5,
                   title=title, title_fontsize=9.5)  # fmt: skip
     return figure
 
 
-def _panels(rows: pd.DataFrame) -> dict[str, dict[str, pd.DataFrame]]:
-    """Lines by panel; methods of one line share a panel. Headings and labels do not repeat one another."""
+def _split_panels(rows: pd.DataFrame) -> dict[str, dict[str, pd.DataFrame]]:
+    """Lines by label, by heading of the panel; methods with one line share a panel."""
     panels: dict[str, dict[str, pd.DataFrame]] = {}
     for name, of_method in rows.groupby("method", sort=False):
         several = len(set(of_method["angles"])) > 1
@@ -74,23 +76,23 @@ def _panels(rows: pd.DataFrame) -> dict[str, dict[str, pd.DataFrame]]:
             for (setting, angles), line in of_method.groupby(["setting", "angles"], sort=False)
         }
         if len(lines) == 1:
-            panels.setdefault(_TOGETHER, {})[next(iter(lines))[0]] = next(iter(lines.values()))
+            panels.setdefault(_SHARED_PANEL, {})[next(iter(lines))[0]] = next(iter(lines.values()))
             continue
-        parts = [(*_field(setting), angles) for setting, angles in lines]
+        parts = [(*_parse_setting(setting), angles) for setting, angles in lines]
         heading = ", ".join(filter(None, [f"{name}: {parts[0][0]}".rstrip(": "), "angles a turn" * several]))
         labels = [", ".join(filter(None, part[1:])) for part in parts]
         panels[heading] = dict(zip(labels, lines.values(), strict=True))
     return panels
 
 
-def _field(setting: str) -> tuple[str, str]:
-    """The name and the value in a label such as ``rk45(rtol=1e-06)``; empty where there is none."""
+def _parse_setting(setting: str) -> tuple[str, str]:
+    """Name and value of the option in a label such as ``rk45(rtol=1e-06)``; empty without an option."""
     name, _, value = setting.partition("(")[2].rstrip(")").partition("=")
     return name, value
 
 
-def _two_columns(names: list[str], heights: list[float]) -> tuple[list[tuple[str, float]], list[tuple[str, float]]]:
-    """Panels in reading order, in two columns of about the same height."""
+def _split_columns(names: list[str], heights: list[float]) -> tuple[list[tuple[str, float]], list[tuple[str, float]]]:
+    """Names and heights of the panels of the left and of the right column, which have about the same height."""
     total, used, split = sum(heights), 0.0, 0
     while split < len(names) - 1 and used + heights[split] / 2.0 < total / 2.0:
         used, split = used + heights[split], split + 1
@@ -99,14 +101,14 @@ def _two_columns(names: list[str], heights: list[float]) -> tuple[list[tuple[str
     return pairs[:split], pairs[split:] or pairs[-1:]
 
 
-def _panel(chart: Axes, name: str, lines: dict[str, pd.DataFrame]) -> None:
+def _draw_panel(chart: Axes, name: str, lines: dict[str, pd.DataFrame]) -> None:
     margins = next(iter(lines.values()))["margin"].tolist()
     for y, line in enumerate(lines.values()):
         for x, (verdict, error) in enumerate(zip(line["verdict"], line["error"], strict=True)):
             colour, letter = VERDICTS[verdict]
             chart.add_patch(_cell(x, y, colour))
-            text = letter or _digits(error)
-            chart.text(x + 0.5, y + 0.5, text, ha="center", va="center", fontsize=7, color=_ink_on(colour))
+            text = letter or _correct_digits(error)
+            chart.text(x + 0.5, y + 0.5, text, ha="center", va="center", fontsize=7, color=_text_colour(colour))
     chart.set_xlim(0, len(margins))
     chart.set_ylim(len(lines), 0)
     blocked = sum(margin > 0.0 for margin in margins)
@@ -125,17 +127,17 @@ def _cell(x: int, y: int, colour: str) -> Rectangle:
     return Rectangle((x, y), 1, 1, facecolor=colour, edgecolor="white", lw=0.6)
 
 
-def _digits(error: float) -> str:
-    """Correct digits, at most those of a double."""
+def _correct_digits(error: float) -> str:
+    """Number of correct digits, at most the 16 of a double."""
     return "" if math.isnan(error) else str(int(min(max(-math.log10(max(error, 1e-16)), 0.0), 16.0)))
 
 
-def _ink_on(colour: str) -> str:
+def _text_colour(colour: str) -> str:
     red, green, blue = (int(colour[k : k + 2], 16) for k in (1, 3, 5))
     return INK if 0.3 * red + 0.6 * green + 0.1 * blue > 130 else "white"
 
 
-def _power(margin: float) -> str:
+def _margin_text(margin: float) -> str:
     if margin == 0.0:
         return "0"
     digit, exponent = f"{margin:.0e}".replace("-", "−", margin < 0.0).split("e")

@@ -1,4 +1,4 @@
-"""What all charts share: colours that most people can tell apart, marks, and how a figure is saved."""
+"""Colours, marks and files of all charts."""
 
 from __future__ import annotations
 
@@ -7,22 +7,23 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from explore.store.creation import new_file
-from explore.store.names import real_path
+from explore.files import new_file, real_path
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-INK, MUTED, PAPER = "#222222", "#8a949e", "#ffffff"
+INK, MUTED = "#222222", "#8a949e"
 BLUE, ORANGE, GREEN, RED, PURPLE, SKY, YELLOW, BROWN = (
     "#0072b2", "#e69f00", "#009e73", "#d55e00", "#cc79a7", "#56b4e9", "#c9b800", "#7f4f24"
 )  # fmt: skip
-"""Okabe and Ito's palette, the yellow darkened to be seen on white, and a brown."""
+"""Okabe and Ito's palette for colour-blind readers, its yellow darkened for a white ground, and a brown."""
+#: Opacity of infeasible designs: they must not hide the feasible ones.
+INFEASIBLE_OPACITY = 0.35
 
 
 @dataclass(frozen=True)
-class Line:
-    """How the settings of a method are drawn."""
+class LineStyle:
+    """Look of the line of a method or of a rule."""
 
     colour: str
     marker: str
@@ -31,54 +32,52 @@ class Line:
 
 
 _METHODS = {
-    "closed-form": Line(INK, "*"),
-    "textbook": Line(MUTED, "P"),
-    "newton": Line(BLUE, "o"),
-    "newton-unchecked": Line(BLUE, "o", ":", filled=False),
-    "fsolve": Line(SKY, "d", "--"),
-    "pylinkage": Line(YELLOW, "p", "--"),
-    "rk4": Line(GREEN, "s"),
-    "rk4-projected": Line(GREEN, "s", ":", filled=False),
-    "rk45": Line(ORANGE, "^"),
-    "rk45-projected": Line(ORANGE, "^", ":", filled=False),
-    "dop853": Line(RED, "v"),
-    "dop853-projected": Line(RED, "v", ":", filled=False),
-    "radau": Line(PURPLE, "D"),
-    "radau-projected": Line(PURPLE, "D", ":", filled=False),
+    "closed-form": LineStyle(INK, "*"),
+    "textbook": LineStyle(MUTED, "P"),
+    "newton": LineStyle(BLUE, "o"),
+    "newton-unchecked": LineStyle(BLUE, "o", ":", filled=False),
+    "fsolve": LineStyle(SKY, "d", "--"),
+    "pylinkage": LineStyle(YELLOW, "p", "--"),
+    "rk4": LineStyle(GREEN, "s"),
+    "rk4-projected": LineStyle(GREEN, "s", ":", filled=False),
+    "rk45": LineStyle(ORANGE, "^"),
+    "rk45-projected": LineStyle(ORANGE, "^", ":", filled=False),
+    "dop853": LineStyle(RED, "v"),
+    "dop853-projected": LineStyle(RED, "v", ":", filled=False),
+    "radau": LineStyle(PURPLE, "D"),
+    "radau-projected": LineStyle(PURPLE, "D", ":", filled=False),
 }
-_SPARE = (BROWN, GREEN, BLUE, RED)
+_OTHER_COLOURS = (BROWN, GREEN, BLUE, RED)
 
 
-def line_of(name: str) -> Line:
-    """How a method or a rule is drawn, the same in all charts; those without a place of their own share four."""
-    return _METHODS.get(name) or Line(_SPARE[sum(map(ord, name)) % len(_SPARE)], "h")
+def line_style(name: str) -> LineStyle:
+    """Look of a method, the same in all charts; methods that are not listed above share four colours."""
+    return _METHODS.get(name) or LineStyle(_OTHER_COLOURS[sum(map(ord, name)) % len(_OTHER_COLOURS)], "h")
 
 
 def new_figure(width: float = 9.0, height: float = 6.2) -> Figure:
-    """An empty figure, inches, whose text is still read when a page shows it at half the size."""
+    """An empty figure of a width and a height in inches."""
     from matplotlib.figure import Figure
 
     return Figure(figsize=(width, height), layout="constrained")
 
 
-def heading(figure: Figure, text: str, letters: int) -> None:
-    """Write the parameters of a design above a figure, in lines of so many letters that end at commas only.
+def write_heading(figure: Figure, text: str, width: int) -> None:
+    """Write a text above a figure, wrapped at `width` characters and only after commas.
 
-    A length stays beside its name and its unit.
+    A parameter stays on one line with its value and unit.
     """
     words = text.replace(" ", "\xa0").replace(",\xa0", ", ")
-    figure.suptitle("\n".join(textwrap.wrap(words, letters)), fontsize=12, color=INK)
+    figure.suptitle("\n".join(textwrap.wrap(words, width)), fontsize=12, color=INK)
 
 
-def save(figure: Figure, path: Path) -> None:
-    """Write a figure as the file's name says: .png, .svg or .pdf; the same figure gives the same bytes.
-
-    The file appears when it is complete.
+def save_figure(figure: Figure, path: Path) -> None:
+    """Write a figure as .png, .svg or .pdf, after the ending of the name; the same figure gives the same bytes.
 
     Raises
     ------
     ResultsError
-        If the file cannot be written; nothing is left behind.
+        If the file cannot be written; no partial file stays.
     """
     import matplotlib as mpl
 

@@ -1,4 +1,4 @@
-"""The command line. Heavy packages are imported by the commands that use them, so that help comes at once."""
+"""The command line. Commands import heavy packages when they run, so that help comes at once."""
 
 import io
 import sys
@@ -9,17 +9,17 @@ from explore.errors import ConfigError, ExploreError, RequestError
 
 
 def _prepare_streams() -> None:
-    """Let any text be printed: names of files need not be text, and not every terminal knows every letter."""
+    """Escape what a stream cannot encode: file names may hold any bytes, and a terminal may lack a letter."""
     for name in ("stdout", "stderr"):
         stream = getattr(sys, name)
-        if stream is None:  # closed by whoever started us
+        if stream is None:  # closed by the parent process
             setattr(sys, name, io.StringIO())
         elif isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")
 
 
 def main() -> None:
-    """Run the command line; whatever goes wrong on purpose is one clear line, never a traceback."""
+    """Run the command line; an error is one line on stderr, never a traceback."""
     _prepare_streams()
     try:
         app()
@@ -32,6 +32,9 @@ def main() -> None:
     except OSError as error:
         complain(f"{error.filename}: {error.strerror}" if error.filename else error.strerror or str(error))
         sys.exit(1)
+    except MemoryError:
+        complain("not enough memory")
+        sys.exit(1)
     except Exception as error:
-        complain(f"this should not have happened: {type(error).__name__}: {error}; please report it")
+        complain(f"internal error: {type(error).__name__}: {error}; please report it")
         sys.exit(1)

@@ -1,50 +1,94 @@
-"""What a ranking says beside its table: how many designs were ranked, and why the others were not."""
+"""Messages on how many designs are ranked, and why the others are not."""
 
 from __future__ import annotations
 
-import json
+import math
 from typing import TYPE_CHECKING
 
-from explore.cli.output import be, counted, say
+from explore.cli.output import be, count_of, number, say, shown_unit
 
 if TYPE_CHECKING:
+    from explore.designs.spaces import SolvedLength
     from explore.ranking.rankings import Ranking
     from explore.ranking.tallies import Tally
     from explore.store.results import Results
 
+#: Largest number of wasteful ranges that are listed.
+_MOST_RANGES = 3
 
-def explain(results: Results, ranking: Ranking, prefix: str = "") -> None:
-    """Say what was ranked, what was left out and why."""
-    if ranking.incomplete:
-        kept = ", ".join(json.loads(str(results.attributes["objectives"])))
+
+def explain_ranking(results: Results, ranking: Ranking, prefix: str = "") -> None:
+    """Say which designs are ranked and why the others are not; `prefix` names the results."""
+    if ranking.is_incomplete:
+        kept = ", ".join(results.objectives)
         say(f"{results.path} keeps only the Pareto set in {kept}: the best in this request may be missing", "yellow")
     _say_counts(results, ranking, prefix)
-    sentences = json.loads(str(results.attributes.get("status_sentences", "{}")))
-    for reason, count in ranking.left_out.items():
+    sentences = results.status_sentences
+    for reason, count in ranking.exclusions.items():
         if count:
             say(f"  left out: {count:,} feasible ones that {reason}")
     for line in _left_out(ranking.tally, sentences):
         say(f"  left out: {line}")
-    speed = str(results.attributes.get("speed", ""))
-    powers = json.loads(str(results.attributes.get("speed_powers", "{}")))
+    _say_wasteful_bounds(results, ranking.tally.by_status["unreachable"])
+    speed = results.speed
+    powers = results.speed_powers
     swept = {c.name for c in results.columns if c.role == "parameter"}
-    aims = {o.metric for o in (*ranking.objectives, ranking.order_by)}
-    if speed in swept and all(powers.get(aim) == 0 for aim in aims):
+    metrics = {o.metric for o in (*ranking.objectives, ranking.order_by)}
+    if speed in swept and all(powers.get(metric) == 0 for metric in metrics):
         say(f"  {speed} changes none of these objectives; designs that differ only in it are shown as one line")
+
+
+def explain_unreachable(results: Results, solved: SolvedLength) -> None:
+    """Say if most designs have no solved length, and in which ranges of the other parameters they lie."""
+    unreachable = results.counts.get("unreachable", 0)
+    if not _are_most(results, unreachable):
+        return
+    low, high = (f"{number(bound)} {results.units[solved.name]}" for bound in (solved.low, solved.high))
+    within = f" from {low}" * (solved.low > 0.0) + f" up to {high}" * (solved.high < math.inf)
+    target = f"{solved.metric.name} = {number(solved.value)} {shown_unit(solved.metric.unit)}".rstrip()
+    say(
+        f"{unreachable:,} of {count_of(results.n_studied, 'design')} {be(unreachable)} unreachable: "
+        f"no {solved.name}{within} gives {target}"
+    )
+    _say_wasteful_bounds(results, unreachable)
+
+
+def _are_most(results: Results, unreachable: int) -> bool:
+    """Whether most designs of the study are unreachable."""
+    return 2 * unreachable > results.n_studied
+
+
+def _say_wasteful_bounds(results: Results, unreachable: int) -> None:
+    """Say which ends of ranges are mostly unreachable, if most designs are."""
+    from explore.ranking.wasteful_ranges import find_wasteful_ranges
+
+    if not _are_most(results, unreachable):
+        return
+    if results.keep != "all":
+        say("  a smaller sweep that keeps all designs shows which bounds waste them")
+        return
+    ranges = find_wasteful_ranges(results)
+    for part in ranges[:_MOST_RANGES]:
+        end = f"{part.parameter} {part.side} {number(part.value, 12)} {shown_unit(results.units[part.parameter])}"
+        say(f"  wasteful: {end.rstrip()}, where {part.reachable:,} of {part.designs:,} are reachable")
+    if not ranges and unreachable < results.n_studied:
+        say("  no end of a swept range is much worse than the rest of it, so no single bound wastes them")
 
 
 def _say_counts(results: Results, ranking: Ranking, prefix: str) -> None:
     """Say how many designs are Pareto-optimal, of how many."""
     senses = ", ".join(f"{o.metric} ({o.sense})" for o in ranking.objectives)
     if not ranking.tally.ranked:
-        what = (
-            "feasible design of {} meets the request" if any(ranking.left_out.values()) else "design of {} is feasible"
+        reason = (
+            f"no feasible design of {results.path} meets the request"
+            if any(ranking.exclusions.values())
+            else f"no design of {results.path} is feasible"
         )
-        say(f"no {what.format(results.path)}, so there is nothing to rank", "bold yellow")
+        say(f"{reason}, so there is nothing to rank", "bold yellow")
         return
     first = int((ranking.frame["front"] == 1).sum())
-    chosen = " that meet the request" if ranking.left_out else ""
-    ranked = f"{counted(ranking.tally.ranked, 'feasible design')}{chosen}"
+    condition = " that meet the request" if ranking.exclusions else ""
+    ranked = f"{count_of(ranking.tally.ranked, 'feasible design')}{condition}"
     say(f"{prefix}{first:,} of {ranked} {be(first)} Pareto-optimal in {senses}")
     if len(ranking.frame) > first:
         last = int(ranking.frame["front"].max())

@@ -1,4 +1,4 @@
-"""How far a sweep is: a bar on a terminal, a line now and then elsewhere."""
+"""Progress on stderr: a bar on a terminal; elsewhere a line of a sweep now and then."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 from explore.cli.output import say
+from explore.model.progress import ReportProgress
 
 if TYPE_CHECKING:
     from explore.sweeping.runs import Progress
@@ -18,19 +19,54 @@ LINE_INTERVAL = 5.0
 
 
 @contextmanager
-def sweep_progress(total: int, *, quiet: bool) -> Iterator[Callable[[Progress], None] | None]:
-    """A bar on a terminal, a line now and then elsewhere."""
-    if quiet:
+def block_bar(activity: str) -> Iterator[ReportProgress | None]:
+    """Yield a function to call with the numbers done and to be done, or None where there is no terminal."""
+    if not sys.stderr.isatty():
         yield None
-    elif sys.stderr.isatty():
-        with _bar(total) as update:
-            yield update
-    else:
-        yield _lines()
+        return
+    from rich import progress
+    from rich.console import Console
+
+    columns = (
+        progress.TextColumn(activity),
+        progress.BarColumn(),
+        progress.TaskProgressColumn(),
+        progress.TimeRemainingColumn(),
+    )
+    with progress.Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task("", total=None)
+        yield lambda done, total: bar.update(task, completed=done, total=total)
 
 
 @contextmanager
-def _bar(total: int) -> Iterator[Callable[[Progress], None]]:
+def progress_bar(activity: str, total: int) -> Iterator[Callable[[str], None]]:
+    """Yield a function to call before each of `total` steps."""
+    with block_bar(activity) as progress:
+        done = 0
+
+        def step(_: str) -> None:
+            nonlocal done
+            if progress is not None:
+                progress(done, total)
+            done += 1
+
+        yield step
+
+
+@contextmanager
+def sweep_progress(total: int, *, quiet: bool) -> Iterator[Callable[[Progress], None] | None]:
+    """Yield a function to call with the progress of a sweep of `total` designs, or None where nothing is printed."""
+    if quiet:
+        yield None
+    elif sys.stderr.isatty():
+        with _sweep_bar(total) as update:
+            yield update
+    else:
+        yield _sweep_lines()
+
+
+@contextmanager
+def _sweep_bar(total: int) -> Iterator[Callable[[Progress], None]]:
     from rich import progress
     from rich.console import Console
 
@@ -42,20 +78,20 @@ def _bar(total: int) -> Iterator[Callable[[Progress], None]]:
         progress.TextColumn("{task.fields[share]}"),
         progress.TimeRemainingColumn(),
     )
-    begun = time.monotonic()
+    start = time.monotonic()
     with progress.Progress(*columns, console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task("", total=total, rate="", share="")
 
         def update(state: Progress) -> None:
-            rate = state.computed / (time.monotonic() - begun)
+            rate = state.computed / (time.monotonic() - start)
             share = f"{state.feasible / state.computed:.0%} feasible"
             bar.update(task, completed=state.done, rate=f"{rate:,.0f}/s", share=share)
 
         yield update
 
 
-def _lines() -> Callable[[Progress], None]:
-    begun = last = time.monotonic()
+def _sweep_lines() -> Callable[[Progress], None]:
+    start = last = time.monotonic()
 
     def update(state: Progress) -> None:
         nonlocal last
@@ -63,7 +99,7 @@ def _lines() -> Callable[[Progress], None]:
         if now - last < LINE_INTERVAL:
             return
         last = now
-        rate = state.computed / (now - begun)
+        rate = state.computed / (now - start)
         left = (state.total - state.done) / rate
         say(
             f"{state.done:,} of {state.total:,} designs, {rate:,.0f}/s, "

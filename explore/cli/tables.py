@@ -1,62 +1,77 @@
-"""Writing a table of designs to a file, in the format that the name ends in."""
+"""Tables on stdout."""
 
 from __future__ import annotations
 
-from importlib.util import find_spec
-from pathlib import Path
+import shutil
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from explore.cli.output import check_output, json_text, number
-from explore.errors import RequestError
+import typer
+
+from explore.cli.output import count_of, printable, shown_unit
+from explore.cli.table_layout import TableLayout, lay_out
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    import pandas as pd
-
-ENDINGS = (".csv", ".json", ".md", ".parquet")
+    from rich.table import Table
 
 
-def check_table(path: Path | None) -> None:
-    """Refuse a file that could not be written, before anything is computed."""
-    check_output(path, ENDINGS)
-    if path is not None and path.suffix.lower() == ".parquet" and find_spec("pyarrow") is None:
-        raise RequestError(
-            f'-o {path}: Parquet needs pyarrow: pip install "linkage-explore[parquet]"; .csv needs nothing'
-        )
+def print_table(
+    title: str,
+    columns: Sequence[tuple[str, str]],
+    rows: Sequence[Sequence[str]],
+    caption: str = "",
+    *,
+    droppable: Sequence[str] | None = None,
+    hint: str = "a wider terminal shows all",
+) -> None:
+    """Print a table that fits the terminal, or 80 letters where there is none.
+
+    Parameters
+    ----------
+    title, caption
+        Lines above and below it.
+    columns
+        Names and units.
+    rows
+        Cells of each row.
+    droppable
+        Names of columns that may be left out, the least important first; by default all but the first, from the last.
+    hint
+        How to see all columns, printed when some are left out.
+    """
+    from rich.console import Console
+    from rich.text import Text
+
+    width = shutil.get_terminal_size().columns
+    columns = [(printable(name), printable(shown_unit(unit))) for name, unit in columns]
+    rows = [[printable(cell) for cell in row] for row in rows]
+    layout = lay_out(columns, rows, width, [name for name, _ in columns[:0:-1]] if droppable is None else droppable)
+    lines = [caption] if caption else []
+    if layout.left_out:
+        names = ", ".join(layout.left_out)
+        lines.insert(0, f"{count_of(len(layout.left_out), 'column')} left out: {names}; {hint}")
+    # One more for the blank behind the last column, which is stripped below.
+    console = Console(highlight=False, width=max(width, layout.min_width) + 1)
+    with console.capture() as captured:
+        console.print(Text(printable(title), "bold"), soft_wrap=True)
+        console.print(_rich_table(layout))
+        for line in lines:
+            console.print(Text(line, "dim italic"), soft_wrap=True)
+    # Lines copied from a terminal or kept in a file have no trailing blanks.
+    typer.echo("\n".join(line.rstrip() for line in captured.get().splitlines()))
 
 
-def write_table(frame: pd.DataFrame, path: Path, units: Mapping[str, str]) -> None:
-    """Write a table with its index; the file is there when it is complete."""
-    from explore.store.creation import new_file
-    from explore.store.names import real_path
+def _rich_table(layout: TableLayout) -> Table:
+    from rich import box
+    from rich.table import Table
+    from rich.text import Text
 
-    ending = path.suffix.lower()
-    with new_file(real_path(path)) as unfinished:
-        if ending == ".csv":
-            frame.to_csv(unfinished)
-        elif ending == ".parquet":
-            frame.to_parquet(unfinished, engine="pyarrow")
-        else:
-            text = (
-                markdown(frame, units) if ending == ".md" else json_text(frame.reset_index().to_dict(orient="records"))
-            )
-            unfinished.write_text(text + "\n", encoding="utf-8")
-
-
-def markdown(frame: pd.DataFrame, units: Mapping[str, str]) -> str:
-    """A table for people, with numbers as they are printed and units under the names."""
-    table = frame.reset_index()
-    names = [str(name) for name in table.columns]
-    heads = [
-        f"{_cell(name)} ({_cell(units[name])})" if units.get(name, "1") not in ("", "1") else _cell(name)
-        for name in names
-    ]
-    lines = [heads, ["---:"] * len(names)]
-    lines += [[_cell(number(value)) for value in row] for row in table.astype(object).itertuples(index=False)]
-    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
-
-
-def _cell(text: str) -> str:
-    """A text that stays within its cell."""
-    return "".join(letter if letter.isprintable() else "?" for letter in text).replace("|", "\\|")
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, layout.gap - 2))
+    for column in layout.columns:
+        heading = Text(column.heading)
+        if column.unit:
+            heading.append(f"\n{column.unit}", style="dim")
+        table.add_column(heading, justify="right" if column.is_numeric else "left", min_width=column.min_width)
+    for row in zip(*(column.cells for column in layout.columns), strict=True):
+        table.add_row(*map(Text, row))
+    return table

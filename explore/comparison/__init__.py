@@ -1,1 +1,1 @@
-"""Cost against error, and where methods fail."""
+"""Error and cost of the ways to solve and to average a motion, against an exact reference."""

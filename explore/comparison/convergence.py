@@ -1,7 +1,7 @@
-"""The order of convergence of each integrator: theory against what is measured.
+"""Theoretical and measured order of convergence of each integrator.
 
-Measured 4 rad from the start and not after a turn, where the leading terms of the error almost cancel and a method of
-fourth order looks like one of fifth.
+Errors are taken 4 rad from the start: after a full turn the leading error terms almost cancel, and a fourth-order
+method appears to be of fifth order.
 """
 
 from __future__ import annotations
@@ -11,23 +11,23 @@ from typing import Any
 import numpy as np
 from scipy.integrate import DOP853, RK45
 
-from explore.comparison.orders import observed_order
+from explore.comparison.orders import fit_order
 from explore.methods.closed_form import ClosedForm
 from explore.methods.contract import Level, Task
 from explore.methods.ode import LoopEquations, VelocityIntegration
 from explore.methods.runge_kutta import RungeKutta4
-from explore.vocabulary import FloatArray
+from explore.model.quantities import FloatArray
 
-#: A benign crank-rocker.
+#: A crank-rocker far from its change point.
 LENGTHS = np.array([[20.0, 50.0, 45.0, 40.0]])
 _END = 4.0
 _RK4_STEPS = (12, 18, 24, 36, 48, 72, 96, 144, 192, 288, 384, 768)
-#: Theoretical order, and numbers of equal steps between the first useful and the floor of rounding.
+#: Theoretical order, and numbers of equal steps from the first in the asymptotic range to where rounding dominates.
 _EXPLICIT = {
     RK45: (5, (16, 24, 32, 48, 64, 96, 128, 192)),
     DOP853: (8, (10, 12, 14, 16, 20, 24, 28, 32, 40)),
 }
-#: Theoretical order, and tolerances 10^-x at which the solver chooses its steps.
+#: Theoretical order, and exponents x of the relative tolerances 10^-x.
 _ADAPTIVE = {
     "RK45": (5, np.arange(5.0, 11.6, 0.5)),
     "DOP853": (8, np.arange(5.0, 12.1, 0.5)),
@@ -36,14 +36,20 @@ _ADAPTIVE = {
 
 
 def measure_orders() -> list[dict[str, Any]]:
-    """Order by regression, a row for each integrator and way of choosing steps: theory, measured, its deviation."""
-    rows = [_row("rk4", "equal", 4, *_classical())]
+    """Measure the order of every integrator, at equal steps and at steps that the solver chooses.
+
+    Returns
+    -------
+    list of dict
+        Keys method, steps ("equal" or "by tolerance"), theory, measured, deviation (its standard error), points.
+    """
+    rows = [_row("rk4", "equal", 4, *_runge_kutta_errors())]
     for solver, (theory, counts) in _EXPLICIT.items():
-        errors = [_at_equal_steps(solver, count) for count in counts]
+        errors = [_equal_step_error(solver, count) for count in counts]
         rows.append(_row(solver.__name__.lower(), "equal", theory, 1.0 / np.array(counts), np.array(errors)))
     for name, (theory, exponents) in _ADAPTIVE.items():
-        # three turns more, so that the whole number of steps says enough
-        task = _two_angles(_END + 6.0 * np.pi)
+        # three more turns: with few steps, rounding their number to an integer would distort the slope
+        task = _start_and_end(_END + 6.0 * np.pi)
         exact = ClosedForm().solve(task).signals[:, 0, 1]
         motions = [VelocityIntegration(name, float(rtol)).solve(task) for rtol in 10.0**-exponents]  # type: ignore[arg-type]
         errors = [float(np.abs(motion.signals[:, 0, 1] - exact).max()) for motion in motions]
@@ -53,33 +59,34 @@ def measure_orders() -> list[dict[str, Any]]:
 
 
 def _row(method: str, steps: str, theory: int, sizes: FloatArray, errors: FloatArray) -> dict[str, Any]:
-    order = observed_order(sizes, errors)
+    order = fit_order(sizes, errors)
     return {
         "method": method,
         "steps": steps,
         "theory": theory,
         "measured": order.slope,
         "deviation": order.standard_error,
-        "points": int(order.used.sum()),
+        "points": int(order.included.sum()),
     }
 
 
-def _two_angles(end: float) -> Task:
-    """Only the start, exact, and the end: nothing is interpolated."""
+def _start_and_end(end: float) -> Task:
+    """A task with only the first and the last crank angle, so that no output is interpolated."""
     return Task(LENGTHS, np.ones(1), 0.5 * np.pi + np.array([[0.0, end]]), Level.POSITIONS)
 
 
-def _classical() -> tuple[FloatArray, FloatArray]:
-    task = _two_angles(_END)
+def _runge_kutta_errors() -> tuple[FloatArray, FloatArray]:
+    """Step sizes and errors of `RungeKutta4`."""
+    task = _start_and_end(_END)
     exact = ClosedForm().solve(task).signals[:, 0, 1]
     motions = [RungeKutta4(steps).solve(task) for steps in _RK4_STEPS]
     sizes = np.array([1.0 / motion.iterations[0] for motion in motions])
     return sizes, np.array([np.abs(motion.signals[:, 0, 1] - exact).max() for motion in motions])
 
 
-def _at_equal_steps(solver: Any, count: int) -> float:
-    """Error of a SciPy solver whose tolerance is so large that no step is refused."""
-    task = _two_angles(_END)
+def _equal_step_error(solver: Any, count: int) -> float:
+    """Error of a SciPy solver with a tolerance so large that it rejects no step."""
+    task = _start_and_end(_END)
     (start, exact), (first, last) = ClosedForm().solve(task).signals[:, 0].T, task.crank_angle[0]
     step = _END / count
     rates = LoopEquations(LENGTHS[0]).rates

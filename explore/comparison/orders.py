@@ -1,4 +1,4 @@
-"""The order of convergence that a method shows: the slope of log error on log step."""
+"""The observed order of convergence: the slope of log error on log step."""
 
 from __future__ import annotations
 
@@ -7,16 +7,16 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from explore.vocabulary import FloatArray
+from explore.model.quantities import FloatArray
 
-#: Errors so many times the least one still feel what stops it from falling further.
-_FLOOR = 30.0
-#: Points that a slope and its standard error are worth the name with.
-_LEAST_POINTS = 4
+#: Errors within this factor of the smallest are rounding-dominated.
+_ROUNDING_FACTOR = 30.0
+#: Fewest points for a slope and its standard error.
+_MIN_POINTS = 4
 
 
 @dataclass(frozen=True)
-class Order:
+class ObservedOrder:
     """A regression line through log error on log step.
 
     Attributes
@@ -25,54 +25,55 @@ class Order:
         The observed order.
     standard_error
         Of the slope.
-    used : (n,) array
-        Which of the points, as they were given, the line goes through.
+    included : (n,) array
+        Which of the points the line is fitted to.
     """
 
     slope: float
     standard_error: float
-    used: npt.NDArray[np.bool_]
+    included: npt.NDArray[np.bool_]
 
 
-def observed_order(steps: FloatArray, errors: FloatArray) -> Order:
-    """Order of a method from its errors at several steps.
+def fit_order(steps: FloatArray, errors: FloatArray) -> ObservedOrder:
+    """Fit the order of a method to its errors at several step sizes.
 
-    Left out are points without an error (NaN, 0), those near the floor of rounding (within 30 times the least error),
-    and so many of the coarsest that the standard error of the slope is least: there the error does not yet follow the
-    power law.
+    The fit excludes errors that are NaN or 0, errors within 30 times the smallest, which rounding dominates, and the
+    coarsest steps, where the error does not yet follow the power law: as many of them as minimise the standard error
+    of the slope.
 
     Parameters
     ----------
     steps : (n,) array
-        Step sizes, or anything proportional to them, such as one by the number of steps.
+        Step sizes, or anything proportional to them, such as the reciprocal of the number of steps.
     errors : (n,) array
-        The error at each.
+        Error at each step size.
 
     Raises
     ------
     ValueError
-        Fewer than four points are left, or all have the same step.
+        If fewer than four points remain, or the last four have the same step size.
     """
     steps, errors = np.asarray(steps, dtype=float), np.asarray(errors, dtype=float)
-    usable = np.isfinite(errors) & (errors > 0.0)
-    usable &= errors > _FLOOR * errors[usable].min(initial=np.inf)
-    candidates = np.flatnonzero(usable)
+    is_usable = np.isfinite(errors) & (errors > 0.0)
+    is_usable &= errors > _ROUNDING_FACTOR * errors[is_usable].min(initial=np.inf)
+    candidates = np.flatnonzero(is_usable)
     candidates = candidates[np.argsort(-steps[candidates], kind="stable")]
-    if len(candidates) < _LEAST_POINTS or np.ptp(steps[candidates[-_LEAST_POINTS:]]) == 0.0:
+    if len(candidates) < _MIN_POINTS or np.ptp(steps[candidates[-_MIN_POINTS:]]) == 0.0:
         raise ValueError(
-            f"an order needs {_LEAST_POINTS} errors at different steps, {_FLOOR:g} times above the least error; "
-            f"{len(candidates)} of {len(errors)} are"
+            f"an order needs {_MIN_POINTS} errors at different steps, above {_ROUNDING_FACTOR:g} times the smallest; "
+            f"{len(candidates)} of {len(errors)} qualify"
         )
     x, y = np.log(steps[candidates]), np.log(errors[candidates])
-    lines = [_line(x[k:], y[k:]) for k in range(len(x) - _LEAST_POINTS + 1)]
+    lines = [_fit_line(x[k:], y[k:]) for k in range(len(x) - _MIN_POINTS + 1)]
     best = min(range(len(lines)), key=lambda k: lines[k][1])
-    used = np.zeros(len(errors), dtype=bool)
-    used[candidates[best:]] = True
-    return Order(*lines[best], used)
+    included = np.zeros(len(errors), dtype=bool)
+    included[candidates[best:]] = True
+    return ObservedOrder(*lines[best], included)
 
 
-def _line(x: FloatArray, y: FloatArray) -> tuple[float, float]:
-    """Slope and its standard error."""
+def _fit_line(x: FloatArray, y: FloatArray) -> tuple[float, float]:
+    """Slope of the least-squares line, and its standard error."""
+    # scipy.stats.linregress takes the standard error from 1 - r^2, which cancels: 0 for a scatter of 1e-9.
     x, y = x - x.mean(), y - y.mean()
     slope = float(x @ y / (x @ x))
     residual = y - slope * x

@@ -1,8 +1,8 @@
-"""The exact motion and its exact averages, with mpmath: slow, and by formulas that no way of solving shares.
+"""Reference motion and statistics in multiple precision (mpmath), by formulas that no method under comparison uses.
 
-The coupler joint C is the meeting point of two circles, placed by Heron's formula. The conditions (C - B)^2 = r2^2 and
-(C - D)^2 = r3^2, differentiated once, twice and three times, are each two linear equations for the next derivative of
-C; the angles' rates are cross products with these.
+The coupler joint C is the intersection of two circles, located by Heron's formula. The conditions (C - B)^2 = r2^2 and
+(C - D)^2 = r3^2, differentiated once, twice and three times, each give two linear equations for the next derivative of
+C; angular rates are cross products with these.
 """
 
 from __future__ import annotations
@@ -16,26 +16,26 @@ import numpy as np
 
 from explore.methods.contract import Outcome
 from explore.methods.geometry import geometric_outcome
-from explore.vocabulary import FloatArray
+from explore.model.quantities import FloatArray
 
-#: What is averaged, and the averages.
-SIGNALS = ("rocker_angle", "rocker_velocity", "rocker_acceleration")
-STATISTICS = ("mean", "variance", "cv", "min", "max")
-#: Over what: the slower stroke, or the full turn.
-WINDOWS = ("drive", "cycle")
+#: Signals and statistics of `exact_statistics`.
+REFERENCE_SIGNALS = ("rocker_angle", "rocker_velocity", "rocker_acceleration")
+REFERENCE_STATISTICS = ("mean", "variance", "cv", "min", "max")
+#: Windows of `exact_statistics`: the slower stroke and the full turn.
+REFERENCE_WINDOWS = ("drive", "cycle")
 
-#: Next to a change point 30 digits cancel; 50 remain.
+#: Close to a change point 30 of these digits cancel.
 _DIGITS = 80
-#: Two strokes whose crank intervals are as equal as doubles can tell: the one through pi drives.
+#: Relative difference up to which two strokes are equally long in doubles: the one through pi is then the drive stroke.
 _TIE = 1e-15
-#: A velocity smaller than this is that of a limit position, where it is 0.
+#: Absolute values below this are rounding of an exact 0, such as the velocity at a limit position.
 _ZERO = 1e-60
 
 
 @cache
 def _mp() -> Any:
-    """A context of our own, so that nobody's precision is changed."""
-    import mpmath  # late: it takes a tenth of a second, and only a comparison needs it
+    """A private mpmath context, so that the caller's precision does not change."""
+    import mpmath  # imported here because it takes a tenth of a second and only a comparison needs it
 
     context = mpmath.MPContext()
     context.dps = _DIGITS
@@ -46,7 +46,8 @@ def _mp() -> Any:
 def _gauss() -> list[tuple[Any, Any]]:
     """The 24 nodes, ascending, and weights of a Gauss-Legendre rule on (-1, 1).
 
-    A panel's nearest singularity lies outside the ellipse of semi-axes 3 (see `_Linkage.edges`): 3^-48 = 1e-23.
+    The singularities of a panel lie outside the Bernstein ellipse of parameter 3 (see `_Linkage.edges`), so the error
+    is about 3^-48 = 1e-23.
     """
     from mpmath.calculus.quadrature import GaussLegendre
 
@@ -54,12 +55,12 @@ def _gauss() -> list[tuple[Any, Any]]:
 
 
 def exact_motion(lengths: FloatArray, branch: FloatArray, crank_angle: FloatArray) -> FloatArray:
-    """The six signals of `explore.methods.contract`, rounded once.
+    """Compute the six signals of `explore.methods.contract.Motion`, rounded once.
 
     Parameters
     ----------
     lengths : (n, 4) array
-        Crank, coupler, rocker, ground; every double stands for itself.
+        Crank, coupler, rocker, ground, taken as exact.
     branch : (n,) array
         1 or -1.
     crank_angle : (n, t) array
@@ -79,24 +80,24 @@ def exact_motion(lengths: FloatArray, branch: FloatArray, crank_angle: FloatArra
 
 
 def exact_statistics(lengths: FloatArray, branch: FloatArray, window: str = "drive") -> FloatArray:
-    """`STATISTICS` of `SIGNALS` for a crank that turns with 1 rad/s, rounded once.
+    """Compute `REFERENCE_STATISTICS` of `REFERENCE_SIGNALS` at a crank speed of 1 rad/s, rounded once.
 
     Parameters
     ----------
     lengths : (n, 4) array
-        Crank, coupler, rocker, ground; every double stands for itself.
+        Crank, coupler, rocker, ground, taken as exact.
     branch : (n,) array
         1 or -1.
     window
-        One of `WINDOWS`.
+        One of `REFERENCE_WINDOWS`.
 
     Returns
     -------
     (3, 5, n) array
-        Signals, statistics, designs. The variance is that of the population. NaN for a linkage that is no crank-rocker,
-        and for a cv other than that of the velocity over a stroke: the means of the others are 0 or arbitrary.
+        Signals, statistics, designs; population variance. NaN for a linkage that is not a crank-rocker, and for a cv
+        other than that of the velocity over a stroke: the other means are 0 or depend on the datum of the angle.
     """
-    statistics = np.full((len(SIGNALS), len(STATISTICS), len(lengths)), np.nan)
+    statistics = np.full((len(REFERENCE_SIGNALS), len(REFERENCE_STATISTICS), len(lengths)), np.nan)
     rocks = (geometric_outcome(lengths) == Outcome.OK) & (lengths[:, 0] < lengths[:, 3])
     for i in np.flatnonzero(rocks):
         statistics[:, :, i] = _statistics(_Linkage.of(lengths[i], branch[i]), window)
@@ -131,16 +132,16 @@ class _Linkage:
         ux, uy = along * dx - across * dy, along * dy + across * dx
         vx, vy = ux - dx, uy - dy
 
-        def solved(p: Any, q: Any) -> tuple[Any, Any]:
-            """The vector whose products with u and v are p and q."""
+        def solve(p: Any, q: Any) -> tuple[Any, Any]:
+            """The vector whose dot products with u and v are p and q."""
             return (p * vy - q * uy) / twice_area, (q * ux - p * vx) / twice_area
 
         # B' = (-by, bx), B'' = -B, B''' = -B'
-        cx1, cy1 = solved(uy * bx - ux * by, 0)
+        cx1, cy1 = solve(uy * bx - ux * by, 0)
         ux1, uy1 = cx1 + by, cy1 - bx
-        cx2, cy2 = solved(-ux * bx - uy * by - ux1 * ux1 - uy1 * uy1, -cx1 * cx1 - cy1 * cy1)
+        cx2, cy2 = solve(-ux * bx - uy * by - ux1 * ux1 - uy1 * uy1, -cx1 * cx1 - cy1 * cy1)
         ux2, uy2 = cx2 + bx, cy2 + by
-        cx3, cy3 = solved(ux * by - uy * bx - 3 * (ux1 * ux2 + uy1 * uy2), -3 * (cx1 * cx2 + cy1 * cy2))
+        cx3, cy3 = solve(ux * by - uy * bx - 3 * (ux1 * ux2 + uy1 * uy2), -3 * (cx1 * cx2 + cy1 * cy2))
         rr2, rr3 = r2 * r2, r3 * r3
         return (
             ux, uy, vx, vy,
@@ -155,7 +156,7 @@ class _Linkage:
         return _mp().atan2(uy, ux), _mp().atan2(vy, vx), w2, w3, a2, a3
 
     def rocker(self, theta: Any) -> tuple[Any, ...]:
-        """The rocker's angle and its first, second and third derivative: each signal is followed by its own."""
+        """The rocker's angle and its first three derivatives: each signal is followed by its own derivative."""
         _, _, vx, vy, _, w3, _, a3, jerk = self.rates(theta)
         return _mp().atan2(vy, vx), w3, a3, jerk
 
@@ -171,13 +172,14 @@ class _Linkage:
         return (first, last) if self.branch > 0 else (-last, -first)
 
     def _angle_at_crank(self, reach: Any) -> Any:
-        """Angle at the crank's pivot of the triangle with sides reach, ground, rocker."""
+        """Angle at the crank's pivot in the triangle with sides reach, ground, rocker."""
         return _mp().atan2(4 * _area(reach, self.r4, self.r3), reach**2 + self.r4**2 - self.r3**2)
 
     def edges(self, first: Any, last: Any) -> list[Any]:
-        """Ends of panels that grow by four with the distance from the multiples of pi.
+        """Ends of panels whose length grows by a factor of four with the distance from the multiples of pi.
 
-        The singularities lie above and below these: where B and D are r2 - r3 apart (0), and r2 + r3 (pi).
+        The complex singularities have these as real parts: 0 where the distance of B and D is r2 - r3, pi where it is
+        r2 + r3.
         """
         mp, r1, r4 = _mp(), self.r1, self.r4
         edges = {first, last}
@@ -201,29 +203,29 @@ def _statistics(linkage: _Linkage, window: str) -> FloatArray:
     """Statistics of one linkage, shape (3, 5)."""
     mp = _mp()
     first, last = linkage.ends(window)
-    angles, weights = [first], [mp.zero]  # the ends count for the extremes
+    angles, weights = [first], [mp.zero]  # the ends matter only for the extremes
     for low, high in pairwise(linkage.edges(first, last)):
         half, centre = (high - low) / 2, (high + low) / 2
         angles += [centre + half * x for x, _ in _gauss()]
         weights += [half * w / (last - first) for _, w in _gauss()]
     angles, weights = [*angles, last], [*weights, mp.zero]
     rows = list(zip(*(linkage.rocker(theta) for theta in angles), strict=True))
-    found = np.full((len(SIGNALS), len(STATISTICS)), np.nan)
-    for k, name in enumerate(SIGNALS):
+    statistics = np.full((len(REFERENCE_SIGNALS), len(REFERENCE_STATISTICS)), np.nan)
+    for k, name in enumerate(REFERENCE_SIGNALS):
         mean = mp.fdot(weights, rows[k])
         variance = mp.fdot(weights, [(value - mean) ** 2 for value in rows[k]])
-        peaks = _turning_values(linkage, k, angles, rows[k + 1])
+        extrema = _extrema(linkage, k, angles, rows[k + 1])
         if name == "rocker_velocity" and window == "drive":
-            found[k, 2] = mp.sqrt(variance) / abs(mean)
+            statistics[k, 2] = mp.sqrt(variance) / abs(mean)
         elif name != "rocker_angle":
-            mean = mp.zero  # exactly: the signal is a derivative that returns to where it began
-        extremes = (min(*rows[k], *peaks), max(*rows[k], *peaks))
-        found[k, [0, 1, 3, 4]] = [float(x) if abs(x) > _ZERO else 0.0 for x in (mean, variance, *extremes)]
-    return found
+            mean = mp.zero  # exactly, as the integral of a derivative between equal values
+        extremes = (min(*rows[k], *extrema), max(*rows[k], *extrema))
+        statistics[k, [0, 1, 3, 4]] = [float(x) if abs(x) > _ZERO else 0.0 for x in (mean, variance, *extremes)]
+    return statistics
 
 
-def _turning_values(linkage: _Linkage, k: int, angles: list[Any], slopes: tuple[Any, ...]) -> list[Any]:
-    """Values of a signal wherever its derivative changes sign between two of the angles."""
+def _extrema(linkage: _Linkage, k: int, angles: list[Any], slopes: tuple[Any, ...]) -> list[Any]:
+    """Extrema of signal k: its values where its derivative changes sign between two of the angles."""
 
     def slope(theta: Any) -> Any:
         return linkage.rocker(theta)[k + 1]
@@ -231,7 +233,7 @@ def _turning_values(linkage: _Linkage, k: int, angles: list[Any], slopes: tuple[
     values = []
     for (low, before), (high, after) in pairwise(zip(angles, slopes, strict=True)):
         if before * after < 0 and min(abs(before), abs(after)) > _ZERO:
-            # The value is as exact as the square of its place.
-            turning = _mp().findroot(slope, (low, high), solver="anderson", tol=1e-20, verify=False)
-            values.append(linkage.rocker(turning)[k])
+            # the error of the value is quadratic in that of the angle
+            angle = _mp().findroot(slope, (low, high), solver="anderson", tol=1e-20, verify=False)
+            values.append(linkage.rocker(angle)[k])
     return values

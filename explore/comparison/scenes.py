@@ -1,4 +1,4 @@
-"""Scenes: studies whose linkages are easy, hard or impossible for a known reason, and the question asked of each."""
+"""Scenes: studies whose linkages are easy, hard or impossible to solve for a known reason."""
 
 from __future__ import annotations
 
@@ -10,33 +10,35 @@ from pathlib import Path
 
 import numpy as np
 
+from explore.config.study import Study
 from explore.config.study_file import load_study
 from explore.errors import ConfigError
 from explore.methods.contract import Level
-from explore.study import Study
-from explore.vocabulary import FloatArray
+from explore.model.quantities import FloatArray
 
+#: Most linkages of a scene: the multiple-precision reference is slow.
+MAX_SCENE_DESIGNS = 10_000
 _LENGTHS = ("crank", "coupler", "rocker", "ground")
 
 
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """Linkages to compare methods on, and why.
+    """Linkages to compare methods on.
 
     Attributes
     ----------
     name
-        Of the file, without its ending.
+        Stem of the file's name.
     title, about, question
-        For people: a name, why the scene is there, what a designer asks of it.
+        Heading, why the scene is included, and the design question that it stands for.
     model
-        The least of the motion that answers the question.
+        The lowest level of the motion that answers the question.
     lengths : (n, 4) array
         Crank, coupler, rocker, ground (mm).
     branch : (n,) array
         1 or -1.
     study
-        The same linkages as an ordinary study.
+        The study that the linkages come from.
     """
 
     name: str
@@ -55,7 +57,7 @@ def load_scene(path: str | os.PathLike[str]) -> Scene:
     Raises
     ------
     ConfigError
-        As `load_study` does, and where there is no such section.
+        If the study is invalid or too large, or has no such section.
     """
     study = load_study(path)
     table = tomllib.loads(study.text).get("scene")
@@ -64,6 +66,9 @@ def load_scene(path: str | os.PathLike[str]) -> Scene:
         raise ConfigError(
             [f"{os.fspath(path)}:1: scene: is missing; a scene is a study with a section [scene]: {keys}"]
         )
+    if study.space.count > MAX_SCENE_DESIGNS:
+        reason = f"a scene of {study.space.count:,} designs takes too long; {MAX_SCENE_DESIGNS:,} at most"
+        raise ConfigError([f"{os.fspath(path)}:1: scene: {reason}"])
     designs = study.space.designs(0, study.space.count)
     return Scene(
         name=Path(path).stem,
@@ -78,8 +83,8 @@ def load_scene(path: str | os.PathLike[str]) -> Scene:
 
 
 def bundled_scenes() -> dict[str, Path]:
-    """The study files of the scenes that come with the package, by name."""
+    """Study files of the bundled scenes, by name."""
     installed = Path(str(files("explore").joinpath("data", "scenes")))
-    # The wheel copies them there; a checkout has them among the other study files.
+    # A wheel contains them as package data; a checkout has them in configs/.
     folder = installed if installed.is_dir() else Path(__file__).parents[2] / "configs" / "scenes"
     return {path.stem: path for path in sorted(folder.glob("*.toml"))}

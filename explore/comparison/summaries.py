@@ -1,4 +1,4 @@
-"""What a comparison says in a few lines: who is fastest at an accuracy, and whether the closed form is on the front."""
+"""Summaries of a comparison: the fastest methods at an accuracy, and the closed form against all others."""
 
 from __future__ import annotations
 
@@ -8,55 +8,56 @@ from dataclasses import dataclass
 from typing import Any
 
 Row = dict[str, Any]
-#: Accuracies at which the fastest is named.
-GOALS = (1e-3, 1e-6, 1e-9, 1e-12)
-DEFAULT = "closed-form"
-#: Errors this small are rounding: which of two methods has the smaller one is luck.
-ROUNDING = 1e-13
+#: Accuracies at which the fastest method is listed.
+ACCURACIES = (1e-3, 1e-6, 1e-9, 1e-12)
+CLOSED_FORM = "closed-form"
+#: Errors up to this are rounding, and equal for a comparison.
+ROUNDING_ERROR = 1e-13
 
 
 @dataclass(frozen=True)
 class Standing:
-    """Where the default method stands on a scene.
+    """Error and cost of the closed form on a scene, against all other settings.
 
     Attributes
     ----------
     error, seconds
-        Its own.
-    ahead
-        CPU time of the cheapest other method that is at least as right, over its own; infinite when there is none.
-    rivals
-        Settings that are cheaper, or as cheap, and at least as right: none when it is on the front.
+        Of the closed form.
+    next_cost_ratio
+        CPU time of the cheapest other setting that is at least as accurate, over that of the closed form; infinite if
+        there is none.
+    cheaper_settings
+        Settings that are at least as accurate and cost no more; empty if the closed form is Pareto-optimal.
     """
 
     error: float
     seconds: float
-    ahead: float
-    rivals: tuple[str, ...]
+    next_cost_ratio: float
+    cheaper_settings: tuple[str, ...]
 
 
-def error_of(row: Row) -> float:
-    """The error that ranks a row: of the velocities, or the angles where no more was asked; NaN if it failed."""
+def ranking_error(row: Row) -> float:
+    """Largest error of the velocities, or of the angles where the scene needs no more; NaN if the method failed."""
     name = "velocity_error_max" if "velocity_error_max" in row else "angle_error_max"
     return math.nan if row["failed"] else float(row[name])
 
 
-def fastest(rows: Sequence[Row], goal: float) -> list[Row]:
-    """The settings of a scene with errors up to the goal, fastest first, each method once."""
-    good = sorted((row for row in rows if error_of(row) <= goal), key=lambda row: row["cpu_seconds"])
-    names: dict[str, Row] = {}
-    for row in good:
-        names.setdefault(row["method"], row)
-    return list(names.values())
+def fastest_settings(rows: Sequence[Row], goal: float) -> list[Row]:
+    """The fastest setting of each method with an error up to the goal, fastest first, from the rows of a scene."""
+    accurate = sorted((row for row in rows if ranking_error(row) <= goal), key=lambda row: row["cpu_seconds"])
+    by_method: dict[str, Row] = {}
+    for row in accurate:
+        by_method.setdefault(row["method"], row)
+    return list(by_method.values())
 
 
-def standing(rows: Sequence[Row]) -> Standing | None:
-    """How the default method compares with the others on a scene; None where no motion exists to be right about."""
-    own = next(row for row in rows if row["method"] == DEFAULT)
-    error, seconds = error_of(own), own["cpu_seconds"]
+def closed_form_standing(rows: Sequence[Row]) -> Standing | None:
+    """Compare the closed form with all other settings on a scene; None if no linkage of the scene has a motion."""
+    own = next(row for row in rows if row["method"] == CLOSED_FORM)
+    error, seconds = ranking_error(own), own["cpu_seconds"]
     if math.isnan(error):
         return None
-    as_right = [row for row in rows if row is not own and error_of(row) <= max(error, ROUNDING)]
-    rivals = tuple(row["setting"] for row in as_right if row["cpu_seconds"] <= seconds)
-    ahead = min((row["cpu_seconds"] / seconds for row in as_right), default=math.inf)
-    return Standing(error, seconds, ahead, rivals)
+    as_accurate = [row for row in rows if row is not own and ranking_error(row) <= max(error, ROUNDING_ERROR)]
+    cheaper = tuple(row["setting"] for row in as_accurate if row["cpu_seconds"] <= seconds)
+    cost_ratio = min((row["cpu_seconds"] / seconds for row in as_accurate), default=math.inf)
+    return Standing(error, seconds, cost_ratio, cheaper)

@@ -1,4 +1,4 @@
-"""Honest times: the first run is discarded, and the median of several is what counts."""
+"""CPU times as medians of repeated runs, and the machine that they were measured on."""
 
 from __future__ import annotations
 
@@ -9,24 +9,23 @@ from collections.abc import Callable
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
-#: Enough runs when these have taken so long together, s.
-_ENOUGH = 0.15
-_RUNS = 7
+#: Runs stop at this number or after this total CPU time, s.
+_MAX_RUNS, _MAX_SECONDS = 7, 0.15
 
 
-def cpu_seconds(run: Callable[[], object]) -> float:
-    """CPU time of one run: the median of up to seven after the first; of a slow one fewer, at least one."""
+def measure_cpu_seconds(run: Callable[[], object]) -> float:
+    """Median CPU time (s) of up to seven runs, fewer if they are slow; a first run, which may compile, is discarded."""
     run()
     times: list[float] = []
-    while len(times) < _RUNS and sum(times) < _ENOUGH:
+    while len(times) < _MAX_RUNS and sum(times) < _MAX_SECONDS:
         start = time.process_time()
         run()
         times.append(time.process_time() - start)
     return statistics.median(times)
 
 
-def machine() -> dict[str, str]:
-    """What the times were measured on."""
+def describe_machine() -> dict[str, str]:
+    """Processor, system, and versions of Python and of the packages that matter for speed."""
     names = ("numpy", "scipy", "numba", "pylinkage")
     return {
         "processor": _processor(),
@@ -49,5 +48,5 @@ def _processor() -> str:
         lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
     except OSError:
         lines = []
-    named = (line.partition(":")[2].strip() for line in lines if line.startswith("model name"))
-    return next(named, platform.processor() or "unknown")
+    models = (line.partition(":")[2].strip() for line in lines if line.startswith("model name"))
+    return next(models, platform.processor() or "unknown")

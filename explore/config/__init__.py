@@ -1,1 +1,1 @@
-"""Studies from TOML files, with all errors at once."""
+"""Studies, from Python and from TOML files; all problems are reported at once."""

@@ -1,4 +1,4 @@
-"""The [parameters] of a study file become the axes of its design space."""
+"""Read the section [parameters] as the axes of the design space."""
 
 from __future__ import annotations
 
@@ -8,41 +8,44 @@ from typing import Any
 
 import numpy as np
 
-from explore.config.schema import Path, Problems, RangeTable, SpacedTable, read
-from explore.design_space import Axis, Continuous, Listed, Spaced
-from explore.errors import RequestError
+from explore.config.schema import RangeTable, SpacedTable, read
+from explore.designs.samplers import SAMPLERS
+from explore.designs.spaces import Axis, ContinuousAxis, ListedAxis, SpacedAxis
+from explore.errors import KeyPath, Problems, RequestError
+from explore.model.mechanism import Mechanism
+from explore.model.quantities import Parameter
 from explore.request.units import quantity
-from explore.suggest import closest, shown, suggestion
-from explore.unit_cube import SAMPLERS
-from explore.vocabulary import Mechanism, Parameter
+from explore.suggest import closest_name, format_value, suggestion
 
 #: The methods that draw designs, in words.
 DRAWING_METHODS = " or ".join(f'"{method}"' for method in SAMPLERS)
 _MOST_VALUES = 2**53
 
 
-def read_axes(mechanism: Mechanism, raw: Mapping[str, Any], method: str | None, problems: Problems) -> tuple[Axis, ...]:
-    """One axis for each parameter named but those solved for, in declared order but the speed last.
+def read_axes(
+    mechanism: Mechanism, entries: Mapping[str, Any], method: str | None, problems: Problems
+) -> tuple[Axis, ...]:
+    """Read one axis for each parameter that is not solved for, in declared order with the speed last.
 
     Parameters
     ----------
     mechanism
-        Whose parameters.
-    raw
+        The mechanism that declares the parameters.
+    entries
         The section [parameters].
     method
-        Of the sampling: a grid has no ranges without a step, and a table leaves only fixed values; None when not known.
+        The sampling method; None when it is unknown. A grid takes no continuous ranges, a table only single values.
     problems
-        Gets what is wrong, with the path of its key.
+        Each problem is appended with its key.
     """
     declared = {parameter.name: parameter for parameter in mechanism.parameters}
-    meant = set()
-    for name in raw:
+    corrections = set()
+    for name in entries:
         if name not in declared:
-            meant.add(closest(name, declared))
+            corrections.add(closest_name(name, declared))
             problems.append((("parameters", name), f"unknown parameter; {suggestion(name, declared)}"))
     required = [parameter.name for parameter in mechanism.parameters if parameter.default is None]
-    missing = [name for name in required if name not in raw and name not in meant]
+    missing = [name for name in required if name not in entries and name not in corrections]
     if missing and method != "table":
         problems.append(
             (("parameters",), f"missing {', '.join(missing)}; a {mechanism.name} needs {', '.join(required)}")
@@ -50,92 +53,93 @@ def read_axes(mechanism: Mechanism, raw: Mapping[str, Any], method: str | None, 
     axes = []
     # The last axis of a grid varies fastest: designs that differ only in speed are neighbours and share one motion.
     for parameter in (*mechanism.geometry, mechanism.speed):
-        if parameter.name in raw and not is_solved(raw[parameter.name]):
-            axis = _Reader(parameter, ("parameters", parameter.name), method, problems).axis(raw[parameter.name])
+        entry = entries.get(parameter.name)
+        if parameter.name in entries and not is_solved(entry):
+            axis = _AxisReader(parameter, ("parameters", parameter.name), method, problems).axis(entry)
             if axis is not None:
                 axes.append(axis)
     return tuple(axes)
 
 
-def is_solved(raw: object) -> bool:
+def is_solved(entry: object) -> bool:
     """Whether the entry of a parameter asks to solve for it."""
-    return isinstance(raw, Mapping) and bool({"solve", "value"} & raw.keys())
+    return isinstance(entry, Mapping) and bool({"solve", "value"} & entry.keys())
 
 
-def read_value(parameter: Parameter, raw: object) -> float:
+def read_value(parameter: Parameter, entry: object) -> float:
     """A number in the parameter's unit, within its bounds.
 
     Raises
     ------
     RequestError
-        The reason alone; the caller knows where the value stands.
+        With the reason alone; the caller adds the key.
     """
-    value = quantity(raw, parameter.unit)
+    value = quantity(entry, parameter.unit)
     unit = "" if parameter.unit in ("", "1") else f" {parameter.unit}"
     if parameter.choices and value not in parameter.choices:
-        raise RequestError(f"must be {_choices(parameter)}, got {shown(raw)}")
+        raise RequestError(f"must be {_describe_choices(parameter)}, got {format_value(entry)}")
     if parameter.allows(value):
         return value
     if value <= parameter.lower:
-        least = "at least" if parameter.zero and parameter.lower == 0.0 else "greater than"
-        raise RequestError(f"must be {least} {parameter.lower:g}{unit}, got {shown(raw)}")
+        limit = "at least" if parameter.zero_meaning and parameter.lower == 0.0 else "greater than"
+        raise RequestError(f"must be {limit} {parameter.lower:g}{unit}, got {format_value(entry)}")
     if value > parameter.upper:
-        raise RequestError(f"must be at most {parameter.upper:g}{unit}, got {shown(raw)}")
+        raise RequestError(f"must be at most {parameter.upper:g}{unit}, got {format_value(entry)}")
     return value
 
 
 @dataclass(frozen=True)
-class _Reader:
-    """Reads the entry of one parameter; every method gives None where it has noted a problem."""
+class _AxisReader:
+    """Reads the entry of one parameter; the methods return None after noting a problem."""
 
     parameter: Parameter
-    path: Path
+    path: KeyPath
     method: str | None
     problems: Problems
 
     def note(self, reason: str, *below: str | int) -> None:
         self.problems.append(((*self.path, *below), reason))
 
-    def axis(self, raw: object) -> Axis | None:
-        if self.method == "table" and isinstance(raw, Mapping | list):
-            self.note("a table gives each design, so this must be one value; make it a column of the table instead")
+    def axis(self, entry: object) -> Axis | None:
+        if self.method == "table" and isinstance(entry, Mapping | list):
+            self.note("must be one value, because a table lists the designs; to vary it, make it a column of the table")
             return None
-        if isinstance(raw, Mapping):
-            return self.range(raw) if {"min", "max", "log"} & raw.keys() else self.spaced(raw)
-        if isinstance(raw, list):
-            return self.listed(raw)
-        value = self.value(raw)
-        return None if value is None else Listed(self.parameter.name, (value,))
+        if isinstance(entry, Mapping):
+            return self.range(entry) if {"min", "max", "log"} & entry.keys() else self.spaced(entry)
+        if isinstance(entry, list):
+            return self.listed(entry)
+        value = self.value(entry)
+        return None if value is None else ListedAxis(self.parameter.name, (value,))
 
-    def value(self, raw: object, *below: str | int) -> float | None:
+    def value(self, entry: object, *below: str | int) -> float | None:
         """A number in the declared unit, within the declared bounds."""
         try:
-            return read_value(self.parameter, raw)
+            return read_value(self.parameter, entry)
         except RequestError as error:
             self.note(str(error), *below)
         return None
 
-    def listed(self, raw: list[object]) -> Listed | None:
-        if not raw:
+    def listed(self, entry: list[object]) -> ListedAxis | None:
+        if not entry:
             self.note("an empty list makes no designs; give at least one value")
             return None
-        values: list[float] = []
-        for position, item in enumerate(raw):
+        values: dict[float, None] = {}
+        for position, item in enumerate(entry):
             value = self.value(item, position)
-            if value is not None and value in values:
-                self.note(f"{shown(item)} occurs twice; remove one, or the same designs are computed again", position)
-            if value is not None:
-                values.append(value)
-        return Listed(self.parameter.name, tuple(values)) if len(values) == len(raw) else None
+            if value in values:
+                self.note(f"{format_value(item)} is listed twice; remove one", position)
+            elif value is not None:
+                values[value] = None
+        return ListedAxis(self.parameter.name, tuple(values)) if len(values) == len(entry) else None
 
-    def spaced(self, raw: Mapping[str, object]) -> Listed | Spaced | None:
-        table = read(SpacedTable, raw, self.path, self.problems)
+    def spaced(self, entry: Mapping[str, object]) -> ListedAxis | SpacedAxis | None:
+        table = read(SpacedTable, entry, self.path, self.problems)
         if table is None:
             return None
         start, stop, num = self.value(table.start, "start"), self.value(table.stop, "stop"), table.num
         if not 1 <= num <= _MOST_VALUES:
-            most = "more than 2^53 values are not distinct in double precision"
-            self.note(f"must be a whole number from 1, got {num}" if num < 1 else most, "num")
+            reason = "more than 2^53 values are not distinct in double precision"
+            self.note(f"must be at least 1, got {num}" if num < 1 else reason, "num")
             return None
         if start is None or stop is None:
             return None
@@ -146,23 +150,23 @@ class _Reader:
                 f"{num} values from {start:g} to {stop:g} are all the same; write {self.parameter.name} = {start:g}"
             )
         elif num == 1:
-            return Listed(self.parameter.name, (start,))
+            return ListedAxis(self.parameter.name, (start,))
         else:
-            return self.on_choices(Spaced(self.parameter.name, start, stop, num))
+            return self.on_choices(SpacedAxis(self.parameter.name, start, stop, num))
         return None
 
-    def on_choices(self, axis: Spaced) -> Spaced | None:
-        """The axis, if all its values are ones that the parameter can take."""
+    def on_choices(self, axis: SpacedAxis) -> SpacedAxis | None:
+        """The axis if the parameter can take all its values."""
         choices = self.parameter.choices
         if not choices:
             return axis
-        if len(axis) <= len(choices) and set(axis.at(np.arange(len(axis)))) <= set(choices):
+        if len(axis) <= len(choices) and set(axis.values_at(np.arange(len(axis)))) <= set(choices):
             return axis
-        self.note(f"every value must be {_choices(self.parameter)}; write them as a list")
+        self.note(f"every value must be {_describe_choices(self.parameter)}; write them as a list")
         return None
 
-    def range(self, raw: Mapping[str, object]) -> Continuous | None:
-        table = read(RangeTable, raw, self.path, self.problems)
+    def range(self, entry: Mapping[str, object]) -> ContinuousAxis | None:
+        table = read(RangeTable, entry, self.path, self.problems)
         if self.method == "grid":
             self.note(
                 f"a range {{ min, max }} needs [sampling] method = {DRAWING_METHODS}; in a grid write "
@@ -172,7 +176,9 @@ class _Reader:
             return None
         low, high = self.value(table.min, "min"), self.value(table.max, "max")
         if self.parameter.choices:
-            self.note(f"must be {_choices(self.parameter)}, which a range cannot promise; write the values as a list")
+            self.note(
+                f"must be {_describe_choices(self.parameter)}, which a range does not ensure; write a list of values"
+            )
         elif low is None or high is None:
             return None
         elif low >= high:
@@ -180,13 +186,13 @@ class _Reader:
         elif table.log and low <= 0.0:
             self.note(f"a logarithmic range needs min above 0, got {low:g}")
         else:
-            return Continuous(self.parameter.name, low, high, table.log)
+            return ContinuousAxis(self.parameter.name, low, high, table.log)
         return None
 
 
-def _choices(parameter: Parameter) -> str:
+def _describe_choices(parameter: Parameter) -> str:
     """The values that a parameter can take, in words."""
     choices = parameter.choices
     if len(choices) > 3 and choices == tuple(float(n) for n in range(int(choices[0]), int(choices[-1]) + 1)):
-        return f"a whole number {choices[0]:g} to {choices[-1]:g}"
+        return f"a whole number from {choices[0]:g} to {choices[-1]:g}"
     return " or ".join(f"{choice:g}" for choice in choices)

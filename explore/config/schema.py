@@ -1,4 +1,4 @@
-"""The shape of a study file: its sections and keys, and what is wrong with one, in words."""
+"""The sections and keys of a study file, and messages about invalid ones."""
 
 from __future__ import annotations
 
@@ -7,16 +7,21 @@ from typing import Annotated, Any, Literal, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, StrictBool, StrictInt, StrictStr, ValidationError
 
-from explore.suggest import closest, shown, suggestion
+from explore.errors import KeyPath, Problems
+from explore.suggest import closest_name, format_value, suggestion
 
-Path = tuple[str | int, ...]
-Problems = list[tuple[Path, str]]
-#: An entry that is looked at later, when the mechanism is known.
-Later = Any
+#: Largest number of problems reported for one file: more are usually one mistake made many times.
+MOST_PROBLEMS = 20
+#: An entry that is checked later, with the mechanism.
+Unchecked = Any
+#: More parameters, metrics or constraints than any mechanism has.
+_MOST = 1000
+Entries = Annotated[dict[str, Any], Field(max_length=_MOST)]
+Names = Annotated[list[Unchecked] | None, Field(max_length=_MOST)]
 
 
 class Section(BaseModel):
-    """A table of the file: keys that it does not know are errors."""
+    """A section of the file; unknown keys are errors."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
@@ -25,16 +30,16 @@ class StudyFile(Section):
     """The whole file."""
 
     mechanism: StrictStr | None = None
-    parameters: dict[str, Any] = {}
+    parameters: Entries = {}
     sampling: dict[str, Any] = {}
     evaluate: dict[str, Any] = {}
-    constraints: dict[str, Any] = {}
+    constraints: Entries = {}
     rank: dict[str, Any] = {}
     scene: dict[str, Any] | None = None
 
 
 class Sampling(Section):
-    """How designs are drawn from the parameters."""
+    """How designs are made from the parameters."""
 
     method: StrictStr = "grid"
     count: StrictInt | None = None
@@ -43,22 +48,22 @@ class Sampling(Section):
 
 
 class Evaluate(Section):
-    """What is computed of each design."""
+    """What is computed for each design."""
 
-    window: Later = None
+    window: Unchecked = None
     drive: StrictStr | None = None
-    metrics: list[Later] | None = None
-    tolerance: Later = 1e-9
+    metrics: Names = None
+    tolerance: Unchecked = 1e-9
 
 
 class Rank(Section):
-    """What makes a design better than another."""
+    """The objectives."""
 
-    metrics: list[Later] | None = None
+    metrics: Names = None
 
 
 class SceneTable(Section):
-    """Why a study is worth comparing methods on; it changes nothing that the study computes."""
+    """Texts and model of a comparison of methods on this study; no effect on what the study computes."""
 
     title: StrictStr
     about: StrictStr
@@ -69,72 +74,75 @@ class SceneTable(Section):
 class SpacedTable(Section):
     """Evenly spaced values of a parameter."""
 
-    start: Later
-    stop: Later
+    start: Unchecked
+    stop: Unchecked
     num: StrictInt
 
 
 class RangeTable(Section):
     """A range of a parameter to draw values from."""
 
-    min: Later
-    max: Later
+    min: Unchecked
+    max: Unchecked
     log: StrictBool = False
 
 
 class SolveTable(Section):
-    """A length to solve for, such that a metric has a value."""
+    """A length to solve for, so that a metric has a prescribed value."""
 
     solve: StrictStr
-    value: Later
-    min: Later = None
-    max: Later = None
+    value: Unchecked
+    min: Unchecked = None
+    max: Unchecked = None
 
 
 Model = TypeVar("Model", bound=Section)
 
-_WANTED = {
+_REASONS = {
     "dict_type": "must be a table of keys and values",
     "list_type": 'must be a list, such as ["cv"]',
     "int_type": "must be a whole number without quotes",
-    "string_type": "must be a text in quotes",
+    "string_type": "must be a string in quotes",
     "bool_type": "must be true or false",
+    "too_long": f"must have at most {_MOST:,} entries",
 }
 
 
-def read(model: type[Model], raw: Mapping[str, Any], path: Path, problems: Problems) -> Model | None:
-    """The section, without its wrong keys, and a problem for each of these; None when required keys are missing.
+def read(model: type[Model], entries: Mapping[str, Any], path: KeyPath, problems: Problems) -> Model | None:
+    """Validate a section; return it without its invalid keys, or None when required keys are missing.
 
     Parameters
     ----------
     model
-        The section's shape.
-    raw
-        Its content in the file.
+        The schema of the section.
+    entries
+        The content of the section.
     path
-        Its place in the file.
+        The key of the section.
     problems
-        Gets what is wrong, with the path of its key.
+        A problem is appended for each invalid key.
     """
     try:
-        return model.model_validate(raw)
+        return model.model_validate(entries)
     except ValidationError as error:
         errors = error.errors(include_url=False)
-    known = list(model.model_fields)
-    # A required key that is merely misspelt is not missing as well.
-    meant = {closest(str(e["loc"][0]), known) for e in errors if e["type"] == "extra_forbidden"}
+    keys = list(model.model_fields)
+    unknown = [str(entry["loc"][0]) for entry in errors if entry["type"] == "extra_forbidden"]
+    # A misspelt required key is not reported as missing too. Problems beyond the limit need no suggestion.
+    corrections = {key: closest_name(key, keys) for key in unknown[:MOST_PROBLEMS]}
     for entry in errors:
         kind, key = entry["type"], entry["loc"]
         if kind == "missing":
-            if key[0] not in meant:
-                problems.append((path, f"the key '{key[0]}' is missing; a complete table has {', '.join(known)}"))
+            if key[0] not in corrections.values():
+                problems.append((path, f"the key '{key[0]}' is missing; a complete table has {', '.join(keys)}"))
         elif kind == "extra_forbidden":
-            problems.append(((*path, *key), f"unknown key; {suggestion(str(key[0]), known)}"))
+            hint = f"; {suggestion(str(key[0]), keys)}" if key[0] in corrections else ""
+            problems.append(((*path, *key), f"unknown key{hint}"))
         else:
-            reason = _WANTED.get(kind, entry["msg"].replace("Input should be", "must be"))
-            problems.append(((*path, *key), f"{reason}, got {shown(entry['input'])}"))
-    wrong = {entry["loc"][0] for entry in errors}
+            reason = _REASONS.get(kind, entry["msg"].replace("Input should be", "must be"))
+            problems.append(((*path, *key), f"{reason}, got {format_value(entry['input'])}"))
+    invalid = {entry["loc"][0] for entry in errors}
     try:
-        return model.model_validate({key: value for key, value in raw.items() if key not in wrong})
+        return model.model_validate({key: value for key, value in entries.items() if key not in invalid})
     except ValidationError:
         return None

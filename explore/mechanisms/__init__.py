@@ -1,1 +1,1 @@
-"""The mechanisms: one module each, and the registry."""
+"""The mechanisms, one package each, the compiled functions that they share, and the registry."""

@@ -14,12 +14,12 @@ change point::
 
 Velocities per unit crank velocity are written with f = r1 r4 sin(theta_1) / x, the rate of the transmission angle,
 and g = d.B / d^2, the rate at which d turns: theta_3' = k f - g and theta_2' = (k - 1) f - g; accelerations are the
-derivatives of these. Written so, no pair of large terms cancels where d is short (crank near ground, coupler near
-rocker), unlike the usual vector form. k and 1 - k are the projections of coupler and rocker on d over its length::
+derivatives of these. In this form, unlike the usual one with vectors, no two large terms cancel where d is short (crank
+near ground, coupler near rocker). k and 1 - k are the projections of coupler and rocker on d over its length::
 
     k = (p + 2 r2 (r2 - r3)) / (2 d^2),    1 - k = (p - 2 r3 (r2 - r3)) / (2 d^2)
 
-whereas (1 + (r2^2 - r3^2)/d^2)/2 and one less would lose a short link in rounding.
+The form k = (1 + (r2^2 - r3^2)/d^2)/2 would lose a short link in rounding.
 """
 
 import math
@@ -29,12 +29,12 @@ import numpy as np
 from explore.compiling import FILL_SIGNATURE, compiled
 from explore.mechanisms.arctangent import arctangent
 
-# One column each of a kernel row. The first eight are what the node loop needs.
+# Columns of a kernel row.
 GROUND_MINUS_CRANK_SQUARED, FOUR_CRANK_GROUND, E1_E2, E3_E4, SQUARES, CRANK_TIMES_DIFFERENCE, BRANCH = range(7)
 CRANK, GROUND_MINUS_CRANK, COUPLER_EXCESS, ROCKER_EXCESS = 7, 8, 9, 10
 FOUR_BAR_SIZE = 11
 
-# Rows of the scratch array, and the bits that ask for them.
+# Rows of the signal array, and the bits of `needs` that request them.
 COUPLER_VELOCITY, ROCKER_VELOCITY, COUPLER_ACCELERATION, ROCKER_ACCELERATION = range(4)
 COUPLER_ANGLE, ROCKER_ANGLE, TRANSMISSION_ANGLE = 4, 5, 6
 SIGNAL_ROWS = 7
@@ -54,52 +54,52 @@ CLASS_LABELS = (
 
 @compiled("float64(float64, float64, float64, float64)")
 def exact_sum(a, b, c, d):
-    """Sum of four numbers with the rounding errors carried along (Ogita, Rump & Oishi 2005, Sum2).
+    """Sum of four numbers with compensated rounding errors (Ogita, Rump & Oishi 2005, Sum2).
 
     The result is as if summed in twice the precision and rounded once; plain summation loses the margin of a
     linkage near the change point.
     """
     total = a
-    carried = 0.0
+    compensation = 0.0
     for term in (b, c, d):
-        new = total + term
-        shadow = new - total
-        carried += (total - (new - shadow)) + (term - shadow)
-        total = new
-    return total + carried
+        new_total = total + term
+        added = new_total - total
+        compensation += (total - (new_total - added)) + (term - added)
+        total = new_total
+    return total + compensation
 
 
 @compiled("Tuple((int64, float64))(float64, float64, float64, float64)")
 def classify(crank, coupler, rocker, ground):
-    """Class of the linkage and its Grashof margin: shortest + longest against the other two, exactly."""
+    """Class of the linkage and Grashof margin, the two middle lengths minus shortest and longest, summed exactly."""
     longest = max(crank, coupler, rocker, ground)
     shortest = min(crank, coupler, rocker, ground)
     if longest == shortest:
         return CHANGE_POINT, 0.0
-    at_longest = 0 if crank == longest else 1 if coupler == longest else 2 if rocker == longest else 3
-    at_shortest = 0 if crank == shortest else 3 if ground == shortest else 1 if coupler == shortest else 2
-    a = -crank if at_longest == 0 else crank
-    b = -coupler if at_longest == 1 else coupler
-    c = -rocker if at_longest == 2 else rocker
-    d = -ground if at_longest == 3 else ground
+    longest_index = 0 if crank == longest else 1 if coupler == longest else 2 if rocker == longest else 3
+    shortest_index = 0 if crank == shortest else 3 if ground == shortest else 1 if coupler == shortest else 2
+    a = -crank if longest_index == 0 else crank
+    b = -coupler if longest_index == 1 else coupler
+    c = -rocker if longest_index == 2 else rocker
+    d = -ground if longest_index == 3 else ground
     others_minus_longest = exact_sum(a, b, c, d)
-    a = -crank if at_shortest == 0 else a
-    b = -coupler if at_shortest == 1 else b
-    c = -rocker if at_shortest == 2 else c
-    d = -ground if at_shortest == 3 else d
+    a = -crank if shortest_index == 0 else a
+    b = -coupler if shortest_index == 1 else b
+    c = -rocker if shortest_index == 2 else c
+    d = -ground if shortest_index == 3 else d
     margin = exact_sum(a, b, c, d)
     if others_minus_longest <= 0.0:
         return CANNOT_ASSEMBLE, margin
-    # A decimal change point misses exact zero by a few units in the last place of the longest link.
+    # Decimal lengths at a change point have a margin of a few units in the last place of the longest link.
     if abs(margin) <= 4.0 * np.spacing(longest):
         return CHANGE_POINT, margin
     if margin < 0.0:
         return NON_GRASHOF, margin
-    if at_shortest == 0:
+    if shortest_index == 0:
         return CRANK_ROCKER, margin
-    if at_shortest == 3:
+    if shortest_index == 3:
         return DOUBLE_CRANK, margin
-    if at_shortest == 1:
+    if shortest_index == 1:
         return DOUBLE_ROCKER, margin
     return ROCKER_CRANK, margin
 
@@ -122,12 +122,12 @@ def prepare(crank, coupler, rocker, ground, branch, row):
 
 @compiled(fast=True)
 def _fill_angles(row, sin_half, cos_half, count, out):
-    """Angles of coupler and rocker at the nodes, rad; see `fill`."""
-    four_products = row[FOUR_CRANK_GROUND]
+    """Fill the angles of coupler and rocker at the nodes, rad; see `fill`."""
+    four_crank_ground = row[FOUR_CRANK_GROUND]
     for j in range(count):
         sine_squared = sin_half[j] * sin_half[j]
-        p = row[E1_E2] + four_products * sine_squared
-        q = row[E3_E4] + four_products * cos_half[j] * cos_half[j]
+        p = row[E1_E2] + four_crank_ground * sine_squared
+        q = row[E3_E4] + four_crank_ground * cos_half[j] * cos_half[j]
         across = row[BRANCH] * math.sqrt(p * q)
         dx = row[GROUND_MINUS_CRANK] + 2.0 * row[CRANK] * sine_squared
         dy = -2.0 * row[CRANK] * sin_half[j] * cos_half[j]
@@ -139,7 +139,7 @@ def _fill_angles(row, sin_half, cos_half, count, out):
 
 @compiled(fast=True)
 def _fill_transmission(row, sin_half, cos_half, count, out):
-    """Transmission angle at the nodes, rad; see `fill`."""
+    """Fill the transmission angle at the nodes, rad; see `fill`."""
     for j in range(count):
         p = row[E1_E2] + row[FOUR_CRANK_GROUND] * sin_half[j] * sin_half[j]
         q = row[E3_E4] + row[FOUR_CRANK_GROUND] * cos_half[j] * cos_half[j]
@@ -148,7 +148,7 @@ def _fill_transmission(row, sin_half, cos_half, count, out):
 
 @compiled(FILL_SIGNATURE, fast=True)
 def fill(row, sin_half, cos_half, count, needs, out):
-    """Signals at the nodes, for unit crank velocity: rad, 1, 1/rad.
+    """Fill the signals at the nodes for unit crank velocity, in rad, 1, 1/rad.
 
     Parameters
     ----------
@@ -161,35 +161,36 @@ def fill(row, sin_half, cos_half, count, needs, out):
     needs : int
         VELOCITIES, ACCELERATIONS (with velocities), ANGLES (of the links), TRANSMISSION, or-ed.
     out : (SIGNAL_ROWS, t) array
-        The rows asked for are filled.
+        The rows that `needs` requests are filled.
     """
-    difference_squared, four_products = row[GROUND_MINUS_CRANK_SQUARED], row[FOUR_CRANK_GROUND]
-    p0, q0, squares = row[E1_E2], row[E3_E4], row[SQUARES]
-    numerator0, branch = row[CRANK_TIMES_DIFFERENCE], row[BRANCH]
+    # A function of its own for the loop over velocities costs about 5 % of the time (benchmarks/kernel.py).
+    difference_squared, four_crank_ground = row[GROUND_MINUS_CRANK_SQUARED], row[FOUR_CRANK_GROUND]
+    p_min, q_min, squares = row[E1_E2], row[E3_E4], row[SQUARES]
+    g_numerator_at_zero, branch = row[CRANK_TIMES_DIFFERENCE], row[BRANCH]
     coupler_excess, rocker_excess = row[COUPLER_EXCESS], row[ROCKER_EXCESS]
-    product = 0.25 * four_products
+    crank_ground = 0.25 * four_crank_ground
     if needs & (VELOCITIES | ACCELERATIONS):
         for j in range(count):
             sine_squared = sin_half[j] * sin_half[j]
             cosine_squared = cos_half[j] * cos_half[j]
-            d_squared = difference_squared + four_products * sine_squared
-            p = p0 + four_products * sine_squared
-            q = q0 + four_products * cosine_squared
+            d_squared = difference_squared + four_crank_ground * sine_squared
+            p = p_min + four_crank_ground * sine_squared
+            q = q_min + four_crank_ground * cosine_squared
             x = 0.5 * branch * math.sqrt(p * q)
-            both = 1.0 / (d_squared * x)
-            one_over_d_squared = x * both
-            one_over_x = d_squared * both
-            product_sine = 2.0 * product * sin_half[j] * cos_half[j]
-            f = product_sine * one_over_x
+            reciprocal = 1.0 / (d_squared * x)
+            one_over_d_squared = x * reciprocal
+            one_over_x = d_squared * reciprocal
+            crank_ground_sine = 2.0 * crank_ground * sin_half[j] * cos_half[j]
+            f = crank_ground_sine * one_over_x
             half_over_d_squared = 0.5 * one_over_d_squared
             k_less_one, k = (rocker_excess - p) * half_over_d_squared, (coupler_excess + p) * half_over_d_squared
-            g = (numerator0 - 2.0 * product * sine_squared) * one_over_d_squared
+            g = (g_numerator_at_zero - 2.0 * crank_ground * sine_squared) * one_over_d_squared
             out[COUPLER_VELOCITY, j] = k_less_one * f - g
             out[ROCKER_VELOCITY, j] = k * f - g
             if needs & ACCELERATIONS:
-                # d_log = (d^2)'/d^2, k' = -(r2^2 - r3^2)/(2 d^2) d_log, x' = product_sine (q - p)/(4 x)
-                d_log = 2.0 * product_sine * one_over_d_squared
-                f_rate = (product * (cosine_squared - sine_squared) - 0.25 * f * f * (q - p)) * one_over_x
+                # d_log = (d^2)'/d^2, k' = -(r2^2 - r3^2)/(2 d^2) d_log, x' = crank_ground_sine (q - p)/(4 x)
+                d_log = 2.0 * crank_ground_sine * one_over_d_squared
+                f_rate = (crank_ground * (cosine_squared - sine_squared) - 0.25 * f * f * (q - p)) * one_over_x
                 common = d_log * (0.5 + g - squares * half_over_d_squared * f)
                 out[COUPLER_ACCELERATION, j] = k_less_one * f_rate + common
                 out[ROCKER_ACCELERATION, j] = k * f_rate + common

@@ -1,18 +1,18 @@
-"""All mechanisms by name. A new mechanism adds its line here."""
+"""All mechanisms by name. A new mechanism adds a line here."""
 
 import copyreg
 
-from explore.mechanisms.crank_rocker import CRANK_ROCKER
-from explore.mechanisms.test_rig import TEST_RIG
-from explore.vocabulary import Mechanism
+from explore.mechanisms.crank_rocker.declaration import CRANK_ROCKER
+from explore.mechanisms.rig.declaration import TEST_RIG
+from explore.model.mechanism import Mechanism
 
 MECHANISMS: dict[str, Mechanism] = {mechanism.name: mechanism for mechanism in (CRANK_ROCKER, TEST_RIG)}
 
 
-def by_name(name: str) -> Mechanism:
+def mechanism_by_name(name: str) -> Mechanism:
     """The registered mechanism of that name."""
     return MECHANISMS[name]
 
 
-# A mechanism travels to a worker as its name: compiled functions are found there, not sent.
-copyreg.pickle(Mechanism, lambda mechanism: (by_name, (mechanism.name,)))
+# A mechanism is pickled as its name, so a worker loads its own compiled functions.
+copyreg.pickle(Mechanism, lambda mechanism: (mechanism_by_name, (mechanism.name,)))

@@ -1,1 +1,1 @@
-"""Ways to solve the motion of a four-bar linkage, side by side, to compare what they cost and where they fail."""
+"""Methods to solve the motion of a four-bar linkage, for comparison of their cost and failures."""

@@ -1,4 +1,4 @@
-"""The package's own way: the closed form in which no large terms cancel."""
+"""The closed form of `explore.mechanisms.four_bar`, in which no large terms cancel, as a method."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ from typing import ClassVar
 
 import numpy as np
 
-from explore.compiling import compiled
 from explore.mechanisms import four_bar
 from explore.methods.contract import Capability, Level, Motion, Outcome, Task
 from explore.methods.geometry import geometric_outcome
-from explore.vocabulary import FloatArray
+from explore.methods.kernels import solve_all
+from explore.model.quantities import FloatArray
 
 _NEEDS = {
     Level.POSITIONS: four_bar.ANGLES,
@@ -19,56 +19,43 @@ _NEEDS = {
     Level.ACCELERATIONS: four_bar.ANGLES | four_bar.ACCELERATIONS,
 }
 #: Rows of the kernel's scratch array, in the order of `Motion.signals`.
-_ROWS = np.array([
+KERNEL_ROWS = np.array([
     four_bar.COUPLER_ANGLE, four_bar.ROCKER_ANGLE, four_bar.COUPLER_VELOCITY, four_bar.ROCKER_VELOCITY,
     four_bar.COUPLER_ACCELERATION, four_bar.ROCKER_ACCELERATION,
 ])  # fmt: skip
 
 
-@compiled(
-    "void(float64[:, ::1], float64[::1], float64[:, ::1], float64[:, ::1], int64, int64[::1], float64[:, :, ::1])",
-    allocates=True,
-)
-def _solve(lengths, branch, sine, cosine, needs, rows, signals):
-    row, out = np.empty(four_bar.FOUR_BAR_SIZE), np.empty((four_bar.SIGNAL_ROWS, sine.shape[1]))
-    for i in range(lengths.shape[0]):
-        four_bar.prepare(lengths[i, 0], lengths[i, 1], lengths[i, 2], lengths[i, 3], branch[i], row)
-        four_bar.fill(row, sine[i], cosine[i], sine.shape[1], needs, out)
-        for k in range(signals.shape[0]):
-            signals[k, i] = out[rows[k]]
-
-
 @dataclass(frozen=True)
 class ClosedForm:
-    """`explore.mechanisms.four_bar`: exactly rounded sums of lengths, sums of non-negative terms, compiled."""
+    """The compiled kernel of `explore.mechanisms.four_bar`: exactly rounded sums of lengths, no cancelling sums."""
 
     name: ClassVar[str] = "closed-form"
-    summary: ClassVar[str] = "closed form without cancellation, compiled: what a sweep uses"
+    summary: ClassVar[str] = "closed form without cancellation, compiled, as in a sweep"
     capabilities: ClassVar[Capability] = Capability.BATCHED | Capability.ANY_ANGLE | Capability.CHECKS_BRANCH
 
     def solve(self, task: Task) -> Motion:
-        """Solve each crank angle for itself."""
+        """Solve every crank angle independently."""
         motion = Motion.blank(task)
-        # contiguous and writable, as compiled for
+        # the compiled signature needs contiguous, writable arrays
         half = 0.5 * np.ascontiguousarray(task.crank_angle)
         lengths, branch = np.array(task.lengths, order="C"), np.array(task.branch)
-        _solve(lengths, branch, np.sin(half), np.cos(half), _NEEDS[task.level], _ROWS, motion.signals)
+        solve_all(lengths, branch, np.sin(half), np.cos(half), _NEEDS[task.level], KERNEL_ROWS, motion.signals)
         motion.evaluations[:] = task.crank_angle.shape[1]
         motion.outcome[:] = geometric_outcome(task.lengths)
-        lost = ~np.isfinite(motion.signals).all(axis=(0, 2))
-        motion.outcome[lost & (motion.outcome == Outcome.OK)] = Outcome.NOT_FINITE
+        has_nan = ~np.isfinite(motion.signals).all(axis=(0, 2))
+        motion.outcome[has_nan & (motion.outcome == Outcome.OK)] = Outcome.NOT_FINITE
         return motion
 
 
-def exact_start(task: Task) -> FloatArray:
-    """Coupler and rocker angle at the first crank angle, shape (n, 2): those given, or the exact ones."""
+def start_angles(task: Task) -> FloatArray:
+    """Coupler and rocker angle at the first crank angle, shape (n, 2): `Task.start`, or the exact angles without it."""
     if task.start is not None:
         return task.start
     first = Task(task.lengths, task.branch, task.crank_angle[:, :1], Level.POSITIONS)
     return ClosedForm().solve(first).signals[:, :, 0].T
 
 
-def first_guess(task: Task) -> FloatArray:
-    """The exact start for iterations, shape (n, 2); a right angle where there is none to try."""
-    start, right_angle = exact_start(task), np.stack([0.0 * task.branch, 0.5 * np.pi * task.branch], axis=1)
+def initial_guess(task: Task) -> FloatArray:
+    """Start angles for an iteration, shape (n, 2); the rocker at a right angle where the linkage does not close."""
+    start, right_angle = start_angles(task), np.stack([0.0 * task.branch, 0.5 * np.pi * task.branch], axis=1)
     return np.where(np.isfinite(start), start, right_angle)

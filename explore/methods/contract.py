@@ -1,7 +1,7 @@
-"""What a way of solving the motion of four-bar linkages is given, and what it answers.
+"""Input and output of a method that solves the motion of four-bar linkages.
 
-A method is a frozen dataclass whose fields are its tolerances. It solves a `Task` for many designs and never raises for
-a bad one: each design has an outcome. The crank turns with 1 rad/s; all angles are in rad, n designs, t crank angles.
+A method is a frozen dataclass whose fields are its settings. It solves a `Task` for many designs and reports an outcome
+for each in place of an exception. The crank turns at 1 rad/s; angles are in rad, for n designs and t crank angles.
 """
 
 from __future__ import annotations
@@ -13,14 +13,22 @@ from typing import Any, Protocol
 import numpy as np
 import numpy.typing as npt
 
-from explore.vocabulary import FloatArray
+from explore.model.quantities import FloatArray
 
-#: Rows of `Motion.signals`; a level fills the first two, four or six.
-COUPLER_ANGLE, ROCKER_ANGLE, COUPLER_VELOCITY, ROCKER_VELOCITY, COUPLER_ACCELERATION, ROCKER_ACCELERATION = range(6)
+
+class MotionRow(IntEnum):
+    """Rows of `Motion.signals`; a level fills the first two, four or six."""
+
+    COUPLER_ANGLE = 0
+    ROCKER_ANGLE = 1
+    COUPLER_VELOCITY = 2
+    ROCKER_VELOCITY = 3
+    COUPLER_ACCELERATION = 4
+    ROCKER_ACCELERATION = 5
 
 
 class Level(IntEnum):
-    """How much of the motion a question needs."""
+    """Highest derivative of the motion that is computed."""
 
     GEOMETRY = 0
     POSITIONS = 1
@@ -29,27 +37,27 @@ class Level(IntEnum):
 
     @property
     def rows(self) -> slice:
-        """The rows of `Motion.signals` that this level adds to the one below."""
+        """The two rows of `Motion.signals` that this level adds to the one below."""
         return slice(2 * self - 2, 2 * self)
 
 
 class Capability(Flag):
-    """What a method can do."""
+    """Properties of a method."""
 
-    #: Designs are solved together, by array operations or compiled code.
+    #: Designs are solved together, in array operations or compiled code.
     BATCHED = auto()
-    #: Each crank angle is solved for itself; the others go from one angle to the next.
+    #: Crank angles are solved independently, in any order; other methods proceed from one angle to the next.
     ANY_ANGLE = auto()
-    #: It steps by the crank angles of the task, so that their distance matters; integrators choose steps of their own.
+    #: The step is that of the crank angles of the task; integrators choose their own.
     FOLLOWS_ANGLES = auto()
-    #: It notices when it left the branch that it was asked for.
+    #: A change to the other branch is detected.
     CHECKS_BRANCH = auto()
-    #: It belongs to another package and stands here for what users have today.
+    #: The solver is that of another package.
     PEER = auto()
 
 
 class Outcome(IntEnum):
-    """What became of one design, as far as the method can tell."""
+    """Result for one design as reported by the method."""
 
     OK = 1
     CANNOT_ASSEMBLE = 2
@@ -69,7 +77,7 @@ class Outcome(IntEnum):
 
     @property
     def sentence(self) -> str:
-        """What the outcome means, for people."""
+        """Meaning of the outcome in words."""
         return _SENTENCES[self]
 
 
@@ -79,7 +87,7 @@ _SENTENCES = {
     Outcome.CRANK_BLOCKED: "the crank cannot turn fully",
     Outcome.CHANGE_POINT: "all links fall into one line, from where the motion may continue on either branch",
     Outcome.NOT_FINITE: "a value is not a finite number",
-    Outcome.NOT_CONVERGED: "the iteration did not converge; whether a solution exists is not known",
+    Outcome.NOT_CONVERGED: "the iteration did not converge; a solution may or may not exist",
     Outcome.WRONG_BRANCH: "the iteration converged to the other branch",
     Outcome.OPEN_LOOP: "the links no longer close the loop",
     Outcome.GAVE_UP: "the integrator could not find a step that keeps its tolerance",
@@ -89,20 +97,20 @@ _SENTENCES = {
 
 @dataclass(frozen=True)
 class Task:
-    """Motions to solve.
+    """Designs, crank angles and level of the motions to solve.
 
     Attributes
     ----------
     lengths : (n, 4) array
-        Crank, coupler, rocker, ground, in one unit of length.
+        Crank, coupler, rocker, ground, in any one unit.
     branch : (n,) array
         1 or -1: on which side of the line from crank pin to rocker pivot the coupler joint lies.
     crank_angle : (n, t) array
-        Ascending, rad. Statements about whole turns hold for any angles.
+        Ascending, rad. An outcome refers to a full turn whatever these angles.
     level
-        How much to compute: positions, velocities as well, or accelerations as well.
+        Positions, velocities or accelerations; each includes those before.
     start : (n, 2) array, optional
-        Coupler and rocker angle at the first crank angle as somebody knows them; the exact ones unless given.
+        Approximate coupler and rocker angle at the first crank angle; the exact ones by default.
     """
 
     lengths: FloatArray
@@ -112,16 +120,16 @@ class Task:
     start: FloatArray | None = None
 
     def __post_init__(self) -> None:
-        """Check the shapes: a mistake here would broadcast silently."""
+        """Check the shapes, because wrong ones would broadcast."""
         n, angles = len(self.lengths), self.crank_angle
         shapes = self.lengths.shape == (n, 4) and self.branch.shape == (n,) and angles.shape[:1] == (n,)
         if not shapes or angles.ndim != 2 or (self.start is not None and self.start.shape != (n, 2)):
             raise ValueError("a task needs lengths (n, 4), branch (n,), crank_angle (n, t) and start (n, 2)")
         if self.level is Level.GEOMETRY:
-            raise ValueError("geometry needs no method: it is known in closed form")
+            raise ValueError("no method solves the level geometry, which is known in closed form")
 
     def __len__(self) -> int:
-        """How many designs."""
+        """Number of designs."""
         return len(self.lengths)
 
     def part(self, which: npt.NDArray[Any] | slice) -> Task:
@@ -138,18 +146,18 @@ class Task:
 
 @dataclass(frozen=True)
 class Motion:
-    """What a method found; NaN where it found nothing.
+    """Signals, outcomes and work of a method; NaN where it has no solution.
 
     Attributes
     ----------
     signals : (2 level, n, t) array
-        Rows as named in this module: rad, 1, 1/rad.
+        In the order of the row constants of this module: rad, 1, 1/rad.
     outcome : (n,) array
         An `Outcome` for each design.
     evaluations : (n,) array
-        How often the equations were evaluated: positions, residuals or rates, and corrections.
+        Number of evaluations of positions, residuals, rates and corrections.
     iterations : (n,) array
-        Steps of the iteration or of the integration; 0 where there are none.
+        Number of steps of the iteration or integration; 0 for a method without steps.
     """
 
     signals: FloatArray
@@ -159,14 +167,14 @@ class Motion:
 
     @classmethod
     def blank(cls, task: Task) -> Motion:
-        """A motion to be filled: NaN, all designs OK, no work done."""
+        """A motion to be filled: all signals NaN, all outcomes OK, no work."""
         n = len(task)
         signals = np.full((2 * task.level, *task.crank_angle.shape), np.nan)
         outcome = np.full(n, Outcome.OK, dtype=np.int8)
         return cls(signals, outcome, np.zeros(n, dtype=np.int64), np.zeros(n, dtype=np.int64))
 
-    def put(self, which: npt.NDArray[Any] | slice, part: Motion) -> None:
-        """Take over the motion of some of the designs."""
+    def assign(self, which: npt.NDArray[Any] | slice, part: Motion) -> None:
+        """Set the motion of some of the designs."""
         self.signals[:, which] = part.signals
         self.outcome[which] = part.outcome
         self.evaluations[which] = part.evaluations
@@ -174,34 +182,34 @@ class Motion:
 
 
 class Method(Protocol):
-    """A way of solving motions: frozen data with one verb."""
+    """A method to solve motions, with its settings."""
 
     @property
     def name(self) -> str:
-        """The key in the list of methods."""
+        """Key in the registry."""
         ...
 
     @property
     def summary(self) -> str:
-        """What it is, in a line."""
+        """Description in one line."""
         ...
 
     @property
     def capabilities(self) -> Capability:
-        """What it can do: of the class, or of its settings."""
+        """Properties, which may depend on the settings."""
         ...
 
     def solve(self, task: Task) -> Motion:
-        """Solve the task; a bad design is an outcome, never an exception."""
+        """Solve the task; the failure of a design is an outcome, not an exception."""
         ...
 
 
-def label(method: Any) -> str:
-    """Name and settings, such as ``rk45(rtol=1e-06)``; fields without repr are in the name, or the same for all."""
-    own = [f.name for f in fields(method) if f.repr]
-    settings = ", ".join(f"{name}={_short(getattr(method, name))}" for name in own)
+def method_label(method: Any) -> str:
+    """Name and settings of a method or an averaging rule, such as ``rk45(rtol=1e-06)``; fields with repr only."""
+    names = [f.name for f in fields(method) if f.repr]
+    settings = ", ".join(f"{name}={_format_setting(getattr(method, name))}" for name in names)
     return f"{method.name}({settings})" if settings else method.name
 
 
-def _short(value: object) -> str:
+def _format_setting(value: object) -> str:
     return f"{value:g}" if isinstance(value, float) else str(value)

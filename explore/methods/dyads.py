@@ -1,4 +1,4 @@
-"""What users of pylinkage have: its compiled simulation of cranks and dyads, one linkage at a time."""
+"""The compiled simulation of cranks and dyads of pylinkage, one linkage at a time."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ from typing import ClassVar
 import numpy as np
 
 from explore.errors import RequestError
-from explore.methods.closed_form import first_guess
+from explore.methods.closed_form import initial_guess
 from explore.methods.contract import Capability, Motion, Outcome, Task
-from explore.vocabulary import FloatArray
+from explore.model.quantities import FloatArray
 
-#: Steps of the crank, in rad, that differ by no more than the rounding of angles of a few turns count as equal.
+#: Largest difference (rad) between equal steps of the crank: the rounding of angles of a few turns.
 _EQUAL_STEPS = 1e-14
 
 
-def available() -> bool:
+def is_pylinkage_installed() -> bool:
     """Whether pylinkage is installed."""
     return find_spec("pylinkage") is not None
 
@@ -27,10 +27,9 @@ def available() -> bool:
 class PylinkageDyads:
     """``Linkage.step_fast_with_kinematics`` of pylinkage 1.3, which intersects two circles at each crank angle.
 
-    It takes the intersection nearer to the last position, so that it may change the branch without notice. Where the
-    circles do not meet it gives NaN and raises nothing; where they touch within 1e-12 of the largest length, one point
-    without velocity.
-    Its crank goes in equal steps that are added up; between unequal angles it is called once for each, at more cost.
+    Of the two intersections it takes the one nearer to the previous position, which may be on the other branch. Circles
+    that do not meet give NaN; circles that touch within 1e-12 of the largest length give a point without velocity.
+    The crank moves in equal steps that are summed up; for unequal crank angles it is called once per angle.
     """
 
     name: ClassVar[str] = "pylinkage"
@@ -38,16 +37,16 @@ class PylinkageDyads:
     capabilities: ClassVar[Capability] = Capability.PEER | Capability.FOLLOWS_ANGLES
 
     def solve(self, task: Task) -> Motion:
-        """Solve design by design, from the exact position at the first angle.
+        """Solve design by design from the exact position at the first angle.
 
         Raises
         ------
         RequestError
-            pylinkage is not installed.
+            If pylinkage is not installed.
         """
-        if not available():
+        if not is_pylinkage_installed():
             raise RequestError("method pylinkage: pylinkage is not installed; pip install 'linkage-explore[peers]'")
-        motion, start = Motion.blank(task), first_guess(task)
+        motion, start = Motion.blank(task), initial_guess(task)
         with np.errstate(all="ignore"):
             for i in range(len(task)):
                 motion.outcome[i] = _solve_one(task.lengths[i], task.crank_angle[i], start[i, 1], motion.signals[:, i])
@@ -56,7 +55,7 @@ class PylinkageDyads:
 
 
 def _solve_one(lengths: FloatArray, crank: FloatArray, rocker: float, signals: FloatArray) -> Outcome:
-    """Fill in the signals of one design, shape (2 level, t)."""
+    """Fill the signals of one design, shape (2 level, t)."""
     position, velocity, acceleration = _simulate(lengths, crank, rocker)
     _, r2, r3, r4 = lengths
     pin, joint = position.swapaxes(0, 1)
@@ -64,7 +63,7 @@ def _solve_one(lengths: FloatArray, crank: FloatArray, rocker: float, signals: F
     signals[0], signals[1] = _direction(coupler_link), _direction(rocker_link)
     for row, rates in zip((2, 4), (velocity, acceleration), strict=True):
         if row < len(signals):
-            # the rate of an angle from the relative motion across the link
+            # the angular rate of a link from the relative motion of its ends
             signals[row] = _cross(coupler_link, rates[:, 1] - rates[:, 0]) / r2**2
             signals[row + 1] = _cross(rocker_link, rates[:, 1]) / r3**2
     return Outcome.OK if np.isfinite(signals).all() else Outcome.NOT_FINITE
@@ -80,7 +79,7 @@ def _simulate(lengths: FloatArray, crank: FloatArray, rocker: float) -> tuple[Fl
     r1, r2, r3, r4 = map(float, lengths)
     steps = np.diff(crank, prepend=crank[0])
     equal = len(crank) > 1 and np.ptp(steps[1:]) <= _EQUAL_STEPS
-    first = float(crank[0] - steps[1]) if equal else float(crank[0])  # each call makes its step before it looks
+    first = float(crank[0] - steps[1]) if equal else float(crank[0])  # a call steps before it records
     calls = [(len(crank), float(steps[1]))] if equal else [(1, float(step)) for step in steps]
     ground, pivot = Ground(0.0, 0.0), Ground(r4, 0.0)
     motor = Crank(ground, r1, angular_velocity=1.0, initial_angle=first)

@@ -1,4 +1,4 @@
-"""What users of SciPy write: fsolve on the vector loop at each crank angle."""
+"""`scipy.optimize.fsolve` on the vector loop at each crank angle, as users of SciPy write it."""
 
 from __future__ import annotations
 
@@ -8,25 +8,25 @@ from typing import ClassVar
 import numpy as np
 from scipy import optimize
 
-from explore.methods import loop
-from explore.methods.closed_form import first_guess
+from explore.methods import vector_loop
+from explore.methods.closed_form import initial_guess
 from explore.methods.contract import Capability, Motion, Outcome, Task
-from explore.vocabulary import FloatArray
+from explore.model.quantities import FloatArray
 
-#: MINPACK's code for success; with any other, fsolve warns.
+#: MINPACK's code for success.
 _CONVERGED = 1
 
 
 @dataclass(frozen=True)
 class Fsolve:
-    """`scipy.optimize.fsolve` (MINPACK's hybrd), the previous angle's solution as guess, without the Jacobian.
+    """`scipy.optimize.fsolve` (MINPACK's hybrd) without a Jacobian, started from the solution at the previous angle.
 
-    Velocities and accelerations by `numpy.linalg.solve`. Nothing tells it on which branch it is.
+    Velocities and accelerations are solved by `numpy.linalg.solve`. The branch is not checked.
 
     Attributes
     ----------
     tolerance
-        ``xtol``: the relative change of both angles at which it stops.
+        ``xtol``: relative change of the angles at which the iteration stops.
     """
 
     tolerance: float = 1.49012e-8
@@ -35,11 +35,11 @@ class Fsolve:
     capabilities: ClassVar[Capability] = Capability.PEER | Capability.FOLLOWS_ANGLES
 
     def solve(self, task: Task) -> Motion:
-        """Solve design by design; a design keeps what it had before the angle at which it failed.
+        """Solve design by design; a design that fails keeps its signals before the crank angle of the failure.
 
-        Evaluations are residuals, those for finite differences among them.
+        Evaluations are those of the residual, including finite differences.
         """
-        motion, start = Motion.blank(task), first_guess(task)
+        motion, start = Motion.blank(task), initial_guess(task)
         with np.errstate(all="ignore"):
             for i, lengths in enumerate(task.lengths):
                 guess = start[i]
@@ -51,19 +51,19 @@ class Fsolve:
                     if code == _CONVERGED:
                         motion.outcome[i] = _fill(lengths, crank, guess, motion.signals[:, i, j])
                     else:
-                        known = np.isfinite(lengths).all()
-                        motion.outcome[i] = Outcome.NOT_CONVERGED if known else Outcome.NOT_FINITE
+                        is_finite = np.isfinite(lengths).all()
+                        motion.outcome[i] = Outcome.NOT_CONVERGED if is_finite else Outcome.NOT_FINITE
                     if motion.outcome[i] != Outcome.OK:
                         break
         return motion
 
 
 def _gap(angles: FloatArray, lengths: FloatArray, crank: FloatArray) -> FloatArray:
-    return loop.residual(lengths, crank, *angles)
+    return vector_loop.residual(lengths, crank, *angles)
 
 
 def _fill(lengths: FloatArray, crank: FloatArray, angles: FloatArray, signals: FloatArray) -> Outcome:
-    """Fill in the signals at one angle, shape (2 level,), from the linear systems for velocities and accelerations."""
+    """Fill the signals at one crank angle, shape (2 level,), from linear systems for velocities and accelerations."""
     r1, r2, r3, _ = lengths
     links, cosine, sine = np.array([r2, -r3]), np.cos(angles), np.sin(angles)
     jacobian = np.array([-links * sine, links * cosine])

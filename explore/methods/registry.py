@@ -1,39 +1,51 @@
-"""All methods, each with the settings at which it is compared."""
+"""All methods with the settings at which they are compared."""
 
 from __future__ import annotations
 
-from functools import partial
-from typing import Any
-
+from explore.errors import RequestError
 from explore.methods.closed_form import ClosedForm
-from explore.methods.contract import Method
-from explore.methods.dyads import PylinkageDyads, available
+from explore.methods.contract import Method, method_label
+from explore.methods.dyads import PylinkageDyads, is_pylinkage_installed
 from explore.methods.fsolve import Fsolve
 from explore.methods.newton import Newton
 from explore.methods.ode import VelocityIntegration
 from explore.methods.runge_kutta import RungeKutta4
 from explore.methods.textbook import TextbookArccos
+from explore.suggest import suggestion
 
-
-def _settings(kind: Any, name: str, values: tuple[float, ...], **fixed: Any) -> tuple[Method, ...]:
-    """One method at several settings, from coarse to fine; the others fixed."""
-    return tuple(kind(**{name: value}, **fixed) for value in values)
-
-
-#: From coarse to fine settings, by name; none of a peer that is not installed.
+_NEWTON_TOLERANCES = (1e-2, 1e-4, 1e-8, 1e-12)
+#: Settings of every method from coarse to fine, by name; empty for a peer that is not installed.
 METHODS: dict[str, tuple[Method, ...]] = {
     "closed-form": (ClosedForm(),),
     "textbook": (TextbookArccos(),),
-    "newton": _settings(Newton, "tolerance", (1e-2, 1e-4, 1e-8, 1e-12)),
-    "newton-unchecked": _settings(Newton, "tolerance", (1e-2, 1e-4, 1e-8, 1e-12), check_branch=False),
-    "pylinkage": (PylinkageDyads(),) if available() else (),
-    "fsolve": _settings(Fsolve, "tolerance", (1e-4, 1e-6, 1.49012e-8, 1e-10)),
-    "rk4": _settings(RungeKutta4, "steps", (36, 72, 180, 360, 1440)),
-    "rk4-projected": _settings(partial(RungeKutta4, projected=True), "steps", (36, 360)),
-    "rk45": _settings(partial(VelocityIntegration, "RK45"), "rtol", (1e-3, 1e-6, 1e-9, 1e-12)),
-    "dop853": _settings(partial(VelocityIntegration, "DOP853"), "rtol", (1e-3, 1e-6, 1e-9, 1e-12)),
-    "radau": _settings(partial(VelocityIntegration, "Radau"), "rtol", (1e-3, 1e-6, 1e-9)),
-    "rk45-projected": _settings(partial(VelocityIntegration, "RK45", projected=True), "rtol", (1e-3, 1e-6)),
-    "dop853-projected": _settings(partial(VelocityIntegration, "DOP853", projected=True), "rtol", (1e-3, 1e-6)),
-    "radau-projected": _settings(partial(VelocityIntegration, "Radau", projected=True), "rtol", (1e-3,)),
+    "newton": tuple(map(Newton, _NEWTON_TOLERANCES)),
+    "newton-unchecked": tuple(Newton(tolerance, check_branch=False) for tolerance in _NEWTON_TOLERANCES),
+    "pylinkage": (PylinkageDyads(),) if is_pylinkage_installed() else (),
+    "fsolve": tuple(map(Fsolve, (1e-4, 1e-6, 1.49012e-8, 1e-10))),
+    "rk4": tuple(map(RungeKutta4, (36, 72, 180, 360, 1440))),
+    "rk4-projected": tuple(RungeKutta4(steps, projected=True) for steps in (36, 360)),
+    "rk45": tuple(VelocityIntegration("RK45", rtol) for rtol in (1e-3, 1e-6, 1e-9, 1e-12)),
+    "dop853": tuple(VelocityIntegration("DOP853", rtol) for rtol in (1e-3, 1e-6, 1e-9, 1e-12)),
+    "radau": tuple(VelocityIntegration("Radau", rtol) for rtol in (1e-3, 1e-6, 1e-9)),
+    "rk45-projected": tuple(VelocityIntegration("RK45", rtol, projected=True) for rtol in (1e-3, 1e-6)),
+    "dop853-projected": tuple(VelocityIntegration("DOP853", rtol, projected=True) for rtol in (1e-3, 1e-6)),
+    "radau-projected": (VelocityIntegration("Radau", 1e-3, projected=True),),
 }
+
+
+def find_method(name: str) -> Method:
+    """The method of a name at its finest setting, or of a name and a setting such as ``rk45(rtol=0.001)``.
+
+    Raises
+    ------
+    RequestError
+        If there is no such method, or its package is not installed.
+    """
+    if METHODS.get(name):
+        return METHODS[name][-1]
+    if name in METHODS:
+        raise RequestError(f"method {name!r} is not installed; pip install 'linkage-explore[peers]'")
+    by_label = {method_label(method): method for settings in METHODS.values() for method in settings}
+    if name not in by_label:
+        raise RequestError(f"unknown method {name!r}; {suggestion(name, [*METHODS, *by_label])}")
+    return by_label[name]

@@ -1,1 +1,1 @@
-"""Ranking: which designs no other design beats in every objective, and what is left to choose among them."""
+"""Ranking: the Pareto fronts of the feasible designs, and measures to choose among the designs of a front."""

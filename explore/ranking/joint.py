@@ -1,4 +1,4 @@
-"""The joint Pareto set of several results: which designs of one are beaten by those of another."""
+"""The joint Pareto set of several results."""
 
 from __future__ import annotations
 
@@ -7,85 +7,128 @@ from dataclasses import dataclass, replace
 from itertools import accumulate
 
 from explore.errors import RequestError
-from explore.ranking.pareto import fronts as find_fronts
-from explore.ranking.rankings import Ranking, RankRequest, Source, Step, arranged, rank_source
+from explore.model.columns import Columns
+from explore.model.progress import ReportProgress
+from explore.ranking.pareto import find_fronts
+from explore.ranking.rankings import (
+    Ranking,
+    RankRequest,
+    Source,
+    rank_source,
+    rankable_names,
+    sort_fronts,
+)
 from explore.ranking.tallies import Tally
-from explore.vocabulary import Columns
 
-#: The column that names the results that a design is from.
-RESULTS = "results"
+#: Column with the name of the results that a design is from.
+RESULTS_COLUMN = "results"
 
 
 @dataclass(frozen=True)
 class JointRanking:
-    """The ranking of all results together, whose column ``results`` names where a design is from, and that of each.
+    """The ranking of several results together (`whole`) and of each (`parts`).
 
-    `doubts` are sentences on metrics that have one name and two meanings.
+    The frame of `whole` has a column ``results`` with the name of the results that a design is from. `caveats` are
+    sentences on metrics that mean different things in the results, and on objectives that some results do not have.
     """
 
     whole: Ranking
     parts: Mapping[str, Ranking]
-    doubts: tuple[str, ...]
+    caveats: tuple[str, ...]
 
 
-def rank_sources(sources: Mapping[str, Source], request: RankRequest, step: Step | None = None) -> JointRanking:
-    """Rank several results together, in the objectives of the first unless others are asked for.
+def rank_sources(
+    sources: Mapping[str, Source], request: RankRequest, report_progress: ReportProgress | None = None
+) -> JointRanking:
+    """Rank several results together.
 
-    A step follows each block, counted over all of them.
+    Without metrics in the request, the objectives are those of the first results that all results have. Progress is
+    reported after each block, over all results.
 
     Raises
     ------
     RequestError
-        If an objective is not in all of them, or not in the same unit.
+        If not all results have a requested objective, none of the objectives is in all results, or units differ.
     """
+    (first, source), *others = sources.items()
+    part_request = replace(request, quality=False)
+    caveats: list[str] = []
+    if request.metrics is None:
+        shared, caveats = _shared_objectives(sources)
+        if caveats and not shared and request.order_by is None:
+            raise RequestError(f"no objective of {first} is in all of these results; name metrics that all have")
+        part_request = replace(part_request, metrics=shared or request.order_by)
+    reports = _split_progress(sources, report_progress)
+    parts = {first: _rank_part(first, source, part_request, reports[first])}
+    objectives, order = parts[first].objectives, parts[first].order_by
+    part_request = replace(
+        part_request,
+        metrics=[f"{objective.metric}:{objective.sense}" for objective in objectives],
+        order_by=f"{order.metric}:{order.sense}",
+    )
+    parts |= {name: _rank_part(name, other, part_request, reports[name]) for name, other in others}
+    metrics = [objective.metric for objective in (*objectives, order)]
+    caveats += [line for name, other in others for line in _differences(first, source, name, other, metrics)]
+    return JointRanking(_merge_rankings(parts, request), parts, tuple(dict.fromkeys(caveats)))
+
+
+def _merge_rankings(parts: Mapping[str, Ranking], request: RankRequest) -> Ranking:
+    """The fronts of all results; a design behind the first fronts of its own results is behind those of all."""
     import pandas as pd
 
-    (first, source), *others = sources.items()
-    asked = replace(request, quality=False)
-    steps = _steps(sources, step)
-    parts = {first: _named(first, source, asked, steps[first])}
-    objectives, order = parts[first].objectives, parts[first].order_by
-    aims = [f"{objective.metric}:{objective.sense}" for objective in objectives]
-    same = replace(asked, metrics=aims, order_by=f"{order.metric}:{order.sense}")
-    parts |= {name: _named(name, other, same, steps[name]) for name, other in others}
-    metrics = [objective.metric for objective in (*objectives, order)]
-    doubts = [line for name, other in others for line in _differences(first, source, name, other, metrics)]
-
-    # A design behind the first fronts of its own results is behind them in all.
-    tables = [part.frame.assign(**{RESULTS: name}) for name, part in parts.items()]
+    first = next(iter(parts.values()))
+    objectives, order = first.objectives, first.order_by
+    tables = [part.frame.assign(**{RESULTS_COLUMN: name}) for name, part in parts.items()]
     names = dict.fromkeys(name for table in tables for name in table.columns)
     frame = pd.concat([table for table in tables if not table.empty] or tables[:1]).reindex(columns=list(names))
     columns: Columns = {objective.metric: frame[objective.metric].to_numpy() for objective in objectives}
     rows, numbers = find_fronts([columns], objectives, request.fronts)
-    best = arranged(frame.iloc[rows], numbers, objectives, order, request)
+    ranked = sort_fronts(frame.iloc[rows], numbers, objectives, order, request)
     tally = Tally(ranked=sum(part.tally.ranked for part in parts.values()))
-    incomplete = any(part.incomplete for part in parts.values())
-    return JointRanking(
-        Ranking(best, objectives, order, tally, incomplete=incomplete), parts, tuple(dict.fromkeys(doubts))
-    )
+    is_incomplete = any(part.is_incomplete for part in parts.values())
+    return Ranking(ranked, objectives, order, tally, is_incomplete=is_incomplete)
 
 
-def _steps(sources: Mapping[str, Source], step: Step | None) -> dict[str, Step | None]:
-    """For each of several results a step that goes on where the one before it ended."""
+def _shared_objectives(sources: Mapping[str, Source]) -> tuple[list[str], list[str]]:
+    """Objectives of the first results that all results have as a column, and a sentence on each other objective."""
+    (first, source), *others = sources.items()
+    shared, caveats = [], []
+    for text in source.objectives:
+        metric = text.partition(":")[0]
+        without = [name for name, other in others if metric not in rankable_names(other)]
+        if without:
+            caveats.append(f"{metric}, an objective of {first}, is not in {' and '.join(without)}, so it is left out")
+        else:
+            shared.append(text)
+    return shared, caveats
+
+
+def _split_progress(
+    sources: Mapping[str, Source], report_progress: ReportProgress | None
+) -> dict[str, ReportProgress | None]:
+    """A callback for each of the results, which counts the designs of those before it as done."""
     counts = [source.n_committed for source in sources.values()]
     before = accumulate(counts, initial=0)
-    return {name: step and _going_on(step, start, sum(counts)) for name, start in zip(sources, before, strict=False)}
+    return {
+        name: report_progress and _shift_progress(report_progress, start, sum(counts))
+        for name, start in zip(sources, before, strict=False)
+    }
 
 
-def _going_on(step: Step, start: int, total: int) -> Step:
-    return lambda done, _: step(start + done, total)
+def _shift_progress(report_progress: ReportProgress, start: int, total: int) -> ReportProgress:
+    return lambda done, _: report_progress(start + done, total)
 
 
-def _named(name: str, source: Source, request: RankRequest, step: Step | None) -> Ranking:
-    """The ranking of one of several results; what is wrong is said with its name."""
+def _rank_part(name: str, source: Source, request: RankRequest, report_progress: ReportProgress | None) -> Ranking:
+    """The ranking of one of several results; errors begin with its name."""
     try:
-        return rank_source(source, request, step)
+        return rank_source(source, request, report_progress)
     except RequestError as error:
         raise RequestError(f"{name}: {error}") from None
 
 
 def _differences(first: str, source: Source, name: str, other: Source, metrics: list[str]) -> list[str]:
-    """Sentences on what metrics mean in the first results and in others."""
+    """Sentences on metrics that mean something else in the first results than in others."""
     here, there = ({column.name: column for column in each.columns} for each in (source, other))
     for metric in metrics:
         if here[metric].unit != there[metric].unit:

@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
 from explore.errors import RequestError
+from explore.model.columns import Columns
+from explore.model.quantities import FloatArray
+from explore.model.request import Objective
 from explore.ranking.tallies import Tally
-from explore.vocabulary import Columns, FloatArray, Objective
 
 
-def nondominated(values: FloatArray) -> npt.NDArray[np.bool_]:
-    """Which rows no other row dominates, all columns minimised; equal rows are all kept.
+def is_nondominated(values: FloatArray) -> npt.NDArray[np.bool_]:
+    """Mask of the rows that no other row dominates, all columns minimised; equal rows are all kept.
 
     Parameters
     ----------
@@ -26,7 +29,7 @@ def nondominated(values: FloatArray) -> npt.NDArray[np.bool_]:
     """
     import moocore
 
-    # moocore crashes the process on -inf, mis-masks +inf and is silent on NaN.
+    # moocore accepts NaN and returns a wrong mask; versions of it have crashed at -inf.
     if not np.isfinite(values).all():
         raise RequestError("objectives must be finite; leave out the other designs first")
     if len(values) == 0:
@@ -34,105 +37,127 @@ def nondominated(values: FloatArray) -> npt.NDArray[np.bool_]:
     return np.asarray(moocore.is_nondominated(np.ascontiguousarray(values), keep_weakly=True), dtype=np.bool_)
 
 
-def front_numbers(values: FloatArray, most: int) -> npt.NDArray[np.int64]:
-    """Which front each row is in, all columns minimised: the second is the first of what is left, and so on.
+def front_numbers(values: FloatArray, n_fronts: int) -> npt.NDArray[np.int64]:
+    """Number of the front of each row, all columns minimised; front k + 1 is the first without the fronts 1 to k.
 
     Parameters
     ----------
     values
         Finite numbers, shape (n, m).
-    most
-        How many fronts to tell apart.
+    n_fronts
+        Number of fronts to find.
 
     Returns
     -------
     (n,) array
-        From 1; 0 in none of the first `most`.
+        From 1; 0 for rows behind the first `n_fronts`.
     """
-    numbers, left = np.zeros(len(values), dtype=np.int64), np.arange(len(values))
-    for number in range(1, most + 1):
-        if len(left) == 0:
+    # moocore.pareto_rank finds the same fronts, but always all of them: for 10^5 random rows in 3 objectives 0.45 s
+    # against 0.04 s for the first front here and 0.19 s for five; in 2 objectives 0.05 s against 0.04 s and 0.17 s.
+    numbers, remaining = np.zeros(len(values), dtype=np.int64), np.arange(len(values))
+    for number in range(1, n_fronts + 1):
+        if len(remaining) == 0:
             break
-        best = nondominated(values[left])
-        numbers[left[best]] = number
-        left = left[~best]
+        best = is_nondominated(values[remaining])
+        numbers[remaining[best]] = number
+        remaining = remaining[~best]
     return numbers
 
 
-def signed(columns: Columns, objectives: Sequence[Objective]) -> FloatArray:
-    """The objectives as columns that are all to be minimised, shape (n, m)."""
+def objectives_to_minimise(columns: Columns, objectives: Sequence[Objective]) -> FloatArray:
+    """Values of the objectives, negated where the larger value is better, shape (n, m)."""
     signs = [1.0 if objective.sense == "min" else -1.0 for objective in objectives]
     return np.column_stack([np.asarray(columns[o.metric], dtype=np.float64) for o in objectives]) * signs
 
 
-class _Fronts:
+@dataclass(frozen=True)
+class _FrontRows:
+    """Rows in the first fronts of some part of all rows: values (k, m), row numbers (k,) and front numbers (k,)."""
+
+    values: FloatArray
+    rows: npt.NDArray[np.int64]
+    numbers: npt.NDArray[np.int64]
+
+    @staticmethod
+    def select(values: FloatArray, rows: npt.NDArray[np.int64], n_fronts: int) -> _FrontRows:
+        """Keep the rows that are in the first fronts."""
+        numbers = front_numbers(values, n_fronts)
+        in_front = numbers > 0
+        return _FrontRows(values[in_front], rows[in_front], numbers[in_front])
+
+
+class _FrontMerger:
     """The first fronts of the rows added so far."""
 
-    def __init__(self, objectives: int, most: int) -> None:
-        self._most = most
-        self._values, self._rows = np.empty((0, objectives)), np.empty(0, dtype=np.int64)
-        self._waiting: list[tuple[FloatArray, npt.NDArray[np.int64]]] = []
-        self._n_waiting = 0
+    def __init__(self, n_objectives: int, n_fronts: int) -> None:
+        self._n_fronts = n_fronts
+        no_rows = np.empty(0, dtype=np.int64)
+        self._merged = _FrontRows(np.empty((0, n_objectives)), no_rows, no_rows)
+        self._pending: list[_FrontRows] = []
+        self._n_pending = 0
 
     def add(self, values: FloatArray, rows: npt.NDArray[np.int64]) -> None:
-        """Add a block; a row in front k is in no later one of any part of the rows, so each part keeps all it must."""
-        local = front_numbers(values, self._most) > 0
-        self._waiting.append((values[local], rows[local]))
-        self._n_waiting += int(np.count_nonzero(local))
-        # Waiting for as many as are kept, merging costs no more than the blocks themselves, however large the fronts.
-        if self._n_waiting >= len(self._rows):
+        """Add a block. A row in front k of all rows is in a front <= k of its block, so no row of a front is lost."""
+        part = _FrontRows.select(values, rows, self._n_fronts)
+        self._pending.append(part)
+        self._n_pending += len(part.rows)
+        # Merging only when the pending rows are as many as the merged ones bounds the cost of merging to that of the
+        # blocks, however large the fronts are.
+        if self._n_pending >= len(self._merged.rows):
             self.merge()
 
-    def merge(self) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
-        """Rows and the numbers of their fronts."""
-        values = np.vstack([self._values, *(values for values, _ in self._waiting)])
-        rows = np.concatenate([self._rows, *(rows for _, rows in self._waiting)])
-        numbers = front_numbers(values, self._most)
-        kept = numbers > 0
-        self._values, self._rows, self._waiting, self._n_waiting = values[kept], rows[kept], [], 0
-        return self._rows, numbers[kept]
+    def merge(self) -> _FrontRows:
+        """Merge the pending rows and return all rows that are in a front."""
+        parts = [part for part in (self._merged, *self._pending) if len(part.rows)]
+        if len(parts) == 1:  # its fronts are known; sorting a large front again is slow
+            self._merged = parts[0]
+        elif parts:
+            values, rows = np.vstack([part.values for part in parts]), np.concatenate([part.rows for part in parts])
+            self._merged = _FrontRows.select(values, rows, self._n_fronts)
+        self._pending, self._n_pending = [], 0
+        return self._merged
 
 
-def fronts(
-    blocks: Iterable[Columns], objectives: Sequence[Objective], most: int = 1, tally: Tally | None = None
+def find_fronts(
+    blocks: Iterable[Columns], objectives: Sequence[Objective], n_fronts: int = 1, tally: Tally | None = None
 ) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
-    """The first fronts of designs that come in blocks; memory holds a block and twice these fronts.
+    """Find the first fronts of designs that arrive in blocks; memory holds one block and twice the fronts.
 
     Parameters
     ----------
     blocks
-        Columns of consecutive designs, each with the objectives and, where they exist, ``feasible`` and "design".
+        Columns of consecutive designs, with the objectives and optionally ``feasible`` and ``design``.
     objectives
-        At least one.
-    most
-        How many fronts.
+        One or more.
+    n_fronts
+        Number of fronts.
     tally
-        Counts the designs.
+        Receives the counts of the designs of each block.
 
     Returns
     -------
     rows, numbers : (k,) arrays
-        Ascending row numbers, counted over all blocks or taken from "design"; the front of each, from 1.
+        Ascending row numbers, from ``design`` or counted over all blocks; the front of each, from 1.
     """
-    found, offset = _Fronts(len(objectives), most), 0
+    merger, offset = _FrontMerger(len(objectives), n_fronts), 0
     for columns in blocks:
-        values = signed(columns, objectives)
+        values = objectives_to_minimise(columns, objectives)
         n = len(values)
         rows = np.asarray(columns["design"]) if "design" in columns else np.arange(offset, offset + n)
-        eligible = np.asarray(columns["feasible"]).astype(bool) if "feasible" in columns else np.ones(n, dtype=bool)
+        feasible = np.asarray(columns["feasible"]).astype(bool) if "feasible" in columns else np.ones(n, dtype=bool)
         finite: npt.NDArray[np.bool_] = np.logical_and.reduce(np.isfinite(values), axis=1)
         if tally is not None:
-            tally.add(columns, eligible, finite)
-        chosen = eligible & finite
-        found.add(values[chosen], rows[chosen])
+            tally.count(columns, feasible, finite)
+        is_ranked = feasible & finite
+        merger.add(values[is_ranked], rows[is_ranked])
         offset += n
-    rows, numbers = found.merge()
-    order = np.argsort(rows)
-    return rows[order], numbers[order]
+    fronts = merger.merge()
+    order = np.argsort(fronts.rows)
+    return fronts.rows[order], fronts.numbers[order]
 
 
-def front(
+def find_front(
     blocks: Iterable[Columns], objectives: Sequence[Objective], tally: Tally | None = None
 ) -> npt.NDArray[np.int64]:
-    """Row numbers of the first front, ascending; see `fronts`."""
-    return fronts(blocks, objectives, 1, tally)[0]
+    """Row numbers of the first front, ascending; see `find_fronts`."""
+    return find_fronts(blocks, objectives, 1, tally)[0]

@@ -1,7 +1,7 @@
-"""What tells the designs of a front apart: the knee, how alone a design is, and what the front owes to it.
+"""Measures that distinguish the designs of a front: knee, crowding distance and share of the hypervolume.
 
-Designs that are equal in all objectives count as one point, and share its figures. All objectives are scaled so that
-the best value on the front is 0 and the worst 1; none of the figures depends on units.
+Designs that are equal in all objectives are one point and have equal measures. Each objective is scaled so that its
+best value on the front is 0 and its worst 1; no measure depends on units.
 """
 
 from __future__ import annotations
@@ -12,66 +12,66 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from explore.ranking.pareto import signed
-from explore.vocabulary import FloatArray, Objective
+from explore.model.quantities import FloatArray
+from explore.model.request import Objective
+from explore.ranking.pareto import objectives_to_minimise
 
 if TYPE_CHECKING:
     import pandas as pd
 
-#: The reference point of the hypervolume lies beyond the worst values of the front by this share of their range.
-BEYOND = 0.1
-#: Points for which the shares in four, five and more objectives take no more than a second; fewer cost next to nothing.
-MOST_POINTS = (1000, 300, 100)
-#: How far from the plane counts as off it: above the rounding errors of a sum of scaled objectives.
-_FLAT = 1e-12
+#: Distance of the hypervolume's reference point beyond the worst values of the front, as a fraction of their range.
+REFERENCE_OFFSET = 0.1
+#: Largest numbers of points for the shares in four, five and more objectives, which take a second for so many.
+MAX_POINTS = (1000, 300, 100)
+#: Distances from the plane up to this are rounding errors of the sum of scaled objectives.
+_PLANE_TOLERANCE = 1e-12
 
 
-def with_quality(frame: pd.DataFrame, objectives: Sequence[Objective]) -> pd.DataFrame:
-    """Ranked designs with three more columns.
+def add_quality_columns(frame: pd.DataFrame, objectives: Sequence[Objective]) -> pd.DataFrame:
+    """Add three columns to ranked designs.
 
     Parameters
     ----------
     frame
         With the objectives and the column ``front``.
     objectives
-        Of the ranking.
+        Objectives of the ranking.
 
     Returns
     -------
     DataFrame
-        With ``knee`` (bool), see `knee`; ``crowding``, see `crowding`, each front by itself; and
-        ``hypervolume_share``, see `hypervolume_shares`. What lies behind the first front has no knee and adds nothing
-        to its hypervolume.
+        With ``knee`` (bool), see `is_knee`; ``crowding``, see `crowding_distances`, each front by itself; and
+        ``hypervolume_share``, see `hypervolume_shares`. Designs behind the first front have no knee and the share 0.
     """
-    number = frame["front"].to_numpy()
-    values = signed({o.metric: frame[o.metric].to_numpy() for o in objectives}, objectives)
-    knees, alone, shares = np.zeros(len(frame), dtype=np.bool_), np.zeros(len(frame)), np.zeros(len(frame))
-    for front in np.unique(number):
-        rows = number == front
-        unique, places = np.unique(values[rows], axis=0, return_inverse=True)
-        points = scaled(unique)
-        alone[rows] = crowding(points)[places]
+    front_number = frame["front"].to_numpy()
+    values = objectives_to_minimise({o.metric: frame[o.metric].to_numpy() for o in objectives}, objectives)
+    knees, crowding, shares = np.zeros(len(frame), dtype=np.bool_), np.zeros(len(frame)), np.zeros(len(frame))
+    for front in np.unique(front_number):
+        rows = front_number == front
+        unique, point_of_row = np.unique(values[rows], axis=0, return_inverse=True)
+        points = scale_to_unit_range(unique)
+        crowding[rows] = crowding_distances(points)[point_of_row]
         if front == 1:
-            knees[rows] = knee(points)[places]
-            shares[rows] = hypervolume_shares(points)[places]
-    return frame.assign(knee=knees, crowding=alone, hypervolume_share=shares)
+            knees[rows] = is_knee(points)[point_of_row]
+            shares[rows] = hypervolume_shares(points)[point_of_row]
+    return frame.assign(knee=knees, crowding=crowding, hypervolume_share=shares)
 
 
-def scaled(values: FloatArray) -> FloatArray:
-    """Each column from 0, its best, to 1, its worst; 0 where all are equal."""
-    # The range of two huge doubles may be too large for one.
+def scale_to_unit_range(values: FloatArray) -> FloatArray:
+    """Scale each column from 0, its best value, to 1, its worst; 0 where all values are equal."""
+    # The difference of two large doubles can overflow.
     values = values * np.where(np.abs(values).max(axis=0) > 1e300, 0.5, 1.0)
     low, high = values.min(axis=0), values.max(axis=0)
     return np.asarray((values - low) / np.where(high > low, high - low, 1.0))
 
 
-def knee(points: FloatArray) -> npt.NDArray[np.bool_]:
-    """Which points are the knee: the farthest from the plane through the extremes, towards the best values.
+def is_knee(points: FloatArray) -> npt.NDArray[np.bool_]:
+    """Mask of the knee: the point farthest from the plane through the extremes, towards the best values.
 
     The plane weighs all scaled objectives alike and passes through the centre of the extremes, the points that are
-    best in one objective. With two objectives it is the line through the ends of the front, and the knee is that of
-    Das [1]_; with any number it is the point with the smallest sum of scaled objectives [2]_. A front that nowhere
-    bulges beyond the plane has no knee.
+    best in one objective. In two objectives it is the line through the ends of the front and the knee is that of
+    Das [1]_; in any number of objectives the knee has the smallest sum of scaled objectives [2]_. A front with no point
+    beyond the plane has no knee.
 
     Parameters
     ----------
@@ -81,7 +81,7 @@ def knee(points: FloatArray) -> npt.NDArray[np.bool_]:
     Returns
     -------
     (n,) array
-        True for one point, or for several that are equally far.
+        True for one point, or for several at equal distance.
 
     References
     ----------
@@ -90,16 +90,16 @@ def knee(points: FloatArray) -> npt.NDArray[np.bool_]:
     .. [2] W.-Y. Chiu, G. G. Yen, T.-K. Juan, Minimum Manhattan distance approach to multiple criteria decision making
        in multiobjective optimization problems, IEEE Trans. Evol. Comput. 20 (2016) 972-985.
     """
-    # The distance is that of the sums but for a factor, the length of (1, …, 1).
+    # The distance from the plane is the difference of the sums divided by the length of (1, …, 1).
     sums = points.sum(axis=1)
     plane = np.mean([sums[column == 0.0].min() for column in points.T])
-    return np.asarray((sums <= sums.min() + _FLAT) & (sums < plane - _FLAT))
+    return np.asarray((sums <= sums.min() + _PLANE_TOLERANCE) & (sums < plane - _PLANE_TOLERANCE))
 
 
-def crowding(points: FloatArray) -> FloatArray:
+def crowding_distances(points: FloatArray) -> FloatArray:
     """Crowding distance of NSGA-II: the sum over the objectives of the gap between a point's two neighbours.
 
-    Infinite at the ends of each objective. Points that are equal in one objective stand in the order of the others.
+    Infinite at the ends of each objective. Points that are equal in one objective are sorted by the others.
 
     Parameters
     ----------
@@ -124,10 +124,10 @@ def crowding(points: FloatArray) -> FloatArray:
 
 
 def hypervolume_shares(points: FloatArray) -> FloatArray:
-    """The share of the front's hypervolume that is lost without each point, computed exactly.
+    """Share of the front's hypervolume that only this point covers, computed exactly.
 
-    The hypervolume is that between the front and the reference point, which lies beyond the worst value of each
-    objective by a tenth of its range. The shares do not sum to 1: what several points cover is lost with none of them.
+    The hypervolume lies between the front and the reference point, which is a tenth of each objective's range beyond
+    its worst value. The shares do not sum to 1, because part of the hypervolume is covered by several points.
 
     Parameters
     ----------
@@ -137,15 +137,15 @@ def hypervolume_shares(points: FloatArray) -> FloatArray:
     Returns
     -------
     (n,) array
-        NaN for more than `MOST_POINTS` points in four or more objectives, which would take long.
+        NaN for more than `MAX_POINTS` points in four or more objectives, where the computation is slow.
     """
     import moocore
 
     count, objectives = points.shape
     if objectives == 1:
-        return np.ones(count)  # all different and none beaten: one point
-    if objectives > 3 and count > MOST_POINTS[min(objectives, 6) - 4]:
+        return np.ones(count)  # different and nondominated in one objective: a single point
+    if objectives > 3 and count > MAX_POINTS[min(objectives, 6) - 4]:
         return np.full(count, np.nan)
-    points, reference = np.ascontiguousarray(points), np.full(objectives, 1.0 + BEYOND)
-    lost = moocore.hv_contributions(points, ref=reference)
-    return np.asarray(lost / moocore.hypervolume(points, ref=reference), dtype=np.float64)
+    points, reference = np.ascontiguousarray(points), np.full(objectives, 1.0 + REFERENCE_OFFSET)
+    contributions = moocore.hv_contributions(points, ref=reference)
+    return np.asarray(contributions / moocore.hypervolume(points, ref=reference), dtype=np.float64)

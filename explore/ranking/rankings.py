@@ -1,10 +1,9 @@
-"""Ranking a table, or a results file block by block."""
+"""Rank a table, or a results file block by block."""
 
 from __future__ import annotations
 
-import json
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -12,26 +11,27 @@ import numpy as np
 import numpy.typing as npt
 
 from explore.errors import RequestError
+from explore.model.columns import Column, Columns
+from explore.model.progress import ReportProgress
+from explore.model.quantities import Sense
+from explore.model.request import Objective
 from explore.ranking.limits import Bounds, Limits
-from explore.ranking.objectives import choose_objectives, senses_of
-from explore.ranking.pareto import fronts as find_fronts
-from explore.ranking.quality import with_quality
+from explore.ranking.objectives import choose_objectives
+from explore.ranking.pareto import find_fronts
+from explore.ranking.quality import add_quality_columns
 from explore.ranking.selection import make_selection
 from explore.ranking.tallies import Tally
-from explore.vocabulary import Column, Columns, Objective
 
 if TYPE_CHECKING:
     import pandas as pd
 
-#: Called after each block with how many designs were read and how many there are to be read.
-Step = Callable[[int, int], None]
-#: Roles of columns that can be an aim; codes and bookkeeping cannot.
-_RANKABLE = ("parameter", "metric", "margin")
+#: Roles of columns that can be an objective.
+RANKABLE_ROLES = ("parameter", "metric", "margin")
 
 
 @dataclass(frozen=True)
 class RankRequest:
-    """What is asked of a ranking; see `explore.rank`."""
+    """Options of a ranking; see `explore.rank`."""
 
     metrics: Sequence[str] | str | None = None
     order_by: str | None = None
@@ -42,60 +42,81 @@ class RankRequest:
 
     def __post_init__(self) -> None:
         if self.fronts < 1:
-            raise RequestError(f"fronts = {self.fronts}: ask for at least one")
+            raise RequestError(f"fronts = {self.fronts}: must be at least 1")
 
 
-#: The objectives of the study itself, and its own constraints.
-AS_SWEPT = RankRequest()
+#: The objectives and constraints of the study.
+DEFAULT_REQUEST = RankRequest()
 
 
 class Source(Protocol):
-    """What a ranking needs of results: blocks of columns, and single rows."""
+    """The interface of results that a ranking uses."""
 
     @property
-    def attributes(self) -> Mapping[str, Any]:
-        """Facts of the study; ``objectives`` and ``senses`` are JSON texts."""
+    def objectives(self) -> tuple[str, ...]:
+        """The objectives of the study, such as "cv:min"."""
+
+    @property
+    def senses(self) -> Mapping[str, Sense | None]:
+        """The default sense of each metric, or None."""
+
+    @property
+    def keep(self) -> str:
+        """Which designs of the study are kept: "all", or "front" for the Pareto-optimal ones."""
+
+    @property
+    def tally(self) -> Mapping[str, Any]:
+        """Counts of all studied designs where only the front is kept, as `Tally.to_json` writes them."""
 
     @property
     def columns(self) -> tuple[Column, ...]:
-        """The columns in their order."""
+        """All columns, in order."""
 
     @property
     def constraints(self) -> Bounds:
-        """The bounds that the designs were swept with."""
+        """The bounds of the constraints of the sweep."""
 
     @property
     def n_committed(self) -> int:
-        """How many designs the blocks hold."""
+        """Number of designs in the blocks."""
 
     def blocks(self, columns: Sequence[str] | None = None) -> Iterable[Columns]:
-        """Columns of consecutive designs."""
+        """Blocks of consecutive designs, with these columns."""
 
     def rows(self, numbers: npt.NDArray[np.int64]) -> pd.DataFrame:
-        """Whole rows by design number."""
+        """The rows of these design numbers, with all columns."""
 
 
 @dataclass(frozen=True)
 class Ranking:
-    """Pareto-optimal designs, best first, with the aims that chose them and the count of the others.
+    """Pareto-optimal designs, best first, with their objectives and the counts of the other designs.
 
-    `left_out` counts the feasible designs that did not meet the request. `incomplete` says that designs were left out
-    of the results that may be better in these aims.
+    `exclusions` counts the feasible designs that the condition and the limits exclude, by reason. `is_incomplete` is
+    true when the results do not hold every design that can be optimal in these objectives.
     """
 
     frame: pd.DataFrame
     objectives: tuple[Objective, ...]
     order_by: Objective
     tally: Tally
-    left_out: Counter[str] = field(default_factory=Counter)
-    incomplete: bool = False
+    exclusions: Counter[str] = field(default_factory=Counter)
+    is_incomplete: bool = False
 
 
 def rank_frame(frame: pd.DataFrame, request: RankRequest) -> pd.DataFrame:
-    """The Pareto-optimal rows of a table, best first, with a column ``front``, from 1.
+    """Rank the rows of a table.
 
-    Rows whose column ``feasible`` is false are left out, and rows where an aim is not finite. Rows that are equal in
-    the column that orders them keep their order.
+    Returns
+    -------
+    DataFrame
+        The rows of the first fronts, best first, with a column ``front``, from 1. It has no rows whose column
+        ``feasible`` is false or whose objectives are not all finite. Rows that are equal in ``order_by`` keep their
+        order.
+
+    Raises
+    ------
+    RequestError
+        If the request names an unknown column or one that is not numeric.
     """
     import pandas as pd
 
@@ -106,62 +127,70 @@ def rank_frame(frame: pd.DataFrame, request: RankRequest) -> pd.DataFrame:
     )
     numeric = [str(name) for name in frame.columns if pd.api.types.is_numeric_dtype(frame.dtypes[name])]
     selection = make_selection(request.where, request.limits, numeric, numeric, attributes.get("constraints", {}))
-    wanted = dict.fromkeys([*(objective.metric for objective in objectives), *selection.names])
-    for name in wanted:
+    needed = dict.fromkeys([*(objective.metric for objective in objectives), *selection.column_names])
+    for name in needed:
         if name not in numeric:
             raise RequestError(f"column '{name}' does not hold numbers, so it cannot be ranked")
-    columns: Columns = {name: frame[name].to_numpy(dtype=np.float64, na_value=np.nan) for name in wanted}
+    columns: Columns = {name: frame[name].to_numpy(dtype=np.float64, na_value=np.nan) for name in needed}
     if "feasible" in frame.columns:
         columns["feasible"] = frame["feasible"].to_numpy()
-    # By position: labels of a user's table may repeat.
+    # Rows are selected by position, because the labels of a table may repeat.
     rows, numbers = find_fronts(selection.apply([columns]), objectives, request.fronts)
-    return arranged(frame.iloc[rows], numbers, objectives, order, request)
+    return sort_fronts(frame.iloc[rows], numbers, objectives, order, request)
 
 
-def arranged(
+def sort_fronts(
     frame: pd.DataFrame,
     numbers: npt.NDArray[np.int64],
     objectives: Sequence[Objective],
     order: Objective,
     request: RankRequest,
 ) -> pd.DataFrame:
-    """Front after front, each best first, with the columns that a ranking adds; ties keep their order."""
-    best = frame.assign(front=numbers).sort_values(order.metric, ascending=order.sense == "min", kind="stable")
-    best = best.sort_values("front", kind="stable")
-    return with_quality(best, objectives) if request.quality else best
+    """Sort by front, within each best first, and add the columns of a ranking; ties keep their order."""
+    ranked = frame.assign(front=numbers).sort_values(order.metric, ascending=order.sense == "min", kind="stable")
+    ranked = ranked.sort_values("front", kind="stable")
+    return add_quality_columns(ranked, objectives) if request.quality else ranked
 
 
-def rank_source(source: Source, request: RankRequest = AS_SWEPT, step: Step | None = None) -> Ranking:
-    """Rank the designs of a results file, block by block, with a step after each; see `rank_frame`."""
-    usual = json.loads(str(source.attributes.get("objectives", "[]")))
-    rankable = [c.name for c in source.columns if c.role in _RANKABLE and not c.labels]
+def rankable_names(source: Source) -> list[str]:
+    """Names of the columns that can be an objective."""
+    return [c.name for c in source.columns if c.role in RANKABLE_ROLES and not c.labels]
+
+
+def rank_source(
+    source: Source, request: RankRequest = DEFAULT_REQUEST, report_progress: ReportProgress | None = None
+) -> Ranking:
+    """Rank the designs of a results file, block by block; see `rank_frame`."""
+    defaults = source.objectives
     objectives, order = choose_objectives(
-        request.metrics, request.order_by, senses_of(source.attributes), rankable, usual
+        request.metrics, request.order_by, source.senses, rankable_names(source), defaults
     )
-    reduced = source.attributes.get("keep") == "front"
-    if request.fronts > 1 and reduced:
-        raise RequestError("only the first front was kept of this study; sweep with --keep all to see the others")
-    limited = [c.name for c in source.columns if c.role in ("parameter", "metric") and not c.labels]
+    has_front_only = source.keep == "front"
+    if request.fronts > 1 and has_front_only:
+        raise RequestError("this study kept the first front only; sweep with --keep all to rank more fronts")
+    limitable = [c.name for c in source.columns if c.role in ("parameter", "metric") and not c.labels]
     names = [column.name for column in source.columns]
-    selection = make_selection(request.where, request.limits, names, limited, source.constraints)
+    selection = make_selection(request.where, request.limits, names, limitable, source.constraints)
     tally = Tally(tuple(column.name for column in source.columns if column.role == "margin"))
-    aims = (objective.metric for objective in objectives)
-    wanted = list(dict.fromkeys(["design", "feasible", "status", *tally.margins, *aims, *selection.names]))
-    blocks = _followed(source.blocks(wanted), source.n_committed, step)
+    objective_names = (objective.metric for objective in objectives)
+    used = (*tally.margins, *objective_names, *selection.column_names)
+    needed = list(dict.fromkeys(["design", "feasible", "status", *used]))
+    blocks = _report_each(source.blocks(needed), source.n_committed, report_progress)
     rows, numbers = find_fronts(selection.apply(blocks), objectives, request.fronts, tally)
-    complete = {f"{o.metric}:{o.sense}" for o in objectives} == set(usual) and selection.keeps_front(objectives)
-    if reduced and complete and not selection.selects:
-        # Only the Pareto set in these objectives was kept; the others were counted when they were computed.
-        tally = Tally.from_json(str(source.attributes.get("tally")))
-    frame = arranged(source.rows(rows), numbers, objectives, order, request)
-    return Ranking(frame, objectives, order, tally, selection.left_out, reduced and not complete)
+    has_study_objectives = {f"{o.metric}:{o.sense}" for o in objectives} == set(defaults)
+    keeps_best = has_study_objectives and selection.preserves_front(objectives)
+    if has_front_only and keeps_best and not selection.has_criteria:
+        # The results hold the Pareto set in these objectives; the sweep counted the other designs.
+        tally = Tally.from_counts(source.tally)
+    frame = sort_fronts(source.rows(rows), numbers, objectives, order, request)
+    return Ranking(frame, objectives, order, tally, selection.exclusions, has_front_only and not keeps_best)
 
 
-def _followed(blocks: Iterable[Columns], total: int, step: Step | None) -> Iterator[Columns]:
-    """The blocks, with a step after what was done with each."""
+def _report_each(blocks: Iterable[Columns], total: int, report_progress: ReportProgress | None) -> Iterator[Columns]:
+    """Yield the blocks and report the progress after each."""
     done = 0
     for columns in blocks:
         yield columns
         done += len(columns["design"])
-        if step is not None:
-            step(done, total)
+        if report_progress is not None:
+            report_progress(done, total)

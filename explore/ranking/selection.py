@@ -1,4 +1,4 @@
-"""Which feasible designs are ranked: those that meet a condition and keep to limits."""
+"""Selection of the feasible designs to rank, by a condition and limits."""
 
 from __future__ import annotations
 
@@ -8,67 +8,68 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from explore.model.columns import Columns
+from explore.model.request import Objective
 from explore.ranking.conditions import Condition, parse_condition
 from explore.ranking.limits import Bounds, Limit, Limits, resolve_limits
-from explore.vocabulary import Columns, Objective
 
 
 @dataclass(frozen=True)
 class Selection:
-    """What is asked of designs beyond being feasible; `left_out` counts the feasible ones that do not meet it."""
+    """Criteria beyond feasibility; `exclusions` counts the feasible designs that each criterion excludes."""
 
     condition: Condition | None = None
     limits: tuple[Limit, ...] = ()
-    left_out: Counter[str] = field(default_factory=Counter)
+    exclusions: Counter[str] = field(default_factory=Counter)
 
     @property
-    def names(self) -> tuple[str, ...]:
-        """The columns that it needs."""
+    def column_names(self) -> tuple[str, ...]:
+        """Columns that the criteria use."""
         return (*(self.condition.names if self.condition else ()), *(limit.column for limit in self.limits))
 
     @property
-    def selects(self) -> bool:
-        """Whether it asks for anything."""
+    def has_criteria(self) -> bool:
+        """Whether there is a condition or a limit."""
         return self.condition is not None or bool(self.limits)
 
     def apply(self, blocks: Iterable[Columns]) -> Iterator[Columns]:
-        """The blocks, with what was not chosen made infeasible."""
+        """Yield the blocks, with the excluded designs marked as infeasible."""
         for columns in blocks:
-            yield self._narrowed(columns) if self.selects else columns
+            yield self._restrict(columns) if self.has_criteria else columns
 
-    def keeps_front(self, objectives: Sequence[Objective]) -> bool:
-        """Whether the Pareto set of the chosen designs is part of that of all: nothing rises for what is left out."""
-        return self.condition is None and all(limit.follows(objectives) for limit in self.limits)
+    def preserves_front(self, objectives: Sequence[Objective]) -> bool:
+        """Whether the Pareto set of the selected designs is a subset of that of all feasible designs."""
+        return self.condition is None and all(limit.bounds_worse_side_of(objectives) for limit in self.limits)
 
-    def _narrowed(self, columns: Columns) -> Columns:
+    def _restrict(self, columns: Columns) -> Columns:
         n = len(next(iter(columns.values())))
         feasible = np.asarray(columns["feasible"]).astype(bool) if "feasible" in columns else np.ones(n, dtype=bool)
         for limit in self.limits:
-            met = limit.met(columns)
-            self.left_out[f"miss the limit {limit}"] += int(np.count_nonzero(feasible & ~met))
-            feasible = feasible & met
+            is_met = limit.is_met(columns)
+            self.exclusions[f"miss the limit {limit}"] += int(np.count_nonzero(feasible & ~is_met))
+            feasible = feasible & is_met
         if self.condition is not None:
-            met = self.condition.test(columns)
-            self.left_out[f"do not meet {self.condition.text}"] += int(np.count_nonzero(feasible & ~met))
-            feasible = feasible & met
+            is_met = self.condition.test(columns)
+            self.exclusions[f"do not meet {self.condition.text}"] += int(np.count_nonzero(feasible & ~is_met))
+            feasible = feasible & is_met
         return {**columns, "feasible": feasible}
 
 
 def make_selection(
-    where: str | None, limits: Limits | None, columns: Sequence[str], limited: Sequence[str], bounds: Bounds
+    where: str | None, limits: Limits | None, columns: Sequence[str], limitable: Sequence[str], bounds: Bounds
 ) -> Selection:
-    """A selection from names.
+    """Parse the criteria of a request.
 
     Parameters
     ----------
     where, limits
         See `parse_condition` and `resolve_limits`.
     columns
-        All columns of numbers, for the condition.
-    limited
-        Those that a limit can be put on.
+        Numeric columns, for the condition.
+    limitable
+        Columns that can have a limit.
     bounds
-        Of the constraints that the designs were swept with.
+        Bounds of the constraints of the sweep.
     """
     condition = None if where is None else parse_condition(where, columns)
-    return Selection(condition, resolve_limits(limits, bounds, limited))
+    return Selection(condition, resolve_limits(limits, bounds, limitable))

@@ -1,23 +1,31 @@
-"""How many designs were ranked, and why the others were not."""
+"""Counts of the designs that were ranked, and of the others by reason."""
 
 from __future__ import annotations
 
 import json
 from collections import Counter
+from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from explore.errors import ResultsError
-from explore.vocabulary import Columns, Status
+from explore.model.columns import Columns
+from explore.model.status import Status
 
 _OK = int(Status.OK)
+_DAMAGED = "the tally of the designs that were not kept is damaged: {}"
 
 
 @dataclass
 class Tally:
-    """How many designs were ranked and why the others were left out; `margins` are the columns of constraints."""
+    """Counts of the designs that were ranked, and of the others by reason.
+
+    `margins` are the columns of the constraints. `not_finite` counts feasible designs with an objective that is not
+    finite, `undefined` the designs whose margin is NaN, by constraint.
+    """
 
     margins: tuple[str, ...] = ()
     ranked: int = 0
@@ -26,46 +34,62 @@ class Tally:
     by_constraint: Counter[str] = field(default_factory=Counter)
     undefined: Counter[str] = field(default_factory=Counter)
 
-    def include(self, other: Tally) -> None:
-        """Add the counts of other designs."""
+    def merge(self, other: Tally) -> None:
+        """Add the counts of another tally."""
         self.ranked += other.ranked
         self.not_finite += other.not_finite
-        for mine, theirs in (
+        for own_counts, other_counts in (
             (self.by_status, other.by_status),
             (self.by_constraint, other.by_constraint),
             (self.undefined, other.undefined),
         ):
-            mine.update(theirs)
+            own_counts.update(other_counts)
 
     def to_json(self) -> str:
-        """All counts as text, the same for the same counts."""
+        """All counts as JSON; equal counts give equal text."""
         return json.dumps(vars(self), sort_keys=True)
 
     @staticmethod
     def from_json(text: str) -> Tally:
-        """The counts that `to_json` wrote."""
+        """The tally that `to_json` wrote."""
         try:
             content = json.loads(text)
+        except ValueError as error:
+            raise ResultsError(_DAMAGED.format(error)) from error
+        return Tally.from_counts(content)
+
+    @staticmethod
+    def from_counts(content: Mapping[str, Any]) -> Tally:
+        """The tally with the counts that `to_json` wrote."""
+        try:
             counters = {
                 name: Counter({str(label): int(count) for label, count in content[name].items()})
                 for name in ("by_status", "by_constraint", "undefined")
             }
             return Tally(tuple(content["margins"]), int(content["ranked"]), int(content["not_finite"]), **counters)
         except (ValueError, KeyError, TypeError, AttributeError, OverflowError) as error:
-            raise ResultsError(f"the tally of the designs that were not kept is damaged: {error}") from error
+            raise ResultsError(_DAMAGED.format(error)) from error
 
-    def add(self, columns: Columns, eligible: npt.NDArray[np.bool_], finite: npt.NDArray[np.bool_]) -> None:
-        """Count one block."""
-        self.ranked += int(np.count_nonzero(eligible & finite))
-        self.not_finite += int(np.count_nonzero(eligible & ~finite))
+    def count(self, columns: Columns, feasible: npt.NDArray[np.bool_], finite: npt.NDArray[np.bool_]) -> None:
+        """Count the designs of one block.
+
+        Parameters
+        ----------
+        columns
+            With ``status`` and the margins, unless the block has no status.
+        feasible, finite
+            Masks of shape (n,); finite where all objectives are.
+        """
+        self.ranked += int(np.count_nonzero(feasible & finite))
+        self.not_finite += int(np.count_nonzero(feasible & ~finite))
         if "status" not in columns:
             return
         status = columns["status"]
         for code, count in zip(*np.unique(status, return_counts=True), strict=True):
             if code not in (_OK, Status.SCREENED):
                 self.by_status[Status.label_of(int(code))] += int(count)
-        judged = (status == _OK) | (status == Status.SCREENED)
+        has_margins = (status == _OK) | (status == Status.SCREENED)
         for name in self.margins:
-            # A screened design was never asked for the constraints on sampled metrics.
-            self.by_constraint[name] += int(np.count_nonzero(judged & (columns[name] < 0.0)))
+            # Screening stops before the sampled metrics, so their margins are NaN there and count neither way.
+            self.by_constraint[name] += int(np.count_nonzero(has_margins & (columns[name] < 0.0)))
             self.undefined[name] += int(np.count_nonzero((status == _OK) & np.isnan(columns[name])))

@@ -1,4 +1,4 @@
-"""What a page says of a study, and its columns, from a results file."""
+"""The data of a report: facts of the study, and its columns."""
 
 from __future__ import annotations
 
@@ -11,87 +11,98 @@ from typing import Any
 import numpy as np
 
 from explore._version import __version__
-from explore.charts.columns import study_name, unit_text
-from explore.errors import RequestError, ResultsError
+from explore.charts.bounds import signal_bounds, uses_clutch
+from explore.charts.labels import study_name, unit_text
+from explore.errors import RequestError
+from explore.model.columns import Column
+from explore.model.mechanism import Mechanism
 from explore.ranking.rankings import Ranking, rank_source
-from explore.reporting.density import densities
-from explore.reporting.packing import Packed
-from explore.reporting.rows import FEASIBLE, FRONT, INFEASIBLE, Rows, choose_rows
+from explore.reporting.density import count_densities
+from explore.reporting.packing import ColumnPacker
+from explore.reporting.rows import FEASIBLE, FRONT, INFEASIBLE, ReportRows, choose_rows
 from explore.store.results import Results
-from explore.vocabulary import Column, Mechanism
 
-#: Facts that say nothing to a reader of the page, or are told elsewhere on it.
-_UNTOLD = frozenset(
+#: Attributes that the page shows elsewhere, or that mean nothing to a reader.
+_HIDDEN_ATTRIBUTES = frozenset(
     ["config", "determines", "senses", "speed", "speed_powers", "status_sentences", "objectives", "tally",
      "studied_counts", "n_designs", "block_size"]
 )  # fmt: skip
-_BOOLEAN = {0: "no", 1: "yes"}
+_BOOLEAN_LABELS = {0: "no", 1: "yes"}
 
-Step = Callable[[str], None]
+#: Called at the start of each step with its name.
+ReportStep = Callable[[str], None]
 
 
 @dataclass(frozen=True)
 class Contents:
-    """A page: what is said as plain data, and the texts that hold its columns."""
+    """The data of a page.
+
+    Attributes
+    ----------
+    study
+        Facts of the study, and where the columns are among `texts`; can be written as JSON.
+    texts
+        Packed columns, see `ColumnPacker`.
+    """
 
     study: dict[str, Any]
     texts: list[str]
 
 
-def collect(results: Results, mechanism: Mechanism | None, command: str, step: Step) -> Contents:
-    """Collect a page.
+def collect_contents(results: Results, mechanism: Mechanism | None, command: str, step: ReportStep) -> Contents:
+    """Collect the data of a page.
 
     Parameters
     ----------
     results
-        With at least one design.
+        Of a sweep, finished or not, with at least one design.
     mechanism
-        The one of the study; None when it is not known here.
+        The mechanism of the study; None if this version does not know it.
     command
-        The command that ranks these results, for people to go on from.
+        Command that ranks these results; the page shows it.
     step
-        Called at the beginning of each of `STEPS` steps, with what it is.
+        Called `STEPS` times, at the start of each step with its name.
 
     Raises
     ------
     RequestError
-        If there are no designs.
-    ResultsError
-        If what is known of the study cannot be read.
+        If the file holds no designs.
     """
     if results.n_committed == 0:
         raise RequestError(f"{results.path} holds no designs yet, so there is nothing to report")
     step("ranking")
-    ranking = rank_source(results) if _texts(results, "objectives", []) else None
+    ranking = rank_source(results) if results.objectives else None
     step("choosing designs")
     rows = choose_rows(results, ranking)
     step("reading")
     frame = results.rows(rows.numbers)
     step("packing")
-    packed = Packed()
-    columns = [_column(c, packed.add(frame[c.name].to_numpy())) for c in results.columns if c.role != "index"]
+    packer = ColumnPacker()
+    columns = [_describe_column(c, packer.add(frame[c.name].to_numpy())) for c in results.columns if c.role != "index"]
     study = {
-        **_study(results, mechanism, ranking),
+        **_describe_study(results, mechanism, ranking),
         "command": command,
         "columns": columns,
-        "designs": packed.add(rows.numbers),
-        "kinds": packed.add(rows.kinds),
+        "designs": packer.add(rows.numbers),
+        "kinds": packer.add(rows.kinds),
         "parts": [vars(part) for part in rows.parts],
-        "chosen": _chosen(ranking, rows),
+        "chosen": _initial_row(ranking, rows),
     }
     step("counting")
-    left_out = rows.parts[FEASIBLE].held < rows.parts[FEASIBLE].there
-    aims = [metric for metric, _ in study["objectives"]]
-    study["density"] = densities(results, aims, frame, rows, packed) if left_out else None
-    return Contents(study, packed.texts)
+    feasible = rows.parts[FEASIBLE]
+    objectives = [metric for metric, _ in study["objectives"]]
+    study["density"] = (
+        count_densities(results, objectives, frame, rows, packer) if feasible.held < feasible.total else None
+    )
+    return Contents(study, packer.texts)
 
 
-#: Steps of `collect`.
+#: Number of steps of `collect_contents`.
 STEPS = 5
 
 
-def _column(column: Column, place: dict[str, int | str]) -> dict[str, Any]:
-    labels = _BOOLEAN if column.name == "feasible" else column.labels
+def _describe_column(column: Column, place: dict[str, int | str]) -> dict[str, Any]:
+    labels = _BOOLEAN_LABELS if column.name == "feasible" else column.labels
     return {
         "name": column.name,
         "unit": "" if column.unit == "1" else unit_text(column.unit),
@@ -103,17 +114,17 @@ def _column(column: Column, place: dict[str, int | str]) -> dict[str, Any]:
     }
 
 
-def _study(results: Results, mechanism: Mechanism | None, ranking: Ranking | None) -> dict[str, Any]:
-    """What is known of the study as a whole."""
-    sentences = _texts(results, "status_sentences", {})
+def _describe_study(results: Results, mechanism: Mechanism | None, ranking: Ranking | None) -> dict[str, Any]:
+    """Facts of the study as a whole."""
+    sentences = results.status_sentences
     parameters = mechanism.parameters if mechanism else ()
     return {
         "name": study_name(results),
         "version": __version__,
-        "mechanism": str(results.attributes.get("mechanism", "")),
+        "mechanism": results.mechanism,
         "summary": mechanism.summary if mechanism else "",
         "defaults": {p.name: p.default for p in parameters if p.default is not None},
-        **_evaluated(results),
+        **_window_and_drive(results),
         "studied": results.n_studied,
         "committed": results.n_committed,
         "complete": results.complete,
@@ -122,24 +133,27 @@ def _study(results: Results, mechanism: Mechanism | None, ranking: Ranking | Non
         "sentences": sentences,
         "objectives": [[o.metric, o.sense] for o in ranking.objectives] if ranking else [],
         "feasible": ranking.tally.ranked + ranking.tally.not_finite if ranking else None,
-        "missed": _missed(results, ranking),
-        "facts": [[k, str(v)] for k, v in sorted(results.attributes.items()) if k not in _UNTOLD],
+        "missed": _describe_constraints(results, ranking),
+        "bounds": _bounds(results, mechanism),
+        "facts": [[k, str(v)] for k, v in sorted(results.attributes.items()) if k not in _HIDDEN_ATTRIBUTES],
         "config": results.config,
     }
 
 
-def _evaluated(results: Results) -> dict[str, str]:
-    """The window and the drive stroke of the study, as far as it names them."""
-    try:
-        found = json.loads(str(results.attributes.get("determines", "{}"))).get("evaluate", {})
-        given = {name: found.get(name, "") for name in ("drive", "window")}
-    except (ValueError, AttributeError) as error:
-        raise ResultsError(f"{results.path} is damaged: its window cannot be read ({error})") from error
-    return {name: value if isinstance(value, str) else json.dumps(value) for name, value in given.items()}
+def _window_and_drive(results: Results) -> dict[str, str]:
+    """The window of the study, and the drive stroke if its clutches have one, as far as it names them."""
+    window = results.window if isinstance(results.window, str) else json.dumps(results.window)
+    return {"window": window, "drive": results.drive if uses_clutch(results) else "none"}
 
 
-def _missed(results: Results, ranking: Ranking | None) -> list[list[Any]]:
-    """Each constraint as written: metric, bounds, unit, how many designs miss it, and in how many it is undefined."""
+def _bounds(results: Results, mechanism: Mechanism | None) -> list[list[Any]]:
+    """Each bound on a signal: its name, side, value, and the crank angles or the stroke where it holds."""
+    bounds = signal_bounds(results, mechanism) if mechanism else []
+    return [[bound.signal, bound.side, bound.value, bound.stroke or bound.span] for bound in bounds]
+
+
+def _describe_constraints(results: Results, ranking: Ranking | None) -> list[list[Any]]:
+    """Of each constraint: metric, bounds, unit, and the numbers of designs that miss it and where it is undefined."""
     tally = ranking.tally if ranking else None
     return [
         [metric, _finite(sides["min"]), _finite(sides["max"]), unit_text(results.units.get(f"{metric}_margin", "")),
@@ -150,12 +164,12 @@ def _missed(results: Results, ranking: Ranking | None) -> list[list[Any]]:
 
 
 def _finite(bound: float | None) -> float | None:
-    """A bound that bounds nothing is none."""
+    """The bound; None if it is infinite."""
     return bound if bound is not None and math.isfinite(bound) else None
 
 
-def _chosen(ranking: Ranking | None, rows: Rows) -> int:
-    """Place of the design that is shown first: the best by the first objective, else any that is feasible."""
+def _initial_row(ranking: Ranking | None, rows: ReportRows) -> int:
+    """Row of the design that is shown first: the best by the first objective, else the first feasible one."""
     if ranking is not None and len(ranking.frame):
         place = int(np.searchsorted(rows.numbers, int(ranking.frame.index[0])))
         if place < len(rows.numbers) and rows.numbers[place] == ranking.frame.index[0]:
@@ -165,13 +179,8 @@ def _chosen(ranking: Ranking | None, rows: Rows) -> int:
     return int(feasible[0]) if len(feasible) else 0
 
 
-def _texts(results: Results, name: str, otherwise: Any) -> Any:
-    """A fact of the study that is kept as JSON."""
-    return json.loads(str(results.attributes.get(name, "null"))) or otherwise
-
-
-def pieces_of(contents: Contents) -> Iterator[str]:
-    """The page's data as HTML, in pieces; nothing in it can end its element or begin another."""
+def data_elements(contents: Contents) -> Iterator[str]:
+    """The data as HTML elements; no text of the data can close its element or open another."""
     text = json.dumps(contents.study, ensure_ascii=True, allow_nan=False, separators=(",", ":"))
     yield '<script type="application/json" id="study">'
     yield text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")

@@ -1,4 +1,4 @@
-"""How many designs lie where, counted over all of a file, for each pair of columns that the page can draw."""
+"""Density of all feasible designs of a file over pairs of columns, drawn behind the scatter."""
 
 from __future__ import annotations
 
@@ -9,75 +9,77 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from explore.reporting.packing import Packed
-from explore.reporting.rows import INFEASIBLE, Rows
+from explore.model.quantities import FloatArray
+from explore.reporting.packing import ColumnPacker
+from explore.reporting.rows import INFEASIBLE, ReportRows
 from explore.store.results import Results
-from explore.vocabulary import FloatArray
 
 if TYPE_CHECKING:
     import pandas as pd
 
-#: Cells of each axis.
+#: Number of cells along each axis.
 CELLS = 96
-#: Columns that have a density with each other: the objectives, then what comes first in the file.
-_MOST_COLUMNS = 16
-#: Share of the designs that the cells may leave out on each side of a column.
-_TAIL = 0.002
+#: Largest number of columns: the objectives, then the first ones of the file.
+_MAX_COLUMNS = 16
+#: Share of the designs beyond the cells on each side.
+_OUTSIDE = 0.002
 
 
-def densities(
-    results: Results, objectives: Sequence[str], frame: pd.DataFrame, rows: Rows, packed: Packed
+def count_densities(
+    results: Results, objectives: Sequence[str], frame: pd.DataFrame, rows: ReportRows, packer: ColumnPacker
 ) -> dict[str, Any]:
     """Count the feasible designs of a file in the cells of pairs of columns.
 
     Parameters
     ----------
     objectives
-        Columns that must be among them.
+        Names of columns that come first.
     frame
-        The designs of the page, of which the cells are laid out.
+        The designs of the page, which determine the extent of the cells.
     rows
-        The same, with their kinds.
+        Their kinds.
+    packer
+        Takes the counts.
 
     Returns
     -------
     dict
-        ``columns``: edges of the cells by column, as (low, high); ``pairs``: of (x, y) the packed counts of shape
-        (CELLS * CELLS,), x running first.
+        ``columns``: lower and upper edge of the cells by column; ``pairs``: x, y and the packed counts, shape
+        (CELLS * CELLS,), x varies fastest.
     """
-    edges = _edges(results, objectives, frame[rows.kinds != INFEASIBLE])
+    edges = _column_limits(results, objectives, frame[rows.kinds != INFEASIBLE])
     pairs = list(combinations(edges, 2))
     counts = np.zeros((len(pairs), CELLS * CELLS), dtype=np.int64)
     for columns in results.blocks(["feasible", *edges]):
         feasible = columns["feasible"]
-        places = {name: _places(columns[name][feasible], *edges[name]) for name in edges}
+        cells = {name: _cell_numbers(columns[name][feasible], *edges[name]) for name in edges}
         for k, (x, y) in enumerate(pairs):
-            both = (places[x] >= 0) & (places[y] >= 0)
-            cells = places[y][both] * CELLS + places[x][both]
-            counts[k] += np.bincount(cells, minlength=CELLS * CELLS)
+            inside = (cells[x] >= 0) & (cells[y] >= 0)
+            flat = cells[y][inside] * CELLS + cells[x][inside]
+            counts[k] += np.bincount(flat, minlength=CELLS * CELLS)
     return {
         "cells": CELLS,
         "columns": {name: list(limits) for name, limits in edges.items()},
-        "pairs": [[x, y, packed.add(counts[k])] for k, (x, y) in enumerate(pairs)],
+        "pairs": [[x, y, packer.add(counts[k])] for k, (x, y) in enumerate(pairs)],
     }
 
 
-def _edges(results: Results, objectives: Sequence[str], frame: pd.DataFrame) -> dict[str, tuple[float, float]]:
-    """Where the cells of each column begin and end."""
-    found: dict[str, tuple[float, float]] = {}
+def _column_limits(results: Results, objectives: Sequence[str], frame: pd.DataFrame) -> dict[str, tuple[float, float]]:
+    """Lower and upper edge of the cells of each column."""
+    limits: dict[str, tuple[float, float]] = {}
     for column in sorted(results.columns, key=lambda column: column.name not in objectives):
-        if column.role not in ("parameter", "metric") or column.labels or len(found) == _MOST_COLUMNS:
+        if column.role not in ("parameter", "metric") or column.labels or len(limits) == _MAX_COLUMNS:
             continue
         values = frame[column.name].to_numpy(dtype=np.float64)
         values = values[np.isfinite(values)]
         if len(values) and values.min() < values.max():
-            low, high = (float(value) for value in np.quantile(values, [_TAIL, 1.0 - _TAIL]))
-            found[column.name] = (low, high) if low < high else (float(values.min()), float(values.max()))
-    return found
+            low, high = (float(value) for value in np.quantile(values, [_OUTSIDE, 1.0 - _OUTSIDE]))
+            limits[column.name] = (low, high) if low < high else (float(values.min()), float(values.max()))
+    return limits
 
 
-def _places(values: FloatArray, low: float, high: float) -> npt.NDArray[np.int64]:
-    """Cell of each value, -1 outside and where undefined."""
+def _cell_numbers(values: FloatArray, low: float, high: float) -> npt.NDArray[np.int64]:
+    """Cell of each value, shape (n,); -1 outside and for NaN."""
     with np.errstate(invalid="ignore"):
         scaled = (values - low) * (CELLS / (high - low))
         inside = (values >= low) & (values <= high)

@@ -1,4 +1,4 @@
-"""Columns as text in a page: bytes of the same weight together, deflated, in base64; nothing is rounded."""
+"""Columns as text in a page: bytes of equal significance together, deflated, in base64; without loss."""
 
 from __future__ import annotations
 
@@ -9,52 +9,58 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-#: Types that the page reads; every column fits one of them exactly.
-_WHOLE = ("u1", "i1", "i4")
+#: Integer types that the page reads, by size.
+_INTEGER_TYPES = ("u1", "i1", "i4")
 
 
-class Packed:
-    """The texts of a page; equal ones are there once."""
+class ColumnPacker:
+    """Packs columns into the texts of a page; equal columns share one text.
+
+    Attributes
+    ----------
+    texts
+        Packed columns, base64.
+    """
 
     def __init__(self) -> None:
         self.texts: list[str] = []
-        self._known: dict[bytes, int] = {}
+        self._numbers: dict[bytes, int] = {}
 
     def add(self, values: npt.NDArray[Any]) -> dict[str, int | str]:
-        """Pack a column and say where it is: its text, type and length, and the text that says which are defined.
+        """Pack a column; returns its type, length, number of its text, and that of the text of its defined values.
 
-        Undefined values (NaN) are left out. Columns that are undefined in the same designs share that text, and a
-        column without them packs much smaller.
+        NaN is left out: the remaining values deflate much better, and columns that are undefined in the same designs
+        share the text that marks the defined values.
         """
-        kind = _type_of(values)
-        place: dict[str, int | str] = {"type": kind, "length": len(values)}
+        kind = _smallest_type(values)
+        packed: dict[str, int | str] = {"type": kind, "length": len(values)}
         if kind == "f8":
             defined = ~np.isnan(values)
             if not defined.all():
-                place["defined"] = self._text(defined.astype(np.uint8))
+                packed["defined"] = self._text(defined.astype(np.uint8))
                 values = values[defined]
-        place["text"] = self._text(np.ascontiguousarray(values, dtype=f"<{kind}"))
-        return place
+        packed["text"] = self._text(np.ascontiguousarray(values, dtype=f"<{kind}"))
+        return packed
 
     def _text(self, column: npt.NDArray[Any]) -> int:
-        """Number of the text of a column without undefined values."""
+        """Number of the text of a column without NaN."""
         planes = column.view(np.uint8).reshape(len(column), column.itemsize).T.tobytes()
-        packed = zlib.compress(planes, 6)
-        if packed not in self._known:
-            self._known[packed] = len(self.texts)
-            self.texts.append(base64.b64encode(packed).decode("ascii"))
-        return self._known[packed]
+        deflated = zlib.compress(planes, 6)
+        if deflated not in self._numbers:
+            self._numbers[deflated] = len(self.texts)
+            self.texts.append(base64.b64encode(deflated).decode("ascii"))
+        return self._numbers[deflated]
 
 
-def _type_of(values: npt.NDArray[Any]) -> str:
-    """The smallest of the page's types that holds the values exactly."""
+def _smallest_type(values: npt.NDArray[Any]) -> str:
+    """The smallest type of the page that holds the values exactly."""
     if values.dtype.kind == "f":
         return "f8"
     if values.dtype.kind == "b":
         return "u1"
     low, high = (int(values.min()), int(values.max())) if len(values) else (0, 0)
-    for kind in _WHOLE:
+    for kind in _INTEGER_TYPES:
         limits = np.iinfo(kind)
         if limits.min <= low and high <= limits.max:
             return kind
-    return "f8"  # numbers of designs beyond 2^31; exact up to 2^53
+    return "f8"  # design numbers from 2^31 on; exact up to 2^53

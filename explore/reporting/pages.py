@@ -1,4 +1,4 @@
-"""The page itself: its template filled, its parts from this package, written whole or not at all."""
+"""The page of a report: the template, filled and written."""
 
 from __future__ import annotations
 
@@ -11,12 +11,11 @@ from collections.abc import Iterator
 from importlib.resources import files
 from pathlib import Path
 
-from explore.reporting.contents import Contents, pieces_of
-from explore.store.creation import new_file
-from explore.store.names import real_path
+from explore.files import new_file, real_path
+from explore.reporting.contents import Contents, data_elements
 
 _PAGE = files("explore.reporting") / "page"
-_PLACE = re.compile(r"\{\{([a-z_]+)\}\}")
+_PLACEHOLDER = re.compile(r"\{\{([a-z_]+)\}\}")
 
 
 def write_page(contents: Contents, path: Path) -> int:
@@ -25,42 +24,42 @@ def write_page(contents: Contents, path: Path) -> int:
     Raises
     ------
     ResultsError
-        If the file cannot be written; nothing is left behind.
+        If the file cannot be written; no partial file stays.
     """
     with new_file(real_path(path)) as unfinished, unfinished.open("w", encoding="utf-8", newline="\n") as file:
-        for piece in _filled(contents):
+        for piece in _fill_template(contents):
             file.write(piece)
         file.flush()
         os.fsync(file.fileno())
     return path.stat().st_size
 
 
-def _filled(contents: Contents) -> Iterator[str]:
-    """The template with its places filled; what is filled in is not searched for places again."""
-    script, style = _part("bundle/report.js"), _part("page.css")
+def _fill_template(contents: Contents) -> Iterator[str]:
+    """The page in pieces; placeholders within inserted texts stay as they are."""
+    script, style = _read_part("bundle/report.js"), _read_part("page.css")
     parts = {
-        # A name of a file may hold bytes that are no text.
+        # A file name may hold bytes that are not UTF-8.
         "title": html.escape(f"{contents.study['name']}: report".encode(errors="replace").decode()),
         "script": script,
         "style": style,
-        # The page runs this script and no other, and asks the network for nothing.
+        # The content security policy allows this script and style only, and no network.
         "script_hash": _hash(script),
         "style_hash": _hash(style),
-        "licences": html.escape(_part("bundle/THIRD_PARTY.txt")),
+        "licences": html.escape(_read_part("bundle/THIRD_PARTY.txt")),
     }
-    template = _part("template.html")
+    template = _read_part("template.html")
     end = 0
-    for place in _PLACE.finditer(template):
-        yield template[end : place.start()]
-        if place[1] == "data":
-            yield from pieces_of(contents)
+    for match in _PLACEHOLDER.finditer(template):
+        yield template[end : match.start()]
+        if match[1] == "data":
+            yield from data_elements(contents)
         else:
-            yield parts[place[1]]
-        end = place.end()
+            yield parts[match[1]]
+        end = match.end()
     yield template[end:]
 
 
-def _part(name: str) -> str:
+def _read_part(name: str) -> str:
     return (_PAGE / name).read_text(encoding="utf-8")
 
 

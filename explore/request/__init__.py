@@ -1,1 +1,1 @@
-"""Names as users write them become objects here, and nowhere below."""
+"""Resolve the names and units that users write; the packages below take objects and numbers."""

@@ -1,31 +1,31 @@
-"""What a name stands for: mechanisms, windows and metrics as a user writes them."""
+"""Find mechanisms, windows and metrics by name."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 
 from explore.errors import RequestError
 from explore.mechanisms.registry import MECHANISMS
-from explore.request.units import quantity
-from explore.suggest import closest, shown, suggestion
-from explore.vocabulary import (
+from explore.model.mechanism import Mechanism
+from explore.model.quantities import (
+    OUTPUT_STATISTICS,
     STATISTICS,
     AnyMetric,
     DerivedMetric,
     Formula,
-    Mechanism,
     Parameter,
     SampledMetric,
     Signal,
     Window,
-)  # fmt: skip
+)
+from explore.request.units import quantity
+from explore.suggest import closest_name, format_value, suggestion
 
-#: Statistics that may stand alone, for the output of the mechanism.
-OUTPUT_STATISTICS = ("mean", "variance", "cv")
-_LOW_IS_GOOD = {"variance", "std", "cv", "max", "rms", "peak_to_peak", "power_mean"}
-_WORDS = {
+#: Statistics of which smaller values are better.
+_MINIMISED = {"variance", "std", "cv", "max", "rms", "peak_to_peak", "power_mean"}
+_LONG_NAMES = {
     "std": "standard deviation",
     "cv": "coefficient of variation",
     "min": "minimum",
@@ -37,115 +37,124 @@ _WORDS = {
 
 
 def find_mechanism(name: str) -> Mechanism:
-    """The mechanism of that name.
+    """Find a mechanism by name.
 
     Raises
     ------
     RequestError
-        With the closest name, when there is none of that name.
+        If there is none of that name; the message suggests the closest.
     """
     if name not in MECHANISMS:
-        raise RequestError(f"unknown mechanism {shown(name)}; {suggestion(name, MECHANISMS)}")
+        raise RequestError(f"unknown mechanism {format_value(name)}; {suggestion(name, MECHANISMS)}")
     return MECHANISMS[name]
 
 
 def make_window(mechanism: Mechanism, window: str | Mapping[str, object] | None) -> Window:
-    """The window of a name, or of an interval ``{"from": 0, "to": 90}`` of crank angles (deg); None for the usual one.
+    """Find a window by name, or make that of an interval of crank angles.
+
+    Parameters
+    ----------
+    mechanism
+        The mechanism that has the windows.
+    window
+        A name, ``{"from": 0, "to": 90}`` in degrees, or None for the default.
 
     Raises
     ------
     RequestError
-        When it does not exist or makes no sense.
+        If there is none of that name or the interval is invalid.
     """
     if window is None:
         window = mechanism.default_window
     if isinstance(window, Mapping):
         interval = _interval(mechanism, window)
-        # An interval of a full turn is the cycle: the same averages vanish, and a turning output has it too.
-        full = math.isclose(interval.stop - interval.start, 2.0 * math.pi, rel_tol=1e-12)
-        return _named_windows(mechanism).get("cycle", interval) if full else interval
-    named = _named_windows(mechanism)
-    if not isinstance(window, str) or window not in named:
+        # An interval of a full turn is the cycle: the same means are 0, and a rotating output has it too.
+        is_full_turn = math.isclose(interval.stop - interval.start, 2.0 * math.pi, rel_tol=1e-12)
+        return _named_windows(mechanism).get("cycle", interval) if is_full_turn else interval
+    windows = _named_windows(mechanism)
+    if not isinstance(window, str) or window not in windows:
         if window == "interval":
-            raise RequestError("an interval is given by its crank angles; write { from = 0, to = 90 }")
-        hint = suggestion(str(window), [*named, "{ from = 0, to = 90 }"])
-        raise RequestError(f"unknown window {shown(window)}; {hint}")
-    return named[window]
+            raise RequestError("an interval needs crank angles; write { from = 0, to = 90 }")
+        hint = suggestion(str(window), [*windows, "{ from = 0, to = 90 }"])
+        raise RequestError(f"unknown window {format_value(window)}; {hint}")
+    return windows[window]
 
 
 def _named_windows(mechanism: Mechanism) -> dict[str, Window]:
-    return {window.name: window for window in mechanism.windows if window.name != "interval"}
+    return {window.name: window for window in mechanism.named_windows}
 
 
 def _interval(mechanism: Mechanism, bounds: Mapping[str, object]) -> Window:
-    """The window between two crank angles, given in deg."""
+    """The window between two crank angles in degrees."""
     interval = next((window for window in mechanism.windows if window.name == "interval"), None)
     if interval is None:
-        raise RequestError(f"{mechanism.name} has no interval windows; there is {', '.join(_named_windows(mechanism))}")
+        raise RequestError(
+            f"{mechanism.name} has no interval windows; available: {', '.join(_named_windows(mechanism))}"
+        )
     for name in bounds:
         if name not in ("from", "to"):
-            raise RequestError(f"unknown key {shown(name)} of an interval; write {{ from = 0, to = 90 }}")
+            raise RequestError(f"unknown key {format_value(name)} of an interval; write {{ from = 0, to = 90 }}")
     if len(bounds) < 2:
         raise RequestError("an interval needs both ends; write { from = 0, to = 90 }")
     start, stop = quantity(bounds["from"], "deg"), quantity(bounds["to"], "deg")
     if not start < stop:
-        raise RequestError(f"from = {start:g} must be below to = {stop:g}; an interval may run past 360")
+        raise RequestError(f"from = {start:g} must be below to = {stop:g}; to may exceed 360")
     if stop - start > 360.0 * (1.0 + 1e-12):
         raise RequestError(f"the interval of {stop - start:g} deg is longer than a turn; at most 360 deg")
     return replace(interval, start=math.radians(start), stop=math.radians(stop))
 
 
-def likely_window(mechanism: Mechanism, written: object) -> Window:
-    """The window probably meant, so that the metrics can be looked at although the window is wrong."""
-    named = _named_windows(mechanism)
-    return named[closest(str(written), named) or mechanism.default_window]
+def closest_window(mechanism: Mechanism, name: object) -> Window:
+    """The window with the name closest to an unknown one, so that the metrics can still be checked."""
+    windows = _named_windows(mechanism)
+    return windows[closest_name(str(name), windows) or mechanism.default_window]
 
 
 def find_metric(mechanism: Mechanism, name: str, window: Window) -> AnyMetric:
-    """The metric of a name.
+    """Find a metric by name.
 
     Parameters
     ----------
     mechanism
-        Whose metric.
+        The mechanism that has the metric.
     name
         A closed-form or derived metric, ``<signal>_<statistic>``, ``<signal>_<statistic>_<window>``, or "mean",
-        "variance", "cv" alone for the output.
+        "variance" or "cv" of the output.
     window
         The study's window.
 
     Raises
     ------
     RequestError
-        When it does not exist, or is undefined for every design.
+        If it does not exist or is undefined for every design.
     """
-    for closed in mechanism.metrics:
-        if closed.name == name:
-            return closed
+    for closed_form in mechanism.metrics:
+        if closed_form.name == name:
+            return closed_form
     formula = next((formula for formula in mechanism.formulas if formula.name == name), None)
     if formula is not None:
         return _derived(mechanism, formula, window)
     parsed = _parse(mechanism, name, window)
     if parsed is None:
-        match = closest(name, all_metric_names(mechanism))
+        match = closest_name(name, mechanism.metric_names())
         hint = f"did you mean '{match}'?" if match else f"`explore mechanisms {mechanism.name}` lists them"
-        raise RequestError(f"unknown metric {shown(name)}; {hint}")
-    signal, statistic, over = parsed
+        raise RequestError(f"unknown metric {format_value(name)}; {hint}")
+    signal, statistic, metric_window = parsed
     if statistic not in signal.statistics:
         raise RequestError(
             f"{signal.name} is a magnitude, which has no {statistic}; "
-            f"ask for {', '.join(f'{signal.name}_{other}' for other in signal.statistics)}"
+            f"use {', '.join(f'{signal.name}_{other}' for other in signal.statistics)}"
         )
-    _check_window(mechanism, signal, statistic, over)
-    _refuse_undefined(mechanism, signal, statistic, over)
+    _check_window(mechanism, signal, statistic, metric_window)
+    _refuse_undefined(mechanism, signal, statistic, metric_window)
     return SampledMetric(
         name,
         _unit(signal.unit, statistic),
-        f"{_WORDS.get(statistic, statistic)} of {signal.long_name}, window {_window_words(over)}",
-        "min" if statistic in _LOW_IS_GOOD else None,
+        f"{_LONG_NAMES.get(statistic, statistic)} of {signal.long_name}, window {_describe_window(metric_window)}",
+        "min" if statistic in _MINIMISED else None,
         signal,
         statistic,
-        over,
+        metric_window,
     )
 
 
@@ -160,29 +169,18 @@ def _derived(mechanism: Mechanism, formula: Formula, window: Window) -> DerivedM
     return DerivedMetric(formula.name, formula.unit, formula.long_name, formula.sense, formula, inputs)
 
 
-def _window_words(window: Window) -> str:
+def _describe_window(window: Window) -> str:
     if window.name != "interval":
         return window.name
     return f"{math.degrees(window.start):g} to {math.degrees(window.stop):g} deg"
 
 
-def all_metric_names(mechanism: Mechanism) -> Iterator[str]:
-    """Every name that a metric can have, whatever the window of the study."""
-    yield from (metric.name for metric in mechanism.metrics)
-    yield from (formula.name for formula in mechanism.formulas)
-    yield from OUTPUT_STATISTICS
-    for signal in mechanism.signals:
-        for statistic in signal.statistics:
-            yield f"{signal.name}_{statistic}"
-            yield from (f"{signal.name}_{statistic}_{window}" for window in _named_windows(mechanism))
-
-
 def _parse(mechanism: Mechanism, name: str, window: Window) -> tuple[Signal, str, Window] | None:
-    """Signal, statistic and window of a sampled metric's name; None when it is no such name."""
+    """Signal, statistic and window of the name of a sampled metric; None if the name is not of that form."""
     if name in OUTPUT_STATISTICS:
-        output = mechanism.output.get(window.name, mechanism.output[""])
+        output = mechanism.output_signals.get(window.name, mechanism.output_signals[""])
         return next(signal for signal in mechanism.signals if signal.name == output), name, window
-    named = _named_windows(mechanism)
+    windows = _named_windows(mechanism)
     for signal in mechanism.signals:
         for statistic in dict.fromkeys((*signal.statistics, *STATISTICS)):
             stem = f"{signal.name}_{statistic}"
@@ -191,35 +189,37 @@ def _parse(mechanism: Mechanism, name: str, window: Window) -> tuple[Signal, str
             if not name.startswith(stem + "_"):
                 continue
             suffix = name.removeprefix(stem + "_")
-            if suffix in named:
-                return signal, statistic, named[suffix]
+            if suffix in windows:
+                return signal, statistic, windows[suffix]
             if suffix == "interval":
-                raise RequestError(f"{shown(name)}: an interval has no name; set window = {{ from = 0, to = 90 }}")
+                raise RequestError(
+                    f"{format_value(name)}: an interval has no name; set window = {{ from = 0, to = 90 }}"
+                )
     return None
 
 
 def _check_window(mechanism: Mechanism, signal: Signal, statistic: str, window: Window) -> None:
-    """Refuse a signal in a window where it does not exist."""
-    inside = [other.name for other in mechanism.signals if window.name in other.only_in]
+    """Raise for a signal in a window where it does not exist."""
+    signals_in_window = [other.name for other in mechanism.signals if window.name in other.only_in]
     if signal.only_in and window.name not in signal.only_in:
         only = signal.only_in[0]
         raise RequestError(
             f"{signal.name} exists only in the window '{only}'; "
-            f'ask for {signal.name}_{statistic}_{only} or set window = "{only}"'
+            f'use {signal.name}_{statistic}_{only} or set window = "{only}"'
         )
-    if inside and signal.name not in inside:
+    if signals_in_window and signal.name not in signals_in_window:
         raise RequestError(
-            f"in the window '{window.name}' only {', '.join(inside)} exists, not {signal.name}; "
+            f"in the window '{window.name}' only {', '.join(signals_in_window)} exists, not {signal.name}; "
             f"name another window, such as {signal.name}_{statistic}_{mechanism.default_window}"
         )
 
 
-def _refuse_undefined(mechanism: Mechanism, signal: Signal, statistic: str, over: Window) -> None:
-    """Refuse a coefficient of variation about a mean that is exactly 0."""
-    if statistic == "cv" and (signal.name, over.name) in mechanism.zero_mean:
-        length = "a stroke" if over.needs_stroke and over.name != "cycle" else "a full turn"
+def _refuse_undefined(mechanism: Mechanism, signal: Signal, statistic: str, window: Window) -> None:
+    """Raise for the coefficient of variation of a signal whose mean is exactly 0."""
+    if statistic == "cv" and (signal.name, window.name) in mechanism.zero_mean:
+        extent = "a stroke" if window.needs_stroke and window.name != "cycle" else "a full turn"
         raise RequestError(
-            f"the mean of {signal.name} over {length} is exactly 0, so its cv is undefined for every design; "
+            f"the mean of {signal.name} over {extent} is exactly 0, so its cv is undefined for every design; "
             f"use {signal.name}_std"
         )
 

@@ -1,4 +1,4 @@
-"""Numbers that people write: a number in the declared unit, or a text with a unit of its own."""
+"""Read quantities: a number in the declared unit, or a string with a unit."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from fractions import Fraction
 from typing import TYPE_CHECKING
 
 from explore.errors import RequestError
-from explore.suggest import closest, shown
+from explore.suggest import closest_name, format_value
 
 if TYPE_CHECKING:
     import pint
 
-# A number, then factors such as "mm", "rad/s^2", "N m". A grammar of our own keeps arithmetic, which could run for
-# ever (10**10**10), away from pint.
+# A number, then factors such as "mm", "rad/s^2", "N m". pint would also evaluate arithmetic, which may never end
+# (10**10**10), so only strings that match this grammar reach it.
 _NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,3})?"
 _FACTOR = r"[^\W\d](?:[^\W\d]|[°%])*|[°%]"
 _POWER = r"(?:(?:\^|\*\*)-?[1-9])?"
@@ -23,7 +23,7 @@ _TERM = rf"(?:{_FACTOR}){_POWER}"
 _UNIT = rf"(?:1\s*/\s*)?{_TERM}(?:\s*[*/·]\s*{_TERM}|\s+{_TERM})*"
 _QUANTITY = re.compile(rf"\s*({_NUMBER})\s*({_UNIT})?\s*")
 _HERTZ = re.compile(r"\bHz\b")
-_LONGEST_TEXT = 80
+_MOST_CHARACTERS = 80
 
 # fmt: off
 _COMMON_UNITS = (
@@ -35,33 +35,33 @@ _EXAMPLES = {"mm": "mm, cm, m or in", "deg": "deg or rad", "rad/s": "rad/s, deg/
 
 
 def quantity(value: object, unit: str) -> float:
-    """A number in the declared unit.
+    """Convert a quantity to the declared unit.
 
     Parameters
     ----------
     value
-        A finite number, taken to be in `unit`, or a text such as "1440 rpm".
+        A finite number in `unit`, or a string such as "1440 rpm".
     unit
         The declared unit; "1" or "" for a plain number.
 
     Returns
     -------
     float
-        The exact value of the text, rounded once: "15 cm" is exactly 150 mm.
+        The exact value of the string, rounded once: "15 cm" is exactly 150 mm.
 
     Raises
     ------
     RequestError
-        The reason alone; the caller knows which key it belongs to.
+        With the reason alone; the caller adds the key.
     """
     if isinstance(value, str):
-        return _converted(value, unit)
+        return _convert(value, unit)
     if isinstance(value, bool):
-        raise RequestError(f"{shown(value)} is not a number")
+        raise RequestError(f"{format_value(value)} is not a number")
     try:
-        number = float(value)  # type: ignore[arg-type]  # what is no number raises
+        number = float(value)  # type: ignore[arg-type]  # raises unless it is a number
     except (TypeError, ValueError):
-        raise RequestError(f"{shown(value)} is not a number or a text with a unit{_example(unit)}") from None
+        raise RequestError(f"{format_value(value)} is not a number or a string with a unit{_example(unit)}") from None
     except OverflowError:
         raise RequestError("the number is too large") from None
     if not math.isfinite(number):
@@ -73,28 +73,28 @@ def _example(unit: str) -> str:
     return "" if unit in ("", "1") else f', such as "10 {unit}"'
 
 
-def _converted(text: str, unit: str) -> float:
-    """A text with a unit, in the declared unit."""
-    match = _QUANTITY.fullmatch(text) if len(text) <= _LONGEST_TEXT else None
+def _convert(text: str, unit: str) -> float:
+    """Convert a string with a unit to the declared unit."""
+    match = _QUANTITY.fullmatch(text) if len(text) <= _MOST_CHARACTERS else None
     if match is None:
-        raise RequestError(f"{shown(text)} is not a number with a unit{_example(unit)}")
-    number, written = match.groups()
-    if written is None:
+        raise RequestError(f"{format_value(text)} is not a number with a unit{_example(unit)}")
+    number, written_unit = match.groups()
+    if written_unit is None:
         with_unit = "" if unit in ("", "1") else f' or "{number} {unit}"'
-        raise RequestError(f"{shown(text)} is a text without a unit; write {number} without quotes{with_unit}")
+        raise RequestError(f"{format_value(text)} has no unit; write {number} without quotes{with_unit}")
     if unit == "rad/s":
-        written = _HERTZ.sub("turn/s", written)  # of what turns
-    # Fraction keeps the digits as written: a sum of lengths that is exactly 0 must stay exactly 0.
-    exact = Fraction(number) * _factor(written, unit)
+        written_unit = _HERTZ.sub("turn/s", written_unit)  # 1 Hz of a rotating part is 1 turn/s
+    # A Fraction keeps the decimal digits: lengths whose sum is exactly 0 in one unit have the sum 0 in every unit.
+    exact = Fraction(number) * _factor(written_unit, unit)
     try:
         return float(exact)
     except OverflowError:
-        raise RequestError(f"{shown(text)} is too large") from None
+        raise RequestError(f"{format_value(text)} is too large") from None
 
 
 @functools.cache
 def _registry() -> pint.UnitRegistry[Fraction]:
-    import pint  # 0.3 s, needed only when a text with a unit occurs
+    import pint  # takes 0.3 s, needed only for strings with a unit
 
     registry: pint.UnitRegistry[Fraction] = pint.UnitRegistry(non_int_type=Fraction)
     registry.define("@alias turn = rev")
@@ -103,26 +103,26 @@ def _registry() -> pint.UnitRegistry[Fraction]:
 
 
 @functools.lru_cache  # a table of designs repeats its units
-def _factor(written: str, unit: str) -> Fraction:
-    """What one `written` is in `unit`, exactly (with pint's 50 digits of pi)."""
+def _factor(source: str, target: str) -> Fraction:
+    """The factor from one unit to another, exact except for pint's 50 digits of pi."""
     import pint
 
     registry = _registry()
     try:
-        factor, root = registry.get_root_units(written.replace("·", "*"))
+        factor, root = registry.get_root_units(source.replace("·", "*"))
     except pint.UndefinedUnitError as error:
         unknown = error.unit_names[0]
-        match = closest(written, _COMMON_UNITS) or closest(unknown, _COMMON_UNITS)
-        hint = f"; did you mean '{match}'?" if match else _meant(unit)
+        match = closest_name(source, _COMMON_UNITS) or closest_name(unknown, _COMMON_UNITS)
+        hint = f"; did you mean '{match}'?" if match else _unit_hint(target)
         raise RequestError(f"unknown unit '{unknown}'{hint}") from None
     except Exception:  # pint's parser raises many kinds for a malformed unit
-        raise RequestError(f"cannot read the unit '{written}'{_meant(unit)}") from None
-    declared_factor, declared_root = registry.get_root_units(unit or "1")
+        raise RequestError(f"cannot read the unit '{source}'{_unit_hint(target)}") from None
+    target_factor, target_root = registry.get_root_units(target or "1")
     # Root units, not dimensions: they keep the radian, so that "1 Hz" is not taken for 1 rad/s.
-    if root != declared_root:
-        raise RequestError(f"'{written}' does not measure the same as '{unit or '1'}'{_meant(unit)}")
-    return Fraction(str(factor)) / Fraction(str(declared_factor))
+    if root != target_root:
+        raise RequestError(f"'{source}' cannot be converted to '{target or '1'}'{_unit_hint(target)}")
+    return Fraction(str(factor)) / Fraction(str(target_factor))
 
 
-def _meant(unit: str) -> str:
-    return "; a plain number is wanted" if unit in ("", "1") else f"; use {_EXAMPLES.get(unit, unit)}"
+def _unit_hint(unit: str) -> str:
+    return "; use a plain number" if unit in ("", "1") else f"; use {_EXAMPLES.get(unit, unit)}"

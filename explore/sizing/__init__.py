@@ -1,7 +1,7 @@
 """Sizing rules of machine elements: pure functions of numbers or arrays, usable alone.
 
 Forces in N, lengths in mm, stresses in MPa (N/mm^2), moments in N mm. Arguments broadcast against each other; NaN in
-any of them gives NaN; a value that has no meaning, such as a negative allowed stress, raises
+any of them gives NaN. A value without physical meaning, such as a negative allowed stress, raises
 `explore.errors.RequestError`.
 """
 

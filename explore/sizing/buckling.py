@@ -1,16 +1,16 @@
-"""Buckling of a rod with hinged ends, as a coupler between two pins is one, in N, mm, MPa.
+"""Buckling of a rod with hinged ends, such as a coupler between two pins, in N, mm, MPa.
 
 Euler's force holds for slender rods. Below the limiting slenderness sqrt(2 pi^2 E / Re), where Euler's stress is half
-the yield strength, it promises too much, and Johnson's parabola takes over, which meets it there without a kink
-(Shigley's Mechanical Engineering Design, 10th ed., sections 4-12 and 4-13; the parabola stands for Tetmajer's straight
-line of Roloff/Matek, which needs two more constants of the material).
+the yield strength, it is too large. There Johnson's parabola applies, which joins it with the same slope (Shigley's
+Mechanical Engineering Design, 10th ed., sections 4-12 and 4-13). The parabola replaces Tetmajer's straight line of
+Roloff/Matek, which needs two more constants of the material.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from explore.sizing.arguments import Number, magnitude, positive, ratio
+from explore.sizing.arguments import Number, as_magnitude, as_positive, as_ratio
 from explore.sizing.rod import rod_area, rod_second_moment
 
 
@@ -24,10 +24,10 @@ def slenderness(length: Number, diameter: Number, hollow_ratio: Number = 0.0) ->
     diameter
         Outer diameter, mm.
     hollow_ratio
-        Inner over outer diameter, from 0 up to but without 1.
+        Inner over outer diameter, at least 0 and below 1.
     """
-    a = ratio("hollow_ratio", hollow_ratio)
-    return 4.0 * magnitude("length", length) / (positive("diameter", diameter) * np.sqrt(1.0 + a**2))
+    a = as_ratio("hollow_ratio", hollow_ratio)
+    return 4.0 * as_magnitude("length", length) / (as_positive("diameter", diameter) * np.sqrt(1.0 + a**2))
 
 
 def limiting_slenderness(modulus: Number, yield_strength: Number) -> Number:
@@ -40,7 +40,7 @@ def limiting_slenderness(modulus: Number, yield_strength: Number) -> Number:
     yield_strength
         Re, MPa.
     """
-    return np.pi * np.sqrt(2.0 * positive("modulus", modulus) / positive("yield_strength", yield_strength))
+    return np.pi * np.sqrt(2.0 * as_positive("modulus", modulus) / as_positive("yield_strength", yield_strength))
 
 
 def euler_force(length: Number, diameter: Number, modulus: Number, hollow_ratio: Number = 0.0) -> Number:
@@ -55,10 +55,10 @@ def euler_force(length: Number, diameter: Number, modulus: Number, hollow_ratio:
     modulus
         Young's modulus, MPa.
     hollow_ratio
-        Inner over outer diameter, from 0 up to but without 1.
+        Inner over outer diameter, at least 0 and below 1.
     """
-    stiffness = positive("modulus", modulus) * rod_second_moment(diameter, hollow_ratio)
-    return np.pi**2 * stiffness / positive("length", length) ** 2
+    stiffness = as_positive("modulus", modulus) * rod_second_moment(diameter, hollow_ratio)
+    return np.pi**2 * stiffness / as_positive("length", length) ** 2
 
 
 def buckling_force(
@@ -69,7 +69,7 @@ def buckling_force(
     Parameters
     ----------
     length, diameter, modulus, hollow_ratio
-        As of `euler_force`.
+        As in `euler_force`.
     yield_strength
         Re, MPa.
 
@@ -77,11 +77,11 @@ def buckling_force(
     -----
     Johnson: F = A (Re - (Re lambda / (2 pi))^2 / E) with the slenderness lambda.
     """
-    slender, e = slenderness(length, diameter, hollow_ratio), positive("modulus", modulus)
-    strength = positive("yield_strength", yield_strength)
+    slender, e = slenderness(length, diameter, hollow_ratio), as_positive("modulus", modulus)
+    strength = as_positive("yield_strength", yield_strength)
     johnson = rod_area(diameter, hollow_ratio) * (strength - (strength * slender / (2.0 * np.pi)) ** 2 / e)
     euler = euler_force(length, diameter, modulus, hollow_ratio)
-    # Asked this way round, an unknown yield strength takes Johnson's force, which is unknown too.
+    # For a yield strength of NaN the comparison is false and selects Johnson's force, which is NaN.
     return np.where(slender >= limiting_slenderness(modulus, yield_strength), euler, johnson)[()]
 
 
@@ -94,23 +94,23 @@ def buckling_factor(
     *,
     yield_strength: Number | None = None,
 ) -> Number:
-    """Buckling force over the force, 1; infinite without a force.
+    """Buckling force over the force, 1; infinite for a force of 0.
 
     Parameters
     ----------
     force
         Compression, its magnitude, N.
     length, diameter, modulus, hollow_ratio
-        As of `euler_force`.
+        As in `euler_force`.
     yield_strength
-        Re, MPa: for `buckling_force`. None takes Euler's force whatever the slenderness.
+        Re, MPa, for `buckling_force`. With None it is Euler's force at any slenderness.
     """
     if yield_strength is None:
         limit = euler_force(length, diameter, modulus, hollow_ratio)
     else:
         limit = buckling_force(length, diameter, modulus, yield_strength, hollow_ratio)
     with np.errstate(divide="ignore"):
-        return np.divide(limit, magnitude("force", force))
+        return np.divide(limit, as_magnitude("force", force))
 
 
 def rod_diameter_for_buckling(
@@ -123,10 +123,10 @@ def rod_diameter_for_buckling(
     force
         Compression, its magnitude, N.
     factor
-        Wanted safety n, such as 3.
+        Required safety n, such as 3.
     length, modulus, hollow_ratio
-        As of `euler_force`.
+        As in `euler_force`.
     """
-    load = positive("factor", factor) * magnitude("force", force) * positive("length", length) ** 2
-    a = ratio("hollow_ratio", hollow_ratio)
-    return (64.0 * load / (np.pi**3 * positive("modulus", modulus) * (1.0 - a**4))) ** 0.25
+    load = as_positive("factor", factor) * as_magnitude("force", force) * as_positive("length", length) ** 2
+    a = as_ratio("hollow_ratio", hollow_ratio)
+    return (64.0 * load / (np.pi**3 * as_positive("modulus", modulus) * (1.0 - a**4))) ** 0.25

@@ -1,4 +1,4 @@
-"""Fatigue of steel under a stress that swings about a mean: Haigh diagram with Goodman's line, in MPa and mm.
+"""Fatigue of steel under a stress that alternates about a mean: Haigh diagram with Goodman's line, in MPa and mm.
 
 After Shigley's Mechanical Engineering Design, 10th ed., chapter 6. The factors multiply the endurance limit of a
 polished specimen; the notch factor multiplies the stress amplitude.
@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from explore.errors import RequestError
-from explore.sizing.arguments import Number, magnitude, positive
+from explore.sizing.arguments import Number, as_magnitude, as_positive
 from explore.suggest import suggestion
 
 #: Factor and exponent of the surface factor, strengths in MPa (table 6-2).
@@ -19,7 +19,7 @@ SURFACES = {
     "hot-rolled": (57.7, -0.718),
     "forged": (272.0, -0.995),
 }
-#: Of the endurance limit, by how the part is loaded (equation 6-26).
+#: Load factors of the endurance limit (equation 6-26).
 LOADS = {"bending": 1.0, "axial": 0.85, "torsion": 0.59}
 
 
@@ -41,23 +41,23 @@ def surface_factor(tensile_strength: Number, surface: str) -> Number:
     if surface not in SURFACES:
         raise RequestError(f"surface: unknown {surface!r}; {suggestion(surface, SURFACES)}")
     factor, exponent = SURFACES[surface]
-    return np.minimum(1.0, factor * positive("tensile_strength", tensile_strength) ** exponent)
+    return np.minimum(1.0, factor * as_positive("tensile_strength", tensile_strength) ** exponent)
 
 
 def size_factor(diameter: Number) -> Number:
-    """Size factor of a round part that turns in bending or torsion, 1; an axial load has none, 1.
+    """Size factor of a round part that rotates in bending or torsion, 1; for an axial load it is 1.
 
     Parameters
     ----------
     diameter
-        mm, at most 254, the largest that was measured; NaN beyond.
+        mm, at most 254, the largest measured; NaN above.
 
     Notes
     -----
     Equation 6-20: 1.24 d^-0.107 up to 51 mm, 1.51 d^-0.157 above, and 1 below 2.79 mm. A part that bends without
     turning has the effective diameter 0.370 d (equation 6-24).
     """
-    d = positive("diameter", diameter)
+    d = as_positive("diameter", diameter)
     small = np.where(d < 2.79, 1.0, 1.24 * d**-0.107)
     return np.where(d <= 51.0, small, np.where(d <= 254.0, 1.51 * d**-0.157, np.nan))[()]
 
@@ -70,16 +70,16 @@ def notch_factor(stress_concentration: Number, sensitivity: Number = 1.0) -> Num
     stress_concentration
         Kt, at least 1 for a notch.
     sensitivity
-        q, from 0 to 1; 1 is the safe side.
+        q, from 0 to 1; 1 is conservative.
 
     Notes
     -----
     Equation 6-32. Cut threads have Kf of about 3 (table 8-16).
     """
-    q = magnitude("sensitivity", sensitivity)
+    q = as_magnitude("sensitivity", sensitivity)
     if np.any(q > 1.0):
         raise RequestError(f"sensitivity: must be at most 1, got {np.max(q[q > 1.0]):g}")
-    return 1.0 + q * (positive("stress_concentration", stress_concentration) - 1.0)
+    return 1.0 + q * (as_positive("stress_concentration", stress_concentration) - 1.0)
 
 
 def endurance_limit(tensile_strength: Number, surface: str, load: str, size: Number = 1.0) -> Number:
@@ -90,11 +90,11 @@ def endurance_limit(tensile_strength: Number, surface: str, load: str, size: Num
     tensile_strength
         Rm, MPa.
     surface
-        As of `surface_factor`.
+        As in `surface_factor`.
     load
         "bending", "axial" or "torsion".
     size
-        Of `size_factor`.
+        From `size_factor`.
 
     Notes
     -----
@@ -107,14 +107,14 @@ def endurance_limit(tensile_strength: Number, surface: str, load: str, size: Num
     """
     if load not in LOADS:
         raise RequestError(f"load: unknown {load!r}; {suggestion(load, LOADS)}")
-    specimen = np.minimum(0.5 * positive("tensile_strength", tensile_strength), 700.0)
-    return specimen * surface_factor(tensile_strength, surface) * LOADS[load] * positive("size", size)
+    specimen = np.minimum(0.5 * as_positive("tensile_strength", tensile_strength), 700.0)
+    return specimen * surface_factor(tensile_strength, surface) * LOADS[load] * as_positive("size", size)
 
 
 def goodman_factor(
     amplitude: Number, mean: Number, endurance: Number, tensile_strength: Number, notch: Number = 1.0
 ) -> Number:
-    """Safety against fatigue, 1, when amplitude and mean grow together; infinite without stress.
+    """Safety against fatigue, 1, when amplitude and mean grow in proportion; infinite for a stress of 0.
 
     Parameters
     ----------
@@ -123,18 +123,19 @@ def goodman_factor(
     mean
         Mean nominal stress, MPa, tension positive.
     endurance
-        Of `endurance_limit`, MPa.
+        From `endurance_limit`, MPa.
     tensile_strength
         Rm, MPa.
     notch
-        Of `notch_factor`; it multiplies the amplitude alone, as ductile steel yields at the notch under the mean.
+        From `notch_factor`. It multiplies the amplitude alone: under the mean, ductile steel yields at the notch.
 
     Notes
     -----
-    Goodman's line of the Haigh diagram, Kf sa/Se + sm/Rm = 1/n (equation 6-46). A mean in compression gives no credit.
+    Goodman's line of the Haigh diagram, Kf sa/Se + sm/Rm = 1/n (equation 6-46). A compressive mean
+    counts as 0.
     """
-    share = magnitude("amplitude", amplitude) * positive("notch", notch) / positive("endurance", endurance)
-    share = share + np.maximum(np.asarray(mean, np.float64), 0.0) / positive("tensile_strength", tensile_strength)
+    share = as_magnitude("amplitude", amplitude) * as_positive("notch", notch) / as_positive("endurance", endurance)
+    share = share + np.maximum(np.asarray(mean, np.float64), 0.0) / as_positive("tensile_strength", tensile_strength)
     with np.errstate(divide="ignore"):
         return np.divide(1.0, share)
 
@@ -147,16 +148,16 @@ def fatigue_factor(
     yield_strength: Number,
     notch: Number = 1.0,
 ) -> Number:
-    """Safety in the Haigh diagram, 1: the smaller of Goodman's and that against first yield, Re / (sa + |sm|).
+    """Safety in the Haigh diagram, 1: the smaller of Goodman's and that against yield, Re / (sa + |sm|).
 
     Parameters
     ----------
     amplitude, mean, endurance, tensile_strength, notch
-        As of `goodman_factor`.
+        As in `goodman_factor`.
     yield_strength
-        Re, MPa; of the nominal stress (equation 6-49).
+        Re, MPa, compared with the nominal stress (equation 6-49).
     """
     goodman = goodman_factor(amplitude, mean, endurance, tensile_strength, notch)
-    largest = magnitude("amplitude", amplitude) + np.abs(np.asarray(mean, np.float64))
+    largest = as_magnitude("amplitude", amplitude) + np.abs(np.asarray(mean, np.float64))
     with np.errstate(divide="ignore"):
-        return np.minimum(goodman, np.divide(positive("yield_strength", yield_strength), largest))
+        return np.minimum(goodman, np.divide(as_positive("yield_strength", yield_strength), largest))

@@ -1,4 +1,4 @@
-"""The rocker: two plates of thickness t and height h in the plane of motion, a cantilever at the limit positions.
+"""The rocker: two plates of thickness t and height h in the plane of motion, together a cantilever.
 
 N, mm, MPa. Area A = 2 t h, section modulus W = t h^2 / 3, second moment of area I = t h^3 / 6.
 """
@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from explore.sizing.arguments import Number, magnitude, positive
+from explore.sizing.arguments import Number, as_magnitude, as_positive
 
 
 def rocker_height(moment: Number, axial_force: Number, allowed_stress: Number, thickness: Number) -> Number:
@@ -28,9 +28,9 @@ def rocker_height(moment: Number, axial_force: Number, allowed_stress: Number, t
     -----
     The positive root of s = F/A + M/W: bending and axial stress add up (Shigley, 10th ed., section 3-10).
     """
-    s, t = positive("allowed_stress", allowed_stress), positive("thickness", thickness)
-    along = magnitude("axial_force", axial_force) / (2.0 * t)
-    return (along + np.sqrt(along**2 + 12.0 * s * magnitude("moment", moment) / t)) / (2.0 * s)
+    s, t = as_positive("allowed_stress", allowed_stress), as_positive("thickness", thickness)
+    along = as_magnitude("axial_force", axial_force) / (2.0 * t)
+    return (along + np.sqrt(along**2 + 12.0 * s * as_magnitude("moment", moment) / t)) / (2.0 * s)
 
 
 def rocker_stress(moment: Number, axial_force: Number, thickness: Number, height: Number) -> Number:
@@ -39,12 +39,12 @@ def rocker_stress(moment: Number, axial_force: Number, thickness: Number, height
     Parameters
     ----------
     moment, axial_force, thickness
-        As of `rocker_height`.
+        As in `rocker_height`.
     height
         mm.
     """
-    t, h = positive("thickness", thickness), positive("height", height)
-    return magnitude("axial_force", axial_force) / (2.0 * t * h) + 3.0 * magnitude("moment", moment) / (t * h**2)
+    t, h = as_positive("thickness", thickness), as_positive("height", height)
+    return as_magnitude("axial_force", axial_force) / (2.0 * t * h) + 3.0 * as_magnitude("moment", moment) / (t * h**2)
 
 
 def rocker_deflection(force: Number, length: Number, modulus: Number, thickness: Number, height: Number) -> Number:
@@ -66,7 +66,7 @@ def rocker_deflection(force: Number, length: Number, modulus: Number, thickness:
     Cantilever with a load at its end (Roark's Formulas for Stress and Strain; Shigley, 10th ed., table A-9, case 1).
     """
     stiffness = _stiffness(modulus, thickness, height)
-    return magnitude("force", force) * magnitude("length", length) ** 3 / (3.0 * stiffness)
+    return as_magnitude("force", force) * as_magnitude("length", length) ** 3 / (3.0 * stiffness)
 
 
 def rocker_slope(force: Number, length: Number, modulus: Number, thickness: Number, height: Number) -> Number:
@@ -75,9 +75,11 @@ def rocker_slope(force: Number, length: Number, modulus: Number, thickness: Numb
     Parameters are those of `rocker_deflection`.
     """
     stiffness = _stiffness(modulus, thickness, height)
-    return magnitude("force", force) * magnitude("length", length) ** 2 / (2.0 * stiffness)
+    return as_magnitude("force", force) * as_magnitude("length", length) ** 2 / (2.0 * stiffness)
 
 
 def _stiffness(modulus: Number, thickness: Number, height: Number) -> Number:
     """Bending stiffness E I, N mm^2."""
-    return positive("modulus", modulus) * positive("thickness", thickness) * positive("height", height) ** 3 / 6.0
+    return (
+        as_positive("modulus", modulus) * as_positive("thickness", thickness) * as_positive("height", height) ** 3 / 6.0
+    )

@@ -1,4 +1,4 @@
-"""The hollow round rod, as the coupler is one: sections, strength and stiffness in N, mm, MPa.
+"""A hollow round rod, such as the coupler: sections, strength and stiffness in N, mm, MPa.
 
 A rod has the outer diameter D and the hollow ratio a = d/D of inner to outer diameter.
 """
@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from explore.sizing.arguments import Number, magnitude, positive, ratio
+from explore.sizing.arguments import Number, as_magnitude, as_positive, as_ratio
 
 
 def rod_area(diameter: Number, hollow_ratio: Number = 0.0) -> Number:
@@ -18,19 +18,19 @@ def rod_area(diameter: Number, hollow_ratio: Number = 0.0) -> Number:
     diameter
         Outer diameter, mm.
     hollow_ratio
-        Inner over outer diameter, from 0 up to but without 1.
+        Inner over outer diameter, at least 0 and below 1.
 
     Returns
     -------
     float or array
-        Of the broadcast shape; NaN where an argument is NaN.
+        With the broadcast shape; NaN where an argument is NaN.
 
     Raises
     ------
     RequestError
-        If an argument is outside its range. All functions of `explore.sizing` do so.
+        If an argument is outside its range, as in all functions of `explore.sizing`.
     """
-    d, a = magnitude("diameter", diameter), ratio("hollow_ratio", hollow_ratio)
+    d, a = as_magnitude("diameter", diameter), as_ratio("hollow_ratio", hollow_ratio)
     return 0.25 * np.pi * d**2 * (1.0 - a**2)
 
 
@@ -39,7 +39,7 @@ def rod_second_moment(diameter: Number, hollow_ratio: Number = 0.0) -> Number:
 
     Parameters are those of `rod_area`.
     """
-    d, a = magnitude("diameter", diameter), ratio("hollow_ratio", hollow_ratio)
+    d, a = as_magnitude("diameter", diameter), as_ratio("hollow_ratio", hollow_ratio)
     return np.pi / 64.0 * d**4 * (1.0 - a**4)
 
 
@@ -48,7 +48,7 @@ def rod_section_modulus(diameter: Number, hollow_ratio: Number = 0.0) -> Number:
 
     Parameters are those of `rod_area`.
     """
-    d, a = magnitude("diameter", diameter), ratio("hollow_ratio", hollow_ratio)
+    d, a = as_magnitude("diameter", diameter), as_ratio("hollow_ratio", hollow_ratio)
     return np.pi / 32.0 * d**3 * (1.0 - a**4)
 
 
@@ -62,15 +62,15 @@ def rod_diameter(force: Number, allowed_stress: Number, hollow_ratio: Number = 0
     allowed_stress
         MPa.
     hollow_ratio
-        Inner over outer diameter, from 0 up to but without 1.
+        Inner over outer diameter, at least 0 and below 1.
 
     Notes
     -----
-    Plain tension or compression, F = s A (Shigley's Mechanical Engineering Design, 10th ed., section 3-9). It knows
-    nothing of buckling: see `buckling_factor`.
+    Plain tension or compression, F = s A (Shigley's Mechanical Engineering Design, 10th ed., section 3-9). For
+    buckling see `buckling_factor`.
     """
-    f, s = magnitude("force", force), positive("allowed_stress", allowed_stress)
-    a = ratio("hollow_ratio", hollow_ratio)
+    f, s = as_magnitude("force", force), as_positive("allowed_stress", allowed_stress)
+    a = as_ratio("hollow_ratio", hollow_ratio)
     return np.sqrt(4.0 * f / (np.pi * s * (1.0 - a**2)))
 
 
@@ -84,10 +84,10 @@ def sleeve_diameter(force: Number, allowed_stress: Number, inner_diameter: Numbe
     allowed_stress
         MPa.
     inner_diameter
-        Of the sleeve, which is the outer one of the rod in it, mm.
+        Inner diameter of the sleeve, the outer one of the rod, mm.
     """
-    f, s = magnitude("force", force), positive("allowed_stress", allowed_stress)
-    return np.sqrt(magnitude("inner_diameter", inner_diameter) ** 2 + 4.0 * f / (np.pi * s))
+    f, s = as_magnitude("force", force), as_positive("allowed_stress", allowed_stress)
+    return np.sqrt(as_magnitude("inner_diameter", inner_diameter) ** 2 + 4.0 * f / (np.pi * s))
 
 
 def rod_stress(force: Number, diameter: Number, hollow_ratio: Number = 0.0) -> Number:
@@ -100,9 +100,9 @@ def rod_stress(force: Number, diameter: Number, hollow_ratio: Number = 0.0) -> N
     diameter
         Outer diameter, mm.
     hollow_ratio
-        Inner over outer diameter, from 0 up to but without 1.
+        Inner over outer diameter, at least 0 and below 1.
     """
-    return magnitude("force", force) / rod_area(positive("diameter", diameter), hollow_ratio)
+    return as_magnitude("force", force) / rod_area(as_positive("diameter", diameter), hollow_ratio)
 
 
 def bending_stress(moment: Number, diameter: Number, hollow_ratio: Number = 0.0) -> Number:
@@ -115,9 +115,9 @@ def bending_stress(moment: Number, diameter: Number, hollow_ratio: Number = 0.0)
     diameter
         Outer diameter, mm.
     hollow_ratio
-        Inner over outer diameter, from 0 up to but without 1.
+        Inner over outer diameter, at least 0 and below 1.
     """
-    return magnitude("moment", moment) / rod_section_modulus(positive("diameter", diameter), hollow_ratio)
+    return as_magnitude("moment", moment) / rod_section_modulus(as_positive("diameter", diameter), hollow_ratio)
 
 
 def rod_strain(force: Number, area: Number, modulus: Number) -> Number:
@@ -132,7 +132,7 @@ def rod_strain(force: Number, area: Number, modulus: Number) -> Number:
     modulus
         Young's modulus, MPa.
     """
-    return magnitude("force", force) / (positive("modulus", modulus) * positive("area", area))
+    return as_magnitude("force", force) / (as_positive("modulus", modulus) * as_positive("area", area))
 
 
 def rod_elongation(force: Number, area: Number, modulus: Number, length: Number) -> Number:
@@ -141,8 +141,8 @@ def rod_elongation(force: Number, area: Number, modulus: Number, length: Number)
     Parameters
     ----------
     force, area, modulus
-        As of `rod_strain`.
+        As in `rod_strain`.
     length
         mm.
     """
-    return rod_strain(force, area, modulus) * magnitude("length", length)
+    return rod_strain(force, area, modulus) * as_magnitude("length", length)

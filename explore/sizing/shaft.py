@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from explore.sizing.arguments import Number, magnitude, positive
+from explore.sizing.arguments import Number, as_magnitude, as_positive
 from explore.sizing.rod import rod_section_modulus
 
 
@@ -22,7 +22,7 @@ def pin_diameter(force: Number, allowed_shear: Number) -> Number:
     -----
     Mean shear over two sections (Roloff/Matek, Maschinenelemente, chapter on bolts and pins).
     """
-    return np.sqrt(2.0 * magnitude("force", force) / (np.pi * positive("allowed_shear", allowed_shear)))
+    return np.sqrt(2.0 * as_magnitude("force", force) / (np.pi * as_positive("allowed_shear", allowed_shear)))
 
 
 def pin_shear_stress(force: Number, diameter: Number) -> Number:
@@ -35,7 +35,7 @@ def pin_shear_stress(force: Number, diameter: Number) -> Number:
     diameter
         mm.
     """
-    return 2.0 * magnitude("force", force) / (np.pi * positive("diameter", diameter) ** 2)
+    return 2.0 * as_magnitude("force", force) / (np.pi * as_positive("diameter", diameter) ** 2)
 
 
 def pin_pressure(force: Number, diameter: Number, width: Number) -> Number:
@@ -50,7 +50,7 @@ def pin_pressure(force: Number, diameter: Number, width: Number) -> Number:
     width
         Of the eye, mm.
     """
-    return magnitude("force", force) / (positive("diameter", diameter) * positive("width", width))
+    return as_magnitude("force", force) / (as_positive("diameter", diameter) * as_positive("width", width))
 
 
 def pin_bending_stress(force: Number, diameter: Number, eye_width: Number, fork_width: Number) -> Number:
@@ -71,8 +71,8 @@ def pin_bending_stress(force: Number, diameter: Number, eye_width: Number, fork_
     -----
     Loads spread evenly over eye and cheeks: case 1 of Roloff/Matek, chapter on bolts and pins.
     """
-    reach = positive("eye_width", eye_width) + 2.0 * positive("fork_width", fork_width)
-    return magnitude("force", force) * reach / (8.0 * rod_section_modulus(positive("diameter", diameter)))
+    reach = as_positive("eye_width", eye_width) + 2.0 * as_positive("fork_width", fork_width)
+    return as_magnitude("force", force) * reach / (8.0 * rod_section_modulus(as_positive("diameter", diameter)))
 
 
 def shaft_moment(force: Number, arm: Number) -> Number:
@@ -85,7 +85,7 @@ def shaft_moment(force: Number, arm: Number) -> Number:
     arm
         a, from a support to the load, mm.
     """
-    return 0.5 * magnitude("force", force) * magnitude("arm", arm)
+    return 0.5 * as_magnitude("force", force) * as_magnitude("arm", arm)
 
 
 def shaft_diameter(moment: Number, torque: Number, allowed_stress: Number) -> Number:
@@ -102,24 +102,24 @@ def shaft_diameter(moment: Number, torque: Number, allowed_stress: Number) -> Nu
 
     Notes
     -----
-    The distortion-energy or "fourth" theory, sqrt(sigma^2 + 3 tau^2) <= s with tau = T / (2 W) (Shigley, 10th ed.,
+    Distortion-energy theory, sqrt(sigma^2 + 3 tau^2) <= s with tau = T / (2 W) (Shigley, 10th ed.,
     sections 5-5 and 7-4; Roloff/Matek, chapter on shafts).
     """
-    s = positive("allowed_stress", allowed_stress)
+    s = as_positive("allowed_stress", allowed_stress)
     return np.cbrt(32.0 * _equivalent_moment(moment, torque) / (np.pi * s))
 
 
 def shaft_stress(moment: Number, torque: Number, diameter: Number) -> Number:
-    """Equivalent stress of a given solid shaft by the fourth theory, MPa: sqrt(M^2 + 0.75 T^2) / W.
+    """Equivalent stress of a given solid shaft by the distortion-energy theory, MPa: sqrt(M^2 + 0.75 T^2) / W.
 
     Parameters
     ----------
     moment, torque
-        As of `shaft_diameter`.
+        As in `shaft_diameter`.
     diameter
         mm.
     """
-    return _equivalent_moment(moment, torque) / rod_section_modulus(positive("diameter", diameter))
+    return _equivalent_moment(moment, torque) / rod_section_modulus(as_positive("diameter", diameter))
 
 
 def journal_capacity(diameter: Number, allowed_stress: Number) -> Number:
@@ -132,11 +132,11 @@ def journal_capacity(diameter: Number, allowed_stress: Number) -> Number:
     allowed_stress
         MPa.
     """
-    return positive("allowed_stress", allowed_stress) * rod_section_modulus(diameter)
+    return as_positive("allowed_stress", allowed_stress) * rod_section_modulus(diameter)
 
 
 def journal_torque(moment: Number, diameter: Number, allowed_stress: Number) -> Number:
-    """Torque that a journal carries beside its bending moment, N mm; NaN where the moment alone is too much.
+    """Torque that a journal carries beside its bending moment, N mm; NaN where the moment alone is too large.
 
     Parameters
     ----------
@@ -147,13 +147,13 @@ def journal_torque(moment: Number, diameter: Number, allowed_stress: Number) -> 
     allowed_stress
         MPa.
     """
-    capacity, m = journal_capacity(diameter, allowed_stress), magnitude("moment", moment)
+    capacity, m = journal_capacity(diameter, allowed_stress), as_magnitude("moment", moment)
     with np.errstate(invalid="ignore"):
-        # as a product: the difference of two squares would lose digits near the capacity
+        # the difference of the two squares would lose digits near the capacity
         return np.sqrt((capacity - m) * (capacity + m) / 0.75)
 
 
 def _equivalent_moment(moment: Number, torque: Number) -> Number:
     """Bending moment with the equivalent stress of both, N mm."""
-    m, t = magnitude("moment", moment), magnitude("torque", torque)
+    m, t = as_magnitude("moment", moment), as_magnitude("torque", torque)
     return np.sqrt(m**2 + 0.75 * t**2)

@@ -1,11 +1,11 @@
-"""Whip of a coupler: its own mass, accelerated across it, bends it as a load from pin to pin."""
+"""Whip of a coupler: bending by the inertia of its own mass between the pins."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from explore.sizing.arguments import Number, magnitude
-from explore.vocabulary import FloatArray
+from explore.model.quantities import FloatArray
+from explore.sizing.arguments import Number, as_magnitude
 
 
 def whip_moment(
@@ -30,13 +30,13 @@ def whip_moment(
 
     Notes
     -----
-    The acceleration across a rigid rod varies linearly from pin to pin, so the load of d'Alembert does, and the beam
-    on two supports has M(x) = m L^2 ((2 a + b) x/6 - a x^2/2 - (b - a) x^3/6). Here it is written with the factor
-    x (1 - x), so that it is 0 at both pins without rounding: m L^2 x (1 - x) (a (2 - x) + b (1 + x)) / 6.
+    The acceleration across a rigid rod, and with it the load of d'Alembert, varies linearly from pin to pin. A beam on
+    two supports then has M(x) = m L^2 ((2 a + b) x/6 - a x^2/2 - (b - a) x^3/6). Factored as
+    m L^2 x (1 - x) (a (2 - x) + b (1 + x)) / 6 it is exactly 0 at both pins.
     """
     a, b = np.asarray(acceleration_start, np.float64), np.asarray(acceleration_end, np.float64)
     x = np.asarray(position, np.float64)
-    return _load(mass_per_length, length) * x * (1.0 - x) * (a * (2.0 - x) + b * (1.0 + x)) / 6.0
+    return _mass_times_length(mass_per_length, length) * x * (1.0 - x) * (a * (2.0 - x) + b * (1.0 + x)) / 6.0
 
 
 def whip_moment_peak(
@@ -47,21 +47,21 @@ def whip_moment_peak(
     Parameters
     ----------
     mass_per_length, length, acceleration_start, acceleration_end
-        As of `whip_moment`. The accelerations are those of one instant: their peaks over the turn do not coincide.
+        As in `whip_moment`. The accelerations are those of one instant: their peaks over the turn do not coincide.
 
     Notes
     -----
-    With r the smaller acceleration over the larger, counted from the pin of the larger one, the moment is largest at
-    x = (2 + r) / (3 + sqrt(3 (1 + r + r^2))), the stable form of the root of dM/dx.
+    With r the smaller acceleration over the larger and x measured from the pin of the larger one, the moment is largest
+    at x = (2 + r) / (3 + sqrt(3 (1 + r + r^2))), the stable form of the root of dM/dx.
     """
     a, b = np.asarray(acceleration_start, np.float64), np.asarray(acceleration_end, np.float64)
-    first = np.abs(a) >= np.abs(b)
-    larger, smaller = np.where(first, a, b), np.where(first, b, a)
+    first_is_larger = np.abs(a) >= np.abs(b)
+    larger, smaller = np.where(first_is_larger, a, b), np.where(first_is_larger, b, a)
     r = np.divide(smaller, larger, out=np.zeros(np.shape(larger)), where=larger != 0.0)
     x = (2.0 + r) / (3.0 + np.sqrt(3.0 * (1.0 + r + r**2)))
     return np.abs(whip_moment(mass_per_length, length, larger, smaller, x))
 
 
-def _load(mass_per_length: Number, length: Number) -> FloatArray:
+def _mass_times_length(mass_per_length: Number, length: Number) -> FloatArray:
     """Mass per length times length squared, in N mm per m/s^2."""
-    return 1e-3 * magnitude("mass_per_length", mass_per_length) * magnitude("length", length) ** 2
+    return 1e-3 * as_magnitude("mass_per_length", mass_per_length) * as_magnitude("length", length) ** 2

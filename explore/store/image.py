@@ -1,4 +1,4 @@
-"""What a new results file is made of, and how it is laid out in memory: everything but the columns' values."""
+"""Lay out a new results file in memory: everything but the columns' values."""
 
 from __future__ import annotations
 
@@ -11,22 +11,22 @@ import h5py
 import numpy as np
 from h5py import h5d, h5p, h5s, h5t
 
-from explore.store.layout import FORMAT, FORMAT_VERSION, INDEX, KEEP_FRONT, Attribute
-from explore.vocabulary import Column
+from explore.model.columns import Attribute, Column
+from explore.store.layout import FORMAT, FORMAT_VERSION, INDEX, KEEP_FRONT, PAGE
 
-#: Longest text kept as an attribute, in bytes. HDF5 allows 64 KiB with the header; beyond, it is a dataset in /study.
+#: Longest text stored as an attribute, bytes: HDF5 allows 64 KiB with the header. Longer ones are datasets in /study.
 _LONGEST_ATTRIBUTE = 60_000
-#: Alignment of everything at least as long, so that a block's slices do not share pages with other columns.
-_PAGE = 4096
+#: Words of 8 bytes on the page of a block's commit word, which is the first of them.
+_WORDS_PER_PAGE = PAGE // 8
 
 #: Makes a column's dataset: (group, name, dtype, length).
-MakeDataset = Callable[[h5py.Group, str, str, int], h5py.Dataset]
+DatasetMaker = Callable[[h5py.Group, str, str, int], h5py.Dataset]
 
 
 class Image(io.RawIOBase):
-    """An HDF5 file in memory that keeps only what was written: the columns' reserved space takes no memory.
+    """An HDF5 file in memory that stores only the bytes that were written: the columns' space takes no memory.
 
-    HDF5 itself never writes to the disk, because it does not report all write errors and may crash on a full disk.
+    HDF5 never writes to the disk itself, because it does not report all write errors and may crash on a full disk.
     """
 
     def __init__(self) -> None:
@@ -35,16 +35,16 @@ class Image(io.RawIOBase):
         self._position = 0
 
     def seek(self, offset: int, whence: int = io.SEEK_SET, /) -> int:
-        """Go to a place."""
+        """Move to an offset."""
         self._position = offset + (0, self._position, self.size)[whence]
         return self._position
 
     def tell(self) -> int:
-        """Where the next byte goes."""
+        """Offset of the next byte."""
         return self._position
 
     def write(self, data: Any, /) -> int:
-        """Keep a piece."""
+        """Store a piece."""
         piece = bytes(data)
         self.pieces.append((self._position, piece))
         self._position += len(piece)
@@ -52,7 +52,7 @@ class Image(io.RawIOBase):
         return len(piece)
 
     def readinto(self, buffer: Any, /) -> int:
-        """Read what was written; the rest is zeros."""
+        """Read bytes; those never written are zeros."""
         view, first = memoryview(buffer).cast("B"), self._position
         view[:] = bytes(len(view))
         for start, piece in self.pieces:  # later pieces over earlier ones
@@ -68,40 +68,45 @@ class Image(io.RawIOBase):
         return self.size
 
 
-def build(columns: Sequence[Column], n_designs: int, block_size: int, attributes: Mapping[str, Attribute]) -> Image:
-    """Lay out a results file. Every byte but the columns' and the commit words' is in the image."""
+def build_image(
+    columns: Sequence[Column], n_designs: int, block_size: int, attributes: Mapping[str, Attribute]
+) -> Image:
+    """Lay out a results file; the image has every byte but those of the columns and the commit words."""
     _check_request(columns, n_designs, block_size, attributes)
     image = Image()
-    with h5py.File(
-        image, "w", libver="earliest", track_order=False, alignment_threshold=_PAGE, alignment_interval=_PAGE
-    ) as file:
-        lay_out(file, columns, n_designs, block_size, attributes, _reserve)
+    with h5py.File(image, "w", libver="earliest", track_order=False) as file:
+        lay_out_datasets(file, columns, n_designs, block_size, attributes, _declare)
+    # HDF5's structures are complete now. All that it allocates from here on is for values, and begins on a new page.
+    with h5py.File(image, "r+", libver="earliest", alignment_threshold=1, alignment_interval=PAGE) as file:
+        for dataset in (*(file["designs"][column.name] for column in columns), file["progress/commit"]):
+            if dataset.size:
+                dataset[(0,) * dataset.ndim] = 0  # the first value written makes HDF5 allocate the whole dataset
     return image
 
 
-def lay_out(
+def lay_out_datasets(
     file: h5py.File,
     columns: Sequence[Column],
     n_designs: int,
     block_size: int,
     attributes: Mapping[str, Attribute],
-    make_dataset: MakeDataset,
+    make_dataset: DatasetMaker,
 ) -> None:
-    """Put everything but values into a new HDF5 file; `make_dataset` decides how the columns are kept."""
-    own: dict[str, Attribute] = {
+    """Put everything but values into a new HDF5 file; `make_dataset` decides how the columns are stored."""
+    format_attributes: dict[str, Attribute] = {
         "format": FORMAT,
         "format_version": FORMAT_VERSION,
         "n_designs": n_designs,
         "block_size": block_size,
     }
-    for name, value in {**attributes, **own}.items():
+    for name, value in {**attributes, **format_attributes}.items():
         _put_attribute(file, name, value)
     designs = file.create_group("designs", track_order=False)
     for column in columns:
         _describe(make_dataset(designs, column.name, column.dtype, n_designs), column)
     _put_frame(file, [column.name for column in columns[1:]])
     progress = file.create_group("progress", track_order=False)
-    _reserve(progress, "commit", "<u8", -(-n_designs // block_size))
+    _declare(progress, "commit", "<u8", -(-n_designs // block_size), _WORDS_PER_PAGE)
 
 
 def _check_request(
@@ -118,15 +123,15 @@ def _check_request(
         raise ValueError("a results file needs at least one design and blocks of at least one design")
 
 
-def _reserve(group: h5py.Group, name: str, dtype: str, length: int) -> h5py.Dataset:
-    """A contiguous dataset whose space is set aside now and filled by nobody but us."""
+def _declare(group: h5py.Group, name: str, dtype: str, *shape: int) -> h5py.Dataset:
+    """Create a contiguous dataset, which HDF5 allocates when its first value is written and never fills."""
     plist = h5p.create(h5p.DATASET_CREATE)
     plist.set_layout(h5d.CONTIGUOUS)
-    plist.set_alloc_time(h5d.ALLOC_TIME_EARLY)
+    plist.set_alloc_time(h5d.ALLOC_TIME_LATE)
     plist.set_fill_time(h5d.FILL_TIME_NEVER)
     plist.set_obj_track_times(False)  # a time would make the bytes differ from run to run
     kind = h5t.py_create(np.dtype(dtype), logical=True)
-    return h5py.Dataset(h5d.create(group.id, name.encode(), kind, h5s.create_simple((length,)), plist))
+    return h5py.Dataset(h5d.create(group.id, name.encode(), kind, h5s.create_simple(shape), plist))
 
 
 def _describe(dataset: h5py.Dataset, column: Column) -> None:
@@ -141,7 +146,7 @@ def _put_attribute(owner: h5py.HLObject, name: str, value: Attribute) -> None:
     if not isinstance(value, str):
         owner.attrs.create(name, value, dtype="<f8" if isinstance(value, float) else "<i8")
         return
-    # Fixed length, because variable-length text is kept in a heap apart that other programs read less well.
+    # Fixed length: variable-length texts are in a separate heap, which fewer programs read.
     data = value.encode()
     kind = h5py.string_dtype("utf-8", max(1, len(data)))
     if len(data) > _LONGEST_ATTRIBUTE:
@@ -151,19 +156,19 @@ def _put_attribute(owner: h5py.HLObject, name: str, value: Attribute) -> None:
 
 
 def _put_frame(file: h5py.File, names: Sequence[str]) -> None:
-    """Describe the columns the way pandas does, each as a block of its own; only links, no copies of data."""
+    """Describe the columns as pandas does, one of its blocks for each column; the values are links, not copies."""
     frame = file.create_group("frame", track_order=False)
-    words: dict[str, Attribute] = {
+    frame_attributes: dict[str, Attribute] = {
         "pandas_type": "frame",
         "encoding": "UTF-8",
         "errors": "strict",
         "ndim": 2,
         "nblocks": len(names),
     }
-    words |= {"axis0_variety": "regular", "axis1_variety": "regular"}
-    words |= {f"block{i}_items_variety": "regular" for i in range(len(names))}
-    for word, value in words.items():
-        _put_attribute(frame, word, value)
+    frame_attributes |= {"axis0_variety": "regular", "axis1_variety": "regular"}
+    frame_attributes |= {f"block{i}_items_variety": "regular" for i in range(len(names))}
+    for name, value in frame_attributes.items():
+        _put_attribute(frame, name, value)
     encoded = np.array([name.encode() for name in names], dtype=f"S{max(map(len, map(str.encode, names)), default=1)}")
     _put_names(frame, "axis0", encoded)
     frame["axis1"] = file["designs"][INDEX]

@@ -1,9 +1,8 @@
 """An append-only file of records: each is durable when `append` returns, and damage costs only the record that it hits.
 
-After the signature follow records: length of the content, CRC-32 of the length and the content, the content. That is
-the length of a JSON text, the text, and the bytes of the arrays that the text describes. A record that is not as it was
-written is stepped over by its length. Where that is damaged nobody knows where the next record begins, so what follows
-is cut off, as is a torn end.
+Records follow the signature; the first is the header. Each of the others begins on a new page, because a power cut
+during a write may garble whole sectors of the disk. A damaged record is skipped by its length. If the length itself is
+damaged, the offset of the next record is unknown, so the rest of the file is cut off, like an incomplete last record.
 """
 
 from __future__ import annotations
@@ -12,53 +11,35 @@ import contextlib
 import io
 import json
 import os
-import struct
-import zlib
 from array import array
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
 
-import numpy as np
 import numpy.typing as npt
 
 from explore.errors import ResultsError
+from explore.files import new_file, open_binary, open_regular, sync_folder
 from explore.store import platform
-from explore.store.creation import new_file
-from explore.store.difference import other_study
+from explore.store.difference import other_study_error
+from explore.store.names import JOURNAL
+from explore.store.presence import DisplacedError, check_present
+from explore.store.records import (
+    DECODING_ERRORS,
+    FRAME,
+    LENGTH,
+    Record,
+    align_offset,
+    checksum_of,
+    decode_record,
+    encode_record,
+    frame_record,
+    record_alignment,
+)
 
-_SIGNATURE = b"explore journal 1\n"
-_FRAME = struct.Struct("<QI")
-_LENGTH = struct.Struct("<Q")
-#: Kinds of numbers that an array may hold.
-_KINDS = "biuf"
-#: What bytes that were not written as a record may raise.
-_UNREADABLE = (ValueError, KeyError, TypeError, struct.error, RecursionError)
-
-Record = tuple[dict[str, Any], dict[str, npt.NDArray[Any]]]
-
-
-def count_records(path: Path) -> tuple[int, dict[str, Any]]:
-    """How many records a journal holds, sound or not, also while it grows, and its header.
-
-    What is torn is not counted.
-    """
-    if not path.is_file():
-        return 0, {}
-    count, size, header = -1, path.stat().st_size, b""  # the header is a record too
-    with path.open("rb") as file:
-        place = len(_SIGNATURE)
-        while place + _FRAME.size <= size:
-            file.seek(place)
-            length = _FRAME.unpack(file.read(_FRAME.size))[0]
-            place += _FRAME.size + length
-            if count < 0 and place <= size:
-                header = file.read(length)
-            count += place <= size
-    with contextlib.suppress(*_UNREADABLE):
-        return max(count, 0), dict(_decoded(header)[0]["header"])
-    return max(count, 0), {}
+#: Bytes copied at a time.
+_PIECE = 1 << 20
 
 
 class Journal:
@@ -66,42 +47,42 @@ class Journal:
 
     Attributes
     ----------
-    damaged
-        How many records were found on entering that are not as they were written; what they held is not believed.
+    n_damaged
+        Number of damaged records found on entering; they are skipped.
 
     Parameters
     ----------
     path
-        The file; it is created unless it is there.
+        The file; it is created unless it exists.
     header
-        What the records belong to, for JSON: the text ``determines``, the kernel and so on.
+        What JSON can hold of the study: the text ``determines``, the kernel and so on.
 
     Raises
     ------
     ResultsError
-        On entering: the journal belongs to another study, is no journal or is damaged at its beginning, the disk is
-        full or the folder cannot be written. On appending: the disk reports an error.
+        On entering: the journal belongs to another study, is not a journal or its header is damaged, the disk is full
+        or the folder cannot be written. On appending: the disk reports an error.
     """
 
     def __init__(self, path: Path, header: Mapping[str, Any]) -> None:
         self.path = Path(path)
         self._header = json.loads(json.dumps(header))
-        self._places = array("Q")  # of the sound records; 8 bytes each, as there may be millions
-        self.damaged = 0
+        self._offsets = array("Q")  # of the sound records, of which there may be millions
+        self._end = 0
+        self.n_damaged = 0
 
     def __enter__(self) -> Self:
         if not self.path.exists():
             self._create()
         try:
             with contextlib.ExitStack() as stack:
-                self._descriptor = platform.open_binary(self.path, os.O_RDWR)
+                self._descriptor = open_regular(self.path, os.O_RDWR)
                 stack.callback(os.close, self._descriptor)
                 self._file = stack.enter_context(io.FileIO(self._descriptor, closefd=False))
-                self._first = self._check_header()
-                self._find_sound_records()
-                # A killed run may have left a name or a record that is seen but not durable.
+                self._find_sound_records(self._check_header())
+                # A killed run may have left a name or a record that can be read but is not durable.
                 platform.sync_data(self._descriptor)
-                platform.sync_folder(self.path.parent)
+                sync_folder(self.path.parent)
                 self._closing = stack.pop_all()
         except ResultsError:
             raise
@@ -120,134 +101,133 @@ class Journal:
         Parameters
         ----------
         meta
-            Anything that JSON can hold.
+            Data that JSON can hold.
         arrays
-            Numbers or booleans by name, each of shape (n,) with an n of its own.
+            Numbers or booleans by name, each one-dimensional, of any length.
         """
-        record = _framed(_encoded(meta, arrays))
+        self._restore_removed()
+        record = frame_record(encode_record(meta, arrays))
+        offset = align_offset(self._end, self._alignment)
         try:
-            platform.write_at(self._descriptor, record, self._end)
+            platform.write_at(self._descriptor, record, offset)
             platform.sync_data(self._descriptor)
         except OSError as error:
-            with contextlib.suppress(OSError):  # what is left of the record is cut off when the journal is opened
+            with contextlib.suppress(OSError):  # an incomplete record is cut off when the journal is opened
                 os.ftruncate(self._descriptor, self._end)
             text = f"{self.path} cannot be written: {error.strerror or error}"
             raise ResultsError(f"{text}; run the sweep again to go on once the cause is gone") from error
-        self._places.append(self._end)
-        self._end += len(record)
+        self._offsets.append(offset)
+        self._end = offset + len(record)
+
+    def remove(self) -> None:
+        """Remove the file."""
+        with contextlib.suppress(DisplacedError):  # it was removed already, or another file has its name
+            check_present(self.path, self._descriptor, "")
+            self.path.unlink()
 
     def records(self) -> Iterator[Record]:
-        """The records in the order of their coming, each read when its turn comes; the arrays are read-only."""
-        for place in self._places:  # which may grow meanwhile
-            content = self._read(place, self._end)
+        """Read the records one by one in the order of writing; the arrays are read-only."""
+        for offset in self._offsets:  # which may grow meanwhile
+            content = self._read(offset, self._end)
             if content is None:
                 raise ResultsError(f"{self.path} was damaged after it was opened; run the sweep again to go on")
-            yield self._decoded(content)
+            yield self._decode(content)
 
     def _create(self) -> None:
-        """Make a journal with its header, complete from the moment when it has its name."""
-        content = _SIGNATURE + _framed(_encoded({"header": self._header}, {}))
-        with new_file(self.path, len(content)) as temporary:
-            descriptor = platform.open_binary(temporary, os.O_RDWR | os.O_CREAT | os.O_EXCL)
+        """Create a journal with its header, which is durable before the file has its name."""
+        content = JOURNAL + frame_record(encode_record({"header": self._header}, {}))
+        with new_file(self.path, len(content), replace=False) as temporary:
+            descriptor = open_binary(temporary, os.O_RDWR | os.O_CREAT | os.O_EXCL)
             try:
                 platform.write_at(descriptor, content, 0)
                 os.fsync(descriptor)
             finally:
                 os.close(descriptor)
 
+    def _restore_removed(self) -> None:
+        """Restore a journal that was removed, so that the next run finds it; `ResultsError` if it was moved."""
+        try:
+            check_present(self.path, self._descriptor, "blocks")
+        except DisplacedError as error:
+            if not error.is_removed:
+                raise
+            self._restore()
+
+    def _restore(self) -> None:
+        """Write the content of the open, removed file to a new one of its name, and go on with that."""
+        with new_file(self.path, self._end, replace=False) as temporary:
+            descriptor = open_binary(temporary, os.O_RDWR | os.O_CREAT | os.O_EXCL)
+            try:
+                for start in range(0, self._end, _PIECE):
+                    self._file.seek(start)
+                    platform.write_at(descriptor, _read_all(self._file, min(_PIECE, self._end - start)), start)
+                os.fsync(descriptor)
+                os.dup2(descriptor, self._descriptor, inheritable=False)
+            finally:
+                os.close(descriptor)
+
     def _check_header(self) -> int:
-        """Make sure that the journal is of this study; returns the place of the first record."""
+        """Return the offset of the end of the header; `ResultsError` unless the journal is of this study."""
         advice = "move it away to start over"
-        if self._file.read(len(_SIGNATURE)) != _SIGNATURE:
-            raise ResultsError(f"{self.path} is no journal, or damaged at its beginning; {advice}")
-        content = self._read(len(_SIGNATURE), os.fstat(self._descriptor).st_size)
+        self._alignment = record_alignment(self._file.read(len(JOURNAL)))
+        if not self._alignment:
+            raise ResultsError(f"{self.path} is not a journal, or damaged at its beginning; {advice}")
+        content = self._read(len(JOURNAL), os.fstat(self._descriptor).st_size)
         if content is None:
             raise ResultsError(f"{self.path} is damaged at its beginning, so its study is unknown; {advice}")
-        header = self._decoded(content)[0].get("header")
+        header = self._decode(content)[0].get("header")
         if header != self._header:
-            raise other_study(self.path, header if isinstance(header, dict) else {}, self._header)
-        return len(_SIGNATURE) + _FRAME.size + len(content)
+            raise other_study_error(self.path, header if isinstance(header, dict) else {}, self._header)
+        return len(JOURNAL) + FRAME.size + len(content)
 
-    def _find_sound_records(self) -> None:
-        """Note where they are and cut off what follows the last one; what is missing is computed again."""
+    def _find_sound_records(self, header_end: int) -> None:
+        """Find the offsets of sound records and cut off what follows the last one."""
         size = os.fstat(self._descriptor).st_size
-        place = self._end = self._first
-        self._places, self.damaged = array("Q"), 0
-        doubtful = 0  # the last record may be torn, which is no damage
-        while (frame := self._frame(place, size)) is not None:
-            following = place + _FRAME.size + frame[0]
-            if self._read(place, size) is None:
-                doubtful += 1
+        self._end = header_end
+        offset = align_offset(self._end, self._alignment)
+        self._offsets, self.n_damaged = array("Q"), 0
+        n_unsound = 0  # since the last sound record: an incomplete last record does not count as damage
+        while (frame := self._read_frame(offset, size)) is not None:
+            record_end = offset + FRAME.size + frame[0]
+            if self._read(offset, size) is None:
+                n_unsound += 1
             else:
-                self._places.append(place)
-                self._end = following
-                self.damaged, doubtful = self.damaged + doubtful, 0
-            place = following
+                self._offsets.append(offset)
+                self._end = record_end
+                self.n_damaged, n_unsound = self.n_damaged + n_unsound, 0
+            offset = align_offset(record_end, self._alignment)
         if self._end < size:
             os.ftruncate(self._descriptor, self._end)
             platform.sync_data(self._descriptor)
 
-    def _frame(self, place: int, end: int) -> tuple[int, int] | None:
-        """Length and checksum of the record at a place, or None when no record can have that length."""
-        self._file.seek(place)
-        frame = self._file.read(_FRAME.size)
-        if len(frame) < _FRAME.size:
+    def _read_frame(self, offset: int, end: int) -> tuple[int, int] | None:
+        """Length and checksum of the record at an offset; None if no record of that length ends before `end`."""
+        self._file.seek(offset)
+        frame = self._file.read(FRAME.size)
+        if len(frame) < FRAME.size:
             return None
-        length, checksum = _FRAME.unpack(frame)
-        return (length, checksum) if _LENGTH.size <= length <= end - place - _FRAME.size else None
+        length, checksum = FRAME.unpack(frame)
+        return (length, checksum) if LENGTH.size <= length <= end - offset - FRAME.size else None
 
-    def _read(self, place: int, end: int) -> bytes | None:
-        """The content of the record at a place, or None when it is not sound."""
-        frame = self._frame(place, end)
+    def _read(self, offset: int, end: int) -> bytes | None:
+        """The content of the record at an offset; None if it is not sound."""
+        frame = self._read_frame(offset, end)
         if frame is None:
             return None
         length, checksum = frame
         content = _read_all(self._file, length)
-        return content if len(content) == length and _checksum(content) == checksum else None
+        return content if len(content) == length and checksum_of(content) == checksum else None
 
-    def _decoded(self, content: bytes) -> Record:
+    def _decode(self, content: bytes) -> Record:
         try:
-            return _decoded(content)
-        except _UNREADABLE as error:
+            return decode_record(content)
+        except DECODING_ERRORS as error:
             raise ResultsError(f"{self.path} was not written by this explore: {error}; move it away") from error
 
 
 def _read_all(file: io.FileIO, length: int) -> bytes:
-    """As many bytes as there are, up to a length: one call reads 2 GiB at most."""
+    """All bytes up to a length or to the end of the file; one call reads 2 GiB at most."""
     content = bytearray()
     while len(content) < length and (piece := file.read(length - len(content))):
         content += piece
     return bytes(content)
-
-
-def _checksum(content: bytes) -> int:
-    # The length is part of it, because the sum of nothing is 0: a file filled up with zeros holds no records.
-    return zlib.crc32(content, zlib.crc32(_LENGTH.pack(len(content))))
-
-
-def _framed(content: bytes) -> bytes:
-    return _FRAME.pack(len(content), _checksum(content)) + content
-
-
-def _encoded(meta: Mapping[str, Any], arrays: Mapping[str, npt.NDArray[Any]]) -> bytes:
-    little = {name: np.ascontiguousarray(a, a.dtype.newbyteorder("<")) for name, a in arrays.items()}
-    for name, values in arrays.items():
-        if values.ndim != 1 or values.dtype.kind not in _KINDS:
-            raise ValueError(f"{name} is not a one-dimensional array of numbers")
-    columns = [[name, values.dtype.str, len(values)] for name, values in little.items()]
-    text = json.dumps({"meta": dict(meta), "columns": columns}).encode()
-    return b"".join([_LENGTH.pack(len(text)), text, *(values.tobytes() for values in little.values())])
-
-
-def _decoded(content: bytes) -> Record:
-    (length,) = _LENGTH.unpack_from(content)
-    place = _LENGTH.size + length
-    description = json.loads(content[_LENGTH.size : place])
-    arrays: dict[str, npt.NDArray[Any]] = {}
-    for name, kind, count in description["columns"]:
-        dtype = np.dtype(kind)
-        if dtype.kind not in _KINDS or not 0 <= count <= (len(content) - place) // dtype.itemsize:
-            raise ValueError(f"{name!r} is not in the record")
-        arrays[name] = np.frombuffer(content, dtype, count, place)
-        place += count * dtype.itemsize
-    return dict(description["meta"]), arrays

@@ -1,9 +1,10 @@
-"""Who may write a results file: the process that holds the lock on the file beside it."""
+"""The lock of a results file, which its single writer holds."""
 
 from __future__ import annotations
 
 import contextlib
 import os
+import re
 import socket
 import time
 from pathlib import Path
@@ -11,21 +12,27 @@ from types import TracebackType
 from typing import Self
 
 from explore.errors import ResultsError
+from explore.files import open_regular
 from explore.store import platform
+
+#: Beginning of the text that a holder writes into the lock file, with 0 for the number of the process.
+_HOLDER_TEXT = b"process 0 on host "
 
 
 class LockFile:
-    """The right to write ``path``, a context manager. It ends with the process, however that ends.
+    """An exclusive lock for writing ``path``, a context manager; the system releases it when the process ends.
 
     Parameters
     ----------
     path
-        The results file; the lock is on ``<path>.lock``, because the results file itself may be replaced.
+        The results file; the lock is on ``<path>.lock``, because the results file itself may be replaced. A file of
+        another program under that name is locked, but neither changed nor removed; an empty one is removed.
 
     Raises
     ------
     ResultsError
-        On entering: another process holds the lock, or the folder cannot be written.
+        On entering: another process holds the lock, the folder cannot be written, or the lock's name is that of a
+        link, a pipe or a device.
     """
 
     def __init__(self, path: Path) -> None:
@@ -47,39 +54,58 @@ class LockFile:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         with contextlib.suppress(OSError):  # Windows does not remove a file that is open; it does no harm
-            self.path.unlink()
+            if self._is_removable and self._is_current(self._descriptor):  # it may have been removed and replaced
+                self.path.unlink()
         os.close(self._descriptor)
 
     def _acquire(self) -> int:
         while True:
-            descriptor = platform.open_binary(self.path, os.O_RDWR | os.O_CREAT)
+            descriptor = open_regular(self.path, os.O_RDWR | os.O_CREAT)
             with contextlib.ExitStack() as stack:
                 stack.callback(os.close, descriptor)
                 if not platform.lock(descriptor):
-                    holder = _holder(descriptor)
+                    holder = _describe_holder(descriptor)
                     raise ResultsError(f"{self._results} is being written by {holder}; wait for it or stop it")
                 if self._is_current(descriptor):
-                    with contextlib.suppress(OSError):  # on a full disk it is a lock without a name
-                        os.ftruncate(descriptor, 0)
-                        holder = f"process {os.getpid()} on host {socket.gethostname()}"
-                        platform.write_at(descriptor, holder.encode(), 0)
+                    is_lock_file = _is_holder_text(_read_text(descriptor))
+                    self._is_removable = is_lock_file and os.fstat(descriptor).st_nlink == 1
+                    if self._is_removable:
+                        _write_holder(descriptor)
                     stack.pop_all()
                     return descriptor
 
     def _is_current(self, descriptor: int) -> bool:
-        """Whether the file is still the one of that name: its last holder may have removed it meanwhile."""
+        """Whether the descriptor is still of the file with that name, which its last holder may have removed."""
         try:
             return os.path.samestat(os.fstat(descriptor), self.path.stat())
         except FileNotFoundError:
             return False
 
 
-def _holder(descriptor: int) -> str:
-    """Who holds a lock; a process that has just taken it needs a moment to say so."""
+def _describe_holder(descriptor: int) -> str:
+    """The process and host that hold a lock; they are written a moment after it is taken."""
     for _ in range(20):
-        os.lseek(descriptor, 0, os.SEEK_SET)
-        text = os.read(descriptor, 200)
+        text = _read_text(descriptor)
         if text:
-            return text.decode(errors="replace")
+            return text.decode() if text.isascii() and _is_holder_text(text) else "another process"
         time.sleep(0.01)
     return "another process"
+
+
+def _write_holder(descriptor: int) -> None:
+    """Write this process and host into the lock file."""
+    with contextlib.suppress(OSError):  # on a full disk the lock file stays empty
+        os.ftruncate(descriptor, 0)
+        platform.write_at(descriptor, f"process {os.getpid()} on host {socket.gethostname()}".encode(), 0)
+
+
+def _read_text(descriptor: int) -> bytes:
+    os.lseek(descriptor, 0, os.SEEK_SET)
+    return os.read(descriptor, 1000)
+
+
+def _is_holder_text(text: bytes) -> bool:
+    """Whether a holder of the lock wrote the text; a kill or a power cut may leave a part of it, or zeros."""
+    shape = re.sub(rb"\d+", b"0", text.rstrip(b"\0"), count=1)
+    is_whole = shape.startswith(_HOLDER_TEXT) and b"\n" not in shape and len(text) < 1000
+    return is_whole or _HOLDER_TEXT.startswith(shape)

@@ -1,4 +1,4 @@
-"""A packed copy of a finished results file: the same content, compressed block by block."""
+"""Write a packed copy of a finished results file: the same content, compressed block by block."""
 
 from __future__ import annotations
 
@@ -17,37 +17,39 @@ import numpy as np
 import numpy.typing as npt
 
 from explore.errors import ResultsError
-from explore.store.chunks import chunk_length, compressed, make_chunked
-from explore.store.creation import new_file
-from explore.store.image import lay_out
+from explore.files import NAME_ANOTHER_FILE, new_file
+from explore.model.columns import Attribute
+from explore.model.progress import ReportProgress
+from explore.store.block_bytes import commit_word, damaged_blocks, read_rows, read_words
+from explore.store.chunks import chunk_length, compress_chunk, make_chunked
+from explore.store.image import lay_out_datasets
 from explore.store.layout import Layout
-from explore.store.locking import LockFile
-from explore.store.names import ELSEWHERE
-from explore.store.parsing import read_layout
-from explore.store.reading import Progress, commit_word, damaged_blocks, read_rows, read_words
+from explore.store.layout_reader import read_layout
+from explore.store.writer import exclusive_access
 
-_OWN = ("format", "format_version", "n_designs", "block_size")
+#: Attributes of the file format; the others are of the study.
+_FORMAT_ATTRIBUTES = ("format", "format_version", "n_designs", "block_size")
 
 
-def pack(source: Path, target: Path, progress: Progress | None = None) -> None:
-    """Write a packed copy of a finished results file, and read all of it back before it gets its name.
+def pack(source: Path, target: Path, progress: ReportProgress | None = None) -> None:
+    """Write a packed copy of a finished results file, which is read back before it gets its name.
 
     Parameters
     ----------
     source
         The results file; it is not changed.
     target
-        The copy; folders are made, a file that is there is left alone.
+        The copy, which must not exist; its folder is made.
     progress
-        Called with what is done and what is to be done; each block counts twice, when written and when read back.
+        Called with the number of blocks done and to do; each block counts twice, when written and when read back.
 
     Raises
     ------
     ResultsError
-        The source is not finished, packed already or damaged; the target is there, is being written or cannot be
-        written, the disk is full. Nothing is left behind.
+        The source is not finished, packed already or damaged; the target exists, is being written or cannot be
+        written; the disk is full. No file is left.
     """
-    _run_apart(lambda stop: _pack(source, target, _Report(progress, stop)))
+    _run_in_thread(lambda stop: _pack(source, target, _Report(progress, stop)))
 
 
 def _pack(source: Path, target: Path, report: _Report) -> None:
@@ -58,9 +60,9 @@ def _pack(source: Path, target: Path, report: _Report) -> None:
         words = read_words(file, layout)
         if not words.all():
             raise ResultsError(f"{source} is not finished; run the sweep again to go on, then pack it")
-        with LockFile(target):
+        with exclusive_access(target):
             _check_target(source, target)
-            with new_file(target) as temporary:
+            with new_file(target, replace=False) as temporary:
                 _write(file, layout, words, temporary, report)
                 _read_back(temporary, layout, words, report)
 
@@ -68,13 +70,13 @@ def _pack(source: Path, target: Path, report: _Report) -> None:
 def _check_target(source: Path, target: Path) -> None:
     if target.exists():
         reason = "is the file to be packed" if target.samefile(source) else "exists already"
-        raise ResultsError(f"{target} {reason}; {ELSEWHERE}")
+        raise ResultsError(f"{target} {reason}; {NAME_ANOTHER_FILE}")
 
 
-def _run_apart(work: Callable[[threading.Event], None]) -> None:
-    """Run in a thread of its own, which is told to stop when this one is interrupted, and cleans up by itself.
+def _run_in_thread(work: Callable[[threading.Event], None]) -> None:
+    """Run in another thread, and set its event to stop it when this thread is interrupted.
 
-    The main thread alone receives Ctrl-C, and in a callback of HDF5 it would be lost or crash the process.
+    Python raises Ctrl-C in the main thread; in a callback of HDF5 it would be lost or crash the process.
     """
     stop = threading.Event()
     with ThreadPoolExecutor(1) as thread:
@@ -85,9 +87,9 @@ def _run_apart(work: Callable[[threading.Event], None]) -> None:
 
 
 class _Report:
-    """Passes progress on, and stops the work between two blocks."""
+    """Reports progress, and stops the work between two blocks when the event is set."""
 
-    def __init__(self, progress: Progress | None, stop: threading.Event) -> None:
+    def __init__(self, progress: ReportProgress | None, stop: threading.Event) -> None:
         self._progress, self._stop = progress, stop
 
     def __call__(self, done: int, total: int) -> None:
@@ -98,9 +100,9 @@ class _Report:
 
 
 class Sink(io.RawIOBase):
-    """A file for HDF5 to write, which never fails: HDF5 ignores some errors of a full disk and crashes on others.
+    """A file for HDF5 whose methods raise no OSError: HDF5 ignores some errors of a full disk and crashes on others.
 
-    After the first failure nothing is written any more, and `check` raises it.
+    After the first error nothing more is written, and `check` raises the error.
     """
 
     def __init__(self, path: Path) -> None:
@@ -108,7 +110,7 @@ class Sink(io.RawIOBase):
         self._error: OSError | None = None
 
     def check(self) -> None:
-        """Raise what went wrong, if anything."""
+        """Raise the first error, if there was one."""
         if self._error is not None:
             raise self._error
 
@@ -123,38 +125,38 @@ class Sink(io.RawIOBase):
         super().close()
 
     def seek(self, offset: int, whence: int = io.SEEK_SET, /) -> int:
-        """Go to a place."""
+        """Move to an offset."""
         return self._file.seek(offset, whence)
 
     def tell(self) -> int:
-        """Where the next byte goes."""
+        """Offset of the next byte."""
         return self._file.tell()
 
     def write(self, data: Any, /) -> int:
-        """Write everything, or remember why not."""
-        left = memoryview(data).cast("B")
-        count = len(left)
+        """Write all bytes, or store the error."""
+        remaining = memoryview(data).cast("B")
+        length = len(remaining)
         try:
-            while left and self._error is None:
-                left = left[self._file.write(left) :]
+            while remaining and self._error is None:
+                remaining = remaining[self._file.write(remaining) :]
         except OSError as error:
             self._error = error
-        return count
+        return length
 
     def readinto(self, buffer: Any, /) -> int:
-        """Read what is there; the rest is zeros."""
+        """Fill the buffer, with zeros after the end of the file or after an error."""
         view = memoryview(buffer).cast("B")
-        done = 0
+        filled = 0
         try:
-            while done < len(view) and (read := self._file.readinto(view[done:])):
-                done += read
+            while filled < len(view) and (n_read := self._file.readinto(view[filled:])):
+                filled += n_read
         except OSError as error:
             self._error = self._error or error
-        view[done:] = bytes(len(view) - done)
+        view[filled:] = bytes(len(view) - filled)
         return len(view)
 
     def truncate(self, size: int | None = None, /) -> int:
-        """Set the length of the file, or remember why not."""
+        """Set the length of the file, or store the error."""
         try:
             if self._error is None:
                 return self._file.truncate(size)
@@ -165,37 +167,36 @@ class Sink(io.RawIOBase):
 
 @contextmanager
 def _new_hdf5(path: Path) -> Iterator[tuple[h5py.File, Sink]]:
-    """A new HDF5 file, durable at the end."""
+    """Create an HDF5 file, which is durable when the context ends."""
     with Sink(path) as sink:
         try:
             with h5py.File(sink, "w", libver="earliest", track_order=False) as file:
                 yield file, sink
             sink.sync()
         finally:
-            sink.check()  # what HDF5 says after a failure is only its consequence
+            sink.check()  # errors of HDF5 after a failed write are only consequences
 
 
 def _write(file: io.FileIO, layout: Layout, words: npt.NDArray[np.uint64], path: Path, report: _Report) -> None:
-    """Write the copy. The time goes into compressing, so all processors share the columns of a block."""
+    """Write the copy; all processors share the columns of a block, because compression takes most of the time."""
     chunk = chunk_length(layout.n_designs, layout.block_size)
-    attributes = {name: value for name, value in layout.attributes.items() if name not in _OWN}
     with _new_hdf5(path) as (packed, sink), ThreadPoolExecutor(os.cpu_count()) as pool:
         make = partial(make_chunked, chunk=chunk)
-        lay_out(packed, layout.columns, layout.n_designs, layout.block_size, attributes, make)
+        lay_out_datasets(packed, layout.columns, layout.n_designs, layout.block_size, _study_attributes(layout), make)
         datasets = [packed["designs"][column.name].id for column in layout.columns]
         for number in range(layout.n_blocks):
             start, _ = layout.rows(number)
             arrays = _sound_block(file, layout, number, int(words[number]))
-            stored = pool.map(partial(compressed, chunk=chunk), arrays)
+            stored = pool.map(partial(compress_chunk, chunk=chunk), arrays)
             for dataset, data in zip(datasets, stored, strict=True):
                 dataset.write_direct_chunk((start,), data)
                 sink.check()
             report(number + 1, 2 * layout.n_blocks)
-        packed["progress/commit"][...] = words
+        packed["progress/commit"][:, 0] = words
 
 
 def _sound_block(file: io.FileIO, layout: Layout, number: int, word: int) -> list[npt.NDArray[Any]]:
-    """The columns of a block, whose bytes are those that were committed."""
+    """The columns of a block; `ResultsError` if their checksum is not the committed one."""
     start, stop = layout.rows(number)
     arrays = [read_rows(file, layout, column, start, stop) for column in layout.columns]
     if commit_word(arrays) != word:
@@ -204,10 +205,15 @@ def _sound_block(file: io.FileIO, layout: Layout, number: int, word: int) -> lis
     return arrays
 
 
+def _study_attributes(layout: Layout) -> dict[str, Attribute]:
+    """The attributes of the study, without those of the format."""
+    return {name: value for name, value in layout.attributes.items() if name not in _FORMAT_ATTRIBUTES}
+
+
 def _read_back(path: Path, source: Layout, words: npt.NDArray[np.uint64], report: _Report) -> None:
-    """Make sure that the copy says what the source says, down to the last byte."""
+    """Raise `ResultsError` unless the copy has the source's columns, attributes and checksums."""
     copy, n_blocks = read_layout(path), source.n_blocks
-    same = (copy.columns, copy.attributes) == (source.columns, source.attributes)
+    same = (copy.columns, _study_attributes(copy)) == (source.columns, _study_attributes(source))
     with io.FileIO(path) as file:
         same = same and np.array_equal(read_words(file, copy), words)
         if not same or damaged_blocks(file, copy, lambda done, _: report(n_blocks + done, 2 * n_blocks)):

@@ -1,8 +1,8 @@
-"""What POSIX gives a durable file, with weaker stand-ins from the standard library elsewhere.
+"""System calls for durable files: those of POSIX, with weaker replacements elsewhere.
 
-Linux has all four promises. Without them: space is reserved by writing zeros (slow, same effect), data are made durable
-by `os.fsync` (slower; on macOS the drive may still hold them in its cache), a lock comes from `msvcrt` (one holder, no
-shared locks), and folders are not synchronised (a file's new name may be lost in a power cut, never its content).
+Linux has all of them. Elsewhere space is reserved by writing zeros (slow, same effect), data are made durable by
+`os.fsync` (slower; on macOS the drive may still hold them in its cache), locks are those of `msvcrt` (one
+holder, no shared locks), and folders are not synchronised (a power cut may undo a rename, but loses no content).
 """
 
 from __future__ import annotations
@@ -13,21 +13,18 @@ import os
 from pathlib import Path
 from types import ModuleType
 
+from explore.files import sync_folder
+
 _CHUNK = 1 << 20
 #: The byte that Windows locks, far beyond any content, because others must still read the file's text.
 _LOCKED_BYTE = 1 << 30
 
 
-def _optional(name: str) -> ModuleType | None:
+def _import_optional(name: str) -> ModuleType | None:
     try:
         return importlib.import_module(name)
     except ImportError:
         return None
-
-
-def open_binary(path: Path, flags: int) -> int:
-    """Open a file that children never inherit, without any translation of line ends; returns the descriptor."""
-    return os.open(path, flags | getattr(os, "O_CLOEXEC", 0) | getattr(os, "O_BINARY", 0), 0o666)
 
 
 def reserve(descriptor: int, size: int) -> None:
@@ -46,14 +43,14 @@ def reserve(descriptor: int, size: int) -> None:
 
 def write_at(descriptor: int, data: memoryview | bytes, offset: int) -> None:
     """Write all bytes at an offset: one system call may write only a part (2 GiB at most on Linux)."""
-    left = memoryview(data).cast("B")
-    while left:
+    remaining = memoryview(data).cast("B")
+    while remaining:
         if hasattr(os, "pwrite"):
-            written = os.pwrite(descriptor, left, offset)
+            n_written = os.pwrite(descriptor, remaining, offset)
         else:
             os.lseek(descriptor, offset, os.SEEK_SET)
-            written = os.write(descriptor, left)
-        left, offset = left[written:], offset + written
+            n_written = os.write(descriptor, remaining)
+        remaining, offset = remaining[n_written:], offset + n_written
 
 
 def sync_data(descriptor: int) -> None:
@@ -61,31 +58,20 @@ def sync_data(descriptor: int) -> None:
     getattr(os, "fdatasync", os.fsync)(descriptor)
 
 
-def sync_folder(folder: Path) -> None:
-    """Make the names in a folder durable, where folders can be opened."""
-    if os.name != "posix":
-        return
-    descriptor = os.open(folder, os.O_RDONLY)
-    try:
-        os.fsync(descriptor)
-    finally:
-        os.close(descriptor)
-
-
 def make_folder(folder: Path) -> None:
-    """Make a folder and its parents; a power cut could take a new folder with all durable files in it."""
-    missing = [place for place in (folder, *folder.parents) if not place.exists()]
+    """Make a folder and its parents, durably: a folder lost in a power cut would take its files with it."""
+    missing = [path for path in (folder, *folder.parents) if not path.exists()]
     folder.mkdir(parents=True, exist_ok=True)
-    for made in missing:
-        sync_folder(made.parent)
+    for path in missing:
+        sync_folder(path.parent)
 
 
 def lock(descriptor: int, *, shared: bool = False) -> bool:
-    """Try to lock an open file until it is closed or the process ends; False when another one holds it.
+    """Try to lock an open file until it is closed or the process ends; False if another process holds the lock.
 
     A process made by ``fork`` keeps the lock too, until it ends: start workers by ``spawn``.
     """
-    fcntl, msvcrt = _optional("fcntl"), _optional("msvcrt")
+    fcntl, msvcrt = _import_optional("fcntl"), _import_optional("msvcrt")
     if fcntl is None and msvcrt is None:
         raise OSError(errno.ENOTSUP, "this platform has no file locks")
     try:

@@ -1,4 +1,4 @@
-"""What a worker does with one block, and what it says of itself."""
+"""The task of a worker: evaluate one block of designs; and the software it computes with."""
 
 from __future__ import annotations
 
@@ -10,30 +10,34 @@ from functools import cache
 import numpy as np
 
 from explore._version import __version__
-from explore.design_space import BLOCK_SIZE, DesignSpace
-from explore.evaluation import evaluate_columns
+from explore.designs.solved_lengths import SolvedSpace
+from explore.designs.spaces import BLOCK_SIZE, DesignSpace
+from explore.evaluation.evaluate import evaluate_columns
 from explore.mechanisms.registry import MECHANISMS
-from explore.ranking.pareto import front
+from explore.model.columns import Columns
+from explore.model.request import Objective, Request
+from explore.model.status import Status
+from explore.ranking.pareto import find_front
 from explore.ranking.tallies import Tally
-from explore.solving import SolvedSpace
-from explore.vocabulary import Columns, Objective, Request, Status
 
-#: Facts in which all workers must agree with the client, because the values depend on them.
-MUST_AGREE = ("explore", "kernels", "numpy", "numba", "scipy")
+#: Entries of `process_environment` that must be equal on all workers and the client, because values depend on them.
+VERSIONS_THAT_MUST_AGREE = ("explore", "kernels", "numpy", "numba", "scipy")
 
 
 @dataclass(frozen=True)
-class Block:
-    """What came of one block.
+class BlockResult:
+    """The result of one block.
 
     Attributes
     ----------
     columns
-        Of all its designs, or of its own Pareto set with the column "design".
+        Of all its designs; or, with objectives, of its own Pareto set, with the column "design".
     counts
-        Number of designs by the label of their status; empty when all designs are kept.
+        Number of designs by status label; empty when all designs are kept.
     tally
-        Why designs were left out of the Pareto set; empty when all designs are kept.
+        Why designs are not in the Pareto set; empty when all designs are kept.
+    environment
+        Of the worker, from `process_environment`.
     """
 
     number: int
@@ -41,13 +45,15 @@ class Block:
     designs: int
     feasible: int
     kinematic_evaluations: int
-    facts: Mapping[str, str]
+    environment: Mapping[str, str]
     counts: Mapping[str, int] = field(default_factory=dict)
     tally: Tally = field(default_factory=Tally)
 
 
-def evaluate_block(request: Request, space: DesignSpace, number: int, objectives: Sequence[Objective] = ()) -> Block:
-    """Evaluate one block of a design space and keep all of it, or with objectives its Pareto set."""
+def evaluate_block(
+    request: Request, space: DesignSpace, number: int, objectives: Sequence[Objective] = ()
+) -> BlockResult:
+    """Evaluate one block of a design space; with objectives, reduce it to its Pareto set."""
     evaluation = evaluate_columns(request, space.block(number).columns)
     columns = evaluation.columns
     status = columns["status"]
@@ -58,14 +64,16 @@ def evaluate_block(request: Request, space: DesignSpace, number: int, objectives
     if objectives:
         counts = {Status.label_of(code): int(n) for code, n in enumerate(np.bincount(status)) if n}
         tally = Tally(tuple(f"{constraint.metric.name}_margin" for constraint in request.constraints))
-        rows = front([columns], objectives, tally)
+        rows = find_front([columns], objectives, tally)
         columns = {"design": rows + number * BLOCK_SIZE} | {name: values[rows] for name, values in columns.items()}
-    return Block(number, columns, len(status), feasible, evaluation.kinematic_evaluations, facts(), counts, tally)
+    return BlockResult(
+        number, columns, len(status), feasible, evaluation.kinematic_evaluations, process_environment(), counts, tally
+    )
 
 
 @cache
-def facts() -> dict[str, str]:
-    """What this process computes with: versions, and the type of its processor."""
+def process_environment() -> dict[str, str]:
+    """Versions of the software in this process and the type of its processor."""
     import llvmlite.binding
     import numba
     import scipy

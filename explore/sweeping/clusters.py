@@ -1,4 +1,4 @@
-"""The workers of a sweep: threads of this process, processes of this machine, or a cluster that is there already."""
+"""The cluster of a sweep: threads of this process, processes of this machine, or an existing dask cluster."""
 
 from __future__ import annotations
 
@@ -10,62 +10,82 @@ from contextlib import AbstractContextManager, contextmanager
 from typing import TYPE_CHECKING, Any
 
 from explore.errors import ClusterError, RequestError
-from explore.sweeping.blocks import MUST_AGREE, facts
+from explore.sweeping.blocks import VERSIONS_THAT_MUST_AGREE, process_environment
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from distributed import Client
 
-#: How an address of a scheduler is written.
+#: The form of a scheduler's address.
 _ADDRESS = re.compile(r"(tcp|tls)://[^\s/]+:\d+")
-#: Seconds to wait for a scheduler to answer.
+#: Seconds to wait for an answer of the scheduler or of all its workers.
 CONNECT_TIMEOUT = 10
-#: Seconds that last longer than a sweep.
-_NEVER = 1_000_000_000
-#: A level above all that is ever logged.
-_SILENT = logging.CRITICAL + 1
-#: Ctrl-C reaches every process of a terminal; a worker leaves it to the client, which ends all workers.
-_DEAF = "import signal; signal.signal(signal.SIGINT, signal.SIG_IGN)"
+#: A timeout longer than any sweep, s.
+_NO_TIMEOUT = 1_000_000_000
+#: A logging level above all others.
+_LOG_NOTHING = logging.CRITICAL + 1
+#: Run by each worker process. Ctrl-C reaches every process of a terminal, but only the client may end the workers.
+_IGNORE_CTRL_C = "import signal; signal.signal(signal.SIGINT, signal.SIG_IGN)"
 
 
 @contextmanager
 def local_cluster(workers: int | None, *, processes: bool) -> Iterator[Client]:
-    """A cluster on this machine: one process with threads, because the kernels release the GIL, or processes."""
+    """A cluster on this machine: threads of this process (the kernels release the GIL), or processes.
+
+    Threads communicate within the process and open no port. Processes listen on the loopback address, where every user
+    of the machine can connect; TLS with a key of this sweep keeps others out.
+    """
     import dask
-    from distributed import Client, LocalCluster
+    from distributed import Client, Nanny, Security, SpecCluster
+
+    from explore.sweeping.local_nodes import LocalScheduler, LocalWorker
 
     count = workers or processors()
-    # The window of blocks bounds the memory, so a worker must not pause on a small machine; and nothing is served
-    # over HTTP, where the default port would collide with the next sweep's. A worker that is forked would inherit the
-    # lock and keep it after this process is gone; one that holds a second block would take it down with the first.
-    limits = ("target", "spill", "pause", "terminate")
-    settings: dict[str, Any] = {f"distributed.worker.memory.{limit}": False for limit in limits}
-    settings |= {"distributed.scheduler.http.routes": [], "distributed.worker.http.routes": []}
-    settings |= {"distributed.worker.multiprocessing-method": "spawn", "distributed.scheduler.worker-saturation": 1.0}
-    # dask gives a worker up for good if it happens to be restarting this long after it died another time; when the last
-    # one was given up, the sweep would wait forever.
-    settings |= {"distributed.deploy.lost-worker-timeout": _NEVER}
-    settings |= {"distributed.worker.preload": [_DEAF] if processes else []}
+    if processes:
+        node: dict[str, Any] = {"protocol": "tls://", "host": "127.0.0.1", "security": Security.temporary()}
+        worker = {
+            "cls": Nanny,
+            "options": {**node, "worker_class": LocalWorker, "nthreads": 1, "silence_logs": _LOG_NOTHING},
+        }
+    else:
+        node = {"protocol": "inproc://"}
+        worker = {"cls": LocalWorker, "options": {**node, "nthreads": count}}
     with (
-        dask.config.set(settings),
+        dask.config.set(_settings(processes=processes)),
         _quiet(),
-        LocalCluster(
-            n_workers=count if processes else 1,
-            threads_per_worker=1 if processes else count,
-            processes=processes,
-            dashboard_address="127.0.0.1:0",
-            scheduler_kwargs={"dashboard": False},
-            silence_logs=_SILENT,
+        SpecCluster(
+            scheduler={"cls": LocalScheduler, "options": {**node, "port": 0, "dashboard": False}},
+            workers=dict.fromkeys(range(count if processes else 1), worker),
+            security=node.get("security"),
+            silence_logs=_LOG_NOTHING,
         ) as cluster,
-        Client(cluster, set_as_default=False) as client,
+        # Results come directly from the workers, so that each block is encrypted once, not twice.
+        Client(cluster, set_as_default=False, direct_to_workers=processes) as client,
     ):
         yield client
 
 
+def _settings(*, processes: bool) -> dict[str, Any]:
+    """Dask's settings for a cluster on this machine."""
+    # The number of blocks in flight bounds the memory, so a worker must not pause on a small machine. A forked worker
+    # would inherit the lock of the results file and keep it when this process ends. A worker with a second block
+    # queued would lose both when it dies.
+    limits = ("target", "spill", "pause", "terminate")
+    settings: dict[str, Any] = {f"distributed.worker.memory.{limit}": False for limit in limits}
+    settings |= {"distributed.scheduler.http.routes": [], "distributed.worker.http.routes": []}
+    settings |= {"distributed.worker.multiprocessing-method": "spawn", "distributed.scheduler.worker-saturation": 1.0}
+    # dask abandons a worker that is still restarting this long after an earlier death; when all are abandoned, the
+    # sweep would wait forever.
+    settings |= {"distributed.deploy.lost-worker-timeout": _NO_TIMEOUT}
+    # Loading the modules takes seconds without heartbeats, so a worker loads them before it joins.
+    settings |= {"distributed.worker.preload": [_IGNORE_CTRL_C, "explore.sweeping.blocks"] if processes else []}
+    return settings
+
+
 def remote_cluster(address: str) -> AbstractContextManager[Client]:
-    """The cluster whose scheduler listens at an address such as ``tcp://host:8786``."""
-    # dask's client finds out late, waits for 20 seconds and ends with a traceback.
+    """The cluster of the scheduler at an address such as ``tcp://host:8786``."""
+    # Checked here: dask's client waits 20 s for a malformed address and ends with a traceback.
     if not _ADDRESS.fullmatch(address):
         raise RequestError(f"{address!r} is no address of a scheduler; write one such as tcp://host:8786")
     if address.startswith("tls:"):
@@ -94,8 +114,8 @@ def _connected(address: str) -> Iterator[Client]:
 
 
 @contextmanager
-def given_client(client: Client) -> Iterator[Client]:
-    """A cluster that the caller opened and closes."""
+def existing_client(client: Client) -> Iterator[Client]:
+    """The cluster of a client that the caller opens and closes."""
     if client.asynchronous:
         raise RequestError("the client is asynchronous; give a synchronous dask.distributed Client")
     if client.status != "running":
@@ -105,22 +125,26 @@ def given_client(client: Client) -> Iterator[Client]:
 
 
 def _check_workers(client: Client) -> None:
-    """Refuse workers that compute with other versions than this process."""
-    for worker, answer in client.run(facts, on_error="return").items():
+    """Refuse workers whose versions differ from those of this process."""
+    try:
+        answers = client.run(process_environment, on_error="return", callback_timeout=CONNECT_TIMEOUT)
+    except TimeoutError:
+        return  # a worker is silent or slow; the sweep reports it and checks every block it receives
+    for worker, answer in answers.items():
         if isinstance(answer, BaseException):
             raise ClusterError(
                 f"the worker {worker} cannot run explore ({type(answer).__name__}: {answer}); "
-                f"install linkage-explore {facts()['explore']} there"
+                f"install linkage-explore {process_environment()['explore']} there"
             )
-        check_facts(answer, worker)
+        check_environment(answer, worker)
 
 
-def check_facts(theirs: Mapping[str, str], worker: str) -> None:
-    """Refuse what a worker of other versions computed: its values could differ from ours."""
-    ours = facts()
+def check_environment(theirs: Mapping[str, str], worker: str) -> None:
+    """Refuse results of other versions, whose values may differ."""
+    ours = process_environment()
     different = [
         f"{name} {theirs.get(name, 'unknown')} there, {ours[name]} here"
-        for name in MUST_AGREE
+        for name in VERSIONS_THAT_MUST_AGREE
         if theirs.get(name) != ours[name]
     ]
     if different:
@@ -129,12 +153,12 @@ def check_facts(theirs: Mapping[str, str], worker: str) -> None:
 
 @contextmanager
 def _quiet() -> Iterator[None]:
-    """Keep dask's log to itself: what a user must know of failed or lost blocks is said by the sweep."""
-    # The handlers, because dask gives its loggers levels of their own.
+    """Mute dask's log: the sweep itself reports failed and lost blocks."""
+    # Mutes the handlers, since dask sets the levels of its loggers itself.
     handlers = [*logging.getLogger("distributed").handlers, *logging.getLogger("distributed.client").handlers]
     levels = [handler.level for handler in handlers]
     for handler in handlers:
-        handler.setLevel(_SILENT)
+        handler.setLevel(_LOG_NOTHING)
     try:
         yield
     finally:
@@ -143,7 +167,7 @@ def _quiet() -> Iterator[None]:
 
 
 def processors() -> int:
-    """How many processors this process may use."""
+    """Number of processors that this process may use."""
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1

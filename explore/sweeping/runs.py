@@ -1,4 +1,4 @@
-"""A run of a study, from what is pending to a summary of what was done."""
+"""Run a study: compute the pending blocks on a cluster, collect them, log, and return a summary."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from explore.design_space import BLOCK_SIZE
+from explore.config.study import Study
+from explore.designs.spaces import BLOCK_SIZE
 from explore.errors import ClusterError
-from explore.study import Study
-from explore.sweeping.blocks import Block, evaluate_block, facts
-from explore.sweeping.clusters import check_facts
-from explore.sweeping.keeping import KeepAll, KeepFront
+from explore.sweeping.blocks import BlockResult, evaluate_block, process_environment
+from explore.sweeping.clusters import check_environment
+from explore.sweeping.collectors import AllDesignsCollector, FrontCollector
+from explore.sweeping.in_flight import BlocksInFlight
 from explore.sweeping.log import Listener, Log
-from explore.sweeping.window import Window
 
 if TYPE_CHECKING:
     from distributed import Client, Future
@@ -30,7 +30,7 @@ Keep = Literal["all", "front"]
 
 @dataclass(frozen=True)
 class Progress:
-    """How far a sweep is: counts of designs, of which `resumed` were there at the start."""
+    """Progress of a sweep, in designs; `resumed` of the `done` were computed by earlier runs."""
 
     done: int
     total: int
@@ -41,7 +41,7 @@ class Progress:
 
 @dataclass
 class Summary:
-    """What a sweep did. `failed` has the reason for each block that was left out."""
+    """Outcome of a run; `failed` maps each failed block to its reason."""
 
     path: Path
     designs: int
@@ -54,7 +54,7 @@ class Summary:
 
     @property
     def progress(self) -> Progress:
-        """How far it is."""
+        """Progress so far."""
         done = self.resumed + self.computed
         return Progress(done, self.designs, self.resumed, self.feasible, self.computed)
 
@@ -70,66 +70,69 @@ def run_study(
     progress: Callable[[Progress], None] | None = None,
     listener: Listener | None = None,
 ) -> Summary:
-    """Run a study into a results file and say what was done; `explore.sweep` describes the arguments.
+    """Run a study into a results file and return a summary; see `explore.sweep` for the other arguments.
 
     Parameters
     ----------
     cluster
-        Gives the client; entered only when there is something to compute.
+        Yields the client; entered only if blocks are pending.
     listener
-        Told of every event that goes to the log.
+        Called with every event that is logged.
     """
-    begun = time.monotonic()
+    start = time.monotonic()
     path = Path(path)
-    with (KeepFront if keep == "front" else KeepAll)(study, path, restart=restart) as keeping:
-        summary = Summary(path, study.space.count, resumed=keeping.designs)
-        if keeping.n_pending:
-            run = _Run(study, keeping, summary, Log(path, listener), max_failures, progress)
+    log = Log(path, listener)  # raises if the log's name is taken, before any file is created
+    with (FrontCollector if keep == "front" else AllDesignsCollector)(study, path, restart=restart) as collector:
+        summary = Summary(path, study.space.count, resumed=collector.designs)
+        if collector.n_pending:
+            run = _Run(study, collector, summary, log, max_failures, progress)
             with run.logged(), cluster as client:
                 run.compute(client)
         if not summary.failed:
-            keeping.finish()
-    summary.seconds = time.monotonic() - begun
+            collector.finish()
+    summary.seconds = time.monotonic() - start
     return summary
 
 
 class _Run:
-    """The blocks of one run: from the window to what is kept, counted and logged."""
+    """One run: passes results to the collector, counts and logs them."""
 
     def __init__(
         self,
         study: Study,
-        keeping: KeepAll | KeepFront,
+        collector: AllDesignsCollector | FrontCollector,
         summary: Summary,
         log: Log,
         max_failures: int | None,
         progress: Callable[[Progress], None] | None,
     ) -> None:
-        self._study, self._keeping, self._summary, self._log = study, keeping, summary, log
+        self._study, self._collector, self._summary, self._log = study, collector, summary, log
         self._max_failures, self._progress = max_failures, progress
         self._processors: set[str] = set()
 
     def compute(self, client: Client) -> None:
-        """Compute all that is pending."""
+        """Compute the pending blocks."""
 
-        def submit(number: int) -> Future:
-            study, objectives = self._study, self._keeping.objectives
+        def submit(number: int, workers: list[str] | None) -> Future:
+            study, objectives = self._study, self._collector.objectives
             space = study.space.for_block(number)
+            # Workers may leave; without allow_other_workers the block would wait for them.
+            where = {"workers": workers, "allow_other_workers": True} if workers else {}
             future: Future = client.submit(
-                evaluate_block, study.request, space, number, objectives, pure=False, retries=0
+                evaluate_block, study.request, space, number, objectives, pure=False, retries=0, **where
             )
             return future
 
-        Window(client, submit, self._accept, self._reject, self._log).run(self._keeping.pending)
-        # What was committed decides what is done, not the count of what came back.
-        lost = set(self._keeping.pending) - set(self._summary.failed)
-        if lost:
-            raise ClusterError(f"blocks {sorted(lost)[:5]} never came back from the workers; run the sweep again")
+        BlocksInFlight(client, submit, self._accept, self._reject, self._log).run(self._collector.pending)
+        # The commits in the file decide which blocks are done, not the number of results received.
+        missing = set(self._collector.pending) - set(self._summary.failed)
+        if missing:
+            raise ClusterError(f"blocks {sorted(missing)[:5]} never came back from the workers; run the sweep again")
 
-    def _accept(self, number: int, block: Block) -> None:
-        check_facts(block.facts, f"that computed block {number}")
-        self._note_processor(block.facts["processor"])
-        self._keeping.commit(block)
+    def _accept(self, number: int, block: BlockResult) -> None:
+        check_environment(block.environment, f"that computed block {number}")
+        self._note_processor(block.environment["processor"])
+        self._collector.commit(block)
         summary = self._summary
         summary.computed += block.designs
         summary.feasible += block.feasible
@@ -138,7 +141,7 @@ class _Run:
             self._progress(summary.progress)
 
     def _note_processor(self, processor: str) -> None:
-        """Workers on several types of processors agree to the tolerance, not to the last bit: the log says so."""
+        """Log when processors differ: their results agree within the tolerance, not to the last bit."""
         if processor not in self._processors:
             self._processors.add(processor)
             if len(self._processors) > 1:
@@ -146,7 +149,7 @@ class _Run:
 
     def _reject(self, number: int, problem: str) -> None:
         self._summary.failed[number] = problem
-        self._log("failure", block=number, problem=problem, **self._described(number))
+        self._log("failure", block=number, problem=problem, **self._describe(number))
         failures = len(self._summary.failed)
         if self._max_failures is not None and failures > self._max_failures:
             raise ClusterError(
@@ -154,32 +157,34 @@ class _Run:
                 "the others are safe, and the same command goes on"
             )
 
-    def _described(self, number: int) -> dict[str, Any]:
-        """Which designs a block holds: their numbers, and the range of each swept parameter."""
+    def _describe(self, number: int) -> dict[str, Any]:
+        """First and last design number of a block, and the range of each swept parameter."""
         space = self._study.space
         ranges = {}
-        with suppress(Exception):  # it may be the designs themselves that fail
+        with suppress(Exception):  # the failure may come from making the designs
             columns = space.block(number).columns
-            ranges = {name: [float(np.min(columns[name])), float(np.max(columns[name]))] for name in space.swept}
+            ranges = {
+                name: [float(np.min(columns[name])), float(np.max(columns[name]))] for name in space.swept_parameters
+            }
         first = number * BLOCK_SIZE
         return {"designs": [first, min(first + BLOCK_SIZE, space.count) - 1], "parameters": ranges}
 
     @contextmanager
     def logged(self) -> Iterator[None]:
-        """Log the start and, however it ends, the stop."""
+        """Log the start and the stop of the run, with its outcome."""
         summary = self._summary
         self._log(
             "start",
             host=platform.node(),
             process=os.getpid(),
-            study=self._keeping.sha256,
+            study=self._collector.sha256,
             designs=summary.designs,
             resumed=summary.resumed,
-            pending_blocks=self._keeping.n_pending,
-            damaged_blocks=self._keeping.n_damaged,
-            **facts(),
+            pending_blocks=self._collector.n_pending,
+            damaged_blocks=self._collector.n_damaged,
+            **process_environment(),
         )
-        begun = time.monotonic()
+        start = time.monotonic()
         outcome = "failed"
         try:
             yield
@@ -191,5 +196,5 @@ class _Run:
             outcome = f"failed: {problem}"
             raise
         finally:
-            seconds = round(time.monotonic() - begun, 3)
+            seconds = round(time.monotonic() - start, 3)
             self._log("stop", outcome=outcome, computed=summary.computed, failed=len(summary.failed), seconds=seconds)

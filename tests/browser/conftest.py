@@ -1,4 +1,4 @@
-"""One browser for all tests, and pages of studies."""
+"""One browser for all tests, and pages of swept studies."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from command_line import call
 import explore
 from browser.chromium import find_browser, find_driver, silent_page
 
-#: Feasible, screened, undefined, blocked and not assembled; few enough to compare each value.
+#: Designs that are feasible, screened, undefined, blocked or cannot be assembled; few, so each value is compared.
 STUDY = """mechanism = "crank-rocker"
 [parameters]
 crank = { start = 60, stop = 180, num = 9 }
@@ -25,8 +25,8 @@ rocker_velocity_mean = { min = 0.8, max = 1.2 }
 metrics = ["cv", "swing_angle:max"]
 """
 
-#: Drawn designs: every value has all its digits.
-DRAWN = """mechanism = "crank-rocker"
+#: Designs of a Sobol' sequence, whose values have all digits.
+SOBOL = """mechanism = "crank-rocker"
 [parameters]
 crank = 50
 coupler = {{ min = 50, max = 1000 }}
@@ -41,23 +41,23 @@ transmission_angle_max = {{ max = 150 }}
 """
 
 
-def swept(folder, name, text):
+def sweep_study(folder, name, text):
     (folder / f"{name}.toml").write_text(text)
     return explore.sweep(explore.load_study(folder / f"{name}.toml"), folder / f"{name}.h5")
 
 
 def report_of(path, *, seconds=60):
-    """The page of a results file, beside it."""
+    """Write the page of a results file beside it."""
     page = path.with_suffix(".html")
     code, _, err = call("report", path, "-o", page, seconds=seconds)
     assert code == 0, err
     return page
 
 
-@pytest.fixture(scope="package")  # its event loop would be in the way of other tests
+@pytest.fixture(scope="package")  # its event loop would disturb other tests
 def browser():
     executable = find_browser()
-    # Chromium's sandbox refuses root, as whom a container runs.
+    # Chromium's sandbox does not run as root, the user of a container.
     arguments = ["--no-sandbox"] if os.geteuid() == 0 else []
     with find_driver()() as driver:
         browser = driver.chromium.launch(executable_path=executable, args=arguments)
@@ -67,8 +67,8 @@ def browser():
 
 @pytest.fixture(scope="session")
 def study(tmp_path_factory):
-    """Results of 3,780 designs; their page lies beside them."""
-    results = swept(tmp_path_factory.mktemp("report"), "small", STUDY)
+    """Results of 3,780 designs, with their page beside the file."""
+    results = sweep_study(tmp_path_factory.mktemp("report"), "small", STUDY)
     report_of(results.path)
     return results
 

@@ -1,4 +1,4 @@
-"""The chosen design: it moves, and the page's own formulas are those of `explore.simulate`."""
+"""The chosen design: its animation, and the page's formulas compared with `explore.simulate`."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import pytest
 
 import explore
 from browser.chromium import settle, silent_page
-from browser.conftest import report_of, swept
+from browser.conftest import report_of, sweep_study
 
 SIGNALS = (
     "coupler_angle", "rocker_angle", "transmission_angle", "coupler_velocity", "rocker_velocity",
@@ -25,7 +25,7 @@ DESIGNS = [
 ANGLES = np.concatenate([np.arange(0.0, 360.0, 7.5), [1e-7, 179.9999999, 180.0000001, 359.9999999, 725.0, -33.3]])
 
 
-def on_page(page, design, angles):
+def page_motion(page, design, angles):
     return page.evaluate(
         """([values, angles]) => {
             const motion = exploreReport.fourBarMotion(values, values.drive ?? "slow");
@@ -36,90 +36,90 @@ def on_page(page, design, angles):
 
 
 @pytest.mark.parametrize("design", DESIGNS)
-def test_motion_is_that_of_simulate(page, design):
-    exact = explore.simulate("crank-rocker", angles=ANGLES, method="closed-form", **design)
-    found = on_page(page, design, ANGLES)
+def test_the_motion_agrees_with_simulate(page, design):
+    exact = explore.simulate("crank-rocker", design, angles=ANGLES, method="closed-form")
+    motion = page_motion(page, design, ANGLES)
     for name in SIGNALS:
-        values = np.array([state[name] for state in found["signals"]])
+        values = np.array([state[name] for state in motion["signals"]])
         difference = values - exact[name].to_numpy()
         if name.endswith("angle"):
             difference = np.remainder(difference + 180.0, 360.0) - 180.0
             scale = 1.0
         else:
             scale = np.abs(exact[name]).max()
-        # Both compute the same formulas; they differ by the libraries' sine, arctangent and order of operations.
+        # Both use the same formulas; sine, arctangent and the order of operations differ.
         assert np.abs(difference).max() <= 1e-9 * scale, name
 
 
 @pytest.mark.parametrize("drive", ["slow", "fast", "overlapped_to_extended", "extended_to_overlapped"])
 @pytest.mark.parametrize("design", DESIGNS)
-def test_stroke_and_limit_positions_are_those_of_the_library(page, design, drive):
+def test_stroke_and_limit_positions_agree_with_the_library(page, design, drive):
     from explore.motions import window_limits
-    from explore.request.requests import find_mechanism
+    from explore.request.names import find_mechanism
 
     columns = {name: np.array([value]) for name, value in design.items()}
     mechanism = find_mechanism("crank-rocker")
-    found = on_page(page, {**design, "drive": drive}, [0.0])
+    motion = page_motion(page, {**design, "drive": drive}, [0.0])
     stroke = window_limits(mechanism, columns, "drive", drive)
     if stroke is None:
-        assert found["stroke"] is None
-        assert found["limits"] is None
+        assert motion["stroke"] is None
+        assert motion["limits"] is None
         return
-    np.testing.assert_allclose(found["stroke"], stroke, rtol=0.0, atol=1e-9)
+    np.testing.assert_allclose(motion["stroke"], stroke, rtol=0.0, atol=1e-9)
     overlapped, extended = window_limits(mechanism, columns, "overlapped_to_extended", drive)
     for name, angle in (("overlapped", overlapped), ("extended", extended)):
-        assert abs((found["limits"][name] - angle + 180.0) % 360.0 - 180.0) <= 1e-9
+        assert abs((motion["limits"][name] - angle + 180.0) % 360.0 - 180.0) <= 1e-9
 
 
 @pytest.mark.parametrize("phases", [1, 2, 3, 5])
 def test_the_output_through_clutches(page, phases):
-    """Its mean over the turn is that of the window `clutch`, which the library integrates piece by piece."""
+    """Its mean over the turn agrees with the window `clutch`, which the library integrates piece by piece."""
     design = {**DESIGNS[0], "phases": float(phases)}
     angles = np.arange(0.0, 360.0, 0.05)
-    output = [state["output_velocity"] for state in on_page(page, design, angles)["signals"]]
-    exact = explore.evaluate("crank-rocker", design, ["output_velocity_mean"], window="clutch")
-    # Even samples of a function with corners are off by about the square of the step, (0.05 deg)² / 12.
+    output = [state["output_velocity"] for state in page_motion(page, design, angles)["signals"]]
+    exact = explore.evaluate("crank-rocker", design, metrics=["output_velocity_mean"], window="clutch")
+    # Equispaced samples of a function with corners have an error of about the step squared, (0.05 deg)² / 12.
     assert np.mean(output) == pytest.approx(exact["output_velocity_mean"][0], rel=1e-6)
 
 
-def test_what_cannot_turn_is_not_drawn(page):
+def test_a_linkage_without_a_full_turn_has_no_motion(page):
     for lengths in [(150, 1083.4236, 541.7118, 691.7118), (200, 1083.4236, 541.7118, 691.7118), (1, 10, 2, 3)]:
         values = dict(zip(("crank", "coupler", "rocker", "ground"), lengths, strict=True))
         assert page.evaluate("values => exploreReport.fourBarMotion(values, 'slow')", values) is None
 
 
-def picture(page):
+def linkage_image(page):
     return page.evaluate("document.querySelector('canvas.linkage').toDataURL()")
 
 
 def test_a_click_on_a_design_animates_it(page):
-    before = page.locator("#design h2").inner_text()
-    still = picture(page)
+    heading = page.locator("#design h2").inner_text()
+    static = linkage_image(page)
     page.wait_for_timeout(150)
-    assert picture(page) == still
+    assert linkage_image(page) == static
     box = page.locator("#scatter .plot").bounding_box()
     x, y = page.evaluate("exploreReport.page.whereIs(exploreReport.page.rows()[40])")
     page.mouse.click(box["x"] + x, box["y"] + y)
     settle(page)
-    assert page.locator("#design h2").inner_text() != before
-    first = picture(page)
+    assert page.locator("#design h2").inner_text() != heading
+    first = linkage_image(page)
     page.wait_for_timeout(200)
-    second = picture(page)
-    assert len({still, first, second}) == 3
+    second = linkage_image(page)
+    assert len({static, first, second}) == 3
     page.get_by_role("button", name="Pause").click()
-    paused = picture(page)
+    paused = linkage_image(page)
     page.wait_for_timeout(150)
-    assert picture(page) == paused
+    assert linkage_image(page) == paused
     slider = page.get_by_label("crank angle in degrees")
     slider.focus()
     page.keyboard.press("ArrowRight")
     settle(page)
-    assert picture(page) != paused
+    assert linkage_image(page) != paused
     slider.evaluate("(node) => { node.value = 90; node.dispatchEvent(new Event('input')); }")
     assert "crank 90.0°" in page.locator(".reading").inner_text()
 
 
-def test_pointing_at_a_design_says_all_its_columns(page, frame):
+def test_the_tooltip_of_a_design_shows_all_its_columns(page, frame):
     row = page.evaluate("exploreReport.page.rows()[40]")
     x, y = page.evaluate("row => exploreReport.page.whereIs(row)", row)
     box = page.locator("#scatter .plot").bounding_box()
@@ -135,7 +135,7 @@ def test_pointing_at_a_design_says_all_its_columns(page, frame):
     tip.wait_for(state="hidden")
 
 
-def test_a_design_that_cannot_turn_says_why(page, frame):
+def test_a_design_that_cannot_turn_shows_its_status(page, frame):
     blocked = int(frame.index[frame["status"] == 3][0])
     page.evaluate(
         "design => { const {model, shared} = exploreReport.page; shared.chosen.set(model.designs.indexOf(design)); }",
@@ -169,12 +169,12 @@ metrics = ["swing_angle:max", "pin_force_peak:min"]
 """
 
 
-def test_a_mechanism_of_the_same_links_without_clutches_is_drawn(browser, tmp_path):
-    with silent_page(browser, report_of(swept(tmp_path, "rig", RIG).path), reduced_motion="reduce") as page:
-        still = picture(page)
+def test_the_test_rig_is_drawn_without_strokes_and_clutches(browser, tmp_path):
+    with silent_page(browser, report_of(sweep_study(tmp_path, "rig", RIG).path), reduced_motion="reduce") as page:
+        static = linkage_image(page)
         page.get_by_role("button", name="Play").click()
         page.wait_for_timeout(200)
-        assert picture(page) != still
+        assert linkage_image(page) != static
         titles = page.locator(".curve .title").all_inner_texts()
         assert titles == [
             "rocker angle [deg]",
@@ -186,10 +186,73 @@ def test_a_mechanism_of_the_same_links_without_clutches_is_drawn(browser, tmp_pa
         ticks = page.locator("#scatter .y .tick text").all_text_contents()
         assert len(set(ticks)) == len(ticks) > 2
         design = {"crank": 37.0, "coupler": 460.0, "rocker": 595.0, "ground": 751.0, "speed": 60.0}
-        found = on_page(page, {**design, "drive": "none"}, ANGLES)
-    assert found["stroke"] is None
-    exact = explore.simulate("test-rig", angles=ANGLES, **design)
+        motion = page_motion(page, {**design, "drive": "none"}, ANGLES)
+    assert motion["stroke"] is None
+    exact = explore.simulate("test-rig", design, angles=ANGLES)
     for name in ("rocker_angle", "rocker_velocity", "rocker_acceleration"):
-        values = np.array([state[name] for state in found["signals"]])
-        # The same formulas; see above.
+        values = np.array([state[name] for state in motion["signals"]])
+        # The tolerance is that of the test against `explore.simulate` above.
         assert np.abs(values - exact[name].to_numpy()).max() <= 1e-9 * np.abs(values).max(), name
+
+
+#: The smallest transmission angle at crank 100 is 18 deg.
+STUDY = """mechanism = "crank-rocker"
+[parameters]
+crank = [90, 100]
+coupler = 1083.4236
+rocker = 541.7118
+ground = 691.7118
+[evaluate]
+window = "{window}"
+metrics = ["swing_angle", "transmission_angle_min", "rocker_velocity_max"]
+[rank]
+metrics = ["swing_angle:max"]
+{constraints}
+"""
+
+
+def limit_line_rows(page, title):
+    """Rows of a curve's canvas with pixels in the limits' colour: height, left end and right end, as fractions."""
+    return page.evaluate(
+        """title => {
+            const figure = [...document.querySelectorAll(".curve")].find(f => f.textContent.startsWith(title));
+            const canvas = figure.querySelector("canvas"), {width, height} = canvas;
+            const {data} = canvas.getContext("2d").getImageData(0, 0, width, height);
+            const rows = new Map();
+            for (let y = 0; y < height; y++) for (let x = 0; x < width; x++) {
+                const i = 4 * (y * width + x);
+                if (data[i + 3] > 60 && data[i] > 190 && data[i + 1] < 130 && data[i + 2] < 40)
+                    rows.set(y, [Math.min(x, rows.get(y)?.[0] ?? x), Math.max(x, rows.get(y)?.[1] ?? x)]);
+            }
+            return [...rows].map(([y, [left, right]]) => [y / height, left / width, right / width]);
+        }""",
+        title,
+    )
+
+
+@pytest.mark.parametrize(
+    ("window", "constraints", "lines"),
+    [
+        ("cycle", "", {}),
+        ("cycle", "[constraints]\ntransmission_angle_min = { min = 25 }", {"transmission angle": (0.9, 1.0)}),
+        ("drive", "[constraints]\nrocker_velocity_max = { max = 0.15 }", {"angular velocity": (0.4, 0.6)}),
+    ],
+)
+def test_curves_show_the_limit_lines_and_strokes_of_the_study(browser, tmp_path, window, constraints, lines):
+    results = sweep_study(tmp_path, "turn", STUDY.format(window=window, constraints=constraints))
+    options = {"color_scheme": "light", "reduced_motion": "reduce", "device_scale_factor": 2}
+    with silent_page(browser, report_of(results.path), **options) as page:
+        titles = page.locator(".curve .title").all_inner_texts()
+        assert len(titles) == (6 if window == "drive" else 4)
+        legend = page.locator("#design .legend").inner_text()
+        assert ("drive stroke" in legend) == (window == "drive")
+        assert "extended" in legend
+        for title in ("transmission angle", "angular velocity", "angular acceleration"):
+            rows = limit_line_rows(page, title)
+            assert bool(rows) == (title in lines), title
+            if rows:
+                # One line, as long as the part of the turn where the bound holds.
+                assert max(row[0] for row in rows) - min(row[0] for row in rows) < 0.03
+                length = max(row[2] for row in rows) - min(row[1] for row in rows)
+                shortest, longest = lines[title]
+                assert shortest - 0.2 < length < longest

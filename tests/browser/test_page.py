@@ -1,4 +1,4 @@
-"""The page as a whole: keyboard, themes, print, sizes, what it says of what is left out, and hostile names."""
+"""The page as a whole: keyboard, themes, print, sizes, notices of what is left out, and hostile names."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ from store_files import ATTRIBUTES, COLUMNS, values
 
 import explore
 from browser.chromium import settle, shown_count, silent_page, wait_ready
-from browser.conftest import DRAWN, report_of, swept
-from explore.store.writer import Writer
-from explore.vocabulary import Column
+from browser.conftest import SOBOL, report_of, sweep_study
+from explore.model.columns import Column
+from explore.store.all_designs_writer import AllDesignsWriter
 
 
-def visible(page, field):
-    """Texts of a column of the table, of the rows in sight."""
+def visible_texts(page, field):
+    """Texts of a column of the table in the visible rows."""
     cells = page.locator(f".grid .body .row .cell:nth-child({field})")
     return [text.replace("−", "-").replace(",", "") for text in cells.all_inner_texts()]
 
 
-def test_the_page_says_what_is_in_the_file(page, study, frame):
+def test_the_page_shows_the_facts_of_the_file(page, study, frame):
     text = page.locator("body").inner_text()
     assert page.title() == "small: report"
     for label, count in study.counts.items():
@@ -35,24 +35,24 @@ def test_the_page_says_what_is_in_the_file(page, study, frame):
     assert "small is better" in text
 
 
-def test_sorting(page, frame):
+def test_a_click_on_a_heading_sorts(page, frame):
     heading = page.locator(".head .cell", has_text="time ratio")
     heading.locator("button").click()
     assert heading.get_attribute("aria-sort") == "ascending"
     column = frame.columns.get_loc("time_ratio") + 3
-    least = frame["time_ratio"].nsmallest(8)
-    assert [float(text) for text in visible(page, column)[:8]] == pytest.approx(least.tolist(), rel=1e-5)
+    smallest = frame["time_ratio"].nsmallest(8)
+    assert [float(text) for text in visible_texts(page, column)[:8]] == pytest.approx(smallest.tolist(), rel=1e-5)
     heading.locator("button").click()
     assert heading.get_attribute("aria-sort") == "descending"
-    greatest = frame["time_ratio"].nlargest(8)
-    assert [float(text) for text in visible(page, column)[:8]] == pytest.approx(greatest.tolist(), rel=1e-5)
-    # Undefined values are last either way.
+    largest = frame["time_ratio"].nlargest(8)
+    assert [float(text) for text in visible_texts(page, column)[:8]] == pytest.approx(largest.tolist(), rel=1e-5)
+    # Undefined values are last in both orders.
     page.locator(".grid").evaluate("grid => { grid.scrollTop = grid.scrollHeight; }")
     settle(page)
-    assert visible(page, column)[-1] == "–"
+    assert visible_texts(page, column)[-1] == "–"
 
 
-def test_the_table_by_keyboard(page):
+def test_the_keyboard_moves_through_the_table(page):
     grid = page.locator(".grid")
     grid.focus()
     assert page.evaluate("getComputedStyle(document.activeElement).outlineStyle") != "none"
@@ -71,36 +71,36 @@ def test_the_table_by_keyboard(page):
     assert page.locator(".row.active").get_attribute("aria-rowindex") == "2"
 
 
-def test_everything_has_a_name_and_is_reached_by_tab(page):
-    nameless = page.evaluate(
+def test_every_control_has_a_label_and_is_reached_by_tab(page):
+    unlabelled = page.evaluate(
         """[...document.querySelectorAll("button, select, input, [tabindex='0']")].filter(node =>
             !(node.textContent.trim() || node.ariaLabel || node.closest("label"))).map(node => node.outerHTML)"""
     )
-    assert nameless == []
-    reached = set()
+    assert unlabelled == []
+    focused = set()
     for _ in range(60):
         page.keyboard.press("Tab")
-        reached.add(page.evaluate("document.activeElement.className || document.activeElement.tagName"))
-    assert {"grid", "command", "play", "export"} <= reached
+        focused.add(page.evaluate("document.activeElement.className || document.activeElement.tagName"))
+    assert {"grid", "command", "play", "export"} <= focused
 
 
-def test_dark_and_light(browser, study):
+def test_the_theme_follows_the_system_and_the_button(browser, study):
     path = study.path.with_suffix(".html")
-    grounds = {}
+    backgrounds = {}
     for scheme in ("light", "dark"):
         with silent_page(browser, path, color_scheme=scheme) as page:
-            ground = "getComputedStyle(document.body).backgroundColor"
-            grounds[scheme] = page.evaluate(ground)
-            pictures = [page.evaluate("document.querySelector('#scatter canvas').toDataURL()")]
+            background = "getComputedStyle(document.body).backgroundColor"
+            backgrounds[scheme] = page.evaluate(background)
+            images = [page.evaluate("document.querySelector('#scatter canvas').toDataURL()")]
             page.locator(".theme").click()
             settle(page)
-            grounds[f"{scheme} changed"] = page.evaluate(ground)
-            pictures.append(page.evaluate("document.querySelector('#scatter canvas').toDataURL()"))
-            assert pictures[0] != pictures[1]
-    assert grounds["light"] == grounds["dark changed"] != grounds["dark"] == grounds["light changed"]
+            backgrounds[f"{scheme} changed"] = page.evaluate(background)
+            images.append(page.evaluate("document.querySelector('#scatter canvas').toDataURL()"))
+            assert images[0] != images[1]
+    assert backgrounds["light"] == backgrounds["dark changed"] != backgrounds["dark"] == backgrounds["light changed"]
 
 
-def test_print(browser, study):
+def test_the_page_is_printed_light_without_controls(browser, study):
     with silent_page(browser, study.path.with_suffix(".html"), color_scheme="dark") as page:
         page.emulate_media(media="print")
         settle(page)
@@ -108,7 +108,7 @@ def test_print(browser, study):
         assert not page.get_by_role("button", name="Export CSV").is_visible()
         assert page.locator(".grid .body .row").count() == 40
         assert page.pdf().startswith(b"%PDF")
-        # Paper has another width, and no time to draw again: what is measured before the page knows of it.
+        # Paper has another width and the page is not redrawn for it: the boxes are measured before a redraw.
         boxes = page.evaluate(
             """() => {
                 const panels = ["scatter", "parallel"].map(name => document.getElementById(name));
@@ -122,42 +122,42 @@ def test_print(browser, study):
         assert 400 < canvas[1] < 500
 
 
-def test_the_counts_of_what_became_of_the_designs_have_bars_beside_them(page, frame):
+def test_the_counts_of_each_status_have_bars(page, frame):
     rows = page.locator("#study-facts table").first.locator("tr")
     assert rows.count() == frame["status"].nunique()
     for row in rows.all():
         bar, label = row.locator(".share i").bounding_box(), row.locator("th").bounding_box()
         assert bar["width"] >= 3.0
-        assert 0.0 < bar["y"] - label["y"] < 15.0  # within its first line
+        assert 0.0 < bar["y"] - label["y"] < 15.0  # within the first line of the label
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
-def test_all_colours_of_the_scale_are_seen(browser, study, scheme):
+def test_all_colours_of_the_scale_contrast_with_the_panel(browser, study, scheme):
     with silent_page(browser, study.path.with_suffix(".html"), color_scheme=scheme) as page:
         style = "getComputedStyle(document.documentElement).getPropertyValue"
-        ground, ramp = (page.evaluate(f"{style}('{name}')") for name in ("--panel", "--ramp"))
-    lights = [luminance(colour) for colour in ramp.split(", ")]
-    assert lights == sorted(lights)
-    for light in lights:
-        dark, bright = sorted([light, luminance(ground)])
+        panel, ramp = (page.evaluate(f"{style}('{name}')") for name in ("--panel", "--ramp"))
+    luminances = [luminance(colour) for colour in ramp.split(", ")]
+    assert luminances == sorted(luminances)
+    for value in luminances:
+        dark, bright = sorted([value, luminance(panel)])
         assert (bright + 0.05) / (dark + 0.05) >= 2.0
 
 
 def luminance(colour: str) -> float:
-    """Of "#rrggbb", as the Web Content Accessibility Guidelines define it."""
-    shares = [int(colour.strip()[k : k + 2], 16) / 255.0 for k in (1, 3, 5)]
-    linear = [share / 12.92 if share <= 0.04045 else ((share + 0.055) / 1.055) ** 2.4 for share in shares]
+    """Relative luminance of "#rrggbb" as in the Web Content Accessibility Guidelines."""
+    components = [int(colour.strip()[k : k + 2], 16) / 255.0 for k in (1, 3, 5)]
+    linear = [value / 12.92 if value <= 0.04045 else ((value + 0.055) / 1.055) ** 2.4 for value in components]
     return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
 
 
 @pytest.mark.parametrize(("count", "megabytes", "seconds"), [(10_000, 3.0, 2.0), (100_000, 10.0, 5.0)])
 def test_size_and_time_until_ready(browser, tmp_path, count, megabytes, seconds):
-    """With all default columns, 29 of them."""
-    results = swept(tmp_path, "drawn", DRAWN.format(count=count))
+    """With all 29 default columns."""
+    results = sweep_study(tmp_path, "sobol", SOBOL.format(count=count))
     path = report_of(results.path)
     assert path.stat().st_size <= megabytes * 1e6
     times = []
-    # The best of a few, as this machine has other work to do.
+    # The best of three, because other processes use the machine too.
     while len(times) < 3 and (not times or min(times) > seconds):
         with silent_page(browser, path) as page:
             assert shown_count(page) == count
@@ -165,17 +165,17 @@ def test_size_and_time_until_ready(browser, tmp_path, count, megabytes, seconds)
     assert min(times) <= seconds
 
 
-def test_more_than_a_page_holds(browser, tmp_path):
-    results = swept(tmp_path, "drawn", DRAWN.format(count=180_000))
+def test_a_page_of_more_designs_than_it_holds(browser, tmp_path):
+    results = sweep_study(tmp_path, "sobol", SOBOL.format(count=180_000))
     front, frame = explore.rank(results), results.to_pandas()
     feasible = int(frame["feasible"].sum())
     with silent_page(browser, report_of(results.path)) as page:
         text = page.locator("#notices").inner_text()
-        held = 40_000 + 10_000 + len(front)
-        assert f"This page holds {held:,} of 180,000 designs: all {len(front):,} Pareto-optimal ones;" in text
-        assert f"40,000 of {feasible - len(front):,} other feasible ones, each drawn with the same chance;" in text
+        n_held = 40_000 + 10_000 + len(front)
+        assert f"This page holds {n_held:,} of 180,000 designs: all {len(front):,} Pareto-optimal ones;" in text
+        assert f"a uniform sample of 40,000 of {feasible - len(front):,} other feasible ones;" in text
         assert f"10,000 of {180_000 - feasible:,} infeasible ones" in text
-        assert shown_count(page) == held
+        assert shown_count(page) == n_held
         designs = np.array(page.evaluate("Array.from(exploreReport.page.model.designs)"), dtype=int)
         kinds = np.array(page.evaluate("Array.from(exploreReport.page.model.kinds)"))
         assert sorted(designs[kinds == 2]) == sorted(front.index)
@@ -184,19 +184,19 @@ def test_more_than_a_page_holds(browser, tmp_path):
 
 
 def check_density(page, feasible):
-    """The cells of a pair of columns against numpy's own histogram."""
+    """Compare the density of a pair of columns with numpy's histogram."""
     density = page.evaluate("exploreReport.page.model.study.density")
     x, y, counts = next(pair for pair in density["pairs"] if {*pair[:2]} == {"cv", "swing_angle"})
     cells, ranges = density["cells"], [density["columns"][name] for name in (x, y)]
     expected, *_ = np.histogram2d(feasible[x], feasible[y], cells, ranges)
     counts = np.array(counts).reshape(cells, cells).T
     assert counts.sum() == expected.sum()
-    # A value on an edge may fall to either side by its last digit.
+    # Rounding may put a value on an edge into either cell.
     assert np.abs(counts - expected).sum() <= 4
 
 
-def test_only_the_front_was_kept(browser, tmp_path):
-    (tmp_path / "front.toml").write_text(DRAWN.format(count=2000))
+def test_results_of_the_front_only_say_so(browser, tmp_path):
+    (tmp_path / "front.toml").write_text(SOBOL.format(count=2000))
     study = explore.load_study(tmp_path / "front.toml")
     results = explore.sweep(study, tmp_path / "front.h5", keep="front")
     with silent_page(browser, report_of(results.path)) as page:
@@ -215,42 +215,49 @@ def test_an_unfinished_sweep_says_so(browser, tmp_path):
         assert shown_count(page) == 4000
 
 
-EVIL = "</script><img src=x onerror=window.hurt=1><script>window.hurt=1</script>"
+HOSTILE_TEXT = "</script><img src=x onerror=window.hurt=1><script>window.hurt=1</script>"
 #: Names of columns have no slash.
-EVIL_NAME = "<img src=x onerror=window.hurt=1>"
+HOSTILE_NAME = "<img src=x onerror=window.hurt=1>"
 
 
 def test_hostile_names_are_inert(browser, tmp_path):
     path = tmp_path / "<img src=x onerror=alert(1)>\"'&amp;{{script}}.h5"
     columns = tuple(
-        Column(f"{c.name}{EVIL_NAME}", EVIL, EVIL, c.role, c.dtype, dict.fromkeys(c.labels, EVIL))
+        Column(
+            f"{c.name}{HOSTILE_NAME}",
+            HOSTILE_TEXT,
+            HOSTILE_TEXT,
+            c.role,
+            c.dtype,
+            dict.fromkeys(c.labels, HOSTILE_TEXT),
+        )
         if c.role == "metric"
         else c
         for c in COLUMNS
     )
     attributes = ATTRIBUTES | {
-        "config": EVIL,
-        "mechanism": EVIL,
-        "sampler": EVIL,
+        "config": HOSTILE_TEXT,
+        "mechanism": HOSTILE_TEXT,
+        "sampler": HOSTILE_TEXT,
         "kernel": "$(touch hurt) `touch hurt`",
     }
-    with Writer(path, columns, 9500, 1000, attributes) as store:
+    with AllDesignsWriter(path, columns, 9500, 1000, attributes) as store:
         for number in range(10):
             block = values(number)
-            store.commit(number, {c.name: block[c.name.removesuffix(EVIL_NAME)] for c in columns[1:]})
+            store.commit(number, {c.name: block[c.name.removesuffix(HOSTILE_NAME)] for c in columns[1:]})
     with silent_page(browser, report_of(path)) as page:
         assert page.evaluate("window.hurt") is None
         assert page.locator("img").count() == 0
         text = page.locator("body").inner_text()
-        assert text.count(EVIL) > 3
+        assert text.count(HOSTILE_TEXT) > 3
         assert path.name.removesuffix(".h5") in text
-        # A column that the command line cannot name is told, not pasted into a shell.
+        # The page names a column that the command line cannot name, and leaves it out of the command.
         page.get_by_label("where").select_option(index=1)
         page.get_by_label("from", exact=True).fill("3")
         page.get_by_role("button", name="Add").click()
         line = page.locator(".command").inner_text()
         assert line == f"explore rank {shlex.quote(str(path))}"
-        assert "the command line cannot name" in page.locator(".said").inner_text()
+        assert "the command line cannot name" in page.locator(".status").inner_text()
         assert page.evaluate("window.hurt") is None
 
 
@@ -265,27 +272,27 @@ metrics = ["time_ratio:min", "cv"]
 """
 
 
-def ticks(page, column):
-    """Texts along one of the parallel axes."""
-    place = page.locator("#parallel .axis-labels div").all_text_contents().index(column)
+def tick_labels(page, column):
+    """Tick labels of a parallel axis."""
+    place = page.locator("#parallel .heading").all_text_contents().index(column)
     return page.locator("#parallel g.dimension").nth(place).locator(".tick text").all_text_contents()
 
 
-def test_values_that_differ_by_rounding_only_are_one_value(browser, tmp_path):
-    """A length solved for 20 deg gives that to the last bits; the axis must not spread these over its height."""
-    results = swept(tmp_path, "solved", SOLVED.format(swing=20))
+def test_values_that_differ_only_by_rounding_are_not_spread_over_the_axis(browser, tmp_path):
+    """Solved lengths give a swing of 20 deg up to rounding, which must not fill the height of the axis."""
+    results = sweep_study(tmp_path, "solved", SOLVED.format(swing=20))
     swings = results.to_pandas(["swing_angle"])["swing_angle"].dropna().unique()
     assert len(swings) > 1
     with silent_page(browser, report_of(results.path)) as page:
-        texts = ticks(page, "swing angle deg")
+        texts = tick_labels(page, "swing angle deg")
     assert len(set(texts)) == len(texts) > 2
     assert "20" in texts
 
 
 def test_an_axis_without_values_has_no_ticks(browser, tmp_path):
-    results = swept(tmp_path, "unreachable", SOLVED.format(swing=175))
+    results = sweep_study(tmp_path, "unreachable", SOLVED.format(swing=175))
     assert results.to_pandas(["swing_angle"])["swing_angle"].isna().all()
     with silent_page(browser, report_of(results.path)) as page:
-        assert ticks(page, "swing angle deg") == []
-        assert len(ticks(page, "coupler mm")) > 2
+        assert tick_labels(page, "swing angle deg") == []
+        assert len(tick_labels(page, "coupler mm")) > 2
         assert page.locator("#scatter .tick").count() == 0

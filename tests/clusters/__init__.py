@@ -1,1 +1,1 @@
-"""Sweeps on real clusters of real processes, which are killed, interrupted, poisoned and mismatched."""
+"""Sweeps on real clusters whose processes are killed, stopped, interrupted, or have other versions."""

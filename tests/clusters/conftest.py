@@ -1,4 +1,4 @@
-"""A folder in memory, and what an undisturbed sweep gives."""
+"""Fixtures: a folder in memory, a cluster, the results of an undisturbed sweep."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _FIGURES = "sweeps on real clusters"
 
 @pytest.fixture
 def report(request):
-    """Takes figures to print at the end of the run."""
+    """Collects figures that are printed at the end of the run."""
     return lambda line: request.node.user_properties.append((_FIGURES, line))
 
 
@@ -31,7 +31,7 @@ def pytest_terminal_summary(terminalreporter) -> None:
 
 @pytest.fixture
 def folder() -> Iterator[Path]:
-    """A folder in memory where there is one: the files are large, and need not be durable."""
+    """A folder in memory if available: the files are large and need not be durable."""
     parent = "/dev/shm" if os.access("/dev/shm", os.W_OK) else None
     with tempfile.TemporaryDirectory(prefix="explore-clusters-", dir=parent) as name:
         yield Path(name)
@@ -46,7 +46,7 @@ def cluster(folder) -> Iterator[Cluster]:
 
 @pytest.fixture(scope="session")
 def undisturbed(tmp_path_factory):
-    """Digest of the file of a sweep of so many blocks that nothing happened to, on threads of this process."""
+    """Digest of the results file of an undisturbed sweep of so many blocks, on threads of this process."""
     known: dict[tuple[int, str], str] = {}
 
     def of(blocks: int, keep: str = "all") -> str:

@@ -1,4 +1,4 @@
-"""Real sweeps on real clusters, as processes of their own that can be killed."""
+"""Sweeps and clusters as separate processes that tests can kill."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ from typing import Any, Self
 
 from faults.checker import done_blocks
 
-from explore.store.parsing import read_layout
-from explore.store.reading import damaged_blocks
+from explore.store.block_bytes import damaged_blocks
+from explore.store.layout_reader import read_layout
 
 ROOT = Path(__file__).parents[2]
 #: Closed form only: a block takes 15 ms and 62 bytes a design.
@@ -38,7 +38,7 @@ _METRICS = {
 
 
 def study_file(folder: Path, blocks: int, keep: str = "all") -> Path:
-    """A study of so many full blocks; what is to keep a front has objectives."""
+    """A study of so many full blocks; with objectives if only the front is kept."""
     path = folder / f"study{blocks}-{keep}.toml"
     path.write_text(_STUDY.format(blocks=blocks) + _METRICS[keep] + "\n")
     return path
@@ -60,7 +60,7 @@ def committed(path: Path) -> list[int]:
 
 
 def wait_until(condition: Callable[[], Any], seconds: float = 30.0) -> Any:
-    """Wait for what the condition gives when it is true."""
+    """Wait until the condition returns a true value, and return it."""
     end = time.monotonic() + seconds
     while not (value := condition()):
         assert time.monotonic() < end, f"not true within {seconds} s"
@@ -69,7 +69,7 @@ def wait_until(condition: Callable[[], Any], seconds: float = 30.0) -> Any:
 
 
 def lives(pid: int) -> bool:
-    """Whether a process runs; one that is dead but not buried does not."""
+    """Whether a process runs; a zombie does not."""
     try:
         return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
     except (FileNotFoundError, ProcessLookupError):
@@ -77,7 +77,7 @@ def lives(pid: int) -> bool:
 
 
 def session_members(session: int) -> list[int]:
-    """The living processes of a session."""
+    """The running processes of a session."""
     found = []
     for entry in Path("/proc").glob("[0-9]*"):
         with contextlib.suppress(OSError):
@@ -88,7 +88,7 @@ def session_members(session: int) -> list[int]:
 
 
 class _Process:
-    """A process in a session of its own, all of which ends with this context manager."""
+    """A process in its own session; the context manager ends all processes of the session."""
 
     def __init__(self, command: Sequence[str], folder: Path, name: str, path: Path = ROOT) -> None:
         surrounding = os.environ | {"PYTHONPATH": os.pathsep.join([str(path)]), "NO_COLOR": "1"}
@@ -114,14 +114,13 @@ class _Process:
 
     @property
     def members(self) -> list[int]:
-        """All living processes of it."""
+        """All running processes of the session."""
         return session_members(self.process.pid)
 
     @property
     def stderr(self) -> str:
-        """What it said so far, but for the excuse for compiling on a slow machine."""
-        lines = self._stderr.read_text().splitlines(keepends=True)
-        return "".join(line for line in lines if not line.startswith("preparing the compiled"))
+        """Its output so far."""
+        return self._stderr.read_text()
 
     def signal_all(self, number: signal.Signals) -> None:
         """Send a signal to the whole group, as a terminal does."""
@@ -129,7 +128,7 @@ class _Process:
 
 
 class Sweep(_Process):
-    """`explore sweep`, started, with what happens to its blocks.
+    """A running `explore sweep` and a record of its blocks.
 
     Parameters
     ----------
@@ -156,7 +155,7 @@ class Sweep(_Process):
         super().__init__([*program, *self.words], results.parent, f"sweep{Sweep._count}")
 
     def end(self, seconds: float = 60.0) -> tuple[int, list[str]]:
-        """Wait for its end: exit code and the lines on stderr. One that hangs tells where."""
+        """Wait for its end; return the exit code and the lines on stderr. A hanging process prints its stack."""
         try:
             return self.process.wait(seconds), self.stderr.splitlines()
         except subprocess.TimeoutExpired:
@@ -166,13 +165,13 @@ class Sweep(_Process):
 
     @property
     def executions(self) -> list[tuple[int, int]]:
-        """Block and process of every execution that began."""
+        """Block and process of every execution that started."""
         lines = self._record.read_text().splitlines()
         return [(int(number), int(pid)) for number, pid, _ in map(str.split, lines)]
 
     @property
     def extra(self) -> int:
-        """How many executions were not the first of their block."""
+        """Number of executions that repeat a block."""
         return sum(Counter(number for number, _ in self.executions).values()) - len(set(self.executed))
 
     @property
@@ -181,7 +180,7 @@ class Sweep(_Process):
         return [number for number, _ in self.executions]
 
     def at_work(self, seen: int = 0) -> int:
-        """A living process that works on a block, the first `seen` executions aside; wait for one.
+        """Wait for a running process that works on a block, ignoring the first `seen` executions.
 
         Not if others died with that block before: a block of which four workers died is taken for deadly.
         """
@@ -203,7 +202,7 @@ class Sweep(_Process):
 
     @property
     def again(self) -> str:
-        """The line that goes on with it."""
+        """The command that continues it."""
         return " ".join(["explore", *(word for word in self.words if word != "--quiet")])
 
 
@@ -216,10 +215,10 @@ def read_log(results: Path) -> list[Mapping[str, Any]]:
 
 
 class Cluster:
-    """`dask scheduler` and `dask worker`, as processes that talk over tcp."""
+    """`dask scheduler` and `dask worker` as processes that communicate over tcp or tls."""
 
-    def __init__(self, folder: Path) -> None:
-        self._folder = folder
+    def __init__(self, folder: Path, protocol: str = "tcp") -> None:
+        self._folder, self._protocol = folder, protocol
         self._closing = contextlib.ExitStack()
         self._count = 0
 
@@ -227,6 +226,7 @@ class Cluster:
         where = self._folder / "scheduler.json"
         where.unlink(missing_ok=True)
         options = ["--host", "127.0.0.1", "--port", "0", "--dashboard-address", "127.0.0.1:0"]
+        options += ["--protocol", self._protocol]
         command = ["-m", "distributed.cli.dask_scheduler", *options, "--scheduler-file", str(where)]
         self.scheduler = self._closing.enter_context(_Process(command, self._folder, "scheduler"))
 
@@ -242,7 +242,7 @@ class Cluster:
         self._closing.close()
 
     def add_worker(self, path: Path = ROOT) -> _Process:
-        """Start a worker of one thread whose modules come from a path first."""
+        """Start a worker of one thread that imports modules from a path first."""
         self._count += 1
         options = ["--nthreads", "1", "--host", "127.0.0.1", "--dashboard-address", "127.0.0.1:0", "--no-nanny"]
         command = ["-m", "distributed.cli.dask_worker", self.address, *options]
@@ -250,7 +250,7 @@ class Cluster:
         return self._closing.enter_context(worker)
 
     def wait_for_workers(self, number: int) -> None:
-        """Wait until so many workers are there."""
+        """Wait until so many workers have joined."""
         from distributed import Client
 
         with Client(self.address, set_as_default=False) as client:

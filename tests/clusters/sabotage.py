@@ -1,8 +1,8 @@
 """`python sabotage.py PLAN sweep …`: the command line, with blocks that are recorded, slow, or deadly.
 
 PLAN is JSON: `record` names the file that notes every execution, `seconds` is how long a block takes at least, `poison`
-says by block number what happens there. The function below travels to the workers by value, because it is of
-``__main__``; so it works on any cluster.
+says by block number what happens there, `silence` after how many seconds a process is called silent. The function below
+travels to the workers by value, because it is of ``__main__``; so it works on any cluster.
 """
 
 import faulthandler
@@ -13,7 +13,7 @@ import sys
 
 
 def sabotaged(plan, request, space, number, objectives):
-    """Evaluate a block as the plan wants it."""
+    """Evaluate a block as the plan says."""
     import os
     import signal
     import time
@@ -35,12 +35,14 @@ def sabotaged(plan, request, space, number, objectives):
 
 
 def main():
-    """Run the command line on sabotaged blocks; a signal asks where it hangs."""
+    """Run the command line on sabotaged blocks; a signal prints the stack."""
     faulthandler.register(signal.SIGUSR1)
     plan = json.loads(sys.argv.pop(1))
     from explore.cli import main as command_line
-    from explore.sweeping import runs
+    from explore.sweeping import clusters, runs, watch
 
+    if "silence" in plan:
+        watch.SILENCE = clusters.CONNECT_TIMEOUT = plan["silence"]
     runs.evaluate_block = functools.partial(sabotaged, plan)
     command_line()
 

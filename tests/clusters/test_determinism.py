@@ -1,4 +1,4 @@
-"""One file, whatever computed it and in whatever order."""
+"""The bytes of the results file do not depend on the cluster or the order of the blocks."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import pytest
 
 import explore
 from clusters.processes import Cluster, digest
-from explore.sweeping.keeping import KeepAll, KeepFront
+from explore.sweeping.collectors import AllDesignsCollector, FrontCollector
 
 #: Every kind of column, three blocks and a part of one: moments, extremes, constraints, several speeds.
 STUDY = """\
@@ -41,9 +41,9 @@ def interrupt(_):
     raise Interrupted
 
 
-@pytest.mark.parametrize(("keep", "keeping"), [("all", KeepAll), ("front", KeepFront)])
+@pytest.mark.parametrize(("keep", "collector"), [("all", AllDesignsCollector), ("front", FrontCollector)])
 def test_the_same_bytes_from_threads_processes_clusters_orders_and_resumed_sweeps(
-    folder, study, cluster: Cluster, monkeypatch, keep, keeping
+    folder, study, cluster: Cluster, monkeypatch, keep, collector
 ):
     from distributed import Client
 
@@ -67,11 +67,11 @@ def test_the_same_bytes_from_threads_processes_clusters_orders_and_resumed_sweep
         with pytest.raises(Interrupted):
             explore.sweep(study, folder / "resumed.h5", workers=2, keep=keep, progress=interrupt)
     sweep("resumed", workers=2)
-    ordered = keeping.pending.fget
+    ordered = collector.pending.fget
     for seed in range(2):
         shuffle = random.Random(seed).sample
         shuffled = property(lambda self, s=shuffle: s(blocks := list(ordered(self)), len(blocks)))
-        monkeypatch.setattr(keeping, "pending", shuffled)
+        monkeypatch.setattr(collector, "pending", shuffled)
         sweep(f"shuffled {seed}", workers=2)
 
     assert len(set(digests.values())) == 1, digests

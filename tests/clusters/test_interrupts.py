@@ -1,4 +1,4 @@
-"""Ctrl-C and a polite kill, as a terminal and as a batch system send them."""
+"""Ctrl-C and SIGTERM, as sent by a terminal and by a batch system."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ SIGNALS = [signal.SIGINT, signal.SIGTERM]
 
 
 def interrupt(sweep: Sweep, number: signal.Signals, before: int) -> list[int]:
-    """Interrupt a sweep two blocks later, all its processes at once, and see that it ends as it should."""
+    """Interrupt all processes of a sweep after two more blocks, and check how it ends."""
     sweep.wait_for_blocks(before + 2)
     begun = time.monotonic()
     sweep.signal_all(number)
     code, lines = sweep.end(20)
     assert time.monotonic() - begun < 10
     assert code == 130
-    assert lines == [f"interrupted; finished blocks are safe. To go on: {sweep.again} --quiet"]
+    assert lines == [f"interrupted; finished blocks are safe. To continue: {sweep.again} --quiet"]
     wait_until(lambda: not sweep.members, 5)
     there = "a.h5.journal" if "front" in sweep.words else "a.h5"
     assert sorted(path.name for path in sweep.results.parent.glob("a.h5*")) == [there, "a.h5.log.jsonl"]
@@ -39,7 +39,7 @@ def interrupt(sweep: Sweep, number: signal.Signals, before: int) -> list[int]:
         (("--workers", "2", "--keep", "front"), "front"),
     ],
 )
-def test_an_interrupted_sweep_says_how_to_go_on_and_goes_on(folder, undisturbed, options, keep):
+def test_an_interrupted_sweep_says_how_to_continue_and_continues(folder, undisturbed, options, keep):
     config, path = study_file(folder, BLOCKS, keep), folder / "a.h5"
     saved: list[int] = []
     for number in SIGNALS:
@@ -51,7 +51,7 @@ def test_an_interrupted_sweep_says_how_to_go_on_and_goes_on(folder, undisturbed,
     assert digest(path) == undisturbed(BLOCKS, keep)
 
 
-def test_an_interrupted_sweep_leaves_the_cluster_to_others(folder, cluster: Cluster, undisturbed):
+def test_an_interrupted_sweep_leaves_the_cluster_running(folder, cluster: Cluster, undisturbed):
     config, path = study_file(folder, BLOCKS), folder / "a.h5"
     workers = [cluster.add_worker() for _ in range(2)]
     saved: list[int] = []
@@ -66,8 +66,8 @@ def test_an_interrupted_sweep_leaves_the_cluster_to_others(folder, cluster: Clus
 
 
 @pytest.mark.parametrize("options", [("--workers", "2"), ("--workers", "2", "--processes")])
-def test_an_impatient_user_does_no_harm(folder, undisturbed, options):
-    """Ctrl-C again and again while the sweep ends."""
+def test_repeated_interrupts_do_no_harm(folder, undisturbed, options):
+    """Ctrl-C every 0.1 s while the sweep ends."""
     config, path = study_file(folder, BLOCKS), folder / "a.h5"
     with Sweep(config, path, *options, "--quiet", seconds=0.2) as sweep:
         sweep.wait_for_blocks(2)

@@ -13,8 +13,7 @@ from distributed import Client, LocalCluster
 
 import explore
 from clusters.processes import Cluster, Sweep, committed, digest, lives, study_file, wait_until
-from explore.sweeping import window
-from explore.sweeping.window import SPARE_BLOCKS, Window
+from explore.sweeping.in_flight import SPARE_BLOCKS, BlocksInFlight
 
 WORKERS = 2
 
@@ -23,7 +22,7 @@ WORKERS = 2
     ("kills", "blocks", "keep"),
     [(8, 60, "all"), (3, 20, "front"), *(pytest.param(50, 240, k, marks=pytest.mark.slow) for k in ("all", "front"))],
 )
-def test_killed_workers_cost_time_and_nothing_else(folder, undisturbed, report, kills, blocks, keep):
+def test_killed_workers_cost_only_time(folder, undisturbed, report, kills, blocks, keep):
     chance = random.Random(20_261_121)
     path = folder / "a.h5"
     options = ("--processes", "--workers", str(WORKERS), "--quiet", "--keep", keep)
@@ -45,30 +44,32 @@ def test_killed_workers_cost_time_and_nothing_else(folder, undisturbed, report, 
     assert len(left) > kills / 4, "who left was logged, but for those that came and went between two looks"
 
 
-def test_workers_that_die_after_they_reported_a_block_done_drop_none(monkeypatch):
-    """Until it is fetched the result is with the worker alone. A finished block that is lost is computed again."""
+def test_no_block_is_lost_when_a_worker_dies_after_reporting_it_done(monkeypatch):
+    """Until it is fetched, a result is in the memory of its worker only; a lost one is computed again."""
     trials, accepted, rejected, killed = 20, {}, {}, {}
-    real = window._outcome
+    real = BlocksInFlight._outcome
 
-    def outcome(future):
+    def outcome(window, future):
         if len(killed) < trials:
             number, _ = future.result(timeout=30)  # it may be lost already, with its neighbour
             (holder,) = client.who_has([future])[future.key]
             killed[number] = client.run(os.getpid, workers=[holder])[holder]
             os.kill(killed[number], signal.SIGKILL)
             wait_until(lambda: not lives(killed[number]))
-        return real(future)
+        return real(window, future)
 
-    def submit(number):
+    def submit(number, _):
         return client.submit(lambda n: (n, os.getpid()), number, pure=False, retries=0)
 
-    monkeypatch.setattr(window, "_outcome", outcome)
+    monkeypatch.setattr(BlocksInFlight, "_outcome", outcome)
     with (
         dask.config.set({"distributed.worker.multiprocessing-method": "forkserver"}),  # comes back in a moment
         LocalCluster(WORKERS, threads_per_worker=1, dashboard_address="127.0.0.1:0", silence_logs=60) as cluster,
         Client(cluster, set_as_default=False) as client,
     ):
-        Window(client, submit, accepted.__setitem__, rejected.__setitem__, lambda *_, **__: None).run(range(2 * trials))
+        BlocksInFlight(client, submit, accepted.__setitem__, rejected.__setitem__, lambda *_, **__: None).run(
+            range(2 * trials)
+        )
 
     assert rejected == {}
     assert {number: result[0] for number, result in accepted.items()} == {n: n for n in range(2 * trials)}
@@ -108,7 +109,7 @@ def test_a_killed_scheduler_ends_the_sweep_in_one_line_and_loses_nothing(folder,
     assert digest(path) == undisturbed(blocks)
 
 
-def test_a_killed_sweep_frees_the_lock_at_once_and_its_workers_end_by_themselves(folder, undisturbed, report):
+def test_a_killed_sweep_frees_the_lock_at_once_and_its_workers_end(folder, undisturbed, report):
     blocks, path = 12, folder / "a.h5"
     config = study_file(folder, blocks)
     with Sweep(config, path, "--processes", "--workers", "2", "--quiet", seconds=5) as first:

@@ -1,4 +1,4 @@
-"""Blocks that fail, and blocks that take their worker with them."""
+"""Blocks that raise errors, and blocks that kill their worker."""
 
 from __future__ import annotations
 

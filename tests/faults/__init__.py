@@ -1,1 +1,1 @@
-"""Kills, power cuts, disk errors, full disks and rivals, against the real store."""
+"""The real store under kills, power cuts, disk errors, full disks and concurrent writers."""

@@ -1,4 +1,4 @@
-"""What is in a results file, seen with h5py and zlib only, and what the product says of the same file."""
+"""Check a results file by h5py and zlib alone, and by the readers of explore."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-from explore.design_space import BLOCK_SIZE
+from explore.designs.spaces import BLOCK_SIZE
 from explore.store.names import journal_name
-from explore.store.opening import open_results
+from explore.store.open_results import open_results
 from faults.content import BLOCK, COLUMNS, N_BLOCKS, kept_values, rows, values
 
 _EXPECTED = [[values(n)[column.name].tobytes() for column in COLUMNS] for n in range(N_BLOCKS)]
@@ -45,12 +45,12 @@ class Verdict:
 
     @property
     def sound(self) -> bool:
-        """Absent or complete, nothing lost, no block that is not what it says."""
-        return not (self.unreadable or self.lost or self.phantom or self.detected)
+        """Whether the file is absent or readable, without lost, phantom or damaged committed blocks."""
+        return not (self.unreadable or self.lost or self.phantom or self.detected & self.committed)
 
 
 def check(path: Path, acknowledged: Collection[int] = (), keep: str = "all") -> Verdict:
-    """Judge a file, given the blocks whose commit had returned."""
+    """Check a file, given the blocks whose commit had returned."""
     if keep == "front":
         return _check_kept(path, set(acknowledged))
     if not path.exists():
@@ -62,26 +62,26 @@ def check(path: Path, acknowledged: Collection[int] = (), keep: str = "all") -> 
     except (OSError, RuntimeError, KeyError, ValueError) as error:  # what h5py may raise, and the product's own
         return Verdict(unreadable=str(error), lost=set(acknowledged))
     verdict = Verdict(committed={number for number, word in enumerate(words) if word >> 32 == 1})
-    for number, found in enumerate(blocks):
+    for number, pieces in enumerate(blocks):
         word = words[number]
-        if word and word != (1 << 32) + _crc(found):
+        if word and word != (1 << 32) + _crc(pieces):
             verdict.detected.add(number)
-        elif word and found != _EXPECTED[number]:
+        elif word and pieces != _EXPECTED[number]:
             verdict.phantom.add(number)
-        if number in acknowledged and (word >> 32 != 1 or found != _EXPECTED[number]):
+        if number in acknowledged and (word >> 32 != 1 or pieces != _EXPECTED[number]):
             verdict.lost.add(number)
-    said = verdict.detected, sum(len(rows(number)) for number in verdict.committed)
-    assert by_product == said, f"{path}: the product says {by_product}, the bytes say {said}"
+    by_bytes = verdict.detected, sum(len(rows(number)) for number in verdict.committed)
+    assert by_product == by_bytes, f"{path}: damaged and committed: {by_product} by explore, {by_bytes} by the bytes"
     return verdict
 
 
 def _check_kept(path: Path, acknowledged: set[int]) -> Verdict:
-    """Judge a results file that is there at the end only, and its journal before."""
+    """Check the journal, or the results file that replaces it at the end."""
     if not path.exists():
-        found = journal_blocks(path)
-        phantom = {number for number, data in found.items() if data != b"".join(_KEPT[number])}
-        lost = acknowledged - (found.keys() - phantom)
-        return Verdict(absent=True, committed=set(found), lost=lost, phantom=phantom)
+        blocks = journal_blocks(path)
+        phantom = {number for number, data in blocks.items() if data != b"".join(_KEPT[number])}
+        lost = acknowledged - (blocks.keys() - phantom)
+        return Verdict(absent=True, committed=set(blocks), lost=lost, phantom=phantom)
     try:
         with h5py.File(path, "r") as file:
             columns = [file["designs"][column.name][:].tobytes() for column in COLUMNS]
@@ -93,29 +93,30 @@ def _check_kept(path: Path, acknowledged: set[int]) -> Verdict:
 
 
 def journal_blocks(path: Path) -> dict[int, bytes]:
-    """What a journal's sound records hold: the bytes of the columns by block, read by the format's description."""
+    """Bytes of the columns by block in the intact records of a journal, read as docs/results-format.md describes."""
     raw = b""
-    with contextlib.suppress(FileNotFoundError):  # also when it goes just now
+    with contextlib.suppress(FileNotFoundError):  # it may be removed between two calls
         raw = journal_name(path).read_bytes()
-    place, found = len(b"explore journal 1\n"), {}
-    while place + 12 <= len(raw):
-        length, checksum = int.from_bytes(raw[place : place + 8], "little"), raw[place + 8 : place + 12]
-        content = raw[place + 12 : place + 12 + length]
-        if zlib.crc32(raw[place : place + 8] + content).to_bytes(4, "little") == checksum:
-            text = 8 + int.from_bytes(content[:8], "little")
-            meta = json.loads(content[8:text])["meta"]
+    offset, blocks = len(b"explore journal 2\n"), {}
+    while offset + 12 <= len(raw):
+        length, checksum = int.from_bytes(raw[offset : offset + 8], "little"), raw[offset + 8 : offset + 12]
+        content = raw[offset + 12 : offset + 12 + length]
+        if zlib.crc32(raw[offset : offset + 8] + content).to_bytes(4, "little") == checksum:
+            text_end = 8 + int.from_bytes(content[:8], "little")
+            meta = json.loads(content[8:text_end])["meta"]
             if "block" in meta:  # the header has none
-                found[meta["block"]] = content[text:]
-        place += 12 + length
-    return found
+                blocks[meta["block"]] = content[text_end:]
+        offset = -(-(offset + 12 + length) // 4096) * 4096  # records begin on pages
+    return blocks
 
 
 def _read(path: Path) -> tuple[list[int], list[list[bytes]]]:
-    """The commit words, and of each block the bytes of its columns."""
+    """The commit words, and the bytes of the columns of each block."""
     with h5py.File(path, "r") as file:
         assert set(file["designs"]) == {column.name for column in COLUMNS}
         columns = [file["designs"][column.name][:] for column in COLUMNS]
-        words = file["progress/commit"][:].tolist()
+        pages = file["progress/commit"][:]
+        words = np.where(pages[:, 1:].any(axis=1), 2**64 - 1, pages[:, 0]).tolist()  # a word is alone on its page
     assert [c.dtype.str for c in columns] == [column.dtype for column in COLUMNS]
     return words, [[c[n * BLOCK : (n + 1) * BLOCK].tobytes() for c in columns] for n in range(N_BLOCKS)]
 
@@ -125,15 +126,15 @@ def _crc(pieces: list[bytes]) -> int:
 
 
 def done_blocks(path: Path) -> set[int]:
-    """Numbers of the blocks of any study that are done, in a results file or in its journal."""
+    """Numbers of the committed blocks of any study, in its results file or its journal."""
     if not path.exists():
         return set(journal_blocks(path))
     with h5py.File(path, "r") as file:
         if "studied_designs" in file.attrs:
             return set(range(-(-int(file.attrs["studied_designs"]) // BLOCK_SIZE)))
-        return set(np.flatnonzero(file["progress/commit"][:] >> 32 == 1).tolist())
+        return set(np.flatnonzero(file["progress/commit"][:, 0] >> 32 == 1).tolist())
 
 
 def sha256(path: Path) -> str:
-    """Digest of a whole file."""
+    """SHA-256 of a file."""
     return hashlib.sha256(path.read_bytes()).hexdigest()

@@ -1,4 +1,4 @@
-"""The recorder, the server of writers, and the figures that the run ends with."""
+"""Fixtures: the recorder of system calls, the server of writers, the figures printed at the end."""
 
 from __future__ import annotations
 
@@ -25,14 +25,15 @@ _HEADINGS = ("trials", "unreadable", "lost", "phantom", "detected", "redone")
 
 
 class Figures(Counter):
-    """What the trials of one test gave."""
+    """Counts of the trials of one test."""
 
     def count(self, verdict: Verdict) -> Verdict:
         """Count a trial."""
         self["trials"] += 1
         self["unreadable"] += bool(verdict.unreadable)
-        for name in ("lost", "phantom", "detected"):
+        for name in ("lost", "phantom"):
             self[name] += len(getattr(verdict, name))
+        self["detected"] += len(verdict.detected & verdict.committed)  # half a word or a garbled one commits nothing
         return verdict
 
     @property
@@ -86,7 +87,7 @@ def server(recorder, tmp_path_factory) -> Iterator[Server]:
 
 @pytest.fixture
 def command() -> Iterator:
-    """Starts real commands, and sees to it that none outlives its test."""
+    """Starts real commands, and kills those that outlive the test."""
     started: list[Command] = []
 
     def start(*arguments: Any, **options: Any) -> Command:
@@ -94,13 +95,13 @@ def command() -> Iterator:
         return started[-1]
 
     yield start
-    for one in started:
-        one.kill()
+    for process in started:
+        process.kill()
 
 
 @pytest.fixture(scope="session")
 def memory() -> Iterator[Path]:
-    """A folder in memory where there is one: states are written by the thousand, and need not be durable."""
+    """A folder in memory if available: thousands of states are written and need not be durable."""
     parent = "/dev/shm" if os.access("/dev/shm", os.W_OK) else None
     with tempfile.TemporaryDirectory(prefix="explore-faults-", dir=parent) as name:
         yield Path(name)
@@ -109,30 +110,30 @@ def memory() -> Iterator[Path]:
 @pytest.fixture
 def fresh(memory) -> Iterator:
     """Makes empty folders, one for each trial, and removes them after the test."""
-    made: list[Path] = []
+    folders: list[Path] = []
     numbers = itertools.count()
 
-    def folder() -> Path:
-        if made:  # keep the last one only
-            shutil.rmtree(made.pop())
-        made.append(memory / f"trial{next(numbers)}")
-        made[0].mkdir()
-        return made[0]
+    def make_folder() -> Path:
+        if folders:  # keep the last one only
+            shutil.rmtree(folders.pop())
+        folders.append(memory / f"trial{next(numbers)}")
+        folders[0].mkdir()
+        return folders[0]
 
-    yield folder
-    for left in made:
-        shutil.rmtree(left)
+    yield make_folder
+    for folder in folders:
+        shutil.rmtree(folder)
 
 
 @pytest.fixture
 def keep() -> str:
-    """What the writers keep, for tests that do not say it."""
+    """The default of `keep` for tests without that parameter."""
     return "all"
 
 
 @pytest.fixture
 def undisturbed(memory, keep) -> Path:
-    """The file of a run that nothing happened to."""
+    """The results file of an undisturbed run."""
     path = memory / f"undisturbed-{keep}" / "grid.h5"
     if not path.exists():
         path.parent.mkdir()
@@ -142,5 +143,5 @@ def undisturbed(memory, keep) -> Path:
 
 @pytest.fixture
 def whole(undisturbed) -> str:
-    """Digest of the file of a run that nothing happened to."""
+    """Digest of the results file of an undisturbed run."""
     return sha256(undisturbed)

@@ -1,4 +1,4 @@
-"""The store that these tests write: small blocks whose every value follows from the design's number."""
+"""The store that these tests write: small blocks whose values follow from the design numbers."""
 
 from __future__ import annotations
 
@@ -8,12 +8,14 @@ from typing import Any, Self
 
 import numpy as np
 
-from explore.store.kept import KeptWriter
-from explore.store.writer import Writer
-from explore.vocabulary import Column, Status
+from explore.model.columns import Column
+from explore.model.status import Status
+from explore.store.all_designs_writer import AllDesignsWriter
+from explore.store.front_writer import FrontWriter
 
-#: 40 blocks of 256 rows, the last one shorter, in 6 columns.
-N_BLOCKS, BLOCK = 40, 256
+#: 40 blocks of 512 rows, the last one shorter, in 6 columns. A block of the narrowest column fills a sector of the
+#: disk, so blocks share no sector, as blocks of 65,536 rows share no page.
+N_BLOCKS, BLOCK = 40, 512
 N_DESIGNS = N_BLOCKS * BLOCK - 100
 COLUMNS = (
     Column("design", "", "design number", "index", "<i8"),
@@ -39,7 +41,7 @@ def rows(number: int) -> range:
 
 
 def values(number: int) -> dict[str, np.ndarray]:
-    """The columns of a block. No value is 0, what an unwritten byte is, but in every fifth row of the metric (NaN)."""
+    """The columns of a block. No value is 0, the value of unwritten bytes; every fifth value of the metric is NaN."""
     design = np.array(rows(number), dtype="<i8")
     failed = design % 5 == 2
     return {
@@ -53,12 +55,12 @@ def values(number: int) -> dict[str, np.ndarray]:
 
 
 def kept_values(number: int) -> dict[str, np.ndarray]:
-    """The designs of a block that are kept where not all are: every third, a few sectors of the disk."""
+    """The designs of a block that a writer of the front keeps: every third, a few sectors of the disk."""
     return {name: column[::3] for name, column in values(number).items()}
 
 
-class Keeper(KeptWriter):
-    """The product's writer of a kept results file, driven as the other one is."""
+class Keeper(FrontWriter):
+    """The writer of a front, with the interface of the other writer."""
 
     def __enter__(self) -> Self:
         super().__enter__()
@@ -70,7 +72,7 @@ class Keeper(KeptWriter):
         self.append({"block": number}, kept_values(number))
 
     def complete(self) -> None:
-        """Write the results file from what is in the journal."""
+        """Write the results file from the journal."""
         if not self.finished:
             blocks = [columns for _, columns in sorted(self._blocks().items())]
             whole = {column.name: np.concatenate([block[column.name] for block in blocks]) for column in COLUMNS}
@@ -80,15 +82,15 @@ class Keeper(KeptWriter):
         return {meta["block"]: columns for meta, columns in self.records()}
 
 
-def writer(path: Path, *, keep: str = "all", restart: bool = False, **attributes: Any) -> Writer | Keeper:
-    """The product's writer of this store."""
+def writer(path: Path, *, keep: str = "all", restart: bool = False, **attributes: Any) -> AllDesignsWriter | Keeper:
+    """The writer of this store."""
     if keep == "front":
         return Keeper(path, COLUMNS, N_DESIGNS, BLOCK, ATTRIBUTES | attributes | {"keep": keep}, restart=restart)
-    return Writer(path, COLUMNS, N_DESIGNS, BLOCK, ATTRIBUTES | attributes, restart=restart)
+    return AllDesignsWriter(path, COLUMNS, N_DESIGNS, BLOCK, ATTRIBUTES | attributes, restart=restart)
 
 
 def fill(path: Path, numbers: Any = None, keep: str = "all") -> Path:
-    """Write the blocks named, else all that are pending, in this process."""
+    """Write these blocks, or all pending ones, in this process."""
     with writer(path, keep=keep) as store:
         for number in store.pending if numbers is None else numbers:
             store.commit(number, values(number))

@@ -29,7 +29,7 @@
 
 enum operation {
     CREATE = 'c', WRITE = 'w', TRUNCATE = 't', RESERVE = 'a', SYNC = 's', SYNC_DATA = 'd', RENAME = 'r', UNLINK = 'u',
-    MAKE_FOLDER = 'm',
+    MAKE_FOLDER = 'm', LINK = 'l',
     /* recorded for the replay's sake, but never counted: */
     OPEN = 'o', CLOSE = 'x', MARK = 'k'
 };
@@ -266,6 +266,18 @@ int rename(const char *old, const char *new)
     result = syscall(SYS_renameat2, AT_FDCWD, old, AT_FDCWD, new, 0);
     if (!result && ours)
         record(RENAME, -1, 0, 0, old, new, NULL);
+    return result;
+}
+
+int link(const char *old, const char *new)
+{
+    size_t nothing = 0;
+    int error, ours = inside(old) || inside(new), result;
+    if (ours && (error = before(LINK, &nothing)))
+        FAIL(error);
+    result = syscall(SYS_linkat, AT_FDCWD, old, AT_FDCWD, new, 0);
+    if (!result && ours)
+        record(LINK, -1, 0, 0, old, new, NULL);
     return result;
 }
 

@@ -1,8 +1,9 @@
-"""A folder after a kill or a power cut, worked out from a trace of the calls that made it.
+"""The states of a folder after a kill or a power cut, derived from a trace of system calls.
 
 What POSIX leaves open is taken at its worst. Until a file is synchronised, each of its writes may be there, missing or
-torn between sectors of the disk, independent of all others, and in any order; likewise its length. Until a folder is
-synchronised, each change of a name in it may be there or not.
+torn between sectors of the disk, independent of all others, and in any order; likewise its length. Sectors that a write
+touches may hold anything, also where other bytes of them were durable before. Until a folder is synchronised, each
+change of a name in it may be there or not.
 """
 
 from __future__ import annotations
@@ -16,8 +17,8 @@ from typing import NamedTuple
 
 _SECTOR = 512
 _HEAD = struct.Struct("=iiqqii")
-#: The calls that the recorder counts: those that change the folder or make it durable.
-COUNTED = frozenset("cwtasdrum")
+#: Calls that the recorder counts: they change the folder or make it durable.
+COUNTED = frozenset("cwtasdrulm")
 
 
 class Call(NamedTuple):
@@ -54,7 +55,7 @@ def _calls(raw: bytes) -> Iterator[Call]:
 
 @dataclass(eq=False)
 class _File:
-    """Bytes as processes see them, as the disk has them for certain, and what is between."""
+    """A file: its bytes as processes see them, those certainly on the disk, and the writes in between."""
 
     seen: bytearray = field(default_factory=bytearray)
     durable: bytes = b""
@@ -68,17 +69,19 @@ class _File:
         self.durable, self.unsure = bytes(self.seen), []
 
     def after_cut(self, chance: random.Random) -> bytes:
-        left = bytearray(self.durable)
+        content = bytearray(self.durable)
         for call in chance.sample(self.unsure, len(self.unsure)):
-            fate = chance.random()
+            draw = chance.random()
             if call.operation != "w":
-                if fate < 0.5:
-                    _apply(left, call)
-            elif fate < 0.5:
-                _apply(left, call)
-            elif fate < 0.65:
-                _tear(left, call, chance)
-        return bytes(left)
+                if draw < 0.5:
+                    _apply(content, call)
+            elif draw < 0.5:
+                _apply(content, call)
+            elif draw < 0.65:
+                _tear(content, call, chance)
+            elif draw < 0.8:
+                _garble(content, call, chance)
+        return bytes(content)
 
 
 def _apply(content: bytearray, call: Call) -> None:
@@ -97,7 +100,7 @@ def _put(content: bytearray, offset: int, data: bytes) -> None:
 
 
 def _tear(content: bytearray, call: Call, chance: random.Random) -> None:
-    """Write some sectors of a write."""
+    """Carry out a write in some of its sectors only."""
     start = call.offset
     while start < call.offset + call.length:
         stop = min((start // _SECTOR + 1) * _SECTOR, call.offset + call.length)
@@ -106,8 +109,17 @@ def _tear(content: bytearray, call: Call, chance: random.Random) -> None:
         start = stop
 
 
+def _garble(content: bytearray, call: Call, chance: random.Random) -> None:
+    """Fill some of the sectors that a write touches with random bytes."""
+    content.extend(bytes(max(0, call.offset + call.length - len(content))))
+    for start in range(call.offset // _SECTOR * _SECTOR, call.offset + call.length, _SECTOR):
+        if chance.random() < 0.5:
+            stop = min(start + _SECTOR, len(content))
+            content[start:stop] = chance.randbytes(stop - start)
+
+
 class Disk:
-    """One folder and all in it.
+    """A folder and its content.
 
     Parameters
     ----------
@@ -129,7 +141,7 @@ class Disk:
         self.acknowledged: set[int] = set()
 
     def new_process(self) -> None:
-        """The process ended: its descriptors mean nothing any more."""
+        """Close all descriptors: the process has ended."""
         self._open.clear()
 
     def do(self, call: Call) -> None:
@@ -143,7 +155,7 @@ class Disk:
                 self._open[call.descriptor].change(call)
             case "s" | "d":
                 self._synchronise(self._open[call.descriptor])
-            case "r" | "u" | "m":
+            case "r" | "u" | "m" | "l":
                 self._rename(call, self._names.get(call.path))
             case "k" if call.path.startswith("done "):
                 self.acknowledged.add(int(call.path.split()[1]))
@@ -162,30 +174,31 @@ class Disk:
         _change(self._names, call, file)
         self._unsure_names.append((call, file))
 
-    def _synchronise(self, what: _File | str) -> None:
-        if isinstance(what, _File):
-            what.synchronise()
+    def _synchronise(self, target: _File | str) -> None:
+        """Make a file, or the names in a folder, durable."""
+        if isinstance(target, _File):
+            target.synchronise()
             return
-        left = []
+        still_unsure = []
         for call, file in self._unsure_names:
-            if _parent(call.path) == what:
+            if _parent(call.path) == target:
                 _change(self._durable_names, call, file)
             else:
-                left.append((call, file))
-        self._unsure_names = left
+                still_unsure.append((call, file))
+        self._unsure_names = still_unsure
 
     def after_kill(self, during: Call | None = None) -> dict[str, bytes | None]:
-        """What is there when the process is killed now, or half through a write, by path; None stands for a folder."""
-        there = {path: None if file is None else bytes(file.seen) for path, file in self._names.items()}
+        """Content by path if the process is killed now or in the middle of a write; None stands for a folder."""
+        contents = {path: None if file is None else bytes(file.seen) for path, file in self._names.items()}
         if during is not None:
             torn = self._open[during.descriptor]
             content = bytearray(torn.seen)
             _put(content, during.offset, during.data[: (during.length + 1) // 2])
-            there |= {path: bytes(content) for path, file in self._names.items() if file is torn}
-        return there
+            contents |= {path: bytes(content) for path, file in self._names.items() if file is torn}
+        return contents
 
     def after_cut(self, chance: random.Random) -> dict[str, bytes | None]:
-        """What may be there when the power is cut now."""
+        """A possible content by path if the power is cut now."""
         names = dict(self._durable_names)
         for call, file in self._unsure_names:
             if chance.random() < 0.5:
@@ -194,16 +207,16 @@ class Disk:
         for file in names.values():
             if file is not None and file not in content:
                 content[file] = file.after_cut(chance)
-        there = {path: None if file is None else content[file] for path, file in names.items()}
-        return {path: data for path, data in there.items() if self._reachable(path, names)}
+        contents = {path: None if file is None else content[file] for path, file in names.items()}
+        return {path: data for path, data in contents.items() if self._is_reachable(path, names)}
 
-    def _reachable(self, path: str, names: dict[str, _File | None]) -> bool:
+    def _is_reachable(self, path: str, names: dict[str, _File | None]) -> bool:
         parent = _parent(path)
-        return parent == self._folder or (parent in names and self._reachable(parent, names))
+        return parent == self._folder or (parent in names and self._is_reachable(parent, names))
 
 
 def _change(names: dict[str, _File | None], call: Call, file: _File | None) -> None:
-    """Give, change or take a name."""
+    """Create, rename or remove a name."""
     if call.operation == "u":
         names.pop(call.path, None)
         return
@@ -218,13 +231,13 @@ def _parent(path: str) -> str:
 
 def put_down(state: dict[str, bytes | None], recorded: Path, folder: Path) -> None:
     """Write a state into an empty folder."""
-    for path in sorted(state, key=len):  # folders before what is in them
-        place = folder / Path(path).relative_to(recorded)
+    for path in sorted(state, key=len):  # folders before their files
+        target = folder / Path(path).relative_to(recorded)
         content = state[path]
         if content is None:
-            place.mkdir()
+            target.mkdir()
         else:
-            place.write_bytes(content)
+            target.write_bytes(content)
 
 
 def boundaries(calls: Sequence[Call]) -> list[int]:
@@ -233,7 +246,7 @@ def boundaries(calls: Sequence[Call]) -> list[int]:
 
 
 def power_cuts(disk: Disk, calls: Sequence[Call], count: int, chance: random.Random) -> Iterator[dict]:
-    """States after power cuts at random moments of a run, while the disk goes along."""
+    """States after power cuts at random moments of a run, during which the disk writes some sectors by itself."""
     moments = sorted(chance.choices(boundaries(calls), k=count))
     for position in range(len(calls) + 1):
         while moments and moments[0] == position:

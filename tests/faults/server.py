@@ -1,4 +1,4 @@
-"""The test's side of `writing.py`: start writers, kill them, hear what they said."""
+"""The test's side of `writing.py`: start writers, kill them, read their output."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ class Writing:
 
     server: Server
     process: int
-    said_path: Path
-    complained_path: Path
+    output_path: Path
+    error_path: Path
 
     def kill(self) -> int:
         """Kill -9 and wait."""
@@ -36,18 +36,18 @@ class Writing:
         return self.server.ask({"wait": self.process, "timeout": 60})
 
     @property
-    def said(self) -> list[str]:
+    def lines(self) -> list[str]:
         """Its lines so far."""
-        return self.said_path.read_text().splitlines() if self.said_path.exists() else []
+        return self.output_path.read_text().splitlines() if self.output_path.exists() else []
 
     def numbers(self, word: str) -> list[int]:
-        """The block numbers that it said after a word."""
-        return [int(line.split()[1]) for line in self.said if line.startswith(word + " ")]
+        """The block numbers that it printed after a word."""
+        return [int(line.split()[1]) for line in self.lines if line.startswith(word + " ")]
 
     @property
-    def complained(self) -> str:
-        """What is on its stderr."""
-        return self.complained_path.read_text() if self.complained_path.exists() else ""
+    def errors(self) -> str:
+        """The content of its stderr."""
+        return self.error_path.read_text() if self.error_path.exists() else ""
 
 
 class Server:
@@ -68,7 +68,7 @@ class Server:
         self._process = subprocess.Popen(command, env=environment, text=True, **pipes)
 
     def ask(self, order: dict[str, Any]) -> int:
-        """Give an order and hear the answer."""
+        """Send an order and return the answer."""
         self._process.stdin.write(json.dumps(order) + "\n")
         self._process.stdin.flush()
         answer = self._process.stdout.readline()
@@ -76,11 +76,11 @@ class Server:
         return int(answer)
 
     def start(self, path: Path, **order: Any) -> Writing:
-        """Start a writer of a file; see `writing.run` and `writing.write` for what may be ordered."""
+        """Start a writer of a file; see `writing.run` and `writing.write` for the orders."""
         number = next(self._numbers)
-        said, complained = self._scratch / f"{number}.said", self._scratch / f"{number}.complained"
-        order |= {"path": str(path), "said": str(said), "complained": str(complained)}
-        return Writing(self, self.ask(order), said, complained)
+        output, errors = self._scratch / f"{number}.output", self._scratch / f"{number}.errors"
+        order |= {"path": str(path), "output": str(output), "errors": str(errors)}
+        return Writing(self, self.ask(order), output, errors)
 
     def write(self, path: Path, **order: Any) -> Writing:
         """Run a writer of a file to its end."""

@@ -1,4 +1,4 @@
-"""The real command, as a process of its own."""
+"""The real command as a separate process."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ metrics = ["cv", "transmission_angle_min:max"]
 
 
 def study(folder: Path, num: int = 16) -> Path:
-    """A study of a crank-rocker: three blocks of results unless told otherwise."""
+    """A study of a crank-rocker with, by default, three blocks."""
     path = folder / f"study{num}.toml"
     path.write_text(_STUDY.format(num=num))
     return path
 
 
 class Command:
-    """`python -m explore sweep`, started.
+    """A running `python -m explore sweep`.
 
     Parameters
     ----------
@@ -54,21 +54,19 @@ class Command:
 
     @property
     def running(self) -> bool:
-        """Whether it has not ended."""
+        """Whether it still runs."""
         return self._process.poll() is None
 
     @property
     def process(self) -> int:
-        """Its number."""
+        """Its process number."""
         return self._process.pid
 
     def finish(self) -> tuple[int, str]:
-        """Wait for its end: exit code and complaints."""
+        """Wait for its end; return the exit code and stderr."""
         if not self._process.stderr.closed:
-            lines = self._process.communicate(timeout=120)[1].splitlines(keepends=True)
-            # on a busy machine it may excuse itself for the time that the compiled kernels take
-            self._complaints = "".join(line for line in lines if not line.startswith("preparing the compiled"))
-        return self._process.returncode, self._complaints
+            self._errors = self._process.communicate(timeout=120)[1]
+        return self._process.returncode, self._errors
 
     def kill(self) -> None:
         """Kill -9."""

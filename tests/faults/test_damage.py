@@ -1,4 +1,4 @@
-"""Damaged bytes, changed studies, and the same bytes in whatever order blocks come."""
+"""Damaged bytes, changed studies, and blocks in any order."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import h5py
 import numpy as np
 import pytest
 
-from explore.store.opening import open_results
+from explore.store.open_results import open_results
 from faults.checker import check, sha256
 from faults.content import ATTRIBUTES, BLOCK, COLUMNS, N_BLOCKS, fill, rows
 from faults.sweeps import study
@@ -19,7 +19,7 @@ from faults.sweeps import study
 
 @pytest.fixture
 def copy(fresh, undisturbed):
-    """A complete file of this test's own."""
+    """A copy of the complete file."""
     return shutil.copy(undisturbed, fresh() / "grid.h5")
 
 
@@ -49,11 +49,11 @@ def test_changed_study_is_refused_and_the_file_untouched(command, tmp_path, figu
     config, path = study(tmp_path, 7), tmp_path / "grid.h5"
     assert command(config, path).finish() == (0, "")
     before = path.read_bytes(), path.stat().st_mtime_ns
-    code, complaint = command(study(tmp_path, 8), path).finish()
+    code, stderr = command(study(tmp_path, 8), path).finish()
     assert code == 1
-    assert complaint.startswith(f"error: {path} holds the results of another study; what changed:\n")
-    assert "  parameters.crank.num: 7 -> 8\n" in complaint
-    assert complaint.endswith("use --restart to start over, or name another file with -o\n")
+    assert stderr.startswith(f"error: {path} holds the results of another study; what changed:\n")
+    assert "  parameters.crank.num: 7 -> 8\n" in stderr
+    assert stderr.endswith("use --restart to start over, or name another file with -o\n")
     assert (path.read_bytes(), path.stat().st_mtime_ns) == before
     assert sorted(file.name for file in tmp_path.glob("grid.h5*")) == ["grid.h5", "grid.h5.log.jsonl"]
     figures["trials"] += 1
@@ -73,9 +73,9 @@ def test_changed_kernel_or_request_is_refused_and_the_file_untouched(server, cop
     assert attributes.keys() <= ATTRIBUTES.keys()
     before = copy.read_bytes(), copy.stat().st_mtime_ns
     writing = server.write(copy, attributes=attributes)
-    assert (writing.code, writing.said) == (1, [])
-    assert f"error: {copy} holds the results of another study; what changed:\n" in writing.complained
-    assert change in writing.complained
+    assert (writing.code, writing.lines) == (1, [])
+    assert f"error: {copy} holds the results of another study; what changed:\n" in writing.errors
+    assert change in writing.errors
     assert (copy.read_bytes(), copy.stat().st_mtime_ns) == before
     assert [entry.name for entry in copy.parent.iterdir()] == ["grid.h5"]
     figures["trials"] += 1

@@ -1,4 +1,4 @@
-"""Disks that fail or are full: an error in words, nothing damaged, and the same command goes on later."""
+"""Failing and full disks: one clear line, nothing damaged, and the same command continues later."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ from faults.content import N_BLOCKS, fill
 from faults.replay import read_trace
 from faults.sweeps import study
 
-#: Calls that a disk may refuse: create, write, truncate, reserve, synchronise, rename.
-REFUSED = "cwtasdr"
+#: Calls that a disk may refuse: create, write, truncate, reserve, synchronise, give a name.
+REFUSED = "cwtasdrl"
 ERRORS = (errno.EIO, errno.ENOSPC)
-#: Files whose content is only for people: a sweep does without when they cannot be written.
+#: Files that only people read: a sweep continues if they cannot be written.
 SPARED = {"FAULT_SPARED": ".lock .log.jsonl"}
 
 
@@ -30,7 +30,7 @@ def night(*values):
 
 
 def orders(folder, at, error, sticky):
-    """The recorder's: fail the N-th of the calls that a disk may refuse."""
+    """Orders to the recorder: the N-th of the calls that a disk may refuse fails."""
     return {
         "FAULT_FOLDER": str(folder),
         "FAULT_OPERATIONS": REFUSED,
@@ -41,18 +41,18 @@ def orders(folder, at, error, sticky):
     } | SPARED
 
 
-def assert_said_well(code, complaint, path):
-    """Not zero, and one line that names the file; no crash, no traceback."""
-    assert code == 1, (code, complaint)
-    assert complaint.startswith("error: "), complaint
-    assert complaint.count("\n") == 1, complaint
-    assert str(path) in complaint, complaint
-    assert "Traceback" not in complaint
-    assert "should not have happened" not in complaint
+def assert_clear_error(code, stderr, path):
+    """Exit code 1 and one line that names the file, without a traceback."""
+    assert code == 1, (code, stderr)
+    assert stderr.startswith("error: "), stderr
+    assert stderr.count("\n") == 1, stderr
+    assert str(path) in stderr, stderr
+    assert "Traceback" not in stderr
+    assert "should not have happened" not in stderr
 
 
 def calls_of(server, memory, name, keep="all", arguments=()) -> int:
-    """How many calls of an undisturbed run a disk may refuse."""
+    """Number of calls in an undisturbed run that a disk may refuse."""
     folder = memory / name
     folder.mkdir()
     trace = memory / f"{name}.trace"
@@ -74,8 +74,8 @@ def test_failing_call_is_reported_and_nothing_is_damaged(server, memory, fresh, 
         writing = server.write(path, keep=keep, environment=orders(folder, at, error, sticky))
         verdict = figures.count(check(path, writing.numbers("done"), keep))
         assert verdict.sound, (at, error, sticky, verdict)
-        assert_said_well(writing.code, writing.complained, path)
-        assert not path.with_name("grid.h5.tmp").exists()
+        assert_clear_error(writing.code, writing.errors, path)
+        assert not list(folder.glob("*.unfinished-*"))
         again = server.write(path, keep=keep)
         figures["redone"] += len(set(again.numbers("run")) & set(writing.numbers("done")))
         assert again.code == 0
@@ -86,7 +86,7 @@ def test_failing_call_is_reported_and_nothing_is_damaged(server, memory, fresh, 
 
 @pytest.mark.parametrize(("trials", "keep"), [(6, "all"), (3, "front"), night(60, "all"), night(30, "front")])
 def test_failing_call_in_a_real_sweep(server, memory, fresh, figures, request, trials, keep):
-    """The command's own code, cluster and study, in a forked process."""
+    """The command with its cluster and study, in a forked process."""
     config = study(memory)
     arguments = ["sweep", str(config), "--quiet", "--keep", keep, "-o"]
     name = request.node.name
@@ -100,7 +100,7 @@ def test_failing_call_in_a_real_sweep(server, memory, fresh, figures, request, t
         order = [*arguments, str(path)]
         writing = server.write(path, arguments=order, environment=orders(folder, at, error, sticky))
         figures["trials"] += 1
-        assert_said_well(writing.code, writing.complained, path)
+        assert_clear_error(writing.code, writing.errors, path)
         assert server.write(path, arguments=order).code == 0
         assert sha256(path) == undisturbed, (at, error, sticky)
         assert sorted(entry.name for entry in folder.iterdir()) == ["grid.h5", "grid.h5.log.jsonl"]
@@ -108,7 +108,7 @@ def test_failing_call_in_a_real_sweep(server, memory, fresh, figures, request, t
 
 @pytest.mark.parametrize(("trials", "keep"), [(4, "all"), (1, "front"), night(20, "all"), night(10, "front")])
 def test_failing_call_in_the_command(command, recorder, tmp_path, figures, trials, keep):
-    """A process of its own from start to exit, its interpreter's and HDF5's ends included."""
+    """A separate process from start to exit, including the shutdown of the interpreter and of HDF5."""
     config, path, trace = study(tmp_path), tmp_path / "out" / "grid.h5", tmp_path / "trace"
     environment = {"LD_PRELOAD": str(recorder), "FAULT_FOLDER": str(path.parent)} | SPARED
     assert command(config, path, environment | {"FAULT_TRACE": str(trace)}, keep).finish() == (0, "")
@@ -123,15 +123,15 @@ def test_failing_call_in_the_command(command, recorder, tmp_path, figures, trial
             chance.random() < 0.5,
         )
         failing = environment | orders(path.parent, at, error, sticky)
-        code, complaint = command(config, path, failing, keep).finish()
+        code, stderr = command(config, path, failing, keep).finish()
         figures["trials"] += 1
-        assert_said_well(code, complaint, path)
+        assert_clear_error(code, stderr, path)
         assert command(config, path, keep=keep).finish() == (0, "")
         assert sha256(path) == undisturbed, (at, error, sticky)
 
 
 def test_short_writes_are_finished(server, memory, fresh, whole, figures):
-    """A write may take only half of what it is given, which is no error."""
+    """A write may write only half of its bytes without an error."""
     for at in range(1, 200, 9):
         folder = fresh()
         short = {"FAULT_FOLDER": str(folder), "FAULT_ACTION": "short", "FAULT_OPERATIONS": "w", "FAULT_AT": str(at)}
@@ -145,7 +145,7 @@ def test_short_writes_are_finished(server, memory, fresh, whole, figures):
 
 @pytest.fixture
 def small_disk(tmp_path):
-    """A file system of 1 MiB, three times the results file."""
+    """A file system of 1 MiB, three times the size of the results file."""
     place = tmp_path / "disk"
     place.mkdir()
     mount = ["mount", "-t", "tmpfs", "-o", "size=1m", "tmpfs", str(place)]
@@ -157,7 +157,7 @@ def small_disk(tmp_path):
 
 
 def take_all_but(disk: Path, free: int) -> Path:
-    """Fill a disk with something else."""
+    """Fill a disk with another file."""
     other = disk / "other"
     with other.open("wb") as file:
         file.write(bytes(shutil.disk_usage(disk).free - free))
@@ -175,8 +175,8 @@ def test_full_disk_at_the_start(server, small_disk, whole, figures, free, reserv
     environment = {"FAULT_FOLDER": str(small_disk)} | ({} if reserving else NO_RESERVING)
     writing = server.write(path, environment=environment)
     figures.count(check(path))
-    assert_said_well(writing.code, writing.complained, path)
-    assert "No space left" in writing.complained or "free" in writing.complained
+    assert_clear_error(writing.code, writing.errors, path)
+    assert "No space left" in writing.errors or "free" in writing.errors
     assert writing.numbers("run") == [], "found out before anything is computed"
     assert [entry.name for entry in small_disk.iterdir()] == ["other"]
     other.unlink()
@@ -185,18 +185,18 @@ def test_full_disk_at_the_start(server, small_disk, whole, figures, free, reserv
 
 
 def test_disk_that_fills_up_after_the_start_does_no_harm(server, small_disk, whole, figures):
-    """The space was reserved."""
+    """The space of the results file is reserved at the start."""
     path = fill(small_disk / "grid.h5", [])
     take_all_but(small_disk, 4096)  # for the lock
     writing = server.write(path)
     figures.count(check(path, writing.numbers("done")))
-    assert (writing.code, writing.complained) == (0, "")
+    assert (writing.code, writing.errors) == (0, "")
     assert sha256(path) == whole
 
 
 @pytest.mark.parametrize("free", [8192, 40_000, 90_000, 150_000, 200_000])
 def test_disk_full_in_the_middle(server, small_disk, undisturbed, whole, figures, free):
-    """Where reserved space is no promise, as on file systems that copy on write: the file has holes."""
+    """On file systems that copy on write, reserved space is not guaranteed: the file has holes."""
     path = small_disk / "grid.h5"
     fill(path, [])
     content = path.read_bytes()
@@ -213,7 +213,7 @@ def test_disk_full_in_the_middle(server, small_disk, undisturbed, whole, figures
     verdict = figures.count(check(path, writing.numbers("done")))
     assert verdict.sound, verdict
     assert 0 <= len(verdict.committed) < N_BLOCKS
-    assert_said_well(writing.code, writing.complained, path)
+    assert_clear_error(writing.code, writing.errors, path)
     other.unlink()
     again = server.write(path)
     assert again.code == 0
@@ -224,13 +224,13 @@ def test_disk_full_in_the_middle(server, small_disk, undisturbed, whole, figures
 @pytest.mark.parametrize("limit", [5_000, 100_000])
 @pytest.mark.parametrize("reserving", [True, False])
 def test_limit_on_the_length_at_the_start(server, fresh, whole, figures, limit, reserving):
-    """The kernel sends a signal besides, which must not be what ends the process."""
+    """The kernel also sends a signal, which must not end the process."""
     folder = fresh()
     path = folder / "grid.h5"
     environment = {"FAULT_FOLDER": str(folder)} | ({} if reserving else NO_RESERVING)
     writing = server.write(path, limit=limit, environment=environment)
     figures.count(check(path))
-    assert_said_well(writing.code, writing.complained, path)
+    assert_clear_error(writing.code, writing.errors, path)
     assert writing.numbers("run") == []
     assert list(folder.iterdir()) == []
     assert server.write(path).code == 0
@@ -244,7 +244,7 @@ def test_limit_on_the_length_in_the_middle(server, fresh, whole, figures, after)
     verdict = figures.count(check(path, writing.numbers("done")))
     assert verdict.sound, verdict
     assert verdict.committed == set(range(after))
-    assert_said_well(writing.code, writing.complained, path)
+    assert_clear_error(writing.code, writing.errors, path)
     again = server.write(path)
     assert (again.code, again.numbers("run")) == (0, list(range(after, N_BLOCKS)))
     assert sha256(path) == whole

@@ -1,8 +1,9 @@
-"""Kill -9: at random times, at every call, and what a killed writer leaves behind."""
+"""Kill -9 at random times and at every call, and the files that a killed writer leaves."""
 
 from __future__ import annotations
 
 import random
+import re
 import shutil
 import signal
 import time
@@ -10,6 +11,7 @@ from pathlib import Path
 
 import pytest
 
+from explore.store.packing import pack
 from faults.checker import check, done_blocks, sha256
 from faults.content import N_BLOCKS, fill
 from faults.replay import COUNTED, Disk, boundaries, put_down, read_trace
@@ -25,7 +27,7 @@ def night(*values):
 
 @pytest.mark.parametrize(("kills", "keep"), [(50, "all"), (20, "front"), night(500, "all"), night(200, "front")])
 def test_random_kills_lose_nothing_and_cost_a_block_each(server, tmp_path, whole, figures, kills, keep):
-    """On the disk, not in memory, so that commits take their time."""
+    """On the disk, not in memory, so that commits take time."""
     chance = random.Random(20_240_601)
     path = tmp_path / "grid.h5"
     typical = min(duration(server, path, keep) for _ in range(3))
@@ -53,7 +55,7 @@ def test_random_kills_lose_nothing_and_cost_a_block_each(server, tmp_path, whole
     figures["redone"] += sum(runs) - N_BLOCKS
     assert figures["redone"] <= killed
     assert sha256(path) == whole
-    assert [entry.name for entry in tmp_path.iterdir()] == ["grid.h5"], "what killed writers left is cleaned up"
+    assert [entry.name for entry in tmp_path.iterdir()] == ["grid.h5"], "unfinished files of killed writers are removed"
 
 
 def duration(server, path, keep) -> float:
@@ -66,7 +68,7 @@ def duration(server, path, keep) -> float:
 
 @pytest.mark.parametrize(("kills", "keep"), [(4, "all"), (2, "front"), night(30, "all"), night(15, "front")])
 def test_random_kills_of_the_command(command, tmp_path, figures, kills, keep):
-    """The real command, real studies, real blocks: what a reader saw committed before the kill stays."""
+    """The real command: blocks that a reader saw committed before the kill stay."""
     chance = random.Random(3)
     config = study(tmp_path, 32)
     undisturbed, path = tmp_path / "undisturbed.h5", tmp_path / "killed.h5"
@@ -74,28 +76,28 @@ def test_random_kills_of_the_command(command, tmp_path, figures, kills, keep):
     n_blocks = len(done_blocks(undisturbed))
     for _ in range(kills):
         sweep = command(config, path, keep=keep)
-        wanted = chance.randrange(n_blocks - 1)  # at least so many blocks, then at any moment
-        while len(done_blocks(path)) < wanted and sweep.running:
+        n_awaited = chance.randrange(n_blocks - 1)  # wait for this number of blocks, then a random time
+        while len(done_blocks(path)) < n_awaited and sweep.running:
             time.sleep(0.002)
-        time.sleep(chance.random() * (1.5 if wanted == 0 else 0.05))
-        seen = done_blocks(path)
+        time.sleep(chance.random() * (1.5 if n_awaited == 0 else 0.05))
+        before = done_blocks(path)
         sweep.kill()
-        left = done_blocks(path)
+        after = done_blocks(path)
         figures["trials"] += 1
-        figures["lost"] += len(seen - left)
-        if len(left) == n_blocks and path.exists():
+        figures["lost"] += len(before - after)
+        if len(after) == n_blocks and path.exists():
             assert sha256(path) == sha256(undisturbed)
             for file in tmp_path.glob("killed.h5*"):
                 file.unlink()
-    code, complaint = command(config, path, keep=keep).finish()
-    assert (code, figures["lost"]) == (0, 0), complaint
+    code, stderr = command(config, path, keep=keep).finish()
+    assert (code, figures["lost"]) == (0, 0), stderr
     assert sha256(path) == sha256(undisturbed)
     assert sorted(file.name for file in tmp_path.glob("killed.h5*")) == ["killed.h5", "killed.h5.log.jsonl"]
 
 
 @pytest.fixture
 def recorded(server, memory, keep):
-    """A run in a new folder, call by call; the folder stays as the run left it."""
+    """The calls of a run in a new folder, which stays as the run left it."""
     folder = memory / f"recorded-{keep}"
     trace = memory / f"recorded-{keep}.trace"
     if not folder.exists():
@@ -113,12 +115,12 @@ def test_the_replay_is_what_happened(recorded):
         disk.do(call)
     assert disk.after_kill() == {str(path): path.read_bytes() for path in folder.iterdir()}
     assert disk.acknowledged == set(range(N_BLOCKS))
-    assert {call.operation for call in calls} & COUNTED == set("cwtasdru")
+    assert {call.operation for call in calls} & COUNTED == set("cwtasdlu")
 
 
 @pytest.mark.parametrize("keep", KEEPS)
 def test_kill_at_every_call(recorded, fresh, whole, figures, keep):
-    """Just before each call and in the middle of each write, and then the run is finished."""
+    """Just before each call and in the middle of each write; a second run then finishes."""
     folder, calls = recorded
     disk = Disk(folder)
     for call in calls:
@@ -131,16 +133,56 @@ def test_kill_at_every_call(recorded, fresh, whole, figures, keep):
 
 
 def judge_and_finish(disk, state, folder, whole, figures, keep) -> None:
-    """What is left is absent or complete; the same command then gives the undisturbed bytes."""
+    """The file is absent or complete; the same command then gives the undisturbed bytes."""
     put_down(state, disk.folder, folder)
     path = folder / "grid.h5"
     verdict = figures.count(check(path, disk.acknowledged, keep))
-    # Half of a commit word is the one damage that a kill may leave: no reader takes it for a commit.
+    # Half of a commit word is the only damage that a kill can cause; no reader takes it for a commit.
     assert not any((verdict.unreadable, verdict.lost, verdict.phantom)), (figures["trials"], verdict)
     assert not verdict.detected & verdict.committed, (figures["trials"], verdict)
     fill(path, keep=keep)
     assert sha256(path) == whole
     assert [entry.name for entry in folder.iterdir()] == ["grid.h5"]
+
+
+@pytest.fixture
+def packing(server, memory, undisturbed):
+    """The calls of `explore pack` in a folder, and the files it leaves."""
+    folder, trace = memory / "packing", memory / "packing.trace"
+    folder.mkdir(exist_ok=True)
+    packed = folder / "packed.h5"
+    packed.unlink(missing_ok=True)
+    trace.unlink(missing_ok=True)
+    environment = {"FAULT_FOLDER": str(folder), "FAULT_TRACE": str(trace)}
+    order = ["pack", str(undisturbed), "-o", str(packed)]
+    assert server.write(packed, arguments=order, environment=environment).code == 0
+    return folder, read_trace(trace), packed.read_bytes()
+
+
+@pytest.mark.parametrize("cuts", [0, 3], ids=["kills", "power cuts"])
+@pytest.mark.parametrize("trials", [25, night(None)])
+def test_kill_or_power_cut_at_every_call_of_pack(packing, undisturbed, fresh, figures, trials, cuts):
+    """The copy is absent or complete, and packing again gives it."""
+    folder, calls, whole = packing
+    disk, chance = Disk(folder), random.Random(5)
+    moments = boundaries(calls)
+    # The last calls, where the copy gets its name, and some of those before.
+    chosen = {*moments[-8:], *chance.sample(moments, trials or len(moments))}
+    for position in range(len(calls) + 1):
+        if position in chosen:
+            states = [disk.after_cut(chance) for _ in range(cuts)] or [disk.after_kill()]
+            if not cuts and position < len(calls) and calls[position].operation == "w":
+                states.append(disk.after_kill(during=calls[position]))
+            for state in states:
+                target = fresh() / "packed.h5"
+                put_down(state, folder, target.parent)
+                figures["trials"] += 1
+                if not target.exists():
+                    pack(undisturbed, target)
+                    assert not list(target.parent.glob("*.unfinished-*"))
+                assert target.read_bytes() == whole
+        if position < len(calls):
+            disk.do(calls[position])
 
 
 @pytest.mark.parametrize(("trials", "keep"), [(25, "all"), (15, "front"), night(None, "all"), night(None, "front")])
@@ -160,20 +202,25 @@ def test_real_kills_leave_what_the_replay_says(server, recorded, fresh, whole, f
         for call in calls[:position]:
             disk.do(call)
         expected = disk.after_kill(calls[position] if action == "tear" else None)
-        found = {entry.name: entry.read_bytes() for entry in folder.iterdir()}
-        expected = {Path(name).name: content for name, content in expected.items()}
+        contents = {steady(entry.name): entry.read_bytes() for entry in folder.iterdir()}
+        expected = {steady(Path(name).name): content for name, content in expected.items()}
         # the lock file names the process, and nothing else depends on the run
-        assert found.keys() == expected.keys(), (position, action)
-        assert all(found[name] == expected[name] for name in found if name != "grid.h5.lock"), (position, action)
+        assert contents.keys() == expected.keys(), (position, action)
+        assert all(contents[name] == expected[name] for name in contents if name != "grid.h5.lock"), (position, action)
         assert set(writing.numbers("done")) == disk.acknowledged
         figures.count(check(folder / "grid.h5", disk.acknowledged, keep))
         assert server.write(folder / "grid.h5", keep=keep).code == 0
         assert sha256(folder / "grid.h5") == whole
 
 
+def steady(name: str) -> str:
+    """The name of a file without the random part of an unfinished one."""
+    return re.sub("unfinished-.*", "unfinished", name)
+
+
 @pytest.mark.parametrize("action", ["kill", "cut"])
 def test_restart_never_loses_the_old_results(server, memory, undisturbed, figures, action):
-    """`--restart` moves a file aside and makes a new one: at each moment the old blocks are under one of two names."""
+    """`--restart` moves a file aside and makes a new one; the old blocks are always under one of two names."""
     folder = memory / f"restart-{action}"
     folder.mkdir()
     shutil.copy(undisturbed, folder / "grid.h5")

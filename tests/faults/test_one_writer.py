@@ -1,4 +1,4 @@
-"""One writer at a time: rivals, dead holders of the lock, their children, and other programs."""
+"""One writer at a time: concurrent writers, dead holders of the lock, their children, other programs."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from faults.checker import check, sha256
 from faults.content import N_BLOCKS, fill
 from faults.sweeps import study
 
-#: A lock that nobody has written his name into yet is rare, and said to be another process's.
+#: Rarely the holder has not written its process number yet; then the message has "another process".
 REFUSAL = r"error: .*grid.h5 is being written by (process (\d+) on host \S+|another process); wait for it or stop it\n"
 
 
 def wait_for(condition, seconds=30.0):
-    """Wait until something is so."""
+    """Wait until a condition is true."""
     give_up = time.monotonic() + seconds
     while not condition():
         assert time.monotonic() < give_up, "it never happened"
@@ -36,16 +36,16 @@ def test_of_four_writers_at_once_one_writes(server, fresh, whole, figures, round
         path, release = folder / "grid.h5", folder.parent / "release"
         start = time.monotonic() + 0.02
         four = [server.start(path, start=start, hold=str(release)) for _ in range(4)]
-        # The one that writes holds on until it is released, so the others cannot come when all is over.
-        wait_for(lambda four=four: any("complete" in writing.said for writing in four))
-        winners = [writing for writing in four if "open" in writing.said]
+        # The writer holds the lock until it is released, so that the others cannot start after its end.
+        wait_for(lambda four=four: any("complete" in writing.lines for writing in four))
+        winners = [writing for writing in four if "open" in writing.lines]
         assert len(winners) == 1
         losers = [writing for writing in four if writing is not winners[0]]
         for loser in losers:
             assert loser.code == 1
-            assert loser.said == []
-            refusal = re.fullmatch(REFUSAL, loser.complained)
-            assert refusal, loser.complained
+            assert loser.lines == []
+            refusal = re.fullmatch(REFUSAL, loser.errors)
+            assert refusal, loser.errors
             assert refusal[2] in (None, str(winners[0].process))
             nameless += refusal[2] is None
         release.touch()
@@ -59,7 +59,7 @@ def test_of_four_writers_at_once_one_writes(server, fresh, whole, figures, round
 
 @pytest.mark.parametrize("rounds", [2, pytest.param(10, marks=pytest.mark.slow)])
 def test_of_four_commands_at_once_one_sweeps(command, tmp_path, figures, rounds):
-    """The holder is stopped, not killed, until the others have given up."""
+    """The holder is stopped (SIGSTOP) until the others have ended."""
     config = study(tmp_path)
     assert command(config, tmp_path / "alone.h5").finish() == (0, "")
     for number in range(rounds):
@@ -72,10 +72,10 @@ def test_of_four_commands_at_once_one_sweeps(command, tmp_path, figures, rounds)
         try:
             for one in four:
                 if one.process != holder:
-                    code, complaint = one.finish()
+                    code, stderr = one.finish()
                     assert code == 1
-                    refusal = re.fullmatch(REFUSAL, complaint)
-                    assert refusal, complaint
+                    refusal = re.fullmatch(REFUSAL, stderr)
+                    assert refusal, stderr
                     assert int(refusal[2]) == holder
         finally:
             os.kill(holder, signal.SIGCONT)
@@ -89,7 +89,7 @@ def test_lock_of_a_killed_writer_is_free_at_once(server, fresh, whole, figures, 
     for _ in range(trials):
         path = fresh() / "grid.h5"
         holder = server.start(path, hold="/never")
-        wait_for(lambda holder=holder: "open" in holder.said)
+        wait_for(lambda holder=holder: "open" in holder.lines)
         holder.kill()
         assert path.with_name("grid.h5.lock").exists(), "it was stale"
         begun = time.monotonic()
@@ -104,8 +104,8 @@ def test_children_of_a_killed_writer_do_not_hold_its_lock(server, fresh, whole, 
     for _ in range(trials):
         path = fresh() / "grid.h5"
         holder = server.start(path, hold="/never", children=True)
-        wait_for(lambda holder=holder: any(line.startswith("children") for line in holder.said))
-        children = [int(word) for word in holder.said[-1].split()[1:]]
+        wait_for(lambda holder=holder: any(line.startswith("children") for line in holder.lines))
+        children = [int(word) for word in holder.lines[-1].split()[1:]]
         try:
             holder.kill()
             assert all(Path(f"/proc/{child}").exists() for child in children)
@@ -125,12 +125,12 @@ def test_other_programs_cannot_write_meanwhile(server, fresh, memory, whole, fig
     for _ in range(trials):
         path, release = fresh() / "grid.h5", memory / "release"
         writing = server.start(path, hold=str(release))
-        wait_for(lambda writing=writing: "open" in writing.said)
+        wait_for(lambda writing=writing: "open" in writing.lines)
         for mode in ("r+", "a"):
             with pytest.raises(OSError, match="lock"):
                 h5py.File(path, mode)
         with h5py.File(path, "r") as file:
-            assert file.attrs["n_designs"], "readers are welcome"
+            assert file.attrs["n_designs"], "the file can be read meanwhile"
         release.touch()
         assert writing.code == 0
         release.unlink()

@@ -1,4 +1,4 @@
-"""Every kind of reader opens a results file again and again while a sweep in another process writes it."""
+"""All kinds of readers open a results file repeatedly while a sweep in another process writes it."""
 
 import contextlib
 import json
@@ -19,7 +19,7 @@ import explore
 
 BLOCK, N_BLOCKS = 65_536, 60
 N_DESIGNS = N_BLOCKS * BLOCK - 1000  # the last block is shorter
-#: Few columns keep the file small; a whole turn at a fine tolerance keeps the sweep slow enough to be watched.
+#: Few columns keep the file small; a whole turn at a fine tolerance keeps the sweep slow enough to watch.
 STUDY = f"""mechanism = "crank-rocker"
 [parameters]
 crank = {{ start = 60, stop = 130, num = {N_DESIGNS} }}
@@ -34,12 +34,12 @@ metrics = ["rocker_velocity_variance"]
 metrics = ["rocker_velocity_variance:min"]
 """
 OPENS = 1000
-#: Sweeps that are watched at most; one gives about a thousand opens.
+#: Most sweeps to watch; one gives about a thousand opens.
 SWEEPS = 4
 
 
 def start(*arguments, folder):
-    """Run `explore` as a user does."""
+    """Run `explore` as a separate process."""
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path)), "NO_COLOR": "1"}
     command = [sys.executable, "-m", "explore", *map(str, arguments)]
     return subprocess.Popen(
@@ -48,7 +48,7 @@ def start(*arguments, folder):
 
 
 class Watcher:
-    """Reads one growing file in several ways and compares each with the commit words, its own reading of them."""
+    """Reads a growing file in several ways and compares each with the commit words that it reads itself."""
 
     def __init__(self, path):
         self.path = path
@@ -68,17 +68,17 @@ class Watcher:
         self.early += 0 < np.count_nonzero(before) < N_BLOCKS
 
     def words(self, file):
-        """The commit words: none ever changes once it is there."""
-        words = file["progress/commit"][:]
-        there = self.seen != 0
-        assert np.array_equal(words[there], self.seen[there]), "progress went backwards"
+        """The commit words; a written one never changes."""
+        words = file["progress/commit"][:, 0]
+        is_known = self.seen != 0
+        assert np.array_equal(words[is_known], self.seen[is_known]), "a commit word changed"
         assert np.all((words == 0) | (words >> 32 == 1))
-        new = np.flatnonzero((words != 0) & ~there).tolist()
+        new = np.flatnonzero((words != 0) & ~is_known).tolist()
         self.seen = words
         return new
 
     def h5py(self):
-        """Whose CRC-32 is computed here, in the columns' order: of new blocks, and of an old one again."""
+        """CRC-32 of new blocks and of an old one, in the columns' order."""
         with h5py.File(self.path) as file:
             names = ["design", *(name.decode() for name in file["frame/axis0"][:])]
             numbers = self.words(file)
@@ -91,13 +91,13 @@ class Watcher:
                 assert checksum == int(self.seen[number]) & 0xFFFFFFFF, f"block {number}"
 
     def rows(self):
-        """Some designs of each block that was committed before."""
+        """Some designs of each committed block."""
         committed = np.flatnonzero(self.seen)
         rows = (committed[:, np.newaxis] * BLOCK + [0, self.chance.randrange(BLOCK), BLOCK - 1]).ravel()
         return rows[rows < N_DESIGNS]
 
     def assert_right(self, status, crank, variance):
-        """Columns of the rows committed before: computed, and their own."""
+        """Columns of the committed rows."""
         rows = self.rows()
         assert np.all(status[rows] == 1)
         np.testing.assert_allclose(crank[rows], 60 + rows * (70 / (N_DESIGNS - 1)), rtol=1e-14)  # three roundings
@@ -115,7 +115,7 @@ class Watcher:
             self.assert_right(*(data[name].to_numpy() for name in ("status", "crank", "rocker_velocity_variance")))
 
     def product(self):
-        """Which gives committed designs only, at least those that were committed before it looked."""
+        """Gives only committed designs, at least those committed before the call."""
         results = explore.open_results(self.path)
         known = self.rows()
         assert results.n_committed >= BLOCK * np.count_nonzero(self.seen) - 1000
@@ -132,7 +132,7 @@ class Watcher:
 
 @contextlib.contextmanager
 def running(*arguments, folder):
-    """A process that does not outlive the test."""
+    """A process that ends with the test."""
     process = start(*arguments, folder=folder)
     try:
         yield process
@@ -142,7 +142,7 @@ def running(*arguments, folder):
 
 
 def watch(folder, name):
-    """Open the file of one sweep until that ends; returns the watcher and what `show` and `rank` said meanwhile."""
+    """Open the file of a sweep until it ends; return the watcher and the output of `show` and `rank`."""
     path, commands = folder / name, []
     with running("sweep", "study.toml", "-o", name, "--workers", "1", "--quiet", folder=folder) as sweep:
         while not path.exists():
@@ -173,23 +173,23 @@ def test_readers_of_running_sweeps(tmp_path):
     pytest.importorskip("h5netcdf")
     (tmp_path / "study.toml").write_text(STUDY)
     opens = early = 0
-    said = []
+    finished = []
     for number in range(SWEEPS):
         if opens >= OPENS:
             break
         watcher, commands = watch(tmp_path, f"{number}.h5")
-        opens, early, said = opens + watcher.opens, early + watcher.early, said + commands
+        opens, early, finished = opens + watcher.opens, early + watcher.early, finished + commands
         Path(watcher.path).unlink()
-    sys.stdout.write(f"{opens} opens, {early} of them between the first and the last commit, {len(said)} commands\n")
+    sys.stdout.write(f"{opens} opens, {early} between the first and the last commit, {len(finished)} commands\n")
     assert opens >= OPENS
     assert early >= OPENS // 2
-    assert len(said) >= 2
-    for command, code, out, errors in said:
+    assert len(finished) >= 2
+    for command, code, out, errors in finished:
         assert code == 0, (command, errors)
         if command[0] == "show" and "--json" in command:
             record = json.loads(out)
             assert record["counts"] == ({"ok": record["committed"]} if record["committed"] else {})
             whole = record["committed"] % BLOCK in (0, N_DESIGNS % BLOCK)
-            assert whole, "blocks are there as a whole or not at all"
+            assert whole, "a block is committed as a whole"
         elif command[0] == "rank" and "--json" in command and out.strip() != "[]":
             assert json.loads(out)[0]["status"] == 1

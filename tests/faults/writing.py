@@ -1,4 +1,4 @@
-"""Processes that write a results file, made by fork from one that has imported everything already.
+"""Processes that write a results file, forked from one that has imported everything already.
 
 A fresh Python takes about a second, a fork a few milliseconds, and the process killed is as real. This module runs as a
 process of its own, under the recorder, and takes orders as JSON lines (see `server.py`).
@@ -21,8 +21,8 @@ import distributed  # noqa: F401
 import pandas as pd  # noqa: F401
 
 import explore.cli
-import explore.cli.sweeps
-import explore.sampling
+import explore.cli.commands.sweep
+import explore.quadrature.loop
 import explore.sweeping
 from faults import content
 
@@ -30,18 +30,18 @@ _LIBRARY = ctypes.CDLL(None)
 
 
 def say(word: str) -> None:
-    """Acknowledge something: for the test on stdout, for the replay in the trace."""
+    """Acknowledge a block: on stdout for the test, in the trace for the replay."""
     os.write(1, f"{word}\n".encode())
     _LIBRARY.recorder_mark(word.encode())
 
 
 def write(order: dict[str, Any]) -> None:
-    """Write the blocks that are pending, in the order of their numbers."""
+    """Write the pending blocks in the order of their numbers."""
     options = {"keep": order.get("keep", "all"), "restart": order.get("restart", False), **order.get("attributes", {})}
     with content.writer(Path(order["path"]), **options) as w:
         pending = w.pending
         for number in sorted(set(range(content.N_BLOCKS)) - set(pending)):
-            say(f"done {number}")  # what the writer counts as durable must be so, too
+            say(f"done {number}")  # blocks that the writer finds committed must be durable too
         say("open")
         for position, number in enumerate(pending):
             if position == order.get("limit_after"):
@@ -59,7 +59,7 @@ def write(order: dict[str, Any]) -> None:
 
 
 def have_children() -> None:
-    """Start processes that live on, in both ways that workers are started, and with every door open to inherit."""
+    """Start child processes that outlive this one, in both ways workers are started, inheriting all they can."""
     import multiprocessing
 
     process = multiprocessing.get_context("spawn").Process(target=time.sleep, args=(600,))
@@ -69,8 +69,8 @@ def have_children() -> None:
 
 
 def run(order: dict[str, Any]) -> int:
-    """Carry out an order in a fork; returns the exit code that the command line would give."""
-    for number, name in enumerate(("input", "said", "complained")):
+    """Carry out an order in a fork; return the exit code of the command line."""
+    for number, name in enumerate(("input", "output", "errors")):
         flags = os.O_RDONLY if number == 0 else os.O_WRONLY | os.O_CREAT | os.O_APPEND
         os.dup2(os.open(order.get(name, os.devnull), flags, 0o666), number)
     os.environ.update(order.get("environment", {}))
@@ -81,7 +81,7 @@ def run(order: dict[str, Any]) -> int:
         pass
     if "arguments" in order:
         sys.argv = ["explore", *order["arguments"]]
-    else:  # the command line's own way with errors, around the writer alone
+    else:  # run only the writer, with the error handling of the command line
         explore.cli.app = lambda: write(order)
     try:
         explore.cli.main()
@@ -94,8 +94,8 @@ def end_of(process: int, timeout: float) -> int:
     """Wait for a fork: its exit code, or minus the signal. A process that does not end in time is killed."""
     give_up = time.monotonic() + timeout
     while True:
-        found, status = os.waitpid(process, os.WNOHANG)
-        if found:
+        ended, status = os.waitpid(process, os.WNOHANG)
+        if ended:
             return os.waitstatus_to_exitcode(status)
         if time.monotonic() > give_up:
             os.kill(process, 9)
@@ -103,9 +103,9 @@ def end_of(process: int, timeout: float) -> int:
 
 
 def serve() -> None:
-    """Obey: start a process (answer: its number) or wait for one (answer: its exit code)."""
+    """Carry out orders: start a process (answer: its number) or wait for one (answer: its exit code)."""
     answer = os.fdopen(os.dup(1), "w", buffering=1)
-    del os.environ["LD_PRELOAD"]  # the children of the forks are none of our business
+    del os.environ["LD_PRELOAD"]  # do not record the children of the forks
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     gc.freeze()
     for line in sys.stdin:
@@ -117,7 +117,7 @@ def serve() -> None:
         if not process:
             try:
                 code = run(order)
-            except BaseException as error:  # whatever it is must not reach the loop of the parent
+            except BaseException as error:  # no error may reach the loop of the parent
                 os.write(2, f"Traceback: {error!r}\n".encode())
                 code = 99
             os._exit(code)

@@ -1,7 +1,7 @@
 """Compute campaign.npz: 10,000 random crank-rockers and their statistics in quadruple precision.
 
-Run once, by hand, with gcc at hand: ``python tests/reference/make_campaign.py`` (about five minutes). See README.md
-beside this file for what is in the result; the tests recompute some of it with mpmath.
+Run by hand: ``python tests/reference/make_campaign.py`` (about five minutes; needs gcc). README.md in this folder
+describes the result; the tests recompute some of it with mpmath.
 """
 
 import ctypes
@@ -28,7 +28,7 @@ def margin(crank, coupler, rocker, ground):
 
 def draw(rng, kind):
     """Lengths (crank shortest) of one kind, the longest set so that the relative margin is log-uniform."""
-    wanted = 10.0 ** rng.uniform(-12.0, 0.0)
+    relative_margin = 10.0 ** rng.uniform(-12.0, 0.0)
     if kind == "general":
         lengths = 10.0 ** rng.uniform(-1.5, 0.0, 4) if rng.random() < 0.7 else rng.uniform(0.05, 1.0, 4)
     elif kind == "extreme ratios":
@@ -41,14 +41,16 @@ def draw(rng, kind):
         short, long = rng.uniform(0.05, 0.6), 1.0
         apart = 10.0 ** rng.uniform(-8.0, -0.5)
         if kind == "near kite":
-            lengths = np.array([short, long, long * (1 + rng.choice((-1, 1)) * wanted * short), short * (1 + apart)])
+            lengths = np.array(
+                [short, long, long * (1 + rng.choice((-1, 1)) * relative_margin * short), short * (1 + apart)]
+            )
         else:
             lengths = np.array([short, long, short * (1 + apart), long * (1 + rng.uniform(-0.9, 0.9) * apart * short)])
         return lengths * 10.0 ** rng.uniform(0.0, 3.0)
     lengths = np.concatenate([[lengths.min()], rng.permutation(np.sort(lengths)[1:])]) * 10.0 ** rng.uniform(0.0, 3.0)
     at = 1 + int(np.argmax(lengths[1:]))
     others = [k for k in (1, 2, 3) if k != at]
-    lengths[at] = (lengths[others[0]] + lengths[others[1]] - lengths[0]) / (1.0 + wanted)
+    lengths[at] = (lengths[others[0]] + lengths[others[1]] - lengths[0]) / (1.0 + relative_margin)
     return lengths
 
 
@@ -105,7 +107,7 @@ def main():
             library.clutch(WITH_CLUTCH, lengths[:WITH_CLUTCH].copy(), branch[:WITH_CLUTCH].copy(), phases, out)
             clutch[:, at] = out
             print(phases, "switches:", np.unique(out[..., 4], return_counts=True), flush=True)
-    # the largest output is the extreme of the rocker velocity in that sense; the clutch's own is only sampled
+    # the largest output is the extreme of the rocker velocity in that direction; that of the clutch is only sampled
     largest, smallest = extremes[:WITH_CLUTCH, 2, 0, 1], extremes[:WITH_CLUTCH, 2, 0, 0]
     for stroke in (0, 1):
         up = windows[:WITH_CLUTCH, stroke, 2] > 0

@@ -1,7 +1,7 @@
-"""Compute explore/data/gauss_legendre.npy: the Gauss-Legendre rules of all sizes in explore.quadrature.SIZES.
+"""Compute explore/data/gauss_legendre.npy: the Gauss-Legendre rules of all explore.quadrature.rules.NODE_COUNTS.
 
 Newton's method on the three-term recurrence with 40 digits, each number rounded once to double; about a minute.
-Run by hand after a change of SIZES: ``python tests/reference/make_gauss_legendre.py``.
+Run by hand after a change of NODE_COUNTS: ``python tests/reference/make_gauss_legendre.py``.
 """
 
 from pathlib import Path
@@ -9,17 +9,18 @@ from pathlib import Path
 import mpmath
 import numpy as np
 
-import explore.quadrature
+import explore
+from explore.quadrature.rules import NODE_COUNTS
 
 DIGITS = 40
 
 
 def legendre(n, x):
     """P_n(x) and its derivative, |x| < 1, by the three-term recurrence."""
-    before, now = mpmath.mpf(1), x
+    previous, current = mpmath.mpf(1), x
     for k in range(2, n + 1):
-        before, now = now, ((2 * k - 1) * x * now - (k - 1) * before) / k
-    return now, n * (x * now - before) / (x * x - 1)
+        previous, current = current, ((2 * k - 1) * x * current - (k - 1) * previous) / k
+    return current, n * (x * current - previous) / (x * x - 1)
 
 
 def rule(n):
@@ -40,8 +41,8 @@ def rule(n):
 
 def main():
     """Write the table."""
-    table = np.concatenate([rule(n) for n in explore.quadrature.SIZES])
-    np.save(Path(explore.quadrature.__file__).parent / "data" / "gauss_legendre.npy", table, allow_pickle=False)
+    table = np.concatenate([rule(n) for n in NODE_COUNTS])
+    np.save(Path(explore.__file__).parent / "data" / "gauss_legendre.npy", table, allow_pickle=False)
 
 
 if __name__ == "__main__":

@@ -1,14 +1,14 @@
-/** Conditions as text: short decimal bounds, and the line for the command line that selects the same designs. */
+/** Conditions as text: short decimal bounds, and the command that selects the same designs. */
 
-/** What `--where` reads as a name: it must be one word, and none of its own. */
+/** A name that `--where` can read: one word that is not a keyword of its conditions. */
 const WORD = /^[\p{L}_][\p{L}\p{N}_]*$/u;
-const OWN = ["and", "or", "not"];
+const KEYWORDS = ["and", "or", "not"];
 
 /**
- * A bound with as few digits as its place on the screen needs, moved outwards by less than a pixel.
+ * A bound rounded outwards by less than a pixel to as few digits as possible.
  * @param {number} value
- * @param {number} pixel what a pixel is worth there
- * @param {boolean} up whether to move up
+ * @param {number} pixel width of a pixel in the unit of the value
+ * @param {boolean} up whether to round up
  */
 export function shortBound(value, pixel, up) {
   const digits = -Math.floor(Math.log10(pixel));
@@ -21,7 +21,7 @@ export function shortBound(value, pixel, up) {
 }
 
 /** Whether the command line can name this column. */
-export const nameable = (name) => WORD.test(name) && !OWN.includes(name);
+export const isNameable = (name) => WORD.test(name) && !KEYWORDS.includes(name);
 
 /**
  * The text of `--where` for conditions; JavaScript and Python write the shortest digits that give the same double.
@@ -29,7 +29,7 @@ export const nameable = (name) => WORD.test(name) && !OWN.includes(name);
  */
 export function whereText(conditions) {
   return conditions
-    .filter(({ column }) => nameable(column))
+    .filter(({ column }) => isNameable(column))
     .map(oneText)
     .join(" and ");
 }

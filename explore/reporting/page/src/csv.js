@@ -1,13 +1,17 @@
-/** The selection as CSV: the shortest digits that give the same doubles again, empty where undefined. */
+/** The selection as CSV: numbers in the shortest digits that give the same double, empty cells where undefined, labels beside codes. */
 
 /** @param {import("./payload.js").Model} model @param {Iterable<number>} rows */
 export function csvText(model, rows) {
-  const lines = [["design", ...model.columns.map((column) => column.name)].map(quoted).join(",")];
+  const names = model.columns.flatMap(({ name, labels }) => (labels ? [name, `${name}_label`] : [name]));
+  const lines = [["design", ...names].map(quoted).join(",")];
   for (const row of rows) {
-    lines.push([model.designs[row], ...model.columns.map((column) => text(column, column.values[row]))].join(","));
+    lines.push([model.designs[row], ...model.columns.flatMap((column) => cells(column, column.values[row]))].join(","));
   }
   return `${lines.join("\n")}\n`;
 }
+
+const cells = (column, value) =>
+  column.labels ? [text(column, value), quoted(column.labels[value] ?? String(value))] : [text(column, value)];
 
 function text(column, value) {
   if (column.name === "feasible") return value ? "True" : "False";
@@ -23,7 +27,7 @@ function text(column, value) {
 
 const quoted = (name) => (/[",\r\n]/.test(name) ? `"${name.replaceAll('"', '""')}"` : name);
 
-/** Let the browser save a text as a file. */
+/** Save a text as a file. */
 export function save(name, content) {
   const address = URL.createObjectURL(new Blob([content], { type: "text/csv" }));
   const link = document.createElement("a");

@@ -1,7 +1,8 @@
 /** Small charts of a motion over the crank angle, all with the same cursor. */
 
-import { el, sized } from "./dom.js";
-import { counted, number, tickText } from "./format.js";
+import { el, resizeCanvas } from "./dom.js";
+import { countOf, number, tickText } from "./format.js";
+import { strokeOf } from "./motion.js";
 import { axisScale } from "./scales.js";
 import { colours } from "./theme.js";
 
@@ -10,10 +11,12 @@ const MARGIN = { left: 42, right: 8, top: 6, bottom: 18 };
 
 /**
  * Make a chart.
- * @param {{title: string, unit: string, lines: Array, good?: [number, number]}} kind
- * @param {(degrees: number) => void} onPoint called with the crank angle that is pointed at
+ * @param {{title: string, unit: string, lines: Array}} kind
+ * @param {Array<[string, string, number, string|[number, number]]>} bounds of the study on signals: name, side, value, and
+ *   the stroke or the crank angles where it holds
+ * @param {(degrees: number) => void} onPoint called with the crank angle under the pointer
  */
-export function curveChart(kind, onPoint) {
+export function curveChart(kind, bounds, onPoint) {
   const canvas = el("canvas", { role: "img" });
   const value = el("span", { class: "value" });
   const title = el("span", { class: "title" }, kind.unit ? `${kind.title} [${kind.unit}]` : kind.title);
@@ -26,11 +29,12 @@ export function curveChart(kind, onPoint) {
   };
   canvas.addEventListener("pointerdown", point);
   canvas.addEventListener("pointermove", point);
-  return { node, draw: (motion, turn, degrees, width) => draw(kind, canvas, value, motion, turn, degrees, width) };
+  const drawn = { ...kind, bounds: bounds.filter(([signal]) => kind.lines.some(([name]) => name === signal)) };
+  return { node, draw: (motion, turn, degrees, width) => draw(drawn, canvas, value, motion, turn, degrees, width) };
 }
 
 function draw(kind, canvas, value, motion, turn, degrees, width) {
-  const context = sized(canvas, width, HEIGHT);
+  const context = resizeCanvas(canvas, width, HEIGHT);
   const colour = colours();
   const x = axisScale([0, 360], [MARGIN.left, width - MARGIN.right]);
   const all = kind.lines.flatMap(([name]) => [...turn.series[name]]).filter(Number.isFinite);
@@ -45,7 +49,7 @@ function draw(kind, canvas, value, motion, turn, degrees, width) {
   if (kind.lines[0][0] === "one_clutch") span[0] = 0;
   const y = axisScale(span, [HEIGHT - MARGIN.bottom, MARGIN.top], { room: 0.08 });
   frame(context, x, y, motion, colour, width);
-  if (kind.good) bounds(context, kind.good, y, colour, width);
+  drawBounds(context, kind.bounds, motion, x, y, colour);
   for (const [name, hue] of kind.lines) {
     context.strokeStyle = colour[hue];
     context.lineWidth = 1.7;
@@ -62,7 +66,7 @@ function draw(kind, canvas, value, motion, turn, degrees, width) {
       el(
         "span",
         { class: `hue-${hue}` },
-        `${label ? `${label === "all" ? counted(motion.phases, "linkage") : label} ` : ""}${shown(now[name])}`,
+        `${label ? `${label === "all" ? countOf(motion.phases, "linkage") : label} ` : ""}${shown(now[name])}`,
       ),
     ),
   );
@@ -76,10 +80,8 @@ function draw(kind, canvas, value, motion, turn, degrees, width) {
 function frame(context, x, y, motion, colour, width) {
   const [bottom, top] = y.range();
   context.fillStyle = colour.stroke;
-  for (const turn of motion.stroke ? [-720, -360, 0, 360] : []) {
-    const [start, stop] = motion.stroke.map((angle) => Math.min(360, Math.max(0, angle + turn)));
-    if (stop > start) context.fillRect(x(start), top, x(stop) - x(start), bottom - top);
-  }
+  for (const [start, stop] of turns(motion.stroke))
+    context.fillRect(x(start), top, x(stop) - x(start), bottom - top);
   context.font = "10.5px system-ui, sans-serif";
   context.fillStyle = colour.muted;
   context.strokeStyle = colour.faint;
@@ -113,20 +115,29 @@ function frame(context, x, y, motion, colour, width) {
   context.setLineDash([]);
 }
 
-/** Lines at the bounds of what is held to be good, where they are in sight. */
-function bounds(context, good, y, colour, width) {
+/** Lines at the study's bounds, over the crank angles where they hold. */
+function drawBounds(context, bounds, motion, x, y, colour) {
   const [low, high] = y.domain();
   context.strokeStyle = colour.red;
   context.lineWidth = 1.2;
   context.setLineDash([7, 3, 2, 3]);
-  for (const bound of good.filter((value) => value > low && value < high)) {
-    context.beginPath();
-    context.moveTo(MARGIN.left, y(bound));
-    context.lineTo(width - MARGIN.right, y(bound));
-    context.stroke();
+  for (const [, , value, over] of bounds) {
+    if (value < low || value > high) continue;
+    for (const [start, stop] of turns(typeof over === "string" ? strokeOf(motion, over) : over)) {
+      context.beginPath();
+      context.moveTo(x(start), y(value));
+      context.lineTo(x(stop), y(value));
+      context.stroke();
+    }
   }
   context.setLineDash([]);
 }
+
+/** The parts of a span of crank angles that lie between 0 and 360 deg; none for null. */
+const turns = (over) =>
+  [-720, -360, 0, 360]
+    .map((turn) => (over ?? [0, 0]).map((angle) => Math.min(360, Math.max(0, angle + turn))))
+    .filter(([start, stop]) => stop > start);
 
 function cursor(context, kind, motion, degrees, x, y, colour) {
   const now = motion.at(degrees);
@@ -138,7 +149,7 @@ function cursor(context, kind, motion, degrees, x, y, colour) {
   context.lineTo(x(degrees), bottom);
   context.stroke();
   for (const [name, hue] of kind.lines) {
-    // An angle may be drawn some turns away from where its formula puts it.
+    // The drawn angle may differ from that of the formula by whole turns.
     const turns = kind.unit === "deg" ? Math.round(((y.domain()[0] + y.domain()[1]) / 2 - now[name]) / 360) : 0;
     context.fillStyle = colour[hue];
     context.beginPath();

@@ -1,4 +1,4 @@
-/** How many designs of the file lie where, beneath the designs that the page holds. */
+/** Density of all designs of the file, drawn under the designs of the page. */
 
 import { unpack } from "./payload.js";
 import { colours } from "./theme.js";
@@ -9,7 +9,7 @@ export async function readDensity(study) {
   for (const pair of study.density.pairs) pair[2] = await unpack(pair[2]);
 }
 
-/** Draw the cells of the two columns of a view; returns how many designs they hold, 0 when none were counted. */
+/** Draw the cells of the two columns of a view; returns the number of designs in them, 0 without counts. */
 export function drawDensity(context, model, view) {
   const density = model.study.density;
   const pair = density?.pairs.find(([x, y]) => (x === view.x && y === view.y) || (x === view.y && y === view.x));

@@ -1,13 +1,13 @@
 /** The chosen design: its mechanism in motion, its curves, its values. */
 
-import { el, onWidth, sized } from "./dom.js";
+import { el, onWidth, resizeCanvas } from "./dom.js";
 import { cell, count, words } from "./format.js";
 import { curveChart } from "./curves.js";
 import { KINDS, glyph } from "./marks.js";
 import { drawingOf } from "./mechanisms.js";
 import { onTheme } from "./theme.js";
 
-/** Seconds of a turn on the screen; whatever the crank's own speed, it can be followed. */
+/** Seconds of a turn on the screen, whatever the speed of the crank. */
 const TURN = 5;
 
 /**
@@ -40,7 +40,7 @@ export function designPanel(root, model, chosen) {
     state.turn = state.motion && state.drawing.over(state.motion);
     heading(head, model, row);
     listValues(values, model, row);
-    const why = whyNot(model, row, state);
+    const why = missingMotionReason(model, row, state);
     message.hidden = !why;
     message.textContent = why;
     root.classList.toggle("still", !state.motion);
@@ -49,7 +49,7 @@ export function designPanel(root, model, chosen) {
     state.degrees = (((state.motion.stroke?.[0] ?? 0) % 360) + 360) % 360;
     canvas.setAttribute("aria-label", `the mechanism of design ${model.designs[row]} in true proportions`);
     charts = state.drawing.curves(model.study.drive).map((kind) =>
-      curveChart(kind, (degrees) => {
+      curveChart(kind, model.study.bounds, (degrees) => {
         controls.pause();
         controls.set(degrees);
       }),
@@ -62,7 +62,7 @@ export function designPanel(root, model, chosen) {
     controls.show();
     if (!state.motion || !state.size.width) return;
     state.size.height = state.drawing.height(state.motion, state.size.width);
-    state.drawing.draw(sized(canvas, state.size.width, state.size.height), state.motion, state.degrees, state.size);
+    state.drawing.draw(resizeCanvas(canvas, state.size.width, state.size.height), state.motion, state.degrees, state.size);
     const width = charts[0].node.clientWidth;
     for (const chart of charts) chart.draw(state.motion, state.turn, state.degrees, width);
   }
@@ -126,7 +126,7 @@ function player(state, draw) {
   return { node: el("div", { class: "player" }, button, slider, reading), play, pause, set, show };
 }
 
-/** Parameters of a design by name: the swept ones, the others as the mechanism declares them. */
+/** Parameters of a design by name: the swept ones, and defaults of the mechanism for the others. */
 export function parametersOf(model, row) {
   const swept = model.columns
     .filter((column) => column.role === "parameter")
@@ -142,8 +142,8 @@ function heading(head, model, row) {
   );
 }
 
-/** Why there is no motion to draw; empty when there is. */
-function whyNot(model, row, { drawing, motion }) {
+/** The reason why no motion is drawn; empty if one is. */
+function missingMotionReason(model, row, { drawing, motion }) {
   if (motion) return "";
   if (!drawing)
     return `This page has no drawing of the mechanism “${model.study.mechanism}”; its designs are shown in numbers.`;
@@ -168,7 +168,7 @@ function legendOf(legend, motion) {
   legend.replaceChildren(...items);
 }
 
-/** The values of a design with their units: parameters, objectives and what is constrained, then the others. */
+/** List the values of a design with units: parameters, objectives and constrained metrics first. */
 function listValues(values, model, row) {
   const open = values.querySelector("details")?.open;
   const aims = new Set([...model.study.objectives, ...model.study.missed].map(([name]) => name));

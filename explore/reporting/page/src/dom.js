@@ -1,4 +1,4 @@
-/** Elements from plain calls; every text becomes a text node, so nothing from a file is ever read as HTML. */
+/** Builders of elements; every text becomes a text node, so that no text of a file is parsed as HTML. */
 
 /**
  * Make an element.
@@ -31,7 +31,7 @@ export function choice(label, options, chosen, onChoice) {
   return el("label", { class: "field" }, el("span", {}, label), select);
 }
 
-/** A labelled check box; `onChange` is told whether it is set. */
+/** A labelled check box; `onChange` is called with its state. */
 export function check(label, checked, onChange, disabled = false) {
   const box = el("input", { type: "checkbox", checked, disabled, onchange: () => onChange(box.checked) });
   return el("label", { class: "check" }, box, el("span", {}, label));
@@ -49,7 +49,7 @@ export function svg(tag, attributes = {}) {
  * @param {HTMLCanvasElement} canvas
  * @returns {CanvasRenderingContext2D}
  */
-export function sized(canvas, width, height) {
+export function resizeCanvas(canvas, width, height) {
   const ratio = Math.max(1, window.devicePixelRatio || 1);
   canvas.width = Math.round(width * ratio);
   canvas.height = Math.round(height * ratio);
@@ -60,7 +60,7 @@ export function sized(canvas, width, height) {
   return context;
 }
 
-/** Call `draw` at once and whenever the element gets another width. */
+/** Call `draw` now and whenever the width of the element changes. */
 export function onWidth(element, draw) {
   let width = 0;
   new ResizeObserver(() => {
@@ -69,8 +69,8 @@ export function onWidth(element, draw) {
   }).observe(element);
 }
 
-/** The function, at most once in a frame, with the last arguments it was called with. */
-export function framed(act) {
+/** A function that runs at most once per frame, with the arguments of the last call. */
+export function oncePerFrame(act) {
   let waiting = null;
   return (...args) => {
     if (waiting === null)

@@ -1,4 +1,4 @@
-/** Numbers and names as people read them. */
+/** Numbers and names as the page shows them. */
 
 const GROUPS = new Intl.NumberFormat("en-US");
 
@@ -6,9 +6,9 @@ const GROUPS = new Intl.NumberFormat("en-US");
 export const count = (value) => GROUPS.format(value);
 
 /** A number of things: "1 design", "2 designs". */
-export const counted = (value, noun) => `${count(value)} ${noun}${value === 1 ? "" : "s"}`;
+export const countOf = (value, noun) => `${count(value)} ${noun}${value === 1 ? "" : "s"}`;
 
-/** A number with at most so many digits, as the command line prints it; "–" where undefined. */
+/** A number with at most `digits` digits, as the command line prints it; "–" if undefined. */
 export function number(value, digits = 6) {
   if (Number.isNaN(value)) return "–";
   if (value === 0 || !Number.isFinite(value)) return String(value).replace("-", "−");
@@ -23,7 +23,7 @@ export function number(value, digits = 6) {
   return text.replace(/-/g, "−");
 }
 
-/** How the ticks of an axis read: with the digits that tell them apart, at least so many. */
+/** A formatter of ticks with at least `least` digits, and as many as make them differ. */
 export function tickText(values, least) {
   const size = Math.max(...values.map(Math.abs)),
     step = Math.abs(values[1] - values[0]);

@@ -14,11 +14,11 @@ const STEPS = 360;
  */
 export function drawLinkage(context, motion, degrees, size) {
   const colour = colours();
-  const place = fitted(motion, size);
+  const place = fitView(motion, size);
   context.clearRect(0, 0, size.width, size.height);
   context.lineCap = context.lineJoin = "round";
   paths(context, motion, place, colour);
-  if (motion.stroke) drivenArc(context, motion, place, colour);
+  if (motion.stroke) driveStrokeArc(context, motion, place, colour);
   if (motion.limits) limitPositions(context, motion, place, colour);
   const ground = [motion.linkage.ground, 0];
   const { pin, joint } = joints(motion, degrees);
@@ -29,19 +29,19 @@ export function drawLinkage(context, motion, degrees, size) {
   for (const point of [[0, 0], pin, joint, ground]) jointMark(context, place(point), colour);
 }
 
-/** Pixels from what the linkage reaches to the border. */
+/** Pixels between the linkage and the border. */
 const MARGIN = 30;
 const LEAST_HEIGHT = 190,
   MOST_HEIGHT = 330;
 
-/** The height that a drawing as wide as this needs. */
+/** Height of a drawing of this width. */
 export function heightOf(motion, width) {
   const [left, right, low, high] = reach(motion);
   const needed = ((width - 2 * MARGIN) * (high - low)) / (right - left) + 2 * MARGIN;
   return Math.round(Math.min(MOST_HEIGHT, Math.max(LEAST_HEIGHT, needed)));
 }
 
-/** The least and greatest x and y of all joints over a turn. */
+/** Smallest and largest x and y of all joints over a turn. */
 function reach(motion) {
   const { crank, ground } = motion.linkage;
   let [left, right, low, high] = [-crank, Math.max(crank, ground), -crank, crank];
@@ -52,8 +52,8 @@ function reach(motion) {
   return [left, right, low, high];
 }
 
-/** Everything the linkage reaches fits into the canvas, both axes alike. */
-function fitted(motion, { width, height }) {
+/** Scale both axes equally so that the whole motion fits into the canvas. */
+function fitView(motion, { width, height }) {
   const [left, right, low, high] = reach(motion);
   const scale = Math.min((width - 2 * MARGIN) / (right - left), (height - 2 * MARGIN) / (high - low));
   const [x0, y0] = [(width - scale * (left + right)) / 2, (height + scale * (low + high)) / 2];
@@ -94,8 +94,8 @@ function paths(context, motion, place, colour) {
   context.setLineDash([]);
 }
 
-/** The part of the crank's circle that drives, with the sense of turning. */
-function drivenArc(context, motion, place, colour) {
+/** Draw the drive stroke on the crank's circle, with the sense of rotation. */
+function driveStrokeArc(context, motion, place, colour) {
   const [start, stop] = motion.stroke;
   const at = (share) => joints(motion, start + share * (stop - start)).pin;
   context.strokeStyle = context.fillStyle = colour.green;

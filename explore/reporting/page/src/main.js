@@ -1,7 +1,8 @@
-/** The page: reads its data, then lets its views share one selection and one chosen design. */
+/** The page: reads its data and builds the views, which share one selection and one chosen design. */
 
 import { readDensity } from "./density.js";
 import { designPanel } from "./design.js";
+import { opacity } from "./marks.js";
 import { fourBarMotion } from "./motion.js";
 import { parallel } from "./parallel.js";
 import { readModel } from "./payload.js";
@@ -40,9 +41,9 @@ async function start() {
   );
 }
 
-/** What runs on this page, for the browser's console and for tests. */
+/** The state of the page, for the browser's console and for tests. */
 export const page = {};
-export { fourBarMotion };
+export { fourBarMotion, opacity };
 
 start().catch((error) => {
   root("notices").textContent = `This page cannot be shown: ${error.message}. A browser of 2023 or later is needed.`;

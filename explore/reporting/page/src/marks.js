@@ -1,4 +1,4 @@
-/** Marks of designs, by shape as by colour: × infeasible, dot feasible, ring Pareto-optimal, star chosen. */
+/** Marks of designs, which differ in shape and colour: × infeasible, dot feasible, ring Pareto-optimal, star chosen. */
 
 import { colours } from "./theme.js";
 
@@ -8,6 +8,18 @@ export const KINDS = [
   { name: "feasible", colour: "ink" },
   { name: "Pareto-optimal", colour: "blue" },
 ];
+
+/**
+ * Lines of each kind that together are as strong as one, and how strong one is at most and at least: fainter ones would
+ * lose their hue to the rounding of the canvas.
+ */
+const OPAQUE_LINES = [12, 40, 55],
+  STRONGEST = [0.25, 0.5, 0.8],
+  FAINTEST = [0.03, 0.04, 0.04];
+
+/** Opacity of each of a number of lines of a kind: it falls with the number, and is smaller for infeasible designs. */
+export const opacity = (kind, lines) =>
+  Math.min(STRONGEST[kind], Math.max(FAINTEST[kind], OPAQUE_LINES[kind] / (lines + 1)));
 
 /** Draw a cross, dot or ring with the context's own colours. */
 export function mark(context, kind, x, y, size) {
@@ -84,5 +96,5 @@ export function ramp(anchors, steps) {
   });
 }
 
-/** The colour of a kind in the theme that is shown. */
+/** Colour of a kind in the current theme. */
 export const kindColour = (kind) => colours()[KINDS[kind].colour];

@@ -1,4 +1,4 @@
-/** The mechanisms that a page can draw; a design of any other is shown in numbers. */
+/** The mechanisms that a page can draw; designs of others are shown in numbers. */
 
 import { drawLinkage, heightOf } from "./linkage.js";
 import { fourBarMotion, overTheTurn } from "./motion.js";
@@ -8,7 +8,7 @@ const FOUR_BAR = ["crank", "coupler", "rocker", "ground"];
 /** Curves of a four-bar: title, unit, and the signals in one chart with their colours. */
 const FOUR_BAR_CURVES = [
   { title: "rocker angle", unit: "deg", lines: [["rocker_angle", "blue"]] },
-  { title: "transmission angle", unit: "deg", lines: [["transmission_angle", "green"]], good: [30, 150] },
+  { title: "transmission angle", unit: "deg", lines: [["transmission_angle", "green"]] },
   {
     title: "angular velocity",
     unit: "rad/s",
@@ -27,7 +27,7 @@ const FOUR_BAR_CURVES = [
   },
 ];
 
-/** Those that a mechanism with clutches has too. */
+/** Further curves of a mechanism with clutches. */
 const CLUTCH_CURVES = [
   { title: "velocity ratio", unit: "", lines: [["velocity_ratio", "purple"]] },
   {
@@ -52,5 +52,5 @@ const REGISTRY = [
   },
 ];
 
-/** How to draw a mechanism; undefined when it is not known here. */
+/** The drawing of a mechanism; undefined for a mechanism without one. */
 export const drawingOf = (name, values) => REGISTRY.find((entry) => entry.suits(name, values));

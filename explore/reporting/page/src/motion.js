@@ -4,7 +4,7 @@ import { driveStroke, limitAngles, prepare, stateAt } from "./fourbar.js";
 
 const DEGREES = 180 / Math.PI;
 
-/** Crank angles of a turn, deg, ascending, ever closer to 0 and 180, where a motion may be sharp. */
+/** Crank angles of a turn, deg, ascending, denser near 0 and 180 where a motion may be sharp. */
 export function crankAngles() {
   const angles = new Set();
   for (let k = 0; k <= 720; k++) angles.add(k / 2);
@@ -33,6 +33,16 @@ export function fourBarMotion(values, drive) {
   const motion = { linkage, limits, stroke, phases, speed: values.speed ?? 1 };
   motion.at = (degrees) => signals(motion, degrees);
   return motion;
+}
+
+/** First and last crank angle of a stroke by its name, deg; null without strokes. */
+export function strokeOf({ limits, stroke }, name) {
+  if (!limits) return null;
+  const { overlapped, extended } = limits;
+  const after = (start, stop) => [start, start + ((((stop - start) % 360) + 360) % 360)];
+  if (name === "overlapped_to_extended") return after(overlapped, extended);
+  if (name === "extended_to_overlapped") return after(extended, overlapped);
+  return name === "drive" || !stroke ? stroke : [stroke[1], stroke[0] + 360];
 }
 
 /** All signals at a crank angle, in the units of the results. */
@@ -82,7 +92,7 @@ function unwrap(values) {
   }
 }
 
-/** Where the joints are at a crank angle, in units of length: crank pin and rocker joint, the crank's pivot at 0. */
+/** Coordinates of crank pin and rocker joint at a crank angle, in the unit of the lengths; origin at the crank's pivot. */
 export function joints(motion, degrees) {
   const { crank, rocker, ground } = motion.linkage;
   const turn = degrees / DEGREES,

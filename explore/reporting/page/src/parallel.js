@@ -1,29 +1,28 @@
-/** Parallel coordinates: a line for a design, an axis for a column, a brush on each axis. */
+/** Parallel coordinates: one line per design, one axis with a brush per column. */
 
 import { axisLeft } from "d3-axis";
 import { brushY } from "d3-brush";
 import { select } from "d3-selection";
+import { rampItem } from "./captions.js";
 import { shortBound } from "./conditions.js";
-import { check, el, framed, onWidth, sized, svg } from "./dom.js";
-import { count, words } from "./format.js";
-import { kindColour } from "./marks.js";
+import { check, choice, el, oncePerFrame, onWidth, resizeCanvas, svg } from "./dom.js";
+import { count, titled, words } from "./format.js";
+import { headings } from "./headings.js";
+import { QUICK, chooseLines, drawLines, shuffledRows } from "./lines.js";
 import { axisScale, extent, tickMarks } from "./scales.js";
+import { shading } from "./shading.js";
 import { colours, onTheme } from "./theme.js";
 
-/** Lines that are drawn at most, and while a brush moves; of them the infeasible, and those that are not selected. */
-const MOST = 5000,
-  QUICK = 1000,
-  MOST_INFEASIBLE = 400,
-  MOST_OTHERS = 800;
-/** Milliseconds after which a brush counts as still. */
+/** Milliseconds without movement after which a brush counts as at rest. */
 const STILL = 120;
-const HEIGHT = 350;
-const MARGIN = { left: 56, right: 40, top: 62, bottom: 10 };
-/** Height of the strip below the axes where undefined values go. */
-const GUTTER = 24;
+/** Height of the axes and of the strip below them for undefined values. */
+const AXIS = 278,
+  GUTTER = 24;
+const MARGIN = { left: 56, right: 40, bottom: 10 };
 const USUAL_AXES = 10;
-/** Pixels from axis to axis at least; a narrow page scrolls. */
-const LEAST_STEP = 68;
+/** Smallest distance between axes, pixels; a narrower page scrolls, which leaves room for the headings. */
+const LEAST_STEP = 68,
+  SCROLLED_STEP = 84;
 
 /**
  * @param {HTMLElement} root
@@ -31,72 +30,79 @@ const LEAST_STEP = 68;
  * @param {{selection: Object, hover: Object, chosen: Object}} shared
  */
 export function parallel(root, model, shared) {
-  const view = { names: firstAxes(model), room: 0, width: 0, axes: [] };
+  const view = { names: firstAxes(model), colour: "", room: 0, width: 0, top: 0, height: 0, axes: [] };
   const canvas = el("canvas", {}),
     overlay = svg("svg", { role: "group", "aria-label": "axes to brush" });
   const chosen = svg("polyline", { class: "line chosen-line" }),
     pointed = svg("polyline", { class: "line pointed-line" });
   overlay.append(chosen, pointed);
-  const labels = el("div", { class: "axis-labels", "aria-hidden": "true" });
+  const labels = el("div", { class: "axis-labels", role: "group", "aria-label": "axes in their order" });
+  const titles = headings(labels, model, move);
   const plot = el("div", { class: "plot" }, canvas, overlay, labels),
     frame = el("div", { class: "sideways" }, plot);
-  const caption = el("p", { class: "caption" });
-  root.append(el("div", { class: "panel-head" }, el("h2", {}, "Parallel coordinates"), menu()), frame, caption);
-  const order = shuffled(model);
+  const caption = el("p", { class: "caption" }),
+    legend = el("div", { class: "legend" }),
+    status = el("p", { class: "unseen", role: "status" });
+  root.append(
+    el("div", { class: "panel-head" }, el("h2", {}, "Parallel coordinates"), controls()),
+    frame,
+    legend,
+    caption,
+    status,
+  );
+  const order = shuffledRows(model);
   let later = 0;
 
-  function menu() {
+  function controls() {
     const boxes = model.columns.map((column) =>
       check(words(column.name), view.names.includes(column.name), (on) => {
-        view.names = on
-          ? model.columns.map((c) => c.name).filter((name) => name === column.name || view.names.includes(name))
-          : view.names.filter((name) => name !== column.name);
+        view.names = on ? [...view.names, column.name] : view.names.filter((name) => name !== column.name);
         layout();
       }),
     );
-    return el("details", { class: "menu" }, el("summary", {}, "Axes"), el("div", { class: "menu-list" }, ...boxes));
+    const options = model.columns.map((column) => [column.name, titled(column)]);
+    return el(
+      "div",
+      { class: "controls" },
+      choice("colour", [["", "kind of design"], ...options], "", (name) => {
+        view.colour = name;
+        draw();
+      }),
+      el("details", { class: "menu" }, el("summary", {}, "Axes"), el("div", { class: "menu-list" }, ...boxes)),
+    );
   }
 
-  function layout() {
+  /** Let an axis stand at another place among the others. */
+  function move(name, place) {
+    if (place < 0 || place >= view.names.length) return;
+    view.names = view.names.filter((other) => other !== name);
+    view.names.splice(place, 0, name);
+    status.textContent = `${words(name)} is axis ${place + 1} of ${view.names.length}`;
+    layout(QUICK);
+  }
+
+  function layout(share = 1) {
     if (!view.room) return;
-    view.width = Math.max(view.room, MARGIN.left + MARGIN.right + LEAST_STEP * (view.names.length - 1));
+    const step = stepOf(view.room, view.names.length);
+    view.width = Math.max(view.room, MARGIN.left + MARGIN.right + step * (view.names.length - 1));
     plot.style.width = `${view.width}px`;
+    const places = view.names.map((name, k) => ({ column: model.byName.get(name), x: MARGIN.left + k * step }));
+    view.top = titles.place(places, step, view.width) + 10;
+    view.height = view.top + AXIS + MARGIN.bottom;
+    titles.stand((view.top - 8) / view.height);
     for (const [name, value] of Object.entries({
       width: view.width,
-      height: HEIGHT,
-      viewBox: `0 0 ${view.width} ${HEIGHT}`,
+      height: view.height,
+      viewBox: `0 0 ${view.width} ${view.height}`,
     }))
       overlay.setAttribute(name, value);
-    const room = view.width - MARGIN.left - MARGIN.right,
-      last = Math.max(1, view.names.length - 1);
-    const step = room / last;
-    view.axes = view.names.map((name, k) => {
-      const column = model.byName.get(name),
-        span = extent(column, model.kinds, { log: false, all: false });
-      const scale = axisScale(span ?? [0, 1], [HEIGHT - MARGIN.bottom - GUTTER, MARGIN.top]);
-      return { column, span, scale, x: MARGIN.left + k * step };
-    });
-    labels.replaceChildren(
-      ...view.axes.map(({ column, x }) =>
-        el(
-          "div",
-          { title: column.meaning },
-          words(column.name),
-          column.unit ? el("span", { class: "unit" }, ` ${column.unit}`) : "",
-        ),
-      ),
-    );
-    view.axes.forEach(({ x }, k) => {
-      const width = Math.min(step - 4, 130),
-        node = labels.children[k].style;
-      const left = Math.max(0, Math.min(view.width - width, x - width / 2));
-      // In shares of the plot, which may be wider or narrower on paper.
-      const share = (pixels, whole) => `${(100 * pixels) / whole}%`;
-      const places = { left: share(left, view.width), width: share(width, view.width) };
-      Object.assign(node, { ...places, height: share(MARGIN.top - 8, HEIGHT) });
+    view.axes = places.map(({ column, x }) => {
+      const span = extent(column, model.kinds, { log: false, all: false });
+      const scale = axisScale(span ?? [0, 1], [view.height - MARGIN.bottom - GUTTER, view.top]);
+      return { column, span, scale, x };
     });
     drawAxes();
-    draw();
+    draw(share);
   }
 
   function drawAxes() {
@@ -143,57 +149,46 @@ export function parallel(root, model, shared) {
     shared.selection.set(`axis:${name}`, [{ column: name, low: whole ? -Number.MAX_VALUE : low, high }]);
   }
 
+  const undefinedAt = () => view.height - MARGIN.bottom - GUTTER / 2 + 4;
+
   /** Heights of a design on all axes; what lies beyond an end runs to it, what is undefined into the strip. */
   const heights = (row) =>
     view.axes.map(({ column, scale }) => {
       const value = column.values[row];
-      return Number.isFinite(value) ? clamp(scale, value) : HEIGHT - MARGIN.bottom - GUTTER / 2 + 4;
+      return Number.isFinite(value) ? clamp(scale, value) : undefinedAt();
     });
 
-  function line(context, row) {
-    const ys = heights(row);
-    context.beginPath();
-    view.axes.forEach(({ x }, k) => context.lineTo(x, ys[k]));
-    context.stroke();
-  }
-
-  function draw(most = MOST) {
+  function draw(share = 1) {
     clearTimeout(later);
-    if (most < MOST) later = setTimeout(draw, STILL);
-    const { selected, others } = drawn(model, order, shared.selection, most);
-    drawLines(sized(canvas, view.width, HEIGHT), selected, others);
+    if (share < 1) later = setTimeout(draw, STILL);
+    const rows = chooseLines(model, order, shared.selection, share);
+    const context = resizeCanvas(canvas, view.width, view.height);
+    strip(context);
+    const shades = view.colour ? shadesOf(model, view.colour, rows.selected) : null;
+    // Along the strip of undefined values all lines would lie on each other: they would be the strongest of all.
+    const trace = (row) =>
+      heights(row).forEach((y, k, ys) => {
+        const along = y === undefinedAt() && ys[k - 1] === y;
+        context[along ? "moveTo" : "lineTo"](view.axes[k].x, y);
+      });
+    drawLines(context, model.kinds, rows, trace, shades?.of);
+    legend.replaceChildren(...(shades ? [rampItem(shades, model.byName.get(view.colour))] : []));
     const total = shared.selection.total;
-    const some = selected.length < total ? ", Pareto-optimal ones first, the others drawn evenly" : "";
-    caption.textContent = `${count(selected.length)} of ${count(total)} selected designs are drawn${some}; drag along an axis to select.`;
+    const some = rows.selected.length < total ? ", Pareto-optimal ones first, an even sample of the others" : "";
+    caption.textContent = `${count(rows.selected.length)} of ${count(total)} selected designs are drawn${some}; drag along an axis to select, drag a heading to move its axis.`;
     focus();
   }
 
-  function drawLines(context, selected, others) {
-    const colour = colours();
+  /** Where undefined values go. */
+  function strip(context) {
+    const colour = colours(),
+      top = view.height - MARGIN.bottom - GUTTER + 8;
     context.fillStyle = colour.faint;
-    context.fillRect(
-      MARGIN.left - 12,
-      HEIGHT - MARGIN.bottom - GUTTER + 8,
-      view.width - MARGIN.left - MARGIN.right + 24,
-      GUTTER - 8,
-    );
+    context.fillRect(MARGIN.left - 12, top, view.width - MARGIN.left - MARGIN.right + 24, GUTTER - 8);
     context.fillStyle = colour.muted;
     context.font = "10.5px system-ui, sans-serif";
     context.textBaseline = "middle";
-    context.fillText("undefined", MARGIN.left - 8, HEIGHT - MARGIN.bottom - GUTTER / 2 + 4);
-    context.lineWidth = 1;
-    context.globalAlpha = 0.1;
-    context.strokeStyle = colour.muted;
-    for (const row of others) line(context, row);
-    const totals = [0, 0, 0];
-    for (const row of selected) totals[model.kinds[row]]++;
-    for (const kind of [0, 1, 2]) {
-      context.strokeStyle = kindColour(kind);
-      context.lineWidth = kind === 2 ? 1.4 : 1;
-      context.setLineDash(kind === 0 ? [3, 3] : []);
-      context.globalAlpha = Math.min(0.8, Math.max(0.05, (kind === 2 ? 9 : 5) / Math.sqrt(totals[kind] + 1)));
-      for (const row of selected) if (model.kinds[row] === kind) line(context, row);
-    }
+    context.fillText("undefined", MARGIN.left - 8, undefinedAt());
   }
 
   /** The chosen design and the one pointed at, over all others. */
@@ -209,7 +204,7 @@ export function parallel(root, model, shared) {
   }
 
   shared.selection.listen(
-    framed((selection) => {
+    oncePerFrame((selection) => {
       for (const group of overlay.querySelectorAll("g.dimension")) {
         const layer = group.querySelector("g.brush"),
           name = group.__data__.column.name;
@@ -218,7 +213,7 @@ export function parallel(root, model, shared) {
       draw(QUICK);
     }),
   );
-  shared.hover.listen(framed(focus));
+  shared.hover.listen(oncePerFrame(focus));
   shared.chosen.listen(focus);
   onTheme(() => {
     if (view.width) {
@@ -258,26 +253,19 @@ function firstAxes(model) {
   return model.columns.map((column) => column.name).filter((name) => names.has(name));
 }
 
-/** Rows in an order that has no order, the same each time, Pareto-optimal designs first. */
-function shuffled(model) {
-  const key = (row) => Math.imul(row + 1, 2654435761) >>> 0;
-  return Uint32Array.from({ length: model.size }, (_, row) => row).sort(
-    (a, b) => model.kinds[b] - model.kinds[a] || key(a) - key(b),
-  );
+/** Colours by a column; the scale spans the best kind of design among the drawn lines. */
+function shadesOf(model, name, rows) {
+  const { values } = model.byName.get(name);
+  const known = rows.filter((row) => Number.isFinite(values[row]));
+  const best = known.reduce((kind, row) => Math.max(kind, model.kinds[row]), 0);
+  const shown = known.filter((row) => model.kinds[row] === best).map((row) => values[row]);
+  return shading(values, shown.length ? [Math.min(...shown), Math.max(...shown)] : null);
 }
 
-/** The designs whose lines are drawn. */
-function drawn(model, order, { mask, active }, most) {
-  const selected = [],
-    others = [],
-    mostOthers = Math.min(MOST_OTHERS, most / 4);
-  let infeasible = 0;
-  for (const row of order) {
-    if (mask[row]) {
-      if (selected.length >= most - (active ? mostOthers : 0)) break;
-      if (model.kinds[row] === 0 && infeasible++ >= MOST_INFEASIBLE) continue;
-      selected.push(row);
-    } else if (others.length < mostOthers && model.kinds[row] > 0) others.push(row);
-  }
-  return { selected, others };
+/** Pixels from axis to axis; where the page scrolls, the last visible heading is complete. */
+function stepOf(room, axes) {
+  const whole = (room - MARGIN.left - MARGIN.right) / Math.max(1, axes - 1);
+  if (whole >= LEAST_STEP) return whole;
+  const inSight = Math.max(1, Math.floor((room - MARGIN.left) / SCROLLED_STEP + 0.5));
+  return (room - MARGIN.left) / (inSight - 0.5);
 }

@@ -1,4 +1,4 @@
-/** The page's data: the study in words, and its columns, each an array of doubles that is exactly the file's. */
+/** The data of the page: facts of the study, and columns with exactly the values of the file. */
 
 /**
  * @typedef {Object} Column
@@ -55,7 +55,7 @@ export async function unpack(place) {
 }
 
 function checked(values, length) {
-  if (values.length !== length) throw new Error("a column has another length, so the file is damaged");
+  if (values.length !== length) throw new Error("the length of a column is wrong, so the file is damaged");
   return values;
 }
 

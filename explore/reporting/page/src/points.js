@@ -1,14 +1,12 @@
-/** Where the scatter's designs are on the screen, and their marks: at most one of a look in a pixel. */
+/** Pixels and marks of the designs in the scatter: at most one mark of a style per pixel. */
 
-import { kindColour, mark, ramp } from "./marks.js";
+import { kindColour, mark } from "./marks.js";
 import { extent } from "./scales.js";
+import { shading } from "./shading.js";
 import { colours } from "./theme.js";
 
-/** Colours that a scale is divided into. */
-const SHADES = 64;
-
 /**
- * Pixels of all designs, NaN where there is nothing to draw.
+ * Pixels of all designs, NaN where a design is not drawn.
  * @returns {{x: Float32Array, y: Float32Array, missingX: number, missingY: number, missingBoth: number, outside: number}}
  */
 export function place(model, view, gutterX, gutterY) {
@@ -44,10 +42,10 @@ export function place(model, view, gutterX, gutterY) {
   return found;
 }
 
-/** A number between -0.5 and 0.5 that is always the same for a row. */
+/** A pseudo-random number between -0.5 and 0.5, fixed for a row. */
 const scattered = (row) => (Math.imul(row + 1, 2654435761) >>> 0) / 4294967296 - 0.5;
 
-/** The pixel of a row along an axis, NaN where undefined; codes are spread a little, or they would be one line. */
+/** Pixel of a row along an axis, NaN if undefined; codes are jittered so that they do not fall on one line. */
 function placer(column, scale) {
   const values = column.values,
     log = Boolean(scale.base);
@@ -64,11 +62,11 @@ function outside(pixel, scale) {
   return pixel < Math.min(a, b) - 0.5 || pixel > Math.max(a, b) + 0.5;
 }
 
-/** Draw all designs: those not selected pale and first, the better kinds over the others. */
+/** Draw all designs: first and pale those that are not selected, then the others, better kinds last. */
 export function drawPoints(context, model, view, points, selection) {
   const there = [0, 0, 0];
   for (const kind of model.kinds) there[kind]++;
-  const hue = view.colour ? hues(model, view, points) : null;
+  const hue = view.colour ? rowColours(model, view, points) : null;
   const looks = byLook(model, points, selection.mask, Boolean(hue));
   for (const selected of [0, 1]) {
     for (const kind of [0, 1, 2]) {
@@ -85,7 +83,7 @@ export function drawPoints(context, model, view, points, selection) {
 
 function drawRows(context, points, rows, { kind, selected, there }, hue) {
   const size = kind === 2 ? ringSize(there) : dotSize(there, kind);
-  context.globalAlpha = selected ? (kind === 0 ? 0.75 : 1) : 0.16;
+  context.globalAlpha = selected ? (kind === 0 ? 0.3 : 1) : kind === 0 ? 0.08 : 0.16;
   context.lineWidth = kind === 2 ? 1.5 : 1;
   context.strokeStyle = kindColour(kind);
   context.fillStyle = kind === 2 ? colours().panel : kindColour(kind);
@@ -132,19 +130,13 @@ function byLook(model, points, mask, coloured) {
   return looks;
 }
 
-/** The colour of each row by a column, without its outliers as on an axis; the ends are kept for the legend. */
-function hues(model, view, points) {
+/** Colour of each row by a column; stores the ends of the scale and the number of undefined values for the legend. */
+function rowColours(model, view, points) {
   const column = model.byName.get(view.colour);
-  const { values } = column;
-  const [low, high] = extent(column, model.kinds, { log: false, all: view.all }) ?? [0, 0];
-  [view.least, view.most] = [low, high];
+  view.shades = shading(column.values, extent(column, model.kinds, { log: false, all: view.all }));
   points.missingColour = 0;
   for (let row = 0; row < model.size; row++) {
-    if (!Number.isNaN(points.x[row]) && !Number.isFinite(values[row])) points.missingColour++;
+    if (!Number.isNaN(points.x[row]) && !Number.isFinite(column.values[row])) points.missingColour++;
   }
-  const { muted, ramp: anchors } = colours();
-  const shades = ramp(anchors.split(", "), SHADES);
-  const scale = high > low ? (SHADES - 1) / (high - low) : 0;
-  const within = (value) => Math.min(high, Math.max(low, value));
-  return (row) => (Number.isFinite(values[row]) ? shades[Math.round((within(values[row]) - low) * scale)] : muted);
+  return view.shades.of;
 }

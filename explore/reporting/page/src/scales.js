@@ -1,11 +1,11 @@
-/** Axes: what they span, linear or logarithmic, and how their ticks read. */
+/** Axes: range, linear or logarithmic scale, and ticks. */
 
 import { scaleLinear, scaleLog } from "d3-scale";
 import { tickText, words } from "./format.js";
 
-/** Share of the designs that an axis without outliers leaves out on each side. */
+/** Share of the designs beyond each end of an axis without outliers. */
 const TAIL = 0.005;
-/** Values that differ by no more of their size are equal but for rounding, such as those of a length solved for. */
+/** Values with a smaller relative difference are equal up to rounding, such as those of a length that is solved for. */
 const ROUNDING = 1e-13;
 
 /**
@@ -43,7 +43,7 @@ export function extent(column, kinds, { log, all }) {
   return [low, high];
 }
 
-/** An axis over an extent, with some room beyond it, onto pixels. */
+/** Scale from an extent with a margin to pixels. */
 export function axisScale(span, range, { log = false, room = 0 } = {}) {
   let [low, high] = span;
   if (high - low <= ROUNDING * Math.max(Math.abs(low), Math.abs(high)))
@@ -58,7 +58,7 @@ export function axisScale(span, range, { log = false, room = 0 } = {}) {
   return scaleLinear([low - more, high + more], range);
 }
 
-/** Ticks of an axis and their text: labels of a column of codes, short numbers of others; none where nothing is shown. */
+/** Ticks of an axis and their text: labels of a column of codes, short numbers of others; none on an empty axis. */
 export function tickMarks(scale, column, wanted, span) {
   if (!span) return { values: [], text: String };
   if (column.labels) {

@@ -1,10 +1,10 @@
-/** The scatter of two columns: marks, undefined values in gutters, a brush, the design pointed at. */
+/** The scatter of two columns: marks, strips for undefined values, a brush, the design under the pointer. */
 
 import { axisBottom, axisLeft } from "d3-axis";
 import { brush } from "d3-brush";
 import { pointer, select } from "d3-selection";
-import { check, choice, el, framed, onWidth, sized, svg } from "./dom.js";
-import { legendOf, told } from "./captions.js";
+import { check, choice, el, oncePerFrame, onWidth, resizeCanvas, svg } from "./dom.js";
+import { legendOf, omissionText } from "./captions.js";
 import { shortBound } from "./conditions.js";
 import { titled } from "./format.js";
 import { drawDensity } from "./density.js";
@@ -15,9 +15,9 @@ import { colours, onTheme } from "./theme.js";
 
 const HEIGHT = 450;
 const MARGIN = { left: 62, right: 14, top: 10, bottom: 46 };
-/** Width of the strips that hold what is undefined in one direction. */
+/** Width of the strips for designs that are undefined in one of the two columns. */
 const GUTTER = 22;
-/** How far from a mark it can still be pointed at, pixels. */
+/** Largest distance between pointer and mark, pixels. */
 const REACH = 12;
 
 /**
@@ -109,14 +109,14 @@ export function scatter(root, model, shared) {
 
   function draw() {
     if (!points) return;
-    const context = sized(canvas, view.width, HEIGHT);
+    const context = resizeCanvas(canvas, view.width, HEIGHT);
     context.fillStyle = colours().faint;
     if (points.missingX) context.fillRect(MARGIN.left, MARGIN.top, GUTTER - 6, view.low - MARGIN.top);
     if (points.missingY) context.fillRect(view.left, view.low + 6, view.width - MARGIN.right - view.left, GUTTER - 6);
     const density = drawDensity(context, model, view);
     drawPoints(context, model, view, points, shared.selection);
     legendOf(legend, model, view, density);
-    caption.textContent = told(points, view, density, model);
+    caption.textContent = omissionText(points, view, density, model);
     focus();
   }
 
@@ -165,7 +165,7 @@ export function scatter(root, model, shared) {
     return best;
   }
 
-  const point = framed((event) => {
+  const point = oncePerFrame((event) => {
     if (event.buttons || !points) return;
     const row = nearest(...pointer(event, overlay));
     shared.hover.set(row);
@@ -193,7 +193,7 @@ export function scatter(root, model, shared) {
     if (row >= 0) shared.chosen.set(row);
   });
   shared.selection.listen(
-    framed((selection) => {
+    oncePerFrame((selection) => {
       if (!selection.brushes.has("scatter")) layers.brush.call(tool.move, null);
       draw();
     }),
@@ -224,7 +224,7 @@ function firstAxes(model) {
   return { x: names[0], y: names[1] ?? names[0] };
 }
 
-/** Whether any design is undefined in one of two columns only, so that it needs a strip of its own. */
+/** Whether some design is undefined in only one of two columns and needs a strip. */
 function undefinedIn(x, y, view) {
   const shown = (value, log) => Number.isFinite(value) && (!log || value > 0);
   const found = { x: false, y: false };
@@ -246,7 +246,7 @@ function boxOf(conditions, view) {
   ];
 }
 
-/** What a stretch of an axis means, in short numbers. */
+/** The interval of an axis in short numbers. */
 function interval(column, scale, from, to) {
   const low = scale.invert(from),
     high = scale.invert(to);

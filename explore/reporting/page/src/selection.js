@@ -1,6 +1,6 @@
-/** Which designs are selected: those that meet the conditions of all brushes and fields together. */
+/** The selection: the designs that meet the conditions of all brushes and fields. */
 
-/** @typedef {{column: string, low: number, high: number}} Condition both ends belong to it; infinite ends are open */
+/** @typedef {{column: string, low: number, high: number}} Condition both ends included; infinite if open */
 
 export class Selection {
   /** @param {import("./payload.js").Model} model */
@@ -71,7 +71,7 @@ export class Selection {
   }
 }
 
-/** One design or none that matters now; listeners hear of each change. */
+/** One design or none, such as the chosen one; listeners are called after each change. */
 export class Focus {
   constructor(row = -1) {
     this.row = row;

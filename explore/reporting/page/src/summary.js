@@ -1,7 +1,7 @@
-/** The study in words: its name and counts on top, what became of the designs, where it all comes from. */
+/** Facts of the study: name and counts, statuses of the designs, constraints, provenance. */
 
 import { el } from "./dom.js";
-import { count, counted, number, words } from "./format.js";
+import { count, countOf, number, words } from "./format.js";
 import { isDark, toggle } from "./theme.js";
 
 /** The head of the page. */
@@ -18,7 +18,7 @@ export function header(root, { study }) {
     button.textContent = isDark() ? "Light" : "Dark";
   };
   label();
-  const front = study.parts[2].there;
+  const front = study.parts[2].total;
   const figures = [
     [count(study.studied), "designs"],
     ...(study.feasible === null
@@ -44,46 +44,46 @@ export function header(root, { study }) {
   );
 }
 
-/** What a reader must know before reading on: what is not here. */
+/** Notices about designs that the page does not hold. */
 export function notices(root, { study, size }) {
   const notice = (...sentences) => root.append(el("p", { class: "notice" }, sentences.filter(Boolean).join(" ")));
   if (!study.complete) {
     notice(
       `This sweep is not finished: ${count(study.committed)} of ${count(study.studied)} designs are computed.`,
-      "Run the same sweep again to go on, then the report.",
+      "Run the same sweep again to continue, then the report.",
     );
   }
   if (study.keep !== "all") {
     notice(
-      `Only the Pareto set was kept of this study: ${counted(study.committed, "design")} of ${count(study.studied)}.`,
-      "The others were counted and dropped; sweep with --keep all to see them.",
+      `Only the Pareto set was kept of this study: ${countOf(study.committed, "design")} of ${count(study.studied)}.`,
+      "The others were only counted; sweep with --keep all to keep them.",
     );
   }
-  if (study.parts.some(({ held, there }) => held < there)) {
+  if (study.parts.some(({ held, total }) => held < total)) {
     const [infeasible, feasible, front] = study.parts;
     notice(
       `This page holds ${count(size)} of ${count(study.committed)} designs:`,
       `${part(front, "Pareto-optimal ones")}; ${part(feasible, "other feasible ones")};`,
-      `${part(infeasible, "infeasible ones")}. A selection is one of these and counts these;`,
-      "the command below it ranks all designs of the file.",
+      `${part(infeasible, "infeasible ones")}. Selections and their counts refer to these designs;`,
+      "the command ranks all designs of the file.",
       study.density && "The grey density behind the scatter counts all feasible designs.",
     );
   }
 }
 
-/** How many designs of a kind the page holds. */
-const part = ({ held, there }, what) =>
-  held === there
-    ? `all ${count(there)} ${what}`
-    : `${count(held)} of ${count(there)} ${what}, each drawn with the same chance`;
+/** Text for the number of designs of a kind on the page. */
+const part = ({ held, total }, what) =>
+  held === total
+    ? `all ${count(total)} ${what}`
+    : `a uniform sample of ${count(held)} of ${count(total)} ${what}`;
 
-/** Counts with their reasons, constraints, and where everything comes from. */
+/** Statuses, constraints and provenance. */
 export function facts(root, { study }) {
   root.append(
     el("div", { class: "panel-head" }, el("h2", {}, "The study")),
     el("div", { class: "facts" }, statuses(study), constraints(study), provenance(study)),
     study.config
-      ? el("details", {}, el("summary", {}, "The study as it was written"), el("pre", {}, study.config))
+      ? el("details", {}, el("summary", {}, "The study file"), el("pre", {}, study.config))
       : "",
   );
 }
@@ -102,20 +102,20 @@ function statuses(study) {
       el("td", {}, sentence),
     );
   });
-  return el("div", {}, el("h3", {}, "What became of the designs"), el("table", {}, ...rows));
+  return el("div", {}, el("h3", {}, "Status of the designs"), el("table", {}, ...rows));
 }
 
 function constraints(study) {
   const rows = study.missed.map(([metric, low, high, unit, missed, unknown]) => {
     const bound =
       low === null ? `≤ ${number(high)}` : high === null ? `≥ ${number(low)}` : `${number(low)} … ${number(high)}`;
-    const told = [missed === null ? "" : `missed by ${count(missed)}`, unknown ? `undefined in ${count(unknown)}` : ""];
+    const counts = [missed === null ? "" : `missed by ${count(missed)}`, unknown ? `undefined in ${count(unknown)}` : ""];
     return el(
       "tr",
       {},
       el("th", {}, words(metric)),
       el("td", {}, `${bound} ${unit === "1" ? "" : unit}`),
-      el("td", {}, told.filter(Boolean).join(", ")),
+      el("td", {}, counts.filter(Boolean).join(", ")),
     );
   });
   const aims = study.objectives.map(([metric, sense]) =>
@@ -140,5 +140,5 @@ function provenance(study) {
   ]
     .filter(([, value]) => value)
     .map(([name, value]) => el("tr", {}, el("th", {}, words(name)), el("td", {}, value)));
-  return el("div", { class: "provenance" }, el("h3", {}, "Where it comes from"), el("table", {}, ...rows));
+  return el("div", { class: "provenance" }, el("h3", {}, "Provenance"), el("table", {}, ...rows));
 }

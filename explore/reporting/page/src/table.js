@@ -1,12 +1,12 @@
-/** The table of the selected designs: only the rows in sight exist, sorted by any column, walked with the arrow keys. */
+/** The table of the selected designs: only visible rows exist; sorted by any column, navigated with the arrow keys. */
 
-import { el, framed } from "./dom.js";
+import { el, oncePerFrame } from "./dom.js";
 import { cell, count, words } from "./format.js";
 import { KINDS, glyph } from "./marks.js";
 
 const ROW = 28;
 const SPARE = 6;
-/** Designs that are printed, as paper does not scroll. */
+/** Number of designs on paper. */
 const PRINTED = 40;
 
 /**
@@ -37,7 +37,7 @@ export function table(root, model, shared) {
       class: "grid",
       role: "grid",
       tabindex: 0,
-      "aria-label": "selected designs; arrow keys walk, Enter chooses",
+      "aria-label": "selected designs; arrow keys move, Enter chooses",
       "aria-colcount": fields.length,
     },
     el("div", { class: "head-group", role: "rowgroup" }, head),
@@ -161,11 +161,11 @@ export function table(root, model, shared) {
     fill();
   }
 
-  grid.addEventListener("scroll", framed(fill));
+  grid.addEventListener("scroll", oncePerFrame(fill));
   grid.addEventListener("keydown", walk);
   for (const name of ["beforeprint", "afterprint"]) addEventListener(name, fill);
   matchMedia("print").addEventListener("change", fill);
-  shared.selection.listen(framed(arrange));
+  shared.selection.listen(oncePerFrame(arrange));
   shared.chosen.listen(fill);
   arrange();
   return { rows: () => state.rows };

@@ -1,4 +1,4 @@
-/** Dark and light: as the system says unless chosen here; canvases read their colours from the page's style. */
+/** Dark or light: as the system, unless chosen on the page; canvases read their colours from the page's style. */
 
 const NAMES = [
   "ink",
@@ -19,7 +19,7 @@ const NAMES = [
 const listeners = [];
 let current = null;
 
-/** Colours by name, of the theme that is shown. */
+/** Colours of the current theme by name. */
 export function colours() {
   if (!current) {
     const style = getComputedStyle(document.documentElement);

@@ -1,4 +1,4 @@
-/** What is said of a design that is pointed at: all its columns with their units. */
+/** The tip at the pointer: all columns of the design with their units. */
 
 import { el } from "./dom.js";
 import { cell, count, words } from "./format.js";

@@ -1,30 +1,31 @@
-/** The bar of the selection: how many, by which conditions, and what to do with them. */
+/** The bar of the selection: its size, its conditions, export and command. */
 
-import { commandLine, nameable } from "./conditions.js";
+import { commandLine, isNameable } from "./conditions.js";
 import { csvText, save } from "./csv.js";
 import { choice, el } from "./dom.js";
-import { count, counted, number, titled, words } from "./format.js";
+import { field } from "./field.js";
+import { count, countOf, number, words } from "./format.js";
 
 /**
  * @param {HTMLElement} root
  * @param {import("./payload.js").Model} model
  * @param {{selection: Object}} shared
  * @param {() => Iterable<number>} rows the selected ones in the order of the table
- * @param {() => void} typed called when a condition was typed
+ * @param {() => void} onType called when a condition was typed
  */
-export function toolbar(root, model, shared, rows, typed) {
+export function toolbar(root, model, shared, rows, onType) {
   const { selection } = shared;
   const total = el("p", { class: "total", role: "status", "aria-live": "polite" });
   const chips = el("div", { class: "chips" });
   const line = el("code", { class: "command", tabindex: 0, "aria-label": "command that ranks this selection" });
-  const said = el("span", { class: "said", role: "status" });
+  const status = el("span", { class: "status", role: "status" });
   const clear = el(
     "button",
     {
       type: "button",
       onclick: () => {
         selection.clear();
-        typed();
+        onType();
       },
     },
     "Clear",
@@ -52,13 +53,13 @@ export function toolbar(root, model, shared, rows, typed) {
         "Export CSV",
       ),
     ),
-    el("div", { class: "bar" }, field(model, selection, typed), chips),
+    el("div", { class: "bar" }, field(model, selection, onType), chips),
     el(
       "div",
       { class: "bar rank" },
       line,
-      el("button", { type: "button", class: "copy", onclick: () => copy(line.textContent, said) }, "Copy"),
-      said,
+      el("button", { type: "button", class: "copy", onclick: () => copy(line.textContent, status) }, "Copy"),
+      status,
     ),
   );
 
@@ -71,7 +72,7 @@ export function toolbar(root, model, shared, rows, typed) {
       `${count(infeasible)} infeasible`,
     ];
     total.replaceChildren(
-      el("strong", {}, counted(all, "design")),
+      el("strong", {}, countOf(all, "design")),
       ` ${selection.active ? `of ${count(model.size)} selected` : "on this page"} · ${parts.join(" · ")}`,
     );
     chips.replaceChildren(
@@ -86,7 +87,7 @@ export function toolbar(root, model, shared, rows, typed) {
               "aria-label": `remove the condition on ${words(condition.column)}`,
               onclick: () => {
                 selection.set(key, []);
-                typed();
+                onType();
               },
             },
             chipText(model, condition),
@@ -99,8 +100,8 @@ export function toolbar(root, model, shared, rows, typed) {
     kind.querySelector("select").value = String(selection.least);
     const conditions = selection.conditions();
     line.textContent = commandLine(model.study.command, conditions);
-    const unnamed = conditions.filter(({ column }) => !nameable(column)).map(({ column }) => column);
-    said.textContent = unnamed.length ? `the command line cannot name ${unnamed.join(", ")}` : "";
+    const unnamed = conditions.filter(({ column }) => !isNameable(column)).map(({ column }) => column);
+    status.textContent = unnamed.length ? `the command line cannot name ${unnamed.join(", ")}` : "";
   }
 
   selection.listen(show);
@@ -117,34 +118,7 @@ function chipText(model, { column, low, high }) {
   return `${words(column)} ${value(low)} … ${value(high)}${unit}`;
 }
 
-/** A condition by numbers, for those who want it exact or use no mouse. */
-function field(model, selection, typed) {
-  let column = model.study.objectives[0]?.[0] ?? model.columns[0].name;
-  const low = el("input", { type: "text", inputmode: "decimal", size: 8, placeholder: "from", "aria-label": "from" });
-  const high = el("input", { type: "text", inputmode: "decimal", size: 8, placeholder: "to", "aria-label": "to" });
-  const list = choice(
-    "where",
-    model.columns.map((one) => [one.name, titled(one)]),
-    column,
-    (value) => {
-      column = value;
-    },
-  );
-  const submit = (event) => {
-    event.preventDefault();
-    const read = (input, otherwise) => (input.value.trim() === "" ? otherwise : Number(input.value));
-    const ends = { low: read(low, -Infinity), high: read(high, Infinity) };
-    low.setAttribute("aria-invalid", Number.isNaN(ends.low));
-    high.setAttribute("aria-invalid", Number.isNaN(ends.high));
-    if (Number.isNaN(ends.low) || Number.isNaN(ends.high)) return;
-    selection.set(`axis:${column}`, low.value.trim() || high.value.trim() ? [{ column, ...ends }] : []);
-    low.value = high.value = "";
-    typed();
-  };
-  return el("form", { class: "where", onsubmit: submit }, list, low, high, el("button", { type: "submit" }, "Add"));
-}
-
-async function copy(text, said) {
+async function copy(text, status) {
   try {
     await navigator.clipboard.writeText(text);
   } catch {
@@ -154,8 +128,8 @@ async function copy(text, said) {
     document.execCommand("copy");
     area.remove();
   }
-  said.textContent = "copied";
+  status.textContent = "copied";
   setTimeout(() => {
-    said.textContent = "";
+    status.textContent = "";
   }, 2000);
 }

@@ -1,0 +1,20 @@
+# The public names: read by type checkers, and at run time by lazy_loader.
+from ._version import __version__ as __version__
+from .api import evaluate as evaluate
+from .api import rank as rank
+from .api import read_results as read_results
+from .api import simulate as simulate
+from .api import sweep as sweep
+from .config.study import Study as Study
+from .config.study_file import load_study as load_study
+from .covering import Coverage as Coverage
+from .covering import coverage as coverage
+from .errors import ClusterError as ClusterError
+from .errors import ConfigError as ConfigError
+from .errors import ExploreError as ExploreError
+from .errors import MotionError as MotionError
+from .errors import RequestError as RequestError
+from .errors import ResultsError as ResultsError
+from .store.open_results import open_results as open_results
+from .store.open_results import xarray as xarray
+from .store.results import Results as Results

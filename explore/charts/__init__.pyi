@@ -1,0 +1,8 @@
+# The public names: read by type checkers, and at run time by lazy_loader.
+from .coverage import coverage_chart as coverage_chart
+from .map import map_chart as map_chart
+from .mechanism import mechanism_chart as mechanism_chart
+from .motion import motion_chart as motion_chart
+from .parallel import parallel_chart as parallel_chart
+from .pareto import pareto_chart as pareto_chart
+from .ratio import ratio_chart as ratio_chart

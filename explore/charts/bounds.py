@@ -1,0 +1,160 @@
+"""Bounds of a study on signals, and whether it uses the strokes that clutches transmit."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, Literal, cast
+
+from explore.charts.style import RED
+from explore.charts.turn import TURN, spans_in_turn
+from explore.errors import RequestError, ResultsError
+from explore.model.mechanism import Mechanism
+from explore.model.quantities import AnyMetric, DerivedMetric, FloatArray, Metric, SampledMetric, Window
+from explore.request.names import find_metric, make_window
+from explore.store.results import Results
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+Side = Literal["min", "max"]
+#: Windows that mean something only where one-way clutches transmit; names of metrics end with them.
+_CLUTCH_WINDOWS = ("drive", "return", "clutch")
+#: Windows whose crank angles differ from design to design.
+_STROKE_WINDOWS = ("drive", "return", "overlapped_to_extended", "extended_to_overlapped")
+
+
+@dataclass(frozen=True)
+class SignalBound:
+    """A bound on a signal over a part of the turn.
+
+    Attributes
+    ----------
+    signal
+        Name of the signal.
+    side
+        "min" for a lower bound, "max" for an upper one.
+    value
+        In the unit of the signal.
+    span
+        First and last crank angle where the bound holds, deg.
+    stroke
+        Name of the stroke where the bound holds, empty if it holds over the same crank angles in all designs; `span` is
+        the whole turn until those of a design are known.
+    """
+
+    signal: str
+    side: Side
+    value: float
+    span: tuple[float, float] = TURN
+    stroke: str = ""
+
+
+def uses_clutch(results: Results) -> bool:
+    """Whether the window of the study, a metric or a constraint needs one-way clutches."""
+    names = [*(column.name for column in results.columns), *results.constraints]
+    endings = tuple(f"_{window}" for window in _CLUTCH_WINDOWS)
+    return results.window in _CLUTCH_WINDOWS or any(name.endswith(endings) for name in names)
+
+
+def signal_bounds(results: Results, mechanism: Mechanism) -> list[SignalBound]:
+    """Find the constraints on the extremes of a signal: those on means, lengths and so on bound no curve.
+
+    Raises
+    ------
+    ResultsError
+        If the window of the study cannot be read.
+    """
+    bounds: list[SignalBound] = []
+    try:
+        window = _read_window(mechanism, results.window)
+        for name, sides in results.constraints.items():
+            metric = find_metric(mechanism, name, window)
+            bounds += _bounds_of_metric(mechanism, metric, cast(dict[Side, float | None], sides))
+    except RequestError:  # the file is of another version, with names that this one does not have
+        return bounds
+    except (StopIteration, KeyError, TypeError, ValueError, OverflowError) as error:
+        raise ResultsError(f"{results.path} is damaged: its window cannot be read ({error})") from error
+    return [bound for bound in bounds if math.isfinite(bound.value)]
+
+
+def _read_window(mechanism: Mechanism, stored: Any) -> Window:
+    if not isinstance(stored, Mapping):
+        return make_window(mechanism, stored)
+    interval = next(window for window in mechanism.windows if window.name == "interval")
+    start, stop = float(stored["start"]), float(stored["stop"])
+    if not -math.inf < start < stop < math.inf:
+        raise ValueError("it has no beginning and end")
+    return replace(interval, start=start, stop=stop)
+
+
+def _bounds_of_metric(
+    mechanism: Mechanism, metric: AnyMetric, sides: Mapping[Side, float | None]
+) -> Iterator[SignalBound]:
+    low, high = sides["min"], sides["max"]
+    if metric.name == "transmission_angle_worst" and low is not None:
+        yield SignalBound("transmission_angle", "min", low)
+        yield SignalBound("transmission_angle", "max", 180.0 - low)
+    elif isinstance(metric, DerivedMetric) and "_peak" in metric.name and high is not None:
+        for part in metric.sampled:  # a peak is the largest magnitude
+            yield from _bounds_of_extreme(part, {"min": -high, "max": high})
+    elif isinstance(metric, SampledMetric):
+        yield from _bounds_of_extreme(metric, sides)
+    elif isinstance(metric, Metric):  # in closed form, over the whole turn
+        for side, value in sides.items():
+            signal = metric.name.removesuffix(f"_{side}")
+            if value is not None and signal in {other.name for other in mechanism.signals}:
+                yield SignalBound(signal, side, value)
+
+
+def _bounds_of_extreme(metric: SampledMetric, sides: Mapping[Side, float | None]) -> Iterator[SignalBound]:
+    """The bounds that hold for a whole curve: a lower one on its minimum, an upper one on its maximum."""
+    window, span = metric.window, TURN
+    if window.name == "interval":  # may begin at any crank angle, but is drawn in the turn that begins at 0
+        start = math.degrees(window.start)
+        span = (start % 360.0, start % 360.0 + math.degrees(window.stop - window.start))
+    for side, value in sides.items():
+        if metric.statistic == side and value is not None:
+            stroke = window.name if window.name in _STROKE_WINDOWS else ""
+            yield SignalBound(metric.signal.name, side, value, span, stroke)
+
+
+def draw_bounds(
+    chart: Axes, angle: FloatArray, curves: Mapping[str, FloatArray], bounds: Iterable[SignalBound], scale: float = 1.0
+) -> None:
+    """Draw the bounds on the signals of a chart as lines where they hold, and hatch where a curve violates one.
+
+    Parameters
+    ----------
+    angle
+        Crank angles of the curves, deg, shape (t,).
+    curves
+        Signals by name as they are drawn, each of shape (t,).
+    bounds
+        Of the study; those on other signals are not drawn.
+    scale
+        Factor from the unit of the signals to that of the axis.
+    """
+    chart.set_ylim(chart.get_ylim())  # a bound beyond the axis does not move it
+    for bound in bounds:
+        if bound.signal in curves:
+            _draw_bound(chart, angle, curves[bound.signal], bound, scale)
+
+
+def _draw_bound(chart: Axes, angle: FloatArray, values: FloatArray, bound: SignalBound, scale: float) -> None:
+    parts = spans_in_turn(bound.span)
+    if not parts:
+        return
+    limit = bound.value * scale
+    violated = values < limit if bound.side == "min" else values > limit
+    bottom, top = chart.get_ylim()
+    for start, stop in parts:
+        chart.plot([start, stop], [limit, limit], color=RED, lw=1.2, ls="-.")
+        here = violated & (angle >= start) & (angle <= stop)
+        chart.fill_between(angle, values, limit, where=here, color=RED, alpha=0.25, hatch="//", lw=0)
+    height = (limit - bottom) / (top - bottom)
+    below = height > 0.92 or (bound.side == "min" and height > 0.08)
+    chart.annotate(f"{'≥' if bound.side == 'min' else '≤'} {limit:g}", (parts[-1][1] - 3.0, limit),
+                   (0, -2 if below else 2), color=RED, textcoords="offset points", ha="right",
+                   va="top" if below else "bottom", annotation_clip=True)  # fmt: skip

@@ -1,0 +1,121 @@
+"""`explore coverage`: print the swings that a study's cranks reach over the travel of its coupler."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from explore.cli.options import JsonOption
+from explore.cli.output import compiled_kernels, number, print_json, say
+from explore.cli.paths import FIGURE_ENDINGS, check_output, refuse_overwriting
+from explore.cli.tables import print_table
+from explore.errors import RequestError
+
+if TYPE_CHECKING:
+    from explore.config.study import Study
+    from explore.covering import Coverage
+    from explore.model.request import Constraint
+
+#: Largest number of values of a length; a longer table is not readable.
+_MOST_LENGTHS = 1000
+_LENGTHS = ("crank", "coupler", "rocker", "ground")
+
+
+def coverage(
+    config: Annotated[
+        Path, typer.Argument(metavar="CONFIG", help="A study: its cranks, the range of its coupler, its bounds.")
+    ],
+    output: Annotated[Path | None, typer.Option("-o", "--output", help="Also draw it: FILE.png, .svg or .pdf.")] = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Show which swings exchangeable cranks reach over the travel of the coupler, their overlaps and gaps."""
+    from explore.config import toml_text
+
+    check_output(output, FIGURE_ENDINGS)
+    toml_text.read_text(str(config))  # reports a missing file before the kernels are compiled
+    refuse_overwriting(config, output, "the study")
+    with compiled_kernels():
+        from explore.config.study_file import load_study
+        from explore.covering import coverage as cover
+    study = load_study(config)
+    travel, cranks, rocker, ground = _lengths(study, config)
+    bounds = _transmission_angle_bounds(study.request.constraints)
+    swings = cover(cranks, rocker=rocker, ground=ground, coupler=travel, transmission_angle=bounds)
+    if as_json:
+        print_json({"cranks": swings.table.to_dict(orient="records"), "total": swings.total, "gaps": swings.gaps})
+    else:
+        _print(swings)
+    if output is not None:
+        from explore.charts.coverage import coverage_chart
+        from explore.charts.style import save_figure
+
+        save_figure(coverage_chart(swings), output)
+        say(str(output), data=not as_json)
+
+
+def _lengths(study: Study, config: Path) -> tuple[tuple[float, float], list[float], float, float]:
+    """Travel of the coupler, cranks, rocker and ground, mm."""
+    import numpy as np
+
+    from explore.designs.spaces import ContinuousAxis, ListedAxis, SolvedLength, SpacedAxis
+
+    def values(name: str) -> list[float]:
+        axis = next((axis for axis in study.space.axes if axis.name == name), None)
+        if axis is None or isinstance(axis, SolvedLength):
+            raise RequestError(f"{config}: coverage needs crank, coupler, rocker and ground given, but {name} is not")
+        if isinstance(axis, ContinuousAxis):
+            return [axis.low, axis.high]
+        if isinstance(axis, SpacedAxis) and name == "coupler":
+            return [axis.start, axis.stop]
+        listed = (
+            axis
+            if isinstance(axis, (ListedAxis, SpacedAxis))
+            else ListedAxis(name, tuple(np.unique(axis.values).tolist()))
+        )
+        if len(listed) > _MOST_LENGTHS:
+            raise RequestError(
+                f"{config}: coverage is of {_MOST_LENGTHS:,} lengths at most, but {name} has {len(listed):,}"
+            )
+        return [float(value) for value in listed.values_at(np.arange(len(listed)))]
+
+    crank, coupler, rocker, ground = (values(name) for name in _LENGTHS)
+    for name, lengths in (("rocker", rocker), ("ground", ground)):
+        if len(lengths) > 1:
+            raise RequestError(f"{config}: coverage is of one rig, but {name} has {len(lengths):,} values; give one")
+    if len(coupler) == 1:
+        raise RequestError(
+            f"{config}: coverage needs the travel of the coupler; write coupler = {{ start = …, stop = …, num = … }}"
+        )
+    return (min(coupler), max(coupler)), crank, rocker[0], ground[0]
+
+
+def _transmission_angle_bounds(constraints: tuple[Constraint, ...]) -> tuple[float, float]:
+    """Bounds of the transmission angle, deg; warn about other constraints, which coverage ignores."""
+    low, high = 0.0, 180.0
+    for constraint in constraints:
+        name, minimum, maximum = constraint.metric.name, constraint.minimum, constraint.maximum
+        if name == "transmission_angle_min" and maximum is None:
+            low = max(low, minimum or 0.0)
+        elif name == "transmission_angle_max" and minimum is None:
+            high = min(high, maximum or 0.0)
+        elif name == "transmission_angle_worst" and maximum is None:
+            low, high = max(low, minimum or 0.0), min(high, 180.0 - (minimum or 0.0))
+        else:
+            say(f"coverage ignores the constraint on {name}", "yellow")
+    return low, high
+
+
+def _print(coverage: Coverage) -> None:
+    columns = [("crank", "mm"), ("coupler", "mm"), ("to", "mm"), ("swing", "deg"), ("to", "deg"), ("overlap", "deg")]
+    rows = [[number(value, 9) for value in row] for row in coverage.table.itertuples(index=False)]
+    print_table("Swings of each crank over the travel of the coupler", columns, rows)
+    low, high = coverage.total
+    for start, end in coverage.gaps:
+        say(f"gap: {start:.9g} to {end:.9g} deg", data=True)
+    if math.isnan(low):
+        say("no crank turns with any of these couplers", data=True)
+    else:
+        say(f"{low:.9g} to {high:.9g} deg, {'with gaps' if coverage.gaps else 'without a gap'}", data=True)

@@ -1,0 +1,110 @@
+"""`explore mechanisms`: list the mechanisms, or describe one."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from explore.cli.completion import complete_mechanisms
+from explore.cli.options import JsonOption
+from explore.cli.output import compiled_kernels, number, print_json, say, shown_unit
+from explore.cli.tables import print_table
+
+if TYPE_CHECKING:
+    from explore.model.mechanism import Mechanism
+    from explore.model.quantities import Formula, Metric, Parameter, Signal
+
+
+def mechanisms(
+    name: Annotated[
+        str | None, typer.Argument(metavar="NAME", autocompletion=complete_mechanisms, help="One mechanism in full.")
+    ] = None,
+    as_json: JsonOption = False,
+) -> None:
+    """List the mechanisms, or the parameters, signals, metrics and windows of one."""
+    with compiled_kernels():
+        from explore.mechanisms.registry import MECHANISMS
+        from explore.request.names import find_mechanism
+    if name is not None:
+        _print_mechanism(find_mechanism(name), as_json=as_json)
+    elif as_json:
+        print_json({name: mechanism.summary for name, mechanism in MECHANISMS.items()})
+    else:
+        rows = [[mechanism.name, mechanism.summary] for mechanism in MECHANISMS.values()]
+        print_table("mechanisms", [("mechanism", ""), ("meaning", "")], rows)
+        say("explore mechanisms NAME shows parameters, signals, metrics and windows", "dim")
+
+
+def _print_mechanism(mechanism: Mechanism, *, as_json: bool) -> None:
+    if as_json:
+        print_json(_json_description(mechanism))
+        return
+    say(f"{mechanism.name}: {mechanism.summary}", "bold", data=True)
+    print_table(
+        "parameters",
+        [("parameter", ""), ("unit", ""), ("default", ""), ("allowed", ""), ("meaning", "")],
+        [
+            [p.name, shown_unit(p.unit), "required" if p.default is None else number(p.default), _range(p), p.long_name]
+            for p in mechanism.parameters
+        ],
+    )
+    _print_quantities("signals, functions of the crank angle", "signal", mechanism.signals)
+    _print_quantities("closed-form metrics", "metric", mechanism.metrics)
+    if mechanism.formulas:
+        _print_quantities("derived metrics, functions of others", "metric", mechanism.formulas)
+    print_table("windows", [("window", ""), ("meaning", "")], [[w.name, w.long_name] for w in mechanism.windows])
+    _print_notes(mechanism)
+
+
+def _print_quantities(title: str, heading: str, quantities: Sequence[Signal | Metric | Formula]) -> None:
+    rows = [[q.name, shown_unit(q.unit), q.long_name + _window_note(q)] for q in quantities]
+    print_table(title, [(heading, ""), ("unit", ""), ("meaning", "")], rows)
+
+
+def _window_note(quantity: Signal | Metric | Formula) -> str:
+    """The windows of a signal that exists in these only."""
+    windows = getattr(quantity, "only_in", ())
+    return f" (window {', '.join(windows)})" if windows else ""
+
+
+def _print_notes(mechanism: Mechanism) -> None:
+    """Print how sampled metrics are named, and the strokes and objectives of the mechanism."""
+    from explore.model.quantities import MAGNITUDE_STATISTICS, STATISTICS
+
+    say(f"sampled metrics: SIGNAL_STATISTIC or SIGNAL_STATISTIC_WINDOW, statistics {', '.join(STATISTICS)}", data=True)
+    if any(signal.is_magnitude for signal in mechanism.signals):
+        say(f"of a magnitude, statistics are {', '.join(MAGNITUDE_STATISTICS)}", data=True)
+    say(f"mean, variance and cv alone are those of the output, {mechanism.output_signals['']}", data=True)
+    if len(mechanism.drives) > 1:
+        say(f"drive is one of {', '.join(mechanism.drives)}", data=True)
+    say(f"default objectives are {', '.join(mechanism.objectives)}", data=True)
+
+
+def _range(parameter: Parameter) -> str:
+    if parameter.choices:
+        return ", ".join(number(choice) for choice in parameter.choices)
+    over = "any" if math.isinf(parameter.lower) else f"> {number(parameter.lower)}"
+    up_to = "" if math.isinf(parameter.upper) else f", at most {number(parameter.upper)}"
+    return f"{over}{up_to}" + (f", or 0: {parameter.zero_meaning}" if parameter.zero_meaning else "")
+
+
+def _json_description(mechanism: Mechanism) -> dict[str, object]:
+    from explore.model.quantities import STATISTICS
+
+    metrics: tuple[Metric | Formula, ...] = (*mechanism.metrics, *mechanism.formulas)
+    return {
+        "name": mechanism.name,
+        "summary": mechanism.summary,
+        "parameters": {
+            p.name: {"unit": p.unit, "default": p.default, "meaning": p.long_name} for p in mechanism.parameters
+        },
+        "signals": {s.name: {"unit": s.unit, "meaning": s.long_name} for s in mechanism.signals},
+        "metrics": {m.name: {"unit": m.unit, "meaning": m.long_name, "sense": m.sense} for m in metrics},
+        "windows": {w.name: w.long_name for w in mechanism.windows},
+        "statistics": list(STATISTICS),
+        "drives": list(mechanism.drives),
+        "objectives": list(mechanism.objectives),
+    }

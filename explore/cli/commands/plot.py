@@ -1,0 +1,104 @@
+"""`explore plot`: draw a figure of results."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from contextlib import nullcontext
+from importlib import import_module
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from explore.cli.completion import complete_columns
+from explore.cli.options import ResultsArgument
+from explore.cli.output import compiled_kernels, say
+from explore.cli.paths import FIGURE_ENDINGS, check_output, newest_results, refuse_overwriting
+from explore.cli.progress import block_bar
+from explore.errors import RequestError
+from explore.suggest import suggestion
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+#: Kinds of figures, each with the options that apply to it.
+KINDS = {
+    "pareto": ("x", "y", "design"),
+    "motion": ("design",),
+    "mechanism": ("design",),
+    "map": ("x", "y", "metric", "design"),
+    "parallel": ("metric",),
+    "ratio": ("design",),
+}
+#: Kinds that simulate a design, which needs the kernels.
+_SIMULATED_KINDS = ("motion", "mechanism")
+
+
+def _complete_kinds() -> list[str]:
+    return list(KINDS)
+
+
+def plot(
+    kind: Annotated[
+        str,
+        typer.Argument(
+            metavar="KIND", autocompletion=_complete_kinds, help="pareto, motion, mechanism, map, parallel or ratio."
+        ),
+    ],
+    results: ResultsArgument = None,
+    output: Annotated[
+        Path | None,
+        typer.Option("-o", "--output", help="FILE.png, .svg or .pdf; by default results/NAME-KIND.png."),
+    ] = None,
+    x: Annotated[
+        str | None, typer.Option(metavar="COLUMN", autocompletion=complete_columns, help="The horizontal axis.")
+    ] = None,
+    y: Annotated[
+        str | None, typer.Option(metavar="COLUMN", autocompletion=complete_columns, help="The vertical axis.")
+    ] = None,
+    metric: Annotated[
+        str | None, typer.Option(metavar="COLUMN", autocompletion=complete_columns, help="The colours.")
+    ] = None,
+    design: Annotated[
+        int | None, typer.Option(min=0, help="The design to draw or mark; by default the best of the Pareto set.")
+    ] = None,
+) -> None:
+    """Draw a figure of the results and print the name of its file."""
+    choices = {"x": x, "y": y, "metric": metric, "design": design}
+    options = {name: choice for name, choice in choices.items() if choice is not None}
+    _check_options(kind, options)
+    check_output(output, FIGURE_ENDINGS)
+    from explore import open_results
+    from explore.charts.labels import study_name
+    from explore.charts.style import save_figure
+
+    opened = open_results(results or newest_results())
+    refuse_overwriting(opened.path, output, "the results file")
+    if opened.n_committed == 0:
+        raise RequestError(f"{opened.path} holds no designs yet, so there is nothing to draw")
+    import matplotlib as mpl
+
+    # A dollar sign in a file's name or in the results does not begin a formula.
+    with block_bar("drawing"), mpl.rc_context({"text.parse_math": False}):
+        figure = _load_chart(kind)(opened, **options)
+        if output is None:
+            output = Path("results") / f"{study_name(opened)}-{kind}.png"
+            output.parent.mkdir(exist_ok=True)
+        save_figure(figure, output)
+    say(str(output), data=True)
+
+
+def _check_options(kind: str, options: Mapping[str, str | int]) -> None:
+    """Refuse an unknown kind of figure and options that do not apply to it."""
+    if kind not in KINDS:
+        raise RequestError(f"unknown kind of figure '{kind}'; {suggestion(kind, KINDS)}")
+    for option in options:
+        if option not in KINDS[kind]:
+            others = ", ".join(other for other, applicable in KINDS.items() if option in applicable)
+            raise RequestError(f"--{option} does not apply to '{kind}', only to {others}")
+
+
+def _load_chart(kind: str) -> Callable[..., Figure]:
+    with compiled_kernels() if kind in _SIMULATED_KINDS else nullcontext():
+        chart: Callable[..., Figure] = getattr(import_module("explore.charts"), f"{kind}_chart")
+    return chart

@@ -1,0 +1,195 @@
+"""`explore rank`: print the Pareto set of results."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from explore.cli.completion import complete_objectives
+from explore.cli.explanations import explain_ranking
+from explore.cli.export import check_table, with_labels, write_table
+from explore.cli.options import JsonOption
+from explore.cli.output import be, count_of, number, print_json, say
+from explore.cli.paths import newest_results, refuse_overwriting
+from explore.cli.progress import block_bar
+from explore.cli.tables import print_table
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from explore.ranking.rankings import Ranking, RankRequest
+    from explore.store.results import Results
+
+#: Columns that --quality adds.
+QUALITY = ("knee", "crowding", "hypervolume_share")
+#: Lines of the table without --top.
+DEFAULT_LINES = 10
+
+
+def rank(
+    results: Annotated[
+        list[Path] | None,
+        typer.Argument(
+            metavar="RESULTS",
+            help="Results files, several of them ranked together; by default the newest results/*.h5.",
+        ),
+    ] = None,
+    metric: Annotated[
+        list[str] | None,
+        typer.Option(
+            autocompletion=complete_objectives,
+            help="NAME, NAME:min or NAME:max. One orders the Pareto set, several are its objectives.",
+        ),
+    ] = None,
+    where: Annotated[
+        str | None,
+        typer.Option(
+            metavar="CONDITION", help='Rank only these designs, such as "swing_angle > 20 and not cv >= 0.5".'
+        ),
+    ] = None,
+    limit: Annotated[
+        list[str] | None,
+        typer.Option(help="A constraint narrower than the sweep's: METRIC=VALUE, METRIC>=VALUE or METRIC<=VALUE."),
+    ] = None,
+    fronts: Annotated[
+        int, typer.Option(min=1, metavar="K", help="The number of fronts; the second is the first without it.")
+    ] = 1,
+    quality: Annotated[
+        bool, typer.Option("--quality", help="Also the knee, crowding distance and share of the hypervolume.")
+    ] = False,
+    top: Annotated[
+        int | None, typer.Option(min=0, help="Lines to print, 0 for all; by default 10, with --json all.")
+    ] = None,
+    as_json: JsonOption = False,
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", help="Also write the Pareto set, as .csv, .json, .md or .parquet.")
+    ] = None,
+) -> None:
+    """Print the Pareto-optimal designs, best first."""
+    paths = results or [newest_results()]
+    for path in paths:
+        refuse_overwriting(path, output, "the results file")
+    check_table(output)
+    from explore.store.open_results import open_several
+
+    sources = open_several(paths)
+    for source in sources.values():
+        if not source.complete:
+            say(f"{source.path} is not finished: {source.n_committed:,} of {source.n_designs:,} designs", "yellow")
+    request = _make_request(metric or [], fronts=fronts, where=where, limits=limit or [], quality=quality)
+    ranking, parts = _rank_sources(sources, request)
+    columns = {column.name: column for source in sources.values() for column in source.columns}
+    units = {name: column.unit for name, column in columns.items()}
+    if output is not None:
+        write_table(with_labels(ranking.frame, columns.values()), output, units)
+        say(f"wrote {count_of(len(ranking.frame), 'design')} to {output}")
+    if as_json:
+        frame = ranking.frame.head(top) if top else ranking.frame
+        print_json(with_labels(frame, columns.values()).reset_index().to_dict(orient="records"))
+        return
+    _explain(ranking, parts, sources, request)
+    if not ranking.frame.empty:
+        swept = [name for name, column in columns.items() if column.role == "parameter"]
+        _print_front(ranking, swept, units, request, DEFAULT_LINES if top is None else top)
+
+
+def _make_request(
+    metrics: list[str], *, fronts: int, where: str | None, limits: list[str], quality: bool
+) -> RankRequest:
+    """One metric orders the Pareto set, several replace the study's objectives."""
+    from explore.ranking.limits import parse_limits
+    from explore.ranking.rankings import RankRequest
+
+    several = len(metrics) > 1
+    return RankRequest(
+        metrics=metrics if several else None,
+        order_by=metrics[0] if metrics and not several else None,
+        fronts=fronts,
+        where=where,
+        limits=parse_limits(limits),
+        quality=quality,
+    )
+
+
+def _rank_sources(sources: dict[str, Results], request: RankRequest) -> tuple[Ranking, Mapping[str, Ranking]]:
+    """The ranking of all results together, and that of each."""
+    from explore.ranking.joint import rank_sources
+    from explore.ranking.rankings import rank_source
+
+    if len(sources) == 1:
+        ((name, results),) = sources.items()
+        with block_bar("ranking") as report_progress:
+            ranking = rank_source(results, request, report_progress)
+        return ranking, {name: ranking}
+    with block_bar("ranking") as report_progress:
+        joint = rank_sources(sources, request, report_progress)
+    for caveat in joint.caveats:
+        say(caveat, "yellow")
+    return joint.whole, joint.parts
+
+
+def _explain(
+    ranking: Ranking, parts: Mapping[str, Ranking], sources: Mapping[str, Results], request: RankRequest
+) -> None:
+    """Say what was ranked in each of the results, and how much of the joint Pareto set is from each."""
+    for name, part in parts.items():
+        explain_ranking(sources[name], part, f"{name}: " if len(parts) > 1 else "")
+    if len(parts) > 1:
+        best = ranking.frame[ranking.frame["front"] == 1]
+        shares = ", ".join(f"{int((best['results'] == name).sum()):,} from {name}" for name in parts)
+        say(f"together {count_of(len(best), 'design')} {be(len(best))} Pareto-optimal: {shares}", "bold")
+    if request.quality and ranking.frame["hypervolume_share"].isna().any():
+        say("hypervolume_share is left out: it takes too long for so many designs and objectives", "yellow")
+
+
+def _print_front(
+    ranking: Ranking, swept: Iterable[str], units: Mapping[str, str], request: RankRequest, top: int
+) -> None:
+    """Print a line for all designs with equal objectives, in the order of the ranking; `top` lines, 0 for all."""
+    objectives = [objective.metric for objective in ranking.objectives]
+    if ranking.order_by.metric not in objectives:
+        objectives.insert(0, ranking.order_by.metric)
+    parameters = [name for name in swept if name not in objectives]
+    # Equal objectives are always in the same front, so it need not be grouped by.
+    line = ranking.frame.groupby(objectives, sort=False, dropna=False).ngroup()
+    n_lines = int(line.max()) + 1
+    # Only the lines shown become groups: those of a hundred thousand designs take ten seconds.
+    groups = list(ranking.frame[line < (top or n_lines)].groupby(objectives, sort=False, dropna=False))
+    marks = ["front"] if request.fronts > 1 else []
+    origins = ["results"] if "results" in ranking.frame else []
+    qualities = list(QUALITY) if request.quality else []
+    rows = [
+        [str(group.index[0]), number(len(group)), *(number(group[name].iloc[0].item()) for name in marks),
+         *(", ".join(dict.fromkeys(group[name])) for name in origins), *(_spread(group[name]) for name in parameters),
+         *(number(float(group[name].iloc[0])) for name in objectives),
+         *(number(group[name].iloc[0].item(), 3) for name in qualities)]
+        for _, group in groups
+    ]  # fmt: skip
+    columns = [(name, "") for name in ("design", "alike", *marks, *origins)]
+    columns += [*((name, units[name]) for name in (*parameters, *objectives)), *((name, "") for name in qualities)]
+    hidden = n_lines - len(groups)
+    caption = f"{hidden:,} more lines: --top 0 prints all, -o FILE.csv writes them" if hidden else ""
+    others = [name for name in objectives if name != ranking.order_by.metric]
+    print_table(
+        f"Pareto set, best {ranking.order_by.metric} first", columns, rows, caption,
+        droppable=_constant_first(columns, rows, ["alike", *reversed(parameters), *reversed([*others, *qualities])]),
+        hint="-o FILE.csv writes all",
+    )  # fmt: skip
+
+
+def _constant_first(columns: list[tuple[str, str]], rows: list[list[str]], names: list[str]) -> list[str]:
+    """The names of columns, those with the same value in all rows first."""
+    cells = {name: {row[place] for row in rows} for place, (name, _) in enumerate(columns)}
+    return sorted(names, key=lambda name: len(cells[name]) > 1)
+
+
+def _spread(values: pd.Series[float]) -> str:
+    """One value, a few, or a range."""
+    distinct = sorted(set(values.dropna())) or [math.nan]  # one of several results may lack a parameter
+    if len(distinct) <= 3:
+        return ", ".join(number(float(value)) for value in distinct)
+    return f"{number(float(distinct[0]))} … {number(float(distinct[-1]))}"

@@ -1,0 +1,134 @@
+"""`explore simulate`: print the motion of one design."""
+
+from __future__ import annotations
+
+import json
+import math
+import sys
+import warnings
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from explore.cli.completion import complete_mechanisms
+from explore.cli.options import JsonOption
+from explore.cli.output import compiled_kernels, print_json, say
+from explore.cli.paths import check_new_file, refuse_overwriting
+from explore.errors import MotionError, RequestError
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+
+def simulate(
+    config: Annotated[Path | None, typer.Argument(metavar="CONFIG", help="A study: one design of it.")] = None,
+    mechanism: Annotated[
+        str | None,
+        typer.Option(autocompletion=complete_mechanisms, help="A mechanism, with --set in place of a study."),
+    ] = None,
+    settings: Annotated[
+        list[str] | None,
+        typer.Option("--set", metavar="NAME=VALUE", help="A parameter, in place of the study's; a unit may follow."),
+    ] = None,
+    design: Annotated[int, typer.Option(min=0, help="The number of the design in the study.")] = 0,
+    angles: Annotated[int, typer.Option(min=1, help="The number of equispaced crank angles.")] = 360,
+    method: Annotated[
+        str, typer.Option(help="Solver: closed-form, newton, rk45 …; `explore precision` compares them.")
+    ] = "closed-form",
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", help="The file, CSV unless it ends in .json; by default stdout.")
+    ] = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Print the motion of one design over a turn: angles, velocities, accelerations."""
+    from explore.config import toml_text
+
+    if (config is None) == (mechanism is None):
+        raise RequestError("name either a study or --mechanism with its --set NAME=VALUE")
+    if config:
+        toml_text.read_text(str(config))  # reports a missing file before the kernels are compiled
+        refuse_overwriting(config, output, "the study")
+    if output is not None:
+        check_new_file(output)
+    with compiled_kernels():
+        from explore.api import simulate as simulate_motion
+    if config:
+        name, parameters = _study_design(config, design, settings or [])
+    else:
+        name, parameters = mechanism or "", _parse_settings(mechanism or "", settings or [])
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        motion = simulate_motion(name, parameters, angles=angles, method=method)
+    for warning in caught:
+        say(f"warning: {warning.message}", "yellow")
+    _write(motion, output, as_json=as_json)
+
+
+def _study_design(config: Path, design: int, settings: list[str]) -> tuple[str, dict[str, float]]:
+    """The mechanism of a study and the parameters of one of its designs, replaced by those in `settings`."""
+    from explore.config.study_file import load_study
+    from explore.model.status import Status
+
+    study = load_study(config)
+    if design >= study.space.count:
+        raise RequestError(f"{config} has {study.space.count:,} designs, numbered from 0; there is no design {design}")
+    name = study.request.mechanism.name
+    own = {key: float(values[0]) for key, values in study.space.designs(design, design + 1).items()}
+    replaced = _parse_settings(name, settings)
+    unreachable = [key for key, value in own.items() if math.isnan(value) and key not in replaced]
+    if unreachable:
+        raise MotionError(f"design {design} of {config} has no {unreachable[0]}: {Status.UNREACHABLE.sentence}")
+    exceptions = f", but {_listed(replaced)}" if replaced else ""
+    say(f"design {design} of {study.space.count:,}: {_listed(own)}{exceptions}")
+    return name, own | replaced
+
+
+def _listed(parameters: dict[str, float]) -> str:
+    return ", ".join(f"{name} = {value:.10g}" for name, value in parameters.items())
+
+
+def _parse_settings(mechanism: str, settings: list[str]) -> dict[str, float]:
+    """Parameters from NAME=VALUE, in the units of the mechanism."""
+    from explore.request.names import find_mechanism
+    from explore.request.units import quantity
+    from explore.suggest import suggestion
+
+    declared = {p.name: p for p in find_mechanism(mechanism).parameters}
+    parameters: dict[str, float] = {}
+    for setting in settings:
+        name, equals, text = setting.partition("=")
+        if not equals:
+            raise RequestError(f"--set {setting}: write NAME=VALUE, such as crank=100")
+        if name not in declared:
+            raise RequestError(f"--set {setting}: unknown parameter; {suggestion(name, declared)}")
+        try:
+            parameters[name] = quantity(_number_or_text(text), declared[name].unit)
+        except RequestError as error:
+            raise RequestError(f"--set {name}: {error}") from None
+    return parameters
+
+
+def _number_or_text(text: str) -> float | str:
+    try:
+        return float(text)
+    except ValueError:
+        return text
+
+
+def _write(motion: pd.DataFrame, output: Path | None, *, as_json: bool) -> None:
+    columns = {str(name): column.tolist() for name, column in motion.reset_index().items()}
+    if output is None:
+        if as_json:
+            print_json(columns)
+        else:
+            motion.to_csv(sys.stdout)
+        return
+    from explore.files import new_file, real_path
+
+    with new_file(real_path(output)) as unfinished:
+        if as_json or output.suffix == ".json":
+            unfinished.write_text(json.dumps(columns), encoding="utf-8")
+        else:
+            motion.to_csv(unfinished)
+    say(f"wrote {len(motion)} crank angles to {output}")

@@ -1,0 +1,247 @@
+"""`explore sweep`: compute every design of a study."""
+
+from __future__ import annotations
+
+import logging
+import shlex
+from collections.abc import Iterator, Mapping
+from contextlib import AbstractContextManager, contextmanager, nullcontext
+from dataclasses import dataclass
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+import typer
+
+from explore.cli.explanations import explain_unreachable
+from explore.cli.output import compiled_kernels, complain, count_of, number, say
+from explore.cli.paths import refuse_overwriting
+from explore.cli.progress import sweep_progress
+from explore.cli.termination import terminable
+from explore.errors import RequestError, ResultsError
+
+if TYPE_CHECKING:
+    from distributed import Client
+
+    from explore.config.study import Study
+    from explore.sweeping.runs import Summary
+
+
+class KeepOption(StrEnum):
+    """Which designs a sweep keeps."""
+
+    all = "all"
+    front = "front"
+
+
+def sweep(
+    config: Annotated[Path, typer.Argument(metavar="CONFIG", help="The study, a TOML file.")],
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", help="Results file; by default results/NAME.h5.")
+    ] = None,
+    workers: Annotated[
+        int | None, typer.Option(min=1, help="Threads, or with --processes processes; by default all processors.")
+    ] = None,
+    processes: Annotated[bool, typer.Option("--processes", help="Work in processes, not in threads.")] = False,
+    scheduler: Annotated[
+        str | None, typer.Option(metavar="ADDRESS", help="Work on a dask cluster, such as tcp://host:8786.")
+    ] = None,
+    keep: Annotated[KeepOption, typer.Option(help="Keep every design, or only the Pareto set.")] = KeepOption.all,
+    dry_run: Annotated[
+        bool, typer.Option("--dry-run", help="Show what would be computed, and compute nothing.")
+    ] = False,
+    restart: Annotated[bool, typer.Option("--restart", help="Move existing results aside and start over.")] = False,
+    max_failures: Annotated[
+        int | None, typer.Option(min=0, help="Stop when more blocks than this have failed.")
+    ] = None,
+    fail_fast: Annotated[bool, typer.Option("--fail-fast", help="Stop at the first block that fails.")] = False,
+    verbose: Annotated[bool, typer.Option("--verbose", "-v", help="Show the log as it is written.")] = False,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print only warnings and errors.")] = False,
+) -> None:
+    """Compute every design of a study; the same command again continues."""
+    options = SweepOptions(
+        config=config,
+        output=output,
+        workers=workers,
+        processes=processes,
+        scheduler=scheduler,
+        keep=keep.value,
+        restart=restart,
+        max_failures=0 if fail_fast else max_failures,
+        verbose=verbose,
+        quiet=quiet,
+    )
+    raise typer.Exit(_sweep(options, dry_run=dry_run))
+
+
+@dataclass(frozen=True)
+class SweepOptions:
+    """The options of a sweep."""
+
+    config: Path
+    output: Path | None
+    workers: int | None
+    processes: bool
+    scheduler: str | None
+    keep: Literal["all", "front"]
+    restart: bool
+    max_failures: int | None
+    verbose: bool
+    quiet: bool
+
+    @property
+    def path(self) -> Path:
+        """The results file."""
+        return self.output or Path("results") / f"{self.config.stem}.h5"
+
+    @property
+    def command(self) -> str:
+        """The command line that continues this sweep: the same without --restart."""
+        words = ["explore", "sweep", str(self.config)]
+        words += ["-o", str(self.output)] if self.output else []
+        words += ["--workers", str(self.workers)] if self.workers else []
+        words += ["--processes"] if self.processes else []
+        words += ["--scheduler", self.scheduler] if self.scheduler else []
+        words += ["--keep", self.keep] if self.keep != "all" else []
+        words += ["--max-failures", str(self.max_failures)] if self.max_failures is not None else []
+        words += ["--verbose"] if self.verbose else []
+        words += ["--quiet"] if self.quiet else []
+        return shlex.join(words)
+
+    def cluster(self) -> AbstractContextManager[Client]:
+        """The workers."""
+        from explore.sweeping.clusters import local_cluster, remote_cluster
+
+        if self.scheduler is None:
+            return local_cluster(self.workers, processes=self.processes)
+        if self.workers is not None or self.processes:
+            raise RequestError("--scheduler brings its own workers; leave out --workers and --processes")
+        return remote_cluster(self.scheduler)
+
+
+def _sweep(options: SweepOptions, *, dry_run: bool) -> int:
+    """Sweep a study and return the exit code."""
+    from explore.config import toml_text
+
+    toml_text.read_text(str(options.config))  # reports a missing file before the kernels are compiled
+    with compiled_kernels(quiet=options.quiet):
+        cluster = options.cluster()
+        from explore.config.study_file import load_study
+    study = load_study(options.config)
+    path = options.path
+    if dry_run:
+        from explore.cli.sweep_plan import print_plan
+
+        print_plan(study, path, keep=options.keep, workers=options.workers, on_cluster=options.scheduler is not None)
+        return 0
+    refuse_overwriting(options.config, path, "the study")
+    if path.is_dir():
+        raise ResultsError(f"{path} is a folder; name another file with -o")
+    try:
+        summary = _run(study, options, cluster)
+    except KeyboardInterrupt:
+        say(f"interrupted; finished blocks are safe. To continue: {options.command}")
+        return 130
+    _report(summary, study, options)
+    if options.keep == "all":
+        _report_changed_objectives(study, path)
+    return 3 if summary.failed else 0
+
+
+def _run(study: Study, options: SweepOptions, cluster: AbstractContextManager[Client]) -> Summary:
+    """Compute the study into the results file, with progress and events on stderr."""
+    from explore.sweeping.runs import run_study
+
+    # dask's event loops may stop with an unfinished future, which asyncio logs on stderr.
+    logging.getLogger("asyncio").setLevel(logging.CRITICAL + 1)
+    with (
+        terminable(),
+        _connected(cluster, at_once=options.scheduler is not None) as connected,
+        sweep_progress(study.space.count, quiet=options.quiet) as progress,
+    ):
+        return run_study(
+            study,
+            options.path,
+            connected,
+            keep=options.keep,
+            max_failures=options.max_failures,
+            restart=options.restart,
+            progress=progress,
+            listener=_Listener(verbose=options.verbose),
+        )
+
+
+@contextmanager
+def _connected(cluster: AbstractContextManager[Client], *, at_once: bool) -> Iterator[AbstractContextManager[Client]]:
+    """The cluster, connected at once where that may fail: before anything is written."""
+    if not at_once:
+        yield cluster
+        return
+    with cluster as client:
+        yield nullcontext(client)
+
+
+class _Listener:
+    """Print events of a sweep: all with -v, otherwise those that the user may have to act on."""
+
+    def __init__(self, *, verbose: bool) -> None:
+        self._verbose = verbose
+
+    def __call__(self, event: str, facts: Mapping[str, Any]) -> None:
+        if event == "failure":
+            complain(_failure(facts))
+        elif event in ("waiting", "silent", "answers"):
+            say(str(facts["reason"]), "yellow")
+        elif self._verbose:
+            words = " ".join(f"{name}={value}" for name, value in facts.items())
+            say(f"{event}: {words}", "dim")
+        if facts.get("damaged_blocks"):
+            say(f"damaged blocks are computed again: {facts['damaged_blocks']:,}; check the disk", "yellow")
+
+
+def _failure(facts: Mapping[str, Any]) -> str:
+    """The message on a failed block."""
+    first, last = facts["designs"]
+    ranges = ", ".join(f"{name} {number(low)} to {number(high)}" for name, (low, high) in facts["parameters"].items())
+    return (
+        f"block {facts['block']} (designs {first:,} to {last:,}: {ranges}) failed and was left out: {facts['problem']}"
+    )
+
+
+def _report_changed_objectives(study: Study, path: Path) -> None:
+    """Print the command that ranks by the study's objectives if the results were made with others."""
+    from explore import open_results
+
+    objectives = [f"{objective.metric}:{objective.sense}" for objective in study.objectives]
+    if open_results(path).objectives != tuple(objectives):
+        options = [word for objective in objectives for word in ("--metric", objective)]
+        command = shlex.join(["explore", "rank", str(path), *options])
+        say(f"[rank] differs from the one that {path} was made with; to rank by it: {command}")
+
+
+def _report(summary: Summary, study: Study, options: SweepOptions) -> None:
+    if summary.failed:
+        blocks = count_of(len(summary.failed), "block")
+        until = "; the front is written when all are computed" if options.keep == "front" else ""
+        complain(f"{blocks} failed; run the same command again to compute what is missing{until}")
+    if options.quiet or (summary.failed and options.keep == "front"):
+        return
+    if summary.computed == 0 and not summary.failed:
+        say(f"{summary.path} is complete already: {summary.designs:,} designs")
+        return
+    rate = summary.computed / summary.seconds
+    resumed = f", {summary.resumed:,} were there" if summary.resumed else ""
+    evaluations = count_of(summary.kinematic_evaluations, "kinematic evaluation")
+    say(
+        f"{count_of(summary.computed, 'design')} in {summary.seconds:.1f} s ({rate:,.0f}/s){resumed}; "
+        f"{summary.feasible:,} feasible; {evaluations} -> {summary.path}"
+    )
+    _report_unreachable(summary.path, study)
+
+
+def _report_unreachable(path: Path, study: Study) -> None:
+    from explore import open_results
+    from explore.designs.solved_lengths import SolvedSpace
+
+    if isinstance(study.space, SolvedSpace):
+        explain_unreachable(open_results(path), study.space.solved)

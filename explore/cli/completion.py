@@ -1,0 +1,50 @@
+"""Names that the shell completes: mechanisms and columns of results."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import suppress
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import typer
+
+from explore.errors import ExploreError
+
+if TYPE_CHECKING:
+    from explore.model.columns import Column
+
+_STARTER, _ENDING = "starter-", ".toml"
+
+
+def complete_mechanisms() -> list[str]:
+    """Names of the mechanisms, read off their starter studies: importing the mechanisms takes a second."""
+    from importlib.resources import files
+
+    names = (file.name for file in files("explore").joinpath("data").iterdir())
+    return sorted(n.removeprefix(_STARTER).removesuffix(_ENDING) for n in names if n.startswith(_STARTER))
+
+
+def complete_objectives(ctx: typer.Context) -> list[tuple[str, str]]:
+    """Columns of the results that can be objectives, with their meaning."""
+    from explore.ranking.rankings import RANKABLE_ROLES
+
+    return [(c.name, c.long_name) for c in _columns(ctx) if c.role in RANKABLE_ROLES and not c.labels]
+
+
+def complete_columns(ctx: typer.Context) -> list[tuple[str, str]]:
+    """Columns of the results that can be drawn, with their meaning."""
+    return [(c.name, c.long_name) for c in _columns(ctx) if c.role != "index" and not c.labels]
+
+
+def _columns(ctx: typer.Context) -> Iterator[Column]:
+    """The columns of the results that the command line names, else of the newest; none if they cannot be read."""
+    from explore import open_results
+    from explore.cli.paths import list_results
+
+    # After an option without its value, click leaves the words of the line in the arguments.
+    named = ctx.params.get("results") or ctx.args
+    words = map(Path, named if isinstance(named, (list, tuple)) else [named])
+    with suppress(ExploreError, OSError):
+        path = next((word.expanduser() for word in words if word.expanduser().is_file()), None)
+        yield from open_results(path or list_results()[0]).columns

@@ -1,0 +1,74 @@
+"""Tables of designs as files: CSV, JSON, Markdown or Parquet, by the ending of the name."""
+
+from __future__ import annotations
+
+from importlib.util import find_spec
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from explore.cli.output import json_text, number
+from explore.cli.paths import check_output
+from explore.errors import RequestError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping
+
+    import pandas as pd
+
+    from explore.model.columns import Column
+
+ENDINGS = (".csv", ".json", ".md", ".parquet")
+
+
+def check_table(path: Path | None) -> None:
+    """Refuse a file that cannot be written, before anything is computed."""
+    check_output(path, ENDINGS)
+    if path is not None and path.suffix.lower() == ".parquet" and find_spec("pyarrow") is None:
+        raise RequestError(
+            f'-o {path}: Parquet needs pyarrow: pip install "linkage-explore[parquet]"; .csv needs nothing'
+        )
+
+
+def with_labels(frame: pd.DataFrame, columns: Iterable[Column]) -> pd.DataFrame:
+    """The table with a column of labels after each column of codes, such as ``status_label`` after ``status``."""
+    labelled = frame.copy(deep=False)
+    for column in columns:
+        name = f"{column.name}_label"
+        if column.labels and column.name in frame and frame[column.name].dtype != bool and name not in frame:
+            labelled.insert(list(labelled).index(column.name) + 1, name, frame[column.name].map(column.labels))
+    return labelled
+
+
+def write_table(frame: pd.DataFrame, path: Path, units: Mapping[str, str]) -> None:
+    """Write a table with its index; the file appears when it is complete."""
+    from explore.files import new_file, real_path
+
+    ending = path.suffix.lower()
+    with new_file(real_path(path)) as unfinished:
+        if ending == ".csv":
+            frame.to_csv(unfinished)
+        elif ending == ".parquet":
+            frame.to_parquet(unfinished, engine="pyarrow")
+        else:
+            text = (
+                markdown(frame, units) if ending == ".md" else json_text(frame.reset_index().to_dict(orient="records"))
+            )
+            unfinished.write_text(text + "\n", encoding="utf-8")
+
+
+def markdown(frame: pd.DataFrame, units: Mapping[str, str]) -> str:
+    """A Markdown table with rounded numbers, and units after the names."""
+    table = frame.reset_index()
+    names = [str(name) for name in table.columns]
+    headings = [
+        f"{_cell(name)} ({_cell(units[name])})" if units.get(name, "1") not in ("", "1") else _cell(name)
+        for name in names
+    ]
+    lines = [headings, ["---:"] * len(names)]
+    lines += [[_cell(number(value)) for value in row] for row in table.astype(object).itertuples(index=False)]
+    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
+
+
+def _cell(text: str) -> str:
+    """The text with the characters replaced that would end its cell."""
+    return "".join(letter if letter.isprintable() else "?" for letter in text).replace("|", "\\|")

@@ -1,0 +1,265 @@
+"""Rules for averaging a motion over a stroke or a turn.
+
+A rule is a frozen dataclass whose fields are its settings. All but `GradedRule` sample the same closed form, so their
+errors are those of the quadrature alone. The crank turns at 1 rad/s; a linkage that does not rock has NaN and no nodes.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import ClassVar, Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from explore.comparison.reference import REFERENCE_SIGNALS, REFERENCE_STATISTICS
+from explore.comparison.strokes import evaluate_closed_form
+from explore.evaluation.evaluate import evaluate_columns
+from explore.mechanisms.crank_rocker import columns
+from explore.mechanisms.crank_rocker.declaration import CRANK_ROCKER
+from explore.methods.closed_form import ClosedForm
+from explore.methods.contract import MotionRow, Task
+from explore.model.quantities import FloatArray
+from explore.model.status import Status
+from explore.request.requests import make_request
+
+_MEAN, _VARIANCE, _CV, _MIN, _MAX = range(len(REFERENCE_STATISTICS))
+_ROWS = [MotionRow.ROCKER_ANGLE, MotionRow.ROCKER_VELOCITY, MotionRow.ROCKER_ACCELERATION]
+
+
+@dataclass(frozen=True, eq=False)
+class Averages:
+    """Statistics by a rule, and the number of nodes.
+
+    Attributes
+    ----------
+    values : (3, 5, n) array
+        Signals, statistics and designs as in `explore.comparison.reference.exact_statistics`: rad, 1, 1/rad, squared
+        for variances.
+    nodes : (n,) array
+        Number of crank angles at which the motion is solved.
+    """
+
+    values: FloatArray
+    nodes: npt.NDArray[np.int64]
+
+
+class AveragingRule(Protocol):
+    """A quadrature rule for the statistics of a motion."""
+
+    name: ClassVar[str]
+    summary: ClassVar[str]
+
+    def average(self, lengths: FloatArray, branch: FloatArray, window: str) -> Averages:
+        """Average over the window "drive", the slower stroke, or "cycle", for lengths (n, 4) and branch (n,)."""
+        ...
+
+
+@dataclass(frozen=True)
+class PublishedRule:
+    """The rule of the published study: differences of rocker angles as derivatives, variances with n - 1."""
+
+    name: ClassVar[str] = "published"
+    summary: ClassVar[str] = "first and second differences of equispaced angles, sample variance, as published"
+    samples: int = 50
+
+    def average(self, lengths: FloatArray, branch: FloatArray, window: str) -> Averages:
+        """Average over samples from one end of the window to the other, both included."""
+
+        def statistics(signals: FloatArray, length: FloatArray) -> FloatArray:
+            angle, step = signals[0], length[:, None] / (self.samples - 1)
+            rows = (angle, np.diff(angle) / step, np.diff(angle, 2) / step**2)
+            return np.stack([_stack_statistics(row.mean(axis=1), row.var(axis=1, ddof=1), row) for row in rows])
+
+        return _sampled_averages(lengths, branch, window, np.linspace(0.0, 1.0, self.samples), statistics)
+
+
+@dataclass(frozen=True)
+class TrapezoidalRule:
+    """The trapezoidal rule on equispaced samples.
+
+    Attributes
+    ----------
+    samples
+        Number in the window; on a stroke the first and the last lie at its ends and have half the weight.
+    start
+        Crank angle of the first sample of a full turn, in steps.
+    """
+
+    name: ClassVar[str] = "trapezoid"
+    summary: ClassVar[str] = "equispaced samples of velocity and acceleration"
+    samples: int
+    start: float = 0.0
+
+    def average(self, lengths: FloatArray, branch: FloatArray, window: str) -> Averages:
+        """Average the samples, then the squared deviations from the mean."""
+        fractions, weights = _equispaced(self.samples, self.start, window)
+        return _sampled_averages(
+            lengths, branch, window, fractions, lambda signals, _: _weighted_statistics(signals, weights)
+        )
+
+
+@dataclass(frozen=True)
+class OnePassRule:
+    """The trapezoidal rule with the variance as mean square minus squared mean."""
+
+    name: ClassVar[str] = "one-pass"
+    summary: ClassVar[str] = "equispaced samples, variance as mean square minus squared mean"
+    samples: int
+
+    def average(self, lengths: FloatArray, branch: FloatArray, window: str) -> Averages:
+        """Average samples and squares in one pass."""
+        fractions, weights = _equispaced(self.samples, 0.0, window)
+
+        def statistics(signals: FloatArray, _: FloatArray) -> FloatArray:
+            mean = signals @ weights
+            return _stack_statistics(mean, (signals * signals) @ weights - mean * mean, signals)
+
+        return _sampled_averages(lengths, branch, window, fractions, statistics)
+
+
+@dataclass(frozen=True)
+class GaussRule:
+    """Gauss-Legendre quadrature in the crank angle, on a stroke or on each quarter of a turn.
+
+    Attributes
+    ----------
+    nodes
+        Number on each piece.
+    """
+
+    name: ClassVar[str] = "gauss"
+    summary: ClassVar[str] = "Gauss-Legendre in the crank angle, on the stroke or on quarters of the turn"
+    nodes: int
+
+    def average(self, lengths: FloatArray, branch: FloatArray, window: str) -> Averages:
+        """Average over all pieces, then the squared deviations from the mean."""
+        pieces = 4 if window == "cycle" else 1
+        nodes, weights = np.polynomial.legendre.leggauss(self.nodes)
+        fractions = (np.arange(pieces)[:, None] + 0.5 * (nodes + 1.0)).ravel() / pieces
+        weights = np.tile(0.5 * weights, pieces) / pieces
+        return _sampled_averages(
+            lengths, branch, window, fractions, lambda signals, _: _weighted_statistics(signals, weights)
+        )
+
+
+@dataclass(frozen=True)
+class GradedRule:
+    """The rule of a sweep: panels graded towards the singularities, with as many nodes as the tolerance needs.
+
+    `Averages.nodes` excludes the few evaluations that refine each extreme.
+    """
+
+    name: ClassVar[str] = "graded"
+    summary: ClassVar[str] = "panels graded towards the singularities, nodes by tolerance, as in a sweep"
+    tolerance: float
+
+    def average(self, lengths: FloatArray, branch: FloatArray, window: str) -> Averages:
+        """Average by `evaluate_columns`."""
+        metrics = {
+            (s, k): f"{signal}_{statistic}"
+            for s, signal in enumerate(REFERENCE_SIGNALS)
+            for k, statistic in enumerate(REFERENCE_STATISTICS)
+            if k != _CV or (signal == "rocker_velocity" and window == "drive")
+        }
+        request = make_request(
+            CRANK_ROCKER, metrics=list(metrics.values()), window=window, drive="slow", tolerance=self.tolerance
+        )
+        parameters = dict(zip(("crank", "coupler", "rocker", "ground"), lengths.T, strict=True))
+        columns = evaluate_columns(request, {**parameters, "branch": branch}).columns
+        values = np.full((len(REFERENCE_SIGNALS), len(REFERENCE_STATISTICS), len(lengths)), np.nan)
+        for index, name in metrics.items():
+            values[index] = columns[name]
+        values[0] = np.deg2rad(values[0])
+        values[0, _VARIANCE] = np.deg2rad(values[0, _VARIANCE])  # deg^2
+        return Averages(values, columns["nodes"].astype(np.int64))
+
+
+_SAMPLE_COUNTS = (8, 16, 32, 64, 128, 256, 360, 512, 1024, 2048)
+#: Settings of every rule from coarse to fine, by name.
+AVERAGING_RULES: dict[str, tuple[AveragingRule, ...]] = {
+    "published": tuple(map(PublishedRule, (13, 25, 50, 100, 200, 400, 800, 3200))),
+    "trapezoid": tuple(map(TrapezoidalRule, _SAMPLE_COUNTS)),
+    "trapezoid-half-step": tuple(TrapezoidalRule(samples, start=0.5) for samples in _SAMPLE_COUNTS),
+    "one-pass": tuple(map(OnePassRule, _SAMPLE_COUNTS)),
+    "gauss": tuple(map(GaussRule, (4, 8, 16, 32, 64, 128, 256))),
+    "graded": tuple(map(GradedRule, (1e-4, 1e-6, 1e-8, 1e-9, 1e-10, 1e-12))),
+}
+
+
+def relative_errors(averages: Averages, exact: FloatArray) -> FloatArray:
+    """Errors against the exact statistics, shape (3, 5, n).
+
+    Errors of variance and cv are relative to these, of the mean to the root mean square, since the mean may be 0, and
+    of minimum and maximum to the larger absolute value of both.
+    """
+    mean, variance, cv, low, high = np.moveaxis(exact, 1, 0)
+    largest = np.maximum(np.abs(low), np.abs(high))
+    scale = np.stack([np.sqrt(mean * mean + variance), variance, cv, largest, largest], axis=1)
+    return np.asarray(np.abs(averages.values - exact) / scale)
+
+
+def _sampled_averages(
+    lengths: FloatArray,
+    branch: FloatArray,
+    window: str,
+    fractions: FloatArray,
+    statistics: Callable[[FloatArray, FloatArray], FloatArray],
+) -> Averages:
+    """Statistics from samples of the closed form.
+
+    Parameters
+    ----------
+    fractions : (t,) array
+        Of the window: 0 at its first crank angle, 1 at its last.
+    statistics
+        ``statistics(signals, length)`` maps signals (3, m, t) and window lengths (m,), rad, of the m linkages that
+        rock to statistics (3, 5, m).
+    """
+    ends = _window_ends(lengths, branch, window)
+    rocks = np.isfinite(ends[:, 0])
+    values = np.full((len(REFERENCE_SIGNALS), len(REFERENCE_STATISTICS), len(lengths)), np.nan)
+    if rocks.any():
+        first, length = ends[rocks, :1], np.diff(ends[rocks])
+        task = Task(lengths[rocks], branch[rocks], first + length * fractions)
+        values[:, :, rocks] = statistics(ClosedForm().solve(task).signals[_ROWS], length[:, 0])
+    # the cv is defined only for the velocity over a stroke: other means are 0 or depend on the datum of the angle
+    values[[0, 2] if window == "drive" else [0, 1, 2], _CV] = np.nan
+    return Averages(values, np.where(rocks, len(fractions), 0))
+
+
+def _window_ends(lengths: FloatArray, branch: FloatArray, window: str) -> FloatArray:
+    """First and last crank angle of the window (rad), shape (n, 2); NaN for a linkage that does not rock."""
+    status, row, _ = evaluate_closed_form(lengths, branch)
+    ends, parts = np.full((len(lengths), 2), np.nan), np.zeros((4, 3))
+    for i in np.flatnonzero(status == Status.OK):
+        if window == "cycle":
+            ends[i] = 0.0, 2.0 * math.pi
+        else:
+            CRANK_ROCKER.pieces(row[i], columns.DRIVE, columns.DRIVES["slow"], 0.0, 0.0, parts)
+            ends[i] = parts[0, 0] * math.pi + 2.0 * np.arctan(parts[0, 1:])
+    return ends
+
+
+def _equispaced(samples: int, start: float, window: str) -> tuple[FloatArray, FloatArray]:
+    """Fractions of the window and weights of the trapezoidal rule."""
+    if window == "cycle":
+        return (np.arange(samples) + start) / samples, np.full(samples, 1.0 / samples)
+    weights = np.full(samples, 1.0 / (samples - 1))
+    weights[[0, -1]] *= 0.5
+    return np.linspace(0.0, 1.0, samples), weights
+
+
+def _weighted_statistics(signals: FloatArray, weights: FloatArray) -> FloatArray:
+    """Statistics of samples, shape (3, m, t), with weights of sum 1, in two passes to avoid cancellation."""
+    mean = signals @ weights
+    return _stack_statistics(mean, (signals - mean[..., None]) ** 2 @ weights, signals)
+
+
+def _stack_statistics(mean: FloatArray, variance: FloatArray, samples: FloatArray) -> FloatArray:
+    """Stack the five statistics along a new second-to-last axis."""
+    with np.errstate(divide="ignore", invalid="ignore"):  # mean 0, or a negative variance by cancellation
+        cv = np.sqrt(variance) / np.abs(mean)
+    return np.stack([mean, variance, cv, samples.min(axis=-1), samples.max(axis=-1)], axis=-2)

@@ -1,0 +1,129 @@
+"""Error and cost of every method on a scene."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from explore.comparison import reference
+from explore.comparison.scenes import Scene
+from explore.comparison.strokes import coefficient_of_variation, stroke_nodes
+from explore.comparison.timing import measure_cpu_seconds
+from explore.comparison.verdicts import SILENTLY_WRONG, Verdict, judge
+from explore.methods.contract import Capability, Level, Method, MotionRow, Outcome, Task, method_label
+from explore.methods.geometry import geometric_outcome, solve_screened
+from explore.methods.registry import METHODS
+from explore.model.quantities import FloatArray
+
+#: Crank angles of a full turn from 90 deg, as in the published simulation.
+ANGLE_COUNT = 73
+#: Designs that batched methods are timed on, and most designs for the others.
+BATCH_SIZE, SERIAL_DESIGNS = 64, 8
+#: A motion with an error above this, in the norms of `Judgement`, counts as failed; silently, if it is reported as OK.
+FAILURE_ERROR = 0.1
+_LEVELS = ("angle", "velocity", "acceleration")
+
+
+@dataclass(frozen=True)
+class _Case:
+    """Tasks of a scene with their exact results; `stroke` is None where the scene needs no velocities."""
+
+    turn: Task
+    exact: FloatArray
+    stroke: Task | None
+    weights: FloatArray
+    cv: FloatArray
+
+
+def compare_methods(scene: Scene, progress: Callable[[str], None] | None = None) -> list[dict[str, Any]]:
+    """Measure error, cost and work of every method at every setting on a scene, a row each.
+
+    Parameters
+    ----------
+    scene
+        Its model is the level of the motion that is solved and compared.
+    progress
+        Called with the label of each method before it is run.
+
+    Returns
+    -------
+    list of dict
+        Keys scene, method, setting, designs, failed and silently_wrong (numbers of designs), verdict (the worst),
+        outcomes, evaluations, iterations and cpu_seconds (per design), and, as far as the model goes, the largest
+        errors of `Judgement` over the accurate designs and error, evaluations and cost of the cv over the stroke.
+    """
+    case = _exact_case(scene)
+    rows = []
+    for name, settings in METHODS.items():
+        for method in settings:
+            if progress is not None:
+                progress(method_label(method))
+            rows.append(
+                {"scene": scene.name, "method": name, "setting": method_label(method), **_measure(method, case)}
+            )
+    return rows
+
+
+def _exact_case(scene: Scene) -> _Case:
+    lengths, branch = scene.lengths, scene.branch
+    angles = np.tile(0.5 * np.pi + np.linspace(0.0, 2.0 * np.pi, ANGLE_COUNT), (len(lengths), 1))
+    turn = Task(lengths, branch, angles, max(scene.model, Level.POSITIONS))
+    exact = reference.exact_motion(lengths, branch, angles)
+    if scene.model < Level.VELOCITIES or not (geometric_outcome(lengths) == Outcome.OK).any():
+        return _Case(turn, exact, None, np.empty(0), np.empty(0))
+    nodes, weights = stroke_nodes(lengths, branch)
+    velocity = reference.exact_motion(lengths, branch, nodes)[MotionRow.ROCKER_VELOCITY]
+    stroke = Task(lengths, branch, nodes, Level.VELOCITIES)
+    return _Case(turn, exact, stroke, weights, coefficient_of_variation(velocity, weights))
+
+
+def _measure(method: Method, case: _Case) -> dict[str, Any]:
+    chosen = _choose_designs(method, case.turn)
+    task = case.turn.part(chosen)
+    motion = method.solve(task)
+    judgement = judge(task, motion, case.exact[:, chosen], FAILURE_ERROR)
+    verdict = judgement.verdict
+    accurate = verdict == Verdict.ACCURATE
+    row: dict[str, Any] = {
+        "designs": len(task),
+        "failed": int(np.count_nonzero(~accurate & (verdict != Verdict.REJECTED))),
+        "silently_wrong": int(np.isin(verdict, (*SILENTLY_WRONG, Verdict.INACCURATE)).sum()),
+        "verdict": Verdict(int(verdict.max())).label,
+        "outcomes": ", ".join(sorted({Outcome(int(code)).label for code in motion.outcome})),
+        "evaluations": float(motion.evaluations.mean()),
+        "iterations": float(motion.iterations.mean()),
+        "cpu_seconds": _seconds_per_design(method, task),
+    }
+    for level, name in enumerate(_LEVELS[: case.turn.level]):
+        row[f"{name}_error_max"] = _largest(judgement.max_error[level][accurate])
+        row[f"{name}_error_rms"] = _largest(judgement.rms_error[level][accurate])
+    if case.stroke is not None:
+        stroke = case.stroke.part(chosen)
+        motion = solve_screened(method, stroke)
+        cv = coefficient_of_variation(motion.signals[MotionRow.ROCKER_VELOCITY], case.weights[chosen])
+        row["cv_error"] = _largest((np.abs(cv / case.cv[chosen] - 1.0))[accurate])
+        row["cv_evaluations"] = float(motion.evaluations.mean())
+        row["cv_cpu_seconds"] = _seconds_per_design(method, stroke)
+    return row
+
+
+def _choose_designs(method: Method, task: Task) -> npt.NDArray[np.intp]:
+    """Indices of all designs, or, for a method that is not batched, of a few, first those that cannot turn."""
+    if Capability.BATCHED in method.capabilities:
+        return np.arange(len(task))
+    bad_first = np.argsort(geometric_outcome(task.lengths) == Outcome.OK, kind="stable")
+    return np.sort(bad_first[:SERIAL_DESIGNS])
+
+
+def _seconds_per_design(method: Method, task: Task) -> float:
+    if Capability.BATCHED in method.capabilities and len(task) < BATCH_SIZE:
+        task = task.part(np.arange(BATCH_SIZE) % len(task))
+    return measure_cpu_seconds(lambda: method.solve(task)) / len(task)
+
+
+def _largest(errors: FloatArray) -> float:
+    return float(errors.max()) if len(errors) and not np.isnan(errors).all() else np.nan

@@ -1,0 +1,74 @@
+"""Error and cost of every averaging rule on a scene."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from explore.comparison.averaging_rules import AVERAGING_RULES, relative_errors
+from explore.comparison.reference import REFERENCE_SIGNALS, REFERENCE_WINDOWS, exact_statistics
+from explore.comparison.scenes import Scene
+from explore.comparison.timing import measure_cpu_seconds
+from explore.methods.contract import Level, Outcome, method_label
+from explore.methods.geometry import geometric_outcome
+from explore.model.quantities import FloatArray
+
+#: Most designs of a scene: the exact statistics of one take half a second.
+MAX_RULE_DESIGNS = 8
+_STATISTICS = ("mean", "variance", "cv", "extremes")
+_LEVELS = {"rocker_angle": Level.POSITIONS, "rocker_velocity": Level.VELOCITIES}
+
+
+def compare_rules(scene: Scene, progress: Callable[[str], None] | None = None) -> list[dict[str, Any]]:
+    """Measure the errors and the cost of every averaging rule at every setting, a row for each window.
+
+    Parameters
+    ----------
+    scene
+        Signals above the level of its model are left out.
+    progress
+        Called with the label of each rule before it is measured.
+
+    Returns
+    -------
+    list of dict
+        Keys scene, window, rule, setting, designs, nodes (mean), cpu_seconds (per design), and
+        ``<signal>_<statistic>_error``, the largest over the designs.
+    """
+    rocks = np.flatnonzero(
+        (geometric_outcome(scene.lengths) == Outcome.OK) & (scene.lengths[:, 0] < scene.lengths[:, 3])
+    )
+    chosen = rocks[:MAX_RULE_DESIGNS]
+    lengths, branch = scene.lengths[chosen], scene.branch[chosen]
+    exact = {window: exact_statistics(lengths, branch, window) for window in REFERENCE_WINDOWS}
+    rows: list[dict[str, Any]] = []
+    for name, settings in AVERAGING_RULES.items():
+        for rule in settings:
+            if progress is not None:
+                progress(method_label(rule))
+            if not len(chosen):
+                continue
+            for window in REFERENCE_WINDOWS:
+                averages = rule.average(lengths, branch, window)
+                seconds = measure_cpu_seconds(lambda r=rule, w=window: r.average(lengths, branch, w))  # type: ignore[misc]
+                rows.append({
+                    "scene": scene.name, "window": window, "rule": name, "setting": method_label(rule),
+                    "designs": len(chosen), "nodes": float(averages.nodes.mean()), "cpu_seconds": seconds / len(chosen),
+                    **_error_columns(relative_errors(averages, exact[window]), scene.model),
+                })  # fmt: skip
+    return rows
+
+
+def _error_columns(errors: FloatArray, model: Level) -> dict[str, float]:
+    """Largest error over the designs by signal and statistic, minimum and maximum taken together as extremes."""
+    columns = {}
+    for signal, statistics in zip(REFERENCE_SIGNALS, errors, strict=True):
+        if _LEVELS.get(signal, Level.ACCELERATIONS) > max(model, Level.POSITIONS):
+            continue
+        for k, statistic in enumerate(_STATISTICS):
+            values = statistics[k : k + 1] if statistic != "extremes" else statistics[k : k + 2]
+            is_defined = np.isfinite(values).any(axis=0)
+            columns[f"{signal}_{statistic}_error"] = float(values[:, is_defined].max()) if is_defined.any() else np.nan
+    return columns

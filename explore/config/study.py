@@ -1,0 +1,181 @@
+"""A study: what a sweep computes and ranks, built in Python or read from a TOML file, all names resolved."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Self
+
+from explore.config import locate, toml_text
+from explore.config.resolution import ResolvedStudy, resolve_study
+from explore.designs.spaces import DesignSpace
+from explore.errors import ConfigError, KeyPath, Problems
+from explore.model.request import Objective, Request
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+
+NumberOrText = float | str
+
+
+@dataclass(frozen=True, init=False, eq=False, repr=False)
+class Study:
+    """What a sweep computes and ranks: designs of a mechanism, metrics, constraints and objectives.
+
+    The arguments have the names and the meaning of the keys of a study file; `objectives` is ``[rank] metrics``. A
+    number is in the declared unit, or a string with a unit such as ``"40 rpm"``; arrays, tuples and ranges are lists;
+    None leaves a key out. Studies are immutable, can be pickled, and are equal if they compute the same columns and
+    have the same objectives.
+
+    Parameters
+    ----------
+    mechanism
+        Name, as listed by `explore mechanisms`.
+    parameters
+        For each parameter a value, a list of values, ``{"start": …, "stop": …, "num": …}``, a range to draw from
+        ``{"min": …, "max": …, "log": False}``, or a length to solve for ``{"solve": "swing_angle", "value": 20}``.
+    sampling
+        ``{"method": "sobol", "count": 65536, "seed": 3}`` to draw designs; also "latin-hypercube" and "random". A table
+        of designs is a CSV file, ``{"method": "table", "file": "designs.csv"}``, its name relative to the working
+        directory. None is the full grid.
+    window
+        Part of the turn the statistics run over: a name, or ``{"from": 0, "to": 90}`` in degrees.
+    drive
+        The stroke that the window "drive" means.
+    metrics
+        Names of metrics; None for the mechanism's default list.
+    constraints
+        Bounds by metric, such as ``{"transmission_angle_min": {"min": "30 deg"}}``.
+    objectives
+        Objectives of the ranking, such as ``["cv", "swing_angle:max"]``; None for the mechanism's defaults.
+    tolerance
+        Bound on the relative error of every sampled statistic, as `evaluate` defines it.
+
+    Attributes
+    ----------
+    request
+        The metrics and constraints to compute for each design.
+    space
+        The designs.
+    objectives
+        The objectives of the ranking.
+    determines
+        Normalised JSON of everything that determines the columns.
+    text
+        The study as TOML: the text of its file, or as `to_toml` writes it. It is stored in the results file.
+
+    Raises
+    ------
+    ConfigError
+        With one line ``key: reason; suggestion`` for each of the first twenty problems, and the number of the others.
+
+    Examples
+    --------
+    >>> study = Study(
+    ...     mechanism="crank-rocker",
+    ...     parameters={"crank": [60, 80], "coupler": 1083.4, "rocker": "54 cm", "ground": {"min": 650, "max": 750}},
+    ...     sampling={"method": "sobol", "count": 1024, "seed": 1},
+    ...     constraints={"transmission_angle_min": {"min": 30}},
+    ...     objectives=["cv", "rocker_acceleration_max"],
+    ... )
+    """
+
+    request: Request
+    space: DesignSpace
+    objectives: tuple[Objective, ...]
+    determines: str
+    text: str
+
+    def __init__(
+        self,
+        *,
+        mechanism: str,
+        parameters: Mapping[str, npt.ArrayLike | Sequence[object] | Mapping[str, Any]],
+        sampling: Mapping[str, Any] | None = None,
+        window: str | Mapping[str, NumberOrText] | None = None,
+        drive: str | None = None,
+        metrics: Sequence[str] | None = None,
+        constraints: Mapping[str, Mapping[str, NumberOrText]] | None = None,
+        objectives: Sequence[str] | None = None,
+        tolerance: float = 1e-9,
+    ) -> None:
+        content = {
+            "mechanism": mechanism,
+            "parameters": parameters,
+            "sampling": sampling,
+            "evaluate": {"window": window, "drive": drive, "metrics": metrics, "tolerance": tolerance},
+            "constraints": constraints,
+            "rank": {"metrics": objectives},
+        }
+        sections = toml_text.toml_value(content)
+        problems: Problems = []
+        table_problems: list[str] = []
+        resolved = resolve_study(sections, Path(), problems, table_problems)
+        if resolved is None:
+            lines = [f"{toml_text.dotted(_argument(key))}: {reason}" for key, reason in problems]
+            raise ConfigError(toml_text.first_problems("", list(dict.fromkeys(lines))) + table_problems)
+        self._set(resolved, toml_text.format_toml(sections))
+
+    @classmethod
+    def from_toml(cls, path: str | os.PathLike[str]) -> Self:
+        """Read a study file, as `load_study` does."""
+        file = os.fspath(path)
+        text = toml_text.read_text(file)
+        problems: Problems = []
+        table_problems: list[str] = []
+        resolved = resolve_study(toml_text.parse_toml(file, text), Path(file).parent, problems, table_problems)
+        if resolved is None:
+            lines = locate.locate(text.replace("\r\n", "\n"))
+            located = sorted((locate.line_of(lines, key), toml_text.dotted(key), reason) for key, reason in problems)
+            own_problems = [f"{file}:{line}: {key}: {reason}" for line, key, reason in dict.fromkeys(located)]
+            raise ConfigError(toml_text.first_problems(f"{file}: ", own_problems) + table_problems)
+        study = cls.__new__(cls)
+        study._set(resolved, text)
+        return study
+
+    def _set(self, resolved: ResolvedStudy, text: str) -> None:
+        for name, value in {**vars(resolved), "text": text}.items():
+            object.__setattr__(self, name, value)
+
+    def to_toml(self) -> str:
+        """The text of a study file from which `load_study` reads an equal study.
+
+        For a study read from a file this is the text of that file. The name of a table of designs is unchanged: save
+        the text where that name leads to the table.
+        """
+        return self.text
+
+    @property
+    def sha256(self) -> str:
+        """Hash of everything that determines the columns."""
+        return hashlib.sha256(self.determines.encode()).hexdigest()
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Study):
+            return NotImplemented
+        return (self.determines, self.objectives) == (other.determines, other.objectives)
+
+    def __hash__(self) -> int:
+        return hash((self.determines, self.objectives))
+
+    def __repr__(self) -> str:
+        fields = {
+            "mechanism": self.request.mechanism.name,
+            "designs": self.space.count,
+            "method": self.space.method,
+            "swept": list(self.space.swept_parameters),
+            "metrics": [metric.name for metric in self.request.metrics],
+            "constraints": [constraint.metric.name for constraint in self.request.constraints],
+            "objectives": [f"{objective.metric}:{objective.sense}" for objective in self.objectives],
+        }
+        return f"Study({', '.join(f'{name}={value!r}' for name, value in fields.items())})"
+
+
+def _argument(key: KeyPath) -> KeyPath:
+    """The argument of `Study` for a key of a study file."""
+    if key[0] == "evaluate":
+        return key[1:]
+    return ("objectives", *key[2:]) if key[0] == "rank" else key

@@ -1,0 +1,267 @@
+"""Design spaces. A block of designs is computed from its number; the whole space is never in memory."""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from explore.designs.samplers import SAMPLERS
+from explore.model.columns import Block, Columns
+from explore.model.quantities import FloatArray, Metric
+
+#: Designs per block; constant, because the bytes of a results file must not depend on the machine.
+BLOCK_SIZE = 65_536
+
+Indices = npt.NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class ListedAxis:
+    """An axis of listed values; a fixed parameter has one."""
+
+    name: str
+    values: tuple[float, ...]
+
+    def __len__(self) -> int:
+        return len(self.values)
+
+    @property
+    def varies(self) -> bool:
+        """Whether the parameter takes more than one value."""
+        return len(self) > 1
+
+    @property
+    def has_nonzero(self) -> bool:
+        """Whether any value is not 0."""
+        return any(self.values)
+
+    def values_at(self, indices: Indices) -> FloatArray:
+        """Values at the indices, shape (n,)."""
+        return np.asarray(self.values)[indices]
+
+    def values_at_fractions(self, fractions: FloatArray) -> FloatArray:
+        """Values at fractions in [0, 1), shape (n,); every value has an equal share of the interval."""
+        return self.values_at(_positions(fractions, len(self)))
+
+
+@dataclass(frozen=True)
+class SpacedAxis:
+    """An axis of `num` evenly spaced values, both ends included."""
+
+    name: str
+    start: float
+    stop: float
+    num: int
+
+    def __len__(self) -> int:
+        return self.num
+
+    @property
+    def varies(self) -> bool:
+        """Whether the parameter takes more than one value."""
+        return self.num > 1
+
+    @property
+    def has_nonzero(self) -> bool:
+        """Whether any value is not 0."""
+        return bool(self.start or self.stop)
+
+    def values_at(self, indices: Indices) -> FloatArray:
+        """Values at the indices, shape (n,); both ends exact."""
+        if self.num == 1:
+            return np.full(indices.shape, self.start)
+        values = self.start + indices * ((self.stop - self.start) / (self.num - 1))
+        return np.where(indices == self.num - 1, self.stop, values)
+
+    def values_at_fractions(self, fractions: FloatArray) -> FloatArray:
+        """Values at fractions in [0, 1), shape (n,); every value has an equal share of the interval."""
+        return self.values_at(_positions(fractions, self.num))
+
+
+@dataclass(frozen=True)
+class ContinuousAxis:
+    """A range to draw values from, uniformly in the value or in its logarithm."""
+
+    name: str
+    low: float
+    high: float
+    log: bool = False
+    varies = True
+    has_nonzero = True
+
+    def values_at_fractions(self, fractions: FloatArray) -> FloatArray:
+        """Values at fractions in [0, 1), shape (n,)."""
+        if self.log:
+            values = np.exp(math.log(self.low) + fractions * math.log(self.high / self.low))
+        else:
+            values = self.low + fractions * (self.high - self.low)
+        return np.clip(values, self.low, self.high)
+
+
+@dataclass(frozen=True, eq=False)
+class TableAxis:
+    """An axis with one value for each design, shape (n,)."""
+
+    name: str
+    values: FloatArray
+
+    @property
+    def varies(self) -> bool:
+        """Whether the parameter takes more than one value."""
+        return bool((self.values != self.values[0]).any())
+
+    @property
+    def has_nonzero(self) -> bool:
+        """Whether any value is not 0."""
+        return bool(self.values.any())
+
+
+@dataclass(frozen=True)
+class SolvedLength:
+    """A length that follows from the other parameters and the prescribed value of a metric.
+
+    Attributes
+    ----------
+    name
+        Name of the parameter.
+    metric, value
+        The metric and its prescribed value in all designs, in its unit.
+    low, high
+        Bounds of the length, inclusive.
+    varies, has_nonzero
+        Constant: a solved length is not swept and is never 0.
+    """
+
+    name: str
+    metric: Metric
+    value: float
+    low: float = 0.0
+    high: float = math.inf
+    varies = False
+    has_nonzero = True
+
+
+#: The axes that a study file can define.
+Axis = ListedAxis | SpacedAxis | ContinuousAxis
+
+
+def _positions(fractions: FloatArray, length: int) -> Indices:
+    return np.minimum((fractions * length).astype(np.int64), length - 1)
+
+
+@dataclass(frozen=True)
+class DesignSpace(ABC):
+    """Designs numbered 0 … count - 1.
+
+    Parameters
+    ----------
+    axes
+        One for each parameter of the study.
+    count
+        Number of designs.
+    method
+        The sampling method, by its name in a study file.
+    seed
+        Seed of the random numbers; 0 when there are none.
+    """
+
+    axes: tuple[Axis | TableAxis | SolvedLength, ...]
+    count: int
+    method: str
+    seed: int = 0
+
+    @property
+    def n_blocks(self) -> int:
+        """Number of blocks."""
+        return -(-self.count // BLOCK_SIZE)
+
+    @property
+    def swept_parameters(self) -> tuple[str, ...]:
+        """Names of the parameters that take more than one value."""
+        return tuple(axis.name for axis in self.axes if axis.varies)
+
+    def block(self, number: int) -> Block:
+        """The designs of one block."""
+        start = number * BLOCK_SIZE
+        return Block(number, start, self.designs(start, min(start + BLOCK_SIZE, self.count)))
+
+    def for_block(self, number: int) -> DesignSpace:  # noqa: ARG002  (`Table` uses it)
+        """A space that can compute this block and is small when pickled, to send to a worker."""
+        return self
+
+    @abstractmethod
+    def designs(self, start: int, stop: int) -> Columns:
+        """Parameters of the designs start … stop - 1 by name, each of shape (stop - start,)."""
+
+
+@dataclass(frozen=True)
+class Grid(DesignSpace):
+    """All combinations of the values of the axes; the last axis varies fastest."""
+
+    axes: tuple[ListedAxis | SpacedAxis, ...]
+    method: str = "grid"
+
+    @staticmethod
+    def over(axes: tuple[ListedAxis | SpacedAxis, ...]) -> Grid:
+        """The full grid over the axes."""
+        return Grid(axes, math.prod(len(axis) for axis in axes))
+
+    def designs(self, start: int, stop: int) -> Columns:
+        """Parameters of the designs start … stop - 1 by name, each of shape (stop - start,)."""
+        remaining = np.arange(start, stop, dtype=np.int64)
+        columns: Columns = {}
+        for axis in reversed(self.axes):
+            remaining, index = np.divmod(remaining, len(axis)) if axis.varies else (remaining, remaining * 0)
+            columns[axis.name] = axis.values_at(index)
+        return {axis.name: columns[axis.name] for axis in self.axes}
+
+
+@dataclass(frozen=True)
+class Sample(DesignSpace):
+    """Designs drawn from the axes that vary, at points of the unit cube."""
+
+    axes: tuple[Axis, ...]
+
+    def designs(self, start: int, stop: int) -> Columns:
+        """Parameters of the designs start … stop - 1 by name, each of shape (stop - start,)."""
+        dimensions = len(self.swept_parameters)
+        fractions = np.zeros((stop - start, 0))
+        if dimensions:
+            fractions = SAMPLERS[self.method](dimensions, start, stop, self.count, self.seed)
+        coordinates = iter(fractions.T)
+        zeros = np.zeros(stop - start)
+        return {axis.name: axis.values_at_fractions(next(coordinates) if axis.varies else zeros) for axis in self.axes}
+
+
+@dataclass(frozen=True)
+class Table(DesignSpace):
+    """Designs with one row of values each.
+
+    `first` is the number of the design in the first row, for a part of a table.
+    """
+
+    axes: tuple[ListedAxis | TableAxis, ...]
+    method: str = "table"
+    first: int = 0
+
+    def designs(self, start: int, stop: int) -> Columns:
+        """Parameters of the designs start … stop - 1 by name, each of shape (stop - start,)."""
+        rows = slice(start - self.first, stop - self.first)
+        zeros = np.zeros(stop - start, dtype=np.int64)
+        return {
+            axis.name: axis.values[rows].copy() if isinstance(axis, TableAxis) else axis.values_at(zeros)
+            for axis in self.axes
+        }
+
+    def for_block(self, number: int) -> Table:
+        """The rows of one block, so that the whole table is not sent with each block."""
+        start = number * BLOCK_SIZE
+        rows = slice(start - self.first, start - self.first + BLOCK_SIZE)
+        axes = tuple(
+            replace(axis, values=axis.values[rows]) if isinstance(axis, TableAxis) else axis for axis in self.axes
+        )
+        return replace(self, axes=axes, first=start)

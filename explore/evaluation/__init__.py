@@ -1,0 +1,1 @@
+"""Evaluation of designs: closed form, screening, sampling, scaling with the speed, derived metrics."""

@@ -1,0 +1,35 @@
+"""Signed margins of constraints."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from explore.model.quantities import FloatArray
+from explore.model.request import Constraint
+
+
+def margin(constraint: Constraint, values: FloatArray) -> FloatArray:
+    """Signed distance of a metric to its nearer bound, in its unit.
+
+    Parameters
+    ----------
+    values
+        The metric, shape (n,).
+
+    Returns
+    -------
+    (n,) array
+        >= 0 where satisfied; NaN where the metric is undefined.
+    """
+    margins = []
+    if constraint.minimum is not None:
+        margins.append(values - constraint.minimum)
+    if constraint.maximum is not None:
+        margins.append(constraint.maximum - values)
+    return np.minimum.reduce(margins) if len(margins) > 1 else margins[0]
+
+
+def is_satisfied(margins: FloatArray) -> npt.NDArray[np.bool_]:
+    """Whether margins are >= 0, shape (n,); the NaN margin of an undefined metric is not."""
+    return np.asarray(margins >= 0.0)

@@ -1,0 +1,230 @@
+"""Sampled metrics: the arguments of the compiled loop, and its statistics in the units of the signals."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from explore.model.closed_form import ClosedFormResult
+from explore.model.quantities import FloatArray, SampledMetric, Signal, Window
+from explore.model.request import Request
+from explore.model.status import Status
+from explore.quadrature.loop import (
+    BOUND,
+    MAXIMUM,
+    MEAN,
+    MINIMUM,
+    N_STATISTICS,
+    ROOT_MEAN,
+    ROOT_POWER_MEAN,
+    VARIANCE,
+    sample,
+)
+from explore.quadrature.moments import (
+    FLAG_CV,
+    FLAG_EXTREMES,
+    FLAG_MOMENTS,
+    FLAG_RESIDUAL,
+    FLAG_SQUARES,
+    FLAG_STD,
+    FLAG_TERMS,
+)
+from explore.quadrature.rules import gauss_legendre_rules
+
+_FLAGS = {
+    "cv": FLAG_CV,
+    "std": FLAG_STD,
+    "min": FLAG_EXTREMES,
+    "max": FLAG_EXTREMES,
+    "peak_to_peak": FLAG_EXTREMES,
+}
+_BOTH_EXTREMES = (MINIMUM, MAXIMUM)
+_EXTREMES = {"min": (MINIMUM,), "max": (MAXIMUM,), "peak_to_peak": _BOTH_EXTREMES}
+_POWERS = {"mean": ROOT_MEAN, "power_mean": ROOT_POWER_MEAN}
+_DEGREES = 180.0 / np.pi
+#: Factor on the tolerance of the inputs of derived metrics: formulas multiply errors, a bearing life by 10/3.
+_INPUT_TOLERANCE_FACTOR = 0.02
+
+Indices = npt.NDArray[np.int64]
+
+
+@dataclass
+class SampledStatistics:
+    """Statistics of distinct geometries for unit speed, each of shape (u,).
+
+    Attributes
+    ----------
+    values
+        Metrics by name, in their signals' units.
+    errors
+        Bounds of their absolute errors, for the metrics that derived metrics need.
+    nodes
+        Signal evaluations.
+    error
+        Bound of the worst relative error.
+    evaluations
+        Number of geometries that were sampled.
+    """
+
+    values: dict[str, FloatArray]
+    errors: dict[str, FloatArray]
+    nodes: npt.NDArray[np.int64]
+    error: FloatArray
+    evaluations: int = 0
+
+    @classmethod
+    def empty(cls, count: int) -> SampledStatistics:
+        """No metrics of `count` geometries, with 0 nodes and an error of 0."""
+        return cls({}, {}, np.zeros(count, dtype=np.int64), np.zeros(count))
+
+
+@dataclass(frozen=True)
+class _LoopTables:
+    """Arrays that request statistics per window and row; `explore.quadrature.loop.sample` describes them."""
+
+    windows: tuple[Window, ...]
+    needs: Indices
+    flags: Indices
+    orders: Indices
+    term_rows: Indices
+    slots: Indices
+
+    def slots_of(self, metric: SampledMetric) -> Indices:
+        """Rows of the statistics array of a metric's signal and window, shape (N_STATISTICS,)."""
+        row: Indices = self.slots[self.windows.index(metric.window), metric.signal.row]
+        return row
+
+
+def sample_metrics(request: Request, closed_form: ClosedFormResult) -> SampledStatistics:
+    """Sample the designs whose status is OK, and update their status.
+
+    Parameters
+    ----------
+    closed_form
+        Of u distinct geometries.
+    """
+    mechanism, status = request.mechanism, closed_form.status
+    bounded = {metric for derived in request.derived for metric in derived.sampled}
+    tables = _make_tables(request, bounded)
+    tolerance = request.tolerance * (_INPUT_TOLERANCE_FACTOR if request.derived else 1.0)
+    statistics = np.full((tables.slots.max() + 1, len(status)), np.nan)
+    result, active = SampledStatistics.empty(len(status)), status == Status.OK
+    sample(
+        mechanism.fill, mechanism.pieces, closed_form.kernel, closed_form.singular, closed_form.noise, active,
+        np.array([window.code for window in tables.windows]),
+        np.array([(window.start, window.stop) for window in tables.windows]),
+        mechanism.drives[request.drive], tables.needs, tables.flags, tables.orders, tables.term_rows, tolerance,
+        *gauss_legendre_rules(), tables.slots, statistics, result.nodes, result.error,
+    )  # fmt: skip
+    result.evaluations = int(np.count_nonzero(active))
+    status[active & ~(result.error <= request.tolerance)] = Status.TOLERANCE_NOT_MET
+    status[active & ~np.isfinite(statistics).all(axis=0)] = Status.NOT_FINITE
+    for metric in request.sampled:
+        slots = tables.slots_of(metric)
+        result.values[metric.name] = _statistic(metric, statistics, slots, request.tolerance)
+        if metric in bounded:
+            result.errors[metric.name] = _error(metric, statistics, slots, result.values[metric.name])
+    return result
+
+
+def _make_tables(request: Request, bounded: set[SampledMetric]) -> _LoopTables:
+    """The tables of a request's sampled metrics; those in `bounded` need a bound of their own error."""
+    windows = tuple(dict.fromkeys(metric.window for metric in request.sampled))
+    shape = (len(windows), request.mechanism.signal_rows)
+    needs, flags = np.zeros(len(windows), dtype=np.int64), np.zeros(shape, dtype=np.int64)
+    orders, term_rows = np.full(shape, 2, dtype=np.int64), np.full(shape[1], -1, dtype=np.int64)
+    slots = np.full((*shape, N_STATISTICS), -1, dtype=np.int64)
+    slot_count = 0
+    for metric in request.sampled:
+        w, signal = windows.index(metric.window), metric.signal
+        needs[w] |= signal.needs
+        flags[w, signal.row] |= FLAG_MOMENTS | _flags_of(metric)
+        orders[w, signal.row] = signal.pole_order
+        term_rows[signal.row] = signal.terms_row
+        if signal.terms_row >= 0:
+            flags[w, signal.terms_row] |= FLAG_TERMS
+        own_bound = (BOUND,) if metric in bounded else ()
+        for k in (MEAN, VARIANCE, *_statistics_beside_moments(metric), *own_bound):
+            if slots[w, signal.row, k] < 0:
+                slots[w, signal.row, k], slot_count = slot_count, slot_count + 1
+    return _LoopTables(windows, needs, flags, orders, term_rows, slots)
+
+
+def _flags_of(metric: SampledMetric) -> int:
+    """Flags of the row of a metric's signal, without `FLAG_MOMENTS`."""
+    if not metric.signal.is_magnitude:
+        return _FLAGS.get(metric.statistic, 0) | (FLAG_RESIDUAL if metric.signal.is_residual else 0)
+    return FLAG_SQUARES | (FLAG_EXTREMES if metric.statistic == "max" else 0)
+
+
+def _statistics_beside_moments(metric: SampledMetric) -> tuple[int, ...]:
+    """Statistics that a metric needs beside the moments; both extremes of a rectified signal, which may swap."""
+    if metric.signal.is_magnitude and metric.statistic in _POWERS:
+        return (_POWERS[metric.statistic],)
+    extremes: tuple[int, ...] = _EXTREMES.get(metric.statistic, ())
+    return _BOTH_EXTREMES if metric.signal.is_rectified and extremes else extremes
+
+
+def _statistic(metric: SampledMetric, statistics: FloatArray, slots: Indices, tolerance: float) -> FloatArray:
+    """A statistic for unit speed in the signal's unit, shape (u,), from ``statistics[slots]``."""
+    mean, variance, factor = statistics[slots[MEAN]], statistics[slots[VARIANCE]], unit_factor(metric.signal)
+    value: FloatArray
+    if metric.signal.is_magnitude:
+        return _magnitude_statistic(metric.statistic, statistics, slots)
+    match metric.statistic:
+        case "mean":
+            value = np.abs(mean) if metric.signal.is_rectified else mean
+        case "variance":
+            value, factor = variance, factor**2
+        case "std":
+            value = np.sqrt(variance)
+        case "rms":
+            value = np.sqrt(mean * mean + variance)
+        case "cv":
+            # A mean that its error bound cannot distinguish from 0 would give a meaningless quotient.
+            square = mean * mean
+            defined = (square > 0.0) & (square >= (1e3 * tolerance) ** 2 * (square + variance))
+            value, factor = np.sqrt(variance / np.where(defined, square, np.nan)), 1.0
+        case "min" | "max" if not metric.signal.is_rectified:
+            value = statistics[slots[_EXTREMES[metric.statistic][0]]]
+        case _:
+            low, high = statistics[slots[MINIMUM]], statistics[slots[MAXIMUM]]
+            if metric.signal.is_rectified:
+                low, high = np.where(mean < 0.0, -high, low), np.where(mean < 0.0, -low, high)
+                low = np.maximum(low, 0.0)
+            value = {"min": low, "max": high, "peak_to_peak": high - low}[metric.statistic]
+    return value if factor == 1.0 else value * factor
+
+
+def _magnitude_statistic(statistic: str, statistics: FloatArray, slots: Indices) -> FloatArray:
+    """A statistic of a magnitude, from the moments and the maximum of its square."""
+    match statistic:
+        case "mean":
+            value = statistics[slots[ROOT_MEAN]]
+        case "power_mean":
+            value = statistics[slots[ROOT_POWER_MEAN]] ** 0.3
+        case "max":
+            value = np.sqrt(statistics[slots[MAXIMUM]])
+        case _:
+            value = np.sqrt(statistics[slots[MEAN]])
+    return np.asarray(value)
+
+
+def _error(metric: SampledMetric, statistics: FloatArray, slots: Indices, value: FloatArray) -> FloatArray:
+    """Bound of the absolute error of a metric for unit speed: its relative bound times its scale."""
+    bound, mean, variance = (statistics[slots[k]] for k in (BOUND, MEAN, VARIANCE))
+    factor = unit_factor(metric.signal)
+    if metric.signal.is_magnitude or metric.statistic == "cv":
+        return np.asarray(bound * np.abs(value))
+    rms = np.sqrt(mean * mean + variance)
+    if metric.statistic == "variance":
+        return np.asarray(bound * (rms * factor) ** 2)
+    # The scale is the largest magnitude of the signal, which is at least the rms and at least this value.
+    return np.asarray(bound * np.maximum(rms * factor, np.abs(value)))
+
+
+def unit_factor(signal: Signal) -> float:
+    """Factor from the kernel's radians to the signal's unit."""
+    return float(_DEGREES) if signal.unit == "deg" else 1.0

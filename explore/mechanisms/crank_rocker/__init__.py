@@ -1,0 +1,1 @@
+"""The crank-rocker: declaration and kernel."""

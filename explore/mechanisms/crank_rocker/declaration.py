@@ -1,0 +1,143 @@
+"""The crank-rocker of a pulsating stepless transmission: its declaration."""
+
+from explore.mechanisms import four_bar
+from explore.mechanisms.crank_rocker import columns, kernel
+from explore.model.mechanism import Mechanism
+from explore.model.quantities import Metric, Parameter, Signal, Window
+
+_VELOCITY_SIGNALS = tuple(
+    Signal(f"{link}_velocity", "rad/s", f"{link} angular velocity", row, four_bar.VELOCITIES, speed_power=1)
+    for link, row in (("coupler", four_bar.COUPLER_VELOCITY), ("rocker", four_bar.ROCKER_VELOCITY))
+)
+_ACCELERATION_SIGNALS = tuple(
+    Signal(
+        f"{link}_acceleration",
+        "rad/s^2",
+        f"{link} angular acceleration",
+        row,
+        four_bar.ACCELERATIONS,
+        speed_power=2,
+        pole_order=4,
+    )
+    for link, row in (("coupler", four_bar.COUPLER_ACCELERATION), ("rocker", four_bar.ROCKER_ACCELERATION))
+)
+_STROKE_WINDOWS = ("drive", "return", "overlapped_to_extended", "extended_to_overlapped")
+_GEOMETRY_METRICS = (
+    Metric("linkage_class", "", "class of the linkage", labels=four_bar.CLASS_LABELS),
+    Metric("grashof_margin", "mm", "Grashof margin: middle two lengths minus shortest and longest", "max"),
+    Metric("swing_angle", "deg", "swing of the rocker", "max", lower=0.0, upper=180.0),
+    Metric("mid_angle", "deg", "mean of the rocker's two limit angles", lower=-180.0, upper=180.0),
+    Metric("time_ratio", "1", "time ratio: longer crank interval over shorter", lower=1.0),
+    Metric("mean_output_ratio", "1", "mean output speed over input speed with one clutch", "max", lower=0.0, upper=0.5),
+    Metric("transmission_angle_min", "deg", "smallest transmission angle over the turn", "max", lower=0.0, upper=180.0),
+    Metric("transmission_angle_max", "deg", "largest transmission angle over the turn", "min", lower=0.0, upper=180.0),
+)
+_CLOSED_NAMES = tuple(metric.name for metric in _GEOMETRY_METRICS)
+_SAMPLED_DEFAULTS = (
+    *(
+        f"{signal}_{statistic}"
+        for signal in ("coupler_velocity", "rocker_velocity")
+        for statistic in ("mean", "variance", "cv")
+    ),
+    *(f"coupler_acceleration_{statistic}" for statistic in ("mean", "variance", "cv")),
+    "rocker_acceleration_mean",
+    "rocker_acceleration_variance",
+    *(f"velocity_ratio_{statistic}" for statistic in ("mean", "variance", "cv")),
+    "cv",
+)
+_CYCLE_DEFAULTS = tuple(name for name in _SAMPLED_DEFAULTS if not name.endswith("cv"))
+_CLUTCH_DEFAULTS = ("output_velocity_mean", "output_velocity_variance", "output_velocity_cv", "cv")
+
+CRANK_ROCKER = Mechanism(
+    name="crank-rocker",
+    summary="four-bar whose crank turns and whose rocker swings: the heart of a pulsating stepless transmission",
+    parameters=(
+        Parameter("crank", "mm", "crank length"),
+        Parameter("coupler", "mm", "coupler length"),
+        Parameter("rocker", "mm", "rocker length"),
+        Parameter("ground", "mm", "distance of the ground pivots"),
+        Parameter("speed", "rad/s", "constant crank velocity", default=1.0, scales_speed=True),
+        Parameter(
+            "phases",
+            "1",
+            "linkages that share the output through clutches",
+            3.0,
+            choices=tuple(map(float, range(1, 13))),
+            only_in=("clutch",),
+        ),
+        Parameter(
+            "branch",
+            "1",
+            "1: coupler joint left of the line crank pin to rocker pivot; -1: right",
+            1.0,
+            -2.0,
+            choices=(1.0, -1.0),
+        ),
+    ),
+    signals=(
+        Signal("coupler_angle", "deg", "coupler angle", four_bar.COUPLER_ANGLE, four_bar.ANGLES, needs_stroke=True),
+        Signal("rocker_angle", "deg", "rocker angle", four_bar.ROCKER_ANGLE, four_bar.ANGLES, needs_stroke=True),
+        Signal("transmission_angle", "deg", "transmission angle", four_bar.TRANSMISSION_ANGLE, four_bar.TRANSMISSION),
+        *_VELOCITY_SIGNALS,
+        Signal(
+            "output_velocity",
+            "rad/s",
+            "velocity of the output behind the clutches",
+            four_bar.ROCKER_VELOCITY,
+            four_bar.VELOCITIES,
+            speed_power=1,
+            shares_row_with="rocker_velocity",
+            is_rectified=True,
+            only_in=("clutch",),
+        ),
+        *_ACCELERATION_SIGNALS,
+        Signal(
+            "velocity_ratio",
+            "1",
+            "rocker velocity over crank velocity",
+            four_bar.ROCKER_VELOCITY,
+            four_bar.VELOCITIES,
+            shares_row_with="rocker_velocity",
+        ),
+    ),
+    metrics=_GEOMETRY_METRICS,
+    windows=(
+        Window("cycle", columns.CYCLE, "the full turn", needs_stroke=False),
+        Window("drive", columns.DRIVE, "the stroke that the clutch transmits (setting `drive`)"),
+        Window("return", columns.RETURN, "the other stroke"),
+        Window(
+            "overlapped_to_extended",
+            columns.OVERLAPPED_TO_EXTENDED,
+            "from coupler over crank to coupler in line with it",
+        ),
+        Window(
+            "extended_to_overlapped",
+            columns.EXTENDED_TO_OVERLAPPED,
+            "from coupler in line with crank to coupler over it",
+        ),
+        Window("clutch", columns.CLUTCH, "the output of `phases` linkages through one-way clutches"),
+        Window("interval", columns.INTERVAL, "an explicit interval of crank angles, { from = 0, to = 90 }"),
+    ),
+    drives=columns.DRIVES,
+    output_signals={"": "rocker_velocity", "clutch": "output_velocity"},
+    zero_mean=frozenset(
+        [(s.name, "cycle") for s in (*_VELOCITY_SIGNALS, *_ACCELERATION_SIGNALS)]
+        + [("velocity_ratio", "cycle")]
+        + [("rocker_acceleration", window) for window in _STROKE_WINDOWS]
+    ),
+    default_metrics={
+        "": (*_CLOSED_NAMES, *_SAMPLED_DEFAULTS),
+        "cycle": (*_CLOSED_NAMES, *_CYCLE_DEFAULTS),
+        "clutch": (*_CLOSED_NAMES, *_CLUTCH_DEFAULTS),
+    },
+    objectives=("cv", "swing_angle:max", "transmission_angle_min:max"),
+    kernel_version="2",
+    kernel_size=columns.KERNEL_SIZE,
+    signal_rows=four_bar.SIGNAL_ROWS,
+    parameter_columns=columns.ParameterColumn,
+    metric_columns=columns.MetricColumn,
+    closed_form=kernel.closed_form,
+    pieces=kernel.pieces,
+    fill=four_bar.fill,
+    loop_lengths=("crank", "coupler", "rocker", "ground"),
+)

@@ -1,0 +1,1 @@
+"""The oscillating-torque test rig: declaration, kernel, forces, derived metrics."""

@@ -1,0 +1,57 @@
+"""Columns of results, and the blocks of designs that are computed and committed together."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy.typing as npt
+
+Columns = dict[str, npt.NDArray[Any]]
+
+#: Value of an attribute of a results file.
+Attribute = str | int | float
+
+
+@dataclass(frozen=True)
+class Column:
+    """One column of results.
+
+    Attributes
+    ----------
+    name, unit, long_name
+        Name in results, unit ("1" for ratios, empty for codes and numbers of designs), and description.
+    role
+        "index", "parameter", "metric", "margin" or "bookkeeping".
+    dtype
+        NumPy type of the stored values.
+    labels
+        Words for integer codes; empty for numbers.
+    """
+
+    name: str
+    unit: str
+    long_name: str
+    role: str
+    dtype: str = "<f8"
+    labels: Mapping[int, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Block:
+    """Consecutive designs that are computed and committed together.
+
+    Attributes
+    ----------
+    number
+        Number of the block in the study.
+    start
+        Number of its first design.
+    columns
+        Parameters by name, each of shape (n,).
+    """
+
+    number: int
+    start: int
+    columns: Columns

@@ -1,0 +1,8 @@
+"""The callback by which long tasks report their progress."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+#: Called with the number of items that are done and the number of all items.
+ReportProgress = Callable[[int, int], None]

@@ -1,0 +1,277 @@
+"""Quantities of a mechanism, as frozen data: parameters, signals, windows, and metrics of all kinds."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+import numpy.typing as npt
+
+FloatArray = npt.NDArray[np.float64]
+Sense = Literal["min", "max"]
+
+STATISTICS = ("mean", "variance", "std", "cv", "min", "max", "rms", "peak_to_peak")
+#: Statistics that are names of metrics by themselves: those of the mechanism's output.
+OUTPUT_STATISTICS = ("mean", "variance", "cv")
+#: Statistics of a magnitude. "power_mean" is (mean |x|^(10/3))^(3/10), by which roller bearings are sized.
+MAGNITUDE_STATISTICS = ("mean", "max", "rms", "power_mean")
+
+#: Meaning of 0 for a parameter that metrics need: a design with 0 does not give it.
+OMITTED = "not given"
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """An input of a mechanism: one column of every sweep that names it.
+
+    Attributes
+    ----------
+    name, unit, long_name
+        Column name, unit of all values, and description.
+    default
+        Value where a study gives none; None makes the parameter mandatory.
+    lower, upper
+        Values must be ``> lower`` and ``<= upper``, and finite.
+    choices
+        The only values allowed; empty where every number in the range is.
+    only_in
+        Names of the windows whose metrics depend on the parameter; empty means all.
+    scales_speed
+        Marks the input speed: velocities are proportional to it and accelerations to its square, so that designs
+        that differ only in it share one kinematic evaluation.
+    zero_meaning
+        Meaning of the value 0, such as "none", where 0 is allowed in addition to the range; empty where it is not. With
+        `OMITTED`, metrics that need the parameter are not computed at 0.
+    affects
+        What depends on the parameter: the motion and everything that follows from it, only the signals under load, or
+        only derived metrics, as for allowed stresses.
+    is_dynamic
+        Whether the parameter, unless 0, makes the signals under load depend on the speed.
+    """
+
+    name: str
+    unit: str
+    long_name: str
+    default: float | None = None
+    lower: float = 0.0
+    upper: float = np.inf
+    choices: tuple[float, ...] = ()
+    only_in: tuple[str, ...] = ()
+    scales_speed: bool = False
+    zero_meaning: str = ""
+    affects: Literal["motion", "load", "sizing"] = "motion"
+    is_dynamic: bool = False
+
+    def allows(self, values: npt.ArrayLike) -> npt.NDArray[np.bool_]:
+        """Whether each number is a value that the parameter can take, in the shape of `values`."""
+        numbers = np.asarray(values, dtype=np.float64)
+        allowed = (numbers > self.lower) & (numbers <= self.upper) & np.isfinite(numbers)
+        if self.zero_meaning:
+            allowed |= numbers == 0.0
+        return allowed & np.isin(numbers, self.choices) if self.choices else allowed
+
+
+@dataclass(frozen=True)
+class Signal:
+    """A function of the crank angle: one row of the kernel's signal array, times the speed to a power.
+
+    Attributes
+    ----------
+    name, unit, long_name
+        First part of the names of its metrics, its unit, and its description.
+    row
+        Row of the signal array that `Mechanism.fill` writes.
+    needs
+        Bits that `Mechanism.fill` must be called with to write the row.
+    speed_power
+        The signal is the row times the speed to this power.
+    pole_order
+        Power of the node count in the quadrature's error model: 2 for angles and velocities, 4 for accelerations, 6 for
+        inertia forces.
+    is_rectified
+        Whether the sign is chosen so that the mean is positive.
+    needs_stroke
+        Whether the signal has statistics only where the output rocks: an angle that grows from turn to turn has no
+        mean.
+    only_in
+        Names of the windows in which the signal exists; empty means all.
+    depends_on_load
+        Whether it depends on the parameters that affect the load, and through them on the speed.
+    required_loads
+        Names of load parameters of which at least one must not be 0.
+    is_magnitude
+        Whether the row holds the square of the signal, which is smooth where the signal touches 0.
+    terms_row
+        Row with the size of the terms that the signal is the sum of, which bounds its rounding; -1 for none.
+    shares_row_with
+        Name of the signal whose row this one uses, scaled or windowed differently; empty for a row of its own.
+    is_residual
+        Whether the signal is small beside the terms in `terms_row` and has their singularities.
+    """
+
+    name: str
+    unit: str
+    long_name: str
+    row: int
+    needs: int
+    speed_power: int = 0
+    pole_order: int = 2
+    is_rectified: bool = False
+    needs_stroke: bool = False
+    only_in: tuple[str, ...] = ()
+    depends_on_load: bool = False
+    required_loads: tuple[str, ...] = ()
+    is_magnitude: bool = False
+    terms_row: int = -1
+    shares_row_with: str = ""
+    is_residual: bool = False
+
+    @property
+    def statistics(self) -> tuple[str, ...]:
+        """The statistics that the signal has."""
+        return MAGNITUDE_STATISTICS if self.is_magnitude else STATISTICS
+
+
+@dataclass(frozen=True)
+class Metric:
+    """A closed-form metric, a function of the geometry alone.
+
+    Attributes
+    ----------
+    name, unit, long_name
+        Column name, unit and description.
+    sense
+        Sense in which it is better; None where neither is.
+    labels
+        Words for the values of an integer code; empty for numbers.
+    lower, upper
+        Bounds of all possible values, so that a study cannot solve for a value outside.
+    """
+
+    name: str
+    unit: str
+    long_name: str
+    sense: Sense | None = None
+    labels: tuple[str, ...] = ()
+    lower: float = -np.inf
+    upper: float = np.inf
+
+
+@dataclass(frozen=True)
+class Window:
+    """A part of the turn that statistics are taken over.
+
+    Attributes
+    ----------
+    name, long_name
+        Name in study files and at the end of names of metrics, and description.
+    code
+        Code of the window in `Mechanism.pieces`.
+    needs_stroke
+        Whether the window exists only where the output rocks.
+    start, stop
+        First and last crank angle of an explicit interval, rad.
+    """
+
+    name: str
+    code: int
+    long_name: str
+    needs_stroke: bool = True
+    start: float = 0.0
+    stop: float = 0.0
+
+
+@dataclass(frozen=True)
+class SampledMetric:
+    """A statistic of a signal over a window.
+
+    Attributes
+    ----------
+    name, unit, long_name
+        Column name, unit and description.
+    sense
+        Sense in which it is better; None where neither is.
+    signal, statistic, window
+        The signal, the name of its statistic, and the window it is taken over.
+    """
+
+    name: str
+    unit: str
+    long_name: str
+    sense: Sense | None
+    signal: Signal
+    statistic: str
+    window: Window
+
+
+@dataclass(frozen=True)
+class Formula:
+    """The declaration of a derived metric: a pure function of other metrics and parameters.
+
+    Attributes
+    ----------
+    name, unit, long_name
+        Column name, unit and description.
+    sense
+        Sense in which it is better; None where neither is.
+    inputs
+        Names of the metrics and parameters it is a function of.
+    function
+        Takes one array of shape (n,) for each input, NaN where a design has none, and returns the metric.
+    alternatives
+        Parameters, among the inputs or theirs, of which each design must give at least one.
+    optional
+        Parameters among the inputs that a design may leave at 0.
+    selects_one
+        Whether the value is one of the inputs, such as the largest.
+    """
+
+    name: str
+    unit: str
+    long_name: str
+    sense: Sense | None
+    inputs: tuple[str, ...]
+    function: Callable[..., npt.ArrayLike]
+    alternatives: tuple[str, ...] = ()
+    optional: tuple[str, ...] = ()
+    selects_one: bool = False
+
+
+@dataclass(frozen=True)
+class DerivedMetric:
+    """A derived metric of a request.
+
+    Attributes
+    ----------
+    name, unit, long_name, sense
+        Those of the formula.
+    formula
+        Its declaration.
+    inputs
+        The metrics and parameters that the formula names.
+    """
+
+    name: str
+    unit: str
+    long_name: str
+    sense: Sense | None
+    formula: Formula
+    inputs: tuple[Metric | SampledMetric | DerivedMetric | Parameter, ...]
+
+    @property
+    def parts(self) -> tuple[Metric | SampledMetric | Parameter, ...]:
+        """The parameters and the closed-form and sampled metrics it depends on, directly or not, each once."""
+        parts: list[Metric | SampledMetric | Parameter] = []
+        for each in self.inputs:
+            parts += each.parts if isinstance(each, DerivedMetric) else (each,)
+        return tuple(dict.fromkeys(parts))
+
+    @property
+    def sampled(self) -> tuple[SampledMetric, ...]:
+        """The sampled metrics it depends on."""
+        return tuple(part for part in self.parts if isinstance(part, SampledMetric))
+
+
+AnyMetric = Metric | SampledMetric | DerivedMetric

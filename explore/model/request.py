@@ -1,0 +1,92 @@
+"""Requests: the metrics and constraints to evaluate for each design, and the objectives of rankings."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from explore.model.mechanism import Mechanism
+from explore.model.quantities import AnyMetric, DerivedMetric, Metric, Parameter, SampledMetric, Sense, Window
+
+
+@dataclass(frozen=True)
+class Constraint:
+    """Bounds on one metric.
+
+    Attributes
+    ----------
+    metric
+        The metric.
+    minimum, maximum
+        Bounds in its unit, allowed values included; None for no bound.
+    """
+
+    metric: AnyMetric
+    minimum: float | None = None
+    maximum: float | None = None
+
+
+@dataclass(frozen=True)
+class Objective:
+    """An objective of a ranking.
+
+    Attributes
+    ----------
+    metric
+        Name of a column.
+    sense
+        Sense in which it is better.
+    """
+
+    metric: str
+    sense: Sense
+
+
+@dataclass(frozen=True)
+class Request:
+    """Metrics and constraints to evaluate for each design, with all names resolved.
+
+    Attributes
+    ----------
+    mechanism
+        The mechanism of all designs.
+    metrics
+        Metrics of the columns of results, in order.
+    constraints
+        Bounds that feasible designs satisfy.
+    window
+        Window of the metrics whose names have none.
+    drive
+        Name of the stroke that the window "drive" is.
+    tolerance
+        Largest allowed error bound of a design, relative; `explore.evaluation.evaluate` has the norms.
+    """
+
+    mechanism: Mechanism
+    metrics: tuple[AnyMetric, ...]
+    constraints: tuple[Constraint, ...]
+    window: Window
+    drive: str
+    tolerance: float
+
+    @property
+    def all_metrics(self) -> tuple[AnyMetric, ...]:
+        """The metrics of the columns and those that only constraints use, each once."""
+        return tuple(dict.fromkeys((*self.metrics, *(c.metric for c in self.constraints))))
+
+    @property
+    def parts(self) -> tuple[Metric | SampledMetric | Parameter, ...]:
+        """All closed-form and sampled metrics and the parameters that derived metrics depend on, each once."""
+        parts: list[Metric | SampledMetric | Parameter] = []
+        for metric in self.all_metrics:
+            parts += metric.parts if isinstance(metric, DerivedMetric) else (metric,)
+        return tuple(dict.fromkeys(parts))
+
+    @property
+    def sampled(self) -> tuple[SampledMetric, ...]:
+        """The metrics that need samples of the motion, including those that derived metrics depend on."""
+        return tuple(part for part in self.parts if isinstance(part, SampledMetric))
+
+    @property
+    def derived(self) -> tuple[DerivedMetric, ...]:
+        """The metrics that are functions of others."""
+        return tuple(m for m in self.all_metrics if isinstance(m, DerivedMetric))

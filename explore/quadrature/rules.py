@@ -1,0 +1,39 @@
+"""Gauss-Legendre rules: nodes and weights of all node counts that the panels can use."""
+
+from functools import cache
+from importlib.resources import files
+
+import numpy as np
+import numpy.typing as npt
+
+#: Node counts that have a rule. Rounding up to the next one adds at most 10 % of nodes.
+NODE_COUNTS = (*range(4, 41), *range(44, 81, 4), *range(88, 161, 8), *range(176, 321, 16))
+LARGEST_NODE_COUNT = NODE_COUNTS[-1]
+
+
+@cache
+def gauss_legendre_rules() -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64], npt.NDArray[np.float64]]:
+    """All Gauss-Legendre rules in one table.
+
+    Computed with 40 digits by ``tests/reference/make_gauss_legendre.py`` and rounded once. At these sizes the weights
+    of numpy and scipy lose up to six digits near the ends.
+
+    Returns
+    -------
+    size_of : (LARGEST_NODE_COUNT + 1,) array
+        Entry n is the smallest node count with a rule that is at least n.
+    row_of : (LARGEST_NODE_COUNT + 1,) array
+        Entry n is the first row in the table of the rule with n nodes.
+    table : (rows, 2) array
+        Non-negative nodes, descending, and weights.
+    """
+    with files("explore").joinpath("data/gauss_legendre.npy").open("rb") as stream:
+        table = np.load(stream, allow_pickle=False)
+    size_of = np.zeros(LARGEST_NODE_COUNT + 1, dtype=np.int64)
+    row_of = np.zeros(LARGEST_NODE_COUNT + 1, dtype=np.int64)
+    row, low = 0, 0
+    for size in NODE_COUNTS:
+        size_of[low : size + 1] = size
+        row_of[size] = row
+        row, low = row + (size + 1) // 2, size + 1
+    return size_of, row_of, table

@@ -1,0 +1,107 @@
+"""Open one results file, or several to read together."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from explore.errors import RequestError, ResultsError
+from explore.files import real_path
+from explore.store.names import journal_name
+from explore.store.records import count_records
+from explore.store.results import Results
+
+if TYPE_CHECKING:
+    from xarray import Dataset
+
+
+def open_results(path: Path | str) -> Results:
+    """Open a results file for reading.
+
+    Parameters
+    ----------
+    path
+        The HDF5 file of a sweep, finished or not.
+
+    Returns
+    -------
+    Results
+        Of the blocks that are committed now; the file does not stay open.
+
+    Raises
+    ------
+    ResultsError
+        The file is missing, was not written by explore, is damaged or of a newer version, or is a study.
+    """
+    path = Path(path)
+    _check_finished(path)
+    try:
+        return Results(path)
+    except ResultsError as error:
+        if advice := _advice_for_study(path):
+            raise ResultsError(advice) from error
+        raise
+
+
+def open_several(sources: Sequence[Results | Path | str]) -> dict[str, Results]:
+    """Results by the name of their file; `RequestError` if there are none or one is named twice."""
+    for source in sources:
+        if not isinstance(source, (Results, Path, str)):
+            raise RequestError(f"results are read together from files, not from a {type(source).__name__}")
+    several = [source if isinstance(source, Results) else open_results(source) for source in sources]
+    if not several:
+        raise RequestError("no results to rank; name at least one file")
+    for position, results in enumerate(several):
+        if any(results.path.samefile(earlier.path) for earlier in several[:position]):
+            raise RequestError(f"{results.path} is named twice; name each file once")
+    return {str(results.path): results for results in several}
+
+
+def xarray(results: Results | Path | str) -> Dataset:
+    """The committed designs as an xarray dataset, whose columns are read when values are needed.
+
+    Parameters
+    ----------
+    results
+        Results or the path of a results file.
+
+    Returns
+    -------
+    xarray.Dataset
+        A variable for each column along the dimension "design", with the attributes "units" and "long_name", and
+        "flag_values" and "flag_meanings" (CF conventions) where integer codes have labels. The dataset's
+        attributes are those of the results file. ``dataset.chunk("auto")`` makes dask arrays of it.
+
+    Raises
+    ------
+    RequestError
+        If xarray is not installed: ``pip install "linkage-explore[xarray]"``.
+    ResultsError
+        If the file cannot be read.
+    """
+    return (results if isinstance(results, Results) else open_results(results)).to_xarray()
+
+
+def _advice_for_study(path: Path) -> str:
+    """Advice when the path is of a study in place of its results; empty if it is not a study."""
+    results = Path("results") / f"{path.stem}.h5"
+    if path.suffix.lower() != ".toml" or not path.exists():
+        return ""
+    if results.exists() or journal_name(results).exists():
+        return f"{path} is a study, not its results; did you mean {results}?"
+    return f"{path} is a study, not its results; run `explore sweep {shlex.quote(str(path))}` first"
+
+
+def _check_finished(path: Path) -> None:
+    """Raise `ResultsError` with the progress of an unfinished sweep that keeps the front only."""
+    if path.exists() or not (journal := journal_name(real_path(path))).exists():
+        return
+    n_done, header = count_records(journal)
+    n_blocks = header.get("blocks")
+    number = f"{n_blocks:,}" if isinstance(n_blocks, int) else "unknown"
+    raise ResultsError(
+        f"{path} is not finished: {n_done:,} of {number} blocks are done, and it keeps only the "
+        "front, which is known at the end; run the sweep again to go on"
+    )

@@ -1,0 +1,135 @@
+"""Tables that fit: no number is cut, and every column that is not there is named."""
+
+import random
+import re
+
+import pytest
+from command_line import call
+
+from explore.cli.table_layout import lay_out
+from explore.cli.tables import print_table
+
+COLUMNS = [("design", ""), ("alike", ""), ("crank", "mm"), ("speed", "rad/s"), ("rocker_acceleration_max", "rad/s^2"),
+           ("transmission_angle_min", "deg"), ("cv", "")]  # fmt: skip
+
+
+def rows(count):
+    return [[str(213_261 + k), "1", f"{180 + k}", "4.18879", f"{10.2239 + k:.6g}", f"{30.1234 + k:.6g}", "0.45423"]
+            for k in range(count)]  # fmt: skip
+
+
+def printed(capsys, monkeypatch, width, *arguments, **options):
+    """The lines of a table on a terminal of so many letters."""
+    monkeypatch.setenv("COLUMNS", str(width))
+    print_table("heading", *arguments, **options)
+    return capsys.readouterr().out.splitlines()
+
+
+@pytest.mark.parametrize("count", [1, 2, 3, 10])
+@pytest.mark.parametrize("width", [200, 90, 80, 70, 60, 50, 40, 30])
+def test_numbers_are_whole_and_columns_are_shown_or_named(capsys, monkeypatch, width, count):
+    least = ["alike", "speed", "crank", "transmission_angle_min", "rocker_acceleration_max"]
+
+    lines = printed(capsys, monkeypatch, width, COLUMNS, rows(count), droppable=least, hint="-o FILE.csv writes all")
+
+    table = [line for line in lines if "left out" not in line]
+    assert max(map(len, table)) <= width
+    said = "".join(line for line in lines if "left out" in line)
+    missing = re.fullmatch(r"\d columns? left out: (.*); -o FILE.csv writes all", said)
+    left_out = missing[1].split(", ") if missing else []
+    assert set(left_out) <= set(least)
+    cells = " ".join(table).split()
+    for row in rows(count):
+        for (name, _), cell in zip(COLUMNS, row, strict=True):
+            assert name in left_out or cell in cells
+    assert width < 80 or not left_out
+
+
+def test_few_rows_stand_as_columns(capsys, monkeypatch):
+    assert printed(capsys, monkeypatch, 60, COLUMNS, rows(2)) == [
+        "heading",
+        "",
+        " design                    unit       213261    213262",
+        " ─────────────────────────────────────────────────────",
+        " alike                                     1         1",
+        " crank                     mm            180       181",
+        " speed                     rad/s     4.18879   4.18879",
+        " rocker_acceleration_max   rad/s^2   10.2239   11.2239",
+        " transmission_angle_min    deg       30.1234   31.1234",
+        " cv                                  0.45423   0.45423",
+        "",
+    ]
+
+
+def test_headings_are_folded_at_underscores_first(capsys, monkeypatch):
+    lines = printed(capsys, monkeypatch, 72, COLUMNS, rows(9))
+    assert [line.split() for line in lines[2:5]] == [
+        ["rocker_"],
+        ["acceleration_", "transmission_"],
+        ["crank", "speed", "max", "angle_min"],
+    ]
+    assert not any("left out" in line for line in lines)
+
+
+def test_what_cannot_be_left_out_stays_however_narrow(capsys, monkeypatch):
+    lines = printed(capsys, monkeypatch, 10, COLUMNS, rows(20), droppable=["speed", "crank"])
+    assert "2 columns left out: crank, speed; a wider terminal shows all" in lines
+    assert len({line.split()[0] for line in lines if line.startswith(" 2132")}) == 20
+    assert printed(capsys, monkeypatch, 10, COLUMNS, [])[0] == "heading"
+
+
+def test_texts_wrap_between_words(capsys, monkeypatch):
+    table = [("column", ""), ("meaning", "")], [["transmission_angle_min", "smallest transmission angle over the turn"]]
+    lines = printed(capsys, monkeypatch, 50, *table)
+    assert lines[4:] == [
+        " transmission_angle_min   smallest transmission",
+        "                          angle over the turn",
+        "",
+    ]
+
+
+def test_any_table_fits_or_cannot():
+    """At random: what was left out suffices and was needed."""
+    rng = random.Random(4)
+    for _ in range(300):
+        count, width = rng.randint(1, 9), rng.randint(20, 120)
+        columns = [("_".join("x" * rng.randint(1, 9) for _ in range(rng.randint(1, 3))) + str(k), "mm")
+                   for k in range(count)]  # fmt: skip
+        cells = [["1" * rng.randint(1, 9) for _ in columns] for _ in range(rng.randint(0, 12))]
+        least = [name for name, _ in columns[:0:-1]]
+        fit = lay_out(columns, cells, width, least)
+        assert fit.min_width <= width or len(fit.left_out) == count - 1
+        for name in fit.left_out:
+            more = lay_out(columns, cells, width, [other for other in fit.left_out if other != name])
+            assert more.min_width > width, "there was room for it"
+
+
+def test_a_pipe_gets_eighty_letters_and_the_number_that_orders(in_results, monkeypatch):
+    monkeypatch.delenv("COLUMNS", raising=False)
+    names = "cv swing_angle time_ratio mean_output_ratio transmission_angle_min transmission_angle_max grashof_margin"
+    aims = [f"{name}:min" for name in names.split()]
+    for options in ([], ["--quality"], ["--quality", "--fronts", "3", "--top", "0"]):
+        code, out, err = call("rank", *[word for aim in aims for word in ("--metric", aim)], *options)
+        assert code == 0, err
+        *table, said = (line for line in out.splitlines() if "more lines" not in line)
+        assert max(map(len, table)) <= 80
+        assert said.endswith("; -o FILE.csv writes all")
+        assert " cv" in " ".join(table)
+    code, out, err = call("show")
+    assert code == 0, err
+    assert max(map(len, out.splitlines())) <= 80
+
+
+def test_a_design_on_a_very_narrow_terminal_keeps_its_names_and_values(in_results, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "40")
+    code, out, err = call("show", "--design", "0")
+    assert code == 0, err
+    assert ["crank", "80"] in [line.split() for line in out.splitlines()]
+    assert "columns left out: unit, meaning; a wider terminal shows all\n" in out
+
+
+def test_a_table_may_be_as_wide_as_the_terminal():
+    columns, rows = [("design", ""), ("crank", "mm"), ("swing_angle", "deg")], [["17", "100.25", "20.5"]]
+    plain = lay_out(columns, rows, 1000, [])
+    assert lay_out(columns, rows, plain.min_width, []) == plain
+    assert lay_out(columns, rows, plain.min_width - 1, []) != plain

@@ -1,0 +1,126 @@
+"""What can be ranked in: parameters as well as metrics, in a study as on the command line, and in several results."""
+
+import json
+from pathlib import Path
+
+import pytest
+from command_line import call
+
+import explore
+
+BOX = """mechanism = "crank-rocker"
+[parameters]
+crank = 50
+coupler = { min = 50, max = 1000 }
+rocker = { min = 50, max = 500 }
+ground = { min = 50, max = 1000 }
+[sampling]
+method = "sobol"
+count = 4096
+[evaluate]
+metrics = ["cv", "swing_angle", "time_ratio"]
+[constraints]
+transmission_angle_min = { min = 30 }
+"""
+SOLVED = BOX.replace("coupler = { min = 50, max = 1000 }", 'coupler = { solve = "swing_angle", value = 40 }')
+#: Derived metrics, and a crank that is solved for.
+RIG = (Path(__file__).parents[1] / "configs/rig_20deg.toml").read_text(encoding="utf-8").partition("[rank]")[0]
+
+
+def swept(folder, name, text, **options):
+    """Results of a study."""
+    (folder / f"{name}.toml").write_text(text)
+    return explore.sweep(explore.load_study(folder / f"{name}.toml"), folder / f"{name}.h5", **options).path
+
+
+def numbers(*arguments):
+    """The designs of a ranking, and what was said."""
+    code, out, err = call("rank", *arguments, "--json")
+    assert code == 0, err
+    return [record["design"] for record in json.loads(out)], err
+
+
+@pytest.mark.parametrize(
+    ("text", "aims"),
+    [
+        (BOX, ["cv:min", "coupler:min"]),
+        (BOX, ["ground:min", "rocker:max"]),
+        (BOX, ["crank:min", "cv:min"]),  # one value: nothing is better in it
+        (SOLVED, ["cv:min", "coupler:min"]),
+        (RIG, ["pin_force_peak:min", "crank:min", "size:min"]),
+    ],
+)
+def test_parameters_are_aims_of_a_study_as_of_the_command_line(tmp_path, text, aims):
+    plain = swept(tmp_path, "plain", text)
+    options = [word for aim in aims for word in ("--metric", aim)]
+    expected, _ = numbers(plain, *options)
+    text += f"[rank]\nmetrics = {json.dumps(aims)}\n"
+
+    found, _ = numbers(swept(tmp_path, "aims", text))
+    kept, _ = numbers(swept(tmp_path, "front", text, keep="front"))
+
+    assert found == kept == expected
+    assert len(expected) > 0
+    assert explore.rank(tmp_path / "aims.h5").index.tolist() == expected
+
+
+def test_every_figure_and_the_report_take_a_parameter_as_an_aim(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "results").mkdir()
+    path = swept(tmp_path, "aims", BOX + '[rank]\nmetrics = ["coupler:min", "cv"]\n')
+
+    code, out, err = call("rank", path, "--top", 3)
+
+    assert code == 0, err
+    heading = out.partition("─")[0].partition("best coupler first\n")[2].split()
+    assert heading.count("coupler") == 1, "a parameter that is an aim is one column, not two"
+    for kind in ("pareto", "parallel", "map"):
+        code, _, err = call("plot", kind, path)
+        assert code == 0, err
+    code, _, err = call("report", path)
+    assert code == 0, err
+
+
+@pytest.fixture(scope="module")
+def boxes(tmp_path_factory):
+    """Results of three studies whose objectives differ, as are their columns, by name."""
+    folder = tmp_path_factory.mktemp("boxes")
+    metrics = 'metrics = ["cv", "swing_angle", "time_ratio"]'
+    texts = {
+        "first": BOX + '[rank]\nmetrics = ["time_ratio:min", "swing_angle:max"]\n',
+        "second": BOX.replace(metrics, 'metrics = ["cv", "swing_angle"]') + '[rank]\nmetrics = ["cv"]\n',
+        "third": BOX.replace(metrics, 'metrics = ["cv"]') + '[rank]\nmetrics = ["cv"]\n',
+        "aimless": BOX.replace(metrics, 'metrics = ["rocker_velocity_max"]'),
+    }
+    return {name: swept(folder, name, text) for name, text in texts.items()}
+
+
+def test_results_of_other_objectives_are_ranked_in_those_that_all_have(boxes):
+    files = [boxes["first"], boxes["second"]]
+    together = explore.rank(files, metrics=["swing_angle:max"], order_by="cv")
+
+    found, said = numbers(*files, "--metric", "cv")
+
+    assert found == together.index.tolist()
+    assert len(found) > 0
+    assert f"time_ratio, an objective of {files[0]}, is not in {files[1]}, so it is left out\n" in said
+    with pytest.warns(RuntimeWarning, match="time_ratio, an objective of .*first.h5, is not in .*second.h5"):
+        assert explore.rank(files).index.tolist() == explore.rank(files, metrics="swing_angle:max").index.tolist()
+
+
+def test_one_metric_is_the_objective_where_the_studies_share_none(boxes):
+    files = [boxes["first"], boxes["third"]]
+
+    found, said = numbers(*files, "--metric", "cv")
+
+    assert found == explore.rank(files, metrics="cv").index.tolist()
+    assert said.count("so it is left out") == 2
+    alone, _ = numbers(boxes["aimless"], "--metric", "rocker_velocity_max:min")
+    assert len(alone) == 1
+    code, _, err = call("rank", *files)
+    assert (code, err) == (
+        2, f"error: no objective of {files[0]} is in all of these results; name metrics that all have\n",
+    )  # fmt: skip
+    code, _, err = call("rank", *files, "--metric", "swing_angle:max")
+    assert (code, err.count("\n")) == (2, 1)
+    assert f"{files[1]}: no column 'swing_angle' to rank by in these results" in err

@@ -1,0 +1,128 @@
+"""Entries { solve, value } in [parameters], and messages about invalid ones."""
+
+import json
+
+import pytest
+from studies import GOOD
+
+from explore.designs.solved_lengths import SolvedSpace
+from explore.designs.spaces import SolvedLength
+from explore.mechanisms.registry import MECHANISMS
+
+
+def with_entry(entry, name="crank", others=""):
+    return GOOD.replace(f"{name} = ", f"{name} = {entry}  # ") + others
+
+
+def test_a_solved_length(load):
+    space = load(with_entry('{ solve = "swing_angle", value = "0.25 rad", min = "1 cm", max = 90 }')).space
+    assert isinstance(space, SolvedSpace)
+    assert space.solved.name == "crank"
+    assert (space.solved.metric.name, space.solved.low, space.solved.high) == ("swing_angle", 10.0, 90.0)
+    assert space.solved.value == pytest.approx(14.3239448782706, rel=1e-14)
+    assert [axis.name for axis in space.axes] == ["crank", "coupler", "rocker", "ground"]
+    assert space.count == 1
+    assert 10.0 < space.designs(0, 1)["crank"][0] < 90.0
+
+
+@pytest.mark.parametrize("name", ["crank", "coupler", "rocker", "ground"])
+def test_any_length_of_the_loop(load, name):
+    space = load(with_entry('{ solve = "time_ratio", value = 1.2 }', name)).space
+    assert isinstance(next(axis for axis in space.axes if axis.name == name), SolvedLength)
+
+
+def test_with_a_table_and_with_drawn_designs(load, tmp_path):
+    (tmp_path / "designs.csv").write_text("coupler,rocker\n1000,500\n900,450\n")
+    text = 'mechanism = "crank-rocker"\n[parameters]\ncrank = { solve = "swing_angle", value = 20 }\nground = 700\n'
+    space = load(text + '[sampling]\nmethod = "table"\nfile = "designs.csv"\n').space
+    assert space.count == 2
+    assert space.method == "table"
+    drawn = text + "coupler = { min = 900, max = 1000 }\nrocker = 500\n"
+    space = load(drawn + '[sampling]\nmethod = "sobol"\ncount = 9\nseed = 4\n').space
+    assert (space.count, space.method, space.seed) == (9, "sobol", 4)
+
+
+def test_what_determines_the_results(load):
+    """The metric, the value, the bounds, the count and the seed change the hash; the way of writing does not."""
+    entry = '{ solve = "swing_angle", value = 20 }'
+    drawn = '[sampling]\nmethod = "sobol"\ncount = 9\nseed = 4\n'
+    text = with_entry(entry).replace("coupler = 1000", "coupler = { min = 900, max = 1000 }") + drawn
+    study = load(text)
+    content = json.loads(study.determines)
+    assert content["parameters"]["crank"] == {"solve": "swing_angle", "value": 20.0, "min": 0.0, "max": None}
+    assert content["sampling"] == {"method": "sobol", "count": 9, "seed": 4}
+    same = load(text.replace(entry, '{ value = "20 deg", solve = "swing_angle" }'))
+    assert same.sha256 == study.sha256
+    others = [
+        entry.replace("20", "21"), entry.replace("swing_angle", "mid_angle"), entry.replace(" }", ", min = 1 }"),
+        entry.replace(" }", ", max = 99 }"),
+    ]  # fmt: skip
+    different = [load(text.replace(entry, other)) for other in others]
+    different += [load(text.replace("count = 9", "count = 8")), load(text.replace("seed = 4", "seed = 5"))]
+    assert len({study.sha256, *(other.sha256 for other in different)}) == 7
+
+
+def test_objectives_leave_out_the_prescribed_metric(load, problems):
+    study = load(with_entry('{ solve = "swing_angle", value = 20 }'))
+    assert [objective.metric for objective in study.objectives] == ["cv", "transmission_angle_min"]
+    text = with_entry('{ solve = "swing_angle", value = 20 }', others='[rank]\nmetrics = ["cv", "swing_angle"]\n')
+    assert problems(text) == [
+        "study.toml:8: rank.metrics: swing_angle is prescribed, so it is the same in all designs; leave it out"
+    ]
+
+
+SOLVABLE = ", ".join(metric.name for metric in MECHANISMS["crank-rocker"].metrics[1:])
+
+
+@pytest.mark.parametrize(
+    ("entry", "key", "reason"),
+    [
+        ('{ solve = "swing", value = 20 }', ".solve", "unknown metric 'swing'; did you mean 'swing_angle'?"),
+        ('{ solve = "xyz", value = 20 }', ".solve", f"unknown metric 'xyz'; available: {SOLVABLE}"),
+        ('{ solve = "cv", value = 1 }', ".solve", "cv is not a closed-form metric; only these can be solved for: gra"),
+        (
+            '{ solve = "rocker_velocity_max_cycle", value = 1 }',
+            ".solve",
+            f"rocker_velocity_max_cycle is not a closed-form metric; only these can be solved for: {SOLVABLE}",
+        ),
+        (
+            '{ solve = "linkage_class", value = 0 }',
+            ".solve",
+            f"linkage_class is a label, not a quantity; available: {SOLVABLE}",
+        ),
+        ("{ solve = 3, value = 20 }", ".solve", "must be a string in quotes, got 3"),
+        ('{ solve = "swing_angle" }', "", "the key 'value' is missing; a complete table has solve, value, min, max"),
+        ("{ value = 20 }", "", "the key 'solve' is missing; a complete table has solve, value, min, max"),
+        ('{ solve = "swing_angle", vaule = 20 }', ".vaule", "unknown key; did you mean 'value'?"),
+        ('{ solve = "swing_angle", value = "20" }', ".value", "'20' has no unit; write 20 without quotes"),
+        ('{ solve = "swing_angle", value = "20 mm" }', ".value", "'mm' cannot be converted to 'deg'"),
+        ('{ solve = "swing_angle", value = nan }', ".value", "nan is not a finite number"),
+        ('{ solve = "swing_angle", value = 181 }', ".value", "swing_angle is at most 180 deg, got 181"),
+        ('{ solve = "swing_angle", value = -1 }', ".value", "swing_angle is at least 0 deg, got -1"),
+        ('{ solve = "time_ratio", value = 0.9 }', ".value", "time_ratio is at least 1, got 0.9"),
+        ('{ solve = "swing_angle", value = 20, min = 0 }', ".min", "must be greater than 0 mm, got 0"),
+        ('{ solve = "swing_angle", value = 20, max = "5 kg" }', ".max", "'kg' cannot be converted to 'mm'"),
+        ('{ solve = "swing_angle", value = 20, min = 9, max = 9 }', "", "min = 9 must be below max = 9"),
+    ],
+)  # fmt: skip
+def test_bad_entries(problems, entry, key, reason):
+    (problem,) = problems(with_entry(entry))
+    assert problem.startswith(f"study.toml:3: parameters.crank{key}: {reason}")
+
+
+def test_lengths_that_cannot_be_solved_for(problems):
+    entry = '{ solve = "swing_angle", value = 20 }'
+    (problem,) = problems(GOOD + f"speed = {entry}\n")
+    assert problem == (
+        "study.toml:7: parameters.speed: cannot be solved for; "
+        "a crank-rocker can be solved for crank, coupler, rocker, ground"
+    )
+    (problem,) = problems(with_entry(entry).replace("ground = 700", f"ground = {entry}"))
+    assert problem == (
+        "study.toml:6: parameters.ground: another length is already solved for; "
+        "one prescribed value determines one length"
+    )
+    (problem,) = problems(with_entry(entry).replace("crank = ", "crnk = "))
+    assert problem == "study.toml:3: parameters.crnk: unknown parameter; did you mean 'crank'?"
+    (problem,) = problems(with_entry(entry) + '[sampling]\nmethod = "sobol"\ncount = 4\n')
+    assert problem.endswith("nothing to draw: every parameter is fixed; give one a list or { min, max }")

@@ -1,0 +1,293 @@
+"""Small files that could take much time or memory: each is read or refused within 2 GB and 20 s on two cores."""
+
+import os
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+from command_line import call
+from damage_worker import Worker
+from store_files import N_BLOCKS, fill, still_pending, values, writer
+from studies import FEW, GOOD
+
+import explore
+from explore.config.locate import MOST_NESTED, MOST_PARTS, find_excess_depth
+from explore.errors import ConfigError, ResultsError
+from explore.store.open_results import open_results
+
+#: A little fewer letters than a study file may have.
+FULL = (1 << 21) - 200
+TABLE = 'mechanism = "crank-rocker"\n[sampling]\nmethod = "table"\nfile = "designs.csv"\n'
+HEADER = "crank,coupler,rocker,ground\n"
+
+
+@pytest.fixture(scope="module")
+def worker():
+    worker = Worker()
+    worker.run(["mechanisms"])  # start the process and import the package
+    yield worker
+    worker.close()
+
+
+def study_with_list(values, key="crank = 100"):
+    return GOOD.replace(key, f"{key.partition(' ')[0]} = [{', '.join(values)}]")
+
+
+STUDIES = {
+    "a dotted key of 40 kB": ("a." * 20_000 + "b = 1\n", ":1: a key of more than 16 parts"),
+    "a dotted table of 200 kB": (f"{GOOD}[{'a.' * 100_000}b]\n", ":7: a key of more than 16 parts"),
+    "a dotted key in a table on one line": (f"x = {{ {'a . ' * 20_000}b = 1 }}\n", ":1: a key of more than 16 parts"),
+    "quoted parts": ('"a#".' * 20_000 + "b = 1\n", ":1: a key of more than 16 parts"),
+    "lists in lists": ("x = " + "[" * 100_000 + "]" * 100_000, ":1: more than 16 nested tables or lists"),
+    "tables in tables": ("x = " + "{a=" * 9_000 + "1" + "}" * 9_000, ":1: more than 16 nested tables or lists"),
+    "many keys of many parts": ("\n".join(f"{'a.' * 15}b{i} = 1" for i in range(50_000)), ":1: a: unknown key"),
+    "many items at some depth": (f"x = {'[' * 15}{'1,' * (FULL // 2)}{']' * 15}", ":1: x: unknown key"),
+    "many tables of the same name": (GOOD + "[[x]]\n" * (FULL // 6), ":7: x: unknown key"),
+    "a key of 2 MB": ("a" * FULL + " = 1\n", ":1: " + "a" * 59 + "…: unknown key; available:"),
+    "a text of 2 MB": (f'mechanism = "{"x" * FULL}"\n', ":1: mechanism: unknown mechanism 'xxx"),
+    "a text of escapes": ('mechanism = "' + "\\u0041" * (FULL // 6) + '"\n', ":1: mechanism: unknown"),
+    "texts that do not end": ('\\"""\n' * (FULL // 5), ":1: not TOML"),
+    "a text that does not end": ('x = "' + '\\"' * (FULL // 2), ":1: not TOML"),
+    "an integer of 2 MB": ("x = " + "9" * FULL, ":1: not TOML"),
+    "a line of brackets": ("a = x" + "{" * (FULL - 9) + "}", ":1: more than 16 nested tables"),
+    "a line of words in brackets": ("a = x" + "{ x }" * (FULL // 5) + "}", ":1: not TOML"),
+    "100,000 values": (study_with_list(f"{1 + i / 1000}" for i in range(100_000)), ""),
+    "100,000 texts with units": (study_with_list(f'"{1 + i / 1000} mm"' for i in range(100_000)), ""),
+    "100,000 values that are wrong": (study_with_list(f"-{i}" for i in range(100_000)), ": and 99,980 more"),
+    "100,000 metrics": (
+        f"{GOOD}[evaluate]\nmetrics = {[f'x{i}' for i in range(100_000)]}",
+        ":8: evaluate.metrics: must have at most 1,000 entries",
+    ),
+    "1,000 metrics": (f"{GOOD}[evaluate]\nmetrics = {[f'swing_{i}' for i in range(1000)]}", ": and 980 more"),
+    "100,000 objectives": (
+        f"{GOOD}[rank]\nmetrics = {[f'x{i}' for i in range(100_000)]}",
+        ":8: rank.metrics: must have at most 1,000 entries",
+    ),
+    "100,000 constraints": (
+        f"{GOOD}[constraints]\n" + "\n".join(f"x{i} = {{}}" for i in range(100_000)),
+        ":7: constraints: must have at most 1,000 entries",
+    ),
+    "100,000 parameters": (GOOD + "\n".join(f"x{i} = 1" for i in range(100_000)), ": must have at most 1,000 entries"),
+    "100,000 unknown tables": (GOOD + "\n".join(f"[t{i}]" for i in range(100_000)), ": and 99,980 more"),
+    "100,000 unknown keys of a table": (
+        study_with_list(()).replace("[]", "{ start = 1, " + ", ".join(f"sto{i} = 1" for i in range(100_000)) + " }"),
+        ": and 99,98",
+    ),
+}  # fmt: skip
+
+
+#: Those that take several seconds each.
+LONG = {
+    "many keys of many parts", "many items at some depth", "many tables of the same name", "100,000 texts with units",
+    "100,000 metrics", "100,000 objectives", "100,000 constraints", "100,000 unknown keys of a table",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", [pytest.param(name, marks=[pytest.mark.slow] * (name in LONG)) for name in STUDIES])
+def test_studies(worker, tmp_path, name):
+    """In a process that has 3 GB of address space, 1 GB of it for the packages."""
+    text, message = STUDIES[name]
+    study = tmp_path / "study.toml"
+    study.write_text(text, encoding="utf-8")
+    (reply,) = worker.run(["sweep", str(study), "--dry-run"])
+    if message:
+        assert reply["code"] == 2, reply["err"]
+        assert f"{study}{message}" in reply["err"] or message in reply["err"]
+        assert len(reply["err"]) < 8000
+        assert reply["err"].count("\n") <= 22
+    else:
+        assert reply["code"] == 0, reply["err"]
+
+
+def test_depth_counts_no_texts_comments_or_numbers():
+    """Points and brackets within texts, comments and numbers do not nest keys."""
+    dots = "a." * 50
+    for text in (
+        f"# {dots} [[[[[[[[[[[[[[[[[[[[\nx = 1\n",
+        f"x = \"{dots}\"\ny = '{dots}'\n",
+        f'x = """\n{dots}\\"""{dots}""{dots}"""""\n',
+        f"x = '''\n{dots}''{dots}'\n{'[' * 50}'''''\n",
+        f'"{dots}"."{dots}" = 1\n',
+        f"x = [{'1.5, ' * 50}]\n",
+        f"x = [{'1.5,  # one' * 50}\n]\n",
+        "x.y = 1.5\n" * 50,
+        ".".join(["a"] * MOST_PARTS) + " = 1.5\n",
+        f"x = {'[' * MOST_NESTED}{']' * MOST_NESTED}\n" * 2,
+    ):
+        assert find_excess_depth(text) is None, text
+    for text in (
+        "x = 1\n" + ".".join(["a"] * (MOST_PARTS + 1)) + " = 1\n",
+        '# "\n[' + " . ".join(['"a.b"'] * (MOST_PARTS + 1)) + "]\n",
+        f'x = \'"""\'\ny = {"[" * (MOST_NESTED + 1)}',
+        f'x = "\\\\"\ny = {"{a=" * (MOST_NESTED + 1)}',
+    ):
+        assert find_excess_depth(text)[0] == 2, text
+
+
+TABLES = {
+    "100,000 names": (",".join(f"n{i}" for i in range(100_000)) + "\n", ":1: has 100,000 columns"),
+    "100,000 names that are known": (",".join(["crank"] * 100_000) + "\n", ":1: has 100,000 columns"),
+    "1,000 names": (",".join(f"n{i}" for i in range(1000)) + "\n", ": and "),
+    "15 MB of commas": ("," * 15_000_000, "line 1 has more than 1,048,576 characters"),
+    "a cell of 15 MB": (HEADER + "1" * 15_000_000, "line 2 has more than 1,048,576 characters"),
+    "15 MB in quotation marks": (HEADER + '"' + "1\n" * 7_500_000, "not CSV: field larger than field limit"),
+    "a row of 500,000 cells": (HEADER + "1," * 500_000, ":2: has 500001 cells, but the header has 4"),
+}
+
+
+@pytest.mark.parametrize("name", TABLES)
+def test_tables(worker, tmp_path, name):
+    content, message = TABLES[name]
+    (tmp_path / "designs.csv").write_text(content)
+    (tmp_path / "study.toml").write_text(TABLE)
+    (reply,) = worker.run(["sweep", str(tmp_path / "study.toml"), "--dry-run"])
+    assert (reply["code"], reply["out"]) == (2, "")
+    assert message in reply["err"]
+    assert len(reply["err"]) < 8000
+
+
+def test_a_huge_table_is_not_read_into_memory(worker, tmp_path):
+    with (tmp_path / "designs.csv").open("wb") as file:
+        file.truncate(1 << 40)
+    (tmp_path / "study.toml").write_text(TABLE)
+    (reply,) = worker.run(["sweep", str(tmp_path / "study.toml"), "--dry-run"])
+    assert "line 1 has more than 1,048,576 characters" in reply["err"]
+
+
+def test_digits_with_underscores_are_no_numbers_in_a_table(tmp_path):
+    (tmp_path / "designs.csv").write_text(f"{HEADER}1_00,1000,500,700\n100,1000,500,7_00\n")
+    (tmp_path / "study.toml").write_text(TABLE)
+    with pytest.raises(ConfigError) as caught:
+        explore.load_study(tmp_path / "study.toml")
+    assert caught.value.problems == [
+        "designs.csv:2: crank: '1_00' is not a number with a unit, such as \"10 mm\"",
+        "designs.csv:3: ground: '7_00' is not a number with a unit, such as \"10 mm\"",
+    ]
+
+
+GROUND = "ground = [691.7118, 720]"
+
+
+@pytest.mark.parametrize(("command", "old", "new", "message"), [
+    ("coverage", GROUND, "ground = { start = 1, stop = 2, num = 9007199254740992 }", "ground has 9,007,199,"),
+    ("coverage", "crank = [80", "crank = { start = 1, stop = 2, num = 99999999999 } # [", "crank has 99,999,999,"),
+    ("precision", GROUND, "ground = { start = 1, stop = 2, num = 99999999999 }", "scene of 399,999,999,996 designs"),
+])  # fmt: skip
+def test_studies_of_too_many_designs(tmp_path, command, old, new, message):
+    study = tmp_path / "study.toml"
+    scene = '[scene]\ntitle = "a"\nabout = "a"\nmodel = "geometry"\nquestion = "a"\n'
+    study.write_text(FEW.replace(old, new) + (scene if command == "precision" else ""))
+    code, out, err = call(command, study)
+    assert (code, out) == (2, "")
+    assert message in err
+    assert err.count("\n") == 1
+
+
+# --- sparse results files ---------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def sound(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("sound")
+    (folder / "study.toml").write_text(FEW)
+    return explore.sweep(explore.load_study(folder / "study.toml"), folder / "sound.h5").path
+
+
+def stretched(sound, path, n_designs, words, block_size=65_536, **attributes):
+    """A copy of the sound file with sparse columns of `n_designs` rows and these commit words."""
+    with h5py.File(sound) as file, h5py.File(path, "w", libver="latest") as other:
+        for name, value in {**file.attrs, **attributes, "n_designs": n_designs, "block_size": block_size}.items():
+            other.attrs[name] = value
+        n_blocks = -(-n_designs // block_size)
+        holes = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
+        holes.set_alloc_time(h5py.h5d.ALLOC_TIME_EARLY)
+        holes.set_fill_time(h5py.h5d.FILL_TIME_NEVER)
+        for name, dataset in file["designs"].items():
+            column = other.require_group("designs").create_dataset(name, (n_designs,), dataset.dtype, dcpl=holes)
+            for key, value in dataset.attrs.items():
+                column.attrs[key] = value
+        file.copy("frame/axis0", other.require_group("frame"))
+        commit = other.require_group("progress").create_dataset("commit", (n_blocks,), "<u8", dcpl=holes)
+        if len(words):
+            commit[: len(words)] = words
+    return path
+
+
+READERS = (
+    ["show"], ["show", "--json"], ["show", "--design", "3"], ["rank"], ["report"], ["verify"], ["pack"],
+    *(["plot", kind] for kind in ("pareto", "map", "parallel", "motion", "mechanism", "ratio")),
+)  # fmt: skip
+
+KEPT = {"keep": "front", "studied_designs": 2**40, "studied_counts": "{}"}
+CLAIMS = {
+    "2^33 rows, none done": (2**33, 0, 65_536, {}),
+    "2^33 rows, 3,000 blocks done": (2**33, 3000, 65_536, {}),
+    "2^33 rows in one block": (2**33, 1, 2**33, {}),
+    "2^33 blocks": (2**33, 0, 1, {}),
+    "2^28 rows, all kept": (2**28, 4096, 65_536, KEPT),
+    "2^33 rows kept, none done": (2**33, 0, 65_536, KEPT),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", CLAIMS)
+def test_rows_that_take_no_space_cost_none(worker, sound, tmp_path, name):
+    n_designs, done, block_size, attributes = CLAIMS[name]
+    words = np.full(done, 2**32 + 7, "<u8")
+    path = stretched(sound, tmp_path / "sparse.h5", n_designs, words, block_size, **attributes)
+    assert path.stat().st_size > 2**33
+    assert path.stat().st_blocks * 512 < 200_000
+    commands = [[command, *rest[:1], str(path), *rest[1:]] if command == "plot" else [command, str(path), *rest]
+                for command, *rest in READERS]  # fmt: skip
+    study = str(sound.parent / "study.toml")
+    for command in [*commands, ["sweep", study, "-o", str(path)]]:
+        (reply,) = worker.run(command)
+        assert "should not have happened" not in reply["err"], command
+        assert "memory" not in reply["err"], command
+        assert reply["code"] in (0, 1, 2), command
+        if done and command[0] not in ("show", "sweep"):
+            assert reply["code"] == 1, (command, reply["err"])
+    if done:
+        with pytest.raises(ResultsError, match="damaged"):
+            open_results(path).to_pandas()
+
+
+def test_a_sparse_copy_of_an_unfinished_file_is_as_good(tmp_path):
+    """Rows that are not written yet take no space in a copy made by ``cp --sparse=always``."""
+    path = fill(tmp_path / "half.h5", [0, 3])
+    with path.open("r+b") as file:
+        content = path.read_bytes()
+        file.truncate(0)
+        for start in range(0, len(content), 4096):
+            page = content[start : start + 4096]
+            if page.strip(b"\0"):
+                file.seek(start)
+                file.write(page)
+        file.truncate(len(content))
+    assert path.stat().st_blocks * 512 < len(content)
+    results = open_results(path)
+    assert results.n_committed == 2000
+    assert results.verify() == []
+    assert len(results.to_pandas()) == 2000
+    assert still_pending(path) == [number for number in range(N_BLOCKS) if number not in (0, 3)]
+    with writer(path) as store:
+        for number in store.pending:
+            store.commit(number, values(number))
+    assert open_results(path).complete
+
+
+# --- pipes ------------------------------------------------------------------------------------------------------------
+
+
+def test_pipes_are_refused_at_once(tmp_path, monkeypatch):
+    """Commands that read a study, or the table that a study names; reading these pipes would block."""
+    monkeypatch.chdir(tmp_path)
+    os.mkfifo("pipe.toml")
+    os.mkfifo("designs.csv")
+    Path("study.toml").write_text(TABLE)
+    for command in (["sweep"], ["sweep", "--keep", "front"], ["simulate"], ["coverage"], ["precision"]):
+        for study, message in (("pipe.toml", "is a pipe or a device"), ("study.toml", "is not a regular file")):
+            code, out, err = call(command[0], study, *command[1:])
+            assert (code, out) == (2, "")
+            assert message in err
+    assert sorted(path.name for path in Path().iterdir()) == ["designs.csv", "pipe.toml", "study.toml"]

@@ -1,0 +1,114 @@
+"""A program that uses every public name of explore, checked by ``mypy --strict`` as a user's own would be."""
+
+from __future__ import annotations
+
+import pickle
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from matplotlib.figure import Figure
+
+import explore
+from explore import charts
+
+
+def build_study() -> explore.Study:
+    """A small study of all kinds of entries."""
+    return explore.Study(
+        mechanism="crank-rocker",
+        parameters={
+            "crank": {"start": 60, "stop": 160, "num": 6},
+            "coupler": 1083.4236,
+            "rocker": [500, "54.17118 cm"],
+            "ground": np.linspace(600.0, 800.0, 5),
+            "speed": "40 rpm",
+        },
+        window="drive",
+        drive="slow",
+        metrics=["mean_output_ratio", "transmission_angle_min", "cv", "rocker_acceleration_max"],
+        constraints={"transmission_angle_min": {"min": "20 deg"}},
+        objectives=["cv", "rocker_acceleration_max:min"],
+        tolerance=1e-9,
+    )
+
+
+def sweep_study(study: explore.Study, folder: Path) -> explore.Results:
+    """Compute the study, and read it back in every way."""
+    path = folder / "study.toml"
+    path.write_text(study.to_toml(), encoding="utf-8")
+    same: explore.Study = explore.load_study(path)
+    assert same == study == explore.Study.from_toml(path) == pickle.loads(pickle.dumps(study))
+    results: explore.Results = explore.sweep(study, folder / "results.h5", workers=1, keep="all")
+    table: pd.DataFrame = explore.read_results(results.path, columns=["cv", "feasible"])
+    assert len(table) == len(explore.open_results(results.path).to_pandas()) == study.space.count
+    assert explore.xarray(results)["cv"].attrs["units"] == "1"
+    return results
+
+
+def choose_design(results: explore.Results) -> dict[str, float]:
+    """The steadiest design, evaluated and simulated on its own."""
+    front: pd.DataFrame = explore.rank(results, metrics=["cv", "rocker_acceleration_max"], fronts=1)
+    best = front.iloc[0]
+    design = {name: float(best[name]) for name in ("crank", "coupler", "rocker", "ground", "speed")}
+    row: pd.DataFrame = explore.evaluate("crank-rocker", design, metrics=["cv"], window="drive", tolerance=1e-9)
+    assert abs(row["cv"].iloc[0] - best["cv"]) < 1e-9
+    motion: pd.DataFrame = explore.simulate("crank-rocker", design, angles=72, method="closed-form")
+    units: dict[str, str] = motion.attrs["units"]
+    assert units["rocker_velocity"] == "rad/s"
+    return design
+
+
+def draw_charts(results: explore.Results, cover: explore.Coverage) -> list[Figure]:
+    """Every figure of the results."""
+    return [
+        charts.pareto_chart(results, x="cv", y="rocker_acceleration_max"),
+        charts.map_chart(results, x="crank", y="ground", metric="cv"),
+        charts.parallel_chart(results),
+        charts.motion_chart(results),
+        charts.mechanism_chart(results),
+        charts.ratio_chart(results),
+        charts.coverage_chart(cover),
+    ]
+
+
+def refused() -> list[explore.ExploreError]:
+    """One error of each kind that needs no cluster."""
+    errors: list[explore.ExploreError] = []
+    lengths = {"crank": 100.0, "coupler": 1000.0, "rocker": 500.0, "ground": 700.0}
+    try:
+        explore.Study(mechanism="crank-rocker", parameters={"crank": -1})
+    except explore.ConfigError as error:
+        problems: list[str] = error.problems
+        assert len(problems) == 2
+        errors.append(error)
+    try:
+        explore.evaluate("crank-rocker", lengths, metrics=["cvv"])
+    except explore.RequestError as error:
+        errors.append(error)
+    try:
+        explore.simulate("crank-rocker", {**lengths, "crank": 400.0})
+    except explore.MotionError as error:
+        errors.append(error)
+    try:
+        explore.open_results("nowhere.h5")
+    except (explore.ResultsError, explore.ClusterError) as error:
+        errors.append(error)
+    return errors
+
+
+def main(folder: Path) -> None:
+    """Use every public name once."""
+    print(explore.__version__)
+    study = build_study()
+    results = sweep_study(study, folder)
+    design = choose_design(results)
+    cover: explore.Coverage = explore.coverage(
+        [13.58, 37.0], rocker=595.0, ground=751.0, coupler=(460.0, 1271.5), transmission_angle=(30.0, 150.0)
+    )
+    figures = draw_charts(results, cover)
+    print(study, design, cover.gaps, len(figures), *refused(), sep="\n")
+
+
+if __name__ == "__main__":
+    main(Path())
