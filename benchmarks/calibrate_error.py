@@ -1,9 +1,9 @@
-"""Measure the constants of the quadrature's error model, LOG_CONSTANT_2 and LOG_CONSTANT_4 of explore/quadrature.py.
+"""Measure LOG_CONSTANT_2 and LOG_CONSTANT_4, the constants of the error model in explore/quadrature/node_placement.py.
 
-Over random crank-rockers of all kinds and double cranks, with the node counts that random tolerances ask for: the
-ratio of the true error of mean and variance, against the largest rule, to the model ((2N + 1)/h)^order rho^(-2N), as
-a natural logarithm. The constant must exceed the 0.999 quantile of every line, and the maximum by no more than ln 10
-less. ``python benchmarks/calibrate_error.py [--designs 150000]``; about a minute.
+Over random crank-rockers of all kinds and double cranks, with the node counts for random tolerances: the natural
+logarithm of the ratio of the true error of mean and variance, against the largest rule, to the model
+((2N + 1)/h)^order rho^(-2N). The constant must exceed the 0.999 quantile of every line, and may be below the maximum by
+at most ln 10. ``python benchmarks/calibrate_error.py [--designs 150000]``; about a minute.
 """
 
 import argparse
@@ -14,11 +14,15 @@ from pathlib import Path
 import numpy as np
 from numba import njit
 
-from explore import quadrature
-from explore.mechanisms import crank_rocker, crank_rocker_kernel, four_bar
-from explore.sampling import ROUNDING
-from explore.statistics import moments
-from explore.vocabulary import Status
+from explore.mechanisms import four_bar
+from explore.mechanisms.crank_rocker import columns
+from explore.mechanisms.crank_rocker.declaration import CRANK_ROCKER
+from explore.mechanisms.crank_rocker.kernel import pieces
+from explore.model.status import Status
+from explore.quadrature.loop import ROUNDING
+from explore.quadrature.moments import mean_and_variance
+from explore.quadrature.node_placement import LOG_CONSTANT_2, LOG_CONSTANT_4, map_panel, node_count, place_nodes
+from explore.quadrature.rules import LARGEST_NODE_COUNT, gauss_legendre_rules
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "reference"))
 from make_campaign import KINDS, draw, margin
@@ -30,11 +34,11 @@ ROWS = (
 )
 ORDERS = (2, 2, 4, 4, 2, 2)
 WINDOWS = {
-    "cycle": crank_rocker_kernel.CYCLE,
-    "drive": crank_rocker_kernel.DRIVE,
-    "return": crank_rocker_kernel.RETURN,
-    "clutch": crank_rocker_kernel.CLUTCH,
-    "interval": crank_rocker_kernel.INTERVAL,
+    "cycle": columns.CYCLE,
+    "drive": columns.DRIVE,
+    "return": columns.RETURN,
+    "clutch": columns.CLUTCH,
+    "interval": columns.INTERVAL,
 }
 SHARES = {"general": 0.4, "extreme ratios": 0.15, "near kite": 0.15, "both ends singular": 0.1, "tiny crank": 0.2}
 
@@ -45,44 +49,44 @@ def statistics(kernel, shapes, anchors, counts, panels, row_of, table, length, r
     t, sine, cosine, weight, scratch = work[0], work[1], work[2], work[3], work[4:]
     total = 0
     for p in range(panels):
-        quadrature.place_nodes(shapes, p, anchors[p], counts[p], total, row_of, table, False, t, sine, cosine, weight)
+        place_nodes(shapes, p, anchors[p], counts[p], total, row_of, table, False, t, sine, cosine, weight)
         total += counts[p]
     four_bar.fill(kernel, sine, cosine, total, 7, scratch)
     for s in range(scratch.shape[0]):
-        out[s, 0], out[s, 1] = moments(scratch, s, weight, total, length, rest)
+        out[s, 0], out[s, 1] = mean_and_variance(scratch, s, weight, total, length, rest)
 
 
 @njit(error_model="numpy")
 def ratios(kernel, singular, noise, window, intervals, log_tolerance, size_of, row_of, table, order, rows, out):
-    """ln(true error/model) of the rows of one pole order, NaN where rounding hides it; the nodes used."""
+    """Fill ln(true error/model) of the rows of one pole order, NaN where rounding dominates the error."""
     parts, shapes = np.zeros((4, 3)), np.zeros((3, 4))
-    anchors, counts, most = np.zeros(3, np.int64), np.zeros(3, np.int64), np.full(3, quadrature.LARGEST)
-    work = np.empty((4 + four_bar.SIGNAL_ROWS, 3 * quadrature.LARGEST))
-    found, exact = np.empty((four_bar.SIGNAL_ROWS, 2)), np.empty((four_bar.SIGNAL_ROWS, 2))
+    anchors, counts, most = np.zeros(3, np.int64), np.zeros(3, np.int64), np.full(3, LARGEST_NODE_COUNT)
+    work = np.empty((4 + four_bar.SIGNAL_ROWS, 3 * LARGEST_NODE_COUNT))
+    computed, exact = np.empty((four_bar.SIGNAL_ROWS, 2)), np.empty((four_bar.SIGNAL_ROWS, 2))
     for i in range(len(kernel)):
-        panels = crank_rocker_kernel.pieces(kernel[i], window, 0, intervals[i, 0], intervals[i, 1], parts)
+        panels = pieces(kernel[i], window, 0, intervals[i, 0], intervals[i, 1], parts)
         model = 0.0
         for p in range(panels):
-            quadrature.panel(parts, p, singular, i, shapes)
+            map_panel(parts, p, singular, i, shapes)
             anchors[p] = int(parts[p, 0])
-            counts[p] = quadrature.node_count(log_tolerance[i], shapes[p, 1], shapes[p, 3], order, size_of)
+            counts[p] = node_count(log_tolerance[i], shapes[p, 1], shapes[p, 3], order, size_of)
             half, rate = shapes[p, 1], shapes[p, 3]
             model += math.exp(order * math.log((2.0 * counts[p] + 1.0) / half) - 2.0 * counts[p] * rate)
         shape = shapes, anchors
-        statistics(kernel[i], *shape, counts, panels, row_of, table, parts[3, 0], parts[3, 1], work, found)
+        statistics(kernel[i], *shape, counts, panels, row_of, table, parts[3, 0], parts[3, 1], work, computed)
         statistics(kernel[i], *shape, most, panels, row_of, table, parts[3, 0], parts[3, 1], work, exact)
         largest = 0.0
         for s in range(4):
             largest = max(largest, math.hypot(exact[s, 0], math.sqrt(exact[s, 1])))
         for k, s in enumerate(rows):
             rms = math.hypot(exact[s, 0], math.sqrt(exact[s, 1]))
-            error = max(abs(found[s, 0] - exact[s, 0]) / rms, abs(found[s, 1] - exact[s, 1]) / rms**2)
+            error = max(abs(computed[s, 0] - exact[s, 0]) / rms, abs(computed[s, 1] - exact[s, 1]) / rms**2)
             floor = 30.0 * ROUNDING * (1.0 + noise[i] * 0.1 + 0.1 * largest / rms)
             out[i, k] = math.log(error / model) if floor < error < 0.1 else np.nan
 
 
 def designs(count, rng):
-    """Parameters of crank-rockers of all kinds, a fifth more of them with crank and ground changed: double cranks."""
+    """Parameters of crank-rockers of all kinds, and of double cranks: a fifth of them with crank and ground swapped."""
     lengths = []
     kinds = rng.choice(len(KINDS), count, p=[SHARES[kind] for kind in KINDS])
     for kind in kinds:
@@ -98,26 +102,17 @@ def designs(count, rng):
     return np.column_stack([both, phases, rng.choice((1.0, -1.0), len(both))]), np.append(kinds, kinds[: count // 5])
 
 
-def closed(parameters):
-    """What the closed form gives: status, kernel rows, singularities, noise."""
-    n = len(parameters)
-    metrics, status = np.empty((len(crank_rocker.CRANK_ROCKER.metrics), n)), np.zeros(n, np.int8)
-    kernel, singular, noise = np.zeros((n, crank_rocker.CRANK_ROCKER.kernel_size)), np.ones((n, 3)), np.ones(n)
-    crank_rocker_kernel.closed_form(np.ascontiguousarray(parameters), metrics, status, kernel, singular, noise)
-    return status, kernel, singular, noise
-
-
 def report(order, window, name, out, kinds, parameters):
     """One line of quantiles, and the worst design."""
     worst = np.nan_to_num(out, nan=-np.inf).max(axis=1)
-    seen = np.isfinite(worst)
-    if np.count_nonzero(seen) < 100:
+    is_measured = np.isfinite(worst)
+    if np.count_nonzero(is_measured) < 100:
         return
-    quantiles = (*np.quantile(worst[seen], (0.5, 0.99, 0.999)), worst.max())
-    by_kind = [worst[seen & (kinds == k)] for k in range(len(KINDS))]
+    quantiles = (*np.quantile(worst[is_measured], (0.5, 0.99, 0.999)), worst.max())
+    by_kind = [worst[is_measured & (kinds == k)] for k in range(len(KINDS))]
     by_kind = [np.quantile(of, 0.999) if len(of) > 500 else np.nan for of in by_kind]
     numbers = "".join(f"{value:7.2f}" for value in (*quantiles, *by_kind))
-    line = f"{order:<6d}{window:10s}{name:24s}{np.count_nonzero(seen):7d}{numbers}"
+    line = f"{order:<6d}{window:10s}{name:24s}{np.count_nonzero(is_measured):7d}{numbers}"
     print(line, " ", parameters[np.argmax(worst)].tolist())
 
 
@@ -126,27 +121,29 @@ def main():
     parser.add_argument("--designs", type=int, default=150_000)
     rng = np.random.default_rng(1)
     parameters, kinds = designs(parser.parse_args().designs, rng)
-    status, kernel, singular, noise = closed(parameters)
-    rules = quadrature.rules()
+    closed_form = CRANK_ROCKER.evaluate_closed_form(parameters)
+    tables = gauss_legendre_rules()
     start = rng.uniform(-math.pi, math.pi, len(parameters))
     intervals = np.column_stack([start, start + rng.uniform(0.05, 2 * math.pi, len(parameters))])
-    print(f"now: order 2 {quadrature.LOG_CONSTANT_2}, order 4 {quadrature.LOG_CONSTANT_4}; ln(true error / model):")
+    print(f"now: order 2 {LOG_CONSTANT_2}, order 4 {LOG_CONSTANT_4}; ln(true error / model):")
     print("order, window, class, measured designs; quantiles .5 .99 .999, largest; .999 by kind; the worst design")
     for order in (2, 4):
         rows = tuple(row for row, o in zip(ROWS, ORDERS, strict=True) if o == order)
         for window, code in WINDOWS.items():
-            for name, wanted in (("crank-rocker", Status.OK), ("double crank", Status.NO_STROKE)):
+            for name, status in (("crank-rocker", Status.OK), ("double crank", Status.NO_STROKE)):
                 if name == "double crank" and window not in ("cycle", "interval"):
                     continue
-                pick = np.flatnonzero(status == wanted)
-                out = np.full((len(pick), len(rows)), np.nan)
-                tolerance = rng.uniform(math.log(1e-12), math.log(1e-2), len(pick))
-                given = kernel[pick], singular[pick], noise[pick], code, intervals[pick], tolerance
-                ratios(*given, *rules, order, rows, out)
-                what = np.column_stack([parameters[pick], intervals[pick]])
-                report(order, window, name + (" velocities" if order == 2 else ""), out[:, :2], kinds[pick], what)
+                selected = np.flatnonzero(closed_form.status == status)
+                out = np.full((len(selected), len(rows)), np.nan)
+                tolerance = rng.uniform(math.log(1e-12), math.log(1e-2), len(selected))
+                kernel, singular, noise = (
+                    values[selected] for values in (closed_form.kernel, closed_form.singular, closed_form.noise)
+                )
+                ratios(kernel, singular, noise, code, intervals[selected], tolerance, *tables, order, rows, out)
+                inputs = np.column_stack([parameters[selected], intervals[selected]])
+                report(order, window, name + (" velocities" if order == 2 else ""), out[:, :2], kinds[selected], inputs)
                 if order == 2 and name == "crank-rocker":  # the rocker of a double crank turns: its angle jumps
-                    report(order, window, name + " angles", out[:, 2:], kinds[pick], what)
+                    report(order, window, name + " angles", out[:, 2:], kinds[selected], inputs)
 
 
 if __name__ == "__main__":

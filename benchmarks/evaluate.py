@@ -1,7 +1,7 @@
-"""Designs per CPU-second of `explore.evaluate`'s core with the default columns, and what sampling costs of it.
+"""Designs per CPU-second of `explore.evaluate`'s core with the default columns, and the part of sampling.
 
-Run with ``python benchmarks/evaluate.py``. The yardstick of the same run is the closed form alone (what a design costs
-that is screened) and a plain NumPy evaluation of the same samples of velocity and acceleration, 64 a design.
+Run with ``python benchmarks/evaluate.py``. For comparison the same run measures the closed form alone (the cost of a
+screened design) and a plain NumPy evaluation of the same samples of velocity and acceleration, 64 per design.
 """
 
 from __future__ import annotations
@@ -11,8 +11,9 @@ import time
 
 import numpy as np
 
-from explore.evaluation import evaluate_columns
-from explore.request.requests import find_mechanism, make_request
+from explore.evaluation.evaluate import evaluate_columns
+from explore.request.names import find_mechanism
+from explore.request.requests import make_request
 
 DESIGNS, REPETITIONS = 65_536, 9
 
@@ -47,7 +48,7 @@ def main() -> None:
         "default columns, 1e-9": lambda: evaluate_columns(make_request(mechanism), designs),
         "default columns, 1e-6": lambda: evaluate_columns(make_request(mechanism, tolerance=1e-6), designs),
         "default columns, 1e-12": lambda: evaluate_columns(make_request(mechanism, tolerance=1e-12), designs),
-        "closed form only": lambda: evaluate_columns(make_request(mechanism, closed), designs),
+        "closed form only": lambda: evaluate_columns(make_request(mechanism, metrics=closed), designs),
         "NumPy, 64 equispaced": lambda: numpy_loop(lengths, angles),
     }
     seconds: dict[str, list[float]] = {name: [] for name in jobs}

@@ -16,8 +16,8 @@ import numpy as np
 from numba import njit, types
 
 from explore.mechanisms import four_bar
-from explore.sampling import FILL
-from explore.statistics import moments
+from explore.quadrature.loop import FILL_TYPE
+from explore.quadrature.moments import mean_and_variance
 
 FLAGS = ("-O3", "-march=native", "-ffast-math", "-shared", "-fPIC")
 NODES = 64
@@ -25,16 +25,16 @@ NEEDS = four_bar.VELOCITIES | four_bar.ACCELERATIONS
 _F1, _F2 = types.float64[::1], types.float64[:, ::1]
 
 
-@njit(types.void(FILL, _F2, _F1, _F1, _F1, types.float64, _F2), error_model="numpy", nogil=True)
+@njit(types.void(FILL_TYPE, _F2, _F1, _F1, _F1, types.float64, _F2), error_model="numpy", nogil=True)
 def compiled(fill, lengths, sin_half, cos_half, weight, length, out):
-    """The project's functions in a loop over designs, the mechanism passed in as in explore.sampling."""
+    """The project's functions in a loop over designs, the mechanism passed in as in explore.quadrature.loop."""
     count = len(sin_half)
     row, scratch = np.empty(four_bar.FOUR_BAR_SIZE), np.empty((four_bar.SIGNAL_ROWS, count))
     for i in range(len(lengths)):
         four_bar.prepare(lengths[i, 0], lengths[i, 1], lengths[i, 2], lengths[i, 3], 1.0, row)
         fill(row, sin_half, cos_half, count, NEEDS, scratch)
         for s in range(4):
-            out[i, s], out[i, 4 + s] = moments(scratch, s, weight, count, length, 0.0)
+            out[i, s], out[i, 4 + s] = mean_and_variance(scratch, s, weight, count, length, 0.0)
 
 
 def hand_written(folder):

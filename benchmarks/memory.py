@@ -1,4 +1,4 @@
-"""Peak memory of a sweep against its number of designs: it must not grow.
+"""Peak memory of a sweep against its number of designs, which must not increase it.
 
 Run with ``python benchmarks/memory.py [folder] [largest]``: sweeps of 10^5 designs up to the largest (10^7 unless
 given; 10^8 takes minutes) that keep only the front, and of 10^5 to 10^7 designs that keep all. Each runs as a command

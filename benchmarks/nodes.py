@@ -1,9 +1,9 @@
-"""How the number of nodes grows towards the change point, against equispaced samples.
+"""Number of nodes towards the change point, in comparison with equispaced samples.
 
 Run with ``python benchmarks/nodes.py``. A crank-rocker whose Grashof margin shrinks by powers of two, so that it is
 exact; the variance of the rocker velocity over a turn to 1e-9. The equispaced (trapezoidal) rule converges
 geometrically for periodic functions, at a rate that is the distance of the nearest singularity, which shrinks like the
-root of the margin. Its number of samples is found by trying; the error of 360 samples, one a degree, is measured too.
+root of the margin. Its number of samples is found by trial, and the error of 360 samples is measured.
 """
 
 from __future__ import annotations
@@ -13,14 +13,14 @@ import numpy as np
 import explore
 from explore.mechanisms import four_bar
 
-TOLERANCE, STRETCH = 1e-9, 65_536
+TOLERANCE, CHUNK = 1e-9, 65_536
 CRANK, COUPLER, ROCKER, GROUND = 150.0, 1083.5, 541.75, 691.75
-#: Margins in mm.
+#: Grashof margins in mm.
 MARGINS = 2.0 ** -np.arange(-7, 31, 4)
 
 
-def counts(window, tolerance=TOLERANCE):
-    """Nodes and variance by margin."""
+def node_counts(window, tolerance=TOLERANCE):
+    """Nodes and variance at each margin."""
     fixed = np.ones(len(MARGINS))
     designs = {"crank": CRANK * fixed, "coupler": COUPLER * fixed, "rocker": ROCKER * fixed, "ground": GROUND + MARGINS}
     metric = "rocker_velocity_variance"
@@ -28,13 +28,13 @@ def counts(window, tolerance=TOLERANCE):
     return table["nodes"].to_numpy(), table[metric].to_numpy()
 
 
-def equispaced(margin, count):
+def equispaced_variance(margin, count):
     """Variance of the rocker velocity from equispaced samples of the turn; its mean is exactly 0."""
-    row, scratch = np.empty(four_bar.FOUR_BAR_SIZE), np.empty((four_bar.SIGNAL_ROWS, STRETCH))
+    row, scratch = np.empty(four_bar.FOUR_BAR_SIZE), np.empty((four_bar.SIGNAL_ROWS, CHUNK))
     four_bar.prepare(CRANK, COUPLER, ROCKER, GROUND + margin, 1.0, row)
     total = 0.0
-    for start in range(0, count, STRETCH):
-        half = np.pi * np.arange(start, min(start + STRETCH, count)) / count
+    for start in range(0, count, CHUNK):
+        half = np.pi * np.arange(start, min(start + CHUNK, count)) / count
         four_bar.fill(row, np.sin(half), np.cos(half), len(half), four_bar.VELOCITIES, scratch)
         velocity = scratch[four_bar.ROCKER_VELOCITY, : len(half)]
         total += float(velocity @ velocity)
@@ -44,24 +44,26 @@ def equispaced(margin, count):
 def equispaced_count(margin, variance):
     """Samples that the equispaced rule needs, to within 20 %."""
     count = 16
-    while abs(equispaced(margin, count) / variance - 1.0) > TOLERANCE:
+    while abs(equispaced_variance(margin, count) / variance - 1.0) > TOLERANCE:
         count = int(1.2 * count)
     return count
 
 
-def measured():
-    """By margin: the margin over the longest link, nodes of the drive stroke and of the turn, equispaced samples."""
-    exact = counts("cycle", 1e-12)[1]
-    needed = [equispaced_count(margin, variance) for margin, variance in zip(MARGINS, exact, strict=True)]
-    errors = [abs(equispaced(margin, 360) / variance - 1.0) for margin, variance in zip(MARGINS, exact, strict=True)]
-    shares = MARGINS / np.maximum(COUPLER, GROUND + MARGINS)
-    return zip(shares, counts("drive")[0], counts("cycle")[0], needed, errors, strict=True)
+def measure():
+    """Relative margin, nodes of the drive stroke and of the turn, equispaced samples, error of 360 samples."""
+    exact = node_counts("cycle", 1e-12)[1]
+    samples = [equispaced_count(margin, variance) for margin, variance in zip(MARGINS, exact, strict=True)]
+    errors = [
+        abs(equispaced_variance(margin, 360) / variance - 1.0) for margin, variance in zip(MARGINS, exact, strict=True)
+    ]
+    relative_margins = MARGINS / np.maximum(COUPLER, GROUND + MARGINS)
+    return zip(relative_margins, node_counts("drive")[0], node_counts("cycle")[0], samples, errors, strict=True)
 
 
 def main() -> None:
     print("margin/longest    nodes: drive   turn   equispaced   ratio   error of 360 samples")
-    for share, stroke, turn, needed, error in measured():
-        print(f"{share:14.1e} {stroke:15,} {turn:6,} {needed:12,} {needed / turn:7.1f} {error:22.1e}")
+    for relative_margin, stroke, turn, samples, error in measure():
+        print(f"{relative_margin:14.1e} {stroke:15,} {turn:6,} {samples:12,} {samples / turn:7.1f} {error:22.1e}")
 
 
 if __name__ == "__main__":

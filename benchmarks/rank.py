@@ -1,9 +1,9 @@
 """Seconds and peak memory of ranking a results file, against reading the same columns and ranking them all at once.
 
-Run with ``python benchmarks/rank.py [folder] [designs]``: 10^7 designs unless given, which take 1.3 GB in the folder
-for some minutes and are deleted in the end. Each line is a process of its own, started from nothing. The peers are what
-anyone can write in a few lines: h5py and moocore on whole columns; they must find as many designs. CPU seconds are
-compared, because a disk that others share decides the wall clock.
+Run with ``python benchmarks/rank.py [folder] [designs]``: 10^7 designs by default, which take 1.3 GB in the folder for
+some minutes and are deleted at the end. Each line is a new process. The peers are a few lines of h5py and moocore on
+whole columns; they must find as many designs. CPU seconds are compared, because the wall time depends on other users of
+the disk.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import tempfile
 import time
 from pathlib import Path
 
-#: The box of configs/optimum.toml with its constraints, and another in which everything turns and nothing is forbidden.
+#: The ranges of configs/optimum.toml with its constraints, and ranges in which every crank turns, without constraints.
 STUDIES = {
     "constrained": """mechanism = "crank-rocker"
 [parameters]
@@ -72,19 +72,20 @@ RANKINGS: dict[str, list[str]] = {
     "five objectives": ["--metric", "cv", "--metric", "swing_angle:max", "--metric", "time_ratio:min",
                         "--metric", "mean_output_ratio:max", "--metric", "transmission_angle_min:max"],
 }  # fmt: skip
-#: Numbers that no sweep gives: in the second all are in the front.
+#: Random rows, normal or on a sphere, where all are in the front.
 _RANDOM = """
 import sys, explore, numpy as np, pandas as pd
-values = np.random.default_rng(1).standard_normal((10**6, 4))
-if sys.argv[1] == "sphere":
-    values = np.abs(values[:, :3]) / np.linalg.norm(values[:, :3], axis=1, keepdims=True)
-table = pd.DataFrame(values, columns=[*"abcd"][:values.shape[1]])
+shape, columns = sys.argv[1], int(sys.argv[2])
+values = np.random.default_rng(1).standard_normal((10**6, columns))
+if shape == "sphere":
+    values = np.abs(values) / np.linalg.norm(values, axis=1, keepdims=True)
+table = pd.DataFrame(values, columns=[*"abcde"][:columns])
 print(len(explore.rank(table, [name + ":min" for name in table])))
 """
 
 
-def measured(command: list[str]) -> tuple[float, float, float, str]:
-    """Wall and CPU seconds and peak resident MB of a new process, and what it printed last."""
+def measure(command: list[str]) -> tuple[float, float, float, str]:
+    """Wall and CPU seconds and peak resident MB of a new process, and its last line of output."""
     start = time.perf_counter()
     with tempfile.TemporaryFile("w+") as printed:
         process = subprocess.Popen([sys.executable, *command], stdout=printed, stderr=subprocess.DEVNULL)
@@ -97,31 +98,33 @@ def measured(command: list[str]) -> tuple[float, float, float, str]:
     return seconds, usage.ru_utime + usage.ru_stime, usage.ru_maxrss / 1024, last
 
 
-def report(what: str, command: list[str], table: Path | None = None, ratio: float | None = None) -> tuple[float, str]:
-    """Print a line; CPU seconds, and the number of designs found."""
-    wall, cpu, memory, last = measured(command)
-    found = str(len(table.read_text().splitlines()) - 1) if table is not None else last
-    against = f"{cpu / ratio:7.2f} x" if ratio else ""
-    print(f"{what:32s}{wall:7.1f} s{cpu:7.1f} s{memory:7.0f} MB{int(found):11,}{against}", flush=True)
-    return cpu, found
+def report(
+    label: str, command: list[str], table: Path | None = None, reference: float | None = None
+) -> tuple[float, str]:
+    """Print a line; return the CPU seconds and the number of optimal designs."""
+    wall, cpu, memory, last = measure(command)
+    n_optimal = str(len(table.read_text().splitlines()) - 1) if table is not None else last
+    relative = f"{cpu / reference:7.2f} x" if reference else ""
+    print(f"{label:32s}{wall:7.1f} s{cpu:7.1f} s{memory:7.0f} MB{int(n_optimal):11,}{relative}", flush=True)
+    return cpu, n_optimal
 
 
-def study(folder: Path, name: str, count: int) -> None:
-    """Sweep a study, and measure all rankings of it."""
+def measure_study(folder: Path, name: str, count: int) -> None:
+    """Sweep a study and measure all rankings of it."""
     config, results, table = folder / "study.toml", folder / "study.h5", folder / "front.csv"
     config.write_text(STUDIES[name].format(count=count))
-    measured(["-m", "explore", "sweep", str(config), "-o", str(results), "--quiet"])
+    measure(["-m", "explore", "sweep", str(config), "-o", str(results), "--quiet"])
     print(f"\n{name}: {count:,} designs, {results.stat().st_size / 1e9:.2f} GB")
-    whole, best = 0.0, ""
-    for what, code in PEERS.items():
-        whole, best = report(what, ["-c", code, str(results)])
-    for what, options in RANKINGS.items():
-        if what == "five objectives" and "[constraints]" not in STUDIES[name]:
-            continue  # nearly all designs are in that front, which nobody ranks for
+    reference, n_expected = 0.0, ""
+    for label, code in PEERS.items():
+        reference, n_expected = report(label, ["-c", code, str(results)])
+    for label, options in RANKINGS.items():
+        if label == "five objectives" and "[constraints]" not in STUDIES[name]:
+            continue  # nearly all designs are in that front
         command = ["-m", "explore", "rank", str(results), "--top", "1", "-o", str(table), *options]
-        _, found = report(f"explore rank, {what}", command, table, whole)
-        if what in ("first front", "--quality") and found != best:
-            raise SystemExit(f"explore found {found} designs, moocore {best}")
+        _, n_optimal = report(f"explore rank, {label}", command, table, reference)
+        if label in ("first front", "--quality") and n_optimal != n_expected:
+            raise SystemExit(f"explore found {n_optimal} designs, moocore {n_expected}")
     results.unlink()
 
 
@@ -130,10 +133,11 @@ def main() -> None:
     print(f"{'':32s}{'wall':>9}{'CPU':>9}{'memory':>10}{'found':>11}   CPU: all at once = 1")
     with tempfile.TemporaryDirectory(dir=sys.argv[1] if len(sys.argv) > 1 else ".") as folder:
         for name in STUDIES:
-            study(Path(folder), name, count)
+            measure_study(Path(folder), name, count)
     print("\na table of random numbers: 1,000,000 rows")
-    report("four normal columns", ["-c", _RANDOM, "normal"])
-    report("three columns on a sphere", ["-c", _RANDOM, "sphere"])
+    report("four normal columns", ["-c", _RANDOM, "normal", "4"])
+    report("three columns on a sphere", ["-c", _RANDOM, "sphere", "3"])
+    report("five columns on a sphere", ["-c", _RANDOM, "sphere", "5"])
 
 
 if __name__ == "__main__":

@@ -1,8 +1,8 @@
 """The report: size of the page, seconds until it is ready, and milliseconds from a brush to what it draws.
 
-Run with ``python benchmarks/report.py``; needs a browser, see tests/browser. Each study is swept here: a box of designs
-of which a third can turn, with the columns of configs/optimum.toml, with all default columns, and with all default
-columns where every design can turn. Medians of five pages.
+Run with ``python benchmarks/report.py``; needs a browser, see tests/browser. Three studies are swept: a box of designs
+of which a third can turn, with the columns of configs/optimum.toml and with all default columns; and a box of designs
+that all turn, with all default columns. Medians of five pages.
 """
 
 from __future__ import annotations
@@ -30,24 +30,24 @@ transmission_angle_min = {{ min = 30 }}
 transmission_angle_max = {{ max = 150 }}
 """
 WIDE = {"coupler": 50, "rocker": 50, "ground": 50, "most": 1000}
-#: Every crank-rocker of this box turns: the crank is 50 shorter than what the others differ by.
+#: All designs of this box are crank-rockers: their Grashof margin is positive.
 TURNING = {"coupler": 900, "rocker": 460, "ground": 900, "most": 930}
 FEW = """[evaluate]
 metrics = ["swing_angle", "time_ratio", "mean_output_ratio", "transmission_angle_min", "transmission_angle_max", "cv"]
 """
 STUDIES = {"6 metrics": (WIDE, FEW), "all metrics": (WIDE, ""), "all metrics, all turn": (TURNING, "")}
 PAGES = 5
-#: Seconds from the pointer's move to the second frame after it, when the selection is drawn.
+#: Milliseconds from the pointer's move to the second frame after it, when the selection is drawn.
 BRUSH = """([x, y]) => new Promise((done) => {
-    const at = performance.now();
+    const start = performance.now();
     document.elementFromPoint(x, y).dispatchEvent(
         new MouseEvent("mousemove", {clientX: x, clientY: y, bubbles: true, view: window}));
-    requestAnimationFrame(() => requestAnimationFrame(() => done(performance.now() - at)));
+    requestAnimationFrame(() => requestAnimationFrame(() => done(performance.now() - start)));
 })"""
 
 
-def explore(folder: Path, *arguments: str) -> float:
-    """Seconds of a command."""
+def run_explore(folder: Path, *arguments: str) -> float:
+    """Run a command; return its seconds."""
     start = time.perf_counter()
     subprocess.run([sys.executable, "-m", "explore", *arguments], cwd=folder, check=True, capture_output=True)
     return time.perf_counter() - start
@@ -84,14 +84,17 @@ def main() -> None:
         for count in (10_000, 100_000, 1_000_000):
             for study, (box, metrics) in STUDIES.items():
                 (folder / "study.toml").write_text(BOX.format(count=count, metrics=metrics, **box))
-                explore(folder, "sweep", "study.toml", "--restart", "--quiet")
-                written = explore(folder, "report", "results/study.h5")
+                run_explore(folder, "sweep", "study.toml", "--restart", "--quiet")
+                seconds = run_explore(folder, "report", "results/study.h5")
                 page = folder / "results/study-report.html"
                 ready, brush = (
                     statistics.median(v) for v in zip(*(measure(browser, page) for _ in range(PAGES)), strict=True)
                 )
                 megabytes = page.stat().st_size / 1e6
-                print(f"{count:9,d}  {study:22s}{written:10.1f}{megabytes:7.1f}{ready:9.2f}{brush:10.0f}", flush=True)
+                print(
+                    f"{count:9,d}  {study:22s}{seconds:10.1f}{megabytes:7.1f}{ready:9.2f}{brush:10.0f}",
+                    flush=True,
+                )
                 for file in (folder / "results").iterdir():
                     file.unlink()
         browser.close()

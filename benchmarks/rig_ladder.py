@@ -10,8 +10,9 @@ import time
 
 import numpy as np
 
-from explore.evaluation import evaluate_columns
-from explore.request.requests import find_mechanism, make_request
+from explore.evaluation.evaluate import evaluate_columns
+from explore.request.names import find_mechanism
+from explore.request.requests import make_request
 
 TORQUE, SPRING = {"constant_torque": 25e3}, {"stiffness": 143e3}
 MASSES = {"crank_mass": 20.0, "coupler_mass": 25.0, "rocker_mass": 40.0, "coupler_inertia": 3.4}
@@ -42,7 +43,7 @@ def main():
     rigs = {name: rng.uniform(*bounds, n) for name, bounds in ranges.items()}
     jobs = {}
     for level, (metric, load) in LEVELS.items():
-        request = make_request(mechanism, SIZES if metric == "sizes" else [metric])
+        request = make_request(mechanism, metrics=SIZES if metric == "sizes" else [metric])
         designs = rigs | {name: np.full(n, value) for name, value in (load | ALLOWANCES).items()}
         jobs[level] = (request, designs)
     seconds = {level: [] for level in jobs}

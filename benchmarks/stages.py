@@ -1,8 +1,8 @@
-"""Where the time of a block goes, stage by stage, and how many bytes it moves.
+"""CPU time of a block by stage, and the bytes that it moves.
 
-Run with ``python benchmarks/stages.py [folder]``; the folder must be on the disk that is meant. CPU time per design,
-least of nine. The stages of sampling are differences: the same compiled functions as in explore.sampling, in a loop
-that ends after one more stage each time. One window, one panel per design, default columns, tolerance 1e-9.
+Run with ``python benchmarks/stages.py [folder]``; the folder selects the disk. CPU time per design,
+least of nine. The stages of sampling are differences: the same compiled functions as in explore.quadrature.loop, in a
+loop that ends after one more stage each time. One window, one panel per design, default columns, tolerance 1e-9.
 """
 
 from __future__ import annotations
@@ -16,13 +16,15 @@ from pathlib import Path
 import numpy as np
 from numba import njit, types
 
-from explore.design_space import BLOCK_SIZE, Grid, Spaced
-from explore.evaluation import evaluate_columns, output_columns
-from explore.quadrature import model_errors, node_count, panel, place_nodes, rules
-from explore.request.requests import find_mechanism, make_request
-from explore.sampling import CAPACITY, FILL, HEADROOM, PIECES, PIECES_FUNCTION
-from explore.statistics import moments
-from explore.store.writer import Writer
+from explore.designs.spaces import BLOCK_SIZE, Grid, SpacedAxis
+from explore.evaluation.evaluate import evaluate_columns, output_columns
+from explore.quadrature.loop import FILL_TYPE, HEADROOM, MOST_PIECES, NODE_CAPACITY, PIECES_TYPE
+from explore.quadrature.moments import mean_and_variance
+from explore.quadrature.node_placement import map_panel, model_errors, node_count, place_nodes
+from explore.quadrature.rules import gauss_legendre_rules
+from explore.request.names import find_mechanism
+from explore.request.requests import make_request
+from explore.store.all_designs_writer import AllDesignsWriter
 
 REPETITIONS, TOLERANCE, SLOW_DRIVE, NEEDS = 9, 1e-9, (1, 0), 3
 STAGES = ("pieces", "panel", "node count", "error model", "place nodes", "fill", "moments")
@@ -30,18 +32,19 @@ _F2, _I1 = types.float64[:, ::1], types.int64[::1]
 ATTRIBUTES = {"config": "", "request_sha256": "", "determines": "{}", "kernel": "none"}
 
 
-@njit(types.float64(FILL, PIECES_FUNCTION, _F2, _F2, types.int64, _I1, _I1, _F2), error_model="numpy", nogil=True)
+@njit(types.float64(FILL_TYPE, PIECES_TYPE, _F2, _F2, types.int64, _I1, _I1, _F2), error_model="numpy", nogil=True)
 def sampled(fill, pieces, kernel, singular, stage, size_of, row_of, table):
-    """The first stages of explore.sampling for every design; the sum keeps the compiler from leaving them out."""
-    scratch, target, sum_ = np.empty((7, CAPACITY)), math.log(TOLERANCE) - HEADROOM, 0.0
-    t, sin_half, cos_half, weight = np.empty(CAPACITY), np.empty(CAPACITY), np.empty(CAPACITY), np.empty(CAPACITY)
-    parts, shapes = np.zeros((PIECES + 1, 3)), np.zeros((PIECES, 4))
+    """The first stages of explore.quadrature.loop for every design; the sum keeps the compiler from omitting them."""
+    scratch, target, sum_ = np.empty((7, NODE_CAPACITY)), math.log(TOLERANCE) - HEADROOM, 0.0
+    t, sin_half = np.empty(NODE_CAPACITY), np.empty(NODE_CAPACITY)
+    cos_half, weight = np.empty(NODE_CAPACITY), np.empty(NODE_CAPACITY)
+    parts, shapes = np.zeros((MOST_PIECES + 1, 3)), np.zeros((MOST_PIECES, 4))
     for i in range(len(kernel)):
         row = kernel[i]
         sum_ += pieces(row, SLOW_DRIVE[0], SLOW_DRIVE[1], 0.0, 0.0, parts)
         if stage < 1:
             continue
-        panel(parts, 0, singular, i, shapes)
+        map_panel(parts, 0, singular, i, shapes)
         if stage < 2:
             continue
         count = node_count(target, shapes[0, 1], shapes[0, 3], 4, size_of)
@@ -58,11 +61,11 @@ def sampled(fill, pieces, kernel, singular, stage, size_of, row_of, table):
         if stage < 6:
             continue
         for s in range(4):
-            sum_ += moments(scratch, s, weight, count, parts[3, 0], parts[3, 1])[1]
+            sum_ += mean_and_variance(scratch, s, weight, count, parts[3, 0], parts[3, 1])[1]
     return sum_
 
 
-def least(jobs):
+def least_times(jobs):
     """CPU nanoseconds per design of a block, by job; interleaved, so that a busy moment harms all alike."""
     seconds = {name: [] for name in jobs}
     for repetition in range(REPETITIONS + 1):
@@ -77,7 +80,7 @@ def least(jobs):
 def commit(folder, columns, block):
     """Wall and CPU nanoseconds per design of making blocks durable, medians."""
     wall, cpu, count = [], [], 8
-    with Writer(Path(folder) / "stages.h5", columns, count * BLOCK_SIZE, BLOCK_SIZE, ATTRIBUTES) as writer:
+    with AllDesignsWriter(Path(folder) / "stages.h5", columns, count * BLOCK_SIZE, BLOCK_SIZE, ATTRIBUTES) as writer:
         for number in range(count):
             start = time.perf_counter(), time.process_time()
             writer.commit(number, block)
@@ -90,35 +93,34 @@ def main() -> None:
     mechanism = find_mechanism("crank-rocker")
     request = make_request(mechanism, tolerance=TOLERANCE)
     ranges = {"crank": (60, 140, 16), "coupler": (900, 1000, 16), "rocker": (500, 600, 16), "ground": (700, 800, 16)}
-    space = Grid.over(tuple(Spaced(name, *values) for name, values in ranges.items()))
+    space = Grid.over(tuple(SpacedAxis(name, *values) for name, values in ranges.items()))
     designs = space.designs(0, BLOCK_SIZE)
     n, closed = BLOCK_SIZE, [metric.name for metric in mechanism.metrics]
     geometry = np.column_stack([*designs.values(), np.full(n, 3.0), np.ones(n)])
-    metrics, status, kernel = np.empty((8, n)), np.zeros(n, np.int8), np.zeros((n, mechanism.kernel_size))
-    singular, noise = np.ones((n, 3)), np.ones(n)
+    geometric = mechanism.evaluate_closed_form(geometry)
+    kernel, singular = geometric.kernel, geometric.singular
 
     def stage(number):
-        return lambda: sampled(mechanism.fill, mechanism.pieces, kernel, singular, number, *rules())
+        return lambda: sampled(mechanism.fill, mechanism.pieces, kernel, singular, number, *gauss_legendre_rules())
 
     source = np.ones(2**25)
     target = np.empty_like(source)
-    mechanism.closed_form(geometry, metrics, status, kernel, singular, noise)
-    found = least(
+    nanoseconds = least_times(
         {name: stage(number) for number, name in enumerate(STAGES)}
         | {
             "grid": lambda: space.designs(0, n),
-            "closed": lambda: mechanism.closed_form(geometry, metrics, status, kernel, singular, noise),
-            "screened": lambda: evaluate_columns(make_request(mechanism, closed), designs),
+            "closed": lambda: mechanism.evaluate_closed_form(geometry),
+            "screened": lambda: evaluate_columns(make_request(mechanism, metrics=closed), designs),
             "whole": lambda: evaluate_columns(request, designs),
             "copy": lambda: np.copyto(target, source),
         }
     )
-    whole, before = found["whole"], 0.0
-    print(f"{'designs of a grid':44s}{found['grid']:6.0f} ns")
-    table = {"closed form": found["closed"], "its columns": found["screened"] - found["closed"]}
+    whole, before = nanoseconds["whole"], 0.0
+    print(f"{'designs of a grid':44s}{nanoseconds['grid']:6.0f} ns")
+    table = {"closed form": nanoseconds["closed"], "its columns": nanoseconds["screened"] - nanoseconds["closed"]}
     for name in STAGES:
-        table[name], before = found[name] - before, found[name]
-    table["error bounds, columns of the statistics"] = whole - found["screened"] - before
+        table[name], before = nanoseconds[name] - before, nanoseconds[name]
+    table["error bounds, columns of the statistics"] = whole - nanoseconds["screened"] - before
     for name, nanoseconds in table.items():
         print(f"{name:44s}{nanoseconds:6.0f} ns {nanoseconds / whole:6.1%}")
     columns = evaluate_columns(request, designs).columns
@@ -127,8 +129,8 @@ def main() -> None:
         wall, cpu = commit(folder, output_columns(request, designs), columns)
     print(f"{'commit':44s}{cpu:6.0f} ns of CPU, {wall:.0f} ns until durable")
     size = sum(values.itemsize for values in columns.values())
-    inner = 8 * (geometry.shape[1] + len(metrics) + kernel.shape[1] + singular.shape[1] + 1 + 15)
-    rate = 2 * source.nbytes / (found["copy"] * BLOCK_SIZE)
+    inner = 8 * (geometry.shape[1] + len(geometric.metrics) + kernel.shape[1] + singular.shape[1] + 1 + 15)
+    rate = 2 * source.nbytes / (nanoseconds["copy"] * BLOCK_SIZE)
     print(f"bytes of a design: {size} in columns, {inner} before them; both written and read once are")
     print(f"{2 * (size + inner) / rate:.0f} ns at the {rate:.0f} GB/s of a copy that fits no cache")
 

@@ -1,4 +1,4 @@
-"""Start-up: help, import, the first block of a sweep with a warm cache, and the first compile ever.
+"""Start-up: help, import, the first block of a sweep with a warm cache, and the first compile without a cache.
 
 Run with ``python benchmarks/start_up.py``. CPU seconds are above those of a bare interpreter in the same run.
 """

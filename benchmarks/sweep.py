@@ -16,8 +16,8 @@ from pathlib import Path
 import numpy as np
 
 import explore
-from explore.study import Study
-from explore.sweeping.keeping import row_bytes
+from explore.config.study import Study
+from explore.sweeping.collectors import row_bytes
 from explore.sweeping.runs import Progress
 
 STUDY = """mechanism = "crank-rocker"

@@ -13,7 +13,7 @@ import time
 from pathlib import Path
 
 import explore
-from explore.study import Study
+from explore.config.study import Study
 from explore.sweeping.runs import Progress
 
 STUDY = """mechanism = "crank-rocker"
