@@ -14,8 +14,11 @@ from pathlib import Path
 
 from explore.errors import ResultsError
 
-#: Advice that ends many messages about a file that must not be touched.
-NAME_ANOTHER_FILE = "name another file with -o"
+#: Advice that ends many messages about a file that must not be touched. Errors have arguments of Python functions in
+#: backticks, where the command line puts its options.
+NAME_ANOTHER_FILE = "name another file with `path`"
+#: Advice on a results file that cannot be continued.
+START_OVER = "use `restart=True` to start over (the file is moved aside)"
 #: The ending that `unfinished_name` appends; no other program uses it.
 _UNFINISHED = re.compile(r"\.unfinished-[0-9a-f]{8}")
 #: Errors of file systems without hard links: FAT and exFAT, network drives, macOS (which has both of "not supported").
@@ -158,5 +161,5 @@ def _explain(error: OSError, path: Path, size: int | None) -> ResultsError:
         limit = "the file system or a limit of this process (ulimit -f) forbids a file of that size"
         return ResultsError(f"{needs} ({free:,} are free), but {limit}")
     if error.errno in (errno.EACCES, errno.EPERM, errno.EROFS):
-        return ResultsError(f"the folder {path.parent} cannot be written: {error.strerror}; choose another with -o")
+        return ResultsError(f"the folder {path.parent} cannot be written: {error.strerror}; choose another with `path`")
     return ResultsError(f"{path} cannot be created: {error.strerror or error}")

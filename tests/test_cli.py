@@ -96,7 +96,7 @@ def test_a_changed_study_is_refused_with_what_changed(swept):
 
     assert "541.7118" in done.stderr
     assert "541.5" in done.stderr
-    assert "--restart" in done.stderr
+    assert done.stderr.endswith("\nuse --restart to start over, or name another file with -o\n")
     assert (swept / "results/small.h5").read_bytes() == before
 
 

@@ -136,7 +136,8 @@ def test_kept_designs_are_explained(tmp_path):
     assert json.loads(run("show", "kept.h5", "--json", cwd=tmp_path).stdout)["studied"] == N_DESIGNS
     assert json.loads(run("show", "kept.h5", "--design", "4321", "--json", cwd=tmp_path).stdout)["crank"] == 4321.25
     done = run("show", "kept.h5", "--design", "4320", cwd=tmp_path, code=1)
-    assert done.stderr.startswith("error: kept.h5: design 4320 is not Pareto-optimal and was not kept; ")
+    problem = "kept.h5: design 4320 is not Pareto-optimal and was not kept"
+    assert done.stderr == f"error: {problem}; sweep with --keep all to keep every design\n"
     assert "finished" in run("verify", "kept.h5", cwd=tmp_path).stdout
 
 

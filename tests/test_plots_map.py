@@ -128,7 +128,7 @@ def test_a_cut_needs_designs_with_the_same_other_parameters(tmp_path):
     text = text.replace("{ start = 60, stop = 180, num = 9 }", "{ min = 60, max = 180 }")
     (tmp_path / "drawn.toml").write_text(text + '[sampling]\nmethod = "sobol"\ncount = 500\nseed = 1\n')
     results = explore.sweep(explore.load_study(tmp_path / "drawn.toml"), tmp_path / "drawn.h5")
-    with pytest.raises(RequestError, match="too few designs .* share ground .* mm; leave out --design"):
+    with pytest.raises(RequestError, match="too few designs .* share ground .* mm; leave out `design`"):
         map_chart(results, design=5)
     assert mesh_of(map_chart(results).axes[0]).count() > 10
 

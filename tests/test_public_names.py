@@ -1,5 +1,6 @@
 """A user's program: it runs, and uses every public name; `mypy --strict` checks it in the lint step of .ci/run."""
 
+import ast
 import re
 import sys
 from pathlib import Path
@@ -9,7 +10,9 @@ import pytest
 
 import explore
 from explore import charts
+from explore.cli.options import name_options
 
+PACKAGE = Path(explore.__file__).parent
 DOWNSTREAM = Path(__file__).parent / "typing" / "downstream.py"
 
 
@@ -44,4 +47,24 @@ def test_the_reference_lists_every_public_name():
 
 
 def test_types_are_part_of_the_package():
-    assert (Path(explore.__file__).parent / "py.typed").exists()
+    assert (PACKAGE / "py.typed").exists()
+
+
+def texts_of_errors():
+    """The texts in the library, without docstrings; the command line is no part of it."""
+    for file in PACKAGE.rglob("*.py"):
+        if not file.is_relative_to(PACKAGE / "cli"):
+            nodes = list(ast.walk(ast.parse(file.read_text(encoding="utf-8"))))
+            docstrings = {id(node.value) for node in nodes if isinstance(node, ast.Expr)}
+            for node in nodes:
+                if isinstance(node, ast.Constant) and isinstance(node.value, str) and id(node) not in docstrings:
+                    yield node.value
+
+
+def test_library_errors_name_arguments_and_the_command_line_names_its_options():
+    texts = list(texts_of_errors())
+    assert [text for text in texts if re.search(r"(^|[ (`])-(o\b|-\w)", text)] == []
+    quoted = {word for text in texts for word in re.findall(r"`[^` ]+`", text)}
+    assert {"`path`", "`restart=True`", '`keep="all"`', "`design`"} <= quoted
+    options = {name_options(word) for word in quoted - {"`drive`", "`phases`"}}  # described settings, not arguments
+    assert all(option.startswith("-") for option in options), options

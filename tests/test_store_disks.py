@@ -58,7 +58,7 @@ def test_folder_that_cannot_be_written():
         try:
             if user == 0:
                 os.seteuid(65_534)  # nobody: the superuser may write anywhere
-            with pytest.raises(ResultsError, match=r"cannot be written: Permission denied; choose another with -o"):
+            with pytest.raises(ResultsError, match=r"cannot be written: Permission denied; choose another with `path`"):
                 fill(folder / "grid.h5")
         finally:
             os.seteuid(user)

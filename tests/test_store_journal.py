@@ -117,7 +117,7 @@ def test_another_study_is_refused_with_a_diff(tmp_path):
         f"{path} holds the results of another study; what changed:",
         "  parameters.crank: [1, 2] -> [1, 5]",
         '  kernel: "four-bar 1" -> "four-bar 2"',
-        "use --restart to start over, or name another file with -o",
+        "use `restart=True` to start over, or name another file with `path`",
     ]
     assert path.read_bytes() == before
 

@@ -127,7 +127,7 @@ def test_refusals_leave_everything_alone(packed, finished, tmp_path):
     for source, target, text in (
         (part, tmp_path / "new.h5", "part.h5 is not finished; run the sweep again"),
         (packed, tmp_path / "new.h5", "is packed already"),
-        (finished, other, "other.h5 exists already; name another file with -o"),
+        (finished, other, "other.h5 exists already; name another file with `path`"),
         (finished, finished, "is the file to be packed; name another"),
         (finished, alias, "is the file to be packed; name another"),
         (tmp_path / "missing.h5", tmp_path / "new.h5", "does not exist"),

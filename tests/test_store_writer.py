@@ -186,7 +186,7 @@ def test_changed_study_is_refused_with_a_diff(copy, changes, lines):
         pytest.fail("a changed study was accepted")
     text = str(refusal.value).splitlines()
     assert [line.strip() for line in text[1:-1]] == lines
-    assert text[-1] == "use --restart to start over, or name another file with -o"
+    assert text[-1] == "use `restart=True` to start over, or name another file with `path`"
     assert sha256(copy) == before
     fill(copy, [])  # the lock was released
 

@@ -231,7 +231,7 @@ def test_a_damaged_front_is_not_called_complete(study, tmp_path):
     content[layout.offset(layout.columns[1], 0)] ^= 1
     path.write_bytes(content)
 
-    with pytest.raises(explore.ResultsError, match="is damaged; use --restart"):
+    with pytest.raises(explore.ResultsError, match="is damaged; use `restart=True`"):
         explore.sweep(study, path, keep="front")
     assert path.read_bytes() == content
 

@@ -151,7 +151,7 @@ def test_a_front_and_all_designs_do_not_share_a_file(study, tmp_path):
     explore.sweep(study, tmp_path / "all.h5")
     explore.sweep(study, tmp_path / "front.h5", keep="front")
     before = digest(tmp_path / "all.h5"), digest(tmp_path / "front.h5")
-    with pytest.raises(explore.ResultsError, match='keep: "all" -> "front"\nuse --restart'):
+    with pytest.raises(explore.ResultsError, match='keep: "all" -> "front"\nuse `restart=True`'):
         sweep(study, tmp_path / "all.h5")
     with pytest.raises(explore.ResultsError, match='keep: "front" -> "all"'):
         explore.sweep(study, tmp_path / "front.h5")

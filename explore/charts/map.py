@@ -68,7 +68,7 @@ def map_chart(
     frame, common = designs_like(results, [*names, shown.name, *reason_columns(results)], others, design)
     frame = frame.dropna(subset=names)  # a length that is solved for is undefined where the equation has no solution
     if min(frame[name].nunique() for name in names) < 2:
-        raise RequestError(f"too few designs of {results.path} share {common}; leave out --design to show all")
+        raise RequestError(f"too few designs of {results.path} share {common}; leave out `design` to show all")
     axes = (cell_axis(frame[names[0]].to_numpy(float)), cell_axis(frame[names[1]].to_numpy(float)))
     sense = _better_side(results, ranking, shown)
     values = frame[shown.name].to_numpy(float)
@@ -104,7 +104,7 @@ def _choose_parameters(results: Results, swept: list[str], x: str | None, y: str
     if "" in names:
         raise RequestError(f"a map needs two parameters that vary; {results.path} has {', '.join(swept) or 'none'}")
     if names[0] == names[1]:
-        raise RequestError(f"--x and --y are both '{names[0]}'; name two parameters")
+        raise RequestError(f"`x` and `y` are both '{names[0]}'; name two parameters")
     return names
 
 

@@ -100,9 +100,9 @@ def _choose_columns(results: Results, ranking: Ranking, x: str | None, y: str | 
     available = [o.metric for o in ranking.objectives if o.metric not in (x, y)]
     names = [name or (available.pop(0) if available else None) for name in (x, y)]
     if names[0] is None or names[1] is None:
-        raise RequestError(f"{results.path} has fewer than two objectives: name the columns with --x and --y")
+        raise RequestError(f"{results.path} has fewer than two objectives: name the columns with `x` and `y`")
     if names[0] == names[1]:
-        raise RequestError(f"--x and --y are both '{names[0]}'; name two columns")
+        raise RequestError(f"`x` and `y` are both '{names[0]}'; name two columns")
     return names[0], names[1]
 
 

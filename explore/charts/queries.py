@@ -55,7 +55,7 @@ def choose_design(results: Results, design: int | None, ranking: Ranking | None 
         return design
     best = (ranking or rank_source(results)).frame.index
     if best.empty:
-        raise RequestError(f"no design of {results.path} is feasible, so none is the best: choose one with --design N")
+        raise RequestError(f"no design of {results.path} is feasible, so none is the best: choose one with `design`")
     return int(best[0])
 
 

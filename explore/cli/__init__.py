@@ -4,6 +4,7 @@ import io
 import sys
 
 from explore.cli.application import app
+from explore.cli.options import name_options
 from explore.cli.output import complain
 from explore.errors import ConfigError, ExploreError, RequestError
 
@@ -24,10 +25,10 @@ def main() -> None:
     try:
         app()
     except (ConfigError, RequestError) as error:
-        complain(str(error))
+        complain(name_options(str(error)))
         sys.exit(2)
     except ExploreError as error:
-        complain(str(error))
+        complain(name_options(str(error)))
         sys.exit(1)
     except OSError as error:
         complain(f"{error.filename}: {error.strerror}" if error.filename else error.strerror or str(error))

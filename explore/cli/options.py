@@ -1,5 +1,6 @@
 """Arguments and options that several commands share."""
 
+import re
 from pathlib import Path
 from typing import Annotated
 
@@ -9,3 +10,19 @@ ResultsArgument = Annotated[
     Path | None, typer.Argument(metavar="RESULTS", help="A results file; by default the newest results/*.h5.")
 ]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON.")]
+
+#: Arguments of Python functions as the library's errors quote them, and the options in their place.
+_OPTIONS = {
+    "path": "-o",
+    "restart=True": "--restart",
+    'keep="all"': "--keep all",
+    'keep="front"': "--keep front",
+    "design": "--design",
+    "x": "--x",
+    "y": "--y",
+}
+
+
+def name_options(text: str) -> str:
+    """The text of an error of the library with options in place of the arguments, which it has in backticks."""
+    return re.sub(r"`([^`]+)`", lambda quoted: _OPTIONS.get(quoted[1], quoted[0]), text)

@@ -167,7 +167,7 @@ def rank_source(
     )
     has_front_only = source.keep == "front"
     if request.fronts > 1 and has_front_only:
-        raise RequestError("this study kept the first front only; sweep with --keep all to rank more fronts")
+        raise RequestError('this study kept the first front only; sweep with `keep="all"` to rank more fronts')
     limitable = [c.name for c in source.columns if c.role in ("parameter", "metric") and not c.labels]
     names = [column.name for column in source.columns]
     selection = make_selection(request.where, request.limits, names, limitable, source.constraints)

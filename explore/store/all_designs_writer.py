@@ -19,7 +19,7 @@ import numpy as np
 import numpy.typing as npt
 
 from explore.errors import ResultsError
-from explore.files import NAME_ANOTHER_FILE, open_regular, sync_folder
+from explore.files import NAME_ANOTHER_FILE, START_OVER, open_regular, sync_folder
 from explore.model.columns import Attribute, Column
 from explore.store import platform
 from explore.store.block_bytes import commit_word, damaged_blocks, read_words
@@ -80,7 +80,7 @@ class AllDesignsWriter(SweepWriter):
     def _check_layout(self) -> None:
         """Raise `ResultsError` if writing changed the layout, as it can if HDF5's structures are damaged."""
         if read_layout(self.path) != self._layout:
-            raise ResultsError(f"{self.path} is damaged; use --restart to start over (the file is moved aside)")
+            raise ResultsError(f"{self.path} is damaged; {START_OVER}")
 
     @property
     def pending(self) -> array[int]:
@@ -110,7 +110,7 @@ class AllDesignsWriter(SweepWriter):
         self._check_present()
         if os.fstat(self._descriptor).st_size != self._layout.size:
             # A program that opens the file by HDF5 with mode "w" truncates it before it notices the lock.
-            raise ResultsError(f"{self.path} was cut short by another program; use --restart to start over")
+            raise ResultsError(f"{self.path} was cut short by another program; {START_OVER}")
         try:
             for column, values in zip(self._layout.columns, arrays, strict=True):
                 platform.write_at(self._descriptor, values.data, self._layout.offset(column, start))
@@ -158,9 +158,7 @@ class AllDesignsWriter(SweepWriter):
         try:
             self._layout = read_layout(self.path)
         except ResultsError as error:
-            advice = (
-                "use --restart to start over (the file is moved aside)" if is_hdf5(self.path) else NAME_ANOTHER_FILE
-            )
+            advice = START_OVER if is_hdf5(self.path) else NAME_ANOTHER_FILE
             raise ResultsError(f"{error}; {advice}") from error
         if self._layout.packed:
             raise ResultsError(f"{self.path} is a packed copy, which cannot be continued; {NAME_ANOTHER_FILE}")
@@ -178,7 +176,7 @@ class AllDesignsWriter(SweepWriter):
         if journal_name(self.path).exists():
             raise ResultsError(
                 f"{journal_name(self.path)} holds an unfinished sweep that keeps only the front; "
-                f"go on with it by --keep front, {NAME_ANOTHER_FILE} or start over with --restart"
+                f'go on with it by `keep="front"`, {NAME_ANOTHER_FILE} or start over with `restart=True`'
             )
         if not self.path.exists():
             create_results_file(self.path, *self._content)

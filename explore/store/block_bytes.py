@@ -52,7 +52,7 @@ def _read_values(file: io.FileIO, offset: int, count: int, dtype: str) -> npt.ND
     while remaining:  # one call reads 2 GiB at most
         n_read = file.readinto(remaining)
         if not n_read:
-            raise ResultsError(f"{file.name} is cut short: restore it from a copy or use --restart to start over")
+            raise ResultsError(f"{file.name} is cut short: restore it from a copy or use `restart=True` to start over")
         remaining = remaining[n_read:]
     return values
 

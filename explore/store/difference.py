@@ -8,11 +8,12 @@ from pathlib import Path
 from typing import Any
 
 from explore.errors import ResultsError
+from explore.files import NAME_ANOTHER_FILE
 from explore.model.columns import Column
 
 _ABSENT = "(not there)"
 _LONGEST_VALUE = 100
-_ADVICE = "use --restart to start over, or name another file with -o"
+_ADVICE = f"use `restart=True` to start over, or {NAME_ANOTHER_FILE}"
 _HIDDEN = ("determines", "request_sha256")
 
 

@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from explore.errors import ResultsError
-from explore.files import NAME_ANOTHER_FILE, sync_folder
+from explore.files import NAME_ANOTHER_FILE, START_OVER, sync_folder
 from explore.model.columns import Attribute, Column
 from explore.store import platform
 from explore.store.block_bytes import commit_word, damaged_blocks, read_words
@@ -166,15 +166,14 @@ class FrontWriter(SweepWriter):
             unfinished = journal_name(self.path).exists()
             advice = "move it away to go on with the sweep" if unfinished else NAME_ANOTHER_FILE
             raise ResultsError(f"{self.path} is not a results file, so it is left alone; {advice}")
-        advice = "use --restart to start over (the file is moved aside)"
         try:
             layout = read_layout(self.path)
         except ResultsError as error:
-            raise ResultsError(f"{error}; {advice}") from error
+            raise ResultsError(f"{error}; {START_OVER}") from error
         n_designs = int(layout.attributes.get("studied_designs", layout.n_designs))
         file_study = study_description(layout.attributes, n_designs, layout.columns)
         if file_study != self._study:
             raise other_study_error(self.path, file_study, self._study)
         with io.FileIO(self.path) as file:
             if not read_words(file, layout).all() or damaged_blocks(file, layout):
-                raise ResultsError(f"{self.path} is damaged; {advice}")
+                raise ResultsError(f"{self.path} is damaged; {START_OVER}")

@@ -47,7 +47,7 @@ class LockFile:
             raise
         except OSError as error:
             reason = f"{self._results} cannot be written: {error.strerror}"
-            raise ResultsError(f"{reason}; choose another with -o") from error
+            raise ResultsError(f"{reason}; choose another with `path`") from error
         return self
 
     def __exit__(

@@ -120,7 +120,7 @@ class RowReader:
             rows = np.searchsorted(self.kept_designs, designs)
             is_kept = np.append(self.kept_designs, -1)[rows] == designs
             for number in designs[~is_kept][:1].tolist():
-                advice = "sweep with --keep all to keep every design"
+                advice = 'sweep with `keep="all"` to keep every design'
                 raise ResultsError(f"{self.path}: design {number} is not Pareto-optimal and was not kept; {advice}")
         for number in designs[~self.is_committed[rows // self.layout.block_size]][:1].tolist():
             raise ResultsError(f"{self.path}: design {number} is not computed yet; run the sweep again to go on")

@@ -188,7 +188,7 @@ class FrontCollector:
             or {name: values.dtype for name, values in columns.items()} != kinds
         ):
             raise ResultsError(
-                f"the journal of {self.path} has a record that is not a block of this study; use --restart"
+                f"the journal of {self.path} has a record that is not a block of this study; use `restart=True`"
             )
 
     def _include(self, meta: Mapping[str, Any], columns: Columns) -> None:

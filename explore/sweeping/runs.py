@@ -154,7 +154,7 @@ class _Run:
         if self._max_failures is not None and failures > self._max_failures:
             raise ClusterError(
                 f"stopped after {failures} failed block{'s' * (failures > 1)}; "
-                "the others are safe, and the same command goes on"
+                "the others are safe; run the sweep again to go on"
             )
 
     def _describe(self, number: int) -> dict[str, Any]:

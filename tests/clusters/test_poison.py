@@ -76,7 +76,7 @@ def test_too_many_failures_stop_the_sweep_and_lose_nothing(folder, config, undis
     assert len(lines) == failures + 1
     assert all("left out: ZeroDivisionError" in line for line in lines[:-1])
     assert lines[-1].startswith(f"error: stopped after {failures} failed block")
-    assert "the same command goes on" in lines[-1]
+    assert "run the sweep again to go on" in lines[-1]
     assert {0, 1} <= set(committed(path)) <= {0, 1, 7}
     assert sweep.log()[-1]["outcome"].startswith(f"failed: stopped after {failures} failed block")
     with Sweep(config, path, *options, "--quiet") as again:
