@@ -1,4 +1,4 @@
-"""Newton's method: corrections, cost, and changes of branch."""
+"""Newton's method, in NumPy and compiled: corrections, cost, and changes of branch."""
 
 import numpy as np
 import pytest
@@ -8,7 +8,9 @@ from explore.methods import vector_loop
 from explore.methods.closed_form import ClosedForm
 from explore.methods.contract import Capability, Level, Outcome, Task
 from explore.methods.newton import Newton
+from explore.methods.newton_compiled import CompiledNewton
 
+in_both_languages = pytest.mark.parametrize("newton", [Newton, CompiledNewton])
 #: Exponents k of Grashof margins 2**-k mm, which are exact because the lengths are dyadic.
 EXPONENTS = np.arange(46)
 NEAR_CHANGE_POINT = np.array([[150.0 - 2.0**-k, 1083.5, 541.75, 691.75] for k in EXPONENTS])
@@ -26,45 +28,62 @@ def from_published_start(crank, start):
     return Task(lengths, np.ones(1), np.full((1, 1), np.pi / 2), Level.POSITIONS, np.array([start]))
 
 
+@in_both_languages
 @pytest.mark.parametrize(("crank", "start", "gap_length", "angles"), PUBLISHED)
-def test_an_inexact_start_is_corrected(crank, start, gap_length, angles):
+def test_an_inexact_start_is_corrected(newton, crank, start, gap_length, angles):
     task = from_published_start(crank, start)
     gap = vector_loop.residual(task.lengths[0], np.pi / 2, *start)
     # the angles are printed with four digits: 5e-5 of 1083 mm
     assert np.hypot(*gap) == pytest.approx(gap_length, abs=0.06)
-    motion = Newton(1e-12).solve(task)
+    motion = newton(1e-12).solve(task)
     assert motion.outcome.tolist() == [Outcome.OK]
     assert motion.signals[:, 0, 0] == pytest.approx(angles, abs=1e-14)  # quadratic convergence: far below the tolerance
 
 
+@in_both_languages
 @pytest.mark.parametrize(("crank", "start", "gap_length", "angles"), PUBLISHED)
-def test_each_correction_doubles_the_digits(crank, start, gap_length, angles):
+def test_each_correction_doubles_the_digits(newton, crank, start, gap_length, angles):
     task = from_published_start(crank, start)
-    counts = [Newton(tolerance).solve(task).iterations[0] for tolerance in (1e-3, 1e-6, 1e-12)]
+    counts = [newton(tolerance).solve(task).iterations[0] for tolerance in (1e-3, 1e-6, 1e-12)]
     assert counts == [1, 2, 3]
 
 
+@in_both_languages
 @pytest.mark.parametrize("tolerance", [1e-2, 1e-4, 1e-8, 1e-12])
-def test_the_loop_is_closed_to_the_tolerance(tolerance):
+def test_the_loop_is_closed_to_the_tolerance(newton, tolerance):
     task = turn(BENIGN)
-    motion = Newton(tolerance).solve(task)
+    motion = newton(tolerance).solve(task)
     gap = np.hypot(*vector_loop.residual(task.lengths.T[:, :, None], task.crank_angle, *motion.signals[:2]))
     assert (gap <= tolerance * task.lengths.max(axis=1)[:, None]).all()
     assert (motion.evaluations == 2 * motion.iterations + 73).all()
 
 
-def test_converged_designs_take_no_further_evaluations():
+def test_the_compiled_iteration_is_that_in_numpy():
+    """The same corrections at every tolerance, also where the branches nearly meet; angles to a few roundings."""
+    task = turn(np.vstack([BENIGN, NEAR_CHANGE_POINT[:10], [[200.0, 1083.4236, 541.7118, 691.7118]]]))
+    for tolerance in (1e-4, 1e-8, 1e-12):
+        in_numpy, compiled = Newton(tolerance).solve(task), CompiledNewton(tolerance).solve(task)
+        turns = in_numpy.outcome == Outcome.OK
+        assert np.array_equal(compiled.outcome, in_numpy.outcome)
+        assert np.array_equal(compiled.evaluations[turns], in_numpy.evaluations[turns])
+        assert np.array_equal(compiled.iterations[turns], in_numpy.iterations[turns])
+        assert np.allclose(compiled.signals[:, :4], in_numpy.signals[:, :4], rtol=0, atol=1e-13)
+
+
+@in_both_languages
+def test_converged_designs_take_no_further_evaluations(newton):
     """Evaluations of a design do not depend on the others of the batch, and differ between designs."""
     lengths = np.vstack([BENIGN, NEAR_CHANGE_POINT[[0, 8]]])
-    together = Newton().solve(turn(lengths))
-    alone = [Newton().solve(turn(row)).evaluations[0] for row in lengths]
+    together = newton().solve(turn(lengths))
+    alone = [newton().solve(turn(row)).evaluations[0] for row in lengths]
     assert together.evaluations.tolist() == alone
     assert len(set(alone)) > 2
 
 
-def test_a_failed_design_keeps_its_signals_and_takes_no_further_evaluations():
+@in_both_languages
+def test_a_failed_design_keeps_its_signals_and_takes_no_further_evaluations(newton):
     task = turn([200.0, 1083.4236, 541.7118, 691.7118])
-    motion = Newton().solve(task)
+    motion = newton().solve(task)
     assert motion.outcome.tolist() == [Outcome.NOT_CONVERGED]
     undefined = np.isnan(motion.signals).any(axis=(0, 1))
     first = int(undefined.argmax())
@@ -75,16 +94,18 @@ def test_a_failed_design_keeps_its_signals_and_takes_no_further_evaluations():
     assert motion.evaluations[0] <= 8 * first + 41
 
 
-def test_a_linkage_that_cannot_be_assembled_does_not_converge():
-    assert Newton().solve(turn([100.0, 2000.0, 541.7118, 691.7118])).outcome.tolist() == [Outcome.NOT_CONVERGED]
+@in_both_languages
+def test_a_linkage_that_cannot_be_assembled_does_not_converge(newton):
+    assert newton().solve(turn([100.0, 2000.0, 541.7118, 691.7118])).outcome.tolist() == [Outcome.NOT_CONVERGED]
 
 
-def test_a_start_on_the_other_branch_is_detected():
+@in_both_languages
+def test_a_start_on_the_other_branch_is_detected(newton):
     mirrored_start = ClosedForm().solve(turn(BENIGN, -1.0)).signals[:2, :, 0].T
     exact_start = turn(BENIGN)
     task = Task(exact_start.lengths, exact_start.branch, exact_start.crank_angle, exact_start.level, mirrored_start)
-    assert set(Newton().solve(task).outcome) == {Outcome.WRONG_BRANCH}
-    assert np.isnan(Newton().solve(task).signals).all()
+    assert set(newton().solve(task).outcome) == {Outcome.WRONG_BRANCH}
+    assert np.isnan(newton().solve(task).signals).all()
     assert set(Newton(check_branch=False).solve(task).outcome) == {Outcome.OK}
     assert Capability.CHECKS_BRANCH not in Newton(check_branch=False).capabilities
 
@@ -112,14 +133,15 @@ def test_the_sign_of_the_determinant_detects_a_wrong_branch(steps, exponent, bra
     assert (outcome[silent] == Outcome.WRONG_BRANCH).all()
 
 
+@in_both_languages
 @pytest.mark.parametrize("first", [-np.pi, -np.pi / 2, 0.0, np.pi / 2])
-def test_with_the_check_no_wrong_branch_is_reported_as_ok(first):
+def test_with_the_check_no_wrong_branch_is_reported_as_ok(newton, first):
     """Four starts, 8 step counts, 46 margins, both branches: every failure is reported."""
     outcomes = set()
     for steps in (24, 60, 72, 73, 100, 144, 181, 288):
         for branch in (1.0, -1.0):
             outcome, wrong = wrong_velocities(
-                Newton(), turn(NEAR_CHANGE_POINT, branch, steps + 1, Level.VELOCITIES, first)
+                newton(), turn(NEAR_CHANGE_POINT, branch, steps + 1, Level.VELOCITIES, first)
             )
             assert not wrong.any(), (steps, branch)
             outcomes |= set(outcome)

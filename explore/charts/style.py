@@ -34,7 +34,9 @@ class LineStyle:
 _METHODS = {
     "closed-form": LineStyle(INK, "*"),
     "textbook": LineStyle(MUTED, "P"),
+    "circle-intersection": LineStyle(BROWN, "X"),
     "newton": LineStyle(BLUE, "o"),
+    "newton-compiled": LineStyle(BLUE, "H", "--"),
     "newton-unchecked": LineStyle(BLUE, "o", ":", filled=False),
     "fsolve": LineStyle(SKY, "d", "--"),
     "pylinkage": LineStyle(YELLOW, "p", "--"),

@@ -1,4 +1,4 @@
-"""Reference motion and statistics in multiple precision (mpmath), by formulas that no method under comparison uses.
+"""Reference motion and statistics in multiple precision (mpmath), by other formulas than those of the closed form.
 
 The coupler joint C is the intersection of two circles, located by Heron's formula. The conditions (C - B)^2 = r2^2 and
 (C - D)^2 = r3^2, differentiated once, twice and three times, each give two linear equations for the next derivative of

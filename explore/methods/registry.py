@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from explore.errors import RequestError
+from explore.methods.circle_intersection import CircleIntersection
 from explore.methods.closed_form import ClosedForm
 from explore.methods.contract import Method, method_label
 from explore.methods.dyads import PylinkageDyads, is_pylinkage_installed
 from explore.methods.fsolve import Fsolve
 from explore.methods.newton import Newton
+from explore.methods.newton_compiled import CompiledNewton
 from explore.methods.ode import VelocityIntegration
 from explore.methods.runge_kutta import RungeKutta4
 from explore.methods.textbook import TextbookArccos
@@ -18,8 +20,10 @@ _NEWTON_TOLERANCES = (1e-2, 1e-4, 1e-8, 1e-12)
 METHODS: dict[str, tuple[Method, ...]] = {
     "closed-form": (ClosedForm(),),
     "textbook": (TextbookArccos(),),
+    "circle-intersection": (CircleIntersection(),),
     "newton": tuple(map(Newton, _NEWTON_TOLERANCES)),
     "newton-unchecked": tuple(Newton(tolerance, check_branch=False) for tolerance in _NEWTON_TOLERANCES),
+    "newton-compiled": tuple(map(CompiledNewton, _NEWTON_TOLERANCES)),
     "pylinkage": (PylinkageDyads(),) if is_pylinkage_installed() else (),
     "fsolve": tuple(map(Fsolve, (1e-4, 1e-6, 1.49012e-8, 1e-10))),
     "rk4": tuple(map(RungeKutta4, (36, 72, 180, 360, 1440))),

@@ -1,0 +1,36 @@
+"""The intersection of circles in NumPy: as accurate as the closed form where no difference of lengths cancels."""
+
+import numpy as np
+import pytest
+from test_methods import differences, exact, turn
+
+from explore.methods.circle_intersection import CircleIntersection
+from explore.methods.closed_form import ClosedForm
+from explore.methods.contract import Level, Outcome, Task
+
+#: Dyadic lengths, so that the Grashof margin of 2**-20 mm is exact.
+NEAR = [150.0 - 2.0**-20, 1083.5, 541.75, 691.75]
+
+
+def test_digits_are_lost_beside_the_toggle_position():
+    """The root of the square sum is rounded at 1e-16 of 541 mm; a factor of 1e-3 mm keeps ten of its digits."""
+    task = Task(np.array([NEAR]), np.ones(1), np.linspace(2e-3, 2e-2, 10)[None], Level.VELOCITIES)
+    reference = exact(task)
+    position_error, velocity_error = differences(CircleIntersection().solve(task), reference)
+    assert 1e-13 < velocity_error < 1e-8
+    assert position_error < 1e-10
+    assert max(differences(ClosedForm().solve(task), reference)) < 2e-15
+
+
+def test_nothing_is_rounded_in_the_toggle_position_itself():
+    """At crank angle 0 pin and pivots are in one line, and lengths of few digits have exact differences."""
+    task = Task(np.array([NEAR]), np.ones(1), np.zeros((1, 1)), Level.VELOCITIES)
+    assert max(differences(CircleIntersection().solve(task), exact(task))) < 2e-15
+
+
+@pytest.mark.parametrize("branch", [1.0, -1.0])
+def test_circles_that_do_not_meet_give_an_outcome(branch):
+    """The crank is blocked around 0: the root of a negative number is NaN there, and the method reports it."""
+    motion = CircleIntersection().solve(turn([200.0, 1083.4236, 541.7118, 691.7118], branch))
+    assert motion.outcome.tolist() == [Outcome.NOT_FINITE]
+    assert 0 < np.isnan(motion.signals[0, 0]).sum() < 73
