@@ -6,5 +6,5 @@ command line start at once.
 
 import lazy_loader
 
-# With a `__getattr__` of our own, mypy accepts every misspelt name, and each name stands in three lists.
+# A hand-written `__getattr__` would let mypy accept any misspelt name and list each name three times.
 __getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -28,7 +28,7 @@ class ConfigError(ExploreError, ValueError):
 
 
 class RequestError(ExploreError, ValueError):
-    """A requested metric, window, statistic or parameter does not exist or has no meaning."""
+    """A requested metric, window, statistic, parameter or option does not exist or has no meaning."""
 
 
 class MotionError(ExploreError, ArithmeticError):
@@ -36,7 +36,7 @@ class MotionError(ExploreError, ArithmeticError):
 
 
 class ResultsError(ExploreError, OSError):
-    """A results file is missing, foreign, damaged, locked or does not belong to this study."""
+    """A results file is missing, not written by explore, damaged, locked or of another study."""
 
 
 class ClusterError(ExploreError, RuntimeError):

@@ -43,7 +43,7 @@ def new_file(path: Path, size: int | None = None, *, replace: bool = True) -> It
     Raises
     ------
     ResultsError
-        In place of any other OSError; the unfinished file is removed.
+        Raised in place of any other OSError; the unfinished file is removed.
     """
     check_regular(path)
     temporary = unfinished_name(path)

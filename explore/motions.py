@@ -30,7 +30,7 @@ def motion_signals(
     columns
         Parameters of one design whose crank turns, each of shape (1,).
     crank_angle : (t,) array
-        In degrees.
+        Crank angles, deg.
     method, tolerance
         As in `explore.simulate`.
 

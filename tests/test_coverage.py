@@ -231,7 +231,7 @@ def test_the_command_gives_json_and_takes_ranges_drawn_from(study):
     ("old", "new", "message"),
     [
         ("coupler = { start = 460, stop = 1271.5, num = 20 }", "coupler = 460", "coverage needs the travel"),
-        ("rocker = 595", "rocker = [595, 600]", "coverage is of one rig, but rocker has 2 values; give one"),
+        ("rocker = 595", "rocker = [595, 600]", "coverage takes one rig: give one rocker, not 2"),
         ("rocker = 595", 'rocker = { solve = "time_ratio", value = 1 }', "coverage needs crank, coupler"),
     ],
 )  # fmt: skip

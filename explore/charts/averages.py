@@ -37,7 +37,7 @@ def averages_chart(rows: pd.DataFrame, titles: dict[str, str]) -> Figure:
     Parameters
     ----------
     rows
-        From `explore.comparison.rule_precision.compare_rules`.
+        The rows of `explore.comparison.rule_precision.compare_rules`.
     titles
         Titles of the scenes by name.
     """

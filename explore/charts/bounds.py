@@ -36,7 +36,7 @@ class SignalBound:
     side
         "min" for a lower bound, "max" for an upper one.
     value
-        In the unit of the signal.
+        The bound, in the unit of the signal.
     span
         First and last crank angle where the bound holds, deg.
     stroke
@@ -59,7 +59,7 @@ def uses_clutch(results: Results) -> bool:
 
 
 def signal_bounds(results: Results, mechanism: Mechanism) -> list[SignalBound]:
-    """Find the constraints on the extremes of a signal: those on means, lengths and so on bound no curve.
+    """The constraints that can be drawn on a curve: those on a signal's extremes.
 
     Raises
     ------
@@ -132,7 +132,7 @@ def draw_bounds(
     curves
         Signals by name as they are drawn, each of shape (t,).
     bounds
-        Of the study; those on other signals are not drawn.
+        The study's bounds; those on other signals are not drawn.
     scale
         Factor from the unit of the signals to that of the axis.
     """

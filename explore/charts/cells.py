@@ -11,7 +11,7 @@ from explore.model.quantities import FloatArray, Sense
 
 #: A parameter with at most this many different values is a grid: each value has its own cells.
 _MAX_GRID_VALUES = 200
-#: Of a parameter with more values: largest number of cells, and designs per row of cells that are aimed at.
+#: For parameters with more values: the most cells, and the intended designs per row of cells.
 _MAX_CELLS, _DESIGNS_PER_CELL = 90, 6
 
 
@@ -22,7 +22,7 @@ class CellAxis:
     Attributes
     ----------
     edges : (k + 1,) array
-        In the unit of the parameter, ascending.
+        Bounds of the cells, in the unit of the parameter, ascending.
     cell : (n,) array
         Number of the cell of each design.
     """

@@ -25,7 +25,7 @@ def coverage_chart(coverage: Coverage) -> Figure:
     Parameters
     ----------
     coverage
-        From `explore.coverage`; lengths in mm, swing angles in deg.
+        The result of `explore.coverage`; lengths in mm, swing angles in deg.
     """
     figure = new_figure(10.0, 6.0)
     lines, bars = figure.subplots(1, 2, sharey=True, width_ratios=[3, 2])

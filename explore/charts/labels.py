@@ -9,7 +9,7 @@ from explore.store.results import Results
 
 
 def axis_label(column: Column, width: int = 72) -> str:
-    """Meaning and unit of a column, wrapped at `width` characters; of a margin its name, as its meaning is long."""
+    """Meaning and unit of a column, wrapped at `width` characters; of a margin the name: its description is long."""
     words = column.name if column.role == "margin" else column.long_name
     return "\n".join(textwrap.wrap(f"{words} [{unit_text(column.unit)}]" if column.unit else words, width))
 

@@ -44,7 +44,7 @@ def map_chart(
     Parameters
     ----------
     results
-        Of a sweep, finished or not.
+        The results of a sweep, finished or not.
     x, y
         Names of swept parameters; the first two unless given.
     metric

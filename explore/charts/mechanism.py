@@ -30,7 +30,7 @@ def mechanism_chart(results: Results, *, design: int | None = None) -> Figure:
     Parameters
     ----------
     results
-        Of a sweep, finished or not.
+        The results of a sweep, finished or not.
     design
         Number of the design; the best of the Pareto set unless given.
 
@@ -63,7 +63,7 @@ def joint_paths(motion: pd.DataFrame, parameters: Mapping[str, float]) -> tuple[
     Parameters
     ----------
     motion
-        From `explore.simulate`, at t crank angles.
+        A motion of `explore.simulate`, at t crank angles.
     parameters
         Lengths of the design, mm.
 

@@ -35,7 +35,7 @@ def motion_chart(results: Results, *, design: int | None = None) -> Figure:
     Parameters
     ----------
     results
-        Of a sweep, finished or not.
+        The results of a sweep, finished or not.
     design
         Number of the design; the best of the Pareto set unless given.
 
@@ -85,7 +85,7 @@ def clutch_output(motion: pd.DataFrame, drive: tuple[float, float], phases: int)
     Parameters
     ----------
     motion
-        Of one turn, from `explore.simulate`.
+        The motion of one turn, from `explore.simulate`.
     drive
         Crank angles between which the clutches transmit, deg.
     phases

@@ -38,7 +38,7 @@ def parallel_chart(results: Results, *, metric: str | None = None) -> Figure:
     Parameters
     ----------
     results
-        Of a sweep, finished or not.
+        The results of a sweep, finished or not.
     metric
         Name of the column that colours the lines; the first objective of the study unless given.
 

@@ -37,7 +37,7 @@ def pareto_chart(results: Results, *, x: str | None = None, y: str | None = None
     Parameters
     ----------
     results
-        Of a sweep, finished or not.
+        The results of a sweep, finished or not.
     x, y
         Names of columns; the first two objectives of the study unless given. If these are all the objectives, a line
         joins the Pareto set.

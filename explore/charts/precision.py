@@ -39,7 +39,7 @@ def scene_chart(rows: pd.DataFrame, title: str) -> Figure:
     Parameters
     ----------
     rows
-        From `explore.comparison.method_precision.compare_methods`, for one scene.
+        The rows of `explore.comparison.method_precision.compare_methods`, for one scene.
     title
         Heading of the figure.
     """
@@ -64,7 +64,7 @@ def overview_chart(rows: pd.DataFrame, titles: dict[str, str]) -> Figure:
     Parameters
     ----------
     rows
-        From `explore.comparison.method_precision.compare_methods`, for several scenes.
+        The rows of `explore.comparison.method_precision.compare_methods`, for several scenes.
     titles
         Titles of the scenes by name.
     """

@@ -30,7 +30,7 @@ def ratio_chart(results: Results, *, design: int | None = None) -> Figure:
     Parameters
     ----------
     results
-        Of a sweep over the crank, with the metrics mean_output_ratio and cv.
+        The results of a sweep over the crank, with the metrics mean_output_ratio and cv.
     design
         Number of the design that fixes the other parameters; the best of the Pareto set unless given.
 

@@ -34,7 +34,7 @@ class SimulatedDesign:
     motion
         Signals at crank angles of one turn, from `explore.simulate`.
     parameters
-        Of the design, in declared units, defaults included.
+        Parameters of the design, in declared units, defaults included.
     title
         Study, number and parameters of the design.
     limits
@@ -63,7 +63,7 @@ def simulate_design(results: Results, design: int | None = None) -> SimulatedDes
     Parameters
     ----------
     results
-        Of a sweep, finished or not.
+        The results of a sweep, finished or not.
     design
         Number of the design; the best of the Pareto set unless given.
 

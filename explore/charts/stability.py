@@ -36,7 +36,7 @@ def stability_chart(rows: pd.DataFrame, goal: float) -> Figure:
     Parameters
     ----------
     rows
-        From `explore.comparison.stability.map_stability`.
+        The rows of `explore.comparison.stability.map_stability`.
     goal
         Largest error of a motion that counts as accurate.
     """

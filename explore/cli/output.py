@@ -33,7 +33,7 @@ def printable(text: str) -> str:
 
 
 def say_missing_peers(methods: Mapping[str, Sequence[object]]) -> None:
-    """Name the methods without settings: their packages are not installed."""
+    """Name the methods left out because their packages are not installed."""
     names = ", ".join(name for name, settings in methods.items() if not settings)
     if names:
         say(f"left out: {names}; pip install 'linkage-explore[peers]'", "yellow")

@@ -213,7 +213,7 @@ def _sampled_averages(
     Parameters
     ----------
     fractions : (t,) array
-        Of the window: 0 at its first crank angle, 1 at its last.
+        The place in the window: 0 at its first crank angle, 1 at its last.
     statistics
         ``statistics(signals, length)`` maps signals (3, m, t) and window lengths (m,), rad, of the m linkages that
         rock to statistics (3, 5, m).

@@ -22,7 +22,7 @@ from explore.model.quantities import FloatArray
 LENGTHS = np.array([[20.0, 50.0, 45.0, 40.0]])
 _END = 4.0
 _RK4_STEPS = (12, 18, 24, 36, 48, 72, 96, 144, 192, 288, 384, 768)
-#: Theoretical order, and numbers of equal steps from the first in the asymptotic range to where rounding dominates.
+#: Theoretical order, and step counts from the start of the asymptotic range to where rounding dominates.
 _EXPLICIT = {
     RK45: (5, (16, 24, 32, 48, 64, 96, 128, 192)),
     DOP853: (8, (10, 12, 14, 16, 20, 24, 28, 32, 40)),

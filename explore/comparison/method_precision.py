@@ -21,7 +21,7 @@ from explore.model.quantities import FloatArray
 
 #: Crank angles of a full turn from 90 deg, as in the published simulation.
 ANGLE_COUNT = 73
-#: Designs that batched methods are timed on, and most designs for the others.
+#: Designs timed by batched methods, and the most designs timed one by one.
 BATCH_SIZE, SERIAL_DESIGNS = 64, 8
 #: A motion with an error above this, in the norms of `Judgement`, counts as failed; silently, if it is reported as OK.
 FAILURE_ERROR = 0.1

@@ -24,7 +24,7 @@ class ObservedOrder:
     slope
         The observed order.
     standard_error
-        Of the slope.
+        Standard error of the slope.
     included : (n,) array
         Which of the points the line is fitted to.
     """

@@ -118,7 +118,7 @@ def safe_margins(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
     Parameters
     ----------
     rows
-        Of `map_stability`.
+        The rows of `map_stability`.
 
     Returns
     -------

@@ -22,7 +22,7 @@ class Standing:
     Attributes
     ----------
     error, seconds
-        Of the closed form.
+        Error and time of the closed form.
     next_cost_ratio
         CPU time of the cheapest other setting that is at least as accurate, over that of the closed form; infinite if
         there is none.

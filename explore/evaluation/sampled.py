@@ -103,7 +103,7 @@ def sample_metrics(request: Request, closed_form: ClosedFormResult) -> SampledSt
     Parameters
     ----------
     closed_form
-        Of u distinct geometries.
+        The closed form of u distinct geometries.
     """
     mechanism, status = request.mechanism, closed_form.status
     bounded = {metric for derived in request.derived for metric in derived.sampled}

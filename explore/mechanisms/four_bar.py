@@ -153,7 +153,7 @@ def fill(row, sin_half, cos_half, count, needs, out):
     Parameters
     ----------
     row : (FOUR_BAR_SIZE,) array
-        From `prepare`.
+        A row of the constants from `prepare`.
     sin_half, cos_half : (t,) arrays
         Sine and cosine of half the crank angle, each accurate relative to its own size.
     count : int

@@ -151,7 +151,7 @@ class Motion:
     Attributes
     ----------
     signals : (2 level, n, t) array
-        In the order of the row constants of this module: rad, 1, 1/rad.
+        In the order of `MotionRow`: rad, 1, 1/rad.
     outcome : (n,) array
         An `Outcome` for each design.
     evaluations : (n,) array

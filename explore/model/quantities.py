@@ -18,7 +18,7 @@ OUTPUT_STATISTICS = ("mean", "variance", "cv")
 #: Statistics of a magnitude. "power_mean" is (mean |x|^(10/3))^(3/10), by which roller bearings are sized.
 MAGNITUDE_STATISTICS = ("mean", "max", "rms", "power_mean")
 
-#: Meaning of 0 for a parameter that metrics need: a design with 0 does not give it.
+#: A `zero_meaning`: 0 stands for "not given", and metrics that need the parameter are not computed.
 OMITTED = "not given"
 
 

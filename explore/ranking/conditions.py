@@ -75,7 +75,7 @@ def parse_condition(text: str, columns: Sequence[str]) -> Condition:
     Parameters
     ----------
     text
-        In the grammar of this module.
+        The condition, in the grammar of this module.
     columns
         Names that the condition may use.
 

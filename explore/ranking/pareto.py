@@ -50,7 +50,7 @@ def front_numbers(values: FloatArray, n_fronts: int) -> npt.NDArray[np.int64]:
     Returns
     -------
     (n,) array
-        From 1; 0 for rows behind the first `n_fronts`.
+        Number of each row's front, from 1; 0 for rows behind the first `n_fronts`.
     """
     # moocore.pareto_rank finds the same fronts, but always all of them: for 10^5 random rows in 3 objectives 0.45 s
     # against 0.04 s for the first front here and 0.19 s for five; in 2 objectives 0.05 s against 0.04 s and 0.17 s.

@@ -76,7 +76,7 @@ def is_knee(points: FloatArray) -> npt.NDArray[np.bool_]:
     Parameters
     ----------
     points
-        Of one front, scaled, shape (n, m), all different.
+        The points of one front, scaled, shape (n, m), all different.
 
     Returns
     -------
@@ -104,7 +104,7 @@ def crowding_distances(points: FloatArray) -> FloatArray:
     Parameters
     ----------
     points
-        Of one front, scaled, shape (n, m), all different and in lexicographic order.
+        The points of one front, scaled, shape (n, m), all different and in lexicographic order.
 
     Returns
     -------
@@ -132,7 +132,7 @@ def hypervolume_shares(points: FloatArray) -> FloatArray:
     Parameters
     ----------
     points
-        Of one front, scaled, shape (n, m), all different.
+        The points of one front, scaled, shape (n, m), all different.
 
     Returns
     -------

@@ -30,7 +30,7 @@ class WastefulRange:
     parameter
         Name.
     value
-        In the parameter's unit.
+        The bound, in the parameter's unit.
     side
         ``"<"``, from the lower bound up to the value, or ``">="``, from the value up to the upper bound.
     designs, reachable

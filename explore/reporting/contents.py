@@ -55,7 +55,7 @@ def collect_contents(results: Results, mechanism: Mechanism | None, command: str
     Parameters
     ----------
     results
-        Of a sweep, finished or not, with at least one design.
+        The results of a sweep, finished or not, with at least one design.
     mechanism
         The mechanism of the study; None if this version does not know it.
     command

@@ -209,7 +209,7 @@ def _check_window(mechanism: Mechanism, signal: Signal, statistic: str, window: 
         )
     if signals_in_window and signal.name not in signals_in_window:
         raise RequestError(
-            f"in the window '{window.name}' only {', '.join(signals_in_window)} exists, not {signal.name}; "
+            f"the window '{window.name}' has only {', '.join(signals_in_window)}, not {signal.name}; "
             f"name another window, such as {signal.name}_{statistic}_{mechanism.default_window}"
         )
 

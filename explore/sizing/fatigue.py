@@ -94,7 +94,7 @@ def endurance_limit(tensile_strength: Number, surface: str, load: str, size: Num
     load
         "bending", "axial" or "torsion".
     size
-        From `size_factor`.
+        Size factor, from `size_factor`.
 
     Notes
     -----
@@ -123,7 +123,7 @@ def goodman_factor(
     mean
         Mean nominal stress, MPa, tension positive.
     endurance
-        From `endurance_limit`, MPa.
+        Endurance limit, from `endurance_limit`, MPa.
     tensile_strength
         Rm, MPa.
     notch

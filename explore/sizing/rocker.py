@@ -22,7 +22,7 @@ def rocker_height(moment: Number, axial_force: Number, allowed_stress: Number, t
     allowed_stress
         MPa.
     thickness
-        Of one of the two plates, mm.
+        Thickness of one of the two plates, mm.
 
     Notes
     -----
@@ -59,7 +59,7 @@ def rocker_deflection(force: Number, length: Number, modulus: Number, thickness:
     modulus
         Young's modulus, MPa.
     thickness, height
-        Of one of the two plates, mm.
+        Size of one of the two plates, mm.
 
     Notes
     -----

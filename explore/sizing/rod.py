@@ -128,7 +128,7 @@ def rod_strain(force: Number, area: Number, modulus: Number) -> Number:
     force
         Axial force, its magnitude, N.
     area
-        Of the section, mm^2.
+        Area of the section, mm^2.
     modulus
         Young's modulus, MPa.
     """

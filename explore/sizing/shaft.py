@@ -14,7 +14,7 @@ def pin_diameter(force: Number, allowed_shear: Number) -> Number:
     Parameters
     ----------
     force
-        On the pin, its magnitude, N.
+        Magnitude of the force on the pin, N.
     allowed_shear
         MPa.
 
@@ -31,7 +31,7 @@ def pin_shear_stress(force: Number, diameter: Number) -> Number:
     Parameters
     ----------
     force
-        On the pin, its magnitude, N.
+        Magnitude of the force on the pin, N.
     diameter
         mm.
     """
@@ -44,11 +44,11 @@ def pin_pressure(force: Number, diameter: Number, width: Number) -> Number:
     Parameters
     ----------
     force
-        On the pin, its magnitude, N.
+        Magnitude of the force on the pin, N.
     diameter
         mm.
     width
-        Of the eye, mm.
+        Width of the eye, mm.
     """
     return as_magnitude("force", force) / (as_positive("diameter", diameter) * as_positive("width", width))
 
@@ -59,7 +59,7 @@ def pin_bending_stress(force: Number, diameter: Number, eye_width: Number, fork_
     Parameters
     ----------
     force
-        On the pin, its magnitude, N.
+        Magnitude of the force on the pin, N.
     diameter
         mm.
     eye_width
@@ -81,7 +81,7 @@ def shaft_moment(force: Number, arm: Number) -> Number:
     Parameters
     ----------
     force
-        In the middle, its magnitude, N; half of it acts on each support.
+        Magnitude of the force in the middle, N; half of it acts on each support.
     arm
         a, from a support to the load, mm.
     """

@@ -26,7 +26,7 @@ def whip_moment(
     acceleration_start, acceleration_end
         Across the rod at its two pins, m/s^2, in the same direction positive.
     position
-        Of the section, from 0 at the start to 1 at the end.
+        Position of the section, from 0 at the start to 1 at the end.
 
     Notes
     -----

@@ -35,7 +35,7 @@ def create_results_file(
     columns
         The index "design" first.
     attributes
-        Of the study: config, request_sha256, determines, kernel, versions, seed, sampler.
+        Those of the study: config, request_sha256, determines, kernel, versions, seed, sampler.
 
     Raises
     ------

@@ -49,7 +49,7 @@ def write_front(
     block_size
         Rows of a block; the last may be shorter.
     attributes
-        Of the study, and "keep": "front", "studied_designs": number of its designs, "studied_counts": JSON from the
+        Those of the study, and "keep": "front", "studied_designs": number of its designs, "studied_counts": JSON from the
         label of a status to the number of designs.
 
     Raises
@@ -103,9 +103,9 @@ class FrontWriter(SweepWriter):
     columns
         The index "design" first.
     n_designs, block_size
-        Of the study.
+        Numbers of designs of the study and of a block.
     attributes
-        Of the study, with "keep": "front".
+        Those of the study, with "keep": "front".
     restart
         Move an existing file and journal aside and start over.
 

@@ -28,7 +28,7 @@ def open_results(path: Path | str) -> Results:
     Returns
     -------
     Results
-        Of the blocks that are committed now; the file does not stay open.
+        The results of the blocks that are committed now; the file does not stay open.
 
     Raises
     ------

@@ -31,7 +31,7 @@ def check_present(path: Path, descriptor: int, content: str) -> None:
     path
         The path that the file was opened by.
     descriptor
-        Of the file.
+        The file's open descriptor.
     content
         Durable content of the file for the message, such as "65,536 designs".
 

@@ -31,13 +31,13 @@ class BlockResult:
     Attributes
     ----------
     columns
-        Of all its designs; or, with objectives, of its own Pareto set, with the column "design".
+        The columns of all its designs; or, with objectives, of its own Pareto set, with the column "design".
     counts
         Number of designs by status label; empty when all designs are kept.
     tally
         Why designs are not in the Pareto set; empty when all designs are kept.
     environment
-        Of the worker, from `process_environment`.
+        The worker's environment, from `process_environment`.
     """
 
     number: int

@@ -40,7 +40,7 @@ class BlocksInFlight:
     Parameters
     ----------
     client
-        Of the cluster.
+        The cluster's client.
     submit
         Starts a block by number; prefers the workers listed, or any with None.
     accept

@@ -41,7 +41,7 @@ class Watch:
     Parameters
     ----------
     client
-        Of the cluster.
+        The cluster's client.
     note
         Receives an event and its details: ``workers``, ``waiting``, ``silent``, ``answers``.
     """

@@ -26,7 +26,11 @@ _LENGTHS = ("crank", "coupler", "rocker", "ground")
 
 def coverage(
     config: Annotated[
-        Path, typer.Argument(metavar="CONFIG", help="A study: its cranks, the range of its coupler, its bounds.")
+        Path,
+        typer.Argument(
+            metavar="CONFIG",
+            help="A study with several cranks, a coupler range and optional transmission-angle bounds.",
+        ),
     ],
     output: Annotated[Path | None, typer.Option("-o", "--output", help="Also draw it: FILE.png, .svg or .pdf.")] = None,
     as_json: JsonOption = False,
@@ -77,14 +81,14 @@ def _lengths(study: Study, config: Path) -> tuple[tuple[float, float], list[floa
         )
         if len(listed) > _MOST_LENGTHS:
             raise RequestError(
-                f"{config}: coverage is of {_MOST_LENGTHS:,} lengths at most, but {name} has {len(listed):,}"
+                f"{config}: coverage takes at most {_MOST_LENGTHS:,} values of {name}, got {len(listed):,}"
             )
         return [float(value) for value in listed.values_at(np.arange(len(listed)))]
 
     crank, coupler, rocker, ground = (values(name) for name in _LENGTHS)
     for name, lengths in (("rocker", rocker), ("ground", ground)):
         if len(lengths) > 1:
-            raise RequestError(f"{config}: coverage is of one rig, but {name} has {len(lengths):,} values; give one")
+            raise RequestError(f"{config}: coverage takes one rig: give one {name}, not {len(lengths):,}")
     if len(coupler) == 1:
         raise RequestError(
             f"{config}: coverage needs the travel of the coupler; write coupler = {{ start = …, stop = …, num = … }}"

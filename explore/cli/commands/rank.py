@@ -42,7 +42,8 @@ def rank(
         list[str] | None,
         typer.Option(
             autocompletion=complete_objectives,
-            help="NAME, NAME:min or NAME:max. One orders the Pareto set, several are its objectives.",
+            help="NAME, NAME:min or NAME:max. Once: order the Pareto set by it. Several times: replace the study's "
+            "objectives.",
         ),
     ] = None,
     where: Annotated[
@@ -56,7 +57,12 @@ def rank(
         typer.Option(help="A constraint narrower than the sweep's: METRIC=VALUE, METRIC>=VALUE or METRIC<=VALUE."),
     ] = None,
     fronts: Annotated[
-        int, typer.Option(min=1, metavar="K", help="The number of fronts; the second is the first without it.")
+        int,
+        typer.Option(
+            min=1,
+            metavar="K",
+            help="Number of fronts to list; front 2 is the Pareto set of the designs left when front 1 is removed.",
+        ),
     ] = 1,
     quality: Annotated[
         bool, typer.Option("--quality", help="Also the knee, crowding distance and share of the hypervolume.")

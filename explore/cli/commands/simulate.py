@@ -22,7 +22,9 @@ if TYPE_CHECKING:
 
 
 def simulate(
-    config: Annotated[Path | None, typer.Argument(metavar="CONFIG", help="A study: one design of it.")] = None,
+    config: Annotated[
+        Path | None, typer.Argument(metavar="CONFIG", help="A study; --design picks one of its designs.")
+    ] = None,
     mechanism: Annotated[
         str | None,
         typer.Option(autocompletion=complete_mechanisms, help="A mechanism, with --set in place of a study."),

@@ -19,7 +19,9 @@ def stability(
     output: Annotated[Path, typer.Option("-o", "--output", help="The folder for tables and charts.")] = Path(
         "results/stability"
     ),
-    accuracy: Annotated[float, typer.Option(min=1e-14, max=0.1, help="Largest error of an accurate motion.")] = 1e-6,
+    accuracy: Annotated[
+        float, typer.Option(min=1e-14, max=0.1, help="Largest error that still counts as accurate.")
+    ] = 1e-6,
     as_json: JsonOption = False,
 ) -> None:
     """Map how near to the change point each method of solving the motion stays accurate."""

@@ -40,7 +40,8 @@ def sweep(
         Path | None, typer.Option("-o", "--output", help="Results file; by default results/NAME.h5.")
     ] = None,
     workers: Annotated[
-        int | None, typer.Option(min=1, help="Threads, or with --processes processes; by default all processors.")
+        int | None,
+        typer.Option(min=1, help="Number of threads (processes with --processes); default: one per processor."),
     ] = None,
     processes: Annotated[bool, typer.Option("--processes", help="Work in processes, not in threads.")] = False,
     scheduler: Annotated[
@@ -58,7 +59,7 @@ def sweep(
     verbose: Annotated[bool, typer.Option("--verbose", "-v", help="Show the log as it is written.")] = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print only warnings and errors.")] = False,
 ) -> None:
-    """Compute every design of a study; the same command again continues."""
+    """Compute every design of a study; run it again to continue an interrupted sweep."""
     options = SweepOptions(
         config=config,
         output=output,
