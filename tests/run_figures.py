@@ -1,7 +1,7 @@
 """Figures that tests report, wherever they ran: they travel with the report of the test, also from another process."""
 
 
-def told(terminalreporter, key):
+def user_property_values(terminalreporter, key):
     """The values that tests appended to their ``user_properties`` under this key, in the order of the reports."""
     for reports in terminalreporter.stats.values():
         for report in reports:

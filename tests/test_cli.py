@@ -327,9 +327,9 @@ def test_another_ranking_in_the_study_is_pointed_out(swept):
     assert "explore rank results/small.h5 --metric cv:min --metric time_ratio:min" in done.stderr
 
 
-@pytest.mark.parametrize("aim", ["design:min", "status:max", "linkage_class:min", "feasible:max", ""])
-def test_codes_and_bookkeeping_are_no_aims(swept, aim):
-    assert "no column" in run("rank", "--metric", aim, cwd=swept, code=2).stderr
+@pytest.mark.parametrize("objective", ["design:min", "status:max", "linkage_class:min", "feasible:max", ""])
+def test_codes_and_bookkeeping_are_no_objectives(swept, objective):
+    assert "no column" in run("rank", "--metric", objective, cwd=swept, code=2).stderr
 
 
 def test_lengths_are_aims_too(swept):

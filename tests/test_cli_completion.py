@@ -91,7 +91,7 @@ def folder(tmp_path_factory):
         ("explore rank other.h5 --metric l", []),  # a label
         ("explore plot pareto other.h5 --x r", ["rocker", "rocker_velocity_max"]),
         ("explore plot pareto --x cv --y ti", ["time_ratio"]),
-        ("explore plot map other.h5 --metric no", ["nodes"]),  # drawn, but no aim
+        ("explore plot map other.h5 --metric no", ["nodes"]),  # drawn, but no objective
         ("explore rank other.h5 --metric no", []),
         ("explore rank few.toml --metric ", []),  # no results: nothing, and no traceback
     ],

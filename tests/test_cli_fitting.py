@@ -107,9 +107,9 @@ def test_any_table_fits_or_cannot():
 def test_a_pipe_gets_eighty_letters_and_the_number_that_orders(in_results, monkeypatch):
     monkeypatch.delenv("COLUMNS", raising=False)
     names = "cv swing_angle time_ratio mean_output_ratio transmission_angle_min transmission_angle_max grashof_margin"
-    aims = [f"{name}:min" for name in names.split()]
+    objectives = [f"{name}:min" for name in names.split()]
     for options in ([], ["--quality"], ["--quality", "--fronts", "3", "--top", "0"]):
-        code, out, err = call("rank", *[word for aim in aims for word in ("--metric", aim)], *options)
+        code, out, err = call("rank", *[word for objective in objectives for word in ("--metric", objective)], *options)
         assert code == 0, err
         *table, said = (line for line in out.splitlines() if "more lines" not in line)
         assert max(map(len, table)) <= 80

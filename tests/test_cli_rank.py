@@ -152,14 +152,14 @@ def test_a_front_that_was_narrowed_says_what_it_cannot_know(swept, tmp_path):
     code, _, err = call("rank", tmp_path / "front.h5", "--limit", "cv<=0.9")
 
     assert "the best in this request may be missing" in narrowed
-    assert (code, "missing" in err) == (0, False), "nothing that a limit on an aim leaves out beats what is left"
+    assert (code, "missing" in err) == (0, False), "nothing that a limit on an objective leaves out beats what is left"
     assert explore.rank(tmp_path / "front.h5", limits={"cv": {"max": 0.9}}).index.tolist() == every.index.tolist()
     assert len(every) > 3
 
 
 def test_a_line_stands_for_all_that_are_alike_also_when_few_are_printed(swept):
-    aims = ["--metric", "coupler:min", "--metric", "coupler:max"]
-    code, out, err = call("rank", swept / "all.h5", *aims, "--top", 3)
+    objectives = ["--metric", "coupler:min", "--metric", "coupler:max"]
+    code, out, err = call("rank", swept / "all.h5", *objectives, "--top", 3)
     assert code == 0, err
     ranked = explore.rank(swept / "all.h5", metrics=["coupler:min", "coupler:max"])
     assert len(ranked) > 9000

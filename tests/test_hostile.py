@@ -143,11 +143,11 @@ def test_closed_streams(folder, stream):
     assert done.stderr in ("", "error: missing.h5 does not exist; run `explore sweep` first\n")
 
 
-# --- things in place of files ----------------------------------------------------------------------------------------
+# --- odd files --------------------------------------------------------------------------------------------------------
 
 
 @pytest.fixture
-def things(folder, sound):
+def odd_files(folder, sound):
     """A folder with entries that are not regular files, and with broken files."""
     (folder / "study.toml").write_text(GOOD)
     shutil.copy(sound, "sound.h5")
@@ -164,34 +164,34 @@ WITHOUT_END = ["fifo", "/dev/zero", "/dev/null", "/dev/tty"]
 
 
 @pytest.mark.parametrize("name", [*WITHOUT_END, "dir", "loop", "dangling", "x" * 300, "d/" * 3000 + "x", ".", ""])
-def test_studies_that_are_no_files(things, name):
-    before = snapshot(things)
+def test_studies_that_are_no_files(odd_files, name):
+    before = snapshot(odd_files)
     for command in (["sweep", name], ["sweep", name, "--dry-run"], ["simulate", name or "."]):
         assert_refused(call(*command), 2)
-    assert snapshot(things) == before
+    assert snapshot(odd_files) == before
 
 
 @pytest.mark.parametrize(
     "name", [*WITHOUT_END, "dir", "empty", "byte", "loop", "dangling", "x" * 300, "d/" * 3000, "."]
 )
-def test_results_that_are_no_files(things, name):
-    before = snapshot(things)
+def test_results_that_are_no_files(odd_files, name):
+    before = snapshot(odd_files)
     for command in (["show", name], ["rank", name], ["show", name, "--design", "0"]):
         assert_refused(call(*command), 1)
-    assert snapshot(things) == before
+    assert snapshot(odd_files) == before
 
 
 @pytest.mark.parametrize(
     "name", [*WITHOUT_END, "dir", "empty", "byte", "byte/x.h5", "/proc/x.h5", "/proc/x/y.h5", ".", ""]
 )
 @pytest.mark.parametrize("extra", [[], ["--restart"]])
-def test_sweeps_into_what_is_no_results_file(things, name, extra):
-    before = snapshot(things)
+def test_sweeps_into_what_is_no_results_file(odd_files, name, extra):
+    before = snapshot(odd_files)
     assert_refused(call("sweep", "study.toml", "-o", name, *extra), 1, "another")
-    assert snapshot(things) == before
+    assert snapshot(odd_files) == before
 
 
-def test_a_name_that_is_too_long(things):
+def test_a_name_that_is_too_long(odd_files):
     assert_refused(call("sweep", "study.toml", "-o", "x" * 300), 1, "File name too long")
 
 
@@ -204,13 +204,13 @@ def snapshot(folder):
 
 
 def test_a_study_larger_than_any_is_not_read(folder):
-    with Path("vast.toml").open("wb") as file:
+    with Path("huge.toml").open("wb") as file:
         file.truncate(1 << 40)
-    assert_refused(call("sweep", "vast.toml"), 2, "vast.toml: has 1,099,511,627,776 bytes")
+    assert_refused(call("sweep", "huge.toml"), 2, "huge.toml: has 1,099,511,627,776 bytes")
 
 
 @pytest.mark.parametrize("name", ["fifo", "/dev/zero"])
-def test_endless_inputs_end_as_processes_too(things, name):
+def test_endless_inputs_end_as_processes_too(odd_files, name):
     """In a process with limited memory: an endless device must not be read at all."""
     for command in (["sweep", name], ["show", name]):
         done = subprocess.run(
@@ -224,7 +224,7 @@ def test_endless_inputs_end_as_processes_too(things, name):
         assert_refused((done.returncode, done.stdout, done.stderr), 2 if command[0] == "sweep" else 1, name)
 
 
-def test_links_and_dots_lead_to_the_same_study_and_results(things):
+def test_links_and_dots_lead_to_the_same_study_and_results(odd_files):
     Path("link.toml").symlink_to("study.toml")
     Path("link.h5").symlink_to("sound.h5")
     Path("folder").symlink_to("dir")
@@ -241,7 +241,7 @@ def test_links_and_dots_lead_to_the_same_study_and_results(things):
 
 
 @pytest.mark.parametrize("link", [None, os.symlink, os.link])
-def test_inputs_are_never_overwritten(things, link):
+def test_inputs_are_never_overwritten(odd_files, link):
     for name, command in (("sound.h5", ["rank", "sound.h5"]), ("study.toml", ["simulate", "study.toml"])):
         before, output = Path(name).read_bytes(), name
         if link:
@@ -274,7 +274,7 @@ def recreate(file, name, **options):
     return file["designs"].create_dataset(name, **options)
 
 
-def vast(file):
+def huge_file(file):
     for name in list(file["designs"]):
         recreate(file, name, shape=(2**60,), dtype=file["designs"][name].dtype, fill_time="never")
     file.attrs["n_designs"] = 2**60
@@ -287,7 +287,7 @@ def virtual(file):
     file["designs"].create_virtual_dataset("crank", layout)
 
 
-def deep(file):
+def nested_groups(file):
     group = file
     for _ in range(1000):
         group = group.create_group("g")
@@ -303,7 +303,7 @@ def link(name, to):
 
 
 REFUSED = {
-    "2^60 designs": vast,
+    "2^60 designs": huge_file,
     "2^60 designs in one column": lambda file: recreate(file, "crank", shape=(2**60,), dtype="<f8", fill_time="never"),
     "2^60 designs as a number only": lambda file: file.attrs.modify("n_designs", 2**60),
     "2^60 blocks": lambda file: file.attrs.modify("block_size", -(2**60)),
@@ -367,12 +367,12 @@ IGNORED = {
     "an attribute with records": lambda file: file.attrs.create("x", np.zeros(2, [("a", "i4"), ("b", "S3")])),
     "an opaque attribute": lambda file: file.attrs.create("x", np.void(b"cos\nsystem\n(S'id'\ntR.")),
     "5000 attributes": lambda file: [file.attrs.create(f"x{k}", k) for k in range(5000)],
-    "a thousand groups in one another": deep,
+    "a thousand groups in one another": nested_groups,
     "a group in itself": lambda file: link("g/again", file.create_group("g"))(file),
     "a link to itself": link("loop", h5py.SoftLink("/loop")),
     "a link elsewhere": link("other", h5py.ExternalLink("/dev/zero", "/")),
     "a pickle": lambda file: file.create_dataset("pickle", data=np.void(b"cos\nsystem\n(S'touch run'\ntR.")),
-    "a vast dataset": lambda file: file.create_dataset("vast", shape=(2**60,), dtype="f8", chunks=(2**20,)),
+    "a huge dataset": lambda file: file.create_dataset("huge", shape=(2**60,), dtype="f8", chunks=(2**20,)),
 }
 
 
@@ -432,6 +432,6 @@ def test_opening_a_file_of_forged_size_takes_little_memory(altered):
     )
     peaks = [
         int(subprocess.run([sys.executable, "-c", script, name], capture_output=True, text=True, check=True).stdout)
-        for name in ("missing.h5", str(altered(vast)))
+        for name in ("missing.h5", str(altered(huge_file)))
     ]
     assert peaks[1] - peaks[0] < 50_000  # kB

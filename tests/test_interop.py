@@ -28,11 +28,11 @@ transmission_angle_min = { min = 15 }
 
 
 @pytest.fixture(scope="module")
-def golden(tmp_path_factory):
+def results_and_table(tmp_path_factory):
     """A results file, and the table that `explore` reads from it, with `feasible` as stored."""
-    folder = tmp_path_factory.mktemp("golden")
+    folder = tmp_path_factory.mktemp("results")
     (folder / "study.toml").write_text(STUDY)
-    path = folder / "golden.h5"
+    path = folder / "results.h5"
     explore.sweep(explore.load_study(folder / "study.toml"), path)
     frame = explore.read_results(path)
     assert frame["feasible"].dtype == bool
@@ -59,25 +59,25 @@ def assert_equal_bits(expected, actual):
         assert actual[name].tobytes() == values.tobytes(), name
 
 
-def test_pandas(golden):
+def test_pandas(results_and_table):
     pytest.importorskip("tables")
-    path, frame = golden
+    path, frame = results_and_table
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         pd.testing.assert_frame_equal(pd.read_hdf(path), frame, check_exact=True)
 
 
-def test_h5py(golden):
-    path, frame = golden
+def test_h5py(results_and_table):
+    path, frame = results_and_table
     with h5py.File(path) as file:
         assert_equal_bits(columns(frame), {name: dataset[:] for name, dataset in file["designs"].items()})
         assert file["designs/crank"].attrs["units"] == b"mm"
 
 
-def test_xarray(golden):
+def test_xarray(results_and_table):
     xarray = pytest.importorskip("xarray")
     pytest.importorskip("h5netcdf")
-    path, frame = golden
+    path, frame = results_and_table
     with xarray.open_dataset(path, group="designs", engine="h5netcdf", phony_dims="sort") as data:
         assert_equal_bits(columns(frame), {name: values.to_numpy() for name, values in data.items()})
         assert data["rocker_acceleration_max"].attrs["units"] == "rad/s^2"
@@ -100,10 +100,10 @@ def run(*command, cwd=None):
 H5_TYPES = {"f8": "H5T_IEEE_F64LE", "i8": "H5T_STD_I64LE", "i4": "H5T_STD_I32LE", "i1": "H5T_STD_I8LE"}
 
 
-def test_h5dump(golden, tmp_path):
+def test_h5dump(results_and_table, tmp_path):
     """HDF5 1.10.8 on Debian 12: an old library reads every byte, every type and the units."""
     h5dump = find_program("h5dump")
-    path, frame = golden
+    path, frame = results_and_table
     dumped = {}
     for name, values in columns(frame).items():
         binary = tmp_path / f"{name}.bin"
@@ -115,10 +115,10 @@ def test_h5dump(golden, tmp_path):
     assert re.search(r'ATTRIBUTE "units".*?\(0\): "mm"', header, re.DOTALL)
 
 
-def test_h5dump_as_text(golden):
+def test_h5dump_as_text(results_and_table):
     """With 17 digits, which determine a double."""
     h5dump = find_program("h5dump")
-    path, frame = golden
+    path, frame = results_and_table
     output = run(h5dump, "-d", "/designs/cv", "-y", "-w", "0", "-m", "%.17g", str(path))
     numbers = re.search(r"DATA \{(.*?)\}", output, re.DOTALL)[1].replace(",", " ").split()
     np.testing.assert_array_equal(np.array(numbers, float), frame["cv"].to_numpy())
@@ -138,9 +138,9 @@ end
 OCTAVE_TYPES = {"f8": "double", "i8": "int64", "i4": "int32", "i1": "int8"}
 
 
-def test_octave(golden):
+def test_octave(results_and_table):
     octave = find_program("octave-cli")
-    path, frame = golden
+    path, frame = results_and_table
     lines = run(octave, "--norc", "--eval", OCTAVE.format(path=path)).splitlines()
     expected = columns(frame)
     names = [line.split()[0] for line in lines[::2]]

@@ -115,9 +115,11 @@ def test_the_figures_do_not_depend_on_units_or_on_the_order_of_the_designs():
     rng = np.random.default_rng(4)
     values = rng.random((200, 3))
     table = pd.DataFrame(values, columns=["a", "b", "c"])
-    aims = ["a:min", "b:min", "c:min"]
-    here = explore.rank(table, metrics=aims, quality=True)
-    there = explore.rank((table * [1e150, 2.0**-40, 8.0]).sample(frac=1, random_state=1), metrics=aims, quality=True)
+    objectives = ["a:min", "b:min", "c:min"]
+    here = explore.rank(table, metrics=objectives, quality=True)
+    there = explore.rank(
+        (table * [1e150, 2.0**-40, 8.0]).sample(frac=1, random_state=1), metrics=objectives, quality=True
+    )
 
     assert here.index.tolist() == there.index.tolist()
     pd.testing.assert_frame_equal(here.iloc[:, 3:], there.iloc[:, 3:], rtol=1e-12)

@@ -165,14 +165,14 @@ TABLE.attrs["constraints"] = {"gain": {"min": 0.5, "max": None}, "both": {"min":
 
 
 def test_conditions_and_limits_choose_among_the_feasible_rows_of_a_table():
-    aims = ["cv", "gain:max"]
-    assert explore.rank(TABLE, metrics=aims).index.tolist() == [0, 1]
-    assert explore.rank(TABLE, metrics=aims, where="cv != 2").index.tolist() == [0]
+    objectives = ["cv", "gain:max"]
+    assert explore.rank(TABLE, metrics=objectives).index.tolist() == [0, 1]
+    assert explore.rank(TABLE, metrics=objectives, where="cv != 2").index.tolist() == [0]
     assert explore.rank(TABLE, metrics=["cv"], where="cv > 2").index.tolist() == [3]
     assert explore.rank(TABLE, metrics=["cv"], where="not gain <= 2").index.tolist() == [3]
     assert explore.rank(TABLE, metrics=["cv"], limits={"gain": 1.5}).index.tolist() == [1]
     assert explore.rank(TABLE, metrics=["cv:max"], limits={"cv": {"max": 1.5}}).index.tolist() == [0]
-    assert explore.rank(TABLE, metrics=aims, where="cv > 9").empty
+    assert explore.rank(TABLE, metrics=objectives, where="cv > 9").empty
 
 
 @pytest.mark.parametrize(

@@ -286,7 +286,7 @@ ground = 751
     good = np.isfinite(designs["crank"])
     assert good.sum() == 25
     assert solve(study.request.mechanism, study.space.solved, designs).tobytes() == designs["crank"].tobytes()
-    aims = {}
+    found = {}
     for k in np.flatnonzero(good):
         lengths = {name: float(values[k]) for name, values in designs.items()}
         motion = explore.simulate("crank-rocker", lengths, angles=256)
@@ -294,15 +294,15 @@ ground = 751
         # The force is largest where the coupler is steepest to the rocker, which crank angles 0 and 180 deg include.
         force = 25e6 / (lengths["rocker"] * np.sin(np.radians(motion["transmission_angle"])).min())
         distortion = np.sqrt(np.sum(harmonics[2:] ** 2)) / harmonics[1]
-        aims[lengths["rocker"], lengths["coupler"]] = (force, distortion, lengths["coupler"] + lengths["rocker"])
+        found[lengths["rocker"], lengths["coupler"]] = (force, distortion, lengths["coupler"] + lengths["rocker"])
     best = {
-        pair for pair, own in aims.items()
-        if not any(other != own and all(a <= b for a, b in zip(other, own, strict=True)) for other in aims.values())
+        pair for pair, own in found.items()
+        if not any(other != own and all(a <= b for a, b in zip(other, own, strict=True)) for other in found.values())
     }  # fmt: skip
     assert best == NON_DOMINATED
-    force, distortion, size = aims[500, 600]  # the source's point and the better one that the study names
+    force, distortion, size = found[500, 600]  # the source's point and the better one that the study names
     assert (force, distortion, size) == (pytest.approx(52.1e3, abs=50), pytest.approx(0.0796, abs=5e-5), 1100.0)
-    force, distortion, size = aims[595, 1271.5]
+    force, distortion, size = found[595, 1271.5]
     assert (force, distortion, size) == (pytest.approx(161.4e3, abs=50), pytest.approx(0.1643, abs=5e-5), 1866.5)
 
 

@@ -75,7 +75,7 @@ def move(path: Path) -> None:
     path.rename(path.with_name("moved.h5"))
 
 
-MEDDLING = {
+DISPLACEMENTS = {
     "replaced": (replace, r"grid\.h5 was replaced by another file during the sweep; .* are lost with it: .* is a copy"),
     "swapped": (swap, r"was moved to .*moved\.h5 and replaced by another file during.*65,536 designs are safe there"),
     "moved": (move, r"was moved to .*moved\.h5 during the sweep; its 65,536 designs are safe there: move it back"),
@@ -87,9 +87,9 @@ MEDDLING = {
 
 
 @pytest.mark.parametrize("after", [1, 3], ids=["first block", "last block"])
-@pytest.mark.parametrize("kind", MEDDLING)
+@pytest.mark.parametrize("kind", DISPLACEMENTS)
 def test_sweep_stops_when_its_file_was_moved_removed_or_replaced(study, tmp_path, kind, after):
-    meddle, message = MEDDLING[kind]
+    meddle, message = DISPLACEMENTS[kind]
     message = message.replace("65,536", "65,536" if after == 1 else "151,200")
     with pytest.raises(ResultsError, match=message) as caught:
         sweep_and_meddle(study, tmp_path / "grid.h5", meddle, after)

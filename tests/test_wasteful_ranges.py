@@ -66,14 +66,14 @@ class Blocks:
             yield {name: part[name].to_numpy() for name in columns}
 
 
-def count_designs(frame, tail):
+def count_designs(frame, part):
     """Numbers of designs and of reachable designs, from the printed bound."""
-    chosen = frame.query(f"{tail.parameter} {tail.side} {tail.value:.12g}")
+    chosen = frame.query(f"{part.parameter} {part.side} {part.value:.12g}")
     return len(chosen), int((chosen["status"] != Status.UNREACHABLE).sum())
 
 
-def longest_tails(values, reachable):
-    """The tails by the definition: parts of round width from each end, as long as all are poorer than half."""
+def longest_wasteful_ranges(values, reachable):
+    """By the definition: parts of round width from each end, as long as all are poorer than half."""
     width = values.max() - values.min()
     steps = [float(f"{factor}e{power}") for power in range(-9, 9) for factor in (1, 2, 5)]
     step = next(step for step in steps if step * (1 + 1e-12) >= width / 20)
@@ -81,13 +81,13 @@ def longest_tails(values, reachable):
     share = reachable.mean()
     expected = {}
     for side, parts in (("<", sorted(set(part))), (">=", sorted(set(part), reverse=True))):
-        tail = []
+        poor = []
         for number in parts:
             if not reachable[part == number].mean() < share / 2:
                 break
-            tail.append(number)
-        if tail and len(tail) < len(parts):
-            expected[side] = (int(np.isin(part, tail).sum()), int(reachable[np.isin(part, tail)].sum()))
+            poor.append(number)
+        if poor and len(poor) < len(parts):
+            expected[side] = (int(np.isin(part, poor).sum()), int(reachable[np.isin(part, poor)].sum()))
     return expected
 
 
@@ -95,7 +95,7 @@ def longest_tails(values, reachable):
 @given(st.lists(st.tuples(st.integers(-40, 40), st.integers(0, 3), st.booleans()), min_size=1, max_size=60))
 @example([(k, 0, k < 35) for k in range(40)])
 @example([(k, 0, False) for k in range(9)])
-def test_tails_are_those_of_the_definition(rows):
+def test_wasteful_ranges_are_those_of_the_definition(rows):
     places, lists, reachable = (np.array(each) for each in zip(*rows, strict=True))
     codes = np.where(reachable, int(Status.OK), int(Status.UNREACHABLE)).astype(np.int8)
     frame = pd.DataFrame({"even": places / 10, "listed": np.array([1.0, 2.0, 500.0, 501.0])[lists], "status": codes})
@@ -104,11 +104,13 @@ def test_tails_are_those_of_the_definition(rows):
     ranges = find_wasteful_ranges(Blocks(frame))
 
     for name in ("even", "listed"):
-        found = {tail.side: (tail.designs, tail.reachable) for tail in ranges if tail.parameter == name}
-        assert found == (longest_tails(frame[name].to_numpy(), reachable) if frame[name].nunique() > 1 else {})
-    for tail in ranges:
-        assert (tail.designs, tail.reachable) == count_designs(frame, tail)
-    wasted = [tail.designs - tail.reachable for tail in ranges]
+        found = {each.side: (each.designs, each.reachable) for each in ranges if each.parameter == name}
+        assert found == (
+            longest_wasteful_ranges(frame[name].to_numpy(), reachable) if frame[name].nunique() > 1 else {}
+        )
+    for each in ranges:
+        assert (each.designs, each.reachable) == count_designs(frame, each)
+    wasted = [each.designs - each.reachable for each in ranges]
     assert wasted == sorted(wasted, reverse=True)
 
 

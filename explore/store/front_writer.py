@@ -49,7 +49,7 @@ def write_front(
     block_size
         Rows of a block; the last may be shorter.
     attributes
-        Those of the study, and "keep": "front", "studied_designs": number of its designs, "studied_counts": JSON from the
+        The study's, and "keep": "front", "studied_designs": number of its designs, "studied_counts": JSON from the
         label of a status to the number of designs.
 
     Raises

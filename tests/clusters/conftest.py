@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from run_figures import told
+from run_figures import user_property_values
 
 import explore
 from clusters.processes import Cluster, digest, study_file
@@ -23,7 +23,7 @@ def report(request):
 
 
 def pytest_terminal_summary(terminalreporter) -> None:
-    if figures := list(told(terminalreporter, _FIGURES)):
+    if figures := list(user_property_values(terminalreporter, _FIGURES)):
         terminalreporter.section(_FIGURES)
         for line in figures:
             terminalreporter.line(line)

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from run_figures import told
+from run_figures import user_property_values
 
 from faults.checker import Verdict, sha256
 from faults.content import fill
@@ -52,7 +52,7 @@ def figures(request) -> Iterator[Figures]:
 
 def pytest_terminal_summary(terminalreporter) -> None:
     table: dict[str, Counter] = {}
-    for name, counts in told(terminalreporter, _FIGURES):
+    for name, counts in user_property_values(terminalreporter, _FIGURES):
         table.setdefault(name, Counter()).update(counts)
     if not table:
         return

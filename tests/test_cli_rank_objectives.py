@@ -41,7 +41,7 @@ def numbers(*arguments):
 
 
 @pytest.mark.parametrize(
-    ("text", "aims"),
+    ("text", "objectives"),
     [
         (BOX, ["cv:min", "coupler:min"]),
         (BOX, ["ground:min", "rocker:max"]),
@@ -50,30 +50,30 @@ def numbers(*arguments):
         (RIG, ["pin_force_peak:min", "crank:min", "size:min"]),
     ],
 )
-def test_parameters_are_aims_of_a_study_as_of_the_command_line(tmp_path, text, aims):
+def test_parameters_are_objectives_of_a_study_as_of_the_command_line(tmp_path, text, objectives):
     plain = swept(tmp_path, "plain", text)
-    options = [word for aim in aims for word in ("--metric", aim)]
+    options = [word for objective in objectives for word in ("--metric", objective)]
     expected, _ = numbers(plain, *options)
-    text += f"[rank]\nmetrics = {json.dumps(aims)}\n"
+    text += f"[rank]\nmetrics = {json.dumps(objectives)}\n"
 
-    found, _ = numbers(swept(tmp_path, "aims", text))
+    found, _ = numbers(swept(tmp_path, "objectives", text))
     kept, _ = numbers(swept(tmp_path, "front", text, keep="front"))
 
     assert found == kept == expected
     assert len(expected) > 0
-    assert explore.rank(tmp_path / "aims.h5").index.tolist() == expected
+    assert explore.rank(tmp_path / "objectives.h5").index.tolist() == expected
 
 
-def test_every_figure_and_the_report_take_a_parameter_as_an_aim(tmp_path, monkeypatch):
+def test_every_figure_and_the_report_take_a_parameter_as_an_objective(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "results").mkdir()
-    path = swept(tmp_path, "aims", BOX + '[rank]\nmetrics = ["coupler:min", "cv"]\n')
+    path = swept(tmp_path, "objectives", BOX + '[rank]\nmetrics = ["coupler:min", "cv"]\n')
 
     code, out, err = call("rank", path, "--top", 3)
 
     assert code == 0, err
     heading = out.partition("─")[0].partition("best coupler first\n")[2].split()
-    assert heading.count("coupler") == 1, "a parameter that is an aim is one column, not two"
+    assert heading.count("coupler") == 1, "a parameter that is an objective is one column, not two"
     for kind in ("pareto", "parallel", "map"):
         code, _, err = call("plot", kind, path)
         assert code == 0, err
