@@ -41,6 +41,14 @@ def test_an_overview_has_a_panel_for_each_scene():
     assert [chart.get_title() for chart in figure.axes if chart.axison] == ["first", "second (angles)"]
 
 
+def test_the_legend_shows_the_line_of_a_method_that_only_fails():
+    table = pd.concat([rows(), rows().assign(method="rk45", failed=1)])
+    (legend,) = overview_chart(table, {"s": "first"}).legends
+    assert [text.get_text() for text in legend.get_texts()] == ["newton", "rk45"]
+    styles = [line_style(name).style for name in ("newton", "rk45")]
+    assert [line.get_linestyle() for line in legend.get_lines()] == styles
+
+
 def test_charts_of_one_row_are_written(tmp_path):
     save_figure(scene_chart(rows().head(1), "title"), tmp_path / "one.svg")
     save_figure(overview_chart(rows().head(1), {"s": "first"}), tmp_path / "one.pdf")

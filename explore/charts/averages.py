@@ -87,6 +87,7 @@ def _draw_panel(chart: Axes, rows: pd.DataFrame, error: str, window: str) -> Non
     for name, of_rule in rows[rows["window"] == window].groupby("rule", sort=False):
         style = _RULES.get(str(name), _OTHER_RULE)
         errors = of_rule[error].clip(FLOOR, CEILING / 3.0)
+        # hollow marks are larger, so that they enclose a filled mark in the same place
+        marks = {"ms": 8 if style.marker == "*" else 4} if style.filled else {"ms": 6, "mfc": "none"}
         chart.plot(of_rule["nodes"], errors, color=style.colour, marker=style.marker, ls=style.style, lw=1.0,
-                   ms=8 if style.marker == "*" else 4, label=str(name),
-                   mfc=style.colour if style.filled else "white")  # fmt: skip
+                   label=str(name), **marks)  # fmt: skip

@@ -53,7 +53,7 @@ def scene_chart(rows: pd.DataFrame, title: str) -> Figure:
     for chart, error in zip(axes[0], errors, strict=True):
         chart.set_title(_ERRORS[error], fontsize=9)
     figure.supylabel("largest error of …", fontsize=9)
-    _legend(figure, axes[0, 0])
+    _legend(figure, rows)
     figure.suptitle(title, fontsize=11, color=INK)
     return figure
 
@@ -82,7 +82,7 @@ def overview_chart(rows: pd.DataFrame, titles: dict[str, str]) -> Figure:
     for chart in axes[-columns:]:
         chart.set_xlabel("CPU time per design and turn [s]", fontsize=8)
     figure.supylabel("largest error of the velocities, over the peak", fontsize=9)
-    _legend(figure, axes[0])
+    _legend(figure, rows)
     return figure
 
 
@@ -119,24 +119,28 @@ def _draw_panel(chart: Axes, rows: pd.DataFrame, cost: str, error: str) -> None:
 
 def _draw_method(chart: Axes, rows: pd.DataFrame, cost: str, error: str, name: str) -> None:
     """Draw the errors of one method as a line, and its failures as marks on the upper edge."""
-    line = line_style(name)
-    marks: dict[str, Any] = {"color": line.colour, "marker": line.marker, "ms": 9 if line.marker == "*" else 5}
-    marks |= {} if line.filled else {"mfc": "white"}
+    look = _look(name)
     has_error = rows[error] >= 0.0 if error in rows else rows["failed"] < 0
     failed = (rows["failed"] > 0) | ~has_error
     solved = rows[~failed]
     if len(solved):
-        chart.plot(solved[cost], solved[error].clip(lower=FLOOR), ls=line.style, lw=1.1, label=name, **marks)
+        chart.plot(solved[cost], solved[error].clip(lower=FLOOR), **look)
     if failed.any():
         failures = rows[failed]
         heights = [SILENT_FAILURE if silent else REPORTED_FAILURE for silent in failures["silently_wrong"] > 0]
-        chart.plot(failures[cost].fillna(failures["cpu_seconds"]), heights, ls="", label=name, **marks)
+        chart.plot(failures[cost].fillna(failures["cpu_seconds"]), heights, **look | {"ls": ""})
 
 
-def _legend(figure: Figure, chart: Axes) -> None:
-    """Write one entry per method, also of methods that only fail."""
-    entries: dict[str, Any] = {}
-    for handle, name in zip(*chart.get_legend_handles_labels(), strict=True):
-        entries.setdefault(name, handle)
-    figure.legend(entries.values(), entries.keys(), loc="outside lower center", frameon=False, fontsize=8,
-                  ncols=_LEGEND_COLUMNS)  # fmt: skip
+def _look(name: str) -> dict[str, Any]:
+    """Line and marks of a method; hollow marks are larger, so that they enclose a filled mark in the same place."""
+    line = line_style(name)
+    look: dict[str, Any] = {"color": line.colour, "marker": line.marker, "ls": line.style, "lw": 1.1, "label": name}
+    return look | ({"ms": 9 if line.marker == "*" else 5} if line.filled else {"ms": 7, "mfc": "none"})
+
+
+def _legend(figure: Figure, rows: pd.DataFrame) -> None:
+    """Write one entry per method, with its line also where it only fails."""
+    from matplotlib.lines import Line2D
+
+    handles = [Line2D([], [], **_look(name)) for name in rows["method"].drop_duplicates()]
+    figure.legend(handles=handles, loc="outside lower center", frameon=False, fontsize=8, ncols=_LEGEND_COLUMNS)
