@@ -80,7 +80,7 @@ values = np.random.default_rng(1).standard_normal((10**6, columns))
 if shape == "sphere":
     values = np.abs(values) / np.linalg.norm(values, axis=1, keepdims=True)
 table = pd.DataFrame(values, columns=[*"abcde"][:columns])
-print(len(explore.rank(table, [name + ":min" for name in table])))
+print(len(explore.rank(table, objectives=[name + ":min" for name in table])))
 """
 
 

@@ -243,7 +243,7 @@ def simulate(
 def rank(
     results: Results | pd.DataFrame | Path | str | Sequence[Results | Path | str],
     *,
-    metrics: Sequence[str] | str | None = None,
+    objectives: Sequence[str] | str | None = None,
     order_by: str | None = None,
     fronts: int = 1,
     where: str | None = None,
@@ -257,8 +257,8 @@ def rank(
     results
         Results, the path of a results file, or any table. Several results or paths are ranked together; the column
         ``results`` has the results of each design.
-    metrics
-        Objectives, such as ``["cv", "swing_angle:max"]``; None for those of the (first) study.
+    objectives
+        Metrics or parameters, such as ``["cv", "swing_angle:max"]``; None for those of the (first) study.
     order_by
         The metric that orders the designs; None for the first objective.
     fronts
@@ -286,7 +286,7 @@ def rank(
     """
     import pandas as pd
 
-    request = RankRequest(metrics, order_by, fronts, where, limits, quality)
+    request = RankRequest(objectives, order_by, fronts, where, limits, quality)
     if isinstance(results, pd.DataFrame):
         ranked = rank_frame(results, request)
         return _with_units(ranked, dict.fromkeys(results, None) | results.attrs.get("units", {}))

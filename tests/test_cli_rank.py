@@ -161,7 +161,7 @@ def test_a_line_stands_for_all_that_are_alike_also_when_few_are_printed(swept):
     objectives = ["--metric", "coupler:min", "--metric", "coupler:max"]
     code, out, err = call("rank", swept / "all.h5", *objectives, "--top", 3)
     assert code == 0, err
-    ranked = explore.rank(swept / "all.h5", metrics=["coupler:min", "coupler:max"])
+    ranked = explore.rank(swept / "all.h5", objectives=["coupler:min", "coupler:max"])
     assert len(ranked) > 9000
     lines = [line.split() for line in out.splitlines()]
     assert [line[0] for line in lines if line and line[0].isdigit()] == [str(n) for n in ranked.index[:3]]

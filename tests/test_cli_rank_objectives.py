@@ -97,7 +97,7 @@ def boxes(tmp_path_factory):
 
 def test_results_of_other_objectives_are_ranked_in_those_that_all_have(boxes):
     files = [boxes["first"], boxes["second"]]
-    together = explore.rank(files, metrics=["swing_angle:max"], order_by="cv")
+    together = explore.rank(files, objectives=["swing_angle:max"], order_by="cv")
 
     found, said = numbers(*files, "--metric", "cv")
 
@@ -105,7 +105,7 @@ def test_results_of_other_objectives_are_ranked_in_those_that_all_have(boxes):
     assert len(found) > 0
     assert f"time_ratio, an objective of {files[0]}, is not in {files[1]}, so it is left out\n" in said
     with pytest.warns(RuntimeWarning, match="time_ratio, an objective of .*first.h5, is not in .*second.h5"):
-        assert explore.rank(files).index.tolist() == explore.rank(files, metrics="swing_angle:max").index.tolist()
+        assert explore.rank(files).index.tolist() == explore.rank(files, objectives="swing_angle:max").index.tolist()
 
 
 def test_one_metric_is_the_objective_where_the_studies_share_none(boxes):
@@ -113,13 +113,13 @@ def test_one_metric_is_the_objective_where_the_studies_share_none(boxes):
 
     found, said = numbers(*files, "--metric", "cv")
 
-    assert found == explore.rank(files, metrics="cv").index.tolist()
+    assert found == explore.rank(files, objectives="cv").index.tolist()
     assert said.count("so it is left out") == 2
     alone, _ = numbers(boxes["aimless"], "--metric", "rocker_velocity_max:min")
     assert len(alone) == 1
     code, _, err = call("rank", *files)
     assert (code, err) == (
-        2, f"error: no objective of {files[0]} is in all of these results; name metrics that all have\n",
+        2, f"error: no objective of {files[0]} is in all of these results; name objectives that all have\n",
     )  # fmt: skip
     code, _, err = call("rank", *files, "--metric", "swing_angle:max")
     assert (code, err.count("\n")) == (2, 1)

@@ -87,7 +87,7 @@ def test_defaults(load):
     assert (study.space.method, study.space.count, study.request.window.name) == ("grid", 1, "drive")
     assert [m.name for m in study.request.metrics] == list(mechanism.default_metrics[""])
     assert [o.metric for o in study.objectives] == ["cv", "swing_angle", "transmission_angle_min"]
-    assert study.text == GOOD
+    assert study.to_toml() == GOOD
 
 
 def test_default_objectives_that_are_not_computed_are_left_out(load):

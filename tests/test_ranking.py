@@ -142,7 +142,7 @@ def test_the_front_does_not_depend_on_blocks_and_leaves_out_what_does_not_count(
 def test_labels_of_a_table_may_repeat():
     table = pd.DataFrame({"a": [1.0, 2, 3, 4], "b": [1.0, 2, 3, 4]}, index=[0, 0, 1, 1])
 
-    ranked = explore.rank(table, metrics=["a:min", "b:min"], fronts=4)
+    ranked = explore.rank(table, objectives=["a:min", "b:min"], fronts=4)
 
     assert ranked["a"].tolist() == [1, 2, 3, 4]
     assert ranked["front"].tolist() == [1, 2, 3, 4]
@@ -163,8 +163,8 @@ def test_any_table_can_be_ranked_in_fronts():
         {"cv": [1.0, 2.0, 2.0, 3.0, 1.0], "swing_angle": [1.0, 5.0, 5.0, 4.0, 0.0]}, index=list("abcde")
     )
 
-    first = explore.rank(table, metrics=["cv", "swing_angle:max"], order_by="swing_angle:max")
-    both = explore.rank(table, metrics=["cv", "swing_angle:max"], fronts=5)
+    first = explore.rank(table, objectives=["cv", "swing_angle:max"], order_by="swing_angle:max")
+    both = explore.rank(table, objectives=["cv", "swing_angle:max"], fronts=5)
 
     assert first.index.tolist() == ["b", "c", "a"]
     assert both.index.tolist() == ["a", "b", "c", "e", "d"]
@@ -172,25 +172,25 @@ def test_any_table_can_be_ranked_in_fronts():
 
 
 @pytest.mark.parametrize(
-    ("metrics", "message"),
+    ("objectives", "message"),
     [
         (["swing_angel:max"], "did you mean 'swing_angle'"),
         (["swing_angle"], "swing_angle:min or swing_angle:max"),
         (["swing_angle:big"], "min or max"),
-        (None, "give metrics"),
-        ([], "give metrics"),
+        (None, "give `objectives`"),
+        ([], "give `objectives`"),
         (["words:min"], "does not hold numbers"),
     ],
 )
-def test_wrong_objectives_get_one_line(metrics, message):
+def test_wrong_objectives_get_one_line(objectives, message):
     with pytest.raises(explore.RequestError, match=message):
-        explore.rank(pd.DataFrame({"cv": [1.0], "swing_angle": [1.0], "words": ["a"]}), metrics=metrics)
+        explore.rank(pd.DataFrame({"cv": [1.0], "swing_angle": [1.0], "words": ["a"]}), objectives=objectives)
 
 
 def test_nothing_feasible_gives_an_empty_table():
     table = pd.DataFrame({"cv": [1.0, 2.0], "feasible": [False, False]})
 
-    ranked = explore.rank(table, metrics=["cv"])
+    ranked = explore.rank(table, objectives=["cv"])
 
     assert ranked.empty
     assert "front" in ranked.columns
@@ -218,7 +218,7 @@ def test_any_number_of_objectives_counts():
     """Each row is the best in one column and the worst in the others, so that leaving one out loses a row."""
     table = pd.DataFrame(1.0 - np.eye(6), columns=list("abcdef"))
 
-    assert len(explore.rank(table, metrics=[f"{name}:min" for name in table])) == 6
+    assert len(explore.rank(table, objectives=[f"{name}:min" for name in table])) == 6
 
 
 def test_a_margin_is_undefined_only_where_the_design_was_computed():

@@ -99,7 +99,7 @@ def test_the_knee_of_two_objectives_is_that_of_the_line_between_the_ends():
 
 def test_alike_designs_share_their_figures_and_later_fronts_have_none():
     table = pd.DataFrame({"cost": [1.0, 2, 2, 4, 5, 5], "gain": [1.0, 5, 5, 6, 5.5, 2], "scale": 1e300})
-    ranked = explore.rank(table, metrics=["cost:min", "gain:max"], fronts=3, quality=True).sort_index()
+    ranked = explore.rank(table, objectives=["cost:min", "gain:max"], fronts=3, quality=True).sort_index()
 
     assert ranked["front"].tolist() == [1, 1, 1, 1, 2, 3]
     assert ranked["knee"].tolist() == [False, True, True, False, False, False]
@@ -116,9 +116,9 @@ def test_the_figures_do_not_depend_on_units_or_on_the_order_of_the_designs():
     values = rng.random((200, 3))
     table = pd.DataFrame(values, columns=["a", "b", "c"])
     objectives = ["a:min", "b:min", "c:min"]
-    here = explore.rank(table, metrics=objectives, quality=True)
+    here = explore.rank(table, objectives=objectives, quality=True)
     there = explore.rank(
-        (table * [1e150, 2.0**-40, 8.0]).sample(frac=1, random_state=1), metrics=objectives, quality=True
+        (table * [1e150, 2.0**-40, 8.0]).sample(frac=1, random_state=1), objectives=objectives, quality=True
     )
 
     assert here.index.tolist() == there.index.tolist()
@@ -144,7 +144,7 @@ def test_nothing_ranked_has_no_figures():
 @pytest.mark.parametrize("extreme", [1.7e308, 5e-324])
 def test_objectives_may_be_as_large_or_as_close_as_doubles_are(extreme):
     table = pd.DataFrame({"a": [-extreme, 0.0, extreme], "b": [3.0, 1.0, 0.0]})
-    ranked = explore.rank(table, metrics=["a:min", "b:min"], quality=True)
+    ranked = explore.rank(table, objectives=["a:min", "b:min"], quality=True)
 
     assert ranked["knee"].tolist() == [False, True, False]
     assert np.isfinite(ranked["hypervolume_share"]).all()

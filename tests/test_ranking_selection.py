@@ -137,7 +137,7 @@ def test_a_long_condition_needs_no_deep_stack(text):
 
 def test_a_column_may_have_the_name_of_a_keyword_of_python():
     table = pd.DataFrame({"cv": [1.0, 2.0], "lambda": [0.5, 0.1]})
-    assert explore.rank(table, metrics=["cv:min"], where="lambda < 0.2").index.tolist() == [1]
+    assert explore.rank(table, objectives=["cv:min"], where="lambda < 0.2").index.tolist() == [1]
 
 
 @settings(derandomize=True, deadline=None, max_examples=500)
@@ -166,13 +166,13 @@ TABLE.attrs["constraints"] = {"gain": {"min": 0.5, "max": None}, "both": {"min":
 
 def test_conditions_and_limits_choose_among_the_feasible_rows_of_a_table():
     objectives = ["cv", "gain:max"]
-    assert explore.rank(TABLE, metrics=objectives).index.tolist() == [0, 1]
-    assert explore.rank(TABLE, metrics=objectives, where="cv != 2").index.tolist() == [0]
-    assert explore.rank(TABLE, metrics=["cv"], where="cv > 2").index.tolist() == [3]
-    assert explore.rank(TABLE, metrics=["cv"], where="not gain <= 2").index.tolist() == [3]
-    assert explore.rank(TABLE, metrics=["cv"], limits={"gain": 1.5}).index.tolist() == [1]
-    assert explore.rank(TABLE, metrics=["cv:max"], limits={"cv": {"max": 1.5}}).index.tolist() == [0]
-    assert explore.rank(TABLE, metrics=objectives, where="cv > 9").empty
+    assert explore.rank(TABLE, objectives=objectives).index.tolist() == [0, 1]
+    assert explore.rank(TABLE, objectives=objectives, where="cv != 2").index.tolist() == [0]
+    assert explore.rank(TABLE, objectives=["cv"], where="cv > 2").index.tolist() == [3]
+    assert explore.rank(TABLE, objectives=["cv"], where="not gain <= 2").index.tolist() == [3]
+    assert explore.rank(TABLE, objectives=["cv"], limits={"gain": 1.5}).index.tolist() == [1]
+    assert explore.rank(TABLE, objectives=["cv:max"], limits={"cv": {"max": 1.5}}).index.tolist() == [0]
+    assert explore.rank(TABLE, objectives=objectives, where="cv > 9").empty
 
 
 @pytest.mark.parametrize(
@@ -182,7 +182,7 @@ def test_conditions_and_limits_choose_among_the_feasible_rows_of_a_table():
         ({"word": 1.0}, "no metric 'word'"),
         ({"cv": 1.0}, "it has no constraint, so write cv>=VALUE or cv<=VALUE"),
         ({"both": 0.5}, "it is constrained on both sides, so write both>=VALUE or both<=VALUE"),
-        ({"both": {"max": 0.5}}, "its values are not in these results; sweep with both in evaluate.metrics"),
+        ({"both": {"max": 0.5}}, "its values are not in these results; sweep with both among the metrics of the study"),
         (
             {"gain": 0.25},
             "0.25 is below the min of 0.5 of the sweep; designs beyond that were screened",
@@ -199,7 +199,7 @@ def test_conditions_and_limits_choose_among_the_feasible_rows_of_a_table():
 )
 def test_wrong_limits_get_one_line(limits, message):
     with pytest.raises(explore.RequestError) as caught:
-        explore.rank(TABLE, metrics=["cv"], limits=limits)
+        explore.rank(TABLE, objectives=["cv"], limits=limits)
     assert message in str(caught.value)
     assert "\n" not in str(caught.value)
 

@@ -131,7 +131,7 @@ def test_which_designs_of_20_deg_are_on_the_fronts():
     pairs = [(float(case["L3_mm"]), float(case["L2_mm"])) for case in cases]
     for key, objectives in (("pareto_F_THD_size", ["pin_force_peak", "velocity_thd", "size"]),
                       ("pareto_F_L1_size", ["pin_force_peak", "crank:min", "size"])):  # fmt: skip
-        front = explore.rank(table, metrics=objectives).index
+        front = explore.rank(table, objectives=objectives).index
         assert [pair in front for pair in pairs] == [case[key] for case in cases]
     assert (table.loc[pairs, "transmission_angle_worst"] >= 40.0).tolist() == [case["gamma_ok_40"] for case in cases]
     unreachable = [case for case in REFERENCE["swing20_family_L0_751"] if not case["feasible"]]

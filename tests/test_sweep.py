@@ -167,7 +167,7 @@ def test_sweep_returns_the_results_and_warns_of_blocks_left_out(study, tmp_path,
             results = explore.sweep(study, tmp_path / "a.h5")
 
     assert results.n_committed == 2 * BLOCK_SIZE
-    assert explore.rank(explore.sweep(study, tmp_path / "a.h5"), metrics="cv").shape[0] >= 1
+    assert explore.rank(explore.sweep(study, tmp_path / "a.h5"), objectives="cv").shape[0] >= 1
 
 
 def test_any_synchronous_client_will_do(study, tmp_path):
@@ -194,9 +194,9 @@ def test_a_lost_cluster_ends_the_sweep_in_one_line_and_loses_nothing(tmp_path):
 def test_ranking_a_file_agrees_with_ranking_its_table(study, tmp_path):
     explore.sweep(study, tmp_path / "a.h5")
 
-    streamed = explore.rank(tmp_path / "a.h5", metrics=["cv", "swing_angle:max"], order_by="cv")
-    at_once = explore.rank(explore.read_results(tmp_path / "a.h5"), metrics=["cv", "swing_angle:max"], order_by="cv")
-    second = explore.rank(tmp_path / "a.h5", metrics=["cv", "swing_angle:max"], fronts=2)
+    streamed = explore.rank(tmp_path / "a.h5", objectives=["cv", "swing_angle:max"], order_by="cv")
+    at_once = explore.rank(explore.read_results(tmp_path / "a.h5"), objectives=["cv", "swing_angle:max"], order_by="cv")
+    second = explore.rank(tmp_path / "a.h5", objectives=["cv", "swing_angle:max"], fronts=2)
     usual = explore.rank(explore.read_results(tmp_path / "a.h5"))
 
     assert len(streamed) > 10

@@ -192,7 +192,7 @@ def test_a_study_without_aims_has_no_front(tmp_path):
     (tmp_path / "study.toml").write_text(text)
     study = explore.load_study(tmp_path / "study.toml")
     assert study.objectives == ()
-    with pytest.raises(explore.RequestError, match="give \\[rank\\] metrics"):
+    with pytest.raises(explore.RequestError, match="give objectives"):
         sweep(study, tmp_path / "a.h5")
 
 
@@ -200,7 +200,7 @@ def test_ranking_a_front_says_what_it_cannot_know(study, tmp_path):
     explore.sweep(study, tmp_path / "a.h5", keep="front")
 
     with pytest.warns(RuntimeWarning, match="keeps only the Pareto set of its study"):
-        explore.rank(tmp_path / "a.h5", metrics=["cv"])
+        explore.rank(tmp_path / "a.h5", objectives=["cv"])
     with pytest.raises(explore.RequestError, match="kept the first front only"):
         explore.rank(tmp_path / "a.h5", fronts=2)
 

@@ -54,5 +54,5 @@ def test_rank(results):
 
 def test_rank_of_a_table_without_units():
     table = pd.DataFrame({"cost": [1.0, 2.0], "gain": [1.0, 2.0]})
-    assert explore.rank(table, metrics=["cost:min"]).attrs["units"] == {"front": "1"}
+    assert explore.rank(table, objectives=["cost:min"]).attrs["units"] == {"front": "1"}
     assert table.attrs == {}

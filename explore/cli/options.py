@@ -14,6 +14,7 @@ JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON.")]
 #: Arguments of Python functions as the library's errors quote them, and the options in their place.
 _OPTIONS = {
     "path": "-o",
+    "objectives": "--metric",
     "restart=True": "--restart",
     'keep="all"': "--keep all",
     'keep="front"': "--keep front",

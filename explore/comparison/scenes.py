@@ -60,7 +60,7 @@ def load_scene(path: str | os.PathLike[str]) -> Scene:
         If the study is invalid or too large, or has no such section.
     """
     study = load_study(path)
-    table = tomllib.loads(study.text).get("scene")
+    table = tomllib.loads(study.to_toml()).get("scene")
     if table is None:
         keys = "title, about, model and question"
         raise ConfigError(

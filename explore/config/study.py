@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import hashlib
-import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any
 
-from explore.config import locate, toml_text
+from explore.config import toml_text
 from explore.config.resolution import ResolvedStudy, resolve_study
 from explore.designs.spaces import DesignSpace
 from explore.errors import ConfigError, KeyPath, Problems
@@ -64,8 +63,6 @@ class Study:
         The objectives of the ranking.
     determines
         Normalised JSON of everything that determines the columns.
-    text
-        The study as TOML: the text of its file, or as `to_toml` writes it. It is stored in the results file.
 
     Raises
     ------
@@ -87,7 +84,7 @@ class Study:
     space: DesignSpace
     objectives: tuple[Objective, ...]
     determines: str
-    text: str
+    _text: str
 
     def __init__(
         self,
@@ -119,34 +116,17 @@ class Study:
             raise ConfigError(toml_text.first_problems("", list(dict.fromkeys(lines))) + table_problems)
         self._set(resolved, toml_text.format_toml(sections))
 
-    @classmethod
-    def from_toml(cls, path: str | os.PathLike[str]) -> Self:
-        """Read a study file, as `load_study` does."""
-        file = os.fspath(path)
-        text = toml_text.read_text(file)
-        problems: Problems = []
-        table_problems: list[str] = []
-        resolved = resolve_study(toml_text.parse_toml(file, text), Path(file).parent, problems, table_problems)
-        if resolved is None:
-            lines = locate.locate(text.replace("\r\n", "\n"))
-            located = sorted((locate.line_of(lines, key), toml_text.dotted(key), reason) for key, reason in problems)
-            own_problems = [f"{file}:{line}: {key}: {reason}" for line, key, reason in dict.fromkeys(located)]
-            raise ConfigError(toml_text.first_problems(f"{file}: ", own_problems) + table_problems)
-        study = cls.__new__(cls)
-        study._set(resolved, text)
-        return study
-
     def _set(self, resolved: ResolvedStudy, text: str) -> None:
-        for name, value in {**vars(resolved), "text": text}.items():
+        for name, value in {**vars(resolved), "_text": text}.items():
             object.__setattr__(self, name, value)
 
     def to_toml(self) -> str:
         """The text of a study file from which `load_study` reads an equal study.
 
         For a study read from a file this is the text of that file. The name of a table of designs is unchanged: save
-        the text where that name leads to the table.
+        the text where that name leads to the table. Results files hold this text.
         """
-        return self.text
+        return self._text
 
     @property
     def sha256(self) -> str:
@@ -172,6 +152,13 @@ class Study:
             "objectives": [f"{objective.metric}:{objective.sense}" for objective in self.objectives],
         }
         return f"Study({', '.join(f'{name}={value!r}' for name, value in fields.items())})"
+
+
+def make_study(resolved: ResolvedStudy, text: str) -> Study:
+    """The study of a file: its entries with all names resolved, and its text."""
+    study = object.__new__(Study)
+    study._set(resolved, text)
+    return study
 
 
 def _argument(key: KeyPath) -> KeyPath:

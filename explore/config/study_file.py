@@ -4,8 +4,12 @@ from __future__ import annotations
 
 import os
 from importlib.resources import files
+from pathlib import Path
 
-from explore.config.study import Study
+from explore.config import locate, toml_text
+from explore.config.resolution import resolve_study
+from explore.config.study import Study, make_study
+from explore.errors import ConfigError, Problems
 from explore.model.mechanism import Mechanism
 
 
@@ -28,7 +32,17 @@ def load_study(path: str | os.PathLike[str]) -> Study:
         With one line ``file:line: key: reason; suggestion`` for each problem of the file and of its table of designs;
         of each the first twenty and the number of the others.
     """
-    return Study.from_toml(path)
+    file = os.fspath(path)
+    text = toml_text.read_text(file)
+    problems: Problems = []
+    table_problems: list[str] = []
+    resolved = resolve_study(toml_text.parse_toml(file, text), Path(file).parent, problems, table_problems)
+    if resolved is None:
+        lines = locate.locate(text.replace("\r\n", "\n"))
+        located = sorted((locate.line_of(lines, key), toml_text.dotted(key), reason) for key, reason in problems)
+        own_problems = [f"{file}:{line}: {key}: {reason}" for line, key, reason in dict.fromkeys(located)]
+        raise ConfigError(toml_text.first_problems(f"{file}: ", own_problems) + table_problems)
+    return make_study(resolved, text)
 
 
 def starter(mechanism: Mechanism) -> str:

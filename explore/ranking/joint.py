@@ -42,7 +42,7 @@ def rank_sources(
 ) -> JointRanking:
     """Rank several results together.
 
-    Without metrics in the request, the objectives are those of the first results that all results have. Progress is
+    Without objectives in the request, the objectives are those of the first results that all results have. Progress is
     reported after each block, over all results.
 
     Raises
@@ -53,17 +53,17 @@ def rank_sources(
     (first, source), *others = sources.items()
     part_request = replace(request, quality=False)
     caveats: list[str] = []
-    if request.metrics is None:
+    if request.objectives is None:
         shared, caveats = _shared_objectives(sources)
         if caveats and not shared and request.order_by is None:
-            raise RequestError(f"no objective of {first} is in all of these results; name metrics that all have")
-        part_request = replace(part_request, metrics=shared or request.order_by)
+            raise RequestError(f"no objective of {first} is in all of these results; name objectives that all have")
+        part_request = replace(part_request, objectives=shared or request.order_by)
     reports = _split_progress(sources, report_progress)
     parts = {first: _rank_part(first, source, part_request, reports[first])}
     objectives, order = parts[first].objectives, parts[first].order_by
     part_request = replace(
         part_request,
-        metrics=[f"{objective.metric}:{objective.sense}" for objective in objectives],
+        objectives=[f"{objective.metric}:{objective.sense}" for objective in objectives],
         order_by=f"{order.metric}:{order.sense}",
     )
     parts |= {name: _rank_part(name, other, part_request, reports[name]) for name, other in others}

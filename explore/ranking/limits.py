@@ -134,6 +134,6 @@ def _make_limit(name: str, side: str, number: object, own_bounds: Mapping[str, f
         return Limit(name, side, value, name)
     if list(own_bounds) != [side]:
         raise RequestError(
-            f"limit on {name}: its values are not in these results; sweep with {name} in evaluate.metrics"
+            f"limit on {name}: its values are not in these results; sweep with {name} among the metrics of the study"
         )
     return Limit(name, side, value, f"{name}_margin", bound)

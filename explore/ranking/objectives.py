@@ -42,7 +42,7 @@ def parse_objective(text: str, senses: Mapping[str, Sense | None], columns: Sequ
 
 
 def choose_objectives(
-    metrics: Sequence[str] | str | None,
+    objectives: Sequence[str] | str | None,
     order_by: str | None,
     senses: Mapping[str, Sense | None],
     columns: Sequence[str],
@@ -50,14 +50,14 @@ def choose_objectives(
 ) -> tuple[tuple[Objective, ...], Objective]:
     """The objectives and the one that orders each front.
 
-    The objectives are `metrics`, by default those of the study (`defaults`), or `order_by` alone where it has none.
+    Without `objectives` they are those of the study (`defaults`), or `order_by` alone where it has none.
     """
-    texts = [metrics] if isinstance(metrics, str) else list(defaults if metrics is None else metrics)
-    if metrics is None and not texts and order_by is not None:
+    texts = [objectives] if isinstance(objectives, str) else list(defaults if objectives is None else objectives)
+    if objectives is None and not texts and order_by is not None:
         texts = [order_by]
     if not texts:
         example = next((name for name in columns if senses.get(name)), "cv:min")
-        raise RequestError(f"no objective: give metrics, such as {example}")
-    objectives = tuple(dict.fromkeys(parse_objective(text, senses, columns) for text in texts))
-    order = objectives[0] if order_by is None else parse_objective(order_by, senses, columns)
-    return objectives, order
+        raise RequestError(f"no objective: give `objectives`, such as {example}")
+    choice = tuple(dict.fromkeys(parse_objective(text, senses, columns) for text in texts))
+    order = choice[0] if order_by is None else parse_objective(order_by, senses, columns)
+    return choice, order

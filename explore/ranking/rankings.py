@@ -33,7 +33,7 @@ RANKABLE_ROLES = ("parameter", "metric", "margin")
 class RankRequest:
     """Options of a ranking; see `explore.rank`."""
 
-    metrics: Sequence[str] | str | None = None
+    objectives: Sequence[str] | str | None = None
     order_by: str | None = None
     fronts: int = 1
     where: str | None = None
@@ -123,7 +123,7 @@ def rank_frame(frame: pd.DataFrame, request: RankRequest) -> pd.DataFrame:
     attributes = frame.attrs
     names = [str(name) for name in frame.columns]
     objectives, order = choose_objectives(
-        request.metrics, request.order_by, attributes.get("senses", {}), names, attributes.get("objectives", ())
+        request.objectives, request.order_by, attributes.get("senses", {}), names, attributes.get("objectives", ())
     )
     numeric = [str(name) for name in frame.columns if pd.api.types.is_numeric_dtype(frame.dtypes[name])]
     selection = make_selection(request.where, request.limits, numeric, numeric, attributes.get("constraints", {}))
@@ -163,7 +163,7 @@ def rank_source(
     """Rank the designs of a results file, block by block; see `rank_frame`."""
     defaults = source.objectives
     objectives, order = choose_objectives(
-        request.metrics, request.order_by, source.senses, rankable_names(source), defaults
+        request.objectives, request.order_by, source.senses, rankable_names(source), defaults
     )
     has_front_only = source.keep == "front"
     if request.fronts > 1 and has_front_only:

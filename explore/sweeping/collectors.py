@@ -108,7 +108,7 @@ class FrontCollector:
 
     def __init__(self, study: Study, path: Path, *, restart: bool) -> None:
         if not study.objectives:
-            raise RequestError("to keep only the front, say what makes a design better: give [rank] metrics")
+            raise RequestError("to keep only the front, give objectives ([rank] metrics of a study file)")
         _check_count(study, MOST_STUDIED)
         self.objectives, self.path = study.objectives, path
         attributes = _front_attributes(study)
@@ -228,7 +228,7 @@ def study_attributes(study: Study) -> dict[str, Attribute]:
     powers = {metric.name: speed_power(metric) for metric in request.metrics}
     powers |= {f"{constraint.metric.name}_margin": speed_power(constraint.metric) for constraint in request.constraints}
     return {
-        "config": study.text,
+        "config": study.to_toml(),
         "request_sha256": study.sha256,
         "determines": study.determines,
         "mechanism": request.mechanism.name,

@@ -112,7 +112,7 @@ def _make_request(
 
     several = len(metrics) > 1
     return RankRequest(
-        metrics=metrics if several else None,
+        objectives=metrics if several else None,
         order_by=metrics[0] if metrics and not several else None,
         fronts=fronts,
         where=where,
