@@ -371,6 +371,21 @@ def test_the_output_behind_clutches_is_taken_in_the_sense_of_its_mean(phases):
     assert ((low >= 0.0) & (low < mean) & (mean < high)).all()
 
 
+@pytest.mark.parametrize("phases", [1, 2])
+@pytest.mark.parametrize("drive", ["slow", "fast"])
+def test_the_output_rests_at_exactly_zero_where_the_drive_is_shorter_than_a_period(phases, drive):
+    """The velocity at the ends of a stroke is 0 only up to rounding."""
+    designs = random_designs(2000) | {"phases": phases}
+    metrics = ["output_velocity_min", "time_ratio"]
+    table = explore.evaluate("crank-rocker", designs, metrics=metrics, window="clutch", drive=drive)
+    table = table.query("status == 1")
+
+    assert len(table) > 1000
+    ratio = table["time_ratio"]  # of the slow stroke to the fast one
+    stroke = 360.0 / (1.0 + (1.0 / ratio if drive == "slow" else ratio))
+    assert ((table["output_velocity_min"] == 0.0) == (stroke < 360.0 / phases)).all()
+
+
 def test_the_grashof_margin_is_the_exact_sum_rounded_once():
     """Near a change point a plain sum of the lengths would leave few digits of it."""
     rng = np.random.default_rng(4)

@@ -4,6 +4,7 @@ import threading
 import time
 import warnings
 from concurrent.futures import ThreadPoolExecutor
+from fractions import Fraction
 
 import numpy as np
 import pytest
@@ -71,6 +72,31 @@ def test_a_latin_hypercube_at_its_limit():
         column = latin_hypercube(1, start, min(start + 10 * STRETCH, count), count, 1)[:, 0]
         seen[np.floor(column * count).astype(np.int64)] += 1
     assert (seen == 1).all()
+
+
+class EdgeStream:
+    """Random numbers that are all at one end of their range; permutations are those of the seed."""
+
+    def __init__(self, stream, at_end):
+        self.shuffle, self._at_end = stream.shuffle, at_end
+
+    def random(self, shape, dtype):
+        smallest, largest = 0.0, 1.0 - 2.0**-24  # 24 random bits in single precision
+        return np.full(shape, largest if self._at_end else smallest, dtype)
+
+
+@pytest.mark.parametrize("count", [7, 1000, samplers.MOST_LATIN_HYPERCUBE])
+@pytest.mark.parametrize("at_end", [False, True])
+def test_points_of_a_latin_hypercube_keep_off_the_edges_of_their_slices(monkeypatch, count, at_end):
+    """A random number of exactly 0 occurs once in 2^24 points: a point on an edge may round into the slice before."""
+    stream = samplers._stream
+    monkeypatch.setattr(samplers, "_stream", lambda *key: EdgeStream(stream(*key), at_end))
+    points = latin_hypercube(1, 0, min(count, 1000), count, 8)[:, 0]
+    inside = [Fraction(point) * count % 1 for point in points.tolist()]  # in exact arithmetic
+    # The sum of slice and offset has at most 24 + 25 bits and is exact. The quotient, below 1, is rounded by at most
+    # 2^-54, which is less than 0.02 of an offset of 2^-25 even in slices of 1e-7.
+    expected = 1.0 - 2.0**-25 if at_end else 2.0**-25
+    assert max(abs(place - Fraction(expected)) for place in inside) <= count * Fraction(1, 2**54)
 
 
 def test_a_latin_hypercube_is_random_within_its_slices_and_in_their_order():

@@ -72,7 +72,7 @@ def model_errors(count, half, rate):
 
 @compiled("int64(float64, float64, float64, int64, int64[::1])")
 def node_count(log_tolerance, half, rate, order, size_of):
-    """Smallest number of nodes with a rule whose modelled error is below the tolerance."""
+    """Smallest number of nodes with a rule whose modelled error is below the tolerance, or at most 1.8 times that."""
     constant = LOG_CONSTANT_2 if order == 2 else LOG_CONSTANT_4
     # The model has its maximum where d/dN = 0 and decreases beyond.
     one_over_half, power = 1.0 / half, order / (2.0 * rate)
