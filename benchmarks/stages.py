@@ -131,8 +131,9 @@ def main() -> None:
     size = sum(values.itemsize for values in columns.values())
     inner = 8 * (geometry.shape[1] + len(geometric.metrics) + kernel.shape[1] + singular.shape[1] + 1 + 15)
     rate = 2 * source.nbytes / (nanoseconds["copy"] * BLOCK_SIZE)
-    print(f"bytes of a design: {size} in columns, {inner} before them; both written and read once are")
-    print(f"{2 * (size + inner) / rate:.0f} ns at the {rate:.0f} GB/s of a copy that fits no cache")
+    print(f"bytes of a design: {size} in its columns, {inner} in the arrays before them")
+    time = 2 * (size + inner) / rate
+    print(f"all of them written and read once: {time:.0f} ns, at the {rate:.0f} GB/s of a copy that fits no cache")
 
 
 if __name__ == "__main__":

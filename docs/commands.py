@@ -1,23 +1,17 @@
-"""Write ``cli.md``, the page of the commands, from their declarations: ``python docs/commands.py``."""
+"""The page of the commands, made from their declarations when the site is built (``hooks.py``)."""
 
 from enum import Enum
-from pathlib import Path
 
 import typer
 
 from explore.cli.application import app
-
-PAGE = Path(__file__).parent / "cli.md"
 
 
 def commands_page() -> str:
     """Markdown of the whole page."""
     group = typer.main.get_command(app)
     names = " · ".join(f"[{name}](#{name})" for name in group.commands)
-    introduction = (
-        "`explore COMMAND --help` says the same as this page, which `python docs/commands.py` writes. The shell knows\n"
-        "`explore` after `. .venv/bin/activate`; `python -m explore` is the same."
-    )
+    introduction = "`explore COMMAND --help` says the same as this page; `python -m explore` is the same as `explore`."
     completion = (
         "`explore --install-completion` lets the shell complete commands and options, mechanisms, kinds of figures, "
         "and the columns of the results that the line names, or of the newest."
@@ -50,7 +44,3 @@ def usage(parameter) -> str:
     if not parameter.is_flag:
         names[-1] = f"{names[-1][:-1]} {parameter.metavar or '…'}`"
     return ", ".join(names)
-
-
-if __name__ == "__main__":
-    PAGE.write_text(commands_page(), encoding="utf-8")

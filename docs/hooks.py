@@ -1,8 +1,9 @@
-"""Hooks of the site (mkdocs.yml): add the pages of the repository's root, and the files that pages link to."""
+"""Hooks of the site (mkdocs.yml): add the pages of the repository's root and of the commands, and files linked to."""
 
 import re
 from pathlib import Path
 
+from commands import commands_page
 from mkdocs.structure.files import File
 
 ROOT = Path(__file__).parents[1]
@@ -13,6 +14,7 @@ LINK = re.compile(r"\[([^\]]+)\]\(([^)#\s]+)\)")
 def on_files(files, config):
     for source, page in PAGES.items():
         files.append(File.generated(config, page, content=(ROOT / source).read_text(encoding="utf-8")))
+    files.append(File.generated(config, "cli.md", content=commands_page()))
     return files
 
 
