@@ -121,8 +121,8 @@ def main() -> None:
     for name in STAGES:
         table[name], before = nanoseconds[name] - before, nanoseconds[name]
     table["error bounds, columns of the statistics"] = whole - nanoseconds["screened"] - before
-    for name, nanoseconds in table.items():
-        print(f"{name:44s}{nanoseconds:6.0f} ns {nanoseconds / whole:6.1%}")
+    for name, cost in table.items():
+        print(f"{name:44s}{cost:6.0f} ns {cost / whole:6.1%}")
     columns = evaluate_columns(request, designs).columns
     print(f"{'evaluation':44s}{whole:6.0f} ns, {columns['nodes'].mean():.1f} nodes a design")
     with tempfile.TemporaryDirectory(dir=sys.argv[1] if len(sys.argv) > 1 else ".") as folder:
@@ -132,8 +132,8 @@ def main() -> None:
     inner = 8 * (geometry.shape[1] + len(geometric.metrics) + kernel.shape[1] + singular.shape[1] + 1 + 15)
     rate = 2 * source.nbytes / (nanoseconds["copy"] * BLOCK_SIZE)
     print(f"bytes of a design: {size} in its columns, {inner} in the arrays before them")
-    time = 2 * (size + inner) / rate
-    print(f"all of them written and read once: {time:.0f} ns, at the {rate:.0f} GB/s of a copy that fits no cache")
+    once = 2 * (size + inner) / rate
+    print(f"all of them written and read once: {once:.0f} ns, at the {rate:.0f} GB/s of a copy that fits no cache")
 
 
 if __name__ == "__main__":
