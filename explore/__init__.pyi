@@ -12,6 +12,7 @@ from .covering import coverage as coverage
 from .errors import ClusterError as ClusterError
 from .errors import ConfigError as ConfigError
 from .errors import ExploreError as ExploreError
+from .errors import FailedBlocksWarning as FailedBlocksWarning
 from .errors import MotionError as MotionError
 from .errors import RequestError as RequestError
 from .errors import ResultsError as ResultsError

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, get_args
 import numpy as np
 import numpy.typing as npt
 
-from explore.errors import MotionError, RequestError
+from explore.errors import FailedBlocksWarning, MotionError, RequestError
 from explore.evaluation.derived import unavailable_metrics
 from explore.evaluation.evaluate import evaluate_columns, output_columns
 from explore.model.status import Status
@@ -89,7 +89,7 @@ def sweep(
     Returns
     -------
     Results
-        The results in the file. Failed blocks are left out, each with a RuntimeWarning.
+        The results in the file. Failed blocks are left out, with a `FailedBlocksWarning` that has the reason of each.
 
     Raises
     ------
@@ -109,8 +109,8 @@ def sweep(
         raise RequestError("workers and processes cannot be combined with client, which has its own workers")
     cluster = existing_client(client) if client is not None else local_cluster(workers, processes=processes)
     summary = run_study(study, path, cluster, keep=keep, max_failures=max_failures, restart=restart, progress=progress)
-    for block, problem in summary.failed.items():
-        warnings.warn(f"block {block} failed and was left out: {problem}", RuntimeWarning, stacklevel=2)
+    if summary.failed:
+        warnings.warn(FailedBlocksWarning(summary.failed), stacklevel=2)
     return open_results(path)
 
 

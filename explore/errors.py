@@ -1,4 +1,4 @@
-"""Errors that reach a user: each is also the built-in that it resembles most."""
+"""Errors and warnings that reach a user: each is also the built-in that it resembles most."""
 
 #: The place of an entry in a study: names of keys and positions in lists.
 KeyPath = tuple[str | int, ...]
@@ -41,3 +41,22 @@ class ResultsError(ExploreError, OSError):
 
 class ClusterError(ExploreError, RuntimeError):
     """The workers of a sweep cannot be reached, were lost, or do not compute with the same versions as this process."""
+
+
+class FailedBlocksWarning(RuntimeWarning):
+    """Blocks of a sweep failed and were left out of its results.
+
+    Parameters
+    ----------
+    failures
+        The reason of each failed block by the number of the block.
+    """
+
+    def __init__(self, failures: dict[int, str]) -> None:
+        super().__init__(
+            "\n".join(f"block {number} failed and was left out: {reason}" for number, reason in failures.items())
+        )
+        self.failures = failures
+
+    def __reduce__(self) -> tuple[type["FailedBlocksWarning"], tuple[dict[int, str]]]:
+        return type(self), (self.failures,)

@@ -2,6 +2,7 @@
 
 import contextlib
 import hashlib
+import pickle
 import socket
 from dataclasses import replace
 
@@ -163,9 +164,11 @@ def test_sweep_returns_the_results_and_warns_of_blocks_left_out(study, tmp_path,
 
     with monkeypatch.context() as patch:
         patch.setattr(runs, "evaluate_block", full)
-        with pytest.warns(RuntimeWarning, match="block 2 failed and was left out"):
+        with pytest.warns(explore.FailedBlocksWarning, match="block 2 failed and was left out") as warnings:
             results = explore.sweep(study, tmp_path / "a.h5")
 
+    (failures,) = (pickle.loads(pickle.dumps(warning.message)).failures for warning in warnings)
+    assert failures == {2: "OSError: [Errno 28] No space left on device"}
     assert results.n_committed == 2 * BLOCK_SIZE
     assert explore.rank(explore.sweep(study, tmp_path / "a.h5"), objectives="cv").shape[0] >= 1
 
@@ -281,7 +284,7 @@ def test_as_many_blocks_may_fail_as_allowed(study, tmp_path, monkeypatch):
         return real(request, space, number, objectives)
 
     monkeypatch.setattr(runs, "evaluate_block", poisoned)
-    with pytest.warns(RuntimeWarning, match="block 1 failed and was left out"):
+    with pytest.warns(explore.FailedBlocksWarning, match="block 1 failed and was left out"):
         results = explore.sweep(study, tmp_path / "a.h5", max_failures=1)
     assert results.n_committed == 151_200 - BLOCK_SIZE
 

@@ -15,6 +15,7 @@ from explore.errors import RequestError
 from explore.model.columns import Column
 from explore.model.quantities import FloatArray, Sense
 from explore.ranking.rankings import Ranking, rank_source
+from explore.store.open_results import ResultsOrPath, results_of
 from explore.store.results import Results
 
 if TYPE_CHECKING:
@@ -30,7 +31,7 @@ _EXTENDS = {(False, False): "neither", (True, False): "min", (False, True): "max
 
 
 def map_chart(
-    results: Results,
+    results: ResultsOrPath,
     *,
     x: str | None = None,
     y: str | None = None,
@@ -44,7 +45,7 @@ def map_chart(
     Parameters
     ----------
     results
-        The results of a sweep, finished or not.
+        The results of a sweep, finished or not, or the path of their file.
     x, y
         Names of swept parameters; the first two unless given.
     metric
@@ -60,6 +61,7 @@ def map_chart(
     ResultsError
         If the design is not in the file.
     """
+    results = results_of(results)
     ranking = rank_source(results)
     swept = varying_parameters(results)
     names = _choose_parameters(results, [c.name for c in swept], x, y)

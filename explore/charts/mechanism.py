@@ -10,18 +10,17 @@ import numpy as np
 from explore.charts.simulation import SimulatedDesign, simulate_design
 from explore.charts.style import BLUE, GREEN, INK, MUTED, ORANGE, PURPLE, new_figure, write_heading
 from explore.model.quantities import FloatArray
+from explore.store.open_results import ResultsOrPath, results_of
 
 if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from explore.store.results import Results
-
 _LIMITS = {"overlapped": (BLUE, "-", "o"), "extended": (ORANGE, "--", "s")}
 
 
-def mechanism_chart(results: Results, *, design: int | None = None) -> Figure:
+def mechanism_chart(results: ResultsOrPath, *, design: int | None = None) -> Figure:
     """Draw the linkage of one design in true proportions.
 
     Both limit positions, the paths of the joints and of the middle of the coupler, and the drive stroke where the study
@@ -30,7 +29,7 @@ def mechanism_chart(results: Results, *, design: int | None = None) -> Figure:
     Parameters
     ----------
     results
-        The results of a sweep, finished or not.
+        The results of a sweep, finished or not, or the path of their file.
     design
         Number of the design; the best of the Pareto set unless given.
 
@@ -43,7 +42,7 @@ def mechanism_chart(results: Results, *, design: int | None = None) -> Figure:
     ResultsError
         If the design is not in the file, or the window of the study cannot be read.
     """
-    return mechanism_figure(simulate_design(results, design))
+    return mechanism_figure(simulate_design(results_of(results), design))
 
 
 def mechanism_figure(simulated: SimulatedDesign) -> Figure:

@@ -13,19 +13,18 @@ from explore.charts.simulation import SimulatedDesign, simulate_design
 from explore.charts.style import BLUE, GREEN, INK, MUTED, ORANGE, PURPLE, SKY, new_figure, write_heading
 from explore.charts.turn import label_limits, set_turn_axis
 from explore.model.quantities import FloatArray
+from explore.store.open_results import ResultsOrPath, results_of
 
 if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from explore.store.results import Results
-
 _LINKS = {"coupler": (ORANGE, "--"), "rocker": (BLUE, "-")}
 _UNITS = {"angle": "deg", "velocity": "rad/s", "acceleration": "rad/s²"}
 
 
-def motion_chart(results: Results, *, design: int | None = None) -> Figure:
+def motion_chart(results: ResultsOrPath, *, design: int | None = None) -> Figure:
     """Draw the motion of one design over the crank angle.
 
     Angles, angular velocities and accelerations of coupler and rocker, and the transmission angle; where the study uses
@@ -35,7 +34,7 @@ def motion_chart(results: Results, *, design: int | None = None) -> Figure:
     Parameters
     ----------
     results
-        The results of a sweep, finished or not.
+        The results of a sweep, finished or not, or the path of their file.
     design
         Number of the design; the best of the Pareto set unless given.
 
@@ -48,7 +47,7 @@ def motion_chart(results: Results, *, design: int | None = None) -> Figure:
     ResultsError
         If the design is not in the file, or the window of the study cannot be read.
     """
-    simulated = simulate_design(results, design)
+    simulated = simulate_design(results_of(results), design)
     return load_figure(simulated) if "drive_torque" in simulated.motion else motion_figure(simulated)
 
 

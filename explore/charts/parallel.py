@@ -14,6 +14,7 @@ from explore.errors import RequestError
 from explore.model.columns import Column
 from explore.model.quantities import FloatArray
 from explore.ranking.rankings import Ranking, rank_source
+from explore.store.open_results import ResultsOrPath, results_of
 from explore.store.results import Results
 
 if TYPE_CHECKING:
@@ -30,7 +31,7 @@ _OUTSIDE = 0.01
 _BETTER = {"min": "\n▼ better", "max": "\n▲ better", None: ""}
 
 
-def parallel_chart(results: Results, *, metric: str | None = None) -> Figure:
+def parallel_chart(results: ResultsOrPath, *, metric: str | None = None) -> Figure:
     """Draw a line through parallel axes for each Pareto-optimal design, and pale ones for a sample of the others.
 
     The axes are the parameters that vary and the objectives of the study.
@@ -38,7 +39,7 @@ def parallel_chart(results: Results, *, metric: str | None = None) -> Figure:
     Parameters
     ----------
     results
-        The results of a sweep, finished or not.
+        The results of a sweep, finished or not, or the path of their file.
     metric
         Name of the column that colours the lines; the first objective of the study unless given.
 
@@ -47,6 +48,7 @@ def parallel_chart(results: Results, *, metric: str | None = None) -> Figure:
     RequestError
         If no design is feasible, there are fewer than two axes, or the column is unknown or holds no numbers.
     """
+    results = results_of(results)
     ranking = rank_source(results)
     colour = numeric_column(results, metric or ranking.objectives[0].metric)
     if ranking.frame.empty:

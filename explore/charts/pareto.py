@@ -12,6 +12,7 @@ from explore.charts.style import BLUE, GREEN, INFEASIBLE_OPACITY, INK, RED, new_
 from explore.errors import RequestError
 from explore.model.quantities import FloatArray
 from explore.ranking.rankings import Ranking, rank_source
+from explore.store.open_results import ResultsOrPath, results_of
 from explore.store.results import Results
 
 if TYPE_CHECKING:
@@ -31,13 +32,15 @@ _LEGEND_MARK = 6.0
 _OUTSIDE = 0.005
 
 
-def pareto_chart(results: Results, *, x: str | None = None, y: str | None = None, design: int | None = None) -> Figure:
+def pareto_chart(
+    results: ResultsOrPath, *, x: str | None = None, y: str | None = None, design: int | None = None
+) -> Figure:
     """Draw all designs in the plane of two columns, with the Pareto set of the study's objectives.
 
     Parameters
     ----------
     results
-        The results of a sweep, finished or not.
+        The results of a sweep, finished or not, or the path of their file.
     x, y
         Names of columns; the first two objectives of the study unless given. If these are all the objectives, a line
         joins the Pareto set.
@@ -51,6 +54,7 @@ def pareto_chart(results: Results, *, x: str | None = None, y: str | None = None
     ResultsError
         If the design is not in the file.
     """
+    results = results_of(results)
     figure = new_figure()
     chart = figure.subplots()
     ranking = draw_designs(figure, chart, results, x=x, y=y, design=design)

@@ -12,6 +12,7 @@ from explore.charts.queries import choose_design, designs_like, numeric_column
 from explore.charts.reasons import HATCH_COLOUR, ReasonMasks, reason_columns, reason_masks, region_style
 from explore.charts.style import BLUE, GREEN, INFEASIBLE_OPACITY, INK, MUTED, PURPLE, RED, new_figure
 from explore.errors import RequestError
+from explore.store.open_results import ResultsOrPath, results_of
 from explore.store.results import Results
 
 if TYPE_CHECKING:
@@ -24,13 +25,13 @@ _CRANK, _RATIO, _CV = "crank", "mean_output_ratio", "cv"
 _LOOKS = {_RATIO: (BLUE, "o"), _CV: (PURPLE, "s")}
 
 
-def ratio_chart(results: Results, *, design: int | None = None) -> Figure:
+def ratio_chart(results: ResultsOrPath, *, design: int | None = None) -> Figure:
     """Draw the mean output ratio and the cv of the designs that differ from one design only in the crank length.
 
     Parameters
     ----------
     results
-        The results of a sweep over the crank, with the metrics mean_output_ratio and cv.
+        The results of a sweep over the crank, with the metrics mean_output_ratio and cv; or the path of their file.
     design
         Number of the design that fixes the other parameters; the best of the Pareto set unless given.
 
@@ -42,6 +43,7 @@ def ratio_chart(results: Results, *, design: int | None = None) -> Figure:
     ResultsError
         If the design is not in the file.
     """
+    results = results_of(results)
     for name, role in ((_CRANK, "parameter"), (_RATIO, "metric"), (_CV, "metric")):
         numeric_column(results, name, role)
     chosen = choose_design(results, design)

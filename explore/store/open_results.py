@@ -16,6 +16,9 @@ from explore.store.results import Results
 if TYPE_CHECKING:
     from xarray import Dataset
 
+#: Results, or the path of their file.
+ResultsOrPath = Results | Path | str
+
 
 def open_results(path: Path | str) -> Results:
     """Open a results file for reading.
@@ -45,12 +48,17 @@ def open_results(path: Path | str) -> Results:
         raise
 
 
-def open_several(sources: Sequence[Results | Path | str]) -> dict[str, Results]:
+def results_of(source: ResultsOrPath) -> Results:
+    """The results themselves, or those of the file at a path; see `open_results`."""
+    return source if isinstance(source, Results) else open_results(source)
+
+
+def open_several(sources: Sequence[ResultsOrPath]) -> dict[str, Results]:
     """Results by the name of their file; `RequestError` if there are none or one is named twice."""
     for source in sources:
         if not isinstance(source, (Results, Path, str)):
             raise RequestError(f"results are read together from files, not from a {type(source).__name__}")
-    several = [source if isinstance(source, Results) else open_results(source) for source in sources]
+    several = [results_of(source) for source in sources]
     if not several:
         raise RequestError("no results to rank; name at least one file")
     for position, results in enumerate(several):
@@ -59,7 +67,7 @@ def open_several(sources: Sequence[Results | Path | str]) -> dict[str, Results]:
     return {str(results.path): results for results in several}
 
 
-def xarray(results: Results | Path | str) -> Dataset:
+def xarray(results: ResultsOrPath) -> Dataset:
     """The committed designs as an xarray dataset, whose columns are read when values are needed.
 
     Parameters
@@ -81,7 +89,7 @@ def xarray(results: Results | Path | str) -> Dataset:
     ResultsError
         If the file cannot be read.
     """
-    return (results if isinstance(results, Results) else open_results(results)).to_xarray()
+    return results_of(results).to_xarray()
 
 
 def _advice_for_study(path: Path) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pickle
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -39,7 +40,13 @@ def sweep_study(study: explore.Study, folder: Path) -> explore.Results:
     path.write_text(study.to_toml(), encoding="utf-8")
     same: explore.Study = explore.load_study(path)
     assert same == study == pickle.loads(pickle.dumps(study))
-    results: explore.Results = explore.sweep(study, folder / "results.h5", workers=1, keep="all")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", explore.FailedBlocksWarning)
+        try:
+            results: explore.Results = explore.sweep(study, folder / "results.h5", workers=1, keep="all")
+        except explore.FailedBlocksWarning as warning:
+            reasons: dict[int, str] = warning.failures
+            raise RuntimeError(f"{len(reasons)} blocks failed") from warning
     table: pd.DataFrame = explore.read_results(results.path, columns=["cv", "feasible"])
     assert len(table) == len(explore.open_results(results.path).to_pandas()) == study.space.count
     assert explore.xarray(results)["cv"].attrs["units"] == "1"
@@ -60,14 +67,14 @@ def choose_design(results: explore.Results) -> dict[str, float]:
 
 
 def draw_charts(results: explore.Results, cover: explore.Coverage) -> list[Figure]:
-    """Every figure of the results."""
+    """Every figure of the results, which may be their path."""
     return [
-        charts.pareto_chart(results, x="cv", y="rocker_acceleration_max"),
-        charts.map_chart(results, x="crank", y="ground", metric="cv"),
-        charts.parallel_chart(results),
-        charts.motion_chart(results),
-        charts.mechanism_chart(results),
-        charts.ratio_chart(results),
+        charts.pareto_chart(str(results.path), x="cv", y="rocker_acceleration_max"),
+        charts.map_chart(results.path, x="crank", y="ground", metric="cv"),
+        charts.parallel_chart(results.path),
+        charts.motion_chart(results.path),
+        charts.mechanism_chart(results.path),
+        charts.ratio_chart(results.path),
         charts.coverage_chart(cover),
     ]
 
