@@ -18,7 +18,6 @@ import numpy as np
 import explore
 from explore.config.study import Study
 from explore.sweeping.collectors import row_bytes
-from explore.sweeping.runs import Progress
 
 STUDY = """mechanism = "crank-rocker"
 [parameters]
@@ -48,11 +47,11 @@ def sweep(study: Study, path: Path, workers: int) -> tuple[float, float]:
     """Seconds to the first block, and from there to the end."""
     start, first = time.perf_counter(), 0.0
 
-    def note(_: Progress) -> None:
+    def note(*_: int) -> None:
         nonlocal first
         first = first or time.perf_counter()
 
-    explore.sweep(study, path, workers=workers, progress=note)
+    explore.sweep(study, path, workers=workers, report_progress=note)
     end = time.perf_counter()
     path.unlink()
     return first - start, end - first
@@ -63,7 +62,7 @@ def main() -> None:
         folder = Path(name)
         (folder / "big.toml").write_text(STUDY)
         study = explore.load_study(folder / "big.toml")
-        size = row_bytes(study) * study.space.count
+        size = row_bytes(study) * study.space.n_designs
         seconds: dict[str, list[float]] = {"raw": [], "two": [], "one": []}
         first = []
         for _ in range(REPETITIONS):
@@ -73,7 +72,7 @@ def main() -> None:
                 first.append(begun)
                 seconds[label].append(ran)
     medians = {label: statistics.median(times) for label, times in seconds.items()}
-    n = study.space.count
+    n = study.space.n_designs
     print(f"{n:,} designs, {size / 1e9:.2f} GB; raw synced write {size / medians['raw'] / 1e6:.0f} MB/s")
     for label in ("two", "one"):
         print(

@@ -14,7 +14,6 @@ from pathlib import Path
 
 import explore
 from explore.config.study import Study
-from explore.sweeping.runs import Progress
 
 STUDY = """mechanism = "crank-rocker"
 [parameters]
@@ -32,10 +31,10 @@ def rate(study: Study, path: Path, workers: int, *, processes: bool) -> float:
     """Designs/s from the first block to the end."""
     times: list[tuple[float, int]] = []
 
-    def note(progress: Progress) -> None:
-        times.append((time.perf_counter(), progress.done))
+    def note(n_done: int, _: int) -> None:
+        times.append((time.perf_counter(), n_done))
 
-    explore.sweep(study, path, workers=workers, processes=processes, keep="front", progress=note)
+    explore.sweep(study, path, workers=workers, processes=processes, keep="front", report_progress=note)
     path.unlink()
     (begun, first), (ended, last) = times[0], times[-1]
     return (last - first) / (ended - begun)

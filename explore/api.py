@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, get_args
 
@@ -13,6 +13,7 @@ import numpy.typing as npt
 from explore.errors import FailedBlocksWarning, MotionError, RequestError
 from explore.evaluation.derived import unavailable_metrics
 from explore.evaluation.evaluate import evaluate_columns, output_columns
+from explore.model.progress import ReportProgress
 from explore.model.status import Status
 from explore.motions import motion_signals
 from explore.ranking.joint import RESULTS_COLUMN, rank_sources
@@ -61,7 +62,7 @@ def sweep(
     keep: Keep = "all",
     max_failures: int | None = None,
     restart: bool = False,
-    progress: Callable[[Progress], None] | None = None,
+    report_progress: ReportProgress | None = None,
 ) -> Results:
     """Compute every pending block of a study into a results file.
 
@@ -83,8 +84,8 @@ def sweep(
         Stop after more failed blocks than this; None for no limit.
     restart
         Rename an existing file and start over.
-    progress
-        Called after each commit.
+    report_progress
+        Called after each commit with the number of committed designs and of all designs.
 
     Returns
     -------
@@ -108,9 +109,14 @@ def sweep(
     if client is not None and (workers is not None or processes):
         raise RequestError("workers and processes cannot be combined with client, which has its own workers")
     cluster = existing_client(client) if client is not None else local_cluster(workers, processes=processes)
-    summary = run_study(study, path, cluster, keep=keep, max_failures=max_failures, restart=restart, progress=progress)
-    if summary.failed:
-        warnings.warn(FailedBlocksWarning(summary.failed), stacklevel=2)
+
+    def report(progress: Progress) -> None:
+        if report_progress is not None:
+            report_progress(progress.n_done, progress.n_designs)
+
+    summary = run_study(study, path, cluster, keep=keep, max_failures=max_failures, restart=restart, progress=report)
+    if summary.failures:
+        warnings.warn(FailedBlocksWarning(summary.failures), stacklevel=2)
     return open_results(path)
 
 

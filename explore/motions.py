@@ -12,7 +12,7 @@ from explore.mechanisms import four_bar
 from explore.methods.closed_form import KERNEL_ROWS, ClosedForm
 from explore.methods.contract import Capability, Level, Method, Outcome, Task, method_label
 from explore.methods.registry import find_method
-from explore.model.columns import Columns
+from explore.model.columns import Arrays
 from explore.model.mechanism import Mechanism
 from explore.model.quantities import FloatArray
 from explore.model.status import Status
@@ -21,8 +21,8 @@ _LINKS = ("crank", "coupler", "rocker", "ground")
 
 
 def motion_signals(
-    mechanism: Mechanism, columns: Columns, crank_angle: FloatArray, method: str, tolerance: float
-) -> tuple[Columns, str]:
+    mechanism: Mechanism, columns: Arrays, crank_angle: FloatArray, method: str, tolerance: float
+) -> tuple[Arrays, str]:
     """Solve the motion of one design by a method.
 
     Parameters
@@ -58,7 +58,7 @@ def motion_signals(
     else:
         raise RequestError(f"{mechanism.name} has only the closed form; leave out method={method!r}")
     speed = inputs[mechanism.speed.name]
-    signals: Columns = {}
+    signals: Arrays = {}
     for signal in mechanism.signals:
         if not signal.only_in:
             values = np.sqrt(rows[signal.row]) if signal.is_magnitude else rows[signal.row]
@@ -112,7 +112,7 @@ def _warn(name: str, verdict: Verdict, outcome: Outcome, errors: FloatArray, tol
     warnings.warn(f"{name} {problem}; the default method, the closed form, is exact", RuntimeWarning, stacklevel=5)
 
 
-def window_limits(mechanism: Mechanism, columns: Columns, window: str, drive: str) -> tuple[float, float] | None:
+def window_limits(mechanism: Mechanism, columns: Arrays, window: str, drive: str) -> tuple[float, float] | None:
     """First and last crank angle of a stroke, deg, ascending; None if the output has no strokes.
 
     Parameters

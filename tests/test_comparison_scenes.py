@@ -130,7 +130,7 @@ def test_a_study_without_a_scene_is_refused(tmp_path):
 def test_a_scene_does_not_change_the_hash_of_a_study(load):
     study, scene_study = load(GOOD), load(GOOD + SECTION)
     assert study.sha256 == scene_study.sha256
-    assert study.determines == scene_study.determines
+    assert study.identity == scene_study.identity
 
 
 def test_the_branch_of_a_scene(tmp_path):

@@ -9,7 +9,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from studies import GOOD
 
-from explore.config.locate import line_of, locate
+from explore.config.key_lines import line_of, locate
 from explore.config.study_file import load_study
 from explore.errors import ConfigError
 

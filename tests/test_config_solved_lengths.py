@@ -17,11 +17,15 @@ def with_entry(entry, name="crank", others=""):
 def test_a_solved_length(load):
     space = load(with_entry('{ solve = "swing_angle", value = "0.25 rad", min = "1 cm", max = 90 }')).space
     assert isinstance(space, SolvedSpace)
-    assert space.solved.name == "crank"
-    assert (space.solved.metric.name, space.solved.low, space.solved.high) == ("swing_angle", 10.0, 90.0)
-    assert space.solved.value == pytest.approx(14.3239448782706, rel=1e-14)
+    assert space.solved_length.name == "crank"
+    assert (space.solved_length.metric.name, space.solved_length.low, space.solved_length.high) == (
+        "swing_angle",
+        10.0,
+        90.0,
+    )
+    assert space.solved_length.value == pytest.approx(14.3239448782706, rel=1e-14)
     assert [axis.name for axis in space.axes] == ["crank", "coupler", "rocker", "ground"]
-    assert space.count == 1
+    assert space.n_designs == 1
     assert 10.0 < space.designs(0, 1)["crank"][0] < 90.0
 
 
@@ -35,11 +39,11 @@ def test_with_a_table_and_with_drawn_designs(load, tmp_path):
     (tmp_path / "designs.csv").write_text("coupler,rocker\n1000,500\n900,450\n")
     text = 'mechanism = "crank-rocker"\n[parameters]\ncrank = { solve = "swing_angle", value = 20 }\nground = 700\n'
     space = load(text + '[sampling]\nmethod = "table"\nfile = "designs.csv"\n').space
-    assert space.count == 2
+    assert space.n_designs == 2
     assert space.method == "table"
     drawn = text + "coupler = { min = 900, max = 1000 }\nrocker = 500\n"
     space = load(drawn + '[sampling]\nmethod = "sobol"\ncount = 9\nseed = 4\n').space
-    assert (space.count, space.method, space.seed) == (9, "sobol", 4)
+    assert (space.n_designs, space.method, space.seed) == (9, "sobol", 4)
 
 
 def test_what_determines_the_results(load):
@@ -48,7 +52,7 @@ def test_what_determines_the_results(load):
     drawn = '[sampling]\nmethod = "sobol"\ncount = 9\nseed = 4\n'
     text = with_entry(entry).replace("coupler = 1000", "coupler = { min = 900, max = 1000 }") + drawn
     study = load(text)
-    content = json.loads(study.determines)
+    content = json.loads(study.identity)
     assert content["parameters"]["crank"] == {"solve": "swing_angle", "value": 20.0, "min": 0.0, "max": None}
     assert content["sampling"] == {"method": "sobol", "count": 9, "seed": 4}
     same = load(text.replace(entry, '{ value = "20 deg", solve = "swing_angle" }'))

@@ -51,7 +51,7 @@ def wrong(table):
 
 
 def designs(study):
-    return {name: column.tolist() for name, column in study.space.designs(0, study.space.count).items()}
+    return {name: column.tolist() for name, column in study.space.designs(0, study.space.n_designs).items()}
 
 
 # Good tables
@@ -59,7 +59,7 @@ def designs(study):
 
 def test_designs_are_the_rows_in_the_order_of_the_file(table):
     study = table("ground, rocker ,crank,coupler\n700,500,100,1000\n7e2,5.5,.1,1000.25\n")
-    assert (study.space.method, study.space.count, study.space.seed) == ("table", 2, 0)
+    assert (study.space.method, study.space.n_designs, study.space.seed) == ("table", 2, 0)
     assert designs(study) == {
         "crank": [100.0, 0.1],
         "coupler": [1000.0, 1000.25],
@@ -134,7 +134,7 @@ def test_names_start_at_the_folder_of_the_study_file(tmp_path, monkeypatch, name
     name = str(tmp_path / "any.csv") if name == "absolute" else name
     (tmp_path / "study" / name).write_text(f"{HEADER}\n{ROW}\n")
     (tmp_path / "study/study.toml").write_text(STUDY.replace("designs.csv", name), encoding="utf-8")
-    assert load_study("../study/study.toml").space.count == 1
+    assert load_study("../study/study.toml").space.n_designs == 1
 
 
 @settings(max_examples=50, derandomize=True, database=None, deadline=None, suppress_health_check=list(HealthCheck))
@@ -342,7 +342,7 @@ def test_a_forbidden_file(unprivileged):
 def test_too_many_rows(wrong, table, monkeypatch):
     assert table_file.MOST_TABLE_ROWS == 10**7
     monkeypatch.setattr(table_file, "MOST_TABLE_ROWS", 10_000)  # the real limit takes half a minute to reach
-    assert table(f"{HEADER}\n" + f"{ROW}\n" * 10_000).space.count == 10_000
+    assert table(f"{HEADER}\n" + f"{ROW}\n" * 10_000).space.n_designs == 10_000
     reason = reason_of(wrong(f"{HEADER}\n" + f"{ROW}\n" * 10_001))
     assert reason == "has more than 10000 rows, the limit of a table; split it"
 
@@ -366,7 +366,7 @@ def test_anything_else_is_a_study_or_config_errors_of_one_line(tmp_path, content
     lines, columns = [], {}
     try:
         space = load_study(tmp_path / "study.toml").space
-        columns = space.designs(0, space.count)
+        columns = space.designs(0, space.n_designs)
     except ConfigError as error:
         lines = error.problems
     start = (f"{tmp_path / 'study.toml'}:4: sampling.file: ", "designs.csv:")

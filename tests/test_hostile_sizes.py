@@ -12,7 +12,7 @@ from store_files import N_BLOCKS, fill, still_pending, values, writer
 from studies import FEW, GOOD
 
 import explore
-from explore.config.locate import MOST_NESTED, MOST_PARTS, find_excess_depth
+from explore.config.key_lines import MOST_NESTED, MOST_PARTS, find_excess_depth
 from explore.errors import ConfigError, ResultsError
 from explore.store.open_results import open_results
 
@@ -273,7 +273,7 @@ def test_a_sparse_copy_of_an_unfinished_file_is_as_good(tmp_path):
     with writer(path) as store:
         for number in store.pending:
             store.commit(number, values(number))
-    assert open_results(path).complete
+    assert open_results(path).is_complete
 
 
 # --- pipes ------------------------------------------------------------------------------------------------------------

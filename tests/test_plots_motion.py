@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import explore
+from explore.charts.forces import forces_figure
 from explore.charts.labels import unit_text
-from explore.charts.load import load_figure
 from explore.charts.mechanism import joint_paths, mechanism_figure
 from explore.charts.motion import clutch_output, motion_figure
 from explore.charts.simulation import SimulatedDesign
@@ -110,7 +110,7 @@ def test_pin_forces_start_at_0_and_the_mean_torque_is_0():
     """The published rig at its shortest crank, where forces hardly vary; a constant load torque does no net work."""
     rig = {"crank": 5.0, "coupler": 460.0, "rocker": 595.0, "ground": 751.0, "speed": 60.0, "constant_torque": 25000.0}
     motion = explore.simulate("test-rig", rig, angles=crank_angles())
-    figure = load_figure(SimulatedDesign(motion, rig))
+    figure = forces_figure(SimulatedDesign(motion, rig))
     (pins,) = (chart for chart in figure.axes if "pin forces" in chart.get_ylabel())
     low, high = pins.get_ylim()
     largest = max(line.get_ydata().max() for line in pins.get_lines())

@@ -133,8 +133,8 @@ def test_the_front_does_not_depend_on_blocks_and_leaves_out_what_does_not_count(
     usable = frame["feasible"] & np.isfinite(frame["gain"])
     values = frame.loc[usable, ["cost", "gain"]].to_numpy() * [1, -1]
     np.testing.assert_array_equal(rows, frame.loc[usable, "design"][brute_force(values)])
-    assert tally.ranked == usable.sum()
-    assert tally.not_finite == (frame["feasible"] & ~np.isfinite(frame["gain"])).sum()
+    assert tally.n_ranked == usable.sum()
+    assert tally.n_not_finite == (frame["feasible"] & ~np.isfinite(frame["gain"])).sum()
     assert tally.by_status["crank_blocked"] == (frame["status"] == 3).sum()
     assert tally.by_constraint["gain_margin"] == ((frame["gain_margin"] < 0) & (frame["status"] == 1)).sum()
 
@@ -154,7 +154,7 @@ def test_an_undefined_constraint_is_counted_as_such():
 
     tally.count(columns, np.array([False]), np.array([True]))
 
-    assert tally.undefined["cv_margin"] == 1
+    assert tally.by_undefined_constraint["cv_margin"] == 1
     assert tally.by_constraint["cv_margin"] == 0
 
 
@@ -211,7 +211,7 @@ def test_only_feasible_designs_count_as_not_finite():
 
     find_front([columns], [Objective("cv", "min")], tally)
 
-    assert (tally.ranked, tally.not_finite) == (1, 1)
+    assert (tally.n_ranked, tally.n_not_finite) == (1, 1)
 
 
 def test_any_number_of_objectives_counts():
@@ -227,7 +227,7 @@ def test_a_margin_is_undefined_only_where_the_design_was_computed():
 
     tally.count(columns, np.zeros(3, bool), np.ones(3, bool))
 
-    assert tally.undefined["cv_margin"] == 1
+    assert tally.by_undefined_constraint["cv_margin"] == 1
 
 
 def test_a_screened_design_counts_as_missing_its_constraint():

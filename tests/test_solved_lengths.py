@@ -197,15 +197,15 @@ SPACES = [
 @pytest.mark.parametrize("free", SPACES, ids=lambda space: space.method)
 def test_spaces_of_all_kinds(free):
     space = SolvedSpace.over(free, SWING, MECHANISM)
-    assert (space.count, space.method, space.seed, space.swept_parameters) == (
-        free.count,
+    assert (space.n_designs, space.method, space.seed, space.swept_parameters) == (
+        free.n_designs,
         free.method,
         free.seed,
         free.swept_parameters,
     )
     assert [axis.name for axis in space.axes][:2] == ["crank", "coupler"]
     for number in range(space.n_blocks):
-        part = pickle.loads(pickle.dumps(space.for_block(number)))
+        part = pickle.loads(pickle.dumps(space.space_for_block(number)))
         block, whole = part.block(number).columns, space.block(number).columns
         assert list(block) == [axis.name for axis in space.axes]
         for name, values in whole.items():
@@ -251,11 +251,11 @@ def test_a_sweep_walks_designs_of_the_same_swing(load, tmp_path):
     class Stop(Exception):
         pass
 
-    def stop(_):
+    def stop(*_):
         raise Stop
 
     with pytest.raises(Stop):
-        explore.sweep(study, tmp_path / "b.h5", progress=stop)
+        explore.sweep(study, tmp_path / "b.h5", report_progress=stop)
     with (
         LocalCluster(n_workers=2, threads_per_worker=1, processes=True, dashboard_address="127.0.0.1:0") as cluster,
         Client(cluster) as client,
@@ -285,7 +285,7 @@ ground = 751
     designs = study.space.designs(0, 30)
     good = np.isfinite(designs["crank"])
     assert good.sum() == 25
-    assert solve(study.request.mechanism, study.space.solved, designs).tobytes() == designs["crank"].tobytes()
+    assert solve(study.request.mechanism, study.space.solved_length, designs).tobytes() == designs["crank"].tobytes()
     found = {}
     for k in np.flatnonzero(good):
         lengths = {name: float(values[k]) for name, values in designs.items()}

@@ -53,9 +53,9 @@ def test_a_grid_is_the_product_with_the_last_axis_fastest():
     space = Grid.over(AXES)
     expected = list(itertools.product((1.0, 5.0, 2.0), np.linspace(10, 11, 7), (3.0,), (4.0, 6.0)))
 
-    columns = space.designs(0, space.count)
+    columns = space.designs(0, space.n_designs)
 
-    assert space.count == 42
+    assert space.n_designs == 42
     assert list(columns) == ["crank", "coupler", "rocker", "speed"]
     np.testing.assert_allclose(np.column_stack(list(columns.values())), expected, rtol=1e-15)  # one rounding
     assert columns["coupler"].max() == 11.0  # both ends exactly
@@ -66,7 +66,7 @@ def test_a_block_is_computed_from_its_number_without_the_grid():
 
     block = space.block(space.n_blocks - 1)
 
-    assert space.count == 10**15
+    assert space.n_designs == 10**15
     assert block.start == (space.n_blocks - 1) * BLOCK_SIZE
     assert block.columns["crank"][-1] == 2.0
     assert block.columns["coupler"][-1] == 2.0
@@ -75,7 +75,7 @@ def test_a_block_is_computed_from_its_number_without_the_grid():
 def test_the_edges_of_a_grid_of_a_million_million_designs():
     space = Grid.over((SpacedAxis("crank", 0.0, 999.0, 1000), SpacedAxis("coupler", 0.0, 99_999.0, 10**5), *AXES[2:3],
                        SpacedAxis("speed", 0.0, 9_999.0, 10_000)))  # fmt: skip
-    assert space.count == 10**12
+    assert space.n_designs == 10**12
     # The axes count up, so a design's number can be read from its values.
     for start in (0, 9_998, 10**9 - 2, 2**31 - 2, 2**32 - 2, 10**12 // 2, 10**12 - 4):
         columns = space.designs(start, start + 4)
@@ -89,7 +89,7 @@ def test_the_edges_of_a_grid_of_a_million_million_designs():
 @pytest.mark.parametrize("method", METHODS)
 def test_blocks_are_slices_of_the_whole(method):
     space = space_of(method, 160_801)
-    whole = space.designs(0, space.count)
+    whole = space.designs(0, space.n_designs)
 
     for number in (2, 0, 1):
         block = space.block(number)
@@ -101,20 +101,20 @@ def test_blocks_are_slices_of_the_whole(method):
 @given(st.data(), st.sampled_from(METHODS), COUNTS, st.integers(0, 2**63 - 1))
 def test_any_split_gives_the_same_designs_within_the_bounds(data, method, count, seed):
     space = space_of(method, count, seed)
-    whole = space.designs(0, space.count)
-    cuts = data.draw(st.lists(st.integers(0, space.count), max_size=3))
-    splits = [sorted({0, space.count, *cuts}), [*range(0, space.count, BLOCK_SIZE), space.count]]
+    whole = space.designs(0, space.n_designs)
+    cuts = data.draw(st.lists(st.integers(0, space.n_designs), max_size=3))
+    splits = [sorted({0, space.n_designs, *cuts}), [*range(0, space.n_designs, BLOCK_SIZE), space.n_designs]]
 
     for split in splits:
         parts = [space.designs(start, stop) for start, stop in itertools.pairwise(split)]
         assert_equal(whole, {name: np.concatenate([part[name] for part in parts]) for name in whole})
     copy = pickle.loads(pickle.dumps(space))
     for number in range(space.n_blocks):
-        block, other = space.block(number), copy.for_block(number).block(number)
+        block, other = space.block(number), copy.space_for_block(number).block(number)
         assert (block.number, block.start) == (other.number, other.start)
         assert_equal(block.columns, other.columns)
 
-    assert all(column.shape == (space.count,) and column.dtype == np.float64 for column in whole.values())
+    assert all(column.shape == (space.n_designs,) and column.dtype == np.float64 for column in whole.values())
     for axis in space.axes:
         column = whole[axis.name]
         if isinstance(axis, ContinuousAxis):
@@ -132,7 +132,7 @@ def test_another_process_makes_the_same_designs(method):
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path), "PYTHONHASHSEED": "1"}
     done = subprocess.run(
         [sys.executable, "-c", program],
-        input=pickle.dumps(space.for_block(1)), capture_output=True, check=True, env=environment,
+        input=pickle.dumps(space.space_for_block(1)), capture_output=True, check=True, env=environment,
     )  # fmt: skip
     assert_equal(space.block(1).columns, pickle.loads(done.stdout).columns)
 
@@ -140,7 +140,7 @@ def test_another_process_makes_the_same_designs(method):
 @pytest.mark.parametrize("method", METHODS)
 def test_the_space_sent_to_a_worker_is_small(method):
     space = space_of(method, 20 * BLOCK_SIZE)
-    size = len(pickle.dumps(space.for_block(13)))
+    size = len(pickle.dumps(space.space_for_block(13)))
     # two columns of eight bytes, and some hundred bytes of names and axes
     assert size < (2 * 8 * BLOCK_SIZE if method == "table" else 0) + 1000
 

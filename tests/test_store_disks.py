@@ -15,7 +15,7 @@ from store_files import ATTRIBUTES, BLOCK, COLUMNS, N_BLOCKS, fill, sha256, valu
 
 from explore.errors import ResultsError
 from explore.files import rename_new
-from explore.store import platform
+from explore.store import system_calls
 from explore.store.creation import create_results_file
 from explore.store.open_results import open_results
 
@@ -138,4 +138,4 @@ def test_lock_without_posix(tmp_path, monkeypatch):
     fill(path)
     monkeypatch.setitem(sys.modules, "msvcrt", None)
     with path.open("rb") as file, pytest.raises(OSError, match="no file locks"):
-        platform.lock(file.fileno())
+        system_calls.lock(file.fileno())

@@ -50,14 +50,14 @@ def test_everything_comes_back(tmp_path, numbers, packed):
     pd.testing.assert_frame_equal(results.to_pandas(), expected, check_exact=True)
     assert (results.keep, results.n_designs, results.n_committed, len(results)) == ("front", *[len(numbers)] * 3)
     assert (results.n_studied, results.counts) == (N_DESIGNS, LABELS)
-    assert results.complete
-    assert results.packed == packed
+    assert results.is_complete
+    assert results.is_packed == packed
     assert results.verify() == []
     assert repr(results).endswith(f": {len(numbers)} kept of 9500 designs>")
     for number in numbers[:: max(1, len(numbers) // 5)]:
         assert results.design(number)["crank"] == number + 0.25
     backwards = numbers[::-1]
-    pd.testing.assert_frame_equal(results.rows(backwards), expected.loc[backwards], check_exact=True)
+    pd.testing.assert_frame_equal(results.designs(backwards), expected.loc[backwards], check_exact=True)
     blocks = [block["design"] for block in results.blocks(["design"])]
     np.testing.assert_array_equal(np.concatenate([*blocks, np.empty(0, "<i8")]), numbers)
 
@@ -97,7 +97,7 @@ def test_design_that_was_not_kept(tmp_path):
         with pytest.raises(ResultsError, match=rf"kept\.h5: design {number} is not Pareto-optimal and was not kept"):
             results.design(number)
         with pytest.raises(ResultsError, match=f"design {number} is not Pareto-optimal"):
-            results.rows([5, number, 999])
+            results.designs([5, number, 999])
     for number in (-1, N_DESIGNS):
         with pytest.raises(ResultsError, match=f"has no design {number}: they are numbered 0 to 9,499"):
             results.design(number)
@@ -197,7 +197,7 @@ def test_a_finished_file_has_a_durable_name(tmp_path, monkeypatch):
         first.finish(arrays(SOME), KEPT)
     monkeypatch.setattr(front_writer, "sync_folder", synchronised.append)
     with FrontWriter(tmp_path / "a.h5", COLUMNS, N_DESIGNS, BLOCK, attributes) as again:
-        assert again.finished
+        assert again.is_finished
     assert synchronised == [tmp_path]
 
 

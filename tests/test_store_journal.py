@@ -337,10 +337,10 @@ def test_disk_full_for_real(tmp_path):
 def test_append_is_durable_when_it_returns(tmp_path, monkeypatch):
     """Every byte of a record was written before it was synchronised, and nothing afterwards."""
     path, sizes = tmp_path / "a.journal", []
-    sync = journal_module.platform.sync_data
+    sync = journal_module.system_calls.sync_data
     with Journal(path, HEADER) as journal:
         monkeypatch.setattr(
-            journal_module.platform, "sync_data", lambda fd: (sizes.append(path.stat().st_size), sync(fd))
+            journal_module.system_calls, "sync_data", lambda fd: (sizes.append(path.stat().st_size), sync(fd))
         )
         for number in range(4):
             journal.append(*record(number))

@@ -12,7 +12,7 @@ import pytest
 from store_files import N_BLOCKS, child, fill, kill, sha256, writer
 
 from explore.errors import ResultsError
-from explore.store import platform
+from explore.store import system_calls
 from explore.store.locking import LockFile
 from explore.store.open_results import open_results
 
@@ -30,7 +30,7 @@ def test_second_writer_is_refused_until_the_first_is_gone(tmp_path):
     finally:
         kill(process)
     fill(path)  # free at once, no waiting and nothing to clean up by hand
-    assert open_results(path).complete
+    assert open_results(path).is_complete
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="needs /proc")
@@ -64,7 +64,7 @@ def test_four_writers_at_once_write_each_block_once(finished, tmp_path):
 
 def test_lock_file_removed_by_its_last_holder_is_no_lock(tmp_path, monkeypatch):
     """The last holder removes the file after we open it and before we lock it: the name is free for another writer."""
-    path, lock = tmp_path / "grid.h5", platform.lock
+    path, lock = tmp_path / "grid.h5", system_calls.lock
     removals = iter([True])
 
     def remove_then_lock(descriptor: int) -> bool:
@@ -72,7 +72,7 @@ def test_lock_file_removed_by_its_last_holder_is_no_lock(tmp_path, monkeypatch):
             path.with_name("grid.h5.lock").unlink()
         return lock(descriptor)
 
-    monkeypatch.setattr(platform, "lock", remove_then_lock)
+    monkeypatch.setattr(system_calls, "lock", remove_then_lock)
     with LockFile(path), pytest.raises(ResultsError, match="is being written by process"), LockFile(path):
         pytest.fail("two writers hold the lock")
 

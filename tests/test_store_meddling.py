@@ -18,8 +18,8 @@ from explore.errors import ResultsError
 from explore.files import new_file, unfinished_name
 from explore.store.journal import Journal
 from explore.store.locking import LockFile
-from explore.store.names import journal_name, remove_leftovers
 from explore.store.open_results import open_results
+from explore.store.sidecar_files import journal_name, remove_leftovers
 from explore.sweeping.log import Log, log_path
 
 #: 151,200 designs in three blocks; few of them are Pareto-optimal.
@@ -48,13 +48,13 @@ def sweep_and_meddle(study, path, meddle, after=1, **options):
     """Sweep a study, and call `meddle` once after this number of blocks."""
     n_done = 0
 
-    def count_blocks(_):
+    def count_blocks(*_):
         nonlocal n_done
         n_done += 1
         if n_done == after:
             meddle(path)
 
-    return explore.sweep(study, path, progress=count_blocks, **options)
+    return explore.sweep(study, path, report_progress=count_blocks, **options)
 
 
 # --- the results file is moved, removed or replaced ------------------------------------------------------------------
@@ -103,7 +103,7 @@ def test_a_copy_that_replaced_the_file_is_checked_and_continued(study, tmp_path)
     with pytest.raises(ResultsError, match="replaced"):
         sweep_and_meddle(study, path, replace, after=2)
     results = explore.sweep(study, path)
-    assert results.complete
+    assert results.is_complete
     assert results.verify() == []
     explore.sweep(study, tmp_path / "undisturbed.h5")
     assert sha256(path) == sha256(tmp_path / "undisturbed.h5")
@@ -130,9 +130,9 @@ def test_file_that_appears_during_the_sweep_is_not_overwritten(study, tmp_path):
     with pytest.raises(ResultsError, match=r"grid\.h5 is not a results file.*; move it away to go on with the sweep"):
         explore.sweep(study, path, keep="front")
     path.unlink()
-    computed = []
-    explore.sweep(study, path, keep="front", progress=lambda state: computed.append(state.computed))
-    assert computed == [], "nothing was lost"
+    reports = []
+    explore.sweep(study, path, keep="front", report_progress=lambda *counts: reports.append(counts))
+    assert reports == [], "nothing was lost"
 
 
 @pytest.mark.parametrize("after", [1, 3], ids=["first block", "last block"])
@@ -246,7 +246,7 @@ def test_log_that_cannot_be_written_does_not_stop_the_sweep(study, tmp_path):
         log_path(path).unlink()
         log_path(path).mkdir()
 
-    assert sweep_and_meddle(study, tmp_path / "grid.h5", meddle).complete
+    assert sweep_and_meddle(study, tmp_path / "grid.h5", meddle).is_complete
     assert log_path(tmp_path / "grid.h5").is_dir()
 
 

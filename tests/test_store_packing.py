@@ -56,15 +56,15 @@ def test_hdf5_finds_the_same_in_both(packed, finished):
 
 def test_results_read_both_alike(packed, finished):
     ours, theirs = open_results(packed), open_results(finished)
-    assert (ours.packed, theirs.packed) == (True, False)
+    assert (ours.is_packed, theirs.is_packed) == (True, False)
     assert ours.columns == theirs.columns
     assert ours.attributes == theirs.attributes
     assert ours.counts == theirs.counts
-    assert (ours.complete, ours.n_committed, ours.keep) == (True, N_DESIGNS, "all")
+    assert (ours.is_complete, ours.n_committed, ours.keep) == (True, N_DESIGNS, "all")
     pd.testing.assert_frame_equal(ours.to_pandas(), theirs.to_pandas(), check_exact=True)
     pd.testing.assert_frame_equal(ours.to_pandas(["nodes"]), theirs.to_pandas(["nodes"]), check_exact=True)
     for numbers in ([], [9499], [7, 3, 3, 9000, 4, 2999, 3001], range(N_DESIGNS)[::-1]):
-        pd.testing.assert_frame_equal(ours.rows(list(numbers)), theirs.rows(list(numbers)), check_exact=True)
+        pd.testing.assert_frame_equal(ours.designs(list(numbers)), theirs.designs(list(numbers)), check_exact=True)
     assert ours.design(8999) == theirs.design(8999)
     for mine, other in zip(ours.blocks(), theirs.blocks(), strict=True):
         for name, expected in other.items():

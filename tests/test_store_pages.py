@@ -12,9 +12,9 @@ from store_files import ATTRIBUTES, COLUMNS, values
 
 from explore.model.columns import Column
 from explore.store.all_designs_writer import AllDesignsWriter
-from explore.store.image import build_image
 from explore.store.journal import Journal
 from explore.store.layout import PAGE
+from explore.store.memory_file import build_memory_file
 from explore.store.open_results import open_results
 from explore.store.packing import pack
 
@@ -33,9 +33,9 @@ def pages(start: int, length: int) -> set[int]:
 @pytest.mark.parametrize("columns", [COLUMNS[:2], COLUMNS, (*COLUMNS, *MANY)], ids=["two", "six", "many"])
 @pytest.mark.parametrize("n_designs", [1, 511, 513, 4095, 4097, BLOCK + 1, 3 * BLOCK])
 def test_values_and_commit_words_share_no_page_with_anything_else(n_designs, columns):
-    image = build_image(columns, n_designs, BLOCK, ATTRIBUTES | {"config": "text " * 20_000})
-    structures = set().union(*(pages(offset, len(piece)) for offset, piece in image.pieces if any(piece)))
-    with h5py.File(image, "r") as file:
+    memory_file = build_memory_file(columns, n_designs, BLOCK, ATTRIBUTES | {"config": "text " * 20_000})
+    structures = set().union(*(pages(offset, len(piece)) for offset, piece in memory_file.pieces if any(piece)))
+    with h5py.File(memory_file, "r") as file:
         commit = file["progress/commit"]
         datasets = [*file["designs"].values(), commit]
         spans = [pages(dataset.id.get_offset(), dataset.nbytes) for dataset in datasets]
@@ -58,7 +58,7 @@ def test_a_file_of_format_1_is_read_continued_and_packed(tmp_path):
         assert list(writer.pending) == [1]
         writer.commit(1, values(1, 4, 10))
     results = open_results(path)
-    assert results.complete
+    assert results.is_complete
     assert results.verify() == []
     pack(path, tmp_path / "packed.h5")
     expected = np.concatenate([values(number, 4, 10)["rocker_velocity_max"] for number in range(3)])
@@ -107,5 +107,5 @@ def test_a_copy_that_another_program_laid_out_is_continued(tmp_path):
         for number in (2, 1):
             writer.commit(number, values(number, 400, 1000))
     results = open_results(copy)
-    assert results.complete
+    assert results.is_complete
     assert results.verify() == []

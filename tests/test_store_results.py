@@ -17,7 +17,7 @@ from explore.model.columns import Column
 from explore.model.status import Status
 from explore.store.all_designs_writer import AllDesignsWriter
 from explore.store.creation import create_results_file
-from explore.store.image import Image
+from explore.store.memory_file import MemoryFile
 from explore.store.open_results import open_results
 
 
@@ -56,7 +56,7 @@ def test_results_give_everything_back(finished):
     assert results.config == ATTRIBUTES["config"]
     assert results.attributes["seed"] == 1
     assert results.units["crank"] == "mm"
-    assert results.complete
+    assert results.is_complete
     assert (results.n_designs, results.n_committed, len(results)) == (N_DESIGNS,) * 3
     blocked = len(range(3, N_DESIGNS, 7))
     assert results.counts == {"ok": N_DESIGNS - blocked, "crank_blocked": blocked}
@@ -73,7 +73,7 @@ def test_results_give_everything_back(finished):
     reports = []
     assert results.verify(lambda *state: reports.append(state)) == []
     assert reports == [(done, N_BLOCKS) for done in range(1, N_BLOCKS + 1)]
-    assert (results.keep, results.n_studied, results.packed) == ("all", N_DESIGNS, False)
+    assert (results.keep, results.n_studied, results.is_packed) == ("all", N_DESIGNS, False)
     assert results.count_statuses([0]) == {"ok": BLOCK - 143, "crank_blocked": 143}
 
 
@@ -91,14 +91,14 @@ def test_part_of_the_columns_and_blocks_in_order(finished):
 def test_single_rows_in_the_requested_order(finished, numbers):
     results = open_results(finished)
     expected = results.to_pandas().loc[list(numbers)]
-    pd.testing.assert_frame_equal(results.rows(list(numbers)), expected, check_exact=True)
+    pd.testing.assert_frame_equal(results.designs(list(numbers)), expected, check_exact=True)
 
 
 def test_only_committed_rows_are_given(tmp_path):
     path = fill(tmp_path / "part.h5", [8, 2, 3, 9])
     results = open_results(path)
     rows = np.r_[2000:4000, 8000:9500]
-    assert not results.complete
+    assert not results.is_complete
     assert results.n_committed == 3500
     np.testing.assert_array_equal(results.to_pandas().index, rows)
     np.testing.assert_array_equal(results.to_pandas(["crank"])["crank"], rows + 0.25)
@@ -106,7 +106,7 @@ def test_only_committed_rows_are_given(tmp_path):
     with pytest.raises(ResultsError, match="design 1999 is not computed yet"):
         results.design(1999)
     with pytest.raises(ResultsError, match="design 7000 is not computed yet"):
-        results.rows([2000, 7000])
+        results.designs([2000, 7000])
 
 
 def test_nothing_committed_is_an_empty_table(tmp_path):
@@ -124,7 +124,7 @@ def test_wrong_names_and_numbers_say_what_to_do(finished):
         with pytest.raises(ResultsError, match=f"no design {number}: they are numbered 0 to 9,499"):
             results.design(number)
         with pytest.raises(ResultsError, match=f"no design {number}: they are numbered 0 to 9,499"):
-            results.rows([3, number, 5])
+            results.designs([3, number, 5])
 
 
 def test_pandas_reads_it_without_a_key(finished):
@@ -162,27 +162,27 @@ def test_small_files(tmp_path, n_designs):
     with AllDesignsWriter(path, COLUMNS, n_designs, BLOCK, ATTRIBUTES) as store:
         for number in store.pending:
             store.commit(number, values(number, BLOCK, n_designs))
-        assert store.committed_designs == n_designs
+        assert store.n_committed == n_designs
     np.testing.assert_array_equal(open_results(path).to_pandas()["crank"], np.arange(n_designs) + 0.25)
 
 
 def test_image_behaves_like_a_file():
     """Random writes and reads against an ordinary file in memory, which keeps every byte."""
     chance = random.Random(3)
-    image, plain = Image(), io.BytesIO()
+    memory_file, plain = MemoryFile(), io.BytesIO()
     for _ in range(200):
         place, length = chance.randrange(500), chance.randrange(1, 60)
-        for file in (image, plain):
+        for file in (memory_file, plain):
             file.seek(place)
         if chance.random() < 0.5:
             data = chance.randbytes(length)
-            assert image.write(data) == plain.write(data)
+            assert memory_file.write(data) == plain.write(data)
         else:
             from_image, from_plain = bytearray(length), bytearray(length)
-            image.readinto(from_image)
-            plain.readinto(from_plain)  # leaves zeros beyond the end, which the image fills in
+            memory_file.readinto(from_image)
+            plain.readinto(from_plain)  # leaves zeros beyond the end, which the other fills in
             assert from_image == from_plain
-    assert image.seek(0, io.SEEK_END) == plain.seek(0, io.SEEK_END) == image.tell()
+    assert memory_file.seek(0, io.SEEK_END) == plain.seek(0, io.SEEK_END) == memory_file.tell()
 
 
 def test_create_refuses_nonsense(tmp_path):

@@ -29,7 +29,7 @@ from store_files import (
 
 from explore.errors import ResultsError
 from explore.model.status import Status
-from explore.store import platform
+from explore.store import system_calls
 from explore.store.all_designs_writer import AllDesignsWriter
 from explore.store.block_bytes import commit_word
 from explore.store.creation import create_results_file
@@ -131,7 +131,7 @@ def test_reading_while_writing(tmp_path):
         opened_before = open_results(path)
         for done, number in enumerate([3, 0, 7], 1):
             store.commit(number, values(number))
-            assert open_results(path).n_committed == done * BLOCK == store.committed_designs
+            assert open_results(path).n_committed == done * BLOCK == store.n_committed
             assert_block_has_its_values(path, number)
             frame = pd.read_hdf(path)
             assert int((frame["status"] != Status.PENDING).sum()) == done * BLOCK
@@ -237,7 +237,7 @@ def test_a_block_is_durable_before_its_word(tmp_path, monkeypatch):
     path, steps = tmp_path / "grid.h5", []
     with writer(path) as store:
         first_word = read_layout(path).commit_offset
-        write_at, sync_data = platform.write_at, platform.sync_data
+        write_at, sync_data = system_calls.write_at, system_calls.sync_data
 
         def write(descriptor, data, offset):
             steps.append("word" if offset >= first_word else "values")
@@ -247,8 +247,8 @@ def test_a_block_is_durable_before_its_word(tmp_path, monkeypatch):
             steps.append("sync")
             sync_data(descriptor)
 
-        monkeypatch.setattr(platform, "write_at", write)
-        monkeypatch.setattr(platform, "sync_data", sync)
+        monkeypatch.setattr(system_calls, "write_at", write)
+        monkeypatch.setattr(system_calls, "sync_data", sync)
         store.commit(0, values(0))
     assert steps == ["values"] * len(COLUMNS) + ["sync", "word", "sync"]
 

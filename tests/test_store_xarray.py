@@ -65,7 +65,7 @@ def test_attributes_carry_units_and_labels(results):
     assert dataset.attrs == dict(results.attributes)
     assert results.to_pandas().attrs["units"]["crank"] == "mm"
     assert results.to_pandas(["crank"]).attrs["units"] == {"crank": "mm"}
-    assert results.rows([]).attrs["units"] == results.to_pandas().attrs["units"]
+    assert results.designs([]).attrs["units"] == results.to_pandas().attrs["units"]
 
 
 def test_dask_arrays_have_the_same_values_and_can_be_sent_to_workers(finished):
@@ -84,9 +84,11 @@ def test_no_column_is_read_before_its_values_are_needed(tmp_path, monkeypatch):
     with h5py.File(path, "r+") as file:
         file["progress/commit"][:, 0] = 1 << 32
     ranges = []
-    read = rows.read_rows
+    read = rows.read_column_rows
     monkeypatch.setattr(
-        rows, "read_rows", lambda file, layout, column, *ends: ranges.append(ends) or read(file, layout, column, *ends)
+        rows,
+        "read_column_rows",
+        lambda file, layout, column, *ends: ranges.append(ends) or read(file, layout, column, *ends),
     )
     dataset = explore.xarray(path)
     assert dataset.sizes == {"design": count}

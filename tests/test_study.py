@@ -49,7 +49,7 @@ def test_every_study_file_as_a_study_in_python(config, reread):
     from_file = explore.load_study(config)
     built = explore.Study(**arguments(config.read_text(encoding="utf-8")))
     assert built == from_file
-    assert (built.determines, built.sha256) == (from_file.determines, from_file.sha256)
+    assert (built.identity, built.sha256) == (from_file.identity, from_file.sha256)
     assert built.objectives == from_file.objectives
     assert reread(built) == built == reread(from_file)
     assert from_file.to_toml() == config.read_text(encoding="utf-8")
@@ -108,7 +108,7 @@ def test_round_trip(tmp_path_factory, arguments):
     path.write_text(study.to_toml(), encoding="utf-8")
     again = explore.load_study(path)
     assert again == study
-    assert again.determines == study.determines
+    assert again.identity == study.identity
     assert hash(again) == hash(study)
     assert again.to_toml() == study.to_toml()
 
@@ -260,4 +260,4 @@ def test_repr_names_what_is_swept():
 def test_every_mechanism_has_a_study_in_python():
     for name in ("crank-rocker", "test-rig"):
         required = [p.name for p in find_mechanism(name).parameters if p.default is None]
-        assert explore.Study(mechanism=name, parameters=dict.fromkeys(required, 1)).space.count == 1
+        assert explore.Study(mechanism=name, parameters=dict.fromkeys(required, 1)).space.n_designs == 1

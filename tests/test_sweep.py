@@ -49,11 +49,11 @@ def test_the_file_holds_what_evaluate_says_of_every_design(study, tmp_path):
     summary = run(study, tmp_path / "a.h5")
 
     frame = explore.read_results(tmp_path / "a.h5")
-    designs = study.space.designs(0, study.space.count)
+    designs = study.space.designs(0, study.space.n_designs)
     expected = explore.evaluate("crank-rocker", designs, constraints={"transmission_angle_min": {"min": 20}})
     expected.index.name = "design"
-    assert summary.designs == summary.computed == len(frame) == 151_200
-    assert summary.feasible == frame["feasible"].sum()
+    assert summary.n_designs == summary.n_computed == len(frame) == 151_200
+    assert summary.n_feasible == frame["feasible"].sum()
     assert set(frame["status"]) >= {1, 3, 6}
     for name in expected:
         np.testing.assert_array_equal(frame[name], expected[name], err_msg=name)
@@ -72,15 +72,15 @@ def test_threads_processes_over_tcp_and_a_resumed_run_give_the_same_bytes(study,
     class Stop(Exception):
         pass
 
-    def stop(_):
+    def stop(*_):
         raise Stop
 
     for _ in range(2):
         with pytest.raises(Stop):
-            explore.sweep(study, tmp_path / "resumed.h5", progress=stop)
+            explore.sweep(study, tmp_path / "resumed.h5", report_progress=stop)
     summary = run(study, tmp_path / "resumed.h5")
 
-    assert summary.resumed == 2 * BLOCK_SIZE or summary.resumed == BLOCK_SIZE + 151_200 % BLOCK_SIZE
+    assert summary.n_resumed == 2 * BLOCK_SIZE or summary.n_resumed == BLOCK_SIZE + 151_200 % BLOCK_SIZE
     assert len({digest(tmp_path / f"{name}.h5") for name in ("one", "three", "tcp", "resumed")}) == 1
 
 
@@ -92,7 +92,7 @@ def test_two_sweeps_at_a_time_do_not_disturb_each_other(study, tmp_path):
             taken.listen()
         explore.sweep(study, tmp_path / "b.h5")
 
-    assert explore.open_results(tmp_path / "b.h5").complete
+    assert explore.open_results(tmp_path / "b.h5").is_complete
 
 
 def test_a_finished_file_is_left_as_it_is(study, tmp_path):
@@ -101,8 +101,8 @@ def test_a_finished_file_is_left_as_it_is(study, tmp_path):
 
     summary = run(study, tmp_path / "a.h5")
 
-    assert summary.computed == 0
-    assert summary.resumed == 151_200
+    assert summary.n_computed == 0
+    assert summary.n_resumed == 151_200
     assert ((tmp_path / "a.h5").stat().st_mtime_ns, digest(tmp_path / "a.h5")) == before
 
 
@@ -121,13 +121,13 @@ def test_a_block_that_fails_twice_is_reported_and_the_others_finish(study, tmp_p
         summary = run(study, tmp_path / "a.h5")
 
     assert tries.read_text() == "tried\ntried\n"
-    assert list(summary.failed) == [1]
-    assert "poison" in summary.failed[1]
+    assert list(summary.failures) == [1]
+    assert "poison" in summary.failures[1]
     results = explore.open_results(tmp_path / "a.h5")
-    assert not results.complete
+    assert not results.is_complete
     assert results.n_committed == 151_200 - BLOCK_SIZE
-    assert run(study, tmp_path / "a.h5").failed == {}
-    assert explore.open_results(tmp_path / "a.h5").complete
+    assert run(study, tmp_path / "a.h5").failures == {}
+    assert explore.open_results(tmp_path / "a.h5").is_complete
 
 
 def test_sobol_sweeps_are_reproducible(tmp_path):
@@ -176,7 +176,7 @@ def test_sweep_returns_the_results_and_warns_of_blocks_left_out(study, tmp_path,
 def test_any_synchronous_client_will_do(study, tmp_path):
     settings = {"processes": False, "n_workers": 1, "dashboard_address": "127.0.0.1:0"}
     with LocalCluster(**settings) as cluster, Client(cluster, set_as_default=False) as client:
-        assert explore.sweep(study, tmp_path / "a.h5", client=client).complete
+        assert explore.sweep(study, tmp_path / "a.h5", client=client).is_complete
 
 
 def test_a_lost_cluster_ends_the_sweep_in_one_line_and_loses_nothing(tmp_path):
@@ -185,13 +185,13 @@ def test_a_lost_cluster_ends_the_sweep_in_one_line_and_loses_nothing(tmp_path):
     settings = {"processes": False, "n_workers": 1, "dashboard_address": "127.0.0.1:0"}
     with LocalCluster(**settings) as cluster, Client(cluster) as client:
 
-        def lose(_):
+        def lose(*_):
             cluster.close()
 
         with pytest.raises(explore.ClusterError, match="cluster was lost"):
-            explore.sweep(study, tmp_path / "a.h5", client=client, progress=lose)
+            explore.sweep(study, tmp_path / "a.h5", client=client, report_progress=lose)
     assert explore.open_results(tmp_path / "a.h5").n_committed > 0
-    assert explore.sweep(study, tmp_path / "a.h5").complete
+    assert explore.sweep(study, tmp_path / "a.h5").is_complete
 
 
 def test_ranking_a_file_agrees_with_ranking_its_table(study, tmp_path):

@@ -95,7 +95,7 @@ def test_the_same_bytes_however_it_ran(study, tmp_path, monkeypatch):
         with pytest.raises(Stop):
             sweep(study, tmp_path / "resumed.h5", progress=stop)
         assert not (tmp_path / "resumed.h5").exists()
-    assert sweep(study, tmp_path / "resumed.h5").resumed in (2 * BLOCK_SIZE, BLOCK_SIZE + 151_200 % BLOCK_SIZE)
+    assert sweep(study, tmp_path / "resumed.h5").n_resumed in (2 * BLOCK_SIZE, BLOCK_SIZE + 151_200 % BLOCK_SIZE)
     monkeypatch.setattr(
         collectors.FrontCollector, "pending", property(lambda self: [2, 0, 1] if self.n_pending else [])
     )
@@ -155,9 +155,9 @@ def test_a_front_and_all_designs_do_not_share_a_file(study, tmp_path):
         sweep(study, tmp_path / "all.h5")
     with pytest.raises(explore.ResultsError, match='keep: "front" -> "all"'):
         explore.sweep(study, tmp_path / "front.h5")
-    assert sweep(study, tmp_path / "front.h5").computed == 0
+    assert sweep(study, tmp_path / "front.h5").n_computed == 0
     assert (digest(tmp_path / "all.h5"), digest(tmp_path / "front.h5")) == before
-    assert sweep(study, tmp_path / "front.h5", restart=True).computed == 151_200
+    assert sweep(study, tmp_path / "front.h5", restart=True).n_computed == 151_200
     assert digest(tmp_path / "front.h5.old") == digest(tmp_path / "front.h5") == before[1]
 
 
@@ -165,7 +165,7 @@ def test_nothing_feasible_is_an_empty_front(tmp_path):
     (tmp_path / "study.toml").write_text(GRID.replace("min = 20", "min = 89"))
     results = explore.sweep(explore.load_study(tmp_path / "study.toml"), tmp_path / "a.h5", keep="front")
 
-    assert results.complete
+    assert results.is_complete
     assert len(results) == len(results.to_pandas()) == len(explore.rank(results)) == 0
     assert sum(results.counts.values()) == results.n_studied == 151_200
     assert len(pd.read_hdf(tmp_path / "a.h5")) == 0
@@ -181,9 +181,9 @@ def test_a_failed_block_leaves_the_front_unfinished(study, tmp_path, monkeypatch
 
     with monkeypatch.context() as patch:
         patch.setattr(runs, "evaluate_block", poisoned)
-        assert list(sweep(study, tmp_path / "a.h5").failed) == [1]
+        assert list(sweep(study, tmp_path / "a.h5").failures) == [1]
     assert not (tmp_path / "a.h5").exists()
-    assert sweep(study, tmp_path / "a.h5").computed == BLOCK_SIZE
+    assert sweep(study, tmp_path / "a.h5").n_computed == BLOCK_SIZE
     assert np.array_equal(explore.read_results(tmp_path / "a.h5").index, np.sort(explore.rank(tmp_path / "a.h5").index))
 
 
@@ -236,5 +236,5 @@ def test_designs_that_are_done_are_counted_by_block(study, tmp_path):
         done = []
         for number in (1, 2, 0):
             kept.commit(runs.evaluate_block(study.request, study.space, number, study.objectives))
-            done.append(kept.designs)
+            done.append(kept.n_committed)
     assert done == [BLOCK_SIZE, 151_200 - BLOCK_SIZE, 151_200]

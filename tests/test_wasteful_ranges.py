@@ -104,13 +104,13 @@ def test_wasteful_ranges_are_those_of_the_definition(rows):
     ranges = find_wasteful_ranges(Blocks(frame))
 
     for name in ("even", "listed"):
-        found = {each.side: (each.designs, each.reachable) for each in ranges if each.parameter == name}
+        found = {each.side: (each.n_designs, each.n_reachable) for each in ranges if each.parameter == name}
         assert found == (
             longest_wasteful_ranges(frame[name].to_numpy(), reachable) if frame[name].nunique() > 1 else {}
         )
     for each in ranges:
-        assert (each.designs, each.reachable) == count_designs(frame, each)
-    wasted = [each.designs - each.reachable for each in ranges]
+        assert (each.n_designs, each.n_reachable) == count_designs(frame, each)
+    wasted = [each.n_designs - each.n_reachable for each in ranges]
     assert wasted == sorted(wasted, reverse=True)
 
 

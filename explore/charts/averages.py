@@ -49,13 +49,13 @@ def averages_chart(rows: pd.DataFrame, titles: dict[str, str]) -> Figure:
     panels = figure.subplots(len(scenes), len(columns), squeeze=False, sharex=True, sharey=True)
     for row, scene in zip(panels, scenes, strict=True):
         of_scene = rows[rows["scene"] == scene]
-        for chart, (error, window) in zip(row, columns, strict=True):
-            _draw_panel(chart, of_scene, error, window)
+        for panel, (error, window) in zip(row, columns, strict=True):
+            _draw_panel(panel, of_scene, error, window)
         row[0].set_ylabel(titles[scene], fontsize=8)
-    for chart, heading in zip(panels[0], columns.values(), strict=True):
-        chart.set_title(heading, fontsize=9)
+    for panel, heading in zip(panels[0], columns.values(), strict=True):
+        panel.set_title(heading, fontsize=9)
     for column in panels.T:
-        lowest = [chart for chart in column if chart.axison][-1]
+        lowest = [panel for panel in column if panel.axison][-1]
         lowest.tick_params(labelbottom=True)
         lowest.set_xlabel("nodes: crank angles solved", fontsize=8)
     figure.supylabel("relative error", fontsize=9)
@@ -70,24 +70,24 @@ def _has_values(rows: pd.DataFrame, error: str, window: str) -> bool:
     return error in rows and bool(rows.loc[rows["window"] == window, error].notna().any())
 
 
-def _draw_panel(chart: Axes, rows: pd.DataFrame, error: str, window: str) -> None:
+def _draw_panel(panel: Axes, rows: pd.DataFrame, error: str, window: str) -> None:
     """Draw the error of each rule in one scene."""
     if not _has_values(rows, error, window):
-        chart.text(0.5, 0.5, "not needed\nin this scene", ha="center", va="center", color=MUTED, fontsize=8,
-                   transform=chart.transAxes)  # fmt: skip
-        chart.set_axis_off()
+        panel.text(0.5, 0.5, "not needed\nin this scene", ha="center", va="center", color=MUTED, fontsize=8,
+                   transform=panel.transAxes)  # fmt: skip
+        panel.set_axis_off()
         return
-    chart.set_xscale("log")
-    chart.set_yscale("log")
-    chart.set_ylim(FLOOR / 3.0, CEILING)
-    chart.grid(color=MUTED, alpha=0.25, lw=0.5)
-    chart.set_xticks([10, 100, 1000])
-    chart.set_yticks([1e-16, 1e-12, 1e-8, 1e-4, 1.0])
-    chart.tick_params(labelsize=7)
+    panel.set_xscale("log")
+    panel.set_yscale("log")
+    panel.set_ylim(FLOOR / 3.0, CEILING)
+    panel.grid(color=MUTED, alpha=0.25, lw=0.5)
+    panel.set_xticks([10, 100, 1000])
+    panel.set_yticks([1e-16, 1e-12, 1e-8, 1e-4, 1.0])
+    panel.tick_params(labelsize=7)
     for name, of_rule in rows[rows["window"] == window].groupby("rule", sort=False):
         style = _RULES.get(str(name), _OTHER_RULE)
         errors = of_rule[error].clip(FLOOR, CEILING / 3.0)
         # hollow marks are larger, so that they enclose a filled mark in the same place
         marks = {"ms": 8 if style.marker == "*" else 4} if style.filled else {"ms": 6, "mfc": "none"}
-        chart.plot(of_rule["nodes"], errors, color=style.colour, marker=style.marker, ls=style.style, lw=1.0,
+        panel.plot(of_rule["nodes"], errors, color=style.colour, marker=style.marker, ls=style.style, lw=1.0,
                    label=str(name), **marks)  # fmt: skip

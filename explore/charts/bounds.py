@@ -121,9 +121,9 @@ def _bounds_of_extreme(metric: SampledMetric, sides: Mapping[Side, float | None]
 
 
 def draw_bounds(
-    chart: Axes, angle: FloatArray, curves: Mapping[str, FloatArray], bounds: Iterable[SignalBound], scale: float = 1.0
+    panel: Axes, angle: FloatArray, curves: Mapping[str, FloatArray], bounds: Iterable[SignalBound], scale: float = 1.0
 ) -> None:
-    """Draw the bounds on the signals of a chart as lines where they hold, and hatch where a curve violates one.
+    """Draw the bounds on the signals of a panel as lines where they hold, and hatch where a curve violates one.
 
     Parameters
     ----------
@@ -136,25 +136,25 @@ def draw_bounds(
     scale
         Factor from the unit of the signals to that of the axis.
     """
-    chart.set_ylim(chart.get_ylim())  # a bound beyond the axis does not move it
+    panel.set_ylim(panel.get_ylim())  # a bound beyond the axis does not move it
     for bound in bounds:
         if bound.signal in curves:
-            _draw_bound(chart, angle, curves[bound.signal], bound, scale)
+            _draw_bound(panel, angle, curves[bound.signal], bound, scale)
 
 
-def _draw_bound(chart: Axes, angle: FloatArray, values: FloatArray, bound: SignalBound, scale: float) -> None:
+def _draw_bound(panel: Axes, angle: FloatArray, values: FloatArray, bound: SignalBound, scale: float) -> None:
     parts = spans_in_turn(bound.span)
     if not parts:
         return
     limit = bound.value * scale
     violated = values < limit if bound.side == "min" else values > limit
-    bottom, top = chart.get_ylim()
+    bottom, top = panel.get_ylim()
     for start, stop in parts:
-        chart.plot([start, stop], [limit, limit], color=RED, lw=1.2, ls="-.")
+        panel.plot([start, stop], [limit, limit], color=RED, lw=1.2, ls="-.")
         here = violated & (angle >= start) & (angle <= stop)
-        chart.fill_between(angle, values, limit, where=here, color=RED, alpha=0.25, hatch="//", lw=0)
+        panel.fill_between(angle, values, limit, where=here, color=RED, alpha=0.25, hatch="//", lw=0)
     height = (limit - bottom) / (top - bottom)
     below = height > 0.92 or (bound.side == "min" and height > 0.08)
-    chart.annotate(f"{'≥' if bound.side == 'min' else '≤'} {limit:g}", (parts[-1][1] - 3.0, limit),
+    panel.annotate(f"{'≥' if bound.side == 'min' else '≤'} {limit:g}", (parts[-1][1] - 3.0, limit),
                    (0, -2 if below else 2), color=RED, textcoords="offset points", ha="right",
                    va="top" if below else "bottom", annotation_clip=True)  # fmt: skip

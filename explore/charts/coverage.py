@@ -35,8 +35,8 @@ def coverage_chart(coverage: Coverage) -> Figure:
         lines.plot(curve["coupler"], curve["swing_angle"], color=_crank_colour(number), lw=1.8)
     _draw_bars(bars, coverage)
     for start, end in coverage.gaps:
-        for chart in (lines, bars):
-            chart.axhspan(start, end, facecolor="none", edgecolor=RED, hatch="///", lw=0, alpha=0.6)
+        for panel in (lines, bars):
+            panel.axhspan(start, end, facecolor="none", edgecolor=RED, hatch="///", lw=0, alpha=0.6)
     lines.set_ylim(bottom=0.0)
     lines.set_xlabel("coupler length [mm]")
     lines.set_ylabel("swing of the rocker [deg]")
@@ -47,24 +47,24 @@ def coverage_chart(coverage: Coverage) -> Figure:
     return figure
 
 
-def _draw_bars(chart: Axes, coverage: Coverage) -> None:
+def _draw_bars(panel: Axes, coverage: Coverage) -> None:
     """Draw a bar for each crank, with its ends and its overlap with smaller cranks."""
     table = coverage.table
     for number, (low, high, overlap) in enumerate(table[["swing_min", "swing_max", "overlap"]].to_numpy(float)):
         if np.isnan(low):
             continue
-        chart.bar(number, high - low, bottom=low, width=0.7, color=_crank_colour(number))
+        panel.bar(number, high - low, bottom=low, width=0.7, color=_crank_colour(number))
         notes = [(high, 3, f"{low:.4g} to {high:.4g}", INK)]
         if overlap >= 0.0:
             notes.append((low, -12, f"overlap {overlap:.2g}", MUTED))
         elif overlap < 0.0:
             notes.append((low, -12, f"gap {-overlap:.3g}", RED))
         for height, shift, words, colour in notes:
-            chart.annotate(words, (number, height), (0, shift), textcoords="offset points", ha="center", fontsize=9,
+            panel.annotate(words, (number, height), (0, shift), textcoords="offset points", ha="center", fontsize=9,
                            color=colour, bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.5})  # fmt: skip
-    chart.set_xticks(range(len(table)), [f"{crank:g}" for crank in table["crank"]])
-    chart.set_xlabel("crank length [mm]")
-    chart.margins(y=0.08)
+    panel.set_xticks(range(len(table)), [f"{crank:g}" for crank in table["crank"]])
+    panel.set_xlabel("crank length [mm]")
+    panel.margins(y=0.08)
 
 
 def _crank_colour(number: int) -> str:

@@ -19,7 +19,7 @@ def unit_text(unit: str) -> str:
     return unit.replace("^2", "²").replace("^3", "³").replace("^4", "⁴")
 
 
-def study_name(results: Results) -> str:
+def results_name(results: Results) -> str:
     """Name of the results file without its endings."""
     return results.path.name.removesuffix(".h5").removesuffix(".packed")
 
@@ -28,4 +28,4 @@ def completeness_note(results: Results) -> str:
     """Addition to a heading when the file does not hold all designs of the study; else empty."""
     if results.keep != "all":
         return ", only the Pareto set was kept"
-    return "" if results.complete else f", {results.n_committed:,} so far"
+    return "" if results.is_complete else f", {results.n_committed:,} so far"

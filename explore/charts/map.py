@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from explore.charts.cells import CellAxis, aggregate_cells, cell_axis, cell_rectangles, count_designs
-from explore.charts.labels import axis_label, completeness_note, study_name
+from explore.charts.labels import axis_label, completeness_note, results_name
 from explore.charts.queries import choose_design, designs_like, numeric_column, varying_parameters
 from explore.charts.reasons import HATCH_COLOUR, ReasonMasks, reason_columns, reason_masks, region_style
 from explore.charts.style import GREEN, INK, MUTED, new_figure
@@ -77,19 +77,19 @@ def map_chart(
     usable = frame["feasible"].to_numpy(bool) & np.isfinite(values)
 
     figure = new_figure(9.0, 7.0)
-    chart = figure.subplots()
-    _draw_values(figure, chart, axes, aggregate_cells(*axes, values, usable, sense), shown)
-    handles: list[Artist] = [*_hatch_infeasible(chart, axes, reason_masks(results, frame), frame)]
+    panel = figure.subplots()
+    _draw_values(figure, panel, axes, aggregate_cells(*axes, values, usable, sense), shown)
+    handles: list[Artist] = [*_hatch_infeasible(panel, axes, reason_masks(results, frame), frame)]
     title = "hatched: no feasible design, mostly because of" if handles else None
     if design is not None or not ranking.frame.empty:
-        handles.append(_mark_design(chart, results, names, choose_design(results, design, ranking)))
-    chart.set_xlabel(axis_label(numeric_column(results, names[0])))
-    chart.set_ylabel(axis_label(numeric_column(results, names[1])))
+        handles.append(_mark_design(panel, results, names, choose_design(results, design, ranking)))
+    panel.set_xlabel(axis_label(numeric_column(results, names[0])))
+    panel.set_ylabel(axis_label(numeric_column(results, names[1])))
     content = shown.name if common else f"{_AGGREGATES[sense]} {shown.name} in each cell"
     count = f"{len(frame):,} designs"
     if results.keep == "all":
         count = f"{np.count_nonzero(usable):,} feasible of {count}"
-    heading = f"{study_name(results)}: {content}, {count}{completeness_note(results)}"
+    heading = f"{results_name(results)}: {content}, {count}{completeness_note(results)}"
     figure.suptitle(f"{heading}\n{common}".rstrip(), fontsize=11, color=INK)
     figure.legend(handles=handles, loc="outside lower center", ncols=2, frameon=False, fontsize=10, title=title,
                   handleheight=1.6, handlelength=3.0)  # fmt: skip
@@ -117,34 +117,34 @@ def _better_side(results: Results, ranking: Ranking, column: Column) -> Sense | 
 
 
 def _draw_values(
-    figure: Figure, chart: Axes, axes: tuple[CellAxis, CellAxis], values: FloatArray, shown: Column
+    figure: Figure, panel: Axes, axes: tuple[CellAxis, CellAxis], values: FloatArray, shown: Column
 ) -> None:
     """Draw values in colours; the lowest and the highest percent have the colours of the ends of the scale."""
     finite = values[np.isfinite(values)]
-    chart.set_xlim(axes[0].edges[0], axes[0].edges[-1])
-    chart.set_ylim(axes[1].edges[0], axes[1].edges[-1])
+    panel.set_xlim(axes[0].edges[0], axes[0].edges[-1])
+    panel.set_ylim(axes[1].edges[0], axes[1].edges[-1])
     if len(finite) == 0:
-        chart.text(0.5, 0.5, "no feasible design", ha="center", color=INK, transform=chart.transAxes, zorder=5,
+        panel.text(0.5, 0.5, "no feasible design", ha="center", color=INK, transform=panel.transAxes, zorder=5,
                    bbox={"facecolor": "white", "edgecolor": MUTED})  # fmt: skip
         return
     low, high = np.quantile(finite, [0.01, 0.99], method="nearest")
-    mesh = chart.pcolormesh(axes[0].edges, axes[1].edges, np.ma.masked_invalid(values), cmap="viridis", vmin=low,
+    mesh = panel.pcolormesh(axes[0].edges, axes[1].edges, np.ma.masked_invalid(values), cmap="viridis", vmin=low,
                             vmax=high, rasterized=True)  # fmt: skip
     extend = _EXTENDS[bool(finite.min() < low), bool(finite.max() > high)]
-    figure.colorbar(mesh, ax=chart, label=axis_label(shown), extend=extend, pad=0.01)
+    figure.colorbar(mesh, ax=panel, label=axis_label(shown), extend=extend, pad=0.01)
 
 
-def _mark_design(chart: Axes, results: Results, names: list[str], design: int) -> Line2D:
+def _mark_design(panel: Axes, results: Results, names: list[str], design: int) -> Line2D:
     from matplotlib.patheffects import withStroke
 
-    point = results.rows([design])[names].to_numpy(float)[0]
-    (mark,) = chart.plot(*point, "*", color=GREEN, mec=INK, mew=0.8, ms=17, ls="", label=f"design {design:,}",
+    point = results.designs([design])[names].to_numpy(float)[0]
+    (mark,) = panel.plot(*point, "*", color=GREEN, mec=INK, mew=0.8, ms=17, ls="", label=f"design {design:,}",
                          clip_on=False, path_effects=[withStroke(linewidth=3.5, foreground="white")])  # fmt: skip
     return mark
 
 
 def _hatch_infeasible(
-    chart: Axes, axes: tuple[CellAxis, CellAxis], masks: ReasonMasks, frame: pd.DataFrame
+    panel: Axes, axes: tuple[CellAxis, CellAxis], masks: ReasonMasks, frame: pd.DataFrame
 ) -> list[Patch]:
     """Hatch the cells with designs of which none is feasible; returns the entries of the legend."""
     from matplotlib.collections import PolyCollection
@@ -160,7 +160,7 @@ def _hatch_infeasible(
         if mask.any():
             style = region_style(number)
             corners = list(cell_rectangles(*axes, mask))
-            chart.add_collection(
+            panel.add_collection(
                 PolyCollection(corners, facecolor=style.face, edgecolor=HATCH_COLOUR, hatch=style.hatch, lw=0)
             )
             entries.append(style.legend_patch(reason))

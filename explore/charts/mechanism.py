@@ -78,32 +78,32 @@ def joint_paths(motion: pd.DataFrame, parameters: Mapping[str, float]) -> tuple[
     return crank_path, rocker_path
 
 
-def draw_linkage(chart: Axes, simulated: SimulatedDesign) -> None:
+def draw_linkage(panel: Axes, simulated: SimulatedDesign) -> None:
     """Draw the linkage of `mechanism_chart` into existing axes."""
     motion, parameters, limits = simulated.motion, simulated.parameters, simulated.limits
     ground = parameters["ground"]
     crank_path, rocker_path = joint_paths(motion, parameters)
-    chart.plot(*crank_path.T, color=MUTED, lw=1.1, label="path of the joint of crank and coupler")
-    chart.plot(*rocker_path.T, color=MUTED, lw=4.5, alpha=0.6, solid_capstyle="butt",
+    panel.plot(*crank_path.T, color=MUTED, lw=1.1, label="path of the joint of crank and coupler")
+    panel.plot(*rocker_path.T, color=MUTED, lw=4.5, alpha=0.6, solid_capstyle="butt",
                label="path of the joint of coupler and rocker")  # fmt: skip
-    chart.plot(*((crank_path + rocker_path) / 2.0).T, color=PURPLE, lw=1.4, ls="-.",
+    panel.plot(*((crank_path + rocker_path) / 2.0).T, color=PURPLE, lw=1.4, ls="-.",
                label="path of the middle of the coupler")  # fmt: skip
     if simulated.drive is not None:
-        _draw_stroke(chart, parameters["crank"], simulated.drive)
+        _draw_stroke(panel, parameters["crank"], simulated.drive)
     for name, angle in (limits or {"crank angle": 0.0}).items():
         colour, style, marker = _LIMITS.get(name, (INK, "-", "o"))
         joints = [_point_at(motion, path, angle) for path in (crank_path, rocker_path)]
         chain = np.array([[0.0, 0.0], *joints, [ground, 0.0]])
-        chart.plot(*chain.T, style, color=colour, lw=2.2, marker=marker, ms=6, mfc="white", mew=1.5, zorder=4,
+        panel.plot(*chain.T, style, color=colour, lw=2.2, marker=marker, ms=6, mfc="white", mew=1.5, zorder=4,
                    label=f"{name}{' position, crank at' if limits else ''} {angle % 360.0:.1f}°")  # fmt: skip
     size = 0.035 * max(np.ptp(np.vstack([crank_path, rocker_path, [[ground, 0.0]]]), axis=0))
     for x in (0.0, ground):
-        _draw_pivot(chart, x, size)
-    chart.set_aspect("equal", adjustable="datalim")
-    chart.margins(0.06)
-    chart.grid(color=MUTED, alpha=0.2, lw=0.5)
-    chart.set_xlabel("x [mm]")
-    chart.set_ylabel("y [mm]")
+        _draw_pivot(panel, x, size)
+    panel.set_aspect("equal", adjustable="datalim")
+    panel.margins(0.06)
+    panel.grid(color=MUTED, alpha=0.2, lw=0.5)
+    panel.set_xlabel("x [mm]")
+    panel.set_ylabel("y [mm]")
 
 
 def _point_at(motion: pd.DataFrame, path: FloatArray, angle: float) -> FloatArray:
@@ -112,21 +112,21 @@ def _point_at(motion: pd.DataFrame, path: FloatArray, angle: float) -> FloatArra
     return np.array([np.interp(angle, angles, coordinate, period=360.0) for coordinate in path.T])
 
 
-def _draw_stroke(chart: Axes, crank: float, drive: tuple[float, float]) -> None:
+def _draw_stroke(panel: Axes, crank: float, drive: tuple[float, float]) -> None:
     """Draw the part of the crank's circle that is the drive stroke, with an arrow in the sense of rotation."""
     angle = np.deg2rad(np.linspace(*drive, 200))
     arc = crank * np.column_stack([np.cos(angle), np.sin(angle)])
-    chart.plot(*arc.T, color=GREEN, lw=3.5, solid_capstyle="butt", zorder=2, label="crank on the drive stroke")
-    chart.annotate("", arc[110], arc[95], zorder=3,
+    panel.plot(*arc.T, color=GREEN, lw=3.5, solid_capstyle="butt", zorder=2, label="crank on the drive stroke")
+    panel.annotate("", arc[110], arc[95], zorder=3,
                    arrowprops={"arrowstyle": "-|>", "color": GREEN, "lw": 2.0, "mutation_scale": 20})  # fmt: skip
 
 
-def _draw_pivot(chart: Axes, x: float, size: float) -> None:
+def _draw_pivot(panel: Axes, x: float, size: float) -> None:
     """Draw a pivot on the ground: a triangle on a hatched strip."""
     from matplotlib.patches import Polygon, Rectangle
 
     corners = [(x, 0.0), (x - 0.7 * size, -size), (x + 0.7 * size, -size)]
-    chart.add_patch(Polygon(corners, closed=True, fc="white", ec=INK, lw=1.4, zorder=3))
+    panel.add_patch(Polygon(corners, closed=True, fc="white", ec=INK, lw=1.4, zorder=3))
     strip = Rectangle((x - 1.2 * size, -1.55 * size), 2.4 * size, 0.55 * size, fc="none", ec=INK, hatch="/////", lw=0)
-    chart.add_patch(strip)
-    chart.plot([x - 1.2 * size, x + 1.2 * size], [-size, -size], color=INK, lw=1.4, zorder=3)
+    panel.add_patch(strip)
+    panel.plot([x - 1.2 * size, x + 1.2 * size], [-size, -size], color=INK, lw=1.4, zorder=3)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from explore.charts.labels import completeness_note, study_name, unit_text
+from explore.charts.labels import completeness_note, results_name, unit_text
 from explore.charts.queries import numeric_column, varying_parameters
 from explore.charts.style import GREEN, INK, MUTED, new_figure
 from explore.errors import RequestError
@@ -61,18 +61,18 @@ def parallel_chart(results: ResultsOrPath, *, metric: str | None = None) -> Figu
     low, high = _axis_ranges(optimal, others)
 
     figure = new_figure(2.6 + 1.5 * len(columns), 6.4)
-    chart = figure.subplots()
-    _draw_others(chart, (others - low) / (high - low))
-    _draw_optimal(figure, chart, (optimal - low) / (high - low), ranking, colour)
+    panel = figure.subplots()
+    _draw_others(panel, (others - low) / (high - low))
+    _draw_optimal(figure, panel, (optimal - low) / (high - low), ranking, colour)
     for place, column in enumerate(columns):
-        _draw_axis(chart, place, column, (low[place], high[place]), senses.get(column.name))
-    chart.set_xlim(-0.35, len(columns) - 0.55)
-    chart.set_ylim(-0.02, 1.02)
-    chart.set_xticks([])
-    chart.set_yticks([])
-    chart.spines[:].set_visible(False)
+        _draw_axis(panel, place, column, (low[place], high[place]), senses.get(column.name))
+    panel.set_xlim(-0.35, len(columns) - 0.55)
+    panel.set_ylim(-0.02, 1.02)
+    panel.set_xticks([])
+    panel.set_yticks([])
+    panel.spines[:].set_visible(False)
     counts = _count_text(results, ranking, len(optimal), len(others))
-    figure.suptitle(f"{study_name(results)}: {counts}", fontsize=12, color=INK)
+    figure.suptitle(f"{results_name(results)}: {counts}", fontsize=12, color=INK)
     return figure
 
 
@@ -106,7 +106,7 @@ def _count_text(results: Results, ranking: Ranking, optimal: int, others: int) -
     """The numbers of drawn designs and of all, for the heading."""
     total = len(ranking.frame)
     front = f"{total:,} Pareto-optimal" if optimal == total else f"{optimal:,} of {total:,} Pareto-optimal"
-    rest = ranking.tally.ranked - total
+    rest = ranking.tally.n_ranked - total
     pale = f"{others:,} of {rest:,} other feasible designs, pale" if rest else "no other feasible design"
     return f"{front}; {pale}{completeness_note(results)}"
 
@@ -125,16 +125,16 @@ def opacity(lines: int, opaque: float) -> float:
     return float(np.clip(opaque / max(lines, 1), 0.12, 0.85))
 
 
-def _draw_others(chart: Axes, lines: FloatArray) -> None:
+def _draw_others(panel: Axes, lines: FloatArray) -> None:
     """Draw pale lines; heights on each axis from 0 to 1, shape (lines, axes)."""
     from matplotlib.collections import LineCollection
 
     alpha = opacity(len(lines), _OPAQUE_OTHERS)
-    chart.add_collection(LineCollection(_paths(lines), colors=MUTED, lw=0.6, alpha=alpha, zorder=1, label="others",
+    panel.add_collection(LineCollection(_paths(lines), colors=MUTED, lw=0.6, alpha=alpha, zorder=1, label="others",
                                         rasterized=True))  # fmt: skip
 
 
-def _draw_optimal(figure: Figure, chart: Axes, lines: FloatArray, ranking: Ranking, colour: Column) -> None:
+def _draw_optimal(figure: Figure, panel: Axes, lines: FloatArray, ranking: Ranking, colour: Column) -> None:
     """Draw coloured lines with their scale, and the best design; heights from 0 to 1, shape (lines, axes)."""
     from matplotlib.collections import LineCollection
 
@@ -143,10 +143,10 @@ def _draw_optimal(figure: Figure, chart: Axes, lines: FloatArray, ranking: Ranki
     collection = LineCollection(_paths(lines[::-1]), array=values[::-1], cmap="viridis", lw=1.1,
                                 alpha=opacity(len(lines), _OPAQUE_OPTIMAL), zorder=2, label="Pareto set",
                                 rasterized=True)  # fmt: skip
-    chart.add_collection(collection)
+    panel.add_collection(collection)
     first = ranking.objectives[0]
     if ranking.order_by == first:
-        (best,) = chart.plot(lines[0], "*-", color=GREEN, mec=INK, mew=0.6, ms=12, lw=2.0, zorder=4, clip_on=False,
+        (best,) = panel.plot(lines[0], "*-", color=GREEN, mec=INK, mew=0.6, ms=12, lw=2.0, zorder=4, clip_on=False,
                              label=f"best {first.metric}: design {ranking.frame.index[0]:,}")  # fmt: skip
         figure.legend(handles=[best], loc="outside lower center", frameon=False)
     finite = values[np.isfinite(values)]
@@ -155,7 +155,7 @@ def _draw_optimal(figure: Figure, chart: Axes, lines: FloatArray, ranking: Ranki
 
         label = f"{colour.name} of the Pareto set [{unit_text(colour.unit)}]"
         scale = ScalarMappable(collection.norm, collection.cmap)  # not of the lines, whose opacity it would take
-        figure.colorbar(scale, ax=chart, label=label, pad=0.01, shrink=0.8)
+        figure.colorbar(scale, ax=panel, label=label, pad=0.01, shrink=0.8)
 
 
 def _paths(lines: FloatArray) -> list[FloatArray]:
@@ -163,17 +163,17 @@ def _paths(lines: FloatArray) -> list[FloatArray]:
     return [np.column_stack([places, line]) for line in lines]
 
 
-def _draw_axis(chart: Axes, place: int, column: Column, ends: tuple[float, float], sense: str | None) -> None:
+def _draw_axis(panel: Axes, place: int, column: Column, ends: tuple[float, float], sense: str | None) -> None:
     """Draw a vertical axis with ticks, name, unit and, of an objective, its better side."""
     from matplotlib.ticker import MaxNLocator
 
     low, high = ends
-    chart.plot([place, place], [0.0, 1.0], color=INK, lw=1.2, zorder=3)
+    panel.plot([place, place], [0.0, 1.0], color=INK, lw=1.2, zorder=3)
     ticks = [tick for tick in MaxNLocator(5).tick_values(low, high) if low <= tick <= high]
     for tick in ticks:
         height = (tick - low) / (high - low)
-        chart.plot([place - 0.03, place], [height, height], color=INK, lw=1.2, zorder=3)
-        chart.text(place - 0.05, height, f"{tick:.6g}", ha="right", va="center", fontsize=9, zorder=5,
+        panel.plot([place - 0.03, place], [height, height], color=INK, lw=1.2, zorder=3)
+        panel.text(place - 0.05, height, f"{tick:.6g}", ha="right", va="center", fontsize=9, zorder=5,
                    bbox={"facecolor": "white", "alpha": 0.8, "lw": 0, "pad": 0.6})  # fmt: skip
     words = column.name.replace("_", "_\n", 1) if len(column.name) > 12 else column.name
-    chart.text(place, -0.05, f"{words}\n[{unit_text(column.unit)}]{_BETTER[sense]}", ha="center", va="top", fontsize=10)
+    panel.text(place, -0.05, f"{words}\n[{unit_text(column.unit)}]{_BETTER[sense]}", ha="center", va="top", fontsize=10)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from explore.charts.labels import axis_label, completeness_note, study_name
+from explore.charts.labels import axis_label, completeness_note, results_name
 from explore.charts.queries import choose_design, numeric_column
 from explore.charts.style import BLUE, GREEN, INFEASIBLE_OPACITY, INK, RED, new_figure
 from explore.errors import RequestError
@@ -56,11 +56,13 @@ def pareto_chart(
     """
     results = results_of(results)
     figure = new_figure()
-    chart = figure.subplots()
-    ranking = draw_designs(figure, chart, results, x=x, y=y, design=design)
-    count = f"{ranking.tally.ranked:,} feasible of {results.n_studied:,} designs{completeness_note(results)}"
-    figure.suptitle(f"{study_name(results)}: {len(ranking.frame):,} Pareto-optimal of {count}", fontsize=12, color=INK)
-    handles, labels = chart.get_legend_handles_labels()
+    panel = figure.subplots()
+    ranking = draw_designs(figure, panel, results, x=x, y=y, design=design)
+    count = f"{ranking.tally.n_ranked:,} feasible of {results.n_studied:,} designs{completeness_note(results)}"
+    figure.suptitle(
+        f"{results_name(results)}: {len(ranking.frame):,} Pareto-optimal of {count}", fontsize=12, color=INK
+    )
+    handles, labels = panel.get_legend_handles_labels()
     legend = figure.legend(handles, labels, loc="outside lower left", ncols=1, frameon=False, fontsize=10)
     for mark in legend.get_lines():  # the marks of many designs are small
         mark.set_markersize(max(mark.get_markersize(), _LEGEND_MARK))
@@ -69,7 +71,7 @@ def pareto_chart(
 
 def draw_designs(
     figure: Figure,
-    chart: Axes,
+    panel: Axes,
     results: Results,
     *,
     x: str | None = None,
@@ -84,18 +86,18 @@ def draw_designs(
     front = ranking.frame[[x, y]].to_numpy(float)
     chosen = None
     if design is not None or len(front):
-        chosen = results.rows([choose_design(results, design, ranking)])[[x, y]]
+        chosen = results.designs([choose_design(results, design, ranking)])[[x, y]]
     marked = front if chosen is None else np.vstack([front, chosen.to_numpy(float)])
     points, feasible = frame[[x, y]].to_numpy(float), frame["feasible"].to_numpy(bool)
-    _set_limits(chart, points[feasible] if feasible.any() else points, marked)
+    _set_limits(panel, points[feasible] if feasible.any() else points, marked)
     if results.keep == "all":
-        _draw_infeasible(chart, points[~feasible])
-        _draw_feasible(figure, chart, points[feasible], ranking)
-    _draw_front(chart, front, ranking, (x, y))
+        _draw_infeasible(panel, points[~feasible])
+        _draw_feasible(figure, panel, points[feasible], ranking)
+    _draw_front(panel, front, ranking, (x, y))
     if chosen is not None:
-        _mark_design(chart, chosen)
-    chart.set_xlabel(axis_label(columns[0]))
-    chart.set_ylabel(axis_label(columns[1]))
+        _mark_design(panel, chosen)
+    panel.set_xlabel(axis_label(columns[0]))
+    panel.set_ylabel(axis_label(columns[1]))
     return ranking
 
 
@@ -110,32 +112,32 @@ def _choose_columns(results: Results, ranking: Ranking, x: str | None, y: str | 
     return names[0], names[1]
 
 
-def _set_limits(chart: Axes, points: FloatArray, marked: FloatArray) -> None:
+def _set_limits(panel: Axes, points: FloatArray, marked: FloatArray) -> None:
     """Set limits that hold all marked points and, apart from outliers, all others; arrays of shape (n, 2)."""
     points = points[np.isfinite(points).all(axis=1)]
     marked = marked[np.isfinite(marked).all(axis=1)]
     if len(points) == 0 and len(marked) == 0:
-        chart.text(0.5, 0.5, "no design has both values", ha="center", color=INK, transform=chart.transAxes)
-        chart.set_xticks([])
-        chart.set_yticks([])
+        panel.text(0.5, 0.5, "no design has both values", ha="center", color=INK, transform=panel.transAxes)
+        panel.set_xticks([])
+        panel.set_yticks([])
         return
     bulk = np.quantile(points, [_OUTSIDE, 1.0 - _OUTSIDE], axis=0, method="nearest") if len(points) else marked
     extremes = np.vstack([bulk, marked])
     low, high = extremes.min(axis=0), extremes.max(axis=0)
     margin = np.where(high > low, 0.04 * (high - low), 0.05 * np.abs(high) + (high == 0.0))
-    chart.set_xlim(low[0] - margin[0], high[0] + margin[0])
-    chart.set_ylim(low[1] - margin[1], high[1] + margin[1])
+    panel.set_xlim(low[0] - margin[0], high[0] + margin[0])
+    panel.set_ylim(low[1] - margin[1], high[1] + margin[1])
 
 
 def _count_in_cells(
-    chart: Axes, points: FloatArray, shape: tuple[int, int]
+    panel: Axes, points: FloatArray, shape: tuple[int, int]
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Number of designs in each cell of the axes, shape (columns, rows), and the edges of the cells."""
-    counts, x, y = np.histogram2d(points[:, 0], points[:, 1], shape, [chart.get_xlim(), chart.get_ylim()])
+    counts, x, y = np.histogram2d(points[:, 0], points[:, 1], shape, [panel.get_xlim(), panel.get_ylim()])
     return counts, x, y
 
 
-def _draw_infeasible(chart: Axes, points: FloatArray) -> None:
+def _draw_infeasible(panel: Axes, points: FloatArray) -> None:
     """Draw crosses; designs without values, most of which were not simulated, are only counted."""
     if len(points) == 0:
         return
@@ -146,34 +148,34 @@ def _draw_infeasible(chart: Axes, points: FloatArray) -> None:
     elif len(points) > len(shown):
         label += f" (and {len(points) - len(shown):,} without values)"
     if len(shown) > _CROSS_CELLS[0] * _CROSS_CELLS[1]:
-        counts, x, y = _count_in_cells(chart, shown, _CROSS_CELLS)
+        counts, x, y = _count_in_cells(panel, shown, _CROSS_CELLS)
         i, j = np.nonzero(counts)
         shown = np.column_stack([(x[i] + x[i + 1]) / 2.0, (y[j] + y[j + 1]) / 2.0])
         label += ", × where there are any"
-    chart.plot(*shown.T, "x", color=RED, ms=3.0, mew=0.6, alpha=INFEASIBLE_OPACITY, ls="", label=label, zorder=1,
+    panel.plot(*shown.T, "x", color=RED, ms=3.0, mew=0.6, alpha=INFEASIBLE_OPACITY, ls="", label=label, zorder=1,
                rasterized=True)  # fmt: skip
 
 
-def _draw_feasible(figure: Figure, chart: Axes, points: FloatArray, ranking: Ranking) -> None:
+def _draw_feasible(figure: Figure, panel: Axes, points: FloatArray, ranking: Ranking) -> None:
     """Draw dots, or of many designs their number in each cell."""
     from matplotlib.colors import LinearSegmentedColormap, LogNorm
 
     points = points[np.isfinite(points).all(axis=1)]
-    label = f"feasible: {ranking.tally.ranked:,}"
+    label = f"feasible: {ranking.tally.n_ranked:,}"
     if len(points) < DENSITY_THRESHOLD:
         size = float(np.clip(240.0 / np.sqrt(max(len(points), 1)), 2.2, 7.0))
-        chart.plot(*points.T, ".", color=INK, ms=size, mew=0, ls="", zorder=2, rasterized=True)
-        chart.plot([], [], ".", color=INK, ms=7, ls="", label=label)
+        panel.plot(*points.T, ".", color=INK, ms=size, mew=0, ls="", zorder=2, rasterized=True)
+        panel.plot([], [], ".", color=INK, ms=7, ls="", label=label)
         return
-    counts, x, y = _count_in_cells(chart, points, _DENSITY_CELLS)
+    counts, x, y = _count_in_cells(panel, points, _DENSITY_CELLS)
     ink = LinearSegmentedColormap.from_list("ink", ["#b9bfc6", INK])
-    image = chart.pcolormesh(x, y, np.ma.masked_equal(counts.T, 0), cmap=ink, norm=LogNorm(1, counts.max()), zorder=2,
+    image = panel.pcolormesh(x, y, np.ma.masked_equal(counts.T, 0), cmap=ink, norm=LogNorm(1, counts.max()), zorder=2,
                              rasterized=True)  # fmt: skip
-    figure.colorbar(image, ax=chart, label="feasible designs in a cell [1]", pad=0.01)
-    chart.plot([], [], "s", color=INK, ms=6, ls="", label=f"{label}, darker where there are more")
+    figure.colorbar(image, ax=panel, label="feasible designs in a cell [1]", pad=0.01)
+    panel.plot([], [], "s", color=INK, ms=6, ls="", label=f"{label}, darker where there are more")
 
 
-def _draw_front(chart: Axes, front: FloatArray, ranking: Ranking, names: tuple[str, str]) -> None:
+def _draw_front(panel: Axes, front: FloatArray, ranking: Ranking, names: tuple[str, str]) -> None:
     """Draw rings; if the axes are all the objectives, joined by the border of the dominated region."""
     if len(front) == 0:
         return
@@ -184,13 +186,13 @@ def _draw_front(chart: Axes, front: FloatArray, ranking: Ranking, names: tuple[s
         line = {"drawstyle": "steps-post" if senses[names[0]] == "min" else "steps-pre", "lw": 1.2}
     objectives = ", ".join(f"{metric} ({sense})" for metric, sense in senses.items())
     size = float(np.clip(60.0 / np.sqrt(len(front)), 2.0, 6.0))
-    chart.plot(*front.T, color=BLUE, marker="o", ms=size, mfc="white" if size > 3.5 else BLUE, mew=1.1, zorder=3,
+    panel.plot(*front.T, color=BLUE, marker="o", ms=size, mfc="white" if size > 3.5 else BLUE, mew=1.1, zorder=3,
                label=f"Pareto set in {objectives}: {len(front):,}", **line)  # fmt: skip
 
 
-def _mark_design(chart: Axes, chosen: pd.DataFrame) -> None:
+def _mark_design(panel: Axes, chosen: pd.DataFrame) -> None:
     point = chosen.to_numpy(float)[0]
     label = f"chosen: design {chosen.index[0]:,}"
     if not np.isfinite(point).all():
         label += " (without values here)"
-    chart.plot(*point, "*", color=GREEN, mec=INK, mew=0.8, ms=17, ls="", label=label, zorder=4, clip_on=False)
+    panel.plot(*point, "*", color=GREEN, mec=INK, mew=0.8, ms=17, ls="", label=label, zorder=4, clip_on=False)

@@ -47,11 +47,11 @@ def scene_chart(rows: pd.DataFrame, title: str) -> Figure:
     figure = _figure(2, max(len(errors), 3))
     axes = figure.subplots(2, len(errors), squeeze=False, sharey=True)
     for line, cost in zip(axes, _COSTS, strict=True):
-        for chart, error in zip(line, errors, strict=True):
-            _draw_panel(chart, rows, _cost_of(error, cost), error)
-            chart.set_xlabel(_COSTS[cost], fontsize=8)
-    for chart, error in zip(axes[0], errors, strict=True):
-        chart.set_title(_ERRORS[error], fontsize=9)
+        for panel, error in zip(line, errors, strict=True):
+            _draw_panel(panel, rows, _cost_of(error, cost), error)
+            panel.set_xlabel(_COSTS[cost], fontsize=8)
+    for panel, error in zip(axes[0], errors, strict=True):
+        panel.set_title(_ERRORS[error], fontsize=9)
     figure.supylabel("largest error of …", fontsize=9)
     _legend(figure, rows)
     figure.suptitle(title, fontsize=11, color=INK)
@@ -72,15 +72,15 @@ def overview_chart(rows: pd.DataFrame, titles: dict[str, str]) -> Figure:
     lines = -(-len(titles) // columns)
     figure = _figure(lines, columns)
     axes = figure.subplots(lines, columns, squeeze=False, sharex=True, sharey=True).ravel()
-    for chart, (scene, title) in zip(axes, titles.items(), strict=False):
+    for panel, (scene, title) in zip(axes, titles.items(), strict=False):
         of_scene = rows[rows["scene"] == scene]
         has_velocities = "velocity_error_max" in of_scene and of_scene["velocity_error_max"].notna().any()
-        _draw_panel(chart, of_scene, "cpu_seconds", "velocity_error_max" if has_velocities else "angle_error_max")
-        chart.set_title(title if has_velocities else f"{title} (angles)", fontsize=9)
-    for chart in axes[len(titles) :]:
-        chart.set_axis_off()
-    for chart in axes[-columns:]:
-        chart.set_xlabel("CPU time per design and turn [s]", fontsize=8)
+        _draw_panel(panel, of_scene, "cpu_seconds", "velocity_error_max" if has_velocities else "angle_error_max")
+        panel.set_title(title if has_velocities else f"{title} (angles)", fontsize=9)
+    for panel in axes[len(titles) :]:
+        panel.set_axis_off()
+    for panel in axes[-columns:]:
+        panel.set_xlabel("CPU time per design and turn [s]", fontsize=8)
     figure.supylabel("largest error of the velocities, over the peak", fontsize=9)
     _legend(figure, rows)
     return figure
@@ -98,37 +98,37 @@ def _cost_of(error: str, cost: str) -> str:
     return f"cv_{cost}" if error == "cv_error" else cost
 
 
-def _draw_panel(chart: Axes, rows: pd.DataFrame, cost: str, error: str) -> None:
-    chart.set_xscale("log")
-    chart.set_yscale("log")
-    chart.set_ylim(FLOOR / 3.0, SILENT_FAILURE * 5.0)
-    chart.axhspan(REPORTED_FAILURE / 4.0, SILENT_FAILURE / 6.0, color=MUTED, alpha=0.12, lw=0)
-    chart.axhspan(SILENT_FAILURE / 6.0, SILENT_FAILURE * 5.0, color=RED, alpha=0.15, lw=0)
-    chart.set_yticks(
+def _draw_panel(panel: Axes, rows: pd.DataFrame, cost: str, error: str) -> None:
+    panel.set_xscale("log")
+    panel.set_yscale("log")
+    panel.set_ylim(FLOOR / 3.0, SILENT_FAILURE * 5.0)
+    panel.axhspan(REPORTED_FAILURE / 4.0, SILENT_FAILURE / 6.0, color=MUTED, alpha=0.12, lw=0)
+    panel.axhspan(SILENT_FAILURE / 6.0, SILENT_FAILURE * 5.0, color=RED, alpha=0.15, lw=0)
+    panel.set_yticks(
         [*_TICKS, REPORTED_FAILURE, SILENT_FAILURE], [*(f"$10^{{{round(math.log10(y))}}}$" for y in _TICKS), *_FAILURES]
     )
     solved = error in rows and rows[error].notna().any()
     if not solved and (rows["verdict"] == REJECTED).any():
-        chart.text(0.5, 0.45, "no motion exists:\nrejecting it is correct", ha="center", va="center", color=MUTED,
-                   fontsize=8, transform=chart.transAxes)  # fmt: skip
-    chart.grid(color=MUTED, alpha=0.25, lw=0.5)
-    chart.tick_params(labelsize=7)
+        panel.text(0.5, 0.45, "no motion exists:\nrejecting it is correct", ha="center", va="center", color=MUTED,
+                   fontsize=8, transform=panel.transAxes)  # fmt: skip
+    panel.grid(color=MUTED, alpha=0.25, lw=0.5)
+    panel.tick_params(labelsize=7)
     for name, of_method in rows.groupby("method", sort=False):
-        _draw_method(chart, of_method, cost, error, str(name))
+        _draw_method(panel, of_method, cost, error, str(name))
 
 
-def _draw_method(chart: Axes, rows: pd.DataFrame, cost: str, error: str, name: str) -> None:
+def _draw_method(panel: Axes, rows: pd.DataFrame, cost: str, error: str, name: str) -> None:
     """Draw the errors of one method as a line, and its failures as marks on the upper edge."""
     look = _look(name)
     has_error = rows[error] >= 0.0 if error in rows else rows["failed"] < 0
     failed = (rows["failed"] > 0) | ~has_error
     solved = rows[~failed]
     if len(solved):
-        chart.plot(solved[cost], solved[error].clip(lower=FLOOR), **look)
+        panel.plot(solved[cost], solved[error].clip(lower=FLOOR), **look)
     if failed.any():
         failures = rows[failed]
         heights = [SILENT_FAILURE if silent else REPORTED_FAILURE for silent in failures["silently_wrong"] > 0]
-        chart.plot(failures[cost].fillna(failures["cpu_seconds"]), heights, **look | {"ls": ""})
+        panel.plot(failures[cost].fillna(failures["cpu_seconds"]), heights, **look | {"ls": ""})
 
 
 def _look(name: str) -> dict[str, Any]:

@@ -51,7 +51,7 @@ def choose_design(results: Results, design: int | None, ranking: Ranking | None 
         If the design is not in the file.
     """
     if design is not None:
-        results.rows([design])
+        results.designs([design])
         return design
     best = (ranking or rank_source(results)).frame.index
     if best.empty:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from explore.charts.cells import edges_around
-from explore.charts.labels import axis_label, completeness_note, study_name
+from explore.charts.labels import axis_label, completeness_note, results_name
 from explore.charts.queries import choose_design, designs_like, numeric_column
 from explore.charts.reasons import HATCH_COLOUR, ReasonMasks, reason_columns, reason_masks, region_style
 from explore.charts.style import BLUE, GREEN, INFEASIBLE_OPACITY, INK, MUTED, PURPLE, RED, new_figure
@@ -58,58 +58,58 @@ def ratio_chart(results: ResultsOrPath, *, design: int | None = None) -> Figure:
     masks = reason_masks(results, frame)
 
     figure = new_figure(9.0, 7.4)
-    charts = figure.subplots(2, 1, sharex=True)
-    for chart, name in zip(charts, _LOOKS, strict=True):
-        _draw_curve(chart, frame, name, chosen, masks)
-        _draw_metric_bounds(chart, results, name)
-        chart.set_ylabel(axis_label(numeric_column(results, name), 38))
-        bands = _hatch_undefined(chart, frame, masks)
-        chart.grid(color=MUTED, alpha=0.25, lw=0.5)
-    charts[-1].set_xlabel(axis_label(numeric_column(results, _CRANK)))
-    handles, labels = charts[0].get_legend_handles_labels()
+    panels = figure.subplots(2, 1, sharex=True)
+    for panel, name in zip(panels, _LOOKS, strict=True):
+        _draw_curve(panel, frame, name, chosen, masks)
+        _draw_metric_bounds(panel, results, name)
+        panel.set_ylabel(axis_label(numeric_column(results, name), 38))
+        bands = _hatch_undefined(panel, frame, masks)
+        panel.grid(color=MUTED, alpha=0.25, lw=0.5)
+    panels[-1].set_xlabel(axis_label(numeric_column(results, _CRANK)))
+    handles, labels = panels[0].get_legend_handles_labels()
     handles, labels = [*handles, *bands], [*labels, *(str(band.get_label()) for band in bands)]
     figure.legend(handles, labels, loc="outside lower center", ncols=2, frameon=False, fontsize=10, handleheight=1.6)
     count = f"{len(frame):,} crank lengths{completeness_note(results)}"
-    figure.suptitle(f"{study_name(results)}: {count}\n{common}", fontsize=11, color=INK)
+    figure.suptitle(f"{results_name(results)}: {count}\n{common}", fontsize=11, color=INK)
     return figure
 
 
-def _draw_curve(chart: Axes, frame: pd.DataFrame, name: str, chosen: int, masks: ReasonMasks) -> None:
+def _draw_curve(panel: Axes, frame: pd.DataFrame, name: str, chosen: int, masks: ReasonMasks) -> None:
     """Draw a metric over the crank: feasible designs as dots, infeasible ones as crosses, the chosen one as a star."""
     colour, marker = _LOOKS[name]
     crank, values, feasible = frame[_CRANK], frame[name], frame["feasible"].to_numpy(bool)
     few = len(frame) <= 60
     crosses = ~feasible & values.notna().to_numpy()
     reasons = ", ".join(reason for reason, mask in masks.items() if (mask & crosses).any())
-    chart.plot(crank, values, color=colour, lw=1.4, zorder=2)
-    chart.plot(crank[feasible], values[feasible], marker, color=INK, ms=5.5 if few else 2.0, ls="", zorder=3,
+    panel.plot(crank, values, color=colour, lw=1.4, zorder=2)
+    panel.plot(crank[feasible], values[feasible], marker, color=INK, ms=5.5 if few else 2.0, ls="", zorder=3,
                label="feasible")  # fmt: skip
     if crosses.any():
-        chart.plot(crank[crosses], values[crosses], "x", color=RED, ms=4.5 if few else 2.0, alpha=INFEASIBLE_OPACITY,
+        panel.plot(crank[crosses], values[crosses], "x", color=RED, ms=4.5 if few else 2.0, alpha=INFEASIBLE_OPACITY,
                    ls="", zorder=3, label=f"infeasible: {reasons}")  # fmt: skip
-    chart.plot(crank.loc[[chosen]], values.loc[[chosen]], "*", color=GREEN, mec=INK, ms=16, ls="", zorder=4,
+    panel.plot(crank.loc[[chosen]], values.loc[[chosen]], "*", color=GREEN, mec=INK, ms=16, ls="", zorder=4,
                label=f"design {chosen:,}")  # fmt: skip
 
 
-def _draw_metric_bounds(chart: Axes, results: Results, name: str) -> None:
+def _draw_metric_bounds(panel: Axes, results: Results, name: str) -> None:
     """Draw the study's bounds on the metric as lines; those beyond the axis do not extend it."""
-    limits = chart.get_ylim()
+    limits = panel.get_ylim()
     for bound in results.constraints.get(name, {}).values():
         if bound is not None:
-            chart.axhline(bound, color=RED, lw=1.1, ls="-.")
-    chart.set_ylim(limits)
+            panel.axhline(bound, color=RED, lw=1.1, ls="-.")
+    panel.set_ylim(limits)
 
 
-def _hatch_undefined(chart: Axes, frame: pd.DataFrame, masks: ReasonMasks) -> list[Patch]:
+def _hatch_undefined(panel: Axes, frame: pd.DataFrame, masks: ReasonMasks) -> list[Patch]:
     """Hatch the crank lengths where a metric is undefined, by reason; returns the entries of the legend."""
     edges = edges_around(frame[_CRANK].to_numpy(float))
-    chart.set_xlim(edges[0], edges[-1])
+    panel.set_xlim(edges[0], edges[-1])
     undefined = frame[_RATIO].isna().to_numpy() | frame[_CV].isna().to_numpy()
     entries = []
     for number, (reason, mask) in enumerate(masks.items()):
         style, hatched = region_style(number), mask & undefined
         for k in np.flatnonzero(hatched):
-            chart.axvspan(edges[k], edges[k + 1], facecolor=style.face, edgecolor=HATCH_COLOUR, hatch=style.hatch,
+            panel.axvspan(edges[k], edges[k + 1], facecolor=style.face, edgecolor=HATCH_COLOUR, hatch=style.hatch,
                           lw=0, zorder=0)  # fmt: skip
         undefined &= ~mask
         if hatched.any():

@@ -10,7 +10,7 @@ import numpy as np
 
 from explore.api import simulate
 from explore.charts.bounds import SignalBound, signal_bounds, uses_clutch
-from explore.charts.labels import study_name
+from explore.charts.labels import results_name
 from explore.charts.queries import choose_design
 from explore.charts.turn import crank_angles
 from explore.errors import ResultsError
@@ -89,7 +89,7 @@ def simulate_design(results: Results, design: int | None = None) -> SimulatedDes
     return SimulatedDesign(
         motion,
         parameters,
-        title=f"{study_name(results)}, design {chosen:,}: {swept}",
+        title=f"{results_name(results)}, design {chosen:,}: {swept}",
         limits=dict(zip(("overlapped", "extended"), ends, strict=True)) if ends else {},
         drive=strokes.limits("drive") if clutched else None,
         phases=int(parameters.get("phases", 1)) if clutched else None,

@@ -43,21 +43,21 @@ def stability_chart(rows: pd.DataFrame, goal: float) -> Figure:
     from matplotlib.figure import Figure
     from matplotlib.patches import Patch
 
-    panels = _split_panels(rows)
-    heights = [_HEADING_HEIGHT + _LINE_HEIGHT * len(lines) for lines in panels.values()]
-    left, right = _split_columns(list(panels), heights)
+    lines_of = _split_panels(rows)
+    heights = [_HEADING_HEIGHT + _LINE_HEIGHT * len(lines) for lines in lines_of.values()]
+    left, right = _split_columns(list(lines_of), heights)
     height = max(sum(h for _, h in left), sum(h for _, h in right)) + 1.3
     figure = Figure(figsize=(11.0, height), layout="constrained")
     columns = figure.subfigures(1, 2, squeeze=False)[0]
     for column, names in zip(columns, (left, right), strict=True):
-        charts = column.subplots(len(names), 1, squeeze=False, height_ratios=[h for _, h in names]).ravel()
-        for chart, (name, _) in zip(charts, names, strict=True):
-            _draw_panel(chart, name, panels[name])
+        panels = column.subplots(len(names), 1, squeeze=False, height_ratios=[h for _, h in names]).ravel()
+        for panel, (name, _) in zip(panels, names, strict=True):
+            _draw_panel(panel, name, lines_of[name])
         margins = rows["margin"].drop_duplicates()
-        charts[-1].set_xticks(
+        panels[-1].set_xticks(
             [x + 0.5 for x in range(len(margins))], map(_margin_text, margins), fontsize=7, rotation=90
         )
-        charts[-1].set_xlabel("Grashof margin over the longest link; right of the bar no full turn exists", fontsize=8)
+        panels[-1].set_xlabel("Grashof margin over the longest link; right of the bar no full turn exists", fontsize=8)
     present = [verdict for verdict in VERDICTS if (rows["verdict"] == verdict).any()]
     patches = [Patch(color=VERDICTS[v][0], label=f"{v} {VERDICTS[v][1]}".strip()) for v in present]
     title = f"Accurate: errors up to {goal:g}. The number in a cell is the number of correct digits."
@@ -101,23 +101,23 @@ def _split_columns(names: list[str], heights: list[float]) -> tuple[list[tuple[s
     return pairs[:split], pairs[split:] or pairs[-1:]
 
 
-def _draw_panel(chart: Axes, name: str, lines: dict[str, pd.DataFrame]) -> None:
+def _draw_panel(panel: Axes, name: str, lines: dict[str, pd.DataFrame]) -> None:
     margins = next(iter(lines.values()))["margin"].tolist()
     for y, line in enumerate(lines.values()):
         for x, (verdict, error) in enumerate(zip(line["verdict"], line["error"], strict=True)):
             colour, letter = VERDICTS[verdict]
-            chart.add_patch(_cell(x, y, colour))
+            panel.add_patch(_cell(x, y, colour))
             text = letter or _correct_digits(error)
-            chart.text(x + 0.5, y + 0.5, text, ha="center", va="center", fontsize=7, color=_text_colour(colour))
-    chart.set_xlim(0, len(margins))
-    chart.set_ylim(len(lines), 0)
+            panel.text(x + 0.5, y + 0.5, text, ha="center", va="center", fontsize=7, color=_text_colour(colour))
+    panel.set_xlim(0, len(margins))
+    panel.set_ylim(len(lines), 0)
     blocked = sum(margin > 0.0 for margin in margins)
-    chart.axvline(blocked, color=INK, lw=2)
-    chart.set_xticks([])
-    chart.set_yticks([y + 0.5 for y in range(len(lines))], list(lines), fontsize=7)
-    chart.tick_params(length=0)
-    chart.set_title(name, fontsize=9, loc="left", pad=3)
-    for spine in chart.spines.values():
+    panel.axvline(blocked, color=INK, lw=2)
+    panel.set_xticks([])
+    panel.set_yticks([y + 0.5 for y in range(len(lines))], list(lines), fontsize=7)
+    panel.tick_params(length=0)
+    panel.set_title(name, fontsize=9, loc="left", pad=3)
+    for spine in panel.spines.values():
         spine.set_color(MUTED)
 
 

@@ -36,22 +36,22 @@ def spans_in_turn(span: tuple[float, float]) -> list[tuple[float, float]]:
     return [(float(start), float(stop)) for start, stop in parts if stop > start]
 
 
-def set_turn_axis(chart: Axes, drive: tuple[float, float] | None, limits: Mapping[str, float]) -> None:
+def set_turn_axis(panel: Axes, drive: tuple[float, float] | None, limits: Mapping[str, float]) -> None:
     """Make the turn the x axis; shade the drive stroke and mark the limit positions, all in deg."""
-    chart.set_xlim(*TURN)
-    chart.set_xticks(range(0, 361, 60))
-    chart.grid(color=MUTED, alpha=0.25, lw=0.5)
+    panel.set_xlim(*TURN)
+    panel.set_xticks(range(0, 361, 60))
+    panel.grid(color=MUTED, alpha=0.25, lw=0.5)
     for start, stop in spans_in_turn(drive) if drive else ():
-        chart.axvspan(start, stop, color=MUTED, alpha=0.17, lw=0, zorder=0)
+        panel.axvspan(start, stop, color=MUTED, alpha=0.17, lw=0, zorder=0)
     for angle in limits.values():
-        chart.axvline(angle % 360.0, color=INK, lw=0.9, ls=":")
+        panel.axvline(angle % 360.0, color=INK, lw=0.9, ls=":")
 
 
-def label_limits(charts: Iterable[Axes], limits: Mapping[str, float]) -> None:
+def label_limits(panels: Iterable[Axes], limits: Mapping[str, float]) -> None:
     """Write the names of the limit positions above the charts."""
-    for chart in charts:
+    for panel in panels:
         for name, angle in limits.items():
             right = angle % 360.0 > 180.0
-            chart.annotate(f"{name} {angle % 360.0:.1f}°", (angle % 360.0, 1.0), (0, 3), fontsize=9, color=INK,
+            panel.annotate(f"{name} {angle % 360.0:.1f}°", (angle % 360.0, 1.0), (0, 3), fontsize=9, color=INK,
                            xycoords=("data", "axes fraction"), textcoords="offset points",
                            ha="right" if right else "left")  # fmt: skip

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from explore.cli.output import be, count_of, number, say, shown_unit
+from explore.cli.output import count_of, is_or_are, number, say, shown_unit
 
 if TYPE_CHECKING:
     from explore.designs.spaces import SolvedLength
@@ -47,7 +47,7 @@ def explain_unreachable(results: Results, solved: SolvedLength) -> None:
     within = f" from {low}" * (solved.low > 0.0) + f" up to {high}" * (solved.high < math.inf)
     target = f"{solved.metric.name} = {number(solved.value)} {shown_unit(solved.metric.unit)}".rstrip()
     say(
-        f"{unreachable:,} of {count_of(results.n_studied, 'design')} {be(unreachable)} unreachable: "
+        f"{unreachable:,} of {count_of(results.n_studied, 'design')} {is_or_are(unreachable)} unreachable: "
         f"no {solved.name}{within} gives {target}"
     )
     _say_wasteful_bounds(results, unreachable)
@@ -70,7 +70,7 @@ def _say_wasteful_bounds(results: Results, unreachable: int) -> None:
     ranges = find_wasteful_ranges(results)
     for part in ranges[:_MOST_RANGES]:
         end = f"{part.parameter} {part.side} {number(part.value, 12)} {shown_unit(results.units[part.parameter])}"
-        say(f"  wasteful: {end.rstrip()}, where {part.reachable:,} of {part.designs:,} are reachable")
+        say(f"  wasteful: {end.rstrip()}, where {part.n_reachable:,} of {part.n_designs:,} are reachable")
     if not ranges and unreachable < results.n_studied:
         say("  no end of a swept range is much worse than the rest of it, so no single bound wastes them")
 
@@ -78,7 +78,7 @@ def _say_wasteful_bounds(results: Results, unreachable: int) -> None:
 def _say_counts(results: Results, ranking: Ranking, prefix: str) -> None:
     """Say how many designs are Pareto-optimal, of how many."""
     senses = ", ".join(f"{o.metric} ({o.sense})" for o in ranking.objectives)
-    if not ranking.tally.ranked:
+    if not ranking.tally.n_ranked:
         reason = (
             f"no feasible design of {results.path} meets the request"
             if any(ranking.exclusions.values())
@@ -88,19 +88,21 @@ def _say_counts(results: Results, ranking: Ranking, prefix: str) -> None:
         return
     first = int((ranking.frame["front"] == 1).sum())
     condition = " that meet the request" if ranking.exclusions else ""
-    ranked = f"{count_of(ranking.tally.ranked, 'feasible design')}{condition}"
-    say(f"{prefix}{first:,} of {ranked} {be(first)} Pareto-optimal in {senses}")
+    ranked = f"{count_of(ranking.tally.n_ranked, 'feasible design')}{condition}"
+    say(f"{prefix}{first:,} of {ranked} {is_or_are(first)} Pareto-optimal in {senses}")
     if len(ranking.frame) > first:
         last = int(ranking.frame["front"].max())
         say(f"  {len(ranking.frame) - first:,} more are in front{'' if last == 2 else 's 2 to'} {last}")
 
 
 def _left_out(tally: Tally, sentences: dict[str, str]) -> list[str]:
-    missed = [(name.removesuffix("_margin"), count) for name, count in tally.by_constraint.most_common() if count]
-    unknown = [(name.removesuffix("_margin"), count) for name, count in tally.undefined.most_common() if count]
+    missed, undefined = (
+        [(name.removesuffix("_margin"), count) for name, count in counts.most_common() if count]
+        for counts in (tally.by_constraint, tally.by_undefined_constraint)
+    )
     return [
         *(f"{count:,} miss the constraint on {name}" for name, count in missed),
-        *(f"{count:,} in which {name}, a constraint, is undefined" for name, count in unknown),
+        *(f"{count:,} in which {name}, a constraint, is undefined" for name, count in undefined),
         *(f"{count:,} {label}: {sentences.get(label, '')}" for label, count in tally.by_status.most_common()),
-        *([f"{tally.not_finite:,} in which an objective is undefined"] if tally.not_finite else []),
+        *([f"{tally.n_not_finite:,} in which an objective is undefined"] if tally.n_not_finite else []),
     ]

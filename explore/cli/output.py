@@ -53,7 +53,7 @@ def count_of(count: int, noun: str) -> str:
     return f"{count:,} {noun}{'s' * (count != 1)}"
 
 
-def be(count: int) -> str:
+def is_or_are(count: int) -> str:
     """The verb after a number of things."""
     return "is" if count == 1 else "are"
 

@@ -83,9 +83,9 @@ def _sweep_bar(total: int) -> Iterator[Callable[[Progress], None]]:
         task = bar.add_task("", total=total, rate="", share="")
 
         def update(state: Progress) -> None:
-            rate = state.computed / (time.monotonic() - start)
-            share = f"{state.feasible / state.computed:.0%} feasible"
-            bar.update(task, completed=state.done, rate=f"{rate:,.0f}/s", share=share)
+            rate = state.n_computed / (time.monotonic() - start)
+            share = f"{state.n_feasible / state.n_computed:.0%} feasible"
+            bar.update(task, completed=state.n_done, rate=f"{rate:,.0f}/s", share=share)
 
         yield update
 
@@ -99,11 +99,11 @@ def _sweep_lines() -> Callable[[Progress], None]:
         if now - last < LINE_INTERVAL:
             return
         last = now
-        rate = state.computed / (now - start)
-        left = (state.total - state.done) / rate
+        rate = state.n_computed / (now - start)
+        left = (state.n_designs - state.n_done) / rate
         say(
-            f"{state.done:,} of {state.total:,} designs, {rate:,.0f}/s, "
-            f"{state.feasible / state.computed:.0%} feasible, {left:.0f} s left"
+            f"{state.n_done:,} of {state.n_designs:,} designs, {rate:,.0f}/s, "
+            f"{state.n_feasible / state.n_computed:.0%} feasible, {left:.0f} s left"
         )
 
     return update

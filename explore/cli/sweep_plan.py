@@ -26,14 +26,15 @@ def print_plan(study: Study, path: Path, *, keep: str, workers: int | None, on_c
     from explore.sweeping.collectors import results_columns, row_bytes
 
     space, columns = study.space, results_columns(study)
+    n_designs = space.n_designs
     row = row_bytes(study)
-    size = _bytes(space.count * row) if keep == "all" else f"{row} bytes for each design kept"
+    size = _bytes(n_designs * row) if keep == "all" else f"{row} bytes for each design kept"
     say(
-        f"{space.count:,} designs ({space.method}) in {count_of(space.n_blocks, 'block')}, {len(columns)} columns, "
+        f"{n_designs:,} designs ({space.method}) in {count_of(space.n_blocks, 'block')}, {len(columns)} columns, "
         f"{size} -> {path}"
     )
     workers = workers or processors()
-    seconds = _seconds_per_design(study) * space.count
+    seconds = _seconds_per_design(study) * n_designs
     if not on_cluster:
         say(f"{_duration(seconds / workers)} of computing with {count_of(workers, 'worker')}")
     else:
@@ -41,7 +42,7 @@ def print_plan(study: Study, path: Path, *, keep: str, workers: int | None, on_c
     parameters = [column for column in columns if column.role == "parameter"]
     rows = [
         [str(design), *(number(float(value)) for value in values)]
-        for start, stop in ((0, min(2, space.count)), (max(space.count - 2, min(2, space.count)), space.count))
+        for start, stop in ((0, min(2, n_designs)), (max(n_designs - 2, min(2, n_designs)), n_designs))
         for design, *values in zip(range(start, stop), *space.designs(start, stop).values(), strict=True)
     ]
     print_table("first and last designs", [("design", ""), *((c.name, c.unit) for c in parameters)], rows)
@@ -51,9 +52,9 @@ def _seconds_per_design(study: Study) -> float:
     """Time of one worker per design, measured on designs spread over the study."""
     from explore.evaluation.evaluate import evaluate_columns
 
-    count = study.space.count
-    firsts = np.unique(np.linspace(0, max(count - _PIECE_SIZE, 0), _PIECES).astype(np.int64)).tolist()
-    pieces = [study.space.designs(first, min(first + _PIECE_SIZE, count)) for first in firsts]
+    n_designs = study.space.n_designs
+    firsts = np.unique(np.linspace(0, max(n_designs - _PIECE_SIZE, 0), _PIECES).astype(np.int64)).tolist()
+    pieces = [study.space.designs(first, min(first + _PIECE_SIZE, n_designs)) for first in firsts]
     designs = {name: np.concatenate([piece[name] for piece in pieces]) for name in pieces[0]}
     start = time.perf_counter()
     evaluate_columns(study.request, designs)

@@ -66,10 +66,10 @@ def load_scene(path: str | os.PathLike[str]) -> Scene:
         raise ConfigError(
             [f"{os.fspath(path)}:1: scene: is missing; a scene is a study with a section [scene]: {keys}"]
         )
-    if study.space.count > MAX_SCENE_DESIGNS:
-        reason = f"a scene of {study.space.count:,} designs takes too long; {MAX_SCENE_DESIGNS:,} at most"
+    if study.space.n_designs > MAX_SCENE_DESIGNS:
+        reason = f"a scene of {study.space.n_designs:,} designs takes too long; {MAX_SCENE_DESIGNS:,} at most"
         raise ConfigError([f"{os.fspath(path)}:1: scene: {reason}"])
-    designs = study.space.designs(0, study.space.count)
+    designs = study.space.designs(0, study.space.n_designs)
     return Scene(
         name=Path(path).stem,
         title=table["title"],
@@ -77,7 +77,7 @@ def load_scene(path: str | os.PathLike[str]) -> Scene:
         question=table["question"],
         model=Level[table["model"].upper()],
         lengths=np.column_stack([designs[name] for name in _LENGTHS]),
-        branch=designs.get("branch", np.ones(study.space.count)),
+        branch=designs.get("branch", np.ones(study.space.n_designs)),
         study=study,
     )
 

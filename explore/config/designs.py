@@ -123,7 +123,7 @@ def _sample(axes: tuple[Axis, ...], sampling: Sampling, problems: Problems) -> S
 
 def _grid(axes: tuple[Axis, ...], problems: Problems) -> Grid:
     grid = Grid.over(tuple(axis for axis in axes if not isinstance(axis, ContinuousAxis)))
-    if grid.count > _MOST_DESIGNS:
+    if grid.n_designs > _MOST_DESIGNS:
         problems.append((("parameters",), "the grid has more than 2^63 designs, too many to number; make it coarser"))
     return grid
 
@@ -156,16 +156,20 @@ def _table(
 def space_content(space: DesignSpace) -> dict[str, object]:
     """Everything that determines the designs, for JSON; equal for equal designs, however the study is written."""
     sampling: dict[str, object] = {"method": space.method}
-    free = space.free if isinstance(space, SolvedSpace) else space
-    if isinstance(free, Sample):
-        sampling |= {"count": space.count, "seed": space.seed}
+    base = space.base if isinstance(space, SolvedSpace) else space
+    if isinstance(base, Sample):
+        sampling |= {"count": space.n_designs, "seed": space.seed}
     table_axes = [axis for axis in space.axes if isinstance(axis, TableAxis)]
     if table_axes:
         # A hash of the values, because the file's name and format do not change the designs.
         values = hashlib.sha256()
         for axis in table_axes:
             values.update(axis.values.astype("<f8").tobytes())
-        sampling |= {"rows": space.count, "columns": [axis.name for axis in table_axes], "sha256": values.hexdigest()}
+        sampling |= {
+            "rows": space.n_designs,
+            "columns": [axis.name for axis in table_axes],
+            "sha256": values.hexdigest(),
+        }
     return {
         "parameters": {a.name: _axis_content(a) for a in space.axes if not isinstance(a, TableAxis)},
         "sampling": sampling,

@@ -29,7 +29,7 @@ class ResolvedStudy:
     request: Request
     space: DesignSpace
     objectives: tuple[Objective, ...]
-    determines: str
+    identity: str
 
 
 def resolve_study(
@@ -64,7 +64,7 @@ def resolve_study(
         problems += _unavailable(request, space)
     if problems or table_problems or space is None:
         return None
-    return ResolvedStudy(request, space, objectives, _determines(request, space))
+    return ResolvedStudy(request, space, objectives, _identity(request, space))
 
 
 def _mechanism(study: StudyFile, *, has_key: bool, problems: Problems) -> Mechanism | None:
@@ -100,7 +100,7 @@ def _unavailable(request: Request, space: DesignSpace) -> Problems:
 
 def _prescribed_metric(space: DesignSpace | None) -> str:
     """Name of the metric that is prescribed to solve for a length; empty when none is."""
-    return space.solved.metric.name if isinstance(space, SolvedSpace) else ""
+    return space.solved_length.metric.name if isinstance(space, SolvedSpace) else ""
 
 
 def _objectives(request: Request, rank: Rank, space: DesignSpace | None, problems: Problems) -> tuple[Objective, ...]:
@@ -145,7 +145,7 @@ def _reason_not_in_results(name: str, request: Request, space: DesignSpace | Non
     return "" if is_computed else f'{name} is not computed; add "{name}" to evaluate.metrics'
 
 
-def _determines(request: Request, space: DesignSpace) -> str:
+def _identity(request: Request, space: DesignSpace) -> str:
     """Everything that determines the columns, as JSON; equal for equal studies, however they are written."""
     content = {
         "mechanism": request.mechanism.name,

@@ -61,7 +61,7 @@ class Study:
         The designs.
     objectives
         The objectives of the ranking.
-    determines
+    identity
         Normalised JSON of everything that determines the columns.
 
     Raises
@@ -83,7 +83,7 @@ class Study:
     request: Request
     space: DesignSpace
     objectives: tuple[Objective, ...]
-    determines: str
+    identity: str
     _text: str
 
     def __init__(
@@ -131,20 +131,20 @@ class Study:
     @property
     def sha256(self) -> str:
         """Hash of everything that determines the columns."""
-        return hashlib.sha256(self.determines.encode()).hexdigest()
+        return hashlib.sha256(self.identity.encode()).hexdigest()
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Study):
             return NotImplemented
-        return (self.determines, self.objectives) == (other.determines, other.objectives)
+        return (self.identity, self.objectives) == (other.identity, other.objectives)
 
     def __hash__(self) -> int:
-        return hash((self.determines, self.objectives))
+        return hash((self.identity, self.objectives))
 
     def __repr__(self) -> str:
         fields = {
             "mechanism": self.request.mechanism.name,
-            "designs": self.space.count,
+            "designs": self.space.n_designs,
             "method": self.space.method,
             "swept": list(self.space.swept_parameters),
             "metrics": [metric.name for metric in self.request.metrics],

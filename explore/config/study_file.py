@@ -6,7 +6,7 @@ import os
 from importlib.resources import files
 from pathlib import Path
 
-from explore.config import locate, toml_text
+from explore.config import key_lines, toml_text
 from explore.config.resolution import resolve_study
 from explore.config.study import Study, make_study
 from explore.errors import ConfigError, Problems
@@ -38,8 +38,8 @@ def load_study(path: str | os.PathLike[str]) -> Study:
     table_problems: list[str] = []
     resolved = resolve_study(toml_text.parse_toml(file, text), Path(file).parent, problems, table_problems)
     if resolved is None:
-        lines = locate.locate(text.replace("\r\n", "\n"))
-        located = sorted((locate.line_of(lines, key), toml_text.dotted(key), reason) for key, reason in problems)
+        lines = key_lines.locate(text.replace("\r\n", "\n"))
+        located = sorted((key_lines.line_of(lines, key), toml_text.dotted(key), reason) for key, reason in problems)
         own_problems = [f"{file}:{line}: {key}: {reason}" for line, key, reason in dict.fromkeys(located)]
         raise ConfigError(toml_text.first_problems(f"{file}: ", own_problems) + table_problems)
     return make_study(resolved, text)

@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from explore.config.locate import find_excess_depth
+from explore.config.key_lines import find_excess_depth
 from explore.config.schema import MOST_PROBLEMS
 from explore.errors import ConfigError, KeyPath
 

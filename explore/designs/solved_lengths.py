@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from explore.designs.spaces import DesignSpace, SolvedLength
 from explore.evaluation.evaluate import LARGEST_PARAMETER, SMALLEST_PARAMETER, evaluate_columns
-from explore.model.columns import Columns
+from explore.model.columns import Arrays
 from explore.model.mechanism import Mechanism
 from explore.model.quantities import FloatArray
 from explore.model.request import Request
@@ -37,32 +37,34 @@ class SolvedSpace(DesignSpace):
     """The designs of another space with one length added: the solution, or NaN where there is none."""
 
     mechanism: Mechanism
-    free: DesignSpace
-    solved: SolvedLength
+    base: DesignSpace
+    solved_length: SolvedLength
 
     @staticmethod
-    def over(free: DesignSpace, solved: SolvedLength, mechanism: Mechanism) -> SolvedSpace:
-        """The designs of `free` with the length added in its declared place."""
+    def over(base: DesignSpace, solved_length: SolvedLength, mechanism: Mechanism) -> SolvedSpace:
+        """The designs of `base` with the length added in its declared place."""
         order = [parameter.name for parameter in (*mechanism.geometry, mechanism.speed)]
-        axes = tuple(sorted((*free.axes, solved), key=lambda axis: order.index(axis.name)))
-        return SolvedSpace(axes, free.count, free.method, free.seed, mechanism=mechanism, free=free, solved=solved)
+        axes = tuple(sorted((*base.axes, solved_length), key=lambda axis: order.index(axis.name)))
+        return SolvedSpace(
+            axes, base.n_designs, base.method, base.seed, mechanism=mechanism, base=base, solved_length=solved_length
+        )
 
-    def for_block(self, number: int) -> SolvedSpace:
+    def space_for_block(self, number: int) -> SolvedSpace:
         """A space that can compute this block and is small when pickled, to send to a worker."""
-        return replace(self, free=self.free.for_block(number))
+        return replace(self, base=self.base.space_for_block(number))
 
-    def designs(self, start: int, stop: int) -> Columns:
+    def designs(self, start: int, stop: int) -> Arrays:
         """Parameters of the designs start … stop - 1 by name, each of shape (stop - start,)."""
-        columns = self.free.designs(start, stop)
-        columns[self.solved.name] = solve(self.mechanism, self.solved, columns)
+        columns = self.base.designs(start, stop)
+        columns[self.solved_length.name] = solve(self.mechanism, self.solved_length, columns)
         return {axis.name: columns[axis.name] for axis in self.axes}
 
-    def unreachable(self, columns: Columns) -> npt.NDArray[np.bool_]:
+    def unreachable(self, columns: Arrays) -> npt.NDArray[np.bool_]:
         """Whether each design has no solution, shape (n,)."""
-        return np.isnan(columns[self.solved.name])
+        return np.isnan(columns[self.solved_length.name])
 
 
-def solve(mechanism: Mechanism, solved: SolvedLength, columns: Columns) -> FloatArray:
+def solve(mechanism: Mechanism, solved: SolvedLength, columns: Arrays) -> FloatArray:
     """Solve for the smallest length at which each design has the prescribed value and its crank turns.
 
     Parameters
@@ -108,7 +110,7 @@ def _usable(lengths: FloatArray) -> FloatArray:
 _Difference = Callable[..., FloatArray]
 
 
-def _difference(mechanism: Mechanism, solved: SolvedLength, columns: Columns) -> _Difference:
+def _difference(mechanism: Mechanism, solved: SolvedLength, columns: Arrays) -> _Difference:
     """A function of lengths and indices of designs: metric minus prescribed value, NaN where the crank cannot turn."""
     window = next(window for window in mechanism.windows if window.name == mechanism.default_window)
     request = Request(mechanism, (solved.metric,), (), window, mechanism.default_drive, 1e-9)

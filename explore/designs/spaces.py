@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from explore.designs.samplers import SAMPLERS
-from explore.model.columns import Block, Columns
+from explore.model.columns import Arrays, Block
 from explore.model.quantities import FloatArray, Metric
 
 #: Designs per block; constant, because the bytes of a results file must not depend on the machine.
@@ -155,13 +155,13 @@ def _positions(fractions: FloatArray, length: int) -> Indices:
 
 @dataclass(frozen=True)
 class DesignSpace(ABC):
-    """Designs numbered 0 … count - 1.
+    """Designs numbered 0 … n_designs - 1.
 
     Parameters
     ----------
     axes
         One for each parameter of the study.
-    count
+    n_designs
         Number of designs.
     method
         The sampling method, by its name in a study file.
@@ -170,14 +170,14 @@ class DesignSpace(ABC):
     """
 
     axes: tuple[Axis | TableAxis | SolvedLength, ...]
-    count: int
+    n_designs: int
     method: str
     seed: int = 0
 
     @property
     def n_blocks(self) -> int:
         """Number of blocks."""
-        return -(-self.count // BLOCK_SIZE)
+        return -(-self.n_designs // BLOCK_SIZE)
 
     @property
     def swept_parameters(self) -> tuple[str, ...]:
@@ -187,14 +187,14 @@ class DesignSpace(ABC):
     def block(self, number: int) -> Block:
         """The designs of one block."""
         start = number * BLOCK_SIZE
-        return Block(number, start, self.designs(start, min(start + BLOCK_SIZE, self.count)))
+        return Block(number, start, self.designs(start, min(start + BLOCK_SIZE, self.n_designs)))
 
-    def for_block(self, number: int) -> DesignSpace:  # noqa: ARG002  (`Table` uses it)
+    def space_for_block(self, number: int) -> DesignSpace:  # noqa: ARG002  (`Table` uses it)
         """A space that can compute this block and is small when pickled, to send to a worker."""
         return self
 
     @abstractmethod
-    def designs(self, start: int, stop: int) -> Columns:
+    def designs(self, start: int, stop: int) -> Arrays:
         """Parameters of the designs start … stop - 1 by name, each of shape (stop - start,)."""
 
 
@@ -210,10 +210,10 @@ class Grid(DesignSpace):
         """The full grid over the axes."""
         return Grid(axes, math.prod(len(axis) for axis in axes))
 
-    def designs(self, start: int, stop: int) -> Columns:
+    def designs(self, start: int, stop: int) -> Arrays:
         """Parameters of the designs start … stop - 1 by name, each of shape (stop - start,)."""
         remaining = np.arange(start, stop, dtype=np.int64)
-        columns: Columns = {}
+        columns: Arrays = {}
         for axis in reversed(self.axes):
             remaining, index = np.divmod(remaining, len(axis)) if axis.varies else (remaining, remaining * 0)
             columns[axis.name] = axis.values_at(index)
@@ -226,12 +226,12 @@ class Sample(DesignSpace):
 
     axes: tuple[Axis, ...]
 
-    def designs(self, start: int, stop: int) -> Columns:
+    def designs(self, start: int, stop: int) -> Arrays:
         """Parameters of the designs start … stop - 1 by name, each of shape (stop - start,)."""
         dimensions = len(self.swept_parameters)
         fractions = np.zeros((stop - start, 0))
         if dimensions:
-            fractions = SAMPLERS[self.method](dimensions, start, stop, self.count, self.seed)
+            fractions = SAMPLERS[self.method](dimensions, start, stop, self.n_designs, self.seed)
         coordinates = iter(fractions.T)
         zeros = np.zeros(stop - start)
         return {axis.name: axis.values_at_fractions(next(coordinates) if axis.varies else zeros) for axis in self.axes}
@@ -248,7 +248,7 @@ class Table(DesignSpace):
     method: str = "table"
     first: int = 0
 
-    def designs(self, start: int, stop: int) -> Columns:
+    def designs(self, start: int, stop: int) -> Arrays:
         """Parameters of the designs start … stop - 1 by name, each of shape (stop - start,)."""
         rows = slice(start - self.first, stop - self.first)
         zeros = np.zeros(stop - start, dtype=np.int64)
@@ -257,7 +257,7 @@ class Table(DesignSpace):
             for axis in self.axes
         }
 
-    def for_block(self, number: int) -> Table:
+    def space_for_block(self, number: int) -> Table:
         """The rows of one block, so that the whole table is not sent with each block."""
         start = number * BLOCK_SIZE
         rows = slice(start - self.first, start - self.first + BLOCK_SIZE)

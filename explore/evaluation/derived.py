@@ -12,7 +12,7 @@ from collections.abc import Callable
 import numpy as np
 import numpy.typing as npt
 
-from explore.model.columns import Columns
+from explore.model.columns import Arrays
 from explore.model.quantities import OMITTED, DerivedMetric, FloatArray, Parameter, SampledMetric
 from explore.model.request import Request
 
@@ -21,7 +21,7 @@ _ROUNDING = 1e-15
 
 
 def derive(
-    request: Request, inputs: Columns, values: dict[str, FloatArray], errors: dict[str, FloatArray]
+    request: Request, inputs: Arrays, values: dict[str, FloatArray], errors: dict[str, FloatArray]
 ) -> tuple[dict[str, FloatArray], FloatArray]:
     """Evaluate the derived metrics of designs.
 
@@ -49,7 +49,7 @@ def derive(
 
 
 def _evaluate(
-    metric: DerivedMetric, inputs: Columns, values: dict[str, FloatArray], errors: dict[str, FloatArray]
+    metric: DerivedMetric, inputs: Arrays, values: dict[str, FloatArray], errors: dict[str, FloatArray]
 ) -> tuple[FloatArray, FloatArray]:
     """Value and bound of the absolute error of a derived metric; where a change is undefined the bound is infinite."""
     arguments: list[FloatArray] = []
@@ -84,7 +84,7 @@ def _evaluate(
     return value, np.where(np.isfinite(value), np.nan_to_num(total + rounding, nan=np.inf), 0.0)
 
 
-def has_required_parameters(request: Request, inputs: Columns) -> npt.NDArray[np.bool_]:
+def has_required_parameters(request: Request, inputs: Arrays) -> npt.NDArray[np.bool_]:
     """Whether each design has the load and the sizing parameters that the request needs, shape (n,)."""
     has_all = np.ones(len(next(iter(inputs.values()))), dtype=np.bool_)
     for parameters in required_parameters(request):
@@ -92,7 +92,7 @@ def has_required_parameters(request: Request, inputs: Columns) -> npt.NDArray[np
     return has_all
 
 
-def has_any_of(parameters: tuple[str, ...], inputs: Columns) -> npt.NDArray[np.bool_]:
+def has_any_of(parameters: tuple[str, ...], inputs: Arrays) -> npt.NDArray[np.bool_]:
     """Whether at least one of these parameters of each design is not 0, shape (n,)."""
     result: npt.NDArray[np.bool_] = np.any([inputs[name] != 0.0 for name in parameters], axis=0)
     return result

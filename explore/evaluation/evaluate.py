@@ -24,7 +24,8 @@ import numpy.typing as npt
 from explore.evaluation import constraints
 from explore.evaluation.derived import derive, has_any_of, has_required_parameters
 from explore.evaluation.sampled import SampledStatistics, sample_metrics
-from explore.model.columns import Column, Columns
+from explore.model.columns import Arrays as Columns
+from explore.model.columns import Column
 from explore.model.mechanism import Mechanism
 from explore.model.quantities import AnyMetric, DerivedMetric, FloatArray, Metric, Parameter, SampledMetric
 from explore.model.request import Request

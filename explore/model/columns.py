@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy.typing as npt
 
-Columns = dict[str, npt.NDArray[Any]]
+#: Values of columns by name, each of shape (n,).
+Arrays = dict[str, npt.NDArray[Any]]
 
 #: Value of an attribute of a results file.
 Attribute = str | int | float
@@ -54,4 +55,4 @@ class Block:
 
     number: int
     start: int
-    columns: Columns
+    columns: Arrays

@@ -26,12 +26,12 @@ import numpy as np
 import numpy.typing as npt
 
 from explore.errors import RequestError
-from explore.model.columns import Columns
+from explore.model.columns import Arrays
 from explore.suggest import format_value, suggestion
 
 Mask = npt.NDArray[np.bool_]
-_Test = Callable[[Columns], Mask]
-_Operand = Callable[[Columns], Any]
+_Test = Callable[[Arrays], Mask]
+_Operand = Callable[[Arrays], Any]
 
 _TOKEN = re.compile(
     r"\s*(?:(?P<number>[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)(?!\w)"
@@ -200,7 +200,7 @@ class _Parser:
 
 
 def _compare(sign: Callable[[Any, Any], Any], left: _Operand, right: _Operand) -> _Test:
-    def test(columns: Columns) -> Mask:
+    def test(columns: Arrays) -> Mask:
         a, b = left(columns), right(columns)
         # IEEE 754 has NaN != x true; here every comparison with an undefined value is false.
         mask = sign(a, b) & (a == a) & (b == b)
@@ -213,7 +213,7 @@ def _combine(parts: Sequence[_Test], operation: Callable[[Any, Any], Any]) -> _T
     if len(parts) == 1:
         return parts[0]
 
-    def test(columns: Columns) -> Mask:
+    def test(columns: Arrays) -> Mask:
         mask = parts[0](columns)
         for part in parts[1:]:
             mask = operation(mask, part(columns))

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from itertools import accumulate
 
 from explore.errors import RequestError
-from explore.model.columns import Columns
+from explore.model.columns import Arrays
 from explore.model.progress import ReportProgress
 from explore.ranking.pareto import find_fronts
 from explore.ranking.rankings import (
@@ -81,10 +81,10 @@ def _merge_rankings(parts: Mapping[str, Ranking], request: RankRequest) -> Ranki
     tables = [part.frame.assign(**{RESULTS_COLUMN: name}) for name, part in parts.items()]
     names = dict.fromkeys(name for table in tables for name in table.columns)
     frame = pd.concat([table for table in tables if not table.empty] or tables[:1]).reindex(columns=list(names))
-    columns: Columns = {objective.metric: frame[objective.metric].to_numpy() for objective in objectives}
+    columns: Arrays = {objective.metric: frame[objective.metric].to_numpy() for objective in objectives}
     rows, numbers = find_fronts([columns], objectives, request.fronts)
     ranked = sort_fronts(frame.iloc[rows], numbers, objectives, order, request)
-    tally = Tally(ranked=sum(part.tally.ranked for part in parts.values()))
+    tally = Tally(n_ranked=sum(part.tally.n_ranked for part in parts.values()))
     is_incomplete = any(part.is_incomplete for part in parts.values())
     return Ranking(ranked, objectives, order, tally, is_incomplete=is_incomplete)
 

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from explore.errors import RequestError
-from explore.model.columns import Columns
+from explore.model.columns import Arrays
 from explore.model.request import Objective
 from explore.suggest import format_value, suggestion
 
@@ -41,7 +41,7 @@ class Limit:
     def __str__(self) -> str:
         return f"{self.metric} {'>=' if self.side == 'min' else '<='} {self.value:g}"
 
-    def is_met(self, columns: Columns) -> npt.NDArray[np.bool_]:
+    def is_met(self, columns: Arrays) -> npt.NDArray[np.bool_]:
         """Mask of the designs that meet the limit, (n,); an undefined metric meets none."""
         values = columns[self.column]
         if self.margin_bound is not None:

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from explore.errors import RequestError
-from explore.model.columns import Columns
+from explore.model.columns import Arrays
 from explore.model.quantities import FloatArray
 from explore.model.request import Objective
 from explore.ranking.tallies import Tally
@@ -64,7 +64,7 @@ def front_numbers(values: FloatArray, n_fronts: int) -> npt.NDArray[np.int64]:
     return numbers
 
 
-def objectives_to_minimise(columns: Columns, objectives: Sequence[Objective]) -> FloatArray:
+def objectives_to_minimise(columns: Arrays, objectives: Sequence[Objective]) -> FloatArray:
     """Values of the objectives, negated where the larger value is better, shape (n, m)."""
     signs = [1.0 if objective.sense == "min" else -1.0 for objective in objectives]
     return np.column_stack([np.asarray(columns[o.metric], dtype=np.float64) for o in objectives]) * signs
@@ -119,7 +119,7 @@ class _FrontMerger:
 
 
 def find_fronts(
-    blocks: Iterable[Columns], objectives: Sequence[Objective], n_fronts: int = 1, tally: Tally | None = None
+    blocks: Iterable[Arrays], objectives: Sequence[Objective], n_fronts: int = 1, tally: Tally | None = None
 ) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
     """Find the first fronts of designs that arrive in blocks; memory holds one block and twice the fronts.
 
@@ -157,7 +157,7 @@ def find_fronts(
 
 
 def find_front(
-    blocks: Iterable[Columns], objectives: Sequence[Objective], tally: Tally | None = None
+    blocks: Iterable[Arrays], objectives: Sequence[Objective], tally: Tally | None = None
 ) -> npt.NDArray[np.int64]:
     """Row numbers of the first front, ascending; see `find_fronts`."""
     return find_fronts(blocks, objectives, 1, tally)[0]

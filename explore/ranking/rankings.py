@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from explore.errors import RequestError
-from explore.model.columns import Column, Columns
+from explore.model.columns import Arrays, Column
 from explore.model.progress import ReportProgress
 from explore.model.quantities import Sense
 from explore.model.request import Objective
@@ -50,7 +50,7 @@ DEFAULT_REQUEST = RankRequest()
 
 
 class Source(Protocol):
-    """The interface of results that a ranking uses."""
+    """The interface of results that a ranking uses, implemented by `explore.store.results.Results`."""
 
     @property
     def objectives(self) -> tuple[str, ...]:
@@ -80,11 +80,11 @@ class Source(Protocol):
     def n_committed(self) -> int:
         """Number of designs in the blocks."""
 
-    def blocks(self, columns: Sequence[str] | None = None) -> Iterable[Columns]:
+    def blocks(self, columns: Sequence[str] | None = None) -> Iterable[Arrays]:
         """Blocks of consecutive designs, with these columns."""
 
-    def rows(self, numbers: npt.NDArray[np.int64]) -> pd.DataFrame:
-        """The rows of these design numbers, with all columns."""
+    def designs(self, numbers: npt.NDArray[np.int64]) -> pd.DataFrame:
+        """The designs of these numbers, with all columns."""
 
 
 @dataclass(frozen=True)
@@ -131,7 +131,7 @@ def rank_frame(frame: pd.DataFrame, request: RankRequest) -> pd.DataFrame:
     for name in needed:
         if name not in numeric:
             raise RequestError(f"column '{name}' does not hold numbers, so it cannot be ranked")
-    columns: Columns = {name: frame[name].to_numpy(dtype=np.float64, na_value=np.nan) for name in needed}
+    columns: Arrays = {name: frame[name].to_numpy(dtype=np.float64, na_value=np.nan) for name in needed}
     if "feasible" in frame.columns:
         columns["feasible"] = frame["feasible"].to_numpy()
     # Rows are selected by position, because the labels of a table may repeat.
@@ -182,11 +182,11 @@ def rank_source(
     if has_front_only and keeps_best and not selection.has_criteria:
         # The results hold the Pareto set in these objectives; the sweep counted the other designs.
         tally = Tally.from_counts(source.tally)
-    frame = sort_fronts(source.rows(rows), numbers, objectives, order, request)
+    frame = sort_fronts(source.designs(rows), numbers, objectives, order, request)
     return Ranking(frame, objectives, order, tally, selection.exclusions, has_front_only and not keeps_best)
 
 
-def _report_each(blocks: Iterable[Columns], total: int, report_progress: ReportProgress | None) -> Iterator[Columns]:
+def _report_each(blocks: Iterable[Arrays], total: int, report_progress: ReportProgress | None) -> Iterator[Arrays]:
     """Yield the blocks and report the progress after each."""
     done = 0
     for columns in blocks:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from explore.model.columns import Columns
+from explore.model.columns import Arrays
 from explore.model.request import Objective
 from explore.ranking.conditions import Condition, parse_condition
 from explore.ranking.limits import Bounds, Limit, Limits, resolve_limits
@@ -32,7 +32,7 @@ class Selection:
         """Whether there is a condition or a limit."""
         return self.condition is not None or bool(self.limits)
 
-    def apply(self, blocks: Iterable[Columns]) -> Iterator[Columns]:
+    def apply(self, blocks: Iterable[Arrays]) -> Iterator[Arrays]:
         """Yield the blocks, with the excluded designs marked as infeasible."""
         for columns in blocks:
             yield self._restrict(columns) if self.has_criteria else columns
@@ -41,7 +41,7 @@ class Selection:
         """Whether the Pareto set of the selected designs is a subset of that of all feasible designs."""
         return self.condition is None and all(limit.bounds_worse_side_of(objectives) for limit in self.limits)
 
-    def _restrict(self, columns: Columns) -> Columns:
+    def _restrict(self, columns: Arrays) -> Arrays:
         n = len(next(iter(columns.values())))
         feasible = np.asarray(columns["feasible"]).astype(bool) if "feasible" in columns else np.ones(n, dtype=bool)
         for limit in self.limits:

@@ -12,10 +12,19 @@ import numpy as np
 import numpy.typing as npt
 
 from explore.errors import ResultsError
-from explore.model.columns import Columns
+from explore.model.columns import Arrays
 from explore.model.status import Status
 
 _OK = int(Status.OK)
+#: Keys of the counts in a results file, with the attributes that hold them.
+_KEYS = {
+    "margins": "margins",
+    "ranked": "n_ranked",
+    "not_finite": "n_not_finite",
+    "by_status": "by_status",
+    "by_constraint": "by_constraint",
+    "undefined": "by_undefined_constraint",
+}
 _DAMAGED = "the tally of the designs that were not kept is damaged: {}"
 
 
@@ -23,31 +32,32 @@ _DAMAGED = "the tally of the designs that were not kept is damaged: {}"
 class Tally:
     """Counts of the designs that were ranked, and of the others by reason.
 
-    `margins` are the columns of the constraints. `not_finite` counts feasible designs with an objective that is not
-    finite, `undefined` the designs whose margin is NaN, by constraint.
+    `margins` are the columns of the constraints. `n_ranked` and `n_not_finite` count the feasible designs whose
+    objectives are all finite and those with one that is not, `by_status` the others by status, `by_constraint` the
+    designs that miss each constraint and `by_undefined_constraint` those whose margin of it is NaN.
     """
 
     margins: tuple[str, ...] = ()
-    ranked: int = 0
-    not_finite: int = 0
+    n_ranked: int = 0
+    n_not_finite: int = 0
     by_status: Counter[str] = field(default_factory=Counter)
     by_constraint: Counter[str] = field(default_factory=Counter)
-    undefined: Counter[str] = field(default_factory=Counter)
+    by_undefined_constraint: Counter[str] = field(default_factory=Counter)
 
     def merge(self, other: Tally) -> None:
         """Add the counts of another tally."""
-        self.ranked += other.ranked
-        self.not_finite += other.not_finite
+        self.n_ranked += other.n_ranked
+        self.n_not_finite += other.n_not_finite
         for own_counts, other_counts in (
             (self.by_status, other.by_status),
             (self.by_constraint, other.by_constraint),
-            (self.undefined, other.undefined),
+            (self.by_undefined_constraint, other.by_undefined_constraint),
         ):
             own_counts.update(other_counts)
 
     def to_json(self) -> str:
         """All counts as JSON; equal counts give equal text."""
-        return json.dumps(vars(self), sort_keys=True)
+        return json.dumps({key: getattr(self, name) for key, name in _KEYS.items()}, sort_keys=True)
 
     @staticmethod
     def from_json(text: str) -> Tally:
@@ -63,14 +73,14 @@ class Tally:
         """The tally with the counts that `to_json` wrote."""
         try:
             counters = {
-                name: Counter({str(label): int(count) for label, count in content[name].items()})
-                for name in ("by_status", "by_constraint", "undefined")
+                _KEYS[key]: Counter({str(label): int(count) for label, count in content[key].items()})
+                for key in ("by_status", "by_constraint", "undefined")
             }
             return Tally(tuple(content["margins"]), int(content["ranked"]), int(content["not_finite"]), **counters)
         except (ValueError, KeyError, TypeError, AttributeError, OverflowError) as error:
             raise ResultsError(_DAMAGED.format(error)) from error
 
-    def count(self, columns: Columns, feasible: npt.NDArray[np.bool_], finite: npt.NDArray[np.bool_]) -> None:
+    def count(self, columns: Arrays, feasible: npt.NDArray[np.bool_], finite: npt.NDArray[np.bool_]) -> None:
         """Count the designs of one block.
 
         Parameters
@@ -80,8 +90,8 @@ class Tally:
         feasible, finite
             Masks of shape (n,); finite where all objectives are.
         """
-        self.ranked += int(np.count_nonzero(feasible & finite))
-        self.not_finite += int(np.count_nonzero(feasible & ~finite))
+        self.n_ranked += int(np.count_nonzero(feasible & finite))
+        self.n_not_finite += int(np.count_nonzero(feasible & ~finite))
         if "status" not in columns:
             return
         status = columns["status"]
@@ -92,4 +102,4 @@ class Tally:
         for name in self.margins:
             # Screening stops before the sampled metrics, so their margins are NaN there and count neither way.
             self.by_constraint[name] += int(np.count_nonzero(has_margins & (columns[name] < 0.0)))
-            self.undefined[name] += int(np.count_nonzero((status == _OK) & np.isnan(columns[name])))
+            self.by_undefined_constraint[name] += int(np.count_nonzero((status == _OK) & np.isnan(columns[name])))

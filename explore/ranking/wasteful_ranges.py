@@ -33,15 +33,15 @@ class WastefulRange:
         The bound, in the parameter's unit.
     side
         ``"<"``, from the lower bound up to the value, or ``">="``, from the value up to the upper bound.
-    designs, reachable
+    n_designs, n_reachable
         Numbers of designs.
     """
 
     parameter: str
     side: str
     value: float
-    designs: int
-    reachable: int
+    n_designs: int
+    n_reachable: int
 
 
 def find_wasteful_ranges(source: Source) -> list[WastefulRange]:
@@ -68,7 +68,7 @@ def find_wasteful_ranges(source: Source) -> list[WastefulRange]:
             n_designs[name] += np.bincount(intervals, minlength=len(values) + 1)
             n_reachable[name] += np.bincount(intervals[reachable], minlength=len(values) + 1)
     ranges = [end for name in edges for end in _wasteful_ends(name, edges[name], n_designs[name], n_reachable[name])]
-    return sorted(ranges, key=lambda end: end.reachable - end.designs)
+    return sorted(ranges, key=lambda end: end.n_reachable - end.n_designs)
 
 
 def _edges(source: Source) -> dict[str, FloatArray]:

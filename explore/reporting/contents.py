@@ -12,7 +12,7 @@ import numpy as np
 
 from explore._version import __version__
 from explore.charts.bounds import signal_bounds, uses_clutch
-from explore.charts.labels import study_name, unit_text
+from explore.charts.labels import results_name, unit_text
 from explore.errors import RequestError
 from explore.model.columns import Column
 from explore.model.mechanism import Mechanism
@@ -75,7 +75,7 @@ def collect_contents(results: Results, mechanism: Mechanism | None, command: str
     step("choosing designs")
     rows = choose_rows(results, ranking)
     step("reading")
-    frame = results.rows(rows.numbers)
+    frame = results.designs(rows.numbers)
     step("packing")
     packer = ColumnPacker()
     columns = [_describe_column(c, packer.add(frame[c.name].to_numpy())) for c in results.columns if c.role != "index"]
@@ -119,7 +119,7 @@ def _describe_study(results: Results, mechanism: Mechanism | None, ranking: Rank
     sentences = results.status_sentences
     parameters = mechanism.parameters if mechanism else ()
     return {
-        "name": study_name(results),
+        "name": results_name(results),
         "version": __version__,
         "mechanism": results.mechanism,
         "summary": mechanism.summary if mechanism else "",
@@ -127,12 +127,12 @@ def _describe_study(results: Results, mechanism: Mechanism | None, ranking: Rank
         **_window_and_drive(results),
         "studied": results.n_studied,
         "committed": results.n_committed,
-        "complete": results.complete,
+        "complete": results.is_complete,
         "keep": results.keep,
         "counts": [[label, count, sentences.get(label, "")] for label, count in results.counts.items()],
         "sentences": sentences,
         "objectives": [[o.metric, o.sense] for o in ranking.objectives] if ranking else [],
-        "feasible": ranking.tally.ranked + ranking.tally.not_finite if ranking else None,
+        "feasible": ranking.tally.n_ranked + ranking.tally.n_not_finite if ranking else None,
         "missed": _describe_constraints(results, ranking),
         "bounds": _bounds(results, mechanism),
         "facts": [[k, str(v)] for k, v in sorted(results.attributes.items()) if k not in _HIDDEN_ATTRIBUTES],
@@ -158,7 +158,7 @@ def _describe_constraints(results: Results, ranking: Ranking | None) -> list[lis
     return [
         [metric, _finite(sides["min"]), _finite(sides["max"]), unit_text(results.units.get(f"{metric}_margin", "")),
          tally.by_constraint[f"{metric}_margin"] if tally else None,
-         tally.undefined[f"{metric}_margin"] if tally else None]
+         tally.by_undefined_constraint[f"{metric}_margin"] if tally else None]
         for metric, sides in results.constraints.items()
     ]  # fmt: skip
 

@@ -9,14 +9,14 @@ import numpy as np
 import numpy.typing as npt
 
 from explore.errors import RequestError
-from explore.model.columns import Columns
+from explore.model.columns import Arrays
 from explore.model.mechanism import Mechanism
 
 if TYPE_CHECKING:
     import pandas as pd
 
 
-def parameter_columns(mechanism: Mechanism, designs: Mapping[str, npt.ArrayLike] | pd.DataFrame) -> Columns:
+def parameter_columns(mechanism: Mechanism, designs: Mapping[str, npt.ArrayLike] | pd.DataFrame) -> Arrays:
     """Convert designs to columns of one length, each of shape (n,), checked against the declaration.
 
     Raises

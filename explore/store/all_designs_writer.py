@@ -21,14 +21,14 @@ import numpy.typing as npt
 from explore.errors import ResultsError
 from explore.files import NAME_ANOTHER_FILE, START_OVER, open_regular, sync_folder
 from explore.model.columns import Attribute, Column
-from explore.store import platform
+from explore.store import system_calls
 from explore.store.block_bytes import commit_word, damaged_blocks, read_words
 from explore.store.creation import create_results_file
 from explore.store.difference import other_study_error, study_description
 from explore.store.layout import INDEX, Layout
 from explore.store.layout_reader import read_layout
-from explore.store.names import is_hdf5, journal_name
 from explore.store.presence import check_present
+from explore.store.sidecar_files import is_hdf5, journal_name
 from explore.store.writer import SweepWriter
 
 
@@ -75,7 +75,7 @@ class AllDesignsWriter(SweepWriter):
 
     def _check_present(self) -> None:
         """Raise `ResultsError` if the path no longer leads to the open file."""
-        check_present(self.path, self._descriptor, f"{self.committed_designs:,} designs")
+        check_present(self.path, self._descriptor, f"{self.n_committed:,} designs")
 
     def _check_layout(self) -> None:
         """Raise `ResultsError` if writing changed the layout, as it can if HDF5's structures are damaged."""
@@ -93,41 +93,46 @@ class AllDesignsWriter(SweepWriter):
         return len(self._committed) - int(np.count_nonzero(self._committed))
 
     @property
-    def committed_designs(self) -> int:
+    def n_committed(self) -> int:
         """Number of designs that are durable."""
         return self._layout.count_rows(self._committed)
 
-    def commit(self, number: int, columns: Mapping[str, npt.NDArray[Any]]) -> None:
+    def commit(self, number: int, arrays: Mapping[str, npt.NDArray[Any]]) -> None:
         """Write one pending block and return when it is durable.
+
+        Called by `explore.sweeping.collectors.AllDesignsCollector.commit`.
 
         Parameters
         ----------
-        columns
+        number
+            Number of the block.
+        arrays
             All columns by name, each of shape (n,) and of exactly its column's dtype; "design" may be left out.
         """
-        arrays = self._check_block(number, columns)
-        start, stop = self._layout.rows(number)
+        ordered = self._check_block(number, arrays)
+        start, stop = self._layout.row_range(number)
         self._check_present()
         if os.fstat(self._descriptor).st_size != self._layout.size:
             # A program that opens the file by HDF5 with mode "w" truncates it before it notices the lock.
             raise ResultsError(f"{self.path} was cut short by another program; {START_OVER}")
         try:
-            for column, values in zip(self._layout.columns, arrays, strict=True):
-                platform.write_at(self._descriptor, values.data, self._layout.offset(column, start))
+            for column, values in zip(self._layout.columns, ordered, strict=True):
+                system_calls.write_at(self._descriptor, values.data, self._layout.offset(column, start))
             if stop == self._layout.n_designs:
                 self._write_padding()
-            platform.sync_data(self._descriptor)
-            self._write_word(number, commit_word(arrays))
+            system_calls.sync_data(self._descriptor)
+            self._write_word(number, commit_word(ordered))
         except OSError as error:
             text = f"{self.path}: block {number} cannot be written: {error.strerror or error}"
             raise ResultsError(f"{text}; run the sweep again to go on once the cause is gone") from error
         self._committed[number] = self._wrote = True
 
-    def _check_block(self, number: int, columns: Mapping[str, npt.NDArray[Any]]) -> list[npt.NDArray[Any]]:
+    def _check_block(self, number: int, arrays: Mapping[str, npt.NDArray[Any]]) -> list[npt.NDArray[Any]]:
+        """The arrays of a pending block in the order of the columns; ValueError if they do not fit the columns."""
         if not 0 <= number < self._layout.n_blocks or self._committed[number]:
             raise ValueError(f"block {number} is not pending")
-        start, stop = self._layout.rows(number)
-        arrays = {INDEX: np.arange(start, stop, dtype="<i8"), **columns}
+        start, stop = self._layout.row_range(number)
+        arrays = {INDEX: np.arange(start, stop, dtype="<i8"), **arrays}
         if arrays.keys() != {column.name for column in self._layout.columns}:
             difference = sorted(arrays.keys() ^ {column.name for column in self._layout.columns})
             raise ValueError(f"block {number}: missing or unknown columns {difference}")
@@ -144,14 +149,14 @@ class AllDesignsWriter(SweepWriter):
 
     def _write_word(self, number: int, word: int) -> None:
         page = word.to_bytes(8, "little").ljust(self._layout.commit_step, b"\0")
-        platform.write_at(self._descriptor, page, self._layout.word_offset(number))
-        platform.sync_data(self._descriptor)
+        system_calls.write_at(self._descriptor, page, self._layout.word_offset(number))
+        system_calls.sync_data(self._descriptor)
 
     def _write_padding(self) -> None:
         """Write zeros after the columns' last rows: a power cut may have garbled the rest of these pages."""
         for column in self._layout.columns:
             offset = self._layout.offset(column, self._layout.n_designs)
-            platform.write_at(self._descriptor, bytes(self._layout.padding(column)), offset)
+            system_calls.write_at(self._descriptor, bytes(self._layout.padding(column)), offset)
 
     def _open(self, stack: contextlib.ExitStack) -> None:
         self._prepare()
@@ -160,14 +165,14 @@ class AllDesignsWriter(SweepWriter):
         except ResultsError as error:
             advice = START_OVER if is_hdf5(self.path) else NAME_ANOTHER_FILE
             raise ResultsError(f"{error}; {advice}") from error
-        if self._layout.packed:
+        if self._layout.is_packed:
             raise ResultsError(f"{self.path} is a packed copy, which cannot be continued; {NAME_ANOTHER_FILE}")
         _check_same_study(self.path, self._layout, *self._content)
         self._descriptor = open_regular(self.path, os.O_RDWR)
         stack.callback(os.close, self._descriptor)
         self._exclude_other_writers()
         # A killed run may have left a name or a commit word that can be read but is not durable.
-        platform.sync_data(self._descriptor)
+        system_calls.sync_data(self._descriptor)
         sync_folder(self.path.parent)
         self._committed = self._read_committed()
 
@@ -184,7 +189,7 @@ class AllDesignsWriter(SweepWriter):
     def _exclude_other_writers(self) -> None:
         """Take the shared lock of an HDF5 reader, so that HDF5 opens the file for reading only."""
         try:
-            is_locked = platform.lock(self._descriptor, shared=True)
+            is_locked = system_calls.lock(self._descriptor, shared=True)
         except OSError:  # a file system without locks; this lock only guards against other programs
             return
         if not is_locked:

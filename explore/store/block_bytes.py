@@ -32,13 +32,13 @@ class DamagedChunkError(ResultsError):
     """A compressed chunk cannot be decompressed to its length."""
 
 
-def read_rows(file: io.FileIO, layout: Layout, column: Column, start: int, stop: int) -> npt.NDArray[Any]:
+def read_column_rows(file: io.FileIO, layout: Layout, column: Column, start: int, stop: int) -> npt.NDArray[Any]:
     """The values of consecutive rows of a column, shape (stop - start,)."""
-    if not layout.packed:
+    if not layout.is_packed:
         return _read_values(file, layout.offset(column, start), stop - start, column.dtype)
     values = np.empty(stop - start, column.dtype)
     for block in range(start // layout.block_size, -(-stop // layout.block_size)):
-        first, last = layout.rows(block)
+        first, last = layout.row_range(block)
         low, high = max(start, first), min(stop, last)
         values[low - start : high - start] = _read_chunk(file, layout, column, block)[low - first : high - first]
     return values
@@ -64,7 +64,7 @@ def _read_chunk(file: io.FileIO, layout: Layout, column: Column, block: int) -> 
     try:
         return decompress_chunk(data, column.dtype, chunk_length(layout.n_designs, layout.block_size))
     except ValueError as error:
-        start, stop = layout.rows(block)
+        start, stop = layout.row_range(block)
         where = f"{column.name} in rows {start} to {stop - 1}"
         advice = "pack the original again or restore the file from a copy"
         raise DamagedChunkError(f"{file.name} is damaged: {where} cannot be decompressed ({error}); {advice}") from None
@@ -95,10 +95,10 @@ def is_written(file: io.FileIO, layout: Layout, number: int) -> bool:
     Rows that were never written read as zeros; in a sparse file they may be more than the memory holds. A packed block
     cannot be sparse: it is decompressed as a whole.
     """
-    if layout.packed:
+    if layout.is_packed:
         return True
-    start, stop = layout.rows(number)
-    first, last = (int(read_rows(file, layout, layout.columns[0], row, row + 1)[0]) for row in (start, stop - 1))
+    start, stop = layout.row_range(number)
+    first, last = (int(read_column_rows(file, layout, layout.columns[0], row, row + 1)[0]) for row in (start, stop - 1))
     if layout.attributes.get("keep") == KEEP_FRONT:  # design numbers ascend with gaps
         return start <= first and stop - 1 <= last
     return (first, last) == (start, stop - 1)
@@ -113,9 +113,9 @@ def damaged_blocks(file: io.FileIO, layout: Layout, progress: ReportProgress | N
     words = read_words(file, layout)
     committed = np.flatnonzero(words)
     for n_checked, number in enumerate(committed.tolist(), 1):
-        start, stop = layout.rows(number)
+        start, stop = layout.row_range(number)
         try:
-            arrays = (read_rows(file, layout, column, start, stop) for column in layout.columns)
+            arrays = (read_column_rows(file, layout, column, start, stop) for column in layout.columns)
             is_sound = is_written(file, layout, number) and commit_word(arrays) == int(words[number])
         except DamagedChunkError:
             is_sound = False

@@ -14,10 +14,10 @@ import numpy as np
 from explore.errors import ResultsError
 from explore.files import new_file, open_binary
 from explore.model.columns import Attribute, Column
-from explore.store import platform
-from explore.store.image import build_image
+from explore.store import system_calls
 from explore.store.layout import Layout
 from explore.store.layout_reader import read_layout
+from explore.store.memory_file import build_memory_file
 
 #: Values of the index written at a time.
 _CHUNK = 1 << 17
@@ -45,7 +45,7 @@ def create_results_file(
     with new_results_file(path, columns, n_designs, block_size, attributes) as (descriptor, layout):
         for start in range(0, n_designs, _CHUNK):
             numbers = np.arange(start, min(start + _CHUNK, n_designs), dtype="<i8")
-            platform.write_at(descriptor, numbers.data, layout.offset(columns[0], start))
+            system_calls.write_at(descriptor, numbers.data, layout.offset(columns[0], start))
 
 
 @contextlib.contextmanager
@@ -53,14 +53,14 @@ def new_results_file(
     path: Path, columns: Sequence[Column], n_designs: int, block_size: int, attributes: Mapping[str, Attribute]
 ) -> Iterator[tuple[int, Layout]]:
     """Yield the descriptor and layout of a new file for the caller to write the values; then sync and rename it."""
-    image = build_image(columns, n_designs, block_size, attributes)
-    with new_file(path, image.size, replace=False) as temporary:
-        _check_free(path.parent, image.size)
+    memory_file = build_memory_file(columns, n_designs, block_size, attributes)
+    with new_file(path, memory_file.size, replace=False) as temporary:
+        _check_free(path.parent, memory_file.size)
         descriptor = open_binary(temporary, os.O_RDWR | os.O_CREAT | os.O_EXCL)
         try:
-            platform.reserve(descriptor, image.size)
-            for offset, piece in image.pieces:
-                platform.write_at(descriptor, piece, offset)
+            system_calls.reserve(descriptor, memory_file.size)
+            for offset, piece in memory_file.pieces:
+                system_calls.write_at(descriptor, piece, offset)
             layout = read_layout(temporary)
             _read_back(layout, columns, attributes)
             yield descriptor, layout

@@ -17,15 +17,15 @@ import numpy.typing as npt
 from explore.errors import ResultsError
 from explore.files import NAME_ANOTHER_FILE, START_OVER, sync_folder
 from explore.model.columns import Attribute, Column
-from explore.store import platform
+from explore.store import system_calls
 from explore.store.block_bytes import commit_word, damaged_blocks, read_words
 from explore.store.creation import new_results_file
 from explore.store.difference import other_study_error, study_description
 from explore.store.journal import Journal
 from explore.store.layout import INDEX, KEEP_FRONT
 from explore.store.layout_reader import read_layout
-from explore.store.names import is_hdf5, journal_name
 from explore.store.records import Record
+from explore.store.sidecar_files import is_hdf5, journal_name
 from explore.store.writer import SweepWriter
 
 
@@ -64,10 +64,10 @@ def write_front(
         ordered = [np.ascontiguousarray(arrays[column.name]) for column in columns]
         if n_designs:
             for column, values in zip(columns, ordered, strict=True):
-                platform.write_at(descriptor, values.data, layout.offset(column, 0))
+                system_calls.write_at(descriptor, values.data, layout.offset(column, 0))
         for number in range(layout.n_blocks):
-            word = commit_word(values[slice(*layout.rows(number))] for values in ordered)
-            platform.write_at(descriptor, word.to_bytes(8, "little"), layout.word_offset(number))
+            word = commit_word(values[slice(*layout.row_range(number))] for values in ordered)
+            system_calls.write_at(descriptor, word.to_bytes(8, "little"), layout.word_offset(number))
         with io.FileIO(descriptor, closefd=False) as file:
             if damaged_blocks(file, layout):
                 raise ResultsError("the new results file does not read back as written; check the disk")
@@ -93,7 +93,7 @@ class FrontWriter(SweepWriter):
 
     Attributes
     ----------
-    finished
+    is_finished
         Whether the results file exists, so that nothing is left to compute.
 
     Parameters
@@ -130,7 +130,7 @@ class FrontWriter(SweepWriter):
         self._study = study_description(attributes, n_designs, columns)
         self._block_size = block_size
         self._journal = Journal(journal_name(self.path), {**self._study, "blocks": -(-n_designs // block_size)})
-        self.finished = False
+        self.is_finished = False
 
     @property
     def n_damaged(self) -> int:
@@ -148,12 +148,12 @@ class FrontWriter(SweepWriter):
     def finish(self, arrays: Mapping[str, npt.NDArray[Any]], attributes: Mapping[str, Attribute]) -> None:
         """Write the results file, with attributes that are known only at the end, and remove the journal."""
         write_front(self.path, self._columns, arrays, self._block_size, {**self._attributes, **attributes})
-        self.finished = True
+        self.is_finished = True
         self._journal.remove()
 
     def _open(self, stack: contextlib.ExitStack) -> None:
-        self.finished = self.path.exists()
-        if self.finished:
+        self.is_finished = self.path.exists()
+        if self.is_finished:
             self._check_finished()
             sync_folder(self.path.parent)  # a killed run may have left a name that is not durable
             journal_name(self.path).unlink(missing_ok=True)  # left by a kill between the last two steps

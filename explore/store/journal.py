@@ -21,9 +21,8 @@ import numpy.typing as npt
 
 from explore.errors import ResultsError
 from explore.files import new_file, open_binary, open_regular, sync_folder
-from explore.store import platform
+from explore.store import system_calls
 from explore.store.difference import other_study_error
-from explore.store.names import JOURNAL
 from explore.store.presence import DisplacedError, check_present
 from explore.store.records import (
     DECODING_ERRORS,
@@ -37,6 +36,7 @@ from explore.store.records import (
     frame_record,
     record_alignment,
 )
+from explore.store.sidecar_files import JOURNAL
 
 #: Bytes copied at a time.
 _PIECE = 1 << 20
@@ -81,7 +81,7 @@ class Journal:
                 self._file = stack.enter_context(io.FileIO(self._descriptor, closefd=False))
                 self._find_sound_records(self._check_header())
                 # A killed run may have left a name or a record that can be read but is not durable.
-                platform.sync_data(self._descriptor)
+                system_calls.sync_data(self._descriptor)
                 sync_folder(self.path.parent)
                 self._closing = stack.pop_all()
         except ResultsError:
@@ -109,8 +109,8 @@ class Journal:
         record = frame_record(encode_record(meta, arrays))
         offset = align_offset(self._end, self._alignment)
         try:
-            platform.write_at(self._descriptor, record, offset)
-            platform.sync_data(self._descriptor)
+            system_calls.write_at(self._descriptor, record, offset)
+            system_calls.sync_data(self._descriptor)
         except OSError as error:
             with contextlib.suppress(OSError):  # an incomplete record is cut off when the journal is opened
                 os.ftruncate(self._descriptor, self._end)
@@ -139,7 +139,7 @@ class Journal:
         with new_file(self.path, len(content), replace=False) as temporary:
             descriptor = open_binary(temporary, os.O_RDWR | os.O_CREAT | os.O_EXCL)
             try:
-                platform.write_at(descriptor, content, 0)
+                system_calls.write_at(descriptor, content, 0)
                 os.fsync(descriptor)
             finally:
                 os.close(descriptor)
@@ -160,7 +160,7 @@ class Journal:
             try:
                 for start in range(0, self._end, _PIECE):
                     self._file.seek(start)
-                    platform.write_at(descriptor, _read_all(self._file, min(_PIECE, self._end - start)), start)
+                    system_calls.write_at(descriptor, _read_all(self._file, min(_PIECE, self._end - start)), start)
                 os.fsync(descriptor)
                 os.dup2(descriptor, self._descriptor, inheritable=False)
             finally:
@@ -198,7 +198,7 @@ class Journal:
             offset = align_offset(record_end, self._alignment)
         if self._end < size:
             os.ftruncate(self._descriptor, self._end)
-            platform.sync_data(self._descriptor)
+            system_calls.sync_data(self._descriptor)
 
     def _read_frame(self, offset: int, end: int) -> tuple[int, int] | None:
         """Length and checksum of the record at an offset; None if no record of that length ends before `end`."""

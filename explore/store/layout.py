@@ -68,7 +68,7 @@ class Layout:
     study: StudyRecord = field(compare=False)
 
     @property
-    def packed(self) -> bool:
+    def is_packed(self) -> bool:
         """Whether the columns are compressed."""
         return bool(self.chunks)
 
@@ -77,7 +77,7 @@ class Layout:
         """Number of blocks; the last may be shorter."""
         return -(-self.n_designs // self.block_size)
 
-    def rows(self, block: int) -> tuple[int, int]:
+    def row_range(self, block: int) -> tuple[int, int]:
         """First row of a block and the first row after it."""
         start = block * self.block_size
         return start, min(start + self.block_size, self.n_designs)

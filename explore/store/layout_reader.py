@@ -92,7 +92,7 @@ def _parse(file: h5py.File, path: Path, size: int) -> Layout:
 def _check_apart(layout: Layout) -> None:
     """Raise ValueError if columns or commit words overlap: writing one would change another."""
     pieces = [(layout.commit_offset, layout.commit_step * layout.n_blocks)]
-    if not layout.packed:
+    if not layout.is_packed:
         pieces += [(layout.offsets[c.name], layout.n_designs * np.dtype(c.dtype).itemsize) for c in layout.columns]
     for (start, length), (following, _) in itertools.pairwise(sorted(pieces)):
         if start + length > following:

@@ -13,7 +13,7 @@ from typing import Self
 
 from explore.errors import ResultsError
 from explore.files import open_regular
-from explore.store import platform
+from explore.store import system_calls
 
 #: Beginning of the text that a holder writes into the lock file, with 0 for the number of the process.
 _HOLDER_TEXT = b"process 0 on host "
@@ -41,7 +41,7 @@ class LockFile:
 
     def __enter__(self) -> Self:
         try:
-            platform.make_folder(self._results.parent)
+            system_calls.make_folder(self._results.parent)
             self._descriptor = self._acquire()
         except ResultsError:
             raise
@@ -63,7 +63,7 @@ class LockFile:
             descriptor = open_regular(self.path, os.O_RDWR | os.O_CREAT)
             with contextlib.ExitStack() as stack:
                 stack.callback(os.close, descriptor)
-                if not platform.lock(descriptor):
+                if not system_calls.lock(descriptor):
                     holder = _describe_holder(descriptor)
                     raise ResultsError(f"{self._results} is being written by {holder}; wait for it or stop it")
                 if self._is_current(descriptor):
@@ -96,7 +96,7 @@ def _write_holder(descriptor: int) -> None:
     """Write this process and host into the lock file."""
     with contextlib.suppress(OSError):  # on a full disk the lock file stays empty
         os.ftruncate(descriptor, 0)
-        platform.write_at(descriptor, f"process {os.getpid()} on host {socket.gethostname()}".encode(), 0)
+        system_calls.write_at(descriptor, f"process {os.getpid()} on host {socket.gethostname()}".encode(), 0)
 
 
 def _read_text(descriptor: int) -> bytes:

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 
 from explore.errors import RequestError, ResultsError
 from explore.files import real_path
-from explore.store.names import journal_name
 from explore.store.records import count_records
 from explore.store.results import Results
+from explore.store.sidecar_files import journal_name
 
 if TYPE_CHECKING:
     from xarray import Dataset

@@ -20,11 +20,11 @@ from explore.errors import ResultsError
 from explore.files import NAME_ANOTHER_FILE, new_file
 from explore.model.columns import Attribute
 from explore.model.progress import ReportProgress
-from explore.store.block_bytes import commit_word, damaged_blocks, read_rows, read_words
+from explore.store.block_bytes import commit_word, damaged_blocks, read_column_rows, read_words
 from explore.store.chunks import chunk_length, compress_chunk, make_chunked
-from explore.store.image import lay_out_datasets
 from explore.store.layout import Layout
 from explore.store.layout_reader import read_layout
+from explore.store.memory_file import lay_out_datasets
 from explore.store.writer import exclusive_access
 
 #: Attributes of the file format; the others are of the study.
@@ -54,7 +54,7 @@ def pack(source: Path, target: Path, progress: ReportProgress | None = None) -> 
 
 def _pack(source: Path, target: Path, report: _Report) -> None:
     layout = read_layout(source)
-    if layout.packed:
+    if layout.is_packed:
         raise ResultsError(f"{source} is packed already")
     with io.FileIO(source) as file:
         words = read_words(file, layout)
@@ -185,7 +185,7 @@ def _write(file: io.FileIO, layout: Layout, words: npt.NDArray[np.uint64], path:
         lay_out_datasets(packed, layout.columns, layout.n_designs, layout.block_size, _study_attributes(layout), make)
         datasets = [packed["designs"][column.name].id for column in layout.columns]
         for number in range(layout.n_blocks):
-            start, _ = layout.rows(number)
+            start, _ = layout.row_range(number)
             arrays = _sound_block(file, layout, number, int(words[number]))
             stored = pool.map(partial(compress_chunk, chunk=chunk), arrays)
             for dataset, data in zip(datasets, stored, strict=True):
@@ -197,8 +197,8 @@ def _write(file: io.FileIO, layout: Layout, words: npt.NDArray[np.uint64], path:
 
 def _sound_block(file: io.FileIO, layout: Layout, number: int, word: int) -> list[npt.NDArray[Any]]:
     """The columns of a block; `ResultsError` if their checksum is not the committed one."""
-    start, stop = layout.rows(number)
-    arrays = [read_rows(file, layout, column, start, stop) for column in layout.columns]
+    start, stop = layout.row_range(number)
+    arrays = [read_column_rows(file, layout, column, start, stop) for column in layout.columns]
     if commit_word(arrays) != word:
         where = f"block {number} (rows {start} to {stop - 1}) is damaged"
         raise ResultsError(f"{file.name}: {where}; run the sweep again to compute it anew, then pack it")

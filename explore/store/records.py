@@ -18,7 +18,7 @@ import numpy as np
 import numpy.typing as npt
 
 from explore.store.layout import PAGE
-from explore.store.names import JOURNAL, JOURNAL_1
+from explore.store.sidecar_files import JOURNAL, JOURNAL_1
 
 FRAME = struct.Struct("<QI")
 LENGTH = struct.Struct("<Q")

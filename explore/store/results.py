@@ -153,14 +153,14 @@ class Results:
         return self._layout.count_rows(self._reader.is_committed)
 
     @property
-    def complete(self) -> bool:
+    def is_complete(self) -> bool:
         """Whether every design is committed."""
         return bool(self._reader.is_committed.all())
 
     @property
-    def packed(self) -> bool:
+    def is_packed(self) -> bool:
         """Whether the file is a compressed copy."""
-        return self._layout.packed
+        return self._layout.is_packed
 
     @property
     def n_blocks(self) -> int:
@@ -172,9 +172,9 @@ class Results:
         """Numbers of the committed blocks, ascending."""
         return np.flatnonzero(self._reader.is_committed).tolist()
 
-    def block_rows(self, number: int) -> tuple[int, int]:
-        """First row of a block and the first row after it; rows are designs when all are kept."""
-        return self._layout.rows(number)
+    def row_range(self, block: int) -> tuple[int, int]:
+        """First row of a block in the file and the first row after it; rows are designs when all are kept."""
+        return self._layout.row_range(block)
 
     @cached_property
     def counts(self) -> dict[str, int]:
@@ -230,7 +230,7 @@ class Results:
         arrays = self._reader.read_rows(self.columns, self._reader.rows_of(np.array([number])))
         return {column.name: values[0].item() for column, values in zip(self.columns, arrays, strict=True)}
 
-    def rows(self, numbers: npt.ArrayLike) -> pd.DataFrame:
+    def designs(self, numbers: npt.ArrayLike) -> pd.DataFrame:
         """Read some designs by number.
 
         Parameters
@@ -245,8 +245,8 @@ class Results:
         """
         import pandas as pd  # 0.4 s, not needed by a sweep
 
-        designs, places = np.unique(np.asarray(numbers, dtype=np.int64), return_inverse=True)
-        arrays = self._reader.read_rows(self.columns, self._reader.rows_of(designs))
+        unique, places = np.unique(np.asarray(numbers, dtype=np.int64), return_inverse=True)
+        arrays = self._reader.read_rows(self.columns, self._reader.rows_of(unique))
         data = {column.name: values[places] for column, values in zip(self.columns, arrays, strict=True)}
         return self._with_attrs(pd.DataFrame(data, copy=False).set_index(INDEX))
 

@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from explore.errors import ResultsError
 from explore.model.columns import Column
-from explore.store.block_bytes import COMMITTED, is_written, read_rows, read_words
+from explore.store.block_bytes import COMMITTED, is_written, read_column_rows, read_words
 from explore.store.layout import INDEX, KEEP_FRONT, Layout
 from explore.store.layout_reader import read_layout
 from explore.suggest import suggestion
@@ -67,7 +67,7 @@ class RowReader:
     def committed_ranges(self) -> list[tuple[int, int]]:
         """The committed rows as (first, stop), neighbouring blocks joined."""
         ranges: list[tuple[int, int]] = []
-        for start, stop in map(self.layout.rows, np.flatnonzero(self.is_committed).tolist()):
+        for start, stop in map(self.layout.row_range, np.flatnonzero(self.is_committed).tolist()):
             continues = ranges and ranges[-1][1] == start
             ranges.append((ranges.pop()[0] if continues else start, stop))
         return ranges
@@ -81,15 +81,16 @@ class RowReader:
         with self.open() as file:
             self._check_written(file, blocks)
             for number in blocks:
-                yield {column.name: self._read(file, column, *self.layout.rows(number)) for column in columns}
+                yield {column.name: self._read(file, column, *self.layout.row_range(number)) for column in columns}
 
     def read_rows(self, columns: Iterable[Column], rows: npt.NDArray[np.int64]) -> list[Values]:
         """Committed rows, ascending, an array of shape (rows,) for each column."""
         # A compressed block is read as a whole, so all its rows are read together.
-        is_apart = np.diff(rows // self.layout.block_size) > 0 if self.layout.packed else np.diff(rows) > _LARGEST_GAP
+        blocks = rows // self.layout.block_size
+        is_apart = np.diff(blocks) > 0 if self.layout.is_packed else np.diff(rows) > _LARGEST_GAP
         groups = np.split(rows, np.flatnonzero(is_apart) + 1) if len(rows) else []
         with self.open() as file:
-            self._check_written(file, np.unique(rows // self.layout.block_size).tolist())
+            self._check_written(file, np.unique(blocks).tolist())
             return [
                 _join([self._read(file, c, group[0], group[-1] + 1)[group - group[0]] for group in groups], c)
                 for c in columns
@@ -163,12 +164,12 @@ class RowReader:
         """Raise `ResultsError` if a block was never written though its commit word says so."""
         for number in blocks:
             if not is_written(file, self.layout, number):
-                start, stop = self.layout.rows(number)
+                start, stop = self.layout.row_range(number)
                 problem = f"rows {start} to {stop - 1} are marked as committed, but were never written"
                 raise ResultsError(f"{self.path} is damaged: {problem}; `explore verify` lists the damaged blocks")
 
     def _read(self, file: io.FileIO, column: Column, start: int, stop: int) -> Values:
-        values = read_rows(file, self.layout, column, start, stop)
+        values = read_column_rows(file, self.layout, column, start, stop)
         return values != 0 if column.name in _BOOLEANS else values
 
 

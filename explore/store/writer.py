@@ -12,7 +12,7 @@ from typing import Self
 from explore.errors import ResultsError
 from explore.files import real_path
 from explore.store.locking import LockFile
-from explore.store.names import check_journal, remove_leftovers, set_aside
+from explore.store.sidecar_files import check_journal, remove_leftovers, set_aside
 
 
 @contextlib.contextmanager

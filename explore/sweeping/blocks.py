@@ -14,7 +14,7 @@ from explore.designs.solved_lengths import SolvedSpace
 from explore.designs.spaces import BLOCK_SIZE, DesignSpace
 from explore.evaluation.evaluate import evaluate_columns
 from explore.mechanisms.registry import MECHANISMS
-from explore.model.columns import Columns
+from explore.model.columns import Arrays
 from explore.model.request import Objective, Request
 from explore.model.status import Status
 from explore.ranking.pareto import find_front
@@ -30,8 +30,12 @@ class BlockResult:
 
     Attributes
     ----------
-    columns
+    number
+        Number of the block.
+    arrays
         The columns of all its designs; or, with objectives, of its own Pareto set, with the column "design".
+    n_designs, n_feasible
+        Number of its designs, and of the feasible ones.
     counts
         Number of designs by status label; empty when all designs are kept.
     tally
@@ -41,9 +45,9 @@ class BlockResult:
     """
 
     number: int
-    columns: Columns
-    designs: int
-    feasible: int
+    arrays: Arrays
+    n_designs: int
+    n_feasible: int
     kinematic_evaluations: int
     environment: Mapping[str, str]
     counts: Mapping[str, int] = field(default_factory=dict)
@@ -53,21 +57,24 @@ class BlockResult:
 def evaluate_block(
     request: Request, space: DesignSpace, number: int, objectives: Sequence[Objective] = ()
 ) -> BlockResult:
-    """Evaluate one block of a design space; with objectives, reduce it to its Pareto set."""
+    """Evaluate one block of a design space; with objectives, reduce it to its Pareto set.
+
+    Submitted by `explore.sweeping.runs._Run.compute`.
+    """
     evaluation = evaluate_columns(request, space.block(number).columns)
-    columns = evaluation.columns
-    status = columns["status"]
+    arrays = evaluation.columns
+    status = arrays["status"]
     if isinstance(space, SolvedSpace):
-        status[space.unreachable(columns)] = Status.UNREACHABLE
-    feasible = int(np.count_nonzero(columns["feasible"]))
+        status[space.unreachable(arrays)] = Status.UNREACHABLE
+    n_feasible = int(np.count_nonzero(arrays["feasible"]))
     counts, tally = {}, Tally()
     if objectives:
         counts = {Status.label_of(code): int(n) for code, n in enumerate(np.bincount(status)) if n}
         tally = Tally(tuple(f"{constraint.metric.name}_margin" for constraint in request.constraints))
-        rows = find_front([columns], objectives, tally)
-        columns = {"design": rows + number * BLOCK_SIZE} | {name: values[rows] for name, values in columns.items()}
+        rows = find_front([arrays], objectives, tally)
+        arrays = {"design": rows + number * BLOCK_SIZE} | {name: values[rows] for name, values in arrays.items()}
     return BlockResult(
-        number, columns, len(status), feasible, evaluation.kinematic_evaluations, process_environment(), counts, tally
+        number, arrays, len(status), n_feasible, evaluation.kinematic_evaluations, process_environment(), counts, tally
     )
 
 

@@ -18,7 +18,7 @@ from explore.config.study import Study
 from explore.designs.spaces import BLOCK_SIZE
 from explore.errors import RequestError, ResultsError
 from explore.evaluation.evaluate import output_columns, speed_power
-from explore.model.columns import Attribute, Column, Columns
+from explore.model.columns import Arrays, Attribute, Column
 from explore.model.request import Objective
 from explore.model.status import Status
 from explore.ranking.pareto import find_front
@@ -60,7 +60,7 @@ class AllDesignsCollector:
         _check_count(study, MOST_BYTES // row_bytes(study))
         columns, attributes = results_columns(study), study_attributes(study)
         self.sha256 = study.sha256
-        self._writer = AllDesignsWriter(path, columns, study.space.count, BLOCK_SIZE, attributes, restart=restart)
+        self._writer = AllDesignsWriter(path, columns, study.space.n_designs, BLOCK_SIZE, attributes, restart=restart)
 
     def __enter__(self) -> Self:
         self._writer.__enter__()
@@ -87,13 +87,13 @@ class AllDesignsCollector:
         return len(self._writer.damaged)
 
     @property
-    def designs(self) -> int:
+    def n_committed(self) -> int:
         """Number of designs in committed blocks."""
-        return self._writer.committed_designs
+        return self._writer.n_committed
 
     def commit(self, block: BlockResult) -> None:
         """Make a block durable."""
-        self._writer.commit(block.number, block.columns)
+        self._writer.commit(block.number, block.arrays)
 
     def finish(self) -> None:
         """Do nothing: the file is complete when the last block is committed."""
@@ -113,9 +113,9 @@ class FrontCollector:
         self.objectives, self.path = study.objectives, path
         attributes = _front_attributes(study)
         self.sha256 = str(attributes["request_sha256"])
-        self._columns, self._n_designs = results_columns(study), study.space.count
+        self._columns, self._n_designs = results_columns(study), study.space.n_designs
         self._writer = FrontWriter(path, self._columns, self._n_designs, BLOCK_SIZE, attributes, restart=restart)
-        self._front: Columns = {column.name: np.empty(0, column.dtype) for column in self._columns}
+        self._front: Arrays = {column.name: np.empty(0, column.dtype) for column in self._columns}
         self._counts: Counter[str] = Counter()
         self._tally = Tally(tuple(column.name for column in self._columns if column.role == "margin"))
         self._done = np.zeros(study.space.n_blocks, dtype=np.bool_)
@@ -123,13 +123,13 @@ class FrontCollector:
     def __enter__(self) -> Self:
         self._writer.__enter__()
         try:
-            if self._writer.finished:
+            if self._writer.is_finished:
                 self._done[:] = True
             else:
-                for meta, columns in self._writer.records():
-                    self._check_record(meta, columns)
+                for meta, arrays in self._writer.records():
+                    self._check_record(meta, arrays)
                     if not self._done[meta["block"]]:  # a record that was unreadable once may occur twice
-                        self._include(meta, columns)
+                        self._include(meta, arrays)
         except BaseException:
             self._writer.__exit__(None, None, None)
             raise
@@ -156,7 +156,7 @@ class FrontCollector:
         return self._writer.n_damaged
 
     @property
-    def designs(self) -> int:
+    def n_committed(self) -> int:
         """Number of designs in committed blocks."""
         missing = BLOCK_SIZE * len(self._done) - self._n_designs if self._done[-1] else 0
         return int(np.count_nonzero(self._done)) * BLOCK_SIZE - missing
@@ -164,12 +164,12 @@ class FrontCollector:
     def commit(self, block: BlockResult) -> None:
         """Make the Pareto set of a block durable."""
         meta = {"block": block.number, "counts": block.counts, "tally": block.tally.to_json()}
-        self._writer.append(meta, block.columns)
-        self._include(meta, block.columns)
+        self._writer.append(meta, block.arrays)
+        self._include(meta, block.arrays)
 
     def finish(self) -> None:
         """Write the results file."""
-        if self._writer.finished:
+        if self._writer.is_finished:
             return
         outcome: dict[str, Attribute] = {
             "studied_designs": self._n_designs,
@@ -178,21 +178,21 @@ class FrontCollector:
         }
         self._writer.finish(self._front, outcome)
 
-    def _check_record(self, meta: Mapping[str, Any], columns: Columns) -> None:
+    def _check_record(self, meta: Mapping[str, Any], arrays: Arrays) -> None:
         """Raise unless a record has the form that `commit` writes; the journal may come from anywhere."""
         number = meta.get("block")
         kinds = {column.name: np.dtype(column.dtype) for column in self._columns}
         if (
             not isinstance(number, int)
             or not 0 <= number < len(self._done)
-            or {name: values.dtype for name, values in columns.items()} != kinds
+            or {name: values.dtype for name, values in arrays.items()} != kinds
         ):
             raise ResultsError(
                 f"the journal of {self.path} has a record that is not a block of this study; use `restart=True`"
             )
 
-    def _include(self, meta: Mapping[str, Any], columns: Columns) -> None:
-        both = {name: np.concatenate([values, columns[name]]) for name, values in self._front.items()}
+    def _include(self, meta: Mapping[str, Any], arrays: Arrays) -> None:
+        both = {name: np.concatenate([values, arrays[name]]) for name, values in self._front.items()}
         best = find_front([both], self.objectives)
         order = np.argsort(both["design"])
         rows = order[np.searchsorted(both["design"], best, sorter=order)]
@@ -203,17 +203,17 @@ class FrontCollector:
 
 
 def _check_count(study: Study, most: int) -> None:
-    if study.space.count > most:
-        raise RequestError(f"{study.space.count:,} designs are more than a sweep can do, {most:,}; sweep less")
+    if study.space.n_designs > most:
+        raise RequestError(f"{study.space.n_designs:,} designs are more than a sweep can do, {most:,}; sweep less")
 
 
 def _front_attributes(study: Study) -> dict[str, Attribute]:
     """Attributes of a file that keeps the front, which depends on the objectives too."""
     objectives = [f"{objective.metric}:{objective.sense}" for objective in study.objectives]
-    determines = json.dumps(
-        {**json.loads(study.determines), "objectives": objectives}, sort_keys=True, separators=(",", ":")
+    identity = json.dumps(
+        {**json.loads(study.identity), "objectives": objectives}, sort_keys=True, separators=(",", ":")
     )
-    own = {"keep": "front", "determines": determines, "request_sha256": sha256(determines.encode()).hexdigest()}
+    own = {"keep": "front", "determines": identity, "request_sha256": sha256(identity.encode()).hexdigest()}
     return {**study_attributes(study), **own}
 
 
@@ -230,7 +230,7 @@ def study_attributes(study: Study) -> dict[str, Attribute]:
     return {
         "config": study.to_toml(),
         "request_sha256": study.sha256,
-        "determines": study.determines,
+        "determines": study.identity,
         "mechanism": request.mechanism.name,
         "kernel": f"{request.mechanism.name} {request.mechanism.kernel_version}",
         "sampler": study.space.method,

@@ -30,33 +30,43 @@ Keep = Literal["all", "front"]
 
 @dataclass(frozen=True)
 class Progress:
-    """Progress of a sweep, in designs; `resumed` of the `done` were computed by earlier runs."""
+    """Progress of a sweep, in designs.
 
-    done: int
-    total: int
-    resumed: int
-    feasible: int
-    computed: int
+    Attributes
+    ----------
+    n_done, n_designs
+        Designs that are committed, and all designs of the study.
+    n_resumed
+        Those of the committed ones that earlier runs computed.
+    n_computed, n_feasible
+        Those that this run computed, and the feasible ones of these.
+    """
+
+    n_done: int
+    n_designs: int
+    n_resumed: int
+    n_computed: int
+    n_feasible: int
 
 
 @dataclass
 class Summary:
-    """Outcome of a run; `failed` maps each failed block to its reason."""
+    """Outcome of a run, in designs as in `Progress`; `failures` maps each failed block to its reason."""
 
     path: Path
-    designs: int
-    resumed: int = 0
-    computed: int = 0
-    feasible: int = 0
+    n_designs: int
+    n_resumed: int = 0
+    n_computed: int = 0
+    n_feasible: int = 0
     kinematic_evaluations: int = 0
     seconds: float = 0.0
-    failed: dict[int, str] = field(default_factory=dict)
+    failures: dict[int, str] = field(default_factory=dict)
 
     @property
     def progress(self) -> Progress:
         """Progress so far."""
-        done = self.resumed + self.computed
-        return Progress(done, self.designs, self.resumed, self.feasible, self.computed)
+        n_done = self.n_resumed + self.n_computed
+        return Progress(n_done, self.n_designs, self.n_resumed, self.n_computed, self.n_feasible)
 
 
 def run_study(
@@ -83,12 +93,12 @@ def run_study(
     path = Path(path)
     log = Log(path, listener)  # raises if the log's name is taken, before any file is created
     with (FrontCollector if keep == "front" else AllDesignsCollector)(study, path, restart=restart) as collector:
-        summary = Summary(path, study.space.count, resumed=collector.designs)
+        summary = Summary(path, study.space.n_designs, n_resumed=collector.n_committed)
         if collector.n_pending:
             run = _Run(study, collector, summary, log, max_failures, progress)
             with run.logged(), cluster as client:
                 run.compute(client)
-        if not summary.failed:
+        if not summary.failures:
             collector.finish()
     summary.seconds = time.monotonic() - start
     return summary
@@ -115,7 +125,7 @@ class _Run:
 
         def submit(number: int, workers: list[str] | None) -> Future:
             study, objectives = self._study, self._collector.objectives
-            space = study.space.for_block(number)
+            space = study.space.space_for_block(number)
             # Workers may leave; without allow_other_workers the block would wait for them.
             where = {"workers": workers, "allow_other_workers": True} if workers else {}
             future: Future = client.submit(
@@ -125,7 +135,7 @@ class _Run:
 
         BlocksInFlight(client, submit, self._accept, self._reject, self._log).run(self._collector.pending)
         # The commits in the file decide which blocks are done, not the number of results received.
-        missing = set(self._collector.pending) - set(self._summary.failed)
+        missing = set(self._collector.pending) - set(self._summary.failures)
         if missing:
             raise ClusterError(f"blocks {sorted(missing)[:5]} never came back from the workers; run the sweep again")
 
@@ -134,8 +144,8 @@ class _Run:
         self._note_processor(block.environment["processor"])
         self._collector.commit(block)
         summary = self._summary
-        summary.computed += block.designs
-        summary.feasible += block.feasible
+        summary.n_computed += block.n_designs
+        summary.n_feasible += block.n_feasible
         summary.kinematic_evaluations += block.kinematic_evaluations
         if self._progress is not None:
             self._progress(summary.progress)
@@ -148,9 +158,9 @@ class _Run:
                 self._log("processors", types=sorted(self._processors))
 
     def _reject(self, number: int, problem: str) -> None:
-        self._summary.failed[number] = problem
+        self._summary.failures[number] = problem
         self._log("failure", block=number, problem=problem, **self._describe(number))
-        failures = len(self._summary.failed)
+        failures = len(self._summary.failures)
         if self._max_failures is not None and failures > self._max_failures:
             raise ClusterError(
                 f"stopped after {failures} failed block{'s' * (failures > 1)}; "
@@ -167,7 +177,7 @@ class _Run:
                 name: [float(np.min(columns[name])), float(np.max(columns[name]))] for name in space.swept_parameters
             }
         first = number * BLOCK_SIZE
-        return {"designs": [first, min(first + BLOCK_SIZE, space.count) - 1], "parameters": ranges}
+        return {"designs": [first, min(first + BLOCK_SIZE, space.n_designs) - 1], "parameters": ranges}
 
     @contextmanager
     def logged(self) -> Iterator[None]:
@@ -178,8 +188,8 @@ class _Run:
             host=platform.node(),
             process=os.getpid(),
             study=self._collector.sha256,
-            designs=summary.designs,
-            resumed=summary.resumed,
+            designs=summary.n_designs,
+            resumed=summary.n_resumed,
             pending_blocks=self._collector.n_pending,
             damaged_blocks=self._collector.n_damaged,
             **process_environment(),
@@ -188,7 +198,7 @@ class _Run:
         outcome = "failed"
         try:
             yield
-            outcome = "incomplete" if summary.failed else "finished"
+            outcome = "incomplete" if summary.failures else "finished"
         except KeyboardInterrupt:
             outcome = "interrupted"
             raise
@@ -197,4 +207,6 @@ class _Run:
             raise
         finally:
             seconds = round(time.monotonic() - start, 3)
-            self._log("stop", outcome=outcome, computed=summary.computed, failed=len(summary.failed), seconds=seconds)
+            self._log(
+                "stop", outcome=outcome, computed=summary.n_computed, failed=len(summary.failures), seconds=seconds
+            )

@@ -37,7 +37,7 @@ class Interrupted(Exception):
     """Raised after a commit."""
 
 
-def interrupt(_):
+def interrupt(*_):
     raise Interrupted
 
 
@@ -65,7 +65,7 @@ def test_the_same_bytes_from_threads_processes_clusters_orders_and_resumed_sweep
         sweep("tcp", client=client)
     for _ in range(3):
         with pytest.raises(Interrupted):
-            explore.sweep(study, folder / "resumed.h5", workers=2, keep=keep, progress=interrupt)
+            explore.sweep(study, folder / "resumed.h5", workers=2, keep=keep, report_progress=interrupt)
     sweep("resumed", workers=2)
     ordered = collector.pending.fget
     for seed in range(2):

@@ -14,8 +14,8 @@ import h5py
 import numpy as np
 
 from explore.designs.spaces import BLOCK_SIZE
-from explore.store.names import journal_name
 from explore.store.open_results import open_results
+from explore.store.sidecar_files import journal_name
 from faults.content import BLOCK, COLUMNS, N_BLOCKS, kept_values, rows, values
 
 _EXPECTED = [[values(n)[column.name].tobytes() for column in COLUMNS] for n in range(N_BLOCKS)]

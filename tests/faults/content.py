@@ -64,7 +64,7 @@ class Keeper(FrontWriter):
 
     def __enter__(self) -> Self:
         super().__enter__()
-        self.pending = [] if self.finished else sorted(set(range(N_BLOCKS)) - self._blocks().keys())
+        self.pending = [] if self.is_finished else sorted(set(range(N_BLOCKS)) - self._blocks().keys())
         return self
 
     def commit(self, number: int, columns: Any) -> None:
@@ -73,7 +73,7 @@ class Keeper(FrontWriter):
 
     def complete(self) -> None:
         """Write the results file from the journal."""
-        if not self.finished:
+        if not self.is_finished:
             blocks = [columns for _, columns in sorted(self._blocks().items())]
             whole = {column.name: np.concatenate([block[column.name] for block in blocks]) for column in COLUMNS}
             self.finish(whole, {"studied_designs": N_DESIGNS, "studied_counts": "{}"})

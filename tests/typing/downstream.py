@@ -48,7 +48,7 @@ def sweep_study(study: explore.Study, folder: Path) -> explore.Results:
             reasons: dict[int, str] = warning.failures
             raise RuntimeError(f"{len(reasons)} blocks failed") from warning
     table: pd.DataFrame = explore.read_results(results.path, columns=["cv", "feasible"])
-    assert len(table) == len(explore.open_results(results.path).to_pandas()) == study.space.count
+    assert len(table) == len(explore.open_results(results.path).to_pandas()) == study.space.n_designs
     assert explore.xarray(results)["cv"].attrs["units"] == "1"
     return results
 

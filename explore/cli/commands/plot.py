@@ -69,7 +69,7 @@ def plot(
     _check_options(kind, options)
     check_output(output, FIGURE_ENDINGS)
     from explore import open_results
-    from explore.charts.labels import study_name
+    from explore.charts.labels import results_name
     from explore.charts.style import save_figure
 
     opened = open_results(results or newest_results())
@@ -82,7 +82,7 @@ def plot(
     with block_bar("drawing"), mpl.rc_context({"text.parse_math": False}):
         figure = _load_chart(kind)(opened, **options)
         if output is None:
-            output = Path("results") / f"{study_name(opened)}-{kind}.png"
+            output = Path("results") / f"{results_name(opened)}-{kind}.png"
             output.parent.mkdir(exist_ok=True)
         save_figure(figure, output)
     say(str(output), data=True)

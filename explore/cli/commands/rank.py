@@ -13,7 +13,7 @@ from explore.cli.completion import complete_objectives
 from explore.cli.explanations import explain_ranking
 from explore.cli.export import check_table, with_labels, write_table
 from explore.cli.options import JsonOption
-from explore.cli.output import be, count_of, number, print_json, say
+from explore.cli.output import count_of, is_or_are, number, print_json, say
 from explore.cli.paths import newest_results, refuse_overwriting
 from explore.cli.progress import block_bar
 from explore.cli.tables import print_table
@@ -84,7 +84,7 @@ def rank(
 
     sources = open_several(paths)
     for source in sources.values():
-        if not source.complete:
+        if not source.is_complete:
             say(f"{source.path} is not finished: {source.n_committed:,} of {source.n_designs:,} designs", "yellow")
     request = _make_request(metric or [], fronts=fronts, where=where, limits=limit or [], quality=quality)
     ranking, parts = _rank_sources(sources, request)
@@ -147,7 +147,7 @@ def _explain(
     if len(parts) > 1:
         best = ranking.frame[ranking.frame["front"] == 1]
         shares = ", ".join(f"{int((best['results'] == name).sum()):,} from {name}" for name in parts)
-        say(f"together {count_of(len(best), 'design')} {be(len(best))} Pareto-optimal: {shares}", "bold")
+        say(f"together {count_of(len(best), 'design')} {is_or_are(len(best))} Pareto-optimal: {shares}", "bold")
     if request.quality and ranking.frame["hypervolume_share"].isna().any():
         say("hypervolume_share is left out: it takes too long for so many designs and objectives", "yellow")
 

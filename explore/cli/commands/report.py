@@ -30,13 +30,13 @@ def report(
     """Write the results as one interactive page for a browser, and print its name."""
     check_output(output, _ENDINGS)
     from explore import open_results
-    from explore.charts.labels import study_name
+    from explore.charts.labels import results_name
     from explore.reporting.contents import STEPS, collect_contents
     from explore.reporting.pages import write_page
 
     opened = open_results(results or newest_results())
     refuse_overwriting(opened.path, output, "the results file")
-    page = output or Path("results") / f"{study_name(opened)}-report.html"
+    page = output or Path("results") / f"{results_name(opened)}-report.html"
     with progress_bar("collecting", STEPS) as step:
         contents = collect_contents(opened, _mechanism(opened), _rank_command(opened.path), step)
     page.parent.mkdir(exist_ok=True)

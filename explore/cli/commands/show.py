@@ -36,8 +36,8 @@ def _show_results(results: Results, *, as_json: bool) -> None:
         print_json(
             {
                 "path": str(results.path),
-                "complete": results.complete,
-                "packed": results.packed,
+                "complete": results.is_complete,
+                "packed": results.is_packed,
                 "keep": results.keep,
                 "studied": results.n_studied,
                 "designs": results.n_designs,
@@ -48,14 +48,14 @@ def _show_results(results: Results, *, as_json: bool) -> None:
             }
         )
         return
-    state = "complete" if results.complete else f"not finished, {results.n_committed:,} designs so far"
-    state += ", packed" if results.packed else ""
+    state = "complete" if results.is_complete else f"not finished, {results.n_committed:,} designs so far"
+    state += ", packed" if results.is_packed else ""
     say(
         f"{results.path}: {results.mechanism or 'unknown mechanism'}, {results.n_studied:,} designs, {state}", data=True
     )
     if results.keep != "all":
         say(f"{results.n_designs:,} of {results.n_studied:,} designs were kept, the Pareto-optimal ones", data=True)
-    if not results.complete:
+    if not results.is_complete:
         say("run its `explore sweep` again to continue", data=True)
     print_table(
         "designs by status",

@@ -73,8 +73,9 @@ def _study_design(config: Path, design: int, settings: list[str]) -> tuple[str, 
     from explore.model.status import Status
 
     study = load_study(config)
-    if design >= study.space.count:
-        raise RequestError(f"{config} has {study.space.count:,} designs, numbered from 0; there is no design {design}")
+    n_designs = study.space.n_designs
+    if design >= n_designs:
+        raise RequestError(f"{config} has {n_designs:,} designs, numbered from 0; there is no design {design}")
     name = study.request.mechanism.name
     own = {key: float(values[0]) for key, values in study.space.designs(design, design + 1).items()}
     replaced = _parse_settings(name, settings)
@@ -82,7 +83,7 @@ def _study_design(config: Path, design: int, settings: list[str]) -> tuple[str, 
     if unreachable:
         raise MotionError(f"design {design} of {config} has no {unreachable[0]}: {Status.UNREACHABLE.sentence}")
     exceptions = f", but {_listed(replaced)}" if replaced else ""
-    say(f"design {design} of {study.space.count:,}: {_listed(own)}{exceptions}")
+    say(f"design {design} of {n_designs:,}: {_listed(own)}{exceptions}")
     return name, own | replaced
 
 

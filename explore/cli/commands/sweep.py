@@ -146,7 +146,7 @@ def _sweep(options: SweepOptions, *, dry_run: bool) -> int:
     _report(summary, study, options)
     if options.keep == "all":
         _report_changed_objectives(study, path)
-    return 3 if summary.failed else 0
+    return 3 if summary.failures else 0
 
 
 def _run(study: Study, options: SweepOptions, cluster: AbstractContextManager[Client]) -> Summary:
@@ -158,7 +158,7 @@ def _run(study: Study, options: SweepOptions, cluster: AbstractContextManager[Cl
     with (
         terminable(),
         _connected(cluster, at_once=options.scheduler is not None) as connected,
-        sweep_progress(study.space.count, quiet=options.quiet) as progress,
+        sweep_progress(study.space.n_designs, quiet=options.quiet) as progress,
     ):
         return run_study(
             study,
@@ -221,21 +221,21 @@ def _report_changed_objectives(study: Study, path: Path) -> None:
 
 
 def _report(summary: Summary, study: Study, options: SweepOptions) -> None:
-    if summary.failed:
-        blocks = count_of(len(summary.failed), "block")
+    if summary.failures:
+        blocks = count_of(len(summary.failures), "block")
         until = "; the front is written when all are computed" if options.keep == "front" else ""
         complain(f"{blocks} failed; run the same command again to compute what is missing{until}")
-    if options.quiet or (summary.failed and options.keep == "front"):
+    if options.quiet or (summary.failures and options.keep == "front"):
         return
-    if summary.computed == 0 and not summary.failed:
-        say(f"{summary.path} is complete already: {summary.designs:,} designs")
+    if summary.n_computed == 0 and not summary.failures:
+        say(f"{summary.path} is complete already: {summary.n_designs:,} designs")
         return
-    rate = summary.computed / summary.seconds
-    resumed = f", {summary.resumed:,} were there" if summary.resumed else ""
+    rate = summary.n_computed / summary.seconds
+    resumed = f", {summary.n_resumed:,} were there" if summary.n_resumed else ""
     evaluations = count_of(summary.kinematic_evaluations, "kinematic evaluation")
     say(
-        f"{count_of(summary.computed, 'design')} in {summary.seconds:.1f} s ({rate:,.0f}/s){resumed}; "
-        f"{summary.feasible:,} feasible; {evaluations} -> {summary.path}"
+        f"{count_of(summary.n_computed, 'design')} in {summary.seconds:.1f} s ({rate:,.0f}/s){resumed}; "
+        f"{summary.n_feasible:,} feasible; {evaluations} -> {summary.path}"
     )
     _report_unreachable(summary.path, study)
 
@@ -245,4 +245,4 @@ def _report_unreachable(path: Path, study: Study) -> None:
     from explore.designs.solved_lengths import SolvedSpace
 
     if isinstance(study.space, SolvedSpace):
-        explain_unreachable(open_results(path), study.space.solved)
+        explain_unreachable(open_results(path), study.space.solved_length)

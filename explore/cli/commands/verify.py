@@ -39,7 +39,7 @@ def _verify(path: Path, *, as_json: bool) -> int:
             {
                 "path": str(results.path),
                 "sound": not damaged,
-                "complete": results.complete,
+                "complete": results.is_complete,
                 "keep": results.keep,
                 "studied": results.n_studied,
                 "designs": results.n_designs,
@@ -47,7 +47,7 @@ def _verify(path: Path, *, as_json: bool) -> int:
                 "blocks": results.n_blocks,
                 "committed_blocks": len(committed),
                 "pending_blocks": results.n_blocks - len(committed),
-                "damaged_blocks": [_block_rows(results, number) for number in damaged],
+                "damaged_blocks": [_block_entry(results, number) for number in damaged],
                 "counts": statuses,
             }
         )
@@ -67,20 +67,20 @@ def _verify(path: Path, *, as_json: bool) -> int:
     return 1 if damaged else 0
 
 
-def _block_rows(results: Results, number: int) -> dict[str, int]:
-    start, stop = results.block_rows(number)
+def _block_entry(results: Results, number: int) -> dict[str, int]:
+    start, stop = results.row_range(number)
     return {"block": number, "first_row": start, "last_row": stop - 1}
 
 
 def _conclude(results: Results, damaged: list[int]) -> None:
     """Say whether the file is sound, and what to do if not."""
     if not damaged:
-        state = "finished" if results.complete else f"not finished: {results.n_committed:,} of {results.n_designs:,}"
+        state = "finished" if results.is_complete else f"not finished: {results.n_committed:,} of {results.n_designs:,}"
         say(f"every committed block is sound; {state}", data=True)
         return
     what = "rows" if results.keep != "all" else "designs"
     for number in damaged[:_MOST_LISTED]:
-        start, stop = results.block_rows(number)
+        start, stop = results.row_range(number)
         complain(f"block {number} is damaged: {what} {start:,} to {stop - 1:,}")
     if len(damaged) > _MOST_LISTED:
         complain(f"and {len(damaged) - _MOST_LISTED:,} more; --json lists all")
@@ -88,7 +88,7 @@ def _conclude(results: Results, damaged: list[int]) -> None:
 
 
 def _advice(results: Results) -> str:
-    if results.packed:
+    if results.is_packed:
         return "restore the file from a copy, or pack the original again"
     if results.keep != "all":
         return "restore the file from a copy, or run the sweep again with --restart"

@@ -23,7 +23,7 @@ _WORDS_PER_PAGE = PAGE // 8
 DatasetMaker = Callable[[h5py.Group, str, str, int], h5py.Dataset]
 
 
-class Image(io.RawIOBase):
+class MemoryFile(io.RawIOBase):
     """An HDF5 file in memory that stores only the bytes that were written: the columns' space takes no memory.
 
     HDF5 never writes to the disk itself, because it does not report all write errors and may crash on a full disk.
@@ -68,20 +68,20 @@ class Image(io.RawIOBase):
         return self.size
 
 
-def build_image(
+def build_memory_file(
     columns: Sequence[Column], n_designs: int, block_size: int, attributes: Mapping[str, Attribute]
-) -> Image:
-    """Lay out a results file; the image has every byte but those of the columns and the commit words."""
+) -> MemoryFile:
+    """Lay out a results file; it has every byte but those of the columns and the commit words."""
     _check_request(columns, n_designs, block_size, attributes)
-    image = Image()
-    with h5py.File(image, "w", libver="earliest", track_order=False) as file:
+    memory_file = MemoryFile()
+    with h5py.File(memory_file, "w", libver="earliest", track_order=False) as file:
         lay_out_datasets(file, columns, n_designs, block_size, attributes, _declare)
     # HDF5's structures are complete now. All that it allocates from here on is for values, and begins on a new page.
-    with h5py.File(image, "r+", libver="earliest", alignment_threshold=1, alignment_interval=PAGE) as file:
+    with h5py.File(memory_file, "r+", libver="earliest", alignment_threshold=1, alignment_interval=PAGE) as file:
         for dataset in (*(file["designs"][column.name] for column in columns), file["progress/commit"]):
             if dataset.size:
                 dataset[(0,) * dataset.ndim] = 0  # the first value written makes HDF5 allocate the whole dataset
-    return image
+    return memory_file
 
 
 def lay_out_datasets(

@@ -35,51 +35,51 @@ _PINS = {
 }
 
 
-def load_figure(simulated: SimulatedDesign) -> Figure:
+def forces_figure(simulated: SimulatedDesign) -> Figure:
     """Draw the rocker, the pin forces, the drive torque and the power over the crank angle."""
     figure = new_figure(11.0, 9.2)
-    charts = figure.subplots(3, 2, sharex=True)
-    (angle, pins), (velocity, torque), (acceleration, power) = charts
-    for chart, name in zip((angle, velocity, acceleration, torque, power), _LABELS, strict=True):
-        _draw_signal(chart, simulated.motion, name, simulated.bounds)
+    panels = figure.subplots(3, 2, sharex=True)
+    (angle, pins), (velocity, torque), (acceleration, power) = panels
+    for panel, name in zip((angle, velocity, acceleration, torque, power), _LABELS, strict=True):
+        _draw_signal(panel, simulated.motion, name, simulated.bounds)
     _draw_pin_forces(pins, simulated.motion, simulated.bounds)
-    for chart in charts.ravel():
-        set_turn_axis(chart, None, simulated.limits)
-    label_limits(charts[0], simulated.limits)
-    for chart in charts[-1]:
-        chart.set_xlabel("crank angle [deg]")
+    for panel in panels.ravel():
+        set_turn_axis(panel, None, simulated.limits)
+    label_limits(panels[0], simulated.limits)
+    for panel in panels[-1]:
+        panel.set_xlabel("crank angle [deg]")
     write_heading(figure, simulated.title, 100)
     return figure
 
 
-def _draw_signal(chart: Axes, motion: pd.DataFrame, name: str, bounds: Sequence[SignalBound]) -> None:
+def _draw_signal(panel: Axes, motion: pd.DataFrame, name: str, bounds: Sequence[SignalBound]) -> None:
     """Draw a signal with its bounds; torque and power with their mean."""
     label, colour = _LABELS[name]
     scale = 1e-3 if name == "power" else 1.0
     angle, values = motion.index.to_numpy(), motion[name].to_numpy() * scale
-    chart.plot(angle, values, color=colour, lw=1.8)
-    chart.set_ylabel(label)
+    panel.plot(angle, values, color=colour, lw=1.8)
+    panel.set_ylabel(label)
     if name != "rocker_angle":
-        chart.axhline(0.0, color=INK, lw=0.6)
+        panel.axhline(0.0, color=INK, lw=0.6)
     if name in ("drive_torque", "power"):
-        _draw_mean(chart, angle, values)
-    draw_bounds(chart, angle, {name: values}, bounds, scale)
+        _draw_mean(panel, angle, values)
+    draw_bounds(panel, angle, {name: values}, bounds, scale)
 
 
-def _draw_mean(chart: Axes, angle: FloatArray, values: FloatArray) -> None:
+def _draw_mean(panel: Axes, angle: FloatArray, values: FloatArray) -> None:
     mean = float(np.trapezoid(values, angle) / (angle[-1] - angle[0]))
     if abs(mean) < _ROUNDING * np.abs(values).max():
         mean = 0.0
-    chart.axhline(mean, color=MUTED, lw=1.2, ls="--", label=f"mean {mean:.4g}")
-    chart.legend(loc="best", frameon=True, framealpha=0.85, edgecolor="none")
+    panel.axhline(mean, color=MUTED, lw=1.2, ls="--", label=f"mean {mean:.4g}")
+    panel.legend(loc="best", frameon=True, framealpha=0.85, edgecolor="none")
 
 
-def _draw_pin_forces(chart: Axes, motion: pd.DataFrame, bounds: Sequence[SignalBound]) -> None:
+def _draw_pin_forces(panel: Axes, motion: pd.DataFrame, bounds: Sequence[SignalBound]) -> None:
     curves = {name: motion[name].to_numpy() * 1e-3 for name in _PINS}
     for name, (label, colour, style, width) in _PINS.items():
-        chart.plot(motion.index, curves[name], style, color=colour, lw=width, label=label)
-    chart.set_ylabel("pin forces [kN]")
+        panel.plot(motion.index, curves[name], style, color=colour, lw=width, label=label)
+    panel.set_ylabel("pin forces [kN]")
     # Forces that hardly vary lie below the top of the axis, and the legend above them.
-    chart.set_ylim(0.0, 1.25e-3 * motion[list(_PINS)].to_numpy().max() or 1.0)
-    draw_bounds(chart, motion.index.to_numpy(), curves, bounds, 1e-3)
-    chart.legend(loc="best", frameon=True, framealpha=0.85, edgecolor="none", ncols=2)
+    panel.set_ylim(0.0, 1.25e-3 * motion[list(_PINS)].to_numpy().max() or 1.0)
+    draw_bounds(panel, motion.index.to_numpy(), curves, bounds, 1e-3)
+    panel.legend(loc="best", frameon=True, framealpha=0.85, edgecolor="none", ncols=2)
