@@ -44,7 +44,10 @@ def kinematics(design, theta):
 def forces(design, theta):
     """Pin forces a, b, c, d, each (t, 2), on crank, coupler, rocker and rocker; drive torque; load torque, (t,)."""
     defaults = {"gravity": 9.80665, "speed": 60.0}
-    value = lambda name: float(design.get(name, defaults.get(name, 0.0)))  # noqa: E731
+
+    def value(name):
+        return float(design.get(name, defaults.get(name, 0.0)))
+
     design = design | {"speed": value("speed")}
     coupler, rocker, w2, w3, a2, a3 = kinematics(design, theta)
     speed, gravity, zero = value("speed"), value("gravity"), np.zeros_like(theta)

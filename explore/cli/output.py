@@ -95,6 +95,6 @@ def compiled_kernels(*, quiet: bool = False) -> Iterator[None]:
 
     with announce_compilation(announce):
         import explore.mechanisms.registry
-        import explore.quadrature.loop  # noqa: F401
+        import explore.quadrature.loop  # noqa: F401 -- importing it loads the kernels
 
         yield

@@ -14,7 +14,7 @@ from scipy.integrate import DOP853, RK45
 from explore.comparison.orders import fit_order
 from explore.methods.closed_form import ClosedForm
 from explore.methods.contract import Level, Task
-from explore.methods.ode import LoopEquations, VelocityIntegration
+from explore.methods.ode import AdaptiveSolver, LoopEquations, VelocityIntegration
 from explore.methods.runge_kutta import RungeKutta4
 from explore.model.quantities import FloatArray
 
@@ -28,7 +28,7 @@ _EXPLICIT = {
     DOP853: (8, (10, 12, 14, 16, 20, 24, 28, 32, 40)),
 }
 #: Theoretical order, and exponents x of the relative tolerances 10^-x.
-_ADAPTIVE = {
+_ADAPTIVE: dict[AdaptiveSolver, tuple[int, FloatArray]] = {
     "RK45": (5, np.arange(5.0, 11.6, 0.5)),
     "DOP853": (8, np.arange(5.0, 12.1, 0.5)),
     "Radau": (5, np.arange(3.0, 8.1, 0.5)),
@@ -51,7 +51,7 @@ def measure_orders() -> list[dict[str, Any]]:
         # three more turns: with few steps, rounding their number to an integer would distort the slope
         task = _start_and_end(_END + 6.0 * np.pi)
         exact = ClosedForm().solve(task).signals[:, 0, 1]
-        motions = [VelocityIntegration(name, float(rtol)).solve(task) for rtol in 10.0**-exponents]  # type: ignore[arg-type]
+        motions = [VelocityIntegration(name, float(rtol)).solve(task) for rtol in 10.0**-exponents]
         errors = [float(np.abs(motion.signals[:, 0, 1] - exact).max()) for motion in motions]
         sizes = np.array([1.0 / motion.iterations[0] for motion in motions])
         rows.append(_row(name.lower(), "by tolerance", theory, sizes, np.array(errors)))

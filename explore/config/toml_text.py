@@ -116,7 +116,7 @@ def _format(value: object) -> str:
     if isinstance(value, list):
         return "[" + ", ".join(map(_format, value)) + "]"
     # Other numbers, such as fractions, are floats in a study.
-    return repr(value if isinstance(value, int) else float(value))  # type: ignore[arg-type]
+    return repr(value if isinstance(value, int) else float(value))  # type: ignore[arg-type]  # a number
 
 
 def _syntax_error(file: str, text: str, message: str) -> str:

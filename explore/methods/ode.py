@@ -15,7 +15,9 @@ from explore.methods.contract import Capability, Motion, Outcome, Task
 from explore.methods.loop_closure import mark_failures, project_onto_loop
 from explore.model.quantities import FloatArray
 
-_SOLVERS: dict[str, Any] = {"RK45": RK45, "DOP853": DOP853, "Radau": Radau}
+#: Names of the solvers.
+AdaptiveSolver = Literal["RK45", "DOP853", "Radau"]
+_SOLVERS: dict[AdaptiveSolver, Any] = {"RK45": RK45, "DOP853": DOP853, "Radau": Radau}
 #: Absolute over relative tolerance, as in SciPy's defaults of 1e-6 and 1e-3. At a constant 1e-6 the absolute tolerance
 #: would dominate all finer relative ones, because the angles are of size 1.
 _ATOL_BY_RTOL = 1e-3
@@ -42,7 +44,7 @@ class VelocityIntegration:
         leave gaps of 0.015 even far from the change point.
     """
 
-    solver: Literal["RK45", "DOP853", "Radau"] = field(repr=False)
+    solver: AdaptiveSolver = field(repr=False)
     rtol: float = 1e-6
     projected: bool = field(default=False, repr=False)
     max_steps: int = field(default=2500, repr=False)

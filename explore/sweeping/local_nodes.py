@@ -16,5 +16,5 @@ class LocalScheduler(_WithoutHttpServer, Scheduler):  # type: ignore[misc]  # da
     """A scheduler that listens on its own protected address only."""
 
 
-class LocalWorker(_WithoutHttpServer, Worker):  # type: ignore[misc]
+class LocalWorker(_WithoutHttpServer, Worker):  # type: ignore[misc]  # likewise
     """A worker that listens on its own protected address only."""

@@ -17,8 +17,8 @@ import time
 from pathlib import Path
 from typing import Any
 
-import distributed  # noqa: F401
-import pandas as pd  # noqa: F401
+import distributed  # noqa: F401 -- imported before the fork
+import pandas as pd  # noqa: F401 -- likewise
 
 import explore.cli
 import explore.cli.commands.sweep
