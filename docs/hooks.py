@@ -8,7 +8,7 @@ from mkdocs.structure.files import File
 
 ROOT = Path(__file__).parents[1]
 PAGES = {"README.md": "index.md", "CONTRIBUTING.md": "contributing.md", "CHANGELOG.md": "changelog.md"}
-LINK = re.compile(r"\[([^\]]+)\]\(([^)#\s]+)\)")
+LINK = re.compile(r"\[([^\]]+)\]\(([^)#\s]+)(#[^)\s]+)?\)")
 
 
 def on_files(files, config):
@@ -23,7 +23,7 @@ def on_page_markdown(markdown, page, config, files):
     folder = ROOT if page.file.src_uri in PAGES.values() else ROOT / "docs"
 
     def site_link(match):
-        text, target = match.groups()
+        text, target, anchor = match.groups(default="")
         path = (folder / target).resolve()
         if "://" in target or not path.exists():
             return match[0]  # MkDocs warns of targets that do not exist
@@ -34,6 +34,6 @@ def on_page_markdown(markdown, page, config, files):
             uri = str(path.relative_to(ROOT / "docs"))
         elif uri.startswith("files/") and uri not in files.src_uris:
             files.append(File.generated(config, uri, abs_src_path=str(path)))
-        return f"[{text}]({uri})"
+        return f"[{text}]({uri}{anchor})"
 
     return LINK.sub(site_link, markdown)
