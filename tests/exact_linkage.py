@@ -67,24 +67,57 @@ class ExactLinkage:
         a2 = -(-near + far - 2 * far * w2 + (far - r2 * r4 * cosine(coupler)) * w2**2) / g_g
         return w2, w3, a2, a3
 
+    def signals(self, theta):
+        """The four SIGNALS, then coupler angle, rocker angle and transmission angle."""
+        r1, r2, r3, r4 = self.r1, self.r2, self.r3, self.r4
+        d_squared = r1**2 + r4**2 - 2 * r1 * r4 * mpmath.cos(theta)
+        transmission_angle = mpmath.acos((r2**2 + r3**2 - d_squared) / (2 * r2 * r3))
+        return (*self.motion(theta), *self.angles(theta), transmission_angle)
+
     def stroke(self, through_zero):
         """First and last crank angle of the stroke that passes crank angle 0, or of the one that passes pi."""
         low, high = sorted((self.overlapped, self.extended))
         return (low, high) if through_zero else (high, low + 2 * mpmath.pi)
 
-    def moments(self, first, last):
-        """Mean and variance of the SIGNALS between two crank angles; Gauss-Legendre, panels graded towards k pi."""
+    def moments(self, first, last, signals=None):
+        """Mean and variance of the SIGNALS, or of a function of signals, between two crank angles.
+
+        Gauss-Legendre rules on panels graded towards multiples of pi.
+        """
+        signals = signals or self.motion
         nodes = mpmath.calculus.quadrature.GaussLegendre(mpmath.mp).get_nodes(-1, 1, 4, mpmath.mp.prec)
-        total, squares = [mpf(0)] * 4, [mpf(0)] * 4
+        total = [mpf(0)] * len(signals(first))
+        squares = list(total)
         edges = self._edges(first, last)
         for low, high in pairwise(edges):
             half, centre = (high - low) / 2, (high + low) / 2
             for x, w in nodes:
-                for s, value in enumerate(self.motion(centre + half * x)):
+                for s, value in enumerate(signals(centre + half * x)):
                     total[s] += half * w * value
                     squares[s] += half * w * value**2
         means = [t / (last - first) for t in total]
         return [(m, q / (last - first) - m**2) for m, q in zip(means, squares, strict=True)]
+
+    def extremes(self, first, last):
+        """Minimum and maximum of each of the `signals`: at the ends, and where a central difference of it is 0."""
+        step = mpf(10) ** -15
+
+        def slopes(theta):
+            after, before = self.signals(theta + step), self.signals(theta - step)
+            return [a - b for a, b in zip(after, before, strict=True)]
+
+        # midpoints, because at multiples of pi a slope may be exactly 0
+        inside = (
+            low + (high - low) * k / 16 for low, high in pairwise(self._edges(first, last)) for k in range(1, 16, 2)
+        )
+        points = [first, *inside, last]
+        candidates = [self.signals(first), self.signals(last)]
+        for (low, high), (before, after) in zip(pairwise(points), pairwise(map(slopes, points)), strict=True):
+            for s, ends in enumerate(zip(before, after, strict=True)):
+                if ends[0] * ends[1] < 0:
+                    root = mpmath.findroot(lambda t, s=s: slopes(t)[s], (low, high), solver="anderson", verify=False)
+                    candidates.append(self.signals(root))
+        return [(min(values), max(values)) for values in zip(*candidates, strict=True)]
 
     def _edges(self, first, last):
         """The two ends and the panel edges between them; panels shrink by a factor of four towards multiples of pi."""

@@ -2,14 +2,14 @@
  *
  * Shares nothing with the package: the position comes from Heron's area of the triangle crank pin, coupler joint,
  * rocker pivot; velocities and accelerations from cross and dot products of the link vectors; integrals from
- * composite Gauss-Legendre rules in the crank angle itself, on panels that double in length away from 0 and pi.
- * Compiled and called by make_campaign.py.
+ * composite Gauss-Legendre rules in the crank angle itself, on panels that double in length away from 0 and pi; extremes
+ * from golden sections. Compiled and called by make_campaign.py.
  */
 #include <quadmath.h>
 #include <stdlib.h>
 
 typedef __float128 real;
-enum { MAXIMUM_NODES = 64, EDGES = 4096 };
+enum { MAXIMUM_NODES = 64, EDGES = 4096, SIGNALS = 7, SAMPLES = 16 };
 static real node[MAXIMUM_NODES], weight[MAXIMUM_NODES];
 static int nodes;
 
@@ -34,8 +34,9 @@ void gauss(int count) {
     }
 }
 
-/* coupler velocity, rocker velocity, coupler acceleration, rocker acceleration for unit crank velocity */
-static void motion(const Linkage *l, real angle, real out[4]) {
+/* for unit crank velocity: velocities of coupler and rocker, accelerations of both; if wanted, angles of both and the
+ * transmission angle */
+static void motion(const Linkage *l, real angle, int wants_angles, real out[SIGNALS]) {
     real s, c, sine, cosine;
     sincosq(angle / 2, &s, &c);
     sine = 2 * s * c, cosine = 1 - 2 * s * s;
@@ -56,6 +57,9 @@ static void motion(const Linkage *l, real angle, real out[4]) {
     real px = -bx - w2 * w2 * ux + w3 * w3 * vx, py = -by - w2 * w2 * uy + w3 * w3 * vy;
     out[0] = w2, out[1] = w3;
     out[2] = -(px * vx + py * vy) / area2, out[3] = -(px * ux + py * uy) / area2;
+    if (!wants_angles) return;
+    out[4] = atan2q(uy, ux), out[5] = atan2q(vy, vx);
+    out[6] = atan2q(fabsq(area2), (l->r2 * l->r2 + l->r3 * l->r3 - square) / 2);
 }
 
 static real half_angle(real a, real b, real c) { /* angle between sides a and b, opposite c */
@@ -79,124 +83,99 @@ static int ascending(const void *a, const void *b) {
     return (x > y) - (x < y);
 }
 
-/* panel edges in [0, 2 pi], graded towards 0, pi and 2 pi, with the limit positions among them */
-static int grid(const Linkage *l, real *edge) {
-    int count = 0;
-    for (int side = 0; side < 4; side++) {
-        real anchor = side == 0 ? 0 : side == 3 ? 2 * M_PIq : M_PIq, direction = side % 2 ? -1 : 1;
-        edge[count++] = anchor;
-        for (real y = side == 0 || side == 3 ? l->near_zero : l->near_pi; y < M_PI_2q; y *= 2)
-            edge[count++] = anchor + direction * y;
+/* panel edges in [low, high], graded towards multiples of pi, with the limit positions among them */
+static int grid(const Linkage *l, real low, real high, real *edge) {
+    int count = 0, kept = 0;
+    for (int k = (int)floorq(low / M_PIq); k <= (int)ceilq(high / M_PIq); k++) {
+        real anchor = k * M_PIq;
+        edge[count++] = anchor, edge[count++] = anchor + M_PI_2q;
+        for (real y = k % 2 ? l->near_pi : l->near_zero; y < M_PI_2q; y *= 2)
+            edge[count++] = anchor + y, edge[count++] = anchor - y;
     }
-    edge[count++] = M_PI_2q, edge[count++] = 3 * M_PI_2q;
-    edge[count++] = l->extended, edge[count++] = l->overlapped;
-    qsort(edge, count, sizeof(real), ascending);
-    return count;
+    for (int turn = -1; turn <= 1; turn++)
+        edge[count++] = l->extended + turn * 2 * M_PIq, edge[count++] = l->overlapped + turn * 2 * M_PIq;
+    for (int j = 0; j < count; j++)
+        if (low < edge[j] && edge[j] < high) edge[kept++] = edge[j];
+    edge[kept++] = low, edge[kept++] = high;
+    qsort(edge, kept, sizeof(real), ascending);
+    return kept;
 }
 
-/* strokes[n][2][9]: overlapped to extended, extended to overlapped: length, sums of 4 signals, of their squares */
-void strokes(long n, const double *lengths, const double *branch, double *out) {
-    for (long i = 0; i < n; i++) {
-        Linkage l = linkage(lengths + 4 * i, branch[i]);
-        real edge[EDGES], sum[2][9] = {{0}}, value[4], moment[3][8];
-        int count = grid(&l, edge);
-        real low = l.extended < l.overlapped ? l.extended : l.overlapped, high = l.extended < l.overlapped ? l.overlapped : l.extended;
-        for (int p = 0; p + 1 < count; p++) {
-            real half = (edge[p + 1] - edge[p]) / 2, centre = (edge[p + 1] + edge[p]) / 2;
-            int between = low < centre && centre < high;
-            /* between the two limits in (0, 2 pi) the crank passes pi: extended to overlapped if that is the order */
-            int stroke = between == (l.extended < l.overlapped);
-            for (int j = 0; j < nodes && half > 0; j++) {
-                motion(&l, centre + half * node[j], value);
-                sum[stroke][0] += half * weight[j];
-                for (int s = 0; s < 4; s++) {
-                    sum[stroke][1 + s] += half * weight[j] * value[s];
-                    sum[stroke][5 + s] += half * weight[j] * value[s] * value[s];
-                }
-            }
-        }
-        for (int w = 0; w < 3; w++) {
-            real length = w < 2 ? sum[w][0] : sum[0][0] + sum[1][0];
-            for (int s = 0; s < 4; s++) {
-                real mean = (w < 2 ? sum[w][1 + s] : sum[0][1 + s] + sum[1][1 + s]) / length;
-                real square = (w < 2 ? sum[w][5 + s] : sum[0][5 + s] + sum[1][5 + s]) / length;
-                moment[w][s] = mean, moment[w][4 + s] = square - mean * mean;
-            }
-            out[27 * i + 9 * w] = (double)length;
-            for (int s = 0; s < 8; s++) out[27 * i + 9 * w + 1 + s] = (double)moment[w][s];
-        }
-    }
-}
-
+/* smallest sign * signal between two crank angles, between which it has one minimum */
 static real golden(const Linkage *l, int signal, real sign, real low, real high) {
     const real share = (sqrtq((real)5) - 1) / 2;
-    real a = high - share * (high - low), b = low + share * (high - low), v[4], fa, fb;
-    motion(l, a, v), fa = sign * v[signal];
-    motion(l, b, v), fb = sign * v[signal];
+    real a = high - share * (high - low), b = low + share * (high - low), v[SIGNALS], fa, fb;
+    motion(l, a, signal > 3, v), fa = sign * v[signal];
+    motion(l, b, signal > 3, v), fb = sign * v[signal];
     for (int step = 0; step < 60; step++) {
         if (fa < fb) {
             high = b, b = a, fb = fa, a = high - share * (high - low);
-            motion(l, a, v), fa = sign * v[signal];
+            motion(l, a, signal > 3, v), fa = sign * v[signal];
         } else {
             low = a, a = b, fa = fb, b = low + share * (high - low);
-            motion(l, b, v), fb = sign * v[signal];
+            motion(l, b, signal > 3, v), fb = sign * v[signal];
         }
     }
     return fa < fb ? fa : fb;
 }
 
-/* out[n][3][2][2]: per window (strokes as above, cycle), rocker velocity and acceleration: min, max.
- * peaks[n]: local extremes of the rocker velocity in the turn */
-void extremes(long n, const double *lengths, const double *branch, double *out, int *peaks) {
-    real *at = malloc(sizeof(real) * EDGES * 20), *value = malloc(sizeof(real) * EDGES * 20 * 4);
+/* smallest sign * signal over a window sampled at `at`, and the number of local minima inside it */
+static real smallest(const Linkage *l, int signal, real sign, long points, const real *at, const real *value, int *found) {
+    real best = HUGE_VALQ;
+    for (long j = 0; j < points; j++) {
+        real here = sign * value[SIGNALS * j + signal];
+        if (here < best) best = here;
+        if (j > 0 && here > sign * value[SIGNALS * (j - 1) + signal]) continue;
+        if (j + 1 < points && here > sign * value[SIGNALS * (j + 1) + signal]) continue;
+        real refined = golden(l, signal, sign, at[j > 0 ? j - 1 : j], at[j + 1 < points ? j + 1 : j]);
+        if (refined < best) best = refined;
+        *found += j > 0 && j + 1 < points;
+    }
+    return best;
+}
+
+/* length, then mean, variance, minimum and maximum of each signal; returns local extremes of the rocker velocity inside */
+static int statistics(const Linkage *l, real low, real high, real *at, real *value, double *out) {
+    real edge[EDGES], sum[SIGNALS] = {0}, squares[SIGNALS] = {0}, now[SIGNALS];
+    int count = grid(l, low, high, edge), inside = 0;
+    long points = 0;
+    for (int p = 0; p + 1 < count; p++) {
+        real half = (edge[p + 1] - edge[p]) / 2, centre = (edge[p + 1] + edge[p]) / 2;
+        if (!(half > 0)) continue;
+        for (int j = 0; j < SAMPLES; j++) at[points++] = edge[p] + 2 * half * j / SAMPLES;
+        for (int j = 0; j < nodes; j++) {
+            motion(l, centre + half * node[j], 1, now);
+            for (int s = 0; s < SIGNALS; s++)
+                sum[s] += half * weight[j] * now[s], squares[s] += half * weight[j] * now[s] * now[s];
+        }
+    }
+    at[points++] = high;
+    for (long j = 0; j < points; j++) motion(l, at[j], 1, value + SIGNALS * j);
+    out[0] = (double)(high - low);
+    for (int s = 0; s < SIGNALS; s++) {
+        real mean = sum[s] / (high - low);
+        int found = 0;
+        out[1 + 4 * s] = (double)mean, out[2 + 4 * s] = (double)(squares[s] / (high - low) - mean * mean);
+        out[3 + 4 * s] = (double)smallest(l, s, 1, points, at, value, &found);
+        out[4 + 4 * s] = (double)-smallest(l, s, -1, points, at, value, &found);
+        inside += s == 1 ? found : 0;
+    }
+    return inside;
+}
+
+/* degrees[n][2]: an interval of crank angles. out[n][4][29]: `statistics` from overlapped to extended, from extended to
+ * overlapped, over the turn, over the interval. peaks[n]: local extremes of the rocker velocity in one turn */
+void windows(long n, const double *lengths, const double *branch, const double *degrees, double *out, int *peaks) {
+    real *at = malloc(sizeof(real) * EDGES * SAMPLES), *value = malloc(sizeof(real) * EDGES * SAMPLES * SIGNALS);
+    const int size = 1 + 4 * SIGNALS;
     for (long i = 0; i < n; i++) {
         Linkage l = linkage(lengths + 4 * i, branch[i]);
-        real edge[EDGES];
-        int count = grid(&l, edge);
-        real low = l.extended < l.overlapped ? l.extended : l.overlapped, high = l.extended < l.overlapped ? l.overlapped : l.extended;
-        int first_is_middle = l.extended < l.overlapped;
-        long points = 0;
-        for (int p = 0; p + 1 < count; p++)
-            for (int j = 0; j < 16 && edge[p + 1] > edge[p]; j++) at[points++] = edge[p] + (edge[p + 1] - edge[p]) * j / 16;
-        for (long j = 0; j < points; j++) motion(&l, at[j], value + 4 * j);
-        peaks[i] = 0;
-        for (int s = 0; s < 2; s++)
-            for (int m = 0; m < 2; m++) {
-                real sign = m ? -1 : 1, best[2] = {HUGE_VALQ, HUGE_VALQ};
-                for (long j = 0; j < points; j++) {
-                    long left = (j + points - 1) % points, right = (j + 1) % points;
-                    real here = sign * value[4 * j + 1 + 2 * s];
-                    int limit = at[j] == low || at[j] == high;
-                    int stroke = (low < at[j] && at[j] < high) == first_is_middle;
-                    if (limit) { /* an end of both strokes */
-                        if (here < best[0]) best[0] = here;
-                        if (here < best[1]) best[1] = here;
-                        continue;
-                    }
-                    if (here < best[stroke]) best[stroke] = here;
-                    if (here <= sign * value[4 * left + 1 + 2 * s] && here <= sign * value[4 * right + 1 + 2 * s]) {
-                        real a = left < j ? at[left] : at[left] - 2 * M_PIq, b = right > j ? at[right] : at[right] + 2 * M_PIq;
-                        real found = golden(&l, 1 + 2 * s, sign, a, b);
-                        if (found < best[stroke]) best[stroke] = found;
-                        if (s == 0) peaks[i]++;
-                    }
-                }
-                /* a minimum bracketed across a limit belongs to the cycle; sampled limits bound it from one side:
-                 * refine there as well, clipped to each stroke */
-                for (long j = 0; j < points; j++)
-                    if (at[j] == low || at[j] == high) {
-                        long left = (j + points - 1) % points, right = (j + 1) % points;
-                        real a = left < j ? at[left] : at[left] - 2 * M_PIq, b = right > j ? at[right] : at[right] + 2 * M_PIq;
-                        real before = golden(&l, 1 + 2 * s, sign, a, at[j]), after = golden(&l, 1 + 2 * s, sign, at[j], b);
-                        int stroke_before = (at[j] == high) == first_is_middle, stroke_after = !stroke_before;
-                        if (before < best[stroke_before]) best[stroke_before] = before;
-                        if (after < best[stroke_after]) best[stroke_after] = after;
-                    }
-                for (int w = 0; w < 3; w++) {
-                    real of = w < 2 ? best[w] : best[0] < best[1] ? best[0] : best[1];
-                    out[12 * i + 4 * w + 2 * s + m] = (double)(sign * of);
-                }
-            }
+        real turn = 2 * M_PIq, back = l.extended < l.overlapped ? turn : 0;
+        double *o = out + 4 * size * i;
+        peaks[i] = statistics(&l, l.overlapped - back, l.extended, at, value, o);
+        peaks[i] += statistics(&l, l.extended - (turn - back), l.overlapped, at, value, o + size);
+        statistics(&l, l.overlapped - back, l.overlapped + (turn - back), at, value, o + 2 * size);
+        statistics(&l, degrees[2 * i] * M_PIq / 180, degrees[2 * i + 1] * M_PIq / 180, at, value, o + 3 * size);
     }
     free(at), free(value);
 }
@@ -211,10 +190,10 @@ typedef struct {
 /* which phase drives (-1: none), brute force over all of them, and the output velocity */
 static int leader(const Clutch *c, real angle, real *output) {
     int best = -1;
-    real value[4];
+    real value[SIGNALS];
     *output = 0;
     for (int k = 0; k < c->phases; k++) {
-        motion(c->l, angle + k * c->period, value);
+        motion(c->l, angle + k * c->period, 0, value);
         if (c->sense * value[1] > *output) *output = c->sense * value[1], best = k;
     }
     return best;
@@ -251,12 +230,12 @@ static void panel(Clutch *c, real low, real high, int depth) {
 }
 
 /* out[n][2][5]: sense of overlapped to extended, of extended to overlapped: mean, variance, min, max, switches */
-void clutch(long n, const double *lengths, const double *branch, int phases, double *out) {
-    real edge[EDGES], *folded = malloc(sizeof(real) * EDGES * 12), value[4];
+void clutch(long n, const double *lengths, const double *branch, const int *phases, double *out) {
+    real edge[EDGES], *folded = malloc(sizeof(real) * (EDGES + 2)), value[SIGNALS];
     for (long i = 0; i < n; i++) {
         Linkage l = linkage(lengths + 4 * i, branch[i]);
-        real period = 2 * M_PIq / phases;
-        int count = grid(&l, edge), points = 0;
+        real period = 2 * M_PIq / phases[i];
+        int count = grid(&l, 0, 2 * M_PIq, edge), points = 0;
         folded[points++] = 0, folded[points++] = period;
         for (int p = 0; p < count; p++) {
             real y = edge[p] - period * floorq(edge[p] / period);
@@ -265,10 +244,10 @@ void clutch(long n, const double *lengths, const double *branch, int phases, dou
         qsort(folded, points, sizeof(real), ascending);
         for (int w = 0; w < 2; w++) {
             real middle = (l.extended + l.overlapped) / 2; /* in the stroke that passes pi */
-            motion(&l, middle, value);
+            motion(&l, middle, 0, value);
             real here = value[1] > 0 ? 1 : -1;
             int passes_pi = l.extended < l.overlapped ? 1 : 0; /* index of the stroke that passes pi */
-            Clutch c = {&l, phases, period, w == passes_pi ? here : -here, 0, 0, HUGE_VALQ, 0, 0};
+            Clutch c = {&l, phases[i], period, w == passes_pi ? here : -here, 0, 0, HUGE_VALQ, 0, 0};
             for (int p = 0; p + 1 < points; p++) panel(&c, folded[p], folded[p + 1], 0);
             real mean = c.sum / period;
             double *o = out + 10 * i + 5 * w;
