@@ -1,6 +1,7 @@
 # The public names: read by type checkers, and at run time by lazy_loader.
 from ._version import __version__ as __version__
 from .api import evaluate as evaluate
+from .api import list_mechanisms as list_mechanisms
 from .api import rank as rank
 from .api import read_results as read_results
 from .api import simulate as simulate

@@ -13,6 +13,7 @@ import numpy.typing as npt
 from explore.errors import FailedBlocksWarning, MotionError, RequestError
 from explore.evaluation.derived import unavailable_metrics
 from explore.evaluation.evaluate import evaluate_columns, output_columns
+from explore.mechanisms.registry import MECHANISMS
 from explore.model.progress import ReportProgress
 from explore.model.status import Status
 from explore.motions import motion_signals
@@ -21,7 +22,7 @@ from explore.ranking.limits import Limits
 from explore.ranking.rankings import RankRequest, rank_frame, rank_source
 from explore.request.names import find_mechanism
 from explore.request.parameters import parameter_columns
-from explore.request.requests import make_request
+from explore.request.requests import make_objective, make_request
 from explore.store.open_results import open_results, open_several
 from explore.store.results import Results
 from explore.sweeping.clusters import existing_client, local_cluster
@@ -32,6 +33,11 @@ if TYPE_CHECKING:
     from distributed import Client
 
     from explore.config.study import Study
+
+
+def list_mechanisms() -> dict[str, str]:
+    """Give the summary of each mechanism by its name; `explore mechanisms NAME` describes one in full."""
+    return {name: mechanism.summary for name, mechanism in MECHANISMS.items()}
 
 
 def read_results(path: Path | str, *, columns: Sequence[str] | None = None) -> pd.DataFrame:
@@ -47,7 +53,7 @@ def read_results(path: Path | str, *, columns: Sequence[str] | None = None) -> p
     Returns
     -------
     DataFrame
-        One row for each committed design, index ``design``; ``attrs["units"]`` has the unit of each column.
+        One row for each committed design, index ``design``; ``attrs`` as of `Results.to_pandas`.
     """
     return open_results(path).to_pandas(columns)
 
@@ -124,10 +130,10 @@ def evaluate(
     mechanism: str,
     designs: Mapping[str, npt.ArrayLike] | pd.DataFrame,
     *,
-    metrics: Sequence[str] | None = None,
-    window: str | Mapping[str, float] | None = None,
+    metrics: Sequence[str] | str | None = None,
+    window: str | Mapping[str, float | str] | None = None,
     drive: str | None = None,
-    constraints: Mapping[str, Mapping[str, float]] | None = None,
+    constraints: Mapping[str, Mapping[str, float | str]] | None = None,
     tolerance: float = 1e-9,
 ) -> pd.DataFrame:
     """Evaluate designs, each with as few samples of its motion as the tolerance allows.
@@ -135,17 +141,18 @@ def evaluate(
     Parameters
     ----------
     mechanism
-        Name, as listed by `explore mechanisms`.
+        Name, as listed by `list_mechanisms`.
     designs
-        Parameters by name in declared units: columns of a table, or numbers and arrays that broadcast.
+        Parameters by name: columns of a table, or numbers and arrays that broadcast, in declared units. A string has a
+        unit, such as ``"40 rpm"``.
     metrics
         Names of metrics; None for the mechanism's default list.
     window
-        Part of the turn the statistics run over: a name, or ``{"from": 0, "to": 90}`` in degrees.
+        Part of the turn the statistics run over: a name, or ``{"from": 0, "to": 90}`` in degrees or with units.
     drive
         The stroke that the window "drive" means: "slow", "fast", or a stroke by name.
     constraints
-        Bounds by metric, such as ``{"transmission_angle_min": {"min": 30}}``.
+        Bounds by metric, such as ``{"transmission_angle_min": {"min": 30}}``, or ``"30 deg"``.
     tolerance
         Bound on the error of every sampled statistic, relative: of a mean to the rms, of a variance to the square of
         the rms, of an extreme to the largest magnitude, of a cv to itself. Column ``error`` is the bound reached.
@@ -154,14 +161,15 @@ def evaluate(
     -------
     DataFrame
         One row for each design: parameters, metrics, margins, nodes, error, feasible (bool), status (int8).
-        ``attrs["units"]`` has the unit of each column, ``attrs["kinematic_evaluations"]`` the number of geometries
-        sampled.
+        ``attrs["units"]`` has the unit of each column, ``attrs["labels"]`` the words for the codes of ``status`` and
+        other columns, ``attrs["kinematic_evaluations"]`` the number of geometries sampled; ``attrs`` also "senses",
+        "objectives" and "constraints" for `rank`.
 
     Raises
     ------
     RequestError
         If a name, a window, a bound or the shape of the designs is invalid. A design that cannot be computed raises no
-        error: its ``status`` has the reason.
+        error: its ``status`` is the code of the reason.
     """
     import pandas as pd
 
@@ -178,16 +186,21 @@ def evaluate(
     index = designs.index if isinstance(designs, pd.DataFrame) else None
     frame = pd.DataFrame(evaluation.columns, index=index)
     frame["feasible"] = frame["feasible"].astype(bool)
-    frame.attrs["units"] = {c.name: c.unit for c in output_columns(request, list(columns)) if c.name in frame}
+    shown = [column for column in output_columns(request, list(columns)) if column.name in frame]
+    frame.attrs["units"] = {column.name: column.unit for column in shown}
+    frame.attrs["labels"] = {column.name: dict(column.labels) for column in shown if column.labels}
     frame.attrs["kinematic_evaluations"] = evaluation.kinematic_evaluations
     frame.attrs["senses"] = {metric.name: metric.sense for metric in request.metrics}
+    # As in a study without objectives: those of the mechanism that are computed.
+    objectives = [make_objective(request, text) for text in declared.objectives if text.partition(":")[0] in frame]
+    frame.attrs["objectives"] = [f"{objective.metric}:{objective.sense}" for objective in objectives]
     frame.attrs["constraints"] = {c.metric.name: {"min": c.minimum, "max": c.maximum} for c in request.constraints}
     return frame
 
 
 def simulate(
     mechanism: str,
-    parameters: Mapping[str, float],
+    parameters: Mapping[str, float | str],
     *,
     angles: int | Sequence[float] | npt.NDArray[np.float64] = 360,
     method: str = "closed-form",
@@ -198,9 +211,10 @@ def simulate(
     Parameters
     ----------
     mechanism
-        Name, as listed by `explore mechanisms`.
+        Name, as listed by `list_mechanisms`.
     parameters
-        Parameters of the design by name, in declared units. Forces follow from the load parameters and are 0 without.
+        Parameters of the design by name, in declared units or as strings with a unit. Forces follow from the load
+        parameters and are 0 without.
     angles
         Crank angles in degrees, or the number of evenly spaced ones from 0.
     method
@@ -283,7 +297,8 @@ def rank(
     -------
     DataFrame
         One row for each design of the fronts, under its number, with the columns of the results and those named above.
-        ``attrs["units"]`` has the unit of each column that has one in the results.
+        ``attrs["units"]`` has the unit of each column that has one in the results, ``attrs["labels"]`` the words for
+        the codes of columns such as ``status``.
 
     Raises
     ------
@@ -295,7 +310,8 @@ def rank(
     request = RankRequest(objectives, order_by, fronts, where, limits, quality)
     if isinstance(results, pd.DataFrame):
         ranked = rank_frame(results, request)
-        return _with_units(ranked, dict.fromkeys(results, None) | results.attrs.get("units", {}))
+        units = dict.fromkeys(results, None) | results.attrs.get("units", {})
+        return _with_attrs(ranked, units, results.attrs.get("labels", {}))
     is_joint = not isinstance(results, (Results, Path, str))
     sources = open_several(results if is_joint else [results])  # type: ignore[arg-type, list-item]  # checked above
     if is_joint:
@@ -307,12 +323,16 @@ def rank(
     incomplete = "keeps only the Pareto set of its study: the best in this request may be missing"
     for text in (*(f"{name} {incomplete}" for name, part in parts.items() if part.is_incomplete), *caveats):
         warnings.warn(text, RuntimeWarning, stacklevel=2)
-    units = {column.name: column.unit for source in reversed(sources.values()) for column in source.columns}
-    return _with_units(ranking.frame, units | {RESULTS_COLUMN: ""})
+    columns = {column.name: column for source in reversed(sources.values()) for column in source.columns}
+    units = {name: column.unit for name, column in columns.items()} | {RESULTS_COLUMN: ""}
+    return _with_attrs(ranking.frame, units, {name: dict(c.labels) for name, c in columns.items() if c.labels})
 
 
-def _with_units(ranked: pd.DataFrame, units: Mapping[str, str | None]) -> pd.DataFrame:
-    """The table with the units of its columns; columns that the ranking added are numbers without a unit."""
+def _with_attrs(
+    ranked: pd.DataFrame, units: Mapping[str, str | None], labels: Mapping[str, Mapping[int, str]]
+) -> pd.DataFrame:
+    """The table with the units and labels of its columns; columns that the ranking added are numbers without a unit."""
     by_name = {str(name): units.get(str(name), "1") for name in ranked.columns}
     ranked.attrs["units"] = {name: unit for name, unit in by_name.items() if unit is not None}
+    ranked.attrs["labels"] = {name: words for name, words in labels.items() if name in ranked}
     return ranked

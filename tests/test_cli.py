@@ -255,7 +255,7 @@ def test_a_trillion_designs_can_be_planned_at_once_but_not_swept(tmp_path):
         (["simulate", "--mechanism", "crank-rocker", "--set", "crnak=1"], 2, "crank"),
         (["simulate", "--mechanism", "crank-rocker", *LENGTHS, "--set", "crank=200"], 1, "cannot turn fully"),
         (["mechanisms", "six-bar"], 2, "six-bar"),
-        (["sweep"], 2, "CONFIG"),
+        (["sweep"], 2, "STUDY"),
         (["swep"], 2, "No such command"),
     ],
 )

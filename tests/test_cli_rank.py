@@ -132,8 +132,11 @@ def test_what_was_chosen_is_counted(swept):
         ),
         (["--where", "swing_angle > 20 and"], "where: at the end: expected a comparison here"),
         (["--limit", "transmission_angle_min=20"], "20 is below the min of 30 of the sweep"),
-        (["--limit", "time_ratio=1.2"], "constrained on both sides, so write time_ratio>=VALUE or time_ratio<=VALUE"),
-        (["--limit", "cv=0.4"], "no constraint, so write cv>=VALUE or cv<=VALUE"),
+        (
+            ["--limit", "time_ratio=1.2"],
+            "constrained on both sides, so say which side: min (time_ratio>=VALUE) or max",
+        ),
+        (["--limit", "cv=0.4"], "no constraint, so say which side: min (cv>=VALUE) or max (cv<=VALUE)"),
         (["--limit", "cv_margin<=0.4"], "no metric 'cv_margin'; available: crank, coupler, rocker, ground, cv, "),
         (["--limit", "status<=1"], "no metric 'status'"),
         (["--limit", "cv"], "write METRIC=VALUE"),

@@ -163,5 +163,5 @@ def test_a_study_named_in_place_of_its_results_is_pointed_out(in_results, comman
     assert err == "error: small.toml is a study, not its results; did you mean results/small.h5?\n"
     code, out, err = call(*command, "my other.toml")
     assert (code, out) == (1, "")
-    assert err == "error: my other.toml is a study, not its results; run `explore sweep 'my other.toml'` first\n"
+    assert err == "error: my other.toml is a study, not its results; sweep it first\n"
     assert sorted(in_results.rglob("*")) == before

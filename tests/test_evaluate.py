@@ -415,3 +415,41 @@ def test_nodes_add_up_over_windows_and_the_largest_bound_counts():
         both = explore.evaluate("crank-rocker", PUBLISHED, metrics=metrics).iloc[0]
         assert both["nodes"] == one["drive"]["nodes"] + one["return"]["nodes"]
         assert both["error"] == max(one["drive"]["error"], one["return"]["error"])
+
+
+def test_parameters_may_be_strings_with_units():
+    with mpmath.workdps(50):  # the exact value rounded once, which 40 * 2 * np.pi / 60 is not
+        speed = float(mpmath.pi * 4 / 3)
+    numbers = {**PUBLISHED, "speed": speed}
+    texts = {**PUBLISHED, "crank": "10 cm", "speed": "40 rpm"}
+    pd.testing.assert_frame_equal(
+        explore.evaluate("crank-rocker", texts), explore.evaluate("crank-rocker", numbers), check_exact=True
+    )
+    pd.testing.assert_frame_equal(
+        explore.simulate("crank-rocker", texts), explore.simulate("crank-rocker", numbers), check_exact=True
+    )
+    listed = explore.evaluate("crank-rocker", {**PUBLISHED, "crank": ["10 cm", 110]})
+    assert listed["crank"].tolist() == [100.0, 110.0]
+
+
+@pytest.mark.parametrize("speed", ["40", "40 mm", ["40 rpm", "fast"]])
+def test_a_string_that_is_no_quantity_of_the_parameter_is_refused(speed):
+    with pytest.raises(explore.RequestError, match=r"^speed: .*rad/s"):
+        explore.evaluate("crank-rocker", {**PUBLISHED, "speed": speed})
+
+
+def test_a_table_of_evaluate_can_be_ranked_as_it_is():
+    designs = random_designs(200)
+    frame = explore.evaluate("crank-rocker", designs)
+    assert frame.attrs["objectives"] == ["cv:min", "swing_angle:max", "transmission_angle_min:max"]
+    ranked = explore.rank(frame)
+    pd.testing.assert_frame_equal(ranked, explore.rank(frame, objectives=frame.attrs["objectives"]))
+    only = explore.evaluate("crank-rocker", designs, metrics="cv")
+    assert only.attrs["objectives"] == ["cv:min"]
+    assert only.equals(explore.evaluate("crank-rocker", designs, metrics=["cv"]))
+
+
+def test_mechanisms_are_listed_with_their_summaries():
+    summaries = explore.list_mechanisms()
+    assert {"crank-rocker", "test-rig"} <= summaries.keys()
+    assert all(summaries.values())

@@ -140,7 +140,7 @@ def test_closed_streams(folder, stream):
     command = f"{sys.executable} -m explore show missing.h5 {stream}>&-"
     done = subprocess.run(["bash", "-c", command], capture_output=True, text=True, timeout=60, check=False)
     assert done.returncode == 1
-    assert done.stderr in ("", "error: missing.h5 does not exist; run `explore sweep` first\n")
+    assert done.stderr in ("", "error: missing.h5 does not exist; sweep its study first\n")
 
 
 # --- odd files --------------------------------------------------------------------------------------------------------

@@ -176,7 +176,7 @@ def test_any_table_can_be_ranked_in_fronts():
     [
         (["swing_angel:max"], "did you mean 'swing_angle'"),
         (["swing_angle"], "swing_angle:min or swing_angle:max"),
-        (["swing_angle:big"], "min or max"),
+        (["swing_angle:big"], "unknown sense 'big' of swing_angle; write swing_angle:min or swing_angle:max"),
         (None, "give `objectives`"),
         ([], "give `objectives`"),
         (["words:min"], "does not hold numbers"),

@@ -180,8 +180,8 @@ def test_conditions_and_limits_choose_among_the_feasible_rows_of_a_table():
     [
         ({"gani": 1.0}, "no metric 'gani'; did you mean 'gain'?"),
         ({"word": 1.0}, "no metric 'word'"),
-        ({"cv": 1.0}, "it has no constraint, so write cv>=VALUE or cv<=VALUE"),
-        ({"both": 0.5}, "it is constrained on both sides, so write both>=VALUE or both<=VALUE"),
+        ({"cv": 1.0}, "it has no constraint, so say which side: min (cv>=VALUE) or max (cv<=VALUE)"),
+        ({"both": 0.5}, "it is constrained on both sides, so say which side: min (both>=VALUE) or max (both<=VALUE)"),
         ({"both": {"max": 0.5}}, "its values are not in these results; sweep with both among the metrics of the study"),
         (
             {"gain": 0.25},

@@ -129,7 +129,7 @@ def test_signals_of_the_clutch_window():
 @pytest.mark.parametrize("window", [*WINDOWS, {"from": 0, "to": 90}, {"from": 0, "to": 360}])
 def test_default_metrics_exist_in_every_window(window):
     if window == "interval":
-        assert "write { from = 0, to = 90 }" in problem(window=window)
+        assert "give { from, to }" in problem(window=window)
         return
     names = [metric.name for metric in make_request(MECHANISM, window=window).metrics]
     cycle = window == "cycle" or window == {"from": 0, "to": 360}
@@ -253,7 +253,7 @@ def test_objective(text, sense):
         ("cv:up", "unknown sense 'up' of cv"),
         ("cv:", "unknown sense ''"),
         ("linkage_class:min", "is a label"),
-        ("crank", "crank has no natural direction; write crank:min or crank:max"),
+        ("crank", "crank has no default sense; write crank:min or crank:max"),
         ("crank:up", "unknown sense 'up' of crank"),
         ("foo", "unknown metric"),
     ],

@@ -261,3 +261,20 @@ def test_every_mechanism_has_a_study_in_python():
     for name in ("crank-rocker", "test-rig"):
         required = [p.name for p in find_mechanism(name).parameters if p.default is None]
         assert explore.Study(mechanism=name, parameters=dict.fromkeys(required, 1)).space.n_designs == 1
+
+
+def test_a_single_name_need_not_be_in_a_list():
+    lengths = {"crank": [80, 100], "coupler": 1083.4236, "rocker": 541.7118, "ground": 691.7118}
+    single = explore.Study(mechanism="crank-rocker", parameters=lengths, metrics="cv", objectives="cv")
+    assert single == explore.Study(mechanism="crank-rocker", parameters=lengths, metrics=["cv"], objectives=["cv"])
+
+
+@pytest.mark.parametrize("window", [{"from": 30, "to": 100}, {"from": -7.3, "to": "1 rad"}, "drive"])
+def test_the_window_of_results_is_one_that_evaluate_takes(tmp_path, window):
+    lengths = {"crank": 100, "coupler": 1083.4236, "rocker": 541.7118, "ground": 691.7118}
+    study = explore.Study(mechanism="crank-rocker", parameters=lengths, window=window, metrics="rocker_angle_mean")
+    results = explore.sweep(study, tmp_path / "one.h5", workers=1)
+    again = explore.evaluate("crank-rocker", lengths, window=results.window, metrics="rocker_angle_mean")
+    assert again["rocker_angle_mean"].tolist() == results.to_pandas()["rocker_angle_mean"].tolist()
+    if window != "drive":
+        assert results.window["from"] == window["from"]

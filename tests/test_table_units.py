@@ -19,6 +19,16 @@ def test_evaluate():
     assert list(frame.columns) == list(frame.attrs["units"])
 
 
+def test_codes_have_words(results):
+    frame = explore.evaluate("crank-rocker", {**DESIGN, "crank": [100.0, 300.0]})
+    assert [frame.attrs["labels"]["status"][code] for code in frame["status"]] == ["ok", "crank_blocked"]
+    for table in (results.to_pandas(), explore.rank(results), explore.rank(results.to_pandas()), explore.rank(frame)):
+        assert table.attrs["labels"]["status"][3] == "crank_blocked"
+        assert "cv" not in table.attrs["labels"]
+    assert "labels" in results.to_pandas(["cv"]).attrs
+    assert "status" not in results.to_pandas(["cv"]).attrs["labels"]
+
+
 def test_simulate():
     motion = explore.simulate("crank-rocker", DESIGN, angles=3)
     assert list(motion.columns) == list(motion.attrs["units"])

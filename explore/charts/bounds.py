@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Literal, cast
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal, cast
 
 from explore.charts.style import RED
 from explore.charts.turn import TURN, spans_in_turn
-from explore.errors import RequestError, ResultsError
+from explore.errors import RequestError
 from explore.model.mechanism import Mechanism
-from explore.model.quantities import AnyMetric, DerivedMetric, FloatArray, Metric, SampledMetric, Window
+from explore.model.quantities import AnyMetric, DerivedMetric, FloatArray, Metric, SampledMetric
 from explore.request.names import find_metric, make_window
 from explore.store.results import Results
 
@@ -59,34 +59,16 @@ def uses_clutch(results: Results) -> bool:
 
 
 def signal_bounds(results: Results, mechanism: Mechanism) -> list[SignalBound]:
-    """The constraints that can be drawn on a curve: those on a signal's extremes.
-
-    Raises
-    ------
-    ResultsError
-        If the window of the study cannot be read.
-    """
+    """The constraints that can be drawn on a curve: those on a signal's extremes."""
     bounds: list[SignalBound] = []
     try:
-        window = _read_window(mechanism, results.window)
+        window = make_window(mechanism, results.window)
         for name, sides in results.constraints.items():
             metric = find_metric(mechanism, name, window)
             bounds += _bounds_of_metric(mechanism, metric, cast(dict[Side, float | None], sides))
     except RequestError:  # the file is of another version, with names that this one does not have
         return bounds
-    except (StopIteration, KeyError, TypeError, ValueError, OverflowError) as error:
-        raise ResultsError(f"{results.path} is damaged: its window cannot be read ({error})") from error
     return [bound for bound in bounds if math.isfinite(bound.value)]
-
-
-def _read_window(mechanism: Mechanism, stored: Any) -> Window:
-    if not isinstance(stored, Mapping):
-        return make_window(mechanism, stored)
-    interval = next(window for window in mechanism.windows if window.name == "interval")
-    start, stop = float(stored["start"]), float(stored["stop"])
-    if not -math.inf < start < stop < math.inf:
-        raise ValueError("it has no beginning and end")
-    return replace(interval, start=start, stop=stop)
 
 
 def _bounds_of_metric(

@@ -96,7 +96,7 @@ def list_results() -> list[Path]:
     # A sweep with --keep front has only a journal until it is done.
     times |= {path.with_suffix(""): path.stat().st_mtime for path in folder.glob("*.h5.journal")}
     if not times:
-        raise ResultsError("no results yet: run `explore sweep CONFIG` first, or name a results file")
+        raise ResultsError("no results yet: run `explore sweep STUDY` first, or name a results file")
     return sorted(times, key=times.__getitem__, reverse=True)
 
 

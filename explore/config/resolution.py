@@ -142,7 +142,7 @@ def _reason_not_in_results(name: str, request: Request, space: DesignSpace | Non
         has_axis = space is None or name in {axis.name for axis in space.axes}
         return "" if has_axis else f"{name} is not in [parameters], so it is the same in all designs; leave it out"
     is_computed = name in {metric.name for metric in request.metrics}
-    return "" if is_computed else f'{name} is not computed; add "{name}" to evaluate.metrics'
+    return "" if is_computed else f'{name} is not computed; add "{name}" to the metrics'
 
 
 def _identity(request: Request, space: DesignSpace) -> str:

@@ -32,7 +32,7 @@ class Study:
     Parameters
     ----------
     mechanism
-        Name, as listed by `explore mechanisms`.
+        Name, as listed by `explore.list_mechanisms`.
     parameters
         For each parameter a value, a list of values, ``{"start": …, "stop": …, "num": …}``, a range to draw from
         ``{"min": …, "max": …, "log": False}``, or a length to solve for ``{"solve": "swing_angle", "value": 20}``.
@@ -56,9 +56,10 @@ class Study:
     Attributes
     ----------
     request
-        The metrics and constraints to compute for each design.
+        What to compute for each design: `mechanism`, `metrics`, `constraints`, `window`, `drive` and `tolerance`.
     space
-        The designs.
+        The designs: `n_designs`, `n_blocks`, `swept_parameters`, and ``designs(start, stop)``, which gives the columns
+        of parameters of a range of design numbers.
     objectives
         The objectives of the ranking.
     identity
@@ -94,18 +95,18 @@ class Study:
         sampling: Mapping[str, Any] | None = None,
         window: str | Mapping[str, NumberOrText] | None = None,
         drive: str | None = None,
-        metrics: Sequence[str] | None = None,
+        metrics: Sequence[str] | str | None = None,
         constraints: Mapping[str, Mapping[str, NumberOrText]] | None = None,
-        objectives: Sequence[str] | None = None,
+        objectives: Sequence[str] | str | None = None,
         tolerance: float = 1e-9,
     ) -> None:
         content = {
             "mechanism": mechanism,
             "parameters": parameters,
             "sampling": sampling,
-            "evaluate": {"window": window, "drive": drive, "metrics": metrics, "tolerance": tolerance},
+            "evaluate": {"window": window, "drive": drive, "metrics": _as_list(metrics), "tolerance": tolerance},
             "constraints": constraints,
-            "rank": {"metrics": objectives},
+            "rank": {"metrics": _as_list(objectives)},
         }
         sections = toml_text.toml_value(content)
         problems: Problems = []
@@ -159,6 +160,11 @@ def make_study(resolved: ResolvedStudy, text: str) -> Study:
     study = object.__new__(Study)
     study._set(resolved, text)
     return study
+
+
+def _as_list(names: Sequence[str] | str | None) -> Sequence[str] | None:
+    """A single name as a list."""
+    return [names] if isinstance(names, str) else names
 
 
 def _argument(key: KeyPath) -> KeyPath:

@@ -112,7 +112,9 @@ def _sides(name: str, limit: object, own_bounds: Mapping[str, float]) -> Mapping
         return limit
     if len(own_bounds) != 1:
         reason = "is constrained on both sides" if own_bounds else "has no constraint"
-        raise RequestError(f"limit on {name}: it {reason}, so write {name}>=VALUE or {name}<=VALUE")
+        raise RequestError(
+            f"limit on {name}: it {reason}, so say which side: min ({name}>=VALUE) or max ({name}<=VALUE)"
+        )
     return dict.fromkeys(own_bounds, limit)
 
 

@@ -2,19 +2,45 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 from explore.errors import RequestError
 from explore.model.quantities import Sense
 from explore.model.request import Objective
-from explore.suggest import suggestion
+from explore.suggest import format_value, suggestion
 
 #: Endings of the names of metrics whose smaller values are better in every mechanism.
 _MINIMISED_ENDINGS = ("cv", "variance", "_std", "_rms", "_peak_to_peak")
 
 
+def read_objective(text: str, default_sense: Callable[[str], Sense | None]) -> Objective:
+    """Make an objective from a text such as "cv" or "swing_angle:max".
+
+    Parameters
+    ----------
+    text
+        A name; ``:min`` or ``:max`` after it overrides its default sense.
+    default_sense
+        Gives the default sense of a name, None if it has none; raises `RequestError` if it cannot be an objective.
+
+    Raises
+    ------
+    RequestError
+        If the sense is neither min nor max, or there is none.
+    """
+    name, colon, suffix = (part.strip() for part in text.partition(":"))
+    sense = default_sense(name)
+    if colon:
+        if suffix not in ("min", "max"):
+            raise RequestError(f"unknown sense {format_value(suffix)} of {name}; write {name}:min or {name}:max")
+        sense = "max" if suffix == "max" else "min"
+    if sense is None:
+        raise RequestError(f"{name} has no default sense; write {name}:min or {name}:max")
+    return Objective(name, sense)
+
+
 def parse_objective(text: str, senses: Mapping[str, Sense | None], columns: Sequence[str]) -> Objective:
-    """Parse an objective such as "cv" or "swing_angle:max".
+    """Make an objective of results from a text such as "cv" or "swing_angle:max".
 
     Parameters
     ----------
@@ -28,17 +54,13 @@ def parse_objective(text: str, senses: Mapping[str, Sense | None], columns: Sequ
     RequestError
         If the column is unknown, or no sense is written and it has no default.
     """
-    name, _, sense = text.partition(":")
-    if name not in columns:
-        raise RequestError(f"no column '{name}' to rank by in these results; {suggestion(name, columns)}")
-    if sense == "" and ":" not in text:
-        default = senses.get(name) or ("min" if name.endswith(_MINIMISED_ENDINGS) else None)
-        if default is None:
-            raise RequestError(f"'{name}' has no default sense: write {name}:min or {name}:max")
-        return Objective(name, default)
-    if sense not in ("min", "max"):
-        raise RequestError(f"'{text}': the sense must be min or max, as in {name}:max")
-    return Objective(name, "min" if sense == "min" else "max")
+
+    def default_sense(name: str) -> Sense | None:
+        if name not in columns:
+            raise RequestError(f"no column '{name}' to rank by in these results; {suggestion(name, columns)}")
+        return senses.get(name) or ("min" if name.endswith(_MINIMISED_ENDINGS) else None)
+
+    return read_objective(text, default_sense)
 
 
 def choose_objectives(

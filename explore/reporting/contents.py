@@ -142,7 +142,9 @@ def _describe_study(results: Results, mechanism: Mechanism | None, ranking: Rank
 
 def _window_and_drive(results: Results) -> dict[str, str]:
     """The window of the study, and the drive stroke if its clutches have one, as far as it names them."""
-    window = results.window if isinstance(results.window, str) else json.dumps(results.window)
+    window = results.window
+    if not isinstance(window, str):
+        window = f"{window['from']:g} to {window['to']:g} deg"
     return {"window": window, "drive": results.drive if uses_clutch(results) else "none"}
 
 

@@ -74,8 +74,8 @@ def make_window(mechanism: Mechanism, window: str | Mapping[str, object] | None)
     windows = _named_windows(mechanism)
     if not isinstance(window, str) or window not in windows:
         if window == "interval":
-            raise RequestError("an interval needs crank angles; write { from = 0, to = 90 }")
-        hint = suggestion(str(window), [*windows, "{ from = 0, to = 90 }"])
+            raise RequestError("an interval needs crank angles; give { from, to } in degrees")
+        hint = suggestion(str(window), [*windows, "{ from, to }"])
         raise RequestError(f"unknown window {format_value(window)}; {hint}")
     return windows[window]
 
@@ -93,9 +93,9 @@ def _interval(mechanism: Mechanism, bounds: Mapping[str, object]) -> Window:
         )
     for name in bounds:
         if name not in ("from", "to"):
-            raise RequestError(f"unknown key {format_value(name)} of an interval; write {{ from = 0, to = 90 }}")
+            raise RequestError(f"unknown key {format_value(name)} of an interval; give {{ from, to }}")
     if len(bounds) < 2:
-        raise RequestError("an interval needs both ends; write { from = 0, to = 90 }")
+        raise RequestError("an interval needs both ends; give { from, to } in degrees")
     start, stop = quantity(bounds["from"], "deg"), quantity(bounds["to"], "deg")
     if not start < stop:
         raise RequestError(f"from = {start:g} must be below to = {stop:g}; to may exceed 360")
@@ -192,9 +192,7 @@ def _parse(mechanism: Mechanism, name: str, window: Window) -> tuple[Signal, str
             if suffix in windows:
                 return signal, statistic, windows[suffix]
             if suffix == "interval":
-                raise RequestError(
-                    f"{format_value(name)}: an interval has no name; set window = {{ from = 0, to = 90 }}"
-                )
+                raise RequestError(f"{format_value(name)}: an interval has no name; give the window as {{ from, to }}")
     return None
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -11,6 +11,8 @@ import numpy.typing as npt
 from explore.errors import RequestError
 from explore.model.columns import Arrays
 from explore.model.mechanism import Mechanism
+from explore.model.quantities import FloatArray, Parameter
+from explore.request.units import quantity
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -22,23 +24,37 @@ def parameter_columns(mechanism: Mechanism, designs: Mapping[str, npt.ArrayLike]
     Raises
     ------
     RequestError
-        For an unknown parameter, a missing one, or a value that is not a number.
+        For an unknown parameter, a missing one, or a value that is neither a number nor a string with a unit.
     """
     if not hasattr(designs, "keys"):
         raise RequestError("designs must be a table or a dict of parameters by name")
-    columns = {str(name): designs[name] for name in list(designs)}  # type: ignore[index]  # labels of a table may be any objects
+    given = {str(name): designs[name] for name in list(designs)}  # type: ignore[index]  # labels of a table may be any objects
     declared = [p.name for p in mechanism.parameters]
-    for name in columns:
+    for name in given:
         if name not in declared:
             raise RequestError(f"{mechanism.name} has no parameter '{name}'; it has {', '.join(declared)}")
-    missing = [p.name for p in mechanism.parameters if p.default is None and p.name not in columns]
+    missing = [p.name for p in mechanism.parameters if p.default is None and p.name not in given]
     if missing:
         raise RequestError(f"{mechanism.name} needs {', '.join(missing)}")
     try:
-        values = [np.asarray(column, dtype=np.float64) for column in columns.values()]
+        values = [_numbers(mechanism.parameter(name), column) for name, column in given.items()]
         arrays = np.broadcast_arrays(*values)
+    except RequestError:
+        raise
     except (TypeError, ValueError) as error:
         raise RequestError(f"designs must be numbers of one length: {error}") from None
     if arrays[0].ndim > 1:
         raise RequestError(f"designs must be numbers or one-dimensional arrays, not of shape {arrays[0].shape}")
-    return {name: np.atleast_1d(array).copy() for name, array in zip(columns, arrays, strict=True)}
+    return {name: np.atleast_1d(array).copy() for name, array in zip(given, arrays, strict=True)}
+
+
+def _numbers(parameter: Parameter, column: Any) -> FloatArray:
+    """The numbers of a column in the declared unit; it may be a string with a unit, or a list with some."""
+    try:
+        if isinstance(column, str):
+            column = quantity(column, parameter.unit)
+        elif isinstance(column, (list, tuple)):
+            column = [quantity(value, parameter.unit) if isinstance(value, str) else value for value in column]
+    except RequestError as error:
+        raise RequestError(f"{parameter.name}: {error}") from None
+    return np.asarray(column, dtype=np.float64)

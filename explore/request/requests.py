@@ -9,6 +9,7 @@ from explore.errors import KeyPath, Problems, RequestError
 from explore.model.mechanism import Mechanism
 from explore.model.quantities import AnyMetric, Metric, Sense, Window
 from explore.model.request import Constraint, Objective, Request
+from explore.ranking.objectives import read_objective
 from explore.request.names import closest_window, find_metric, make_window
 from explore.request.units import quantity
 from explore.suggest import format_value, suggestion
@@ -33,19 +34,15 @@ def make_objective(source: Request | tuple[Mechanism, Window], text: str) -> Obj
         If there is no such metric or parameter, it is a label, or neither it nor the text has a sense.
     """
     mechanism, window = (source.mechanism, source.window) if isinstance(source, Request) else source
-    name, colon, suffix = text.partition(":")
-    name, suffix = name.strip(), suffix.strip()
-    default_sense: Sense | None = None
-    if name not in {parameter.name for parameter in mechanism.parameters}:
+
+    def default_sense(name: str) -> Sense | None:
+        if name in {parameter.name for parameter in mechanism.parameters}:
+            return None
         metric = find_metric(mechanism, name, window)
         _refuse_label(metric, "ranked")
-        default_sense = metric.sense
-    if colon and suffix not in ("min", "max"):
-        raise RequestError(f"unknown sense {format_value(suffix)} of {name}; write {name}:min or {name}:max")
-    sense: Sense | None = ("max" if suffix == "max" else "min") if colon else default_sense
-    if sense is None:
-        raise RequestError(f"{name} has no natural direction; write {name}:min or {name}:max")
-    return Objective(name, sense)
+        return metric.sense
+
+    return read_objective(text, default_sense)
 
 
 def _refuse_label(metric: AnyMetric, use: str) -> None:
@@ -170,7 +167,7 @@ def _bounds(metric: AnyMetric, bounds: object, problems: Problems) -> Constraint
     """The constraint of one metric; None if its bounds are invalid."""
     key: KeyPath = ("constraints", metric.name)
     if not isinstance(bounds, Mapping) or not bounds:
-        problems.append((key, "at least one bound is needed; write { min = … }, { max = … } or both"))
+        problems.append((key, "at least one bound is needed; give min, max or both"))
         return None
     limits: dict[str, float] = {}
     for side, value in bounds.items():

@@ -34,7 +34,7 @@ def read_layout(path: Path) -> Layout:
             with h5py.File(path, "r") as file:
                 return _parse(file, path, size)
     except FileNotFoundError:
-        raise ResultsError(f"{path} does not exist; run `explore sweep` first") from None
+        raise ResultsError(f"{path} does not exist; sweep its study first") from None
     except ResultsError:
         raise
     except BlockingIOError:

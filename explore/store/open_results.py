@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shlex
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -99,7 +98,7 @@ def _advice_for_study(path: Path) -> str:
         return ""
     if results.exists() or journal_name(results).exists():
         return f"{path} is a study, not its results; did you mean {results}?"
-    return f"{path} is a study, not its results; run `explore sweep {shlex.quote(str(path))}` first"
+    return f"{path} is a study, not its results; sweep it first"
 
 
 def _check_finished(path: Path) -> None:

@@ -64,12 +64,12 @@ class Results:
 
     @property
     def attributes(self) -> Mapping[str, Attribute]:
-        """The attributes of the file: the study's config, seed, versions, hashes and so on."""
+        """The attributes of the file: the study's text, seed, versions, hashes and so on."""
         return dict(self._layout.attributes)
 
     @property
     def config(self) -> str:
-        """The study's config as written, TOML."""
+        """The study as written, TOML."""
         return str(self._layout.attributes.get("config", ""))
 
     @property
@@ -98,8 +98,8 @@ class Results:
         return {metric: dict(sides) for metric, sides in self._layout.study.constraints.items()}
 
     @property
-    def window(self) -> str | Mapping[str, Any]:
-        """Part of the turn that the statistics run over: a name, or "start" and "stop" in rad; "" if not known."""
+    def window(self) -> str | Mapping[str, float]:
+        """Part of the turn that the statistics run over: a name, or "from" and "to" in degrees; "" if not known."""
         return self._layout.study.window
 
     @property
@@ -119,7 +119,7 @@ class Results:
 
     @property
     def tally(self) -> dict[str, Any]:
-        """Counts of all studied designs for a ranking if only the front is kept; empty otherwise."""
+        """Counts of all studied designs by why they are not in the front, if only the front is kept; else empty."""
         return dict(self._layout.study.tally)
 
     @property
@@ -207,7 +207,8 @@ class Results:
         -------
         pandas.DataFrame
             Index "design", one row for each committed design. ``attrs["units"]`` has the unit of each column,
-            ``attrs`` also "senses", "objectives" and "constraints" for `explore.rank`.
+            ``attrs["labels"]`` the words for the codes of columns such as ``status``, ``attrs`` also "senses",
+            "objectives" and "constraints" for `explore.rank`.
         """
         import pandas as pd  # 0.4 s, not needed by a sweep
 
@@ -272,8 +273,9 @@ class Results:
             return damaged_blocks(file, self._layout, report_progress)
 
     def _with_attrs(self, frame: pd.DataFrame) -> pd.DataFrame:
-        """Add units and what `explore.rank` needs of the study to a table."""
+        """Add units, labels and what `explore.rank` needs of the study to a table."""
         frame.attrs["units"] = {name: unit for name, unit in self.units.items() if name in frame}
+        frame.attrs["labels"] = {c.name: dict(c.labels) for c in self.columns if c.labels and c.name in frame}
         frame.attrs["senses"] = self.senses
         frame.attrs["objectives"] = list(self.objectives)
         frame.attrs["constraints"] = self.constraints

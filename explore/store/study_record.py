@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -34,7 +35,7 @@ class StudyRecord:
     constraints
         Bounds "min" and "max" of each constrained metric in its unit, None where a side is open.
     window
-        Part of the turn that the statistics run over: a name, or "start" and "stop" in radians.
+        Part of the turn that the statistics run over: a name, or "from" and "to" in degrees.
     drive
         Stroke that the window "drive" means.
     """
@@ -46,7 +47,7 @@ class StudyRecord:
     studied_counts: Mapping[str, int] = field(default_factory=dict)
     tally: Mapping[str, Any] = field(default_factory=dict)
     constraints: Mapping[str, Mapping[str, float | None]] = field(default_factory=dict)
-    window: str | Mapping[str, Any] = ""
+    window: str | Mapping[str, float] = ""
     drive: str = ""
 
     @classmethod
@@ -64,9 +65,13 @@ class StudyRecord:
             metric: {side: None if bound is None else float(bound) for side, bound in sides.items()}
             for metric, sides in determines.get("constraints", {}).items()
         }
-        window_and_drive = {name: evaluate[name] for name in ("window", "drive") if name in evaluate}
+        window = evaluate.get("window", "")
+        if not isinstance(window, str):
+            window = {"from": _degrees(window["start"]), "to": _degrees(window["stop"])}
         objectives = tuple(contents.pop("objectives", ()))
-        return cls(objectives=objectives, constraints=constraints, **window_and_drive, **contents)
+        return cls(
+            objectives=objectives, constraints=constraints, window=window, drive=evaluate.get("drive", ""), **contents
+        )
 
 
 def parse_json(name: str, text: Attribute) -> Any:
@@ -92,6 +97,21 @@ def _is_bound(value: Any) -> bool:
     return value is None or (type(value) in (int, float) and abs(value) <= sys.float_info.max)
 
 
+def _is_window(content: Any) -> bool:
+    """Whether the content is a name, or the first and the last crank angle of an interval."""
+    if not isinstance(content, dict):
+        return isinstance(content, str)
+    is_interval = content.keys() == {"start", "stop"} and contains_only(content, dict, int, float)
+    return is_interval and all(map(_is_bound, content.values())) and content["start"] < content["stop"]
+
+
+def _degrees(radians: float) -> float:
+    """The angle in degrees, with few digits if it was written with few."""
+    degrees = math.degrees(radians)
+    short = float(f"{degrees:.12g}")
+    return short if math.radians(short) == radians else degrees
+
+
 def _is_study(content: Any) -> bool:
     """Whether constraints, window and drive have the right form, if the content has them."""
     if not isinstance(content, dict):
@@ -104,7 +124,7 @@ def _is_study(content: Any) -> bool:
         )
         and isinstance(evaluate, dict)
         and isinstance(evaluate.get("drive", ""), str)
-        and isinstance(evaluate.get("window", ""), str | dict)
+        and _is_window(evaluate.get("window", ""))
     )
 
 

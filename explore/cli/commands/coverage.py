@@ -28,7 +28,7 @@ def coverage(
     config: Annotated[
         Path,
         typer.Argument(
-            metavar="CONFIG",
+            metavar="STUDY",
             help="A study with several cranks, a coupler range and optional transmission-angle bounds.",
         ),
     ],

@@ -12,7 +12,7 @@ from explore.errors import RequestError
 
 
 def init(
-    config: Annotated[Path, typer.Argument(metavar="CONFIG", help="The file to write.")] = Path("study.toml"),
+    config: Annotated[Path, typer.Argument(metavar="STUDY", help="The file to write.")] = Path("study.toml"),
     mechanism: Annotated[str, typer.Option(autocompletion=complete_mechanisms, help="The mechanism.")] = "crank-rocker",
 ) -> None:
     """Write a commented study that runs, to start from."""

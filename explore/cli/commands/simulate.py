@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 def simulate(
     config: Annotated[
-        Path | None, typer.Argument(metavar="CONFIG", help="A study; --design picks one of its designs.")
+        Path | None, typer.Argument(metavar="STUDY", help="A study; --design picks one of its designs.")
     ] = None,
     mechanism: Annotated[
         str | None,

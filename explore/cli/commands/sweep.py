@@ -35,7 +35,7 @@ class KeepOption(StrEnum):
 
 
 def sweep(
-    config: Annotated[Path, typer.Argument(metavar="CONFIG", help="The study, a TOML file.")],
+    config: Annotated[Path, typer.Argument(metavar="STUDY", help="The study, a TOML file.")],
     output: Annotated[
         Path | None, typer.Option("-o", "--output", help="Results file; by default results/NAME.h5.")
     ] = None,
