@@ -76,9 +76,8 @@ def test_every_verdict_is_drawn_in_the_map(verdict, tmp_path):
     figure = stability_chart(pd.DataFrame(cells(verdict.label)), 1e-6)
     (legend,) = figure.legends
     assert [text.get_text().startswith(verdict.label) for text in legend.get_texts()] == [True]
-    panels = [chart for part in figure.subfigs for chart in part.axes]
-    assert [len(chart.patches) for chart in panels] == [8, 4]
-    texts = {text.get_text() for chart in panels for text in chart.texts}
+    assert [len(chart.patches) for chart in figure.axes] == [4, 8]
+    texts = {text.get_text() for chart in figure.axes for text in chart.texts}
     assert texts == {VERDICTS[verdict.label][1] or "9"}
     save_figure(figure, tmp_path / "map.png")
 

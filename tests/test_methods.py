@@ -52,7 +52,7 @@ BOUNDS = {
     # The same, and one cancelling sum under arccos, which is small far from the change point.
     "textbook": (2e-15, 5e-15, 1e-14),
     # The same without arccos; the differences that cancel under the root are not small here.
-    "circle-intersection": (2e-15, 5e-15, 1e-14),
+    "circles": (2e-15, 5e-15, 1e-14),
     # Tolerance times longest link over the shorter one and the sine of the transmission angle; velocities of size 1.
     **{
         f"{name}(tolerance={tolerance:g})": bound

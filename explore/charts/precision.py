@@ -27,7 +27,7 @@ _COSTS = {"cpu_seconds": "CPU time per design [s]", "evaluations": "evaluations 
 #: Width and height of a panel and of the frame around all panels, inches: small, so that texts stay readable in a page
 #: that shows the figure at half its size.
 _PANEL, _FRAME = (2.5, 2.2), (0.9, 1.5)
-_LEGEND_COLUMNS = 5
+_LEGEND_COLUMNS = 6
 _TICKS = [10.0**exponent for exponent in range(-17, 0, 4)]
 #: Labels of the failures that a method reports, and of those that it does not.
 _FAILURES = ("reported failure", "silently wrong")

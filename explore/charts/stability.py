@@ -18,7 +18,7 @@ VERDICTS = {
     "accurate": (GREEN, ""),
     "inaccurate": (ORANGE, ""),
     "correctly rejected": ("#d9dee3", "·"),
-    "reported failure": (SKY, "g"),
+    "reported failure": (SKY, "f"),
     "raised": (BLUE, "e"),
     "unreported NaN": (PURPLE, "N"),
     "false success": (BROWN, "!"),
@@ -26,8 +26,11 @@ VERDICTS = {
 }
 #: Panel of the methods that have one setting each.
 _SHARED_PANEL = "methods of one setting"
-#: Height of the heading of a panel and of each of its lines, inches.
+#: Inches: height of the heading of a panel and of each of its lines, of the frame above and below all panels; left edge
+#: of both columns, width of their panels and of the figure.
 _HEADING_HEIGHT, _LINE_HEIGHT = 0.3, 0.17
+_ABOVE, _BELOW = 0.45, 0.8
+_LEFT_EDGES, _PANEL_WIDTH, _WIDTH = (1.5, 6.95), 3.95, 11.0
 
 
 def stability_chart(rows: pd.DataFrame, goal: float) -> Figure:
@@ -44,30 +47,31 @@ def stability_chart(rows: pd.DataFrame, goal: float) -> Figure:
     from matplotlib.patches import Patch
 
     lines_of = _split_panels(rows)
-    heights = [_HEADING_HEIGHT + _LINE_HEIGHT * len(lines) for lines in lines_of.values()]
-    left, right = _split_columns(list(lines_of), heights)
-    height = max(sum(h for _, h in left), sum(h for _, h in right)) + 1.3
-    figure = Figure(figsize=(11.0, height), layout="constrained")
-    columns = figure.subfigures(1, 2, squeeze=False)[0]
-    for column, names in zip(columns, (left, right), strict=True):
-        panels = column.subplots(len(names), 1, squeeze=False, height_ratios=[h for _, h in names]).ravel()
-        for panel, (name, _) in zip(panels, names, strict=True):
+    columns = _split_columns({name: _HEADING_HEIGHT + _LINE_HEIGHT * len(lines) for name, lines in lines_of.items()})
+    height = _ABOVE + max(sum(column.values()) for column in columns) + _BELOW
+    figure = Figure(figsize=(_WIDTH, height))
+    margins = rows["margin"].drop_duplicates()
+    for left, column in zip(_LEFT_EDGES, columns, strict=True):
+        bottom = height - _ABOVE
+        for name, panel_height in column.items():
+            bottom -= panel_height
+            panel = figure.add_axes((
+                left / _WIDTH, bottom / height, _PANEL_WIDTH / _WIDTH, (panel_height - _HEADING_HEIGHT) / height,
+            ))  # fmt: skip
             _draw_panel(panel, name, lines_of[name])
-        margins = rows["margin"].drop_duplicates()
-        panels[-1].set_xticks(
-            [x + 0.5 for x in range(len(margins))], map(_margin_text, margins), fontsize=7, rotation=90
-        )
-        panels[-1].set_xlabel("Grashof margin over the longest link; right of the bar no full turn exists", fontsize=8)
+        panel.set_xticks([x + 0.5 for x in range(len(margins))], map(_margin_text, margins), fontsize=7, rotation=90)
+        panel.set_xlabel("Grashof margin over the longest link; right of the bar no full turn exists", fontsize=8)
     present = [verdict for verdict in VERDICTS if (rows["verdict"] == verdict).any()]
     patches = [Patch(color=VERDICTS[v][0], label=f"{v} {VERDICTS[v][1]}".strip()) for v in present]
     title = f"Accurate: errors up to {goal:g}. The number in a cell is the number of correct digits."
-    figure.legend(handles=patches, loc="outside upper center", ncols=len(present), frameon=False, fontsize=8.5,
-                  title=title, title_fontsize=9.5)  # fmt: skip
+    figure.legend(handles=patches, loc="upper center", ncols=len(present), frameon=False, fontsize=8.5,
+                  title=title, title_fontsize=9.5, borderaxespad=0.2)  # fmt: skip
     return figure
 
 
 def _split_panels(rows: pd.DataFrame) -> dict[str, dict[str, pd.DataFrame]]:
-    """Lines by label, by heading of the panel; methods with one line share a panel."""
+    """Lines by label, by heading of the panel; methods with one line share the first panel."""
+    shared: dict[str, pd.DataFrame] = {}
     panels: dict[str, dict[str, pd.DataFrame]] = {}
     for name, of_method in rows.groupby("method", sort=False):
         several = len(set(of_method["angles"])) > 1
@@ -76,13 +80,13 @@ def _split_panels(rows: pd.DataFrame) -> dict[str, dict[str, pd.DataFrame]]:
             for (setting, angles), line in of_method.groupby(["setting", "angles"], sort=False)
         }
         if len(lines) == 1:
-            panels.setdefault(_SHARED_PANEL, {})[next(iter(lines))[0]] = next(iter(lines.values()))
+            shared[next(iter(lines))[0]] = next(iter(lines.values()))
             continue
         parts = [(*_parse_setting(setting), angles) for setting, angles in lines]
         heading = ", ".join(filter(None, [f"{name}: {parts[0][0]}".rstrip(": "), "angles a turn" * several]))
         labels = [", ".join(filter(None, part[1:])) for part in parts]
         panels[heading] = dict(zip(labels, lines.values(), strict=True))
-    return panels
+    return {_SHARED_PANEL: shared, **panels} if shared else panels
 
 
 def _parse_setting(setting: str) -> tuple[str, str]:
@@ -91,14 +95,14 @@ def _parse_setting(setting: str) -> tuple[str, str]:
     return name, value
 
 
-def _split_columns(names: list[str], heights: list[float]) -> tuple[list[tuple[str, float]], list[tuple[str, float]]]:
-    """Names and heights of the panels of the left and of the right column, which have about the same height."""
-    total, used, split = sum(heights), 0.0, 0
-    while split < len(names) - 1 and used + heights[split] / 2.0 < total / 2.0:
-        used, split = used + heights[split], split + 1
-    pairs = list(zip(names, heights, strict=True))
+def _split_columns(heights: dict[str, float]) -> tuple[dict[str, float], dict[str, float]]:
+    """Split panels, given by name and height, into a left and a right column of about the same height."""
+    names, total, used, split = list(heights), sum(heights.values()), 0.0, 0
+    while split < len(names) - 1 and used + heights[names[split]] / 2.0 < total / 2.0:
+        used, split = used + heights[names[split]], split + 1
     split = max(split, 1)
-    return pairs[:split], pairs[split:] or pairs[-1:]
+    left, right = names[:split], names[split:] or names[-1:]
+    return {name: heights[name] for name in left}, {name: heights[name] for name in right}
 
 
 def _draw_panel(panel: Axes, name: str, lines: dict[str, pd.DataFrame]) -> None:

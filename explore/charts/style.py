@@ -34,9 +34,9 @@ class LineStyle:
 _METHODS = {
     "closed-form": LineStyle(INK, "*"),
     "textbook": LineStyle(MUTED, "P"),
-    "circle-intersection": LineStyle(BROWN, "X"),
+    "circles": LineStyle(BROWN, "X"),
     "newton": LineStyle(BLUE, "o"),
-    "newton-compiled": LineStyle(BLUE, "H", "--"),
+    "newton-compiled": LineStyle(BLUE, ">", "--"),
     "newton-unchecked": LineStyle(BLUE, "o", ":", filled=False),
     "fsolve": LineStyle(SKY, "d", "--"),
     "pylinkage": LineStyle(YELLOW, "p", "--"),

@@ -19,7 +19,7 @@ class CircleIntersection:
     crank and two arctangents. Near the change point a factor is the small difference of a rounded diagonal and links.
     """
 
-    name: ClassVar[str] = "circle-intersection"
+    name: ClassVar[str] = "circles"
     summary: ClassVar[str] = "intersection of two circles by Heron's formula in factors, in NumPy"
     capabilities: ClassVar[Capability] = Capability.BATCHED | Capability.ANY_ANGLE
 

@@ -20,7 +20,7 @@ _NEWTON_TOLERANCES = (1e-2, 1e-4, 1e-8, 1e-12)
 METHODS: dict[str, tuple[Method, ...]] = {
     "closed-form": (ClosedForm(),),
     "textbook": (TextbookArccos(),),
-    "circle-intersection": (CircleIntersection(),),
+    "circles": (CircleIntersection(),),
     "newton": tuple(map(Newton, _NEWTON_TOLERANCES)),
     "newton-unchecked": tuple(Newton(tolerance, check_branch=False) for tolerance in _NEWTON_TOLERANCES),
     "newton-compiled": tuple(map(CompiledNewton, _NEWTON_TOLERANCES)),
