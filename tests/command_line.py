@@ -34,9 +34,9 @@ class Output:
 def run(*arguments, cwd, code=0, seconds=120):
     """Run `explore` in a folder, on a wide terminal without colours, and check its exit code."""
     with contextlib.chdir(cwd), mock.patch.dict(os.environ, {"COLUMNS": "200", "NO_COLOR": "1"}):
-        found, out, err = call(*arguments, seconds=seconds)
+        exit_code, out, err = call(*arguments, seconds=seconds)
     assert "Traceback" not in err
-    assert found == code, err
+    assert exit_code == code, err
     return Output(out, err)
 
 
@@ -85,20 +85,20 @@ def on_terminal(*arguments, cwd):
         env={**os.environ, "COLUMNS": "100", "TERM": "xterm"},
     )
     os.close(other_end)
-    said: list[bytes] = []
-    reader = threading.Thread(target=lambda: read_all(terminal, said))
+    chunks: list[bytes] = []
+    reader = threading.Thread(target=lambda: read_all(terminal, chunks))
     reader.start()
     output, _ = process.communicate(timeout=60)
     reader.join()
     os.close(terminal)
-    text = b"".join(said).decode()
+    text = b"".join(chunks).decode()
     assert process.returncode == 0, text
     return output.decode(), text
 
 
-def read_all(terminal: int, said: list[bytes]) -> None:
+def read_all(terminal: int, chunks: list[bytes]) -> None:
     while True:
         try:
-            said.append(os.read(terminal, 4096))
+            chunks.append(os.read(terminal, 4096))
         except OSError:  # how Linux says that the other end is closed
             return

@@ -22,8 +22,9 @@ from command_line import COMMANDS, run
 from studies import GOOD
 
 import explore
-from explore.cli import output, sweep_plan
+from explore.cli import sweep_plan
 from explore.cli.application import app
+from explore.cli.output import json_text
 
 SMALL = """mechanism = "crank-rocker"
 [parameters]
@@ -37,7 +38,7 @@ LENGTHS = ["--set", "crank=100", "--set", "coupler=1083.4236", "--set", "rocker=
 
 
 @pytest.fixture(scope="module")
-def swept(tmp_path_factory):
+def sweep_folder(tmp_path_factory):
     """A folder with a finished small sweep."""
     folder = tmp_path_factory.mktemp("swept")
     (folder / "small.toml").write_text(SMALL)
@@ -55,10 +56,10 @@ def test_help_needs_no_heavy_package():
         " 'matplotlib'}\n"
         "sys.stderr.write(' '.join(sorted(heavy & set(sys.modules))))\n"
     )
-    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    output = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
 
-    assert done.stderr == ""
-    assert "sweep" in done.stdout
+    assert output.stderr == ""
+    assert "sweep" in output.stdout
 
 
 @pytest.mark.parametrize("command", COMMANDS)
@@ -84,76 +85,78 @@ def test_flags_have_no_placeholder_in_the_help(command, tmp_path):
     assert "<path>" in text.lower() or command in ("", "mechanisms"), "an option with a value says which"
 
 
-def test_sweep_again_says_that_nothing_is_left_to_do(swept):
-    assert "complete already: 6 designs" in run("sweep", "small.toml", cwd=swept).stderr
+def test_sweep_again_says_that_nothing_is_left_to_do(sweep_folder):
+    assert "complete already: 6 designs" in run("sweep", "small.toml", cwd=sweep_folder).stderr
 
 
-def test_a_changed_study_is_refused_with_what_changed(swept):
-    (swept / "changed.toml").write_text(SMALL.replace("541.7118", "541.5"))
-    before = (swept / "results/small.h5").read_bytes()
+def test_a_changed_study_is_refused_with_what_changed(sweep_folder):
+    (sweep_folder / "changed.toml").write_text(SMALL.replace("541.7118", "541.5"))
+    before = (sweep_folder / "results/small.h5").read_bytes()
 
-    done = run("sweep", "changed.toml", "-o", "results/small.h5", cwd=swept, code=1)
+    output = run("sweep", "changed.toml", "-o", "results/small.h5", cwd=sweep_folder, code=1)
 
-    assert "541.7118" in done.stderr
-    assert "541.5" in done.stderr
-    assert done.stderr.endswith("\nuse --restart to start over, or name another file with -o\n")
-    assert (swept / "results/small.h5").read_bytes() == before
-
-
-def test_rank_prints_the_speeds_of_one_linkage_as_one_line(swept):
-    done = run("rank", "--metric", "cv", cwd=swept)
-
-    assert "0.453186" in done.stdout
-    assert "4.2735, 5.9829" in done.stdout
-    assert "2 crank_blocked" in done.stderr
-    assert "2 change_point" in done.stderr
-    assert "speed changes none" in done.stderr
+    assert "541.7118" in output.stderr
+    assert "541.5" in output.stderr
+    assert output.stderr.endswith("\nuse --restart to start over, or name another file with -o\n")
+    assert (sweep_folder / "results/small.h5").read_bytes() == before
 
 
-def test_rank_as_json_and_csv(swept):
-    done = run("rank", "--metric", "cv", "--metric", "swing_angle:max", "--json", "-o", "front.csv", cwd=swept)
+def test_rank_prints_the_speeds_of_one_linkage_as_one_line(sweep_folder):
+    output = run("rank", "--metric", "cv", cwd=sweep_folder)
 
-    records = json.loads(done.stdout)
+    assert "0.453186" in output.stdout
+    assert "4.2735, 5.9829" in output.stdout
+    assert "2 crank_blocked" in output.stderr
+    assert "2 change_point" in output.stderr
+    assert "speed changes none" in output.stderr
+
+
+def test_rank_as_json_and_csv(sweep_folder):
+    output = run("rank", "--metric", "cv", "--metric", "swing_angle:max", "--json", "-o", "front.csv", cwd=sweep_folder)
+
+    records = json.loads(output.stdout)
     assert [record["design"] for record in records] == [0, 1]
     assert records[0]["front"] == 1
-    assert pd.read_csv(swept / "front.csv")["cv"].tolist() == pytest.approx([r["cv"] for r in records], rel=1e-15)
+    assert pd.read_csv(sweep_folder / "front.csv")["cv"].tolist() == pytest.approx(
+        [r["cv"] for r in records], rel=1e-15
+    )
 
 
 def test_rank_says_when_nothing_is_feasible(tmp_path):
     (tmp_path / "none.toml").write_text(SMALL + "[constraints]\nswing_angle = { min = 170 }\n")
     run("sweep", "none.toml", cwd=tmp_path)
 
-    done = run("rank", cwd=tmp_path)
+    output = run("rank", cwd=tmp_path)
 
-    assert "no design of results/none.h5 is feasible" in done.stderr
-    assert "2 miss the constraint on swing_angle" in done.stderr
-    assert done.stdout == ""
+    assert "no design of results/none.h5 is feasible" in output.stderr
+    assert "2 miss the constraint on swing_angle" in output.stderr
+    assert output.stdout == ""
 
 
 @pytest.mark.parametrize(
     ("design", "status", "sentence"),
     [(0, "ok", "computed"), (2, "change_point", "fall into one line"), (4, "crank_blocked", "cannot turn fully")],
 )
-def test_show_says_the_status_in_words_and_never_a_number(swept, design, status, sentence):
-    done = run("show", "--design", design, cwd=swept)
-    record = json.loads(run("show", "--design", design, "--json", cwd=swept).stdout)
+def test_show_says_the_status_in_words_and_never_a_number(sweep_folder, design, status, sentence):
+    output = run("show", "--design", design, cwd=sweep_folder)
+    record = json.loads(run("show", "--design", design, "--json", cwd=sweep_folder).stdout)
 
-    assert f"{status}: " in done.stdout
-    assert sentence in done.stdout
+    assert f"{status}: " in output.stdout
+    assert sentence in output.stdout
     assert record["status"] == record["status_label"] == status
     assert (record["cv"] is None) == (status != "ok")
     assert (record["swing_angle"] is None) == (status != "ok")
 
 
-def test_show_lists_columns_with_units_and_counts(swept):
-    done = run("show", cwd=swept)
-    record = json.loads(run("show", "--json", cwd=swept).stdout)
+def test_show_lists_columns_with_units_and_counts(sweep_folder):
+    output = run("show", cwd=sweep_folder)
+    record = json.loads(run("show", "--json", cwd=sweep_folder).stdout)
 
-    assert "rad^2/s^4" in done.stdout
-    assert all(line == line.rstrip() for line in done.stdout.splitlines()), "blanks at the ends of lines"
-    titles = [line for line in done.stdout.splitlines() if line.lstrip().startswith("column ")]
+    assert "rad^2/s^4" in output.stdout
+    assert all(line == line.rstrip() for line in output.stdout.splitlines()), "blanks at the ends of lines"
+    titles = [line for line in output.stdout.splitlines() if line.lstrip().startswith("column ")]
     assert titles[0].index("unit") == next(
-        line.index("mm") for line in done.stdout.splitlines() if line.startswith(" crank ")
+        line.index("mm") for line in output.stdout.splitlines() if line.startswith(" crank ")
     ), "units are texts and stand at the left"
     assert record["counts"] == {"ok": 2, "crank_blocked": 2, "change_point": 2}
     assert record["complete"]
@@ -161,7 +164,7 @@ def test_show_lists_columns_with_units_and_counts(swept):
 
 def test_simulate_writes_csv_and_json(tmp_path):
     run("simulate", "--mechanism", "crank-rocker", *LENGTHS, "-o", "motion.csv", cwd=tmp_path)
-    piped = run("simulate", "--mechanism", "crank-rocker", *LENGTHS, "--json", cwd=tmp_path)
+    json_output = run("simulate", "--mechanism", "crank-rocker", *LENGTHS, "--json", cwd=tmp_path)
 
     with (tmp_path / "motion.csv").open(newline="") as file:
         rows = [{name: float(text) for name, text in row.items()} for row in csv.DictReader(file)]
@@ -170,19 +173,19 @@ def test_simulate_writes_csv_and_json(tmp_path):
     # The start of the published simulation, solved with 16 digits; degrees and the file's decimals round once each.
     assert np.deg2rad(rows[90]["rocker_angle"]) == pytest.approx(0.8832418337186799, rel=1e-15)
     assert rows[90]["rocker_velocity"] == pytest.approx(0.3196463394567266, rel=1e-15)
-    assert [row["rocker_velocity"] for row in rows] == json.loads(piped.stdout)["rocker_velocity"]
+    assert [row["rocker_velocity"] for row in rows] == json.loads(json_output.stdout)["rocker_velocity"]
 
 
 def test_simulate_takes_units_and_a_design_of_a_study(tmp_path):
     (tmp_path / "small.toml").write_text(SMALL)
 
-    done = run("simulate", "small.toml", "--design", 1, "--angles", 4, cwd=tmp_path)
+    output = run("simulate", "small.toml", "--design", 1, "--angles", 4, cwd=tmp_path)
     other = run(
         "simulate", "--mechanism", "crank-rocker", *LENGTHS, "--set", "speed=5.9829 rad/s", "--angles", 4, cwd=tmp_path
     )
 
-    assert "speed = 5.9829" in done.stderr
-    assert done.stdout == other.stdout
+    assert "speed = 5.9829" in output.stderr
+    assert output.stdout == other.stdout
 
 
 def test_mechanisms_lists_everything_with_units(tmp_path):
@@ -209,22 +212,26 @@ def test_the_line_after_init_can_be_copied(tmp_path):
     assert run("init", "my study.toml", cwd=tmp_path).stderr.endswith("now run: explore sweep 'my study.toml'\n")
 
 
-def test_a_full_disk_is_said_in_words(swept):
+def test_a_full_disk_is_reported_in_words(sweep_folder):
     with Path("/dev/full").open("w") as full:
-        done = subprocess.run(
-            [sys.executable, "-m", "explore", "show"], cwd=swept, stdout=full, stderr=subprocess.PIPE, check=False
+        output = subprocess.run(
+            [sys.executable, "-m", "explore", "show"],
+            cwd=sweep_folder,
+            stdout=full,
+            stderr=subprocess.PIPE,
+            check=False,
         )
-    assert (done.returncode, done.stderr) == (1, b"error: No space left on device\n")
+    assert (output.returncode, output.stderr) == (1, b"error: No space left on device\n")
 
 
 def test_dry_run_shows_designs_and_writes_nothing(tmp_path):
     (tmp_path / "small.toml").write_text(SMALL)
 
-    done = run("sweep", "small.toml", "--dry-run", cwd=tmp_path)
+    output = run("sweep", "small.toml", "--dry-run", cwd=tmp_path)
 
-    assert "6 designs (grid)" in done.stderr
-    assert "of computing with" in done.stderr
-    assert "1083.42" in done.stdout
+    assert "6 designs (grid)" in output.stderr
+    assert "of computing with" in output.stderr
+    assert "1083.42" in output.stdout
     assert list(tmp_path.iterdir()) == [tmp_path / "small.toml"]
 
 
@@ -234,9 +241,9 @@ def test_a_trillion_designs_can_be_planned_at_once_but_not_swept(tmp_path):
     )
 
     assert "2,000,000,000,000 designs" in run("sweep", "big.toml", "--dry-run", cwd=tmp_path).stderr
-    done = run("sweep", "big.toml", cwd=tmp_path, code=1)
+    output = run("sweep", "big.toml", cwd=tmp_path, code=1)
 
-    assert "bytes, but only" in done.stderr
+    assert "bytes, but only" in output.stderr
     assert list((tmp_path / "results").glob("*")) == []
 
 
@@ -264,34 +271,34 @@ def test_bad_input_gets_one_clear_line(tmp_path, arguments, code, message):
     (tmp_path / "empty.h5").write_bytes(b"")
     before = sorted(tmp_path.iterdir())
 
-    done = run(*arguments, cwd=tmp_path, code=code)
+    output = run(*arguments, cwd=tmp_path, code=code)
 
-    assert message in done.stderr
+    assert message in output.stderr
     assert sorted(tmp_path.iterdir()) == before
 
 
 def test_all_errors_of_a_config_come_at_once_with_their_lines(tmp_path):
     (tmp_path / "bad.toml").write_text(SMALL.replace("rocker =", "roker =") + '[evaluate]\nwindow = "drvie"\n')
 
-    done = run("sweep", "bad.toml", cwd=tmp_path, code=2)
+    output = run("sweep", "bad.toml", cwd=tmp_path, code=2)
 
-    assert "bad.toml:5: parameters.roker" in done.stderr
-    assert "bad.toml:9: evaluate.window" in done.stderr
+    assert "bad.toml:5: parameters.roker" in output.stderr
+    assert "bad.toml:9: evaluate.window" in output.stderr
     assert not (tmp_path / "results").exists()
 
 
-def test_unknown_metrics_and_designs_of_results_get_one_line(swept):
-    assert "did you mean 'cv'" in run("rank", "--metric", "cvv", cwd=swept, code=2).stderr
-    assert "0 to 5" in run("show", "--design", "6", cwd=swept, code=1).stderr
+def test_unknown_metrics_and_designs_of_results_get_one_line(sweep_folder):
+    assert "did you mean 'cv'" in run("rank", "--metric", "cvv", cwd=sweep_folder, code=2).stderr
+    assert "0 to 5" in run("show", "--design", "6", cwd=sweep_folder, code=1).stderr
 
 
 def test_a_folder_that_cannot_be_written_gets_one_line(tmp_path):
     (tmp_path / "small.toml").write_text(SMALL)
     (tmp_path / "results").write_text("a file where the folder should be")
 
-    done = run("sweep", "small.toml", cwd=tmp_path, code=1)
+    output = run("sweep", "small.toml", cwd=tmp_path, code=1)
 
-    assert "results" in done.stderr
+    assert "results" in output.stderr
 
 
 def test_an_interrupted_sweep_says_how_to_continue(tmp_path):
@@ -314,86 +321,86 @@ def test_an_interrupted_sweep_says_how_to_continue(tmp_path):
     assert process.returncode == 130, errors
     assert "To continue: explore sweep long.toml" in errors
     assert "Traceback" not in errors
-    done = run("sweep", "long.toml", cwd=tmp_path)
-    assert "were there" in done.stderr
+    output = run("sweep", "long.toml", cwd=tmp_path)
+    assert "were there" in output.stderr
     assert "1,000,000" in run("show", cwd=tmp_path).stdout
 
 
-def test_another_ranking_in_the_study_is_pointed_out(swept):
-    (swept / "other.toml").write_text(SMALL + '[rank]\nmetrics = ["cv", "time_ratio:min"]\n')
+def test_changed_objectives_of_the_study_are_reported(sweep_folder):
+    (sweep_folder / "other.toml").write_text(SMALL + '[rank]\nmetrics = ["cv", "time_ratio:min"]\n')
 
-    done = run("sweep", "other.toml", "-o", "results/small.h5", cwd=swept)
+    output = run("sweep", "other.toml", "-o", "results/small.h5", cwd=sweep_folder)
 
-    assert "explore rank results/small.h5 --metric cv:min --metric time_ratio:min" in done.stderr
+    assert "explore rank results/small.h5 --metric cv:min --metric time_ratio:min" in output.stderr
 
 
 @pytest.mark.parametrize("objective", ["design:min", "status:max", "linkage_class:min", "feasible:max", ""])
-def test_codes_and_bookkeeping_are_no_objectives(swept, objective):
-    assert "no column" in run("rank", "--metric", objective, cwd=swept, code=2).stderr
+def test_codes_and_bookkeeping_columns_cannot_be_objectives(sweep_folder, objective):
+    assert "no column" in run("rank", "--metric", objective, cwd=sweep_folder, code=2).stderr
 
 
-def test_lengths_are_aims_too(swept):
-    assert "crank" in run("rank", "--metric", "crank:min", "--metric", "cv", cwd=swept).stdout
+def test_a_length_can_be_an_objective(sweep_folder):
+    assert "crank" in run("rank", "--metric", "crank:min", "--metric", "cv", cwd=sweep_folder).stdout
 
 
 @pytest.mark.parametrize("extra", [[], ["--restart"]])
-def test_nothing_but_results_is_ever_replaced(tmp_path, extra):
+def test_only_results_files_are_replaced(tmp_path, extra):
     (tmp_path / "small.toml").write_text(SMALL)
     (tmp_path / "notes.h5").write_text("my notes")
     (tmp_path / "folder").mkdir()
 
     assert "the study itself" in run("sweep", "small.toml", "-o", "small.toml", *extra, cwd=tmp_path, code=2).stderr
     for other in ("notes.h5", "folder"):
-        done = run("sweep", "small.toml", "-o", other, *extra, cwd=tmp_path, code=1)
-        assert "name another file" in done.stderr
-        assert "--restart" not in done.stderr
+        output = run("sweep", "small.toml", "-o", other, *extra, cwd=tmp_path, code=1)
+        assert "name another file" in output.stderr
+        assert "--restart" not in output.stderr
     assert sorted(p.name for p in tmp_path.iterdir()) == ["folder", "notes.h5", "small.toml"]
 
 
-def test_numbers_are_whole_on_a_narrow_terminal(swept):
+def test_numbers_are_not_cut_on_a_narrow_terminal(sweep_folder):
     # A width in the environment, which pytest-xdist sets, overrides that of the terminal.
     environment = {name: value for name, value in os.environ.items() if name not in ("COLUMNS", "LINES")}
     environment |= {"TERM": "xterm", "NO_COLOR": "1"}
     script = "from explore.cli import main; main()"
-    done = subprocess.run(
+    output = subprocess.run(
         [
             "script",
             "-qec",
             f"stty cols 40; {sys.executable} -c '{script}' rank results/small.h5 --metric cv",
             "/dev/null",
         ],
-        cwd=swept,
+        cwd=sweep_folder,
         capture_output=True,
         text=True,
         check=True,
         env=environment,
     )
 
-    table = re.sub(r"\x1b\[[\d;]*m", "", done.stdout.split("best cv first")[1])
+    table = re.sub(r"\x1b\[[\d;]*m", "", output.stdout.split("best cv first")[1])
     assert "0.453186" in table
     assert "…" not in table
     assert "5 columns left out: coupler, rocker, ground, speed, transmission_angle_min; " in table
     assert max(map(len, table.partition("columns left out")[0].splitlines())) <= 40
 
 
-def test_settings_take_the_place_of_the_studys(swept):
-    done = run("simulate", "small.toml", "--set", "crank=9 cm", "--angles", 2, cwd=swept)
+def test_set_replaces_parameters_of_the_study(sweep_folder):
+    output = run("simulate", "small.toml", "--set", "crank=9 cm", "--angles", 2, cwd=sweep_folder)
     other = run("simulate", "--mechanism", "crank-rocker", *LENGTHS, "--set", "crank=90", "--set", "speed=4.2735",
-                "--angles", 2, cwd=swept)  # fmt: skip
+                "--angles", 2, cwd=sweep_folder)  # fmt: skip
 
-    assert done.stdout == other.stdout
-    assert done.stderr.startswith("design 0 of 6: crank = 100, ")
-    assert done.stderr.endswith(", but crank = 90\n")
-    wrong = run("simulate", "small.toml", "--set", "crank=3 kg", cwd=swept, code=2)
-    assert wrong.stderr == "error: --set crank: 'kg' cannot be converted to 'mm'; use mm, cm, m or in\n"
+    assert output.stdout == other.stdout
+    assert output.stderr.startswith("design 0 of 6: crank = 100, ")
+    assert output.stderr.endswith(", but crank = 90\n")
+    error = run("simulate", "small.toml", "--set", "crank=3 kg", cwd=sweep_folder, code=2)
+    assert error.stderr == "error: --set crank: 'kg' cannot be converted to 'mm'; use mm, cm, m or in\n"
 
 
 def test_the_package_runs_as_a_module(tmp_path):
-    done = subprocess.run(
+    output = subprocess.run(
         [sys.executable, "-m", "explore", "--version"], capture_output=True, text=True, check=True, cwd=tmp_path
     )
 
-    assert done.stdout.startswith("explore ")
+    assert output.stdout.startswith("explore ")
 
 
 def test_a_sweep_mutes_the_unfinished_futures_of_event_loops(tmp_path, caplog):
@@ -414,7 +421,7 @@ def test_a_sweep_mutes_the_unfinished_futures_of_event_loops(tmp_path, caplog):
     assert leave_a_future() == ""
 
 
-def test_durations_and_sizes_are_said_in_their_units():
+def test_durations_and_sizes_have_suitable_units():
     durations = {
         0.5: "a second or less",
         90: "about 90 s",
@@ -428,7 +435,7 @@ def test_durations_and_sizes_are_said_in_their_units():
 
 
 def test_json_has_null_for_what_is_no_number():
-    assert json.loads(output.json_text([math.nan, math.inf, -math.inf, 1.5])) == [None, None, None, 1.5]
+    assert json.loads(json_text([math.nan, math.inf, -math.inf, 1.5])) == [None, None, None, 1.5]
 
 
 def test_restart_moves_the_results_aside(tmp_path):

@@ -192,5 +192,5 @@ def test_a_package_that_is_not_installed_leaves_its_method_without_settings():
         "importlib.util.find_spec = lambda name, *rest: None if name == 'pylinkage' else find(name, *rest)\n"
         "from explore.methods.registry import METHODS; print(METHODS['pylinkage'])"
     )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout == "()\n"
+    process = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert process.stdout == "()\n"

@@ -56,9 +56,9 @@ for environment in {[environment(line) for line in completions]}:
     print("--")
 print(json.dumps(sorted(set({HEAVY}) & set(sys.modules))))
 """
-    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=60, check=True)
-    *words, imported = done.stdout.split("--\n")
-    assert (json.loads(imported), done.stderr) == ([], "")
+    process = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=60, check=True)
+    *words, imported = process.stdout.split("--\n")
+    assert (json.loads(imported), process.stderr) == ([], "")
     assert [text.split() for text in words] == list(completions.values())
     assert {line: complete(line) for line in completions} == completions
 

@@ -18,7 +18,7 @@ def rows(count):
             for k in range(count)]  # fmt: skip
 
 
-def printed(capsys, monkeypatch, width, *arguments, **options):
+def print_lines(capsys, monkeypatch, width, *arguments, **options):
     """The lines of a table on a terminal of so many letters."""
     monkeypatch.setenv("COLUMNS", str(width))
     print_table("heading", *arguments, **options)
@@ -27,17 +27,19 @@ def printed(capsys, monkeypatch, width, *arguments, **options):
 
 @pytest.mark.parametrize("count", [1, 2, 3, 10])
 @pytest.mark.parametrize("width", [200, 90, 80, 70, 60, 50, 40, 30])
-def test_numbers_are_whole_and_columns_are_shown_or_named(capsys, monkeypatch, width, count):
-    least = ["alike", "speed", "crank", "transmission_angle_min", "rocker_acceleration_max"]
+def test_numbers_are_not_cut_and_columns_are_shown_or_named(capsys, monkeypatch, width, count):
+    droppable = ["alike", "speed", "crank", "transmission_angle_min", "rocker_acceleration_max"]
 
-    lines = printed(capsys, monkeypatch, width, COLUMNS, rows(count), droppable=least, hint="-o FILE.csv writes all")
+    lines = print_lines(
+        capsys, monkeypatch, width, COLUMNS, rows(count), droppable=droppable, hint="-o FILE.csv writes all"
+    )
 
     table = [line for line in lines if "left out" not in line]
     assert max(map(len, table)) <= width
-    said = "".join(line for line in lines if "left out" in line)
-    missing = re.fullmatch(r"\d columns? left out: (.*); -o FILE.csv writes all", said)
-    left_out = missing[1].split(", ") if missing else []
-    assert set(left_out) <= set(least)
+    note = "".join(line for line in lines if "left out" in line)
+    match = re.fullmatch(r"\d columns? left out: (.*); -o FILE.csv writes all", note)
+    left_out = match[1].split(", ") if match else []
+    assert set(left_out) <= set(droppable)
     cells = " ".join(table).split()
     for row in rows(count):
         for (name, _), cell in zip(COLUMNS, row, strict=True):
@@ -45,8 +47,8 @@ def test_numbers_are_whole_and_columns_are_shown_or_named(capsys, monkeypatch, w
     assert width < 80 or not left_out
 
 
-def test_few_rows_stand_as_columns(capsys, monkeypatch):
-    assert printed(capsys, monkeypatch, 60, COLUMNS, rows(2)) == [
+def test_few_rows_are_transposed(capsys, monkeypatch):
+    assert print_lines(capsys, monkeypatch, 60, COLUMNS, rows(2)) == [
         "heading",
         "",
         " design                    unit       213261    213262",
@@ -62,7 +64,7 @@ def test_few_rows_stand_as_columns(capsys, monkeypatch):
 
 
 def test_headings_are_folded_at_underscores_first(capsys, monkeypatch):
-    lines = printed(capsys, monkeypatch, 72, COLUMNS, rows(9))
+    lines = print_lines(capsys, monkeypatch, 72, COLUMNS, rows(9))
     assert [line.split() for line in lines[2:5]] == [
         ["rocker_"],
         ["acceleration_", "transmission_"],
@@ -71,16 +73,16 @@ def test_headings_are_folded_at_underscores_first(capsys, monkeypatch):
     assert not any("left out" in line for line in lines)
 
 
-def test_what_cannot_be_left_out_stays_however_narrow(capsys, monkeypatch):
-    lines = printed(capsys, monkeypatch, 10, COLUMNS, rows(20), droppable=["speed", "crank"])
+def test_other_columns_stay_on_any_terminal(capsys, monkeypatch):
+    lines = print_lines(capsys, monkeypatch, 10, COLUMNS, rows(20), droppable=["speed", "crank"])
     assert "2 columns left out: crank, speed; a wider terminal shows all" in lines
     assert len({line.split()[0] for line in lines if line.startswith(" 2132")}) == 20
-    assert printed(capsys, monkeypatch, 10, COLUMNS, [])[0] == "heading"
+    assert print_lines(capsys, monkeypatch, 10, COLUMNS, [])[0] == "heading"
 
 
 def test_texts_wrap_between_words(capsys, monkeypatch):
     table = [("column", ""), ("meaning", "")], [["transmission_angle_min", "smallest transmission angle over the turn"]]
-    lines = printed(capsys, monkeypatch, 50, *table)
+    lines = print_lines(capsys, monkeypatch, 50, *table)
     assert lines[4:] == [
         " transmission_angle_min   smallest transmission",
         "                          angle over the turn",
@@ -88,32 +90,32 @@ def test_texts_wrap_between_words(capsys, monkeypatch):
     ]
 
 
-def test_any_table_fits_or_cannot():
-    """At random: what was left out suffices and was needed."""
+def test_no_column_is_left_out_without_need():
+    """At random: without the columns left out the table fits, and with any of them it does not."""
     rng = random.Random(4)
     for _ in range(300):
         count, width = rng.randint(1, 9), rng.randint(20, 120)
         columns = [("_".join("x" * rng.randint(1, 9) for _ in range(rng.randint(1, 3))) + str(k), "mm")
                    for k in range(count)]  # fmt: skip
         cells = [["1" * rng.randint(1, 9) for _ in columns] for _ in range(rng.randint(0, 12))]
-        least = [name for name, _ in columns[:0:-1]]
-        fit = lay_out(columns, cells, width, least)
+        droppable = [name for name, _ in columns[:0:-1]]
+        fit = lay_out(columns, cells, width, droppable)
         assert fit.min_width <= width or len(fit.left_out) == count - 1
         for name in fit.left_out:
             more = lay_out(columns, cells, width, [other for other in fit.left_out if other != name])
             assert more.min_width > width, "there was room for it"
 
 
-def test_a_pipe_gets_eighty_letters_and_the_number_that_orders(in_results, monkeypatch):
+def test_a_pipe_gets_eighty_characters_and_the_metric_that_orders(in_results, monkeypatch):
     monkeypatch.delenv("COLUMNS", raising=False)
     names = "cv swing_angle time_ratio mean_output_ratio transmission_angle_min transmission_angle_max grashof_margin"
     objectives = [f"{name}:min" for name in names.split()]
     for options in ([], ["--quality"], ["--quality", "--fronts", "3", "--top", "0"]):
         code, out, err = call("rank", *[word for objective in objectives for word in ("--metric", objective)], *options)
         assert code == 0, err
-        *table, said = (line for line in out.splitlines() if "more lines" not in line)
+        *table, note = (line for line in out.splitlines() if "more lines" not in line)
         assert max(map(len, table)) <= 80
-        assert said.endswith("; -o FILE.csv writes all")
+        assert note.endswith("; -o FILE.csv writes all")
         assert " cv" in " ".join(table)
     code, out, err = call("show")
     assert code == 0, err

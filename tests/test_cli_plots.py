@@ -28,7 +28,7 @@ def test_the_results_are_never_overwritten(in_results, few):
     assert (in_results / "trap.png").read_bytes() == few.read_bytes()
 
 
-def test_a_link_stays_one_and_what_cannot_be_written_is_said(in_results):
+def test_a_link_is_kept_and_a_failed_write_is_reported(in_results):
     (in_results / "far").mkdir()
     (in_results / "far/picture.png").touch()
     (in_results / "link.png").symlink_to("far/picture.png")
@@ -43,10 +43,10 @@ def test_a_link_stays_one_and_what_cannot_be_written_is_said(in_results):
     assert err.count("\n") == 1
 
 
-def test_something_moves_on_a_terminal(in_results):
-    output, said = on_terminal("plot", "pareto", cwd=in_results)
+def test_a_progress_bar_on_a_terminal(in_results):
+    output, terminal_text = on_terminal("plot", "pareto", cwd=in_results)
     assert output == "results/small-pareto.png\n"
-    assert "drawing" in said
+    assert "drawing" in terminal_text
 
 
 @pytest.mark.parametrize(

@@ -37,13 +37,13 @@ metrics = ["cv", "swing_angle:max", "transmission_angle_min:max"]
 
 
 @pytest.fixture(autouse=True)
-def wide(monkeypatch):
+def wide_terminal(monkeypatch):
     """A terminal that holds every column."""
     monkeypatch.setenv("COLUMNS", "200")
 
 
 @pytest.fixture(scope="module")
-def swept(tmp_path_factory):
+def sweep_folder(tmp_path_factory):
     """A finished sweep of some thousand designs, not to be changed."""
     folder = tmp_path_factory.mktemp("swept")
     (folder / "study.toml").write_text(STUDY)
@@ -58,22 +58,22 @@ def records(*arguments):
     return json.loads(out)
 
 
-def refused(*arguments, code=2):
+def error_line(*arguments, code=2):
     """The one line that a wrong command gets."""
-    found, out, err = call("rank", *arguments, seconds=60)
-    assert (found, out) == (code, ""), err
+    exit_code, out, err = call("rank", *arguments, seconds=60)
+    assert (exit_code, out) == (code, ""), err
     assert err.startswith("error: ")
     assert err.count("\n") == 1, err
     return err
 
 
-def test_fronts_are_counted_and_shown(swept):
-    found = records(swept / "all.h5", "--fronts", 3)
-    table = explore.rank(explore.read_results(swept / "all.h5"), fronts=3)
+def test_fronts_are_counted_and_shown(sweep_folder):
+    rows = records(sweep_folder / "all.h5", "--fronts", 3)
+    table = explore.rank(explore.read_results(sweep_folder / "all.h5"), fronts=3)
 
-    assert [(r["design"], r["front"]) for r in found] == list(zip(table.index, table["front"], strict=True))
-    assert {r["front"] for r in found} == {1, 2, 3}
-    code, out, err = call("rank", swept / "all.h5", "--fronts", 2, "--top", 0)
+    assert [(r["design"], r["front"]) for r in rows] == list(zip(table.index, table["front"], strict=True))
+    assert {r["front"] for r in rows} == {1, 2, 3}
+    code, out, err = call("rank", sweep_folder / "all.h5", "--fronts", 2, "--top", 0)
     assert code == 0, err
     assert f"{(table['front'] == 2).sum()} more are in front 2\n" in err
     heading = next(line for line in out.splitlines() if "alike" in line)
@@ -81,46 +81,53 @@ def test_fronts_are_counted_and_shown(swept):
     assert len([line for line in out.splitlines() if line.split()[:1] and line.split()[0].isdigit()]) == sum(
         table["front"] <= 2
     )
-    assert "front" not in call("rank", swept / "all.h5")[1]
+    assert "front" not in call("rank", sweep_folder / "all.h5")[1]
 
 
-def test_conditions_and_limits_choose_as_pandas_does(swept):
-    table = explore.read_results(swept / "all.h5")
+def test_conditions_and_limits_select_as_pandas_does(sweep_folder):
+    table = explore.read_results(sweep_folder / "all.h5")
     arguments = ["--where", "swing_angle > 40 and not time_ratio >= 1.2", "--limit", "transmission_angle_min=35",
                  "--limit", "time_ratio>=1.05", "--limit", "transmission_angle_max=145"]  # fmt: skip
-    chosen = table[
+    selection = table[
         (table["swing_angle"] > 40)
         & ~(table["time_ratio"] >= 1.2)
         & (table["transmission_angle_min"] >= 35)
         & (table["time_ratio"] >= 1.05)
         & (table["transmission_angle_max_margin"] >= 5)
     ]
-    expected = explore.rank(chosen, fronts=2)
+    expected = explore.rank(selection, fronts=2)
 
-    found = records(swept / "all.h5", "--fronts", 2, *arguments)
+    rows = records(sweep_folder / "all.h5", "--fronts", 2, *arguments)
 
-    assert [(r["design"], r["front"]) for r in found] == list(zip(expected.index, expected["front"], strict=True))
-    assert len(found) > 5
-    assert table.loc[chosen.index, "feasible"].sum() < table["feasible"].sum()
+    assert [(r["design"], r["front"]) for r in rows] == list(zip(expected.index, expected["front"], strict=True))
+    assert len(rows) > 5
+    assert table.loc[selection.index, "feasible"].sum() < table["feasible"].sum()
     limits = {"transmission_angle_min": 35, "time_ratio": {"min": 1.05}, "transmission_angle_max": 145}
-    for results in (table, swept / "all.h5"):
+    for results in (table, sweep_folder / "all.h5"):
         same = explore.rank(results, fronts=2, where=arguments[1], limits=limits)
         assert same.index.tolist() == expected.index.tolist()
 
 
-def test_what_was_chosen_is_counted(swept):
-    table = explore.read_results(swept / "all.h5")
+def test_excluded_designs_are_counted(sweep_folder):
+    table = explore.read_results(sweep_folder / "all.h5")
     feasible = table[table["feasible"]]
-    narrow = feasible[feasible["transmission_angle_min"] >= 40]
-    rest = narrow[narrow["swing_angle"] > 60]
+    within_limit = feasible[feasible["transmission_angle_min"] >= 40]
+    matching = within_limit[within_limit["swing_angle"] > 60]
 
-    code, _, err = call("rank", swept / "all.h5", "--where", "swing_angle > 60", "--limit", "transmission_angle_min=40")
+    code, _, err = call(
+        "rank", sweep_folder / "all.h5", "--where", "swing_angle > 60", "--limit", "transmission_angle_min=40"
+    )
 
     assert code == 0, err
-    assert f" of {len(rest):,} feasible designs that meet the request are Pareto-optimal" in err
-    assert f"{len(feasible) - len(narrow):,} feasible ones that miss the limit transmission_angle_min >= 40" in err
-    assert f"{len(narrow) - len(rest):,} feasible ones that do not meet swing_angle > 60" in err
-    assert "meets the request, so there is nothing to rank" in call("rank", swept / "all.h5", "--where", "cv < 0")[2]
+    assert f" of {len(matching):,} feasible designs that meet the request are Pareto-optimal" in err
+    assert (
+        f"{len(feasible) - len(within_limit):,} feasible ones that miss the limit transmission_angle_min >= 40" in err
+    )
+    assert f"{len(within_limit) - len(matching):,} feasible ones that do not meet swing_angle > 60" in err
+    assert (
+        "meets the request, so there is nothing to rank"
+        in call("rank", sweep_folder / "all.h5", "--where", "cv < 0")[2]
+    )
 
 
 @pytest.mark.parametrize(
@@ -142,29 +149,29 @@ def test_what_was_chosen_is_counted(swept):
         (["--limit", "cv"], "write METRIC=VALUE"),
     ],
 )
-def test_a_wrong_choice_gets_one_line(swept, arguments, message):
-    assert message in refused(swept / "all.h5", *arguments)
+def test_a_wrong_condition_or_limit_gets_one_line(sweep_folder, arguments, message):
+    assert message in error_line(sweep_folder / "all.h5", *arguments)
 
 
-def test_a_front_that_was_narrowed_says_what_it_cannot_know(swept, tmp_path):
-    study = explore.load_study(swept / "study.toml")
+def test_a_condition_on_a_front_warns_of_missing_designs(sweep_folder, tmp_path):
+    study = explore.load_study(sweep_folder / "study.toml")
     explore.sweep(study, tmp_path / "front.h5", keep="front")
-    every = explore.rank(swept / "all.h5", limits={"cv": {"max": 0.9}})
+    every = explore.rank(sweep_folder / "all.h5", limits={"cv": {"max": 0.9}})
 
-    narrowed = call("rank", tmp_path / "front.h5", "--where", "time_ratio < 1.1")[2]
+    warning = call("rank", tmp_path / "front.h5", "--where", "time_ratio < 1.1")[2]
     code, _, err = call("rank", tmp_path / "front.h5", "--limit", "cv<=0.9")
 
-    assert "the best in this request may be missing" in narrowed
+    assert "the best in this request may be missing" in warning
     assert (code, "missing" in err) == (0, False), "nothing that a limit on an objective leaves out beats what is left"
     assert explore.rank(tmp_path / "front.h5", limits={"cv": {"max": 0.9}}).index.tolist() == every.index.tolist()
     assert len(every) > 3
 
 
-def test_a_line_stands_for_all_that_are_alike_also_when_few_are_printed(swept):
+def test_a_line_counts_all_equal_designs_even_if_few_lines_are_printed(sweep_folder):
     objectives = ["--metric", "coupler:min", "--metric", "coupler:max"]
-    code, out, err = call("rank", swept / "all.h5", *objectives, "--top", 3)
+    code, out, err = call("rank", sweep_folder / "all.h5", *objectives, "--top", 3)
     assert code == 0, err
-    ranked = explore.rank(swept / "all.h5", objectives=["coupler:min", "coupler:max"])
+    ranked = explore.rank(sweep_folder / "all.h5", objectives=["coupler:min", "coupler:max"])
     assert len(ranked) > 9000
     lines = [line.split() for line in out.splitlines()]
     assert [line[0] for line in lines if line and line[0].isdigit()] == [str(n) for n in ranked.index[:3]]
@@ -172,68 +179,68 @@ def test_a_line_stands_for_all_that_are_alike_also_when_few_are_printed(swept):
     assert f"{different - 3:,} more lines" in out
 
 
-def test_quality_is_shown_and_printed(swept):
-    table = explore.rank(swept / "all.h5", quality=True)
-    found = records(swept / "all.h5", "--quality")
-    out = call("rank", swept / "all.h5", "--quality", "--top", 0)[1]
+def test_quality_is_shown_and_printed(sweep_folder):
+    table = explore.rank(sweep_folder / "all.h5", quality=True)
+    rows = records(sweep_folder / "all.h5", "--quality")
+    out = call("rank", sweep_folder / "all.h5", "--quality", "--top", 0)[1]
 
-    assert [r["knee"] for r in found] == table["knee"].tolist()
+    assert [r["knee"] for r in rows] == table["knee"].tolist()
     assert table["knee"].sum() == 1
-    assert [r["crowding"] for r in found] == [None if v == float("inf") else v for v in table["crowding"]]
-    assert [r["hypervolume_share"] for r in found] == table["hypervolume_share"].tolist()
+    assert [r["crowding"] for r in rows] == [None if v == float("inf") else v for v in table["crowding"]]
+    assert [r["hypervolume_share"] for r in rows] == table["hypervolume_share"].tolist()
     (knee,) = (line.split() for line in out.splitlines() if " yes " in line)
     assert knee[0] == str(table.index[table["knee"]][0])
-    assert "crowding" not in call("rank", swept / "all.h5")[1]
+    assert "crowding" not in call("rank", sweep_folder / "all.h5")[1]
 
 
 # --- several results -------------------------------------------------------------------------------------------------
 
 
 @pytest.fixture(scope="module")
-def other(swept):
+def other_results(sweep_folder):
     """A sweep of other designs, with a parameter that the first has not."""
     text = STUDY.replace("count = 32_768", "count = 20_000\nseed = 7").replace("crank = 50", "crank = 50\nspeed = 2")
-    (swept / "other.toml").write_text(text)
-    explore.sweep(explore.load_study(swept / "other.toml"), swept / "other.h5")
-    return swept / "other.h5"
+    (sweep_folder / "other.toml").write_text(text)
+    explore.sweep(explore.load_study(sweep_folder / "other.toml"), sweep_folder / "other.h5")
+    return sweep_folder / "other.h5"
 
 
 @pytest.mark.parametrize("fronts", [1, 3])
-def test_several_results_are_ranked_as_one_table(swept, other, fronts):
-    files = [swept / "all.h5", other]
+def test_several_results_are_ranked_as_one_table(sweep_folder, other_results, fronts):
+    files = [sweep_folder / "all.h5", other_results]
     tables = [explore.read_results(file).assign(results=str(file)) for file in files]
     table = pd.concat(tables)
     table.attrs = tables[0].attrs
     expected = explore.rank(table, fronts=fronts, quality=True)
 
-    found = explore.rank(files, fronts=fronts, quality=True)
-    printed = records(*files, "--fronts", fronts, "--quality")
+    joint = explore.rank(files, fronts=fronts, quality=True)
+    rows = records(*files, "--fronts", fronts, "--quality")
 
     keys = ["results", "front", "cv", "knee", "hypervolume_share"]
-    pd.testing.assert_frame_equal(found[keys], expected[keys], check_exact=True)
-    assert [(r["design"], r["results"], r["front"]) for r in printed] == list(
-        zip(found.index, found["results"], found["front"], strict=True)
+    pd.testing.assert_frame_equal(joint[keys], expected[keys], check_exact=True)
+    assert [(r["design"], r["results"], r["front"]) for r in rows] == list(
+        zip(joint.index, joint["results"], joint["front"], strict=True)
     )
-    assert set(found["results"]) == {str(file) for file in files}
-    assert found.loc[found["results"] == str(other), "speed"].eq(2).all()
+    assert set(joint["results"]) == {str(file) for file in files}
+    assert joint.loc[joint["results"] == str(other_results), "speed"].eq(2).all()
 
 
-def test_progress_counts_the_designs_of_all_results(swept, other):
-    sources = {str(file): open_results(file) for file in (swept / "all.h5", other)}
+def test_progress_counts_the_designs_of_all_results(sweep_folder, other_results):
+    sources = {str(file): open_results(file) for file in (sweep_folder / "all.h5", other_results)}
     steps = []
     rank_sources(sources, RankRequest(), lambda *step: steps.append(step))
     assert steps == [(32_768, 52_768), (52_768, 52_768)]
 
 
-def test_a_bar_on_a_terminal(swept):
-    output, said = on_terminal("rank", "all.h5", cwd=swept)
-    assert "ranking" in said
-    assert "100%" in said
+def test_a_bar_on_a_terminal(sweep_folder):
+    output, terminal_text = on_terminal("rank", "all.h5", cwd=sweep_folder)
+    assert "ranking" in terminal_text
+    assert "100%" in terminal_text
     assert output.startswith("Pareto set, best cv first\n")
 
 
-def test_how_much_is_from_each_is_said(swept, other):
-    files = [swept / "all.h5", other]
+def test_the_share_of_each_file_is_printed(sweep_folder, other_results):
+    files = [sweep_folder / "all.h5", other_results]
     joint = explore.rank(files)["results"].value_counts()
     alone = [len(explore.rank(file)) for file in files]
 
@@ -248,7 +255,7 @@ def test_how_much_is_from_each_is_said(swept, other):
     assert next(line for line in out.splitlines() if "alike" in line).split()[:3] == ["design", "alike", "results"]
 
 
-def test_one_design_is_not_said_to_be_several(tmp_path):
+def test_one_design_is_singular(tmp_path):
     (tmp_path / "one.toml").write_text(
         'mechanism = "crank-rocker"\n[parameters]\ncrank = 100\ncoupler = 1083.4236\nrocker = 541.7118\n'
         'ground = 691.7118\n[rank]\nmetrics = ["cv"]\n'
@@ -259,18 +266,18 @@ def test_one_design_is_not_said_to_be_several(tmp_path):
     assert "1 of 1 feasible design is Pareto-optimal in cv (min)\n" in call("rank", tmp_path / "one.h5")[2]
 
 
-def test_one_of_two_may_have_nothing_to_rank(swept, other):
-    files = [swept / "all.h5", other]
-    where = f"cv < {explore.rank(other)['cv'].min() * (1 - 1e-12)}"
+def test_one_of_two_may_have_nothing_to_rank(sweep_folder, other_results):
+    files = [sweep_folder / "all.h5", other_results]
+    where = f"cv < {explore.rank(other_results)['cv'].min() * (1 - 1e-12)}"
     code, _, err = call("rank", *files, "--where", where)
 
     assert code == 0, err
-    assert f"no feasible design of {other} meets the request" in err
-    assert f" from {files[0]}, 0 from {other}\n" in err
+    assert f"no feasible design of {other_results} meets the request" in err
+    assert f" from {files[0]}, 0 from {other_results}\n" in err
     assert explore.rank(files, where="cv < 0").empty
 
 
-def test_results_that_do_not_go_together_are_refused(swept, other, tmp_path):
+def test_incompatible_results_are_refused(sweep_folder, other_results, tmp_path):
     text = STUDY.replace("32_768", "64").replace('"cv", "swing_angle",', '"swing_angle",').replace('["cv", ', "[")
     (tmp_path / "without.toml").write_text(text)
     explore.sweep(explore.load_study(tmp_path / "without.toml"), tmp_path / "without.h5")
@@ -279,14 +286,14 @@ def test_results_that_do_not_go_together_are_refused(swept, other, tmp_path):
     )
     explore.sweep(explore.load_study(tmp_path / "cycle.toml"), tmp_path / "cycle.h5")
 
-    assert f"{tmp_path / 'without.h5'}: no column 'cv' to rank by in these results" in refused(
-        other, tmp_path / "without.h5", "--metric", "cv"
+    assert f"{tmp_path / 'without.h5'}: no column 'cv' to rank by in these results" in error_line(
+        other_results, tmp_path / "without.h5", "--metric", "cv"
     )
-    assert f"{other} is named twice" in refused(other, swept / "all.h5", other)
-    assert "missing.h5 does not exist" in refused(other, tmp_path / "missing.h5", code=1)
-    assert "window drive in" in call("rank", other, tmp_path / "cycle.h5")[2]
+    assert f"{other_results} is named twice" in error_line(other_results, sweep_folder / "all.h5", other_results)
+    assert "missing.h5 does not exist" in error_line(other_results, tmp_path / "missing.h5", code=1)
+    assert "window drive in" in call("rank", other_results, tmp_path / "cycle.h5")[2]
     with pytest.warns(RuntimeWarning, match="cv is the coefficient of variation .* but the"):
-        explore.rank([other, tmp_path / "cycle.h5"])
+        explore.rank([other_results, tmp_path / "cycle.h5"])
     with pytest.raises(explore.RequestError, match="at least one file"):
         explore.rank([])
     with pytest.raises(explore.RequestError, match="from files, not from a DataFrame"):
@@ -296,25 +303,25 @@ def test_results_that_do_not_go_together_are_refused(swept, other, tmp_path):
 # --- files -----------------------------------------------------------------------------------------------------------
 
 
-def worded(frame):
-    """A ranking as it is exported: words beside the codes."""
-    words = frame.copy()
-    words.insert(words.columns.get_loc("status") + 1, "status_label", "ok")
-    return words
+def with_status_labels(frame):
+    """A ranking as it is exported: labels beside the codes."""
+    table = frame.copy()
+    table.insert(table.columns.get_loc("status") + 1, "status_label", "ok")
+    return table
 
 
-def test_the_ending_says_the_format(swept, tmp_path):
-    expected = worded(explore.rank(swept / "all.h5", quality=True))
+def test_the_file_ending_selects_the_format(sweep_folder, tmp_path):
+    expected = with_status_labels(explore.rank(sweep_folder / "all.h5", quality=True))
     for ending in ("csv", "json", "md", "MD"):
-        code, _, err = call("rank", swept / "all.h5", "--quality", "-o", tmp_path / f"best.{ending}")
+        code, _, err = call("rank", sweep_folder / "all.h5", "--quality", "-o", tmp_path / f"best.{ending}")
         assert (code, f"wrote {len(expected)} designs to " in err) == (0, True), err
 
     table = pd.read_csv(tmp_path / "best.csv", index_col="design")
     pd.testing.assert_frame_equal(table, expected, check_dtype=False, rtol=1e-15)
-    found = json.loads((tmp_path / "best.json").read_text())
-    assert found == records(swept / "all.h5", "--quality")
-    assert list(found[0]) == ["design", *expected.columns]
-    assert {record["status_label"] for record in found} == {"ok"}
+    rows = json.loads((tmp_path / "best.json").read_text())
+    assert rows == records(sweep_folder / "all.h5", "--quality")
+    assert list(rows[0]) == ["design", *expected.columns]
+    assert {record["status_label"] for record in rows} == {"ok"}
     lines = (tmp_path / "best.md").read_text().splitlines()
     assert lines[0].startswith("| design | crank (mm) | coupler (mm) | ")
     assert " | status | status_label | " in lines[0]
@@ -325,27 +332,29 @@ def test_the_ending_says_the_format(swept, tmp_path):
     assert sorted(path.name for path in tmp_path.iterdir()) == ["best.MD", "best.csv", "best.json", "best.md"]
 
 
-def test_parquet_holds_the_same_table(swept, tmp_path):
+def test_parquet_holds_the_same_table(sweep_folder, tmp_path):
     pytest.importorskip("pyarrow", reason="pyarrow is not installed, so no Parquet file can be read back")
-    files = [swept / "all.h5"]
+    files = [sweep_folder / "all.h5"]
     assert call("rank", *files, "-o", tmp_path / "best.parquet")[0] == 0
 
-    found = pd.read_parquet(tmp_path / "best.parquet")
-    pd.testing.assert_frame_equal(found, worded(explore.rank(files[0])), check_exact=True, check_column_type=False)
+    table = pd.read_parquet(tmp_path / "best.parquet")
+    pd.testing.assert_frame_equal(
+        table, with_status_labels(explore.rank(files[0])), check_exact=True, check_column_type=False
+    )
 
 
-def test_every_code_has_its_word_beside_it():
+def test_every_code_has_its_label_beside_it():
     """Also where results beside others lack the column, where a code is unknown, and where the name is taken."""
     status = Column("status", "", "what became of it", "bookkeeping", "|i1", {1: "ok", 3: "crank_blocked"})
     kind = Column("kind", "", "which", "metric", "|i1", {0: "short", -1: "undefined"})
     frame = pd.DataFrame({"kind": [0.0, np.nan], "cv": [1.0, 2.0], "status": [3, 9]})
 
-    found = with_labels(frame, [status, kind])
+    table = with_labels(frame, [status, kind])
 
-    assert list(found) == ["kind", "kind_label", "cv", "status", "status_label"]
-    assert json_text(found.to_dict(orient="list")["status_label"]) == json_text(["crank_blocked", None])
-    assert found["kind_label"].iloc[0] == "short"
-    assert with_labels(found, [status, kind]).equals(found)
+    assert list(table) == ["kind", "kind_label", "cv", "status", "status_label"]
+    assert json_text(table.to_dict(orient="list")["status_label"]) == json_text(["crank_blocked", None])
+    assert table["kind_label"].iloc[0] == "short"
+    assert with_labels(table, [status, kind]).equals(table)
 
 
 @pytest.mark.parametrize(
@@ -357,21 +366,21 @@ def test_every_code_has_its_word_beside_it():
         ("folder.csv", "it is a folder"),
     ],
 )
-def test_what_cannot_be_written_is_refused_before_ranking(swept, tmp_path, name, message):
+def test_an_impossible_output_is_refused_before_ranking(sweep_folder, tmp_path, name, message):
     (tmp_path / "folder.csv").mkdir()
-    assert message in refused(swept / "all.h5", "-o", tmp_path / name)
+    assert message in error_line(sweep_folder / "all.h5", "-o", tmp_path / name)
     assert [path.name for path in tmp_path.iterdir()] == ["folder.csv"]
 
 
-def test_parquet_without_pyarrow_is_refused(swept, tmp_path, monkeypatch):
+def test_parquet_without_pyarrow_is_refused(sweep_folder, tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "pyarrow", None)  # what Python itself notes of a module that is not there
-    assert 'needs pyarrow: pip install "linkage-explore[parquet]"' in refused(
-        swept / "all.h5", "-o", tmp_path / "best.parquet"
+    assert 'needs pyarrow: pip install "linkage-explore[parquet]"' in error_line(
+        sweep_folder / "all.h5", "-o", tmp_path / "best.parquet"
     )
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_table_for_people_keeps_its_cells():
+def test_markdown_escapes_bars_and_line_breaks():
     frame = pd.DataFrame({"a|b": [1.5], "results": ["x|y\nz.h5"]}, index=pd.Index([3], name="design"))
     assert markdown(frame, {"a|b": "m|m"}).splitlines()[0::2] == [
         r"| design | a\|b (m\|m) | results |",

@@ -27,14 +27,14 @@ SOLVED = BOX.replace("coupler = { min = 50, max = 1000 }", 'coupler = { solve = 
 RIG = (Path(__file__).parents[1] / "configs/rig_20deg.toml").read_text(encoding="utf-8").partition("[rank]")[0]
 
 
-def swept(folder, name, text, **options):
+def sweep_study(folder, name, text, **options):
     """Results of a study."""
     (folder / f"{name}.toml").write_text(text)
     return explore.sweep(explore.load_study(folder / f"{name}.toml"), folder / f"{name}.h5", **options).path
 
 
 def numbers(*arguments):
-    """The designs of a ranking, and what was said."""
+    """The designs of a ranking, and the messages."""
     code, out, err = call("rank", *arguments, "--json")
     assert code == 0, err
     return [record["design"] for record in json.loads(out)], err
@@ -51,15 +51,15 @@ def numbers(*arguments):
     ],
 )
 def test_parameters_are_objectives_of_a_study_as_of_the_command_line(tmp_path, text, objectives):
-    plain = swept(tmp_path, "plain", text)
+    plain = sweep_study(tmp_path, "plain", text)
     options = [word for objective in objectives for word in ("--metric", objective)]
     expected, _ = numbers(plain, *options)
     text += f"[rank]\nmetrics = {json.dumps(objectives)}\n"
 
-    found, _ = numbers(swept(tmp_path, "objectives", text))
-    kept, _ = numbers(swept(tmp_path, "front", text, keep="front"))
+    designs, _ = numbers(sweep_study(tmp_path, "objectives", text))
+    front_designs, _ = numbers(sweep_study(tmp_path, "front", text, keep="front"))
 
-    assert found == kept == expected
+    assert designs == front_designs == expected
     assert len(expected) > 0
     assert explore.rank(tmp_path / "objectives.h5").index.tolist() == expected
 
@@ -67,7 +67,7 @@ def test_parameters_are_objectives_of_a_study_as_of_the_command_line(tmp_path, t
 def test_every_figure_and_the_report_take_a_parameter_as_an_objective(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "results").mkdir()
-    path = swept(tmp_path, "objectives", BOX + '[rank]\nmetrics = ["coupler:min", "cv"]\n')
+    path = sweep_study(tmp_path, "objectives", BOX + '[rank]\nmetrics = ["coupler:min", "cv"]\n')
 
     code, out, err = call("rank", path, "--top", 3)
 
@@ -90,20 +90,20 @@ def boxes(tmp_path_factory):
         "first": BOX + '[rank]\nmetrics = ["time_ratio:min", "swing_angle:max"]\n',
         "second": BOX.replace(metrics, 'metrics = ["cv", "swing_angle"]') + '[rank]\nmetrics = ["cv"]\n',
         "third": BOX.replace(metrics, 'metrics = ["cv"]') + '[rank]\nmetrics = ["cv"]\n',
-        "aimless": BOX.replace(metrics, 'metrics = ["rocker_velocity_max"]'),
+        "other_metric": BOX.replace(metrics, 'metrics = ["rocker_velocity_max"]'),
     }
-    return {name: swept(folder, name, text) for name, text in texts.items()}
+    return {name: sweep_study(folder, name, text) for name, text in texts.items()}
 
 
 def test_results_of_other_objectives_are_ranked_in_those_that_all_have(boxes):
     files = [boxes["first"], boxes["second"]]
     together = explore.rank(files, objectives=["swing_angle:max"], order_by="cv")
 
-    found, said = numbers(*files, "--metric", "cv")
+    designs, messages = numbers(*files, "--metric", "cv")
 
-    assert found == together.index.tolist()
-    assert len(found) > 0
-    assert f"time_ratio, an objective of {files[0]}, is not in {files[1]}, so it is left out\n" in said
+    assert designs == together.index.tolist()
+    assert len(designs) > 0
+    assert f"time_ratio, an objective of {files[0]}, is not in {files[1]}, so it is left out\n" in messages
     with pytest.warns(RuntimeWarning, match="time_ratio, an objective of .*first.h5, is not in .*second.h5"):
         assert explore.rank(files).index.tolist() == explore.rank(files, objectives="swing_angle:max").index.tolist()
 
@@ -111,11 +111,11 @@ def test_results_of_other_objectives_are_ranked_in_those_that_all_have(boxes):
 def test_one_metric_is_the_objective_where_the_studies_share_none(boxes):
     files = [boxes["first"], boxes["third"]]
 
-    found, said = numbers(*files, "--metric", "cv")
+    designs, messages = numbers(*files, "--metric", "cv")
 
-    assert found == explore.rank(files, objectives="cv").index.tolist()
-    assert said.count("so it is left out") == 2
-    alone, _ = numbers(boxes["aimless"], "--metric", "rocker_velocity_max:min")
+    assert designs == explore.rank(files, objectives="cv").index.tolist()
+    assert messages.count("so it is left out") == 2
+    alone, _ = numbers(boxes["other_metric"], "--metric", "rocker_velocity_max:min")
     assert len(alone) == 1
     code, _, err = call("rank", *files)
     assert (code, err) == (

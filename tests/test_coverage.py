@@ -88,7 +88,7 @@ def test_the_swing_is_smallest_with_the_centric_coupler():
     st.floats(0.01, 1.2), st.floats(0.3, 1.5), st.floats(0.05, 1.5), st.floats(0.1, 2.0), st.floats(0.0, 90.0),
     st.floats(90.0, 180.0),
 )  # fmt: skip
-def test_against_a_scan_of_the_travel(crank, rocker, start, length, least, most):
+def test_ranges_against_a_scan_of_the_coupler(crank, rocker, start, length, least, most):
     """The part of the travel that can be used, and the swings over it, by evaluating 3,001 couplers."""
     travel = (start, start + length)
     row = explore.coverage([crank], rocker=rocker, ground=1.0, coupler=travel, transmission_angle=(least, most)).table
@@ -137,7 +137,7 @@ def test_curves_run_over_the_usable_travel():
     assert np.isnan(coverage.table["swing_min"][2])
 
 
-def test_a_larger_range_may_hold_a_smaller_one():
+def test_a_range_may_contain_another():
     coverage = explore.coverage([5.0, 5.1, 37.0], **RIG).table
     low, high = coverage["swing_min"][1], coverage["swing_max"][0]
     assert coverage["overlap"][1] == high - low
@@ -145,7 +145,7 @@ def test_a_larger_range_may_hold_a_smaller_one():
     assert nested["overlap"][1] == min(nested["swing_max"]) - nested["swing_min"][1]
 
 
-def test_it_reads_well():
+def test_the_text_of_a_coverage():
     text = repr(explore.coverage(CRANKS, **RIG))
     assert text.splitlines()[-1] == "0.96297 to 20.0085 deg, without a gap"
     text = repr(explore.coverage(CRANKS, **RIG, transmission_angle=(40, 140)))

@@ -45,17 +45,17 @@ def cluster(folder) -> Iterator[Cluster]:
 
 
 @pytest.fixture(scope="session")
-def undisturbed(tmp_path_factory):
+def expected_digest(tmp_path_factory):
     """Digest of the results file of an undisturbed sweep of so many blocks, on threads of this process."""
-    known: dict[tuple[int, str], str] = {}
+    digests: dict[tuple[int, str], str] = {}
 
-    def of(blocks: int, keep: str = "all") -> str:
-        if (blocks, keep) not in known:
+    def digest_of(blocks: int, keep: str = "all") -> str:
+        if (blocks, keep) not in digests:
             folder = tmp_path_factory.mktemp("undisturbed")
             path = folder / "undisturbed.h5"
             explore.sweep(explore.load_study(study_file(folder, blocks, keep)), path, workers=2, keep=keep)
-            known[blocks, keep] = digest(path)
+            digests[blocks, keep] = digest(path)
             path.unlink()
-        return known[blocks, keep]
+        return digests[blocks, keep]
 
-    return of
+    return digest_of

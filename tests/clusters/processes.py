@@ -50,7 +50,7 @@ def digest(path: Path) -> str:
         return hashlib.file_digest(stream, "sha256").hexdigest()
 
 
-def committed(path: Path) -> list[int]:
+def committed_blocks(path: Path) -> list[int]:
     """Numbers of the committed blocks of a results file, none of them damaged, or of a front's journal."""
     if path.exists():
         layout = read_layout(path)
@@ -68,7 +68,7 @@ def wait_until(condition: Callable[[], Any], seconds: float = 30.0) -> Any:
     return value
 
 
-def lives(pid: int) -> bool:
+def is_running(pid: int) -> bool:
     """Whether a process runs; a zombie does not."""
     try:
         return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
@@ -78,13 +78,13 @@ def lives(pid: int) -> bool:
 
 def session_members(session: int) -> list[int]:
     """The running processes of a session."""
-    found = []
+    pids = []
     for entry in Path("/proc").glob("[0-9]*"):
         with contextlib.suppress(OSError):
             fields = (entry / "stat").read_text().rpartition(")")[2].split()
             if int(fields[3]) == session and fields[0] != "Z":
-                found.append(int(entry.name))
-    return found
+                pids.append(int(entry.name))
+    return pids
 
 
 class _Process:
@@ -170,38 +170,38 @@ class Sweep(_Process):
         return [(int(number), int(pid)) for number, pid, _ in map(str.split, lines)]
 
     @property
-    def extra(self) -> int:
+    def n_repetitions(self) -> int:
         """Number of executions that repeat a block."""
-        return sum(Counter(number for number, _ in self.executions).values()) - len(set(self.executed))
+        return sum(Counter(number for number, _ in self.executions).values()) - len(set(self.executed_blocks))
 
     @property
-    def executed(self) -> list[int]:
+    def executed_blocks(self) -> list[int]:
         """Blocks that were executed, with repetitions."""
         return [number for number, _ in self.executions]
 
-    def at_work(self, seen: int = 0) -> int:
-        """Wait for a running process that works on a block, ignoring the first `seen` executions.
+    def at_work(self, n_ignored: int = 0) -> int:
+        """Wait for a running process that works on a block, ignoring the first `n_ignored` executions.
 
         Not if others died with that block before: a block of which four workers died is taken for deadly.
         """
 
-        def found() -> int | None:
-            begun = Counter(self.executed)
-            latest = {pid: number for number, pid in self.executions[seen:]}
-            return next((pid for pid, number in latest.items() if begun[number] < 3 and lives(pid)), None)
+        def busy_process() -> int | None:
+            counts = Counter(self.executed_blocks)
+            latest = {pid: number for number, pid in self.executions[n_ignored:]}
+            return next((pid for pid, number in latest.items() if counts[number] < 3 and is_running(pid)), None)
 
-        return wait_until(found)
+        return wait_until(busy_process)
 
     def wait_for_blocks(self, number: int) -> None:
         """Wait until so many blocks are committed."""
-        wait_until(lambda: len(committed(self.results)) >= number)
+        wait_until(lambda: len(committed_blocks(self.results)) >= number)
 
     def log(self) -> list[Mapping[str, Any]]:
         """The events of the log; every line is a JSON object."""
         return read_log(self.results)
 
     @property
-    def again(self) -> str:
+    def command_to_continue(self) -> str:
         """The command that continues it."""
         return " ".join(["explore", *(word for word in self.words if word != "--quiet")])
 
@@ -230,12 +230,12 @@ class Cluster:
         command = ["-m", "distributed.cli.dask_scheduler", *options, "--scheduler-file", str(where)]
         self.scheduler = self._closing.enter_context(_Process(command, self._folder, "scheduler"))
 
-        def written() -> str | None:
+        def read_address() -> str | None:
             with contextlib.suppress(OSError, ValueError):
                 return json.loads(where.read_text())["address"]
             return None
 
-        self.address: str = wait_until(written)
+        self.address: str = wait_until(read_address)
         return self
 
     def __exit__(self, *_: object) -> None:

@@ -12,7 +12,7 @@ import signal
 import sys
 
 
-def sabotaged(plan, request, space, number, objectives):
+def evaluate_by_plan(plan, request, space, number, objectives):
     """Evaluate a block as the plan says."""
     import os
     import signal
@@ -43,7 +43,7 @@ def main():
 
     if "silence" in plan:
         watch.SILENCE = clusters.CONNECT_TIMEOUT = plan["silence"]
-    runs.evaluate_block = functools.partial(sabotaged, plan)
+    runs.evaluate_block = functools.partial(evaluate_by_plan, plan)
     command_line()
 
 

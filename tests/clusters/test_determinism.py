@@ -67,11 +67,11 @@ def test_the_same_bytes_from_threads_processes_clusters_orders_and_resumed_sweep
         with pytest.raises(Interrupted):
             explore.sweep(study, folder / "resumed.h5", workers=2, keep=keep, report_progress=interrupt)
     sweep("resumed", workers=2)
-    ordered = collector.pending.fget
+    read_pending = collector.pending.fget
     for seed in range(2):
         shuffle = random.Random(seed).sample
-        shuffled = property(lambda self, s=shuffle: s(blocks := list(ordered(self)), len(blocks)))
-        monkeypatch.setattr(collector, "pending", shuffled)
+        shuffled_blocks = property(lambda self, s=shuffle: s(blocks := list(read_pending(self)), len(blocks)))
+        monkeypatch.setattr(collector, "pending", shuffled_blocks)
         sweep(f"shuffled {seed}", workers=2)
 
     assert len(set(digests.values())) == 1, digests

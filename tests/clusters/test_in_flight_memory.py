@@ -17,23 +17,23 @@ def resident():
     return pages * resource.getpagesize() / 1e6
 
 if __name__ == "__main__":
-    count, taken = int(sys.argv[1]), []
+    count, results = int(sys.argv[1]), []
     with local_cluster(2, processes=False) as client:
         submit = lambda number, _: client.submit(abs, number, pure=False, retries=0)
         run = lambda blocks: BlocksInFlight(
-            client, submit, lambda number, result: taken.append(number == result), print, lambda *_, **__: None
+            client, submit, lambda number, result: results.append(number == result), print, lambda *_, **__: None
         ).run(range(blocks))
         run(300)  # imports and caches
-        taken.clear()
-        before, begun, used = resident(), time.monotonic(), time.process_time()
+        results.clear()
+        before, start, cpu_start = resident(), time.monotonic(), time.process_time()
         run(count)
-        seconds, window = time.monotonic() - begun, (time.process_time() - used) / count
-        grown, used = resident() - before, time.process_time()
+        seconds, window = time.monotonic() - start, (time.process_time() - cpu_start) / count
+        growth, cpu_start = resident() - before, time.process_time()
         for number in range(300):
             client.submit(abs, number, pure=False, retries=0).result()
-        bare = (time.process_time() - used) / 300
-        print(grown, seconds / count * 1e3, window * 1e3, bare * 1e3)
-    assert len(taken) == count and all(taken)
+        bare = (time.process_time() - cpu_start) / 300
+        print(growth, seconds / count * 1e3, window * 1e3, bare * 1e3)
+    assert len(results) == count and all(results)
 """
 
 

@@ -7,7 +7,7 @@ import time
 
 import pytest
 
-from clusters.processes import Cluster, Sweep, committed, digest, study_file, wait_until
+from clusters.processes import Cluster, Sweep, committed_blocks, digest, study_file, wait_until
 
 BLOCKS = 12
 SIGNALS = [signal.SIGINT, signal.SIGTERM]
@@ -16,19 +16,19 @@ SIGNALS = [signal.SIGINT, signal.SIGTERM]
 def interrupt(sweep: Sweep, number: signal.Signals, before: int) -> list[int]:
     """Interrupt all processes of a sweep after two more blocks, and check how it ends."""
     sweep.wait_for_blocks(before + 2)
-    begun = time.monotonic()
+    start = time.monotonic()
     sweep.signal_all(number)
     code, lines = sweep.end(20)
-    assert time.monotonic() - begun < 10
+    assert time.monotonic() - start < 10
     assert code == 130
-    assert lines == [f"interrupted; finished blocks are safe. To continue: {sweep.again} --quiet"]
+    assert lines == [f"interrupted; finished blocks are safe. To continue: {sweep.command_to_continue} --quiet"]
     wait_until(lambda: not sweep.members, 5)
-    there = "a.h5.journal" if "front" in sweep.words else "a.h5"
-    assert sorted(path.name for path in sweep.results.parent.glob("a.h5*")) == [there, "a.h5.log.jsonl"]
+    results_name = "a.h5.journal" if "front" in sweep.words else "a.h5"
+    assert sorted(path.name for path in sweep.results.parent.glob("a.h5*")) == [results_name, "a.h5.log.jsonl"]
     assert sweep.log()[-1]["outcome"] == "interrupted"
-    saved = committed(sweep.results)
-    assert before + 2 <= len(saved) < BLOCKS
-    return saved
+    saved_blocks = committed_blocks(sweep.results)
+    assert before + 2 <= len(saved_blocks) < BLOCKS
+    return saved_blocks
 
 
 @pytest.mark.parametrize(
@@ -39,34 +39,34 @@ def interrupt(sweep: Sweep, number: signal.Signals, before: int) -> list[int]:
         (("--workers", "2", "--keep", "front"), "front"),
     ],
 )
-def test_an_interrupted_sweep_says_how_to_continue_and_continues(folder, undisturbed, options, keep):
+def test_an_interrupted_sweep_says_how_to_continue_and_continues(folder, expected_digest, options, keep):
     config, path = study_file(folder, BLOCKS, keep), folder / "a.h5"
-    saved: list[int] = []
+    saved_blocks: list[int] = []
     for number in SIGNALS:
         with Sweep(config, path, *options, "--quiet", seconds=0.2) as sweep:
-            saved = interrupt(sweep, number, len(saved))
+            saved_blocks = interrupt(sweep, number, len(saved_blocks))
     with Sweep(config, path, *options, "--quiet", seconds=0.01) as sweep:
         assert sweep.end() == (0, [])
-    assert sorted(sweep.executed + saved) == list(range(BLOCKS))
-    assert digest(path) == undisturbed(BLOCKS, keep)
+    assert sorted(sweep.executed_blocks + saved_blocks) == list(range(BLOCKS))
+    assert digest(path) == expected_digest(BLOCKS, keep)
 
 
-def test_an_interrupted_sweep_leaves_the_cluster_running(folder, cluster: Cluster, undisturbed):
+def test_an_interrupted_sweep_leaves_the_cluster_running(folder, cluster: Cluster, expected_digest):
     config, path = study_file(folder, BLOCKS), folder / "a.h5"
     workers = [cluster.add_worker() for _ in range(2)]
-    saved: list[int] = []
+    saved_blocks: list[int] = []
     for number in SIGNALS:
         with Sweep(config, path, "--scheduler", cluster.address, "--quiet", seconds=0.2) as sweep:
-            saved = interrupt(sweep, number, len(saved))
+            saved_blocks = interrupt(sweep, number, len(saved_blocks))
     assert all(worker.process.poll() is None for worker in [*workers, cluster.scheduler])
     with Sweep(config, path, "--scheduler", cluster.address, "--quiet", seconds=0.01) as sweep:
         assert sweep.end() == (0, [])
-    assert sorted(sweep.executed + saved) == list(range(BLOCKS))
-    assert digest(path) == undisturbed(BLOCKS)
+    assert sorted(sweep.executed_blocks + saved_blocks) == list(range(BLOCKS))
+    assert digest(path) == expected_digest(BLOCKS)
 
 
 @pytest.mark.parametrize("options", [("--workers", "2"), ("--workers", "2", "--processes")])
-def test_repeated_interrupts_do_no_harm(folder, undisturbed, options):
+def test_repeated_interrupts_do_no_harm(folder, expected_digest, options):
     """Ctrl-C every 0.1 s while the sweep ends."""
     config, path = study_file(folder, BLOCKS), folder / "a.h5"
     with Sweep(config, path, *options, "--quiet", seconds=0.2) as sweep:
@@ -78,6 +78,6 @@ def test_repeated_interrupts_do_no_harm(folder, undisturbed, options):
         wait_until(lambda: not sweep.members, 10)
     assert code in (130, -signal.SIGINT), "the same to a shell"
     assert not any("Traceback" in line for line in lines), lines
-    with Sweep(config, path, "--quiet") as again:
-        assert again.end() == (0, [])
-    assert digest(path) == undisturbed(BLOCKS)
+    with Sweep(config, path, "--quiet") as second:
+        assert second.end() == (0, [])
+    assert digest(path) == expected_digest(BLOCKS)

@@ -12,7 +12,7 @@ import pytest
 from distributed import Client, LocalCluster
 
 import explore
-from clusters.processes import Cluster, Sweep, committed, digest, lives, study_file, wait_until
+from clusters.processes import Cluster, Sweep, committed_blocks, digest, is_running, study_file, wait_until
 from explore.sweeping.in_flight import SPARE_BLOCKS, BlocksInFlight
 
 WORKERS = 2
@@ -22,40 +22,40 @@ WORKERS = 2
     ("kills", "blocks", "keep"),
     [(8, 60, "all"), (3, 20, "front"), *(pytest.param(50, 240, k, marks=pytest.mark.slow) for k in ("all", "front"))],
 )
-def test_killed_workers_cost_only_time(folder, undisturbed, report, kills, blocks, keep):
+def test_killed_workers_cost_only_time(folder, expected_digest, report, kills, blocks, keep):
     chance = random.Random(20_261_121)
     path = folder / "a.h5"
     options = ("--processes", "--workers", str(WORKERS), "--quiet", "--keep", keep)
     with Sweep(study_file(folder, blocks, keep), path, *options, seconds=0.1) as sweep:
-        seen = 0
+        n_executions = 0
         for _ in range(kills):
-            sweep.at_work(seen)  # the next one has started, and after a while it is any moment of its work
+            sweep.at_work(n_executions)  # the next one has started, and after a while it is any moment of its work
             time.sleep(chance.random() * 0.2)
-            os.kill(sweep.at_work(seen), signal.SIGKILL)
-            seen = len(sweep.executions)
+            os.kill(sweep.at_work(n_executions), signal.SIGKILL)
+            n_executions = len(sweep.executions)
         code, lines = sweep.end(120)
 
-    report(f"{kills} kills, {blocks} blocks, keep {keep}: {sweep.extra} extra executions")
+    report(f"{kills} kills, {blocks} blocks, keep {keep}: {sweep.n_repetitions} extra executions")
     assert (code, [line for line in lines if "waiting for one" not in line]) == (0, [])
-    assert committed(path) == sorted(set(sweep.executed)) == list(range(blocks))
-    assert sweep.extra <= kills * (WORKERS + SPARE_BLOCKS)
-    assert digest(path) == undisturbed(blocks, keep)
-    left = [address for event in sweep.log() if event["event"] == "workers" for address in event["left"]]
-    assert len(left) > kills / 4, "who left was logged, but for those that came and went between two looks"
+    assert committed_blocks(path) == sorted(set(sweep.executed_blocks)) == list(range(blocks))
+    assert sweep.n_repetitions <= kills * (WORKERS + SPARE_BLOCKS)
+    assert digest(path) == expected_digest(blocks, keep)
+    departures = [address for event in sweep.log() if event["event"] == "workers" for address in event["left"]]
+    assert len(departures) > kills / 4, "who left was logged, but for those that came and went between two looks"
 
 
 def test_no_block_is_lost_when_a_worker_dies_after_reporting_it_done(monkeypatch):
     """Until it is fetched, a result is in the memory of its worker only; a lost one is computed again."""
-    trials, accepted, rejected, killed = 20, {}, {}, {}
+    trials, results, failures, victims = 20, {}, {}, {}
     real = BlocksInFlight._outcome
 
     def outcome(window, future):
-        if len(killed) < trials:
+        if len(victims) < trials:
             number, _ = future.result(timeout=30)  # it may be lost already, with its neighbour
             (holder,) = client.who_has([future])[future.key]
-            killed[number] = client.run(os.getpid, workers=[holder])[holder]
-            os.kill(killed[number], signal.SIGKILL)
-            wait_until(lambda: not lives(killed[number]))
+            victims[number] = client.run(os.getpid, workers=[holder])[holder]
+            os.kill(victims[number], signal.SIGKILL)
+            wait_until(lambda: not is_running(victims[number]))
         return real(window, future)
 
     def submit(number, _):
@@ -67,17 +67,17 @@ def test_no_block_is_lost_when_a_worker_dies_after_reporting_it_done(monkeypatch
         LocalCluster(WORKERS, threads_per_worker=1, dashboard_address="127.0.0.1:0", silence_logs=60) as cluster,
         Client(cluster, set_as_default=False) as client,
     ):
-        BlocksInFlight(client, submit, accepted.__setitem__, rejected.__setitem__, lambda *_, **__: None).run(
+        BlocksInFlight(client, submit, results.__setitem__, failures.__setitem__, lambda *_, **__: None).run(
             range(2 * trials)
         )
 
-    assert rejected == {}
-    assert {number: result[0] for number, result in accepted.items()} == {n: n for n in range(2 * trials)}
-    assert len(killed) == trials
-    assert all(accepted[number][1] != pid for number, pid in killed.items()), "computed again by another process"
+    assert failures == {}
+    assert {number: result[0] for number, result in results.items()} == {n: n for n in range(2 * trials)}
+    assert len(victims) == trials
+    assert all(results[number][1] != pid for number, pid in victims.items()), "computed again by another process"
 
 
-def test_a_killed_scheduler_ends_the_sweep_in_one_line_and_loses_nothing(folder, undisturbed, report):
+def test_a_killed_scheduler_ends_the_sweep_in_one_line_and_loses_nothing(folder, expected_digest, report):
     blocks, path = 20, folder / "a.h5"
     config = study_file(folder, blocks)
     for trial in range(3):
@@ -88,10 +88,10 @@ def test_a_killed_scheduler_ends_the_sweep_in_one_line_and_loses_nothing(folder,
                 before = 4 * trial
                 sweep.wait_for_blocks(before + 2)
                 cluster.scheduler.process.kill()
-                begun = time.monotonic()
+                start = time.monotonic()
                 code, lines = sweep.end()
-        report(f"scheduler killed: the sweep ended after {time.monotonic() - begun:.1f} s: {lines}")
-        assert time.monotonic() - begun < 30
+        report(f"scheduler killed: the sweep ended after {time.monotonic() - start:.1f} s: {lines}")
+        assert time.monotonic() - start < 30
         assert code == 1
         assert len(lines) == 1
         assert lines[0].startswith("error: the cluster was lost")
@@ -99,26 +99,26 @@ def test_a_killed_scheduler_ends_the_sweep_in_one_line_and_loses_nothing(folder,
         assert not explore.open_results(path).is_complete
         assert sweep.log()[-1]["event"] == "stop"
         assert sweep.log()[-1]["outcome"].startswith("failed: the cluster was lost")
-        saved = committed(path)
-        assert len(saved) >= before + 2
+        saved_blocks = committed_blocks(path)
+        assert len(saved_blocks) >= before + 2
     with Cluster(folder) as cluster:
         cluster.add_worker()
         with Sweep(config, path, "--scheduler", cluster.address, "--quiet", seconds=0.01) as sweep:
             assert sweep.end() == (0, [])
-    assert not set(sweep.executed) & set(saved)
-    assert digest(path) == undisturbed(blocks)
+    assert not set(sweep.executed_blocks) & set(saved_blocks)
+    assert digest(path) == expected_digest(blocks)
 
 
-def test_a_killed_sweep_frees_the_lock_at_once_and_its_workers_end(folder, undisturbed, report):
+def test_a_killed_sweep_frees_the_lock_at_once_and_its_workers_end(folder, expected_digest, report):
     blocks, path = 12, folder / "a.h5"
     config = study_file(folder, blocks)
     with Sweep(config, path, "--processes", "--workers", "2", "--quiet", seconds=5) as first:
         wait_until(lambda: len(first.executions) >= WORKERS)
         os.kill(first.process.pid, signal.SIGKILL)
         first.process.wait()
-        begun = time.monotonic()
+        start = time.monotonic()
         with Sweep(config, path, "--quiet") as second:
             assert second.end() == (0, [])
         wait_until(lambda: not first.members, 10)
-        report(f"all processes of the killed sweep were gone after {time.monotonic() - begun:.1f} s")
-    assert digest(path) == undisturbed(blocks)
+        report(f"all processes of the killed sweep were gone after {time.monotonic() - start:.1f} s")
+    assert digest(path) == expected_digest(blocks)

@@ -35,15 +35,15 @@ foreign.verify_mode = ssl.CERT_NONE
 def talk(port):
     for name, context in {"plain": None, "no certificate": without, "a foreign certificate": foreign}.items():
         try:
-            with socket.create_connection(("127.0.0.1", port), timeout=1) as bare:
-                with context.wrap_socket(bare) if context else bare as there:
+            with socket.create_connection(("127.0.0.1", port), timeout=1) as connection:
+                with context.wrap_socket(connection) if context else connection as stream:
                     if context is None:
-                        there.sendall(b"GET / HTTP/1.0\\r\\n\\r\\n")
-                    said = there.recv(100)
+                        stream.sendall(b"GET / HTTP/1.0\\r\\n\\r\\n")
+                    reply = stream.recv(100)
         except OSError:
             continue
-        if said and said[0] != 21:  # an alert of TLS
-            print(port, "answered", name, said)
+        if reply and reply[0] != 21:  # an alert of TLS
+            print(port, "answered", name, reply)
 
 def command(port):
     for url, security in ((f"tcp://127.0.0.1:{port}", None), (f"tls://127.0.0.1:{port}", own)):
@@ -64,54 +64,54 @@ print("tried", len(ports), "as", os.getuid())
 """
 
 
-def listening(pids: list[int]) -> list[int | str]:
+def listening_sockets(pids: list[int]) -> list[int | str]:
     """Ports and names of Unix sockets on which processes listen."""
     ours = set().union(*map(_sockets, pids))
-    found: list[int | str] = []
+    sockets: list[int | str] = []
     for table in ("tcp", "tcp6", "udp", "udp6"):
         for line in Path(f"/proc/self/net/{table}").read_text().splitlines()[1:]:
             fields = line.split()
             if fields[9] in ours and (fields[3] == "0A" or table.startswith("udp")):
-                found.append(int(fields[1].rpartition(":")[2], 16))
+                sockets.append(int(fields[1].rpartition(":")[2], 16))
     for line in Path("/proc/self/net/unix").read_text().splitlines()[1:]:
         fields = line.split()
         if fields[6] in ours and int(fields[3], 16) & _ACCEPTS:
-            found.append(fields[7] if len(fields) > 7 else "unnamed")
-    return found
+            sockets.append(fields[7] if len(fields) > 7 else "unnamed")
+    return sockets
 
 
 def _sockets(pid: int) -> set[str]:
     """Inodes of the open sockets of a process."""
-    found = set()
+    inodes = set()
     for descriptor in Path(f"/proc/{pid}/fd").iterdir():
         with contextlib.suppress(OSError):
             kind, _, inode = str(descriptor.readlink()).partition(":[")
             if kind == "socket":
-                found.add(inode.rstrip("]"))
-    return found
+                inodes.add(inode.rstrip("]"))
+    return inodes
 
 
 def attack(ports: list[int | str]) -> list[str]:
     """The attempts of `_ATTACK` that succeed at these ports."""
     command = [sys.executable, "-c", _ATTACK, *map(str, ports)]
     surrounding = {name: value for name, value in os.environ.items() if name != "DASK_CONFIG"}  # a stranger has no key
-    done = subprocess.run(command, cwd="/", env=surrounding, capture_output=True, text=True, timeout=60, check=False)
-    *achieved, last = done.stdout.splitlines() or [""]
-    assert last == f"tried {len(ports)} as {os.getuid() or 65_534}", done.stderr
-    return achieved
+    process = subprocess.run(command, cwd="/", env=surrounding, capture_output=True, text=True, timeout=60, check=False)
+    *successes, last = process.stdout.splitlines() or [""]
+    assert last == f"tried {len(ports)} as {os.getuid() or 65_534}", process.stderr
+    return successes
 
 
 def test_a_sweep_with_threads_opens_no_socket(folder):
     with Sweep(study_file(folder, 20), folder / "a.h5", "--workers", "2", "--quiet", seconds=0.3) as sweep:
         sweep.at_work()
-        assert listening(sweep.members) == []
+        assert listening_sockets(sweep.members) == []
 
 
 def test_a_sweep_with_processes_refuses_other_users_and_keeps_its_key(folder):
     options = ("--workers", "2", "--processes", "--quiet")
     with Sweep(study_file(folder, 40), folder / "a.h5", *options, seconds=1) as sweep:
         sweep.at_work()
-        ports = listening(sweep.members)
+        ports = listening_sockets(sweep.members)
         assert len(ports) == 5, "a scheduler, and two workers with one that watches over each"
         assert attack(ports) == []
         for pid in sweep.members:
@@ -122,12 +122,14 @@ def test_a_sweep_with_processes_refuses_other_users_and_keeps_its_key(folder):
 
 def test_the_attack_succeeds_on_an_unprotected_cluster(cluster: Cluster):
     """The control of the test above."""
-    achieved = attack([int(cluster.address.rpartition(":")[2])])
-    assert [line for line in achieved if line.endswith(f"ran as {os.getuid()}")]
-    assert [line for line in achieved if "answered plain" in line]
+    successes = attack([int(cluster.address.rpartition(":")[2])])
+    assert [line for line in successes if line.endswith(f"ran as {os.getuid()}")]
+    assert [line for line in successes if "answered plain" in line]
 
 
-def test_a_cluster_protected_as_documented_serves_the_sweep_and_refuses_other_users(folder, undisturbed, monkeypatch):
+def test_a_cluster_protected_as_documented_serves_the_sweep_and_refuses_other_users(
+    folder, expected_digest, monkeypatch
+):
     blocks, path = 4, folder / "a.h5"
     text = (ROOT / "docs" / "sweeps.md").read_text()
     (command,) = re.findall(r"^openssl req .*$", text, re.MULTILINE)
@@ -143,4 +145,4 @@ def test_a_cluster_protected_as_documented_serves_the_sweep_and_refuses_other_us
             assert sweep.end() == (0, [])
         assert attack([int(cluster.address.rpartition(":")[2])]) == []
     assert cluster.address.startswith("tls://")
-    assert digest(path) == undisturbed(blocks)
+    assert digest(path) == expected_digest(blocks)

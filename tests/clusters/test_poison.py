@@ -6,7 +6,7 @@ import time
 
 import pytest
 
-from clusters.processes import Sweep, committed, digest, study_file
+from clusters.processes import Sweep, committed_blocks, digest, study_file
 
 BLOCKS = 8
 
@@ -17,7 +17,7 @@ def config(folder):
 
 
 @pytest.mark.parametrize("options", [(), pytest.param(("--processes", "--workers", "2"), marks=pytest.mark.slow)])
-def test_a_block_that_raises_is_reported_and_the_others_finish(folder, config, undisturbed, options):
+def test_a_block_that_raises_is_reported_and_the_others_finish(folder, config, expected_digest, options):
     path = folder / "a.h5"
     with Sweep(config, path, *options, "--quiet", poison={"3": "raise"}) as sweep:
         code, lines = sweep.end()
@@ -29,8 +29,8 @@ def test_a_block_that_raises_is_reported_and_the_others_finish(folder, config, u
     assert lines[0].endswith("left out: ZeroDivisionError: poison")
     assert lines[1].startswith("error: 1 block failed")
     assert "the same command" in lines[1]
-    assert committed(path) == [number for number in range(BLOCKS) if number != 3]
-    assert sweep.executed.count(3) == 2
+    assert committed_blocks(path) == [number for number in range(BLOCKS) if number != 3]
+    assert sweep.executed_blocks.count(3) == 2
     events = sweep.log()
     assert [event["event"] for event in events if event["event"] != "workers"] == ["start", "retry", "failure", "stop"]
     (retry,) = (event for event in events if event["event"] == "retry")
@@ -39,34 +39,37 @@ def test_a_block_that_raises_is_reported_and_the_others_finish(folder, config, u
     assert failure["designs"] == [196_608, 262_143]
     assert failure["parameters"].keys() == {"crank", "coupler", "rocker"}
     assert (events[-1]["outcome"], events[-1]["failed"]) == ("incomplete", 1)
-    with Sweep(config, path, *options, "--quiet") as again:
-        assert again.end() == (0, [])
-    assert digest(path) == undisturbed(BLOCKS)
+    with Sweep(config, path, *options, "--quiet") as second:
+        assert second.end() == (0, [])
+    assert digest(path) == expected_digest(BLOCKS)
 
 
 @pytest.mark.parametrize("death", ["crash", pytest.param("exit", marks=pytest.mark.slow)])
-def test_a_block_that_kills_its_workers_is_left_out_and_the_others_finish(folder, config, undisturbed, report, death):
+def test_a_block_that_kills_its_workers_is_left_out_and_the_others_finish(
+    folder, config, expected_digest, report, death
+):
     path = folder / "a.h5"
-    begun = time.monotonic()
+    start = time.monotonic()
     with Sweep(config, path, "--processes", "--workers", "2", "--quiet", poison={"3": death}) as sweep:
         code, lines = sweep.end(120)
 
     lines = [line for line in lines if "waiting for one" not in line]
-    report(f"poison block ({death}): {sweep.executed.count(3)} workers died, {time.monotonic() - begun:.1f} s in all")
+    seconds = time.monotonic() - start
+    report(f"poison block ({death}): {sweep.executed_blocks.count(3)} workers died, {seconds:.1f} s in all")
     assert code == 3
     assert len(lines) == 2
     assert lines[0].startswith("error: block 3 (designs 196,608 to 262,143: ")
     assert lines[0].endswith("left out: KilledWorker: 4 workers died while they computed it")
-    assert sweep.executed.count(3) == 4
-    assert committed(path) == [number for number in range(BLOCKS) if number != 3]
-    with Sweep(config, path, "--quiet") as again:
-        assert again.end() == (0, [])
-    assert again.log()[-1]["computed"] == 65_536
-    assert digest(path) == undisturbed(BLOCKS)
+    assert sweep.executed_blocks.count(3) == 4
+    assert committed_blocks(path) == [number for number in range(BLOCKS) if number != 3]
+    with Sweep(config, path, "--quiet") as second:
+        assert second.end() == (0, [])
+    assert second.log()[-1]["computed"] == 65_536
+    assert digest(path) == expected_digest(BLOCKS)
 
 
 @pytest.mark.parametrize(("options", "failures"), [(("--fail-fast",), 1), (("--max-failures", "2"), 3)])
-def test_too_many_failures_stop_the_sweep_and_lose_nothing(folder, config, undisturbed, options, failures):
+def test_too_many_failures_stop_the_sweep_and_lose_nothing(folder, config, expected_digest, options, failures):
     path = folder / "a.h5"
     poison = {str(number): "raise" for number in (2, 3, 4, 5, 6)}
     with Sweep(config, path, *options, "--quiet", poison=poison, seconds=0.05) as sweep:
@@ -77,8 +80,8 @@ def test_too_many_failures_stop_the_sweep_and_lose_nothing(folder, config, undis
     assert all("left out: ZeroDivisionError" in line for line in lines[:-1])
     assert lines[-1].startswith(f"error: stopped after {failures} failed block")
     assert "run the sweep again to go on" in lines[-1]
-    assert {0, 1} <= set(committed(path)) <= {0, 1, 7}
+    assert {0, 1} <= set(committed_blocks(path)) <= {0, 1, 7}
     assert sweep.log()[-1]["outcome"].startswith(f"failed: stopped after {failures} failed block")
-    with Sweep(config, path, *options, "--quiet") as again:
-        assert again.end() == (0, [])
-    assert digest(path) == undisturbed(BLOCKS)
+    with Sweep(config, path, *options, "--quiet") as second:
+        assert second.end() == (0, [])
+    assert digest(path) == expected_digest(BLOCKS)

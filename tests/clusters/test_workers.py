@@ -10,7 +10,7 @@ import pytest
 from distributed import Client, LocalCluster
 
 import explore
-from clusters.processes import ROOT, Cluster, Sweep, committed, digest, study_file, wait_until
+from clusters.processes import ROOT, Cluster, Sweep, committed_blocks, digest, study_file, wait_until
 from explore.sweeping.in_flight import SPARE_BLOCKS
 
 BLOCKS = 12
@@ -22,7 +22,7 @@ def config(folder):
 
 
 @pytest.fixture
-def nothing(folder):
+def empty_package(folder):
     """A path on which a worker finds an empty package `explore`."""
     package = folder / "nothing" / "explore"
     package.mkdir(parents=True)
@@ -58,8 +58,8 @@ def test_workers_of_other_versions_are_refused_before_anything_is_computed(folde
     assert list(folder.glob("a.h5*")) == []  # not even a log
 
 
-def test_workers_without_the_package_are_refused_in_one_line(folder, config, cluster: Cluster, nothing):
-    cluster.add_worker(nothing)
+def test_workers_without_the_package_are_refused_in_one_line(folder, config, cluster: Cluster, empty_package):
+    cluster.add_worker(empty_package)
     cluster.wait_for_workers(1)
     with Sweep(config, folder / "a.h5", "--scheduler", cluster.address, "--quiet") as sweep:
         code, lines = sweep.end()
@@ -71,7 +71,7 @@ def test_workers_without_the_package_are_refused_in_one_line(folder, config, clu
 
 
 def test_a_worker_without_the_package_that_joins_late_does_no_harm(
-    folder, config, cluster: Cluster, undisturbed, nothing
+    folder, config, cluster: Cluster, expected_digest, empty_package
 ):
     """It cannot unpickle its task, so it ends, and its block is computed by another worker."""
     path = folder / "a.h5"
@@ -79,14 +79,14 @@ def test_a_worker_without_the_package_that_joins_late_does_no_harm(
     cluster.wait_for_workers(1)
     with Sweep(config, path, "--scheduler", cluster.address, "--quiet", seconds=0.5) as sweep:
         sweep.wait_for_blocks(1)
-        worker = cluster.add_worker(nothing)
+        worker = cluster.add_worker(empty_package)
         worker.process.wait(30)
         assert sweep.end() == (0, [])
-    assert digest(path) == undisturbed(BLOCKS)
+    assert digest(path) == expected_digest(BLOCKS)
 
 
 @pytest.mark.parametrize("what", ["kernel", pytest.param("version", marks=pytest.mark.slow)])
-def test_workers_of_other_versions_are_refused_when_they_join(folder, config, cluster: Cluster, undisturbed, what):
+def test_workers_of_other_versions_are_refused_when_they_join(folder, config, cluster: Cluster, expected_digest, what):
     path, (copy, words) = folder / "a.h5", other_package(folder, what)
     cluster.add_worker()
     cluster.wait_for_workers(1)
@@ -96,13 +96,13 @@ def test_workers_of_other_versions_are_refused_when_they_join(folder, config, cl
         code, lines = sweep.end()
     assert (code, len(lines)) == (1, 1), lines
     assert all(word in lines[0] for word in words), lines
-    assert 1 <= len(committed(path)) < BLOCKS
-    with Sweep(config, path, "--quiet") as again:
-        assert again.end() == (0, [])
-    assert digest(path) == undisturbed(BLOCKS)
+    assert 1 <= len(committed_blocks(path)) < BLOCKS
+    with Sweep(config, path, "--quiet") as second:
+        assert second.end() == (0, [])
+    assert digest(path) == expected_digest(BLOCKS)
 
 
-def test_a_sweep_waits_for_workers_and_uses_those_that_join(folder, config, cluster: Cluster, undisturbed):
+def test_a_sweep_waits_for_workers_and_uses_those_that_join(folder, config, cluster: Cluster, expected_digest):
     path = folder / "a.h5"
     with Sweep(config, path, "--scheduler", cluster.address, "--quiet", seconds=0.3) as sweep:
         wait_until(lambda: "the cluster has no worker; waiting for one" in sweep.stderr)
@@ -112,26 +112,26 @@ def test_a_sweep_waits_for_workers_and_uses_those_that_join(folder, config, clus
         code, lines = sweep.end()
     assert (code, lines) == (0, ["the cluster has no worker; waiting for one"])
     assert {pid for _, pid in sweep.executions} == {first.process.pid, second.process.pid}
-    assert sweep.extra == 0
+    assert sweep.n_repetitions == 0
     threads = [event["threads"] for event in sweep.log() if event["event"] == "workers"]
     assert threads == [0, 1, 2]
-    assert digest(path) == undisturbed(BLOCKS)
+    assert digest(path) == expected_digest(BLOCKS)
 
 
 def test_the_number_of_blocks_in_flight_follows_the_workers():
     """At most one block in flight for each thread and two more."""
     from explore.sweeping.in_flight import BlocksInFlight
 
-    under_way, most, threads = set(), {1: 0, 3: 0}, 1
+    blocks_in_flight, most, threads = set(), {1: 0, 3: 0}, 1
 
     def submit(number, _):
-        under_way.add(number)
-        most[threads] = max(most[threads], len(under_way))
+        blocks_in_flight.add(number)
+        most[threads] = max(most[threads], len(blocks_in_flight))
         return client.submit(time.sleep, 0.05, pure=False)
 
     def accept(number, _):
         nonlocal threads
-        under_way.discard(number)
+        blocks_in_flight.discard(number)
         if number == 10:
             cluster.scale(3)
             client.wait_for_workers(3, timeout=30)
@@ -144,10 +144,10 @@ def test_the_number_of_blocks_in_flight_follows_the_workers():
 
 
 def test_a_scheduler_that_does_not_answer_is_named_in_one_line(folder, config, report):
-    begun = time.monotonic()
+    start = time.monotonic()
     with Sweep(config, folder / "a.h5", "--scheduler", "tcp://127.0.0.1:9", "--quiet") as sweep:
         code, lines = sweep.end()
-    seconds = time.monotonic() - begun
+    seconds = time.monotonic() - start
     report(f"unreachable scheduler: {seconds:.1f} s")
     assert code == 1
     assert len(lines) == 1
