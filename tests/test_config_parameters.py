@@ -51,7 +51,7 @@ def with_parameter(name, value):
             "crank",
             "{ min = 1, max = 2 }",
             "",
-            'needs [sampling] method = "sobol" or "latin-hypercube" or "random"; in a grid',
+            'needs the sampling method "sobol" or "latin-hypercube" or "random"; in a grid',
         ),
     ],
 )

@@ -82,7 +82,7 @@ def test_bad_sampling(problems, section, problem):
         ('[rank]\nmetrics = ["mid_angle"]', "8: rank.metrics: mid_angle has no default sense"),
         ('[rank]\nmetrics = ["linkage_class:min"]', "8: rank.metrics: linkage_class is a label"),
         ('[rank]\nmetrics = ["crank"]', "8: rank.metrics: crank has no default sense"),
-        ('[rank]\nmetrics = ["speed:max"]', "8: rank.metrics: speed is not in [parameters], so it is the same"),
+        ('[rank]\nmetrics = ["speed:max"]', "8: rank.metrics: speed is not among the parameters, so it is the same"),
         ('[rank]\nmetrics = ["crank:min", "crank:max"]', "8: rank.metrics: crank is listed twice"),
         ('[rank]\nmetrics = ["cv", "cv:max"]', "8: rank.metrics: cv is listed twice"),
         ("[rank]\nmetrics = []", "8: rank.metrics: the list is empty; leave it out"),

@@ -185,7 +185,7 @@ def test_a_table_is_swept_and_one_with_other_values_is_refused(table):
         (f"{HEADER},crank\n{ROW},1\n", ["1: crank: the column occurs twice; remove one"]),
         (
             "crank,coupler\n1,2\n",
-            ["1: missing rocker, ground; add a column, or one value for all designs in [parameters]"],
+            ["1: missing rocker, ground; add a column, or one value for all designs to the parameters"],
         ),
         (f"{HEADER}\n{ROW}\n1,2,3\n", ["3: has 3 cells, but the header has 4; write one for each column"]),
         (f"{HEADER}\n{ROW},5\n{ROW}\n", ["2: has 5 cells, but the header has 4; write one for each column"]),
@@ -276,7 +276,7 @@ def test_parameters_beside_a_table_have_one_value(wrong, entry, key):
 
 def test_a_parameter_in_both_places(wrong):
     assert wrong(f"{HEADER}\n{ROW}\n", STUDY + "[parameters]\ncrank = 100\n") == [
-        "designs.csv:1: crank: is also in [parameters]; remove it there or remove this column"
+        "designs.csv:1: crank: is also among the parameters; remove it there or remove this column"
     ]
 
 

@@ -213,7 +213,7 @@ def test_ranking_a_front_says_what_it_cannot_know(study, tmp_path):
 def test_a_journal_with_foreign_records_is_refused(study, tmp_path, meta):
     with collectors.FrontCollector(study, tmp_path / "a.h5", restart=False) as kept:
         kept.commit(runs.evaluate_block(study.request, study.space, 0, study.objectives))
-        front = runs.evaluate_block(study.request, study.space, 1, study.objectives).columns
+        front = runs.evaluate_block(study.request, study.space, 1, study.objectives).arrays
         kept._writer.append({"counts": {}, "tally": "{}", **meta}, front)
 
     with pytest.raises(explore.ResultsError, match="has a record that is not a block of this study"):

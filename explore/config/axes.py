@@ -169,7 +169,7 @@ class _AxisReader:
         table = read(RangeTable, entry, self.path, self.problems)
         if self.method == "grid":
             self.note(
-                f"a range {{ min, max }} needs [sampling] method = {DRAWING_METHODS}; in a grid write "
+                f"a range {{ min, max }} needs the sampling method {DRAWING_METHODS}; in a grid give "
                 "{ start, stop, num }"
             )
         if table is None:

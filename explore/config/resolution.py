@@ -140,7 +140,7 @@ def _reason_not_in_results(name: str, request: Request, space: DesignSpace | Non
     """Why the results have no column of that name that varies; empty when they have one."""
     if name in {parameter.name for parameter in request.mechanism.parameters}:
         has_axis = space is None or name in {axis.name for axis in space.axes}
-        return "" if has_axis else f"{name} is not in [parameters], so it is the same in all designs; leave it out"
+        return "" if has_axis else f"{name} is not among the parameters, so it is the same in all designs; leave it out"
     is_computed = name in {metric.name for metric in request.metrics}
     return "" if is_computed else f'{name} is not computed; add "{name}" to the metrics'
 

@@ -125,7 +125,7 @@ class _TableReader:
             missing = [name for name in self.required if name not in self.fixed and name not in corrections]
             if missing:
                 self.note(
-                    line, f"missing {', '.join(missing)}; add a column, or one value for all designs in [parameters]"
+                    line, f"missing {', '.join(missing)}; add a column, or one value for all designs to the parameters"
                 )
         return [self.parameters.get(name) for name in names]
 
@@ -138,7 +138,7 @@ class _TableReader:
         if is_repeated:
             return "the column occurs twice; remove one"
         if name in self.fixed:
-            return "is also in [parameters]; remove it there or remove this column"
+            return "is also among the parameters; remove it there or remove this column"
         return ""
 
     def pieces(self, reader: Reader, header: list[Parameter | None]) -> dict[str, list[FloatArray]]:
