@@ -113,14 +113,14 @@ def _warn(name: str, verdict: Verdict, outcome: Outcome, errors: FloatArray, tol
 
 
 def window_limits(mechanism: Mechanism, columns: Arrays, window: str, drive: str) -> tuple[float, float] | None:
-    """First and last crank angle of a stroke, deg, ascending; None if the output has no strokes.
+    """First and last crank angle of a window, deg, ascending; None if the output has no strokes.
 
     Parameters
     ----------
     columns
         Parameters of one design whose crank turns, each of shape (1,).
     window
-        A window that is one stroke, such as "drive".
+        Name of a window whose pieces follow each other, as those of all named windows do.
     drive
         The stroke that "drive" means.
     """
@@ -130,7 +130,6 @@ def window_limits(mechanism: Mechanism, columns: Arrays, window: str, drive: str
         return None
     parts = np.zeros((4, 3))
     code = next(declared.code for declared in mechanism.windows if declared.name == window)
-    mechanism.pieces(result.kernel[0], code, mechanism.drives[drive], 0.0, 0.0, parts)
-    anchor, first, last = parts[0]
-    start, stop = (180.0 * anchor + 2.0 * np.rad2deg(np.arctan(half)) for half in (first, last))
-    return float(start), float(stop)
+    count = mechanism.pieces(result.kernel[0], code, mechanism.drives[drive], 0.0, 0.0, parts)
+    ends = 180.0 * parts[:count, :1] + 2.0 * np.rad2deg(np.arctan(parts[:count, 1:]))
+    return float(ends[0, 0]), float(ends[0, 1] + np.diff(ends[1:]).sum())

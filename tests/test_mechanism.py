@@ -135,6 +135,10 @@ def test_names_in_parts_exist():
     assert problem(MECHANISM, parameters=parameters).startswith("only_in of 'phases' names the window 'turn'")
     signals = changed(MECHANISM.signals, "output_velocity", only_in=("turn",))
     assert problem(MECHANISM, signals=signals).startswith("only_in of 'output_velocity' names the window 'turn'")
+    signals = changed(MECHANISM.signals, "rocker_velocity", derivative_of="rocker")
+    assert problem(MECHANISM, signals=signals).startswith(
+        "derivative_of of 'rocker_velocity' names the signal 'rocker'"
+    )
     signals = changed(RIG.signals, "coupler_force", required_loads=("torque",))
     assert problem(RIG, signals=signals).startswith("the signal 'coupler_force' names the parameter 'torque'")
 

@@ -7,8 +7,10 @@ import numpy as np
 import pytest
 
 import explore
+from explore.mechanisms.registry import MECHANISMS
 from explore.methods.contract import method_label
 from explore.methods.registry import METHODS, find_method
+from explore.motions import window_limits
 
 SMOOTH = {"crank": 100.0, "coupler": 1083.4236, "rocker": 541.7118, "ground": 691.7118}
 #: A relative margin of 1e-7, dyadic, and a turn of which one angle is at the toggle.
@@ -106,3 +108,14 @@ def test_the_speed_scales_velocities_and_accelerations_alone():
     for name in slow:
         power = 2 if name.endswith("_acceleration") else 1 if name.endswith("_velocity") else 0
         np.testing.assert_array_equal(fast[name], 4.0**power * slow[name], err_msg=name)
+
+
+@pytest.mark.parametrize("name", ["crank-rocker", "test-rig"])
+def test_limits_of_a_window_of_several_pieces(name):
+    mechanism = MECHANISMS[name]
+    columns = {
+        link: np.array([length])
+        for link, length in zip(mechanism.loop_lengths, (100.0, 300.0, 250.0, 350.0), strict=True)
+    }
+    start, stop = window_limits(mechanism, columns, "cycle", mechanism.default_drive)
+    assert stop - start == pytest.approx(360.0, rel=1e-14)

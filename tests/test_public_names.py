@@ -51,9 +51,9 @@ def test_types_are_part_of_the_package():
 
 
 def texts_of_errors():
-    """The texts in the library, without docstrings; the command line is no part of it."""
+    """The texts in the library, without docstrings; the command line and what runs it are no part of it."""
     for file in PACKAGE.rglob("*.py"):
-        if not file.is_relative_to(PACKAGE / "cli"):
+        if not file.is_relative_to(PACKAGE / "cli") and file != PACKAGE / "testing/commands.py":
             nodes = list(ast.walk(ast.parse(file.read_text(encoding="utf-8"))))
             docstrings = {id(node.value) for node in nodes if isinstance(node, ast.Expr)}
             for node in nodes:

@@ -5,7 +5,7 @@ import math
 import pytest
 
 from explore.errors import RequestError
-from explore.request.units import quantity
+from explore.request.units import dimension, quantity
 
 
 @pytest.mark.parametrize(
@@ -68,3 +68,23 @@ def test_bad_quantities(value, unit, reason):
         quantity(value, unit)
     assert reason in str(caught.value)
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("unit", "powers"),
+    [
+        ("", (0, 0, 0)),
+        ("1", (0, 0, 0)),
+        ("deg", (0, 0, 0)),
+        ("mm", (1, 0, 0)),
+        ("rad^2/s^4", (0, -4, 0)),
+        ("deg/mm", (-1, 0, 0)),
+        ("N", (1, -2, 1)),
+        ("N m s/rad", (2, -1, 1)),
+        ("MPa", (-1, -2, 1)),
+        ("W", (2, -3, 1)),
+        ("h", (0, 1, 0)),
+    ],
+)
+def test_dimensions(unit, powers):
+    assert dimension(unit) == powers

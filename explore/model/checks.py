@@ -90,6 +90,8 @@ def _signals(declaration: Declaration) -> Iterator[str]:
             if not first <= row < declaration.signal_rows:
                 yield f"{field} {row} of the signal '{signal.name}' is not one of the {declaration.signal_rows} rows"
         yield from _unknown("parameter", signal.required_loads, parameters, f"the signal '{signal.name}'")
+        if signal.derivative_of:
+            yield from _unknown("signal", [signal.derivative_of], by_name, f"derivative_of of '{signal.name}'")
         if signal.shares_row_with:
             yield from _unknown("signal", [signal.shares_row_with], by_name, f"the signal '{signal.name}'")
             other = by_name.get(signal.shares_row_with, signal)

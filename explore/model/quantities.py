@@ -109,6 +109,9 @@ class Signal:
         Name of the signal whose row this one uses, scaled or windowed differently; empty for a row of its own.
     is_residual
         Whether the signal is small beside the terms in `terms_row` and has their singularities.
+    derivative_of
+        Name of the signal whose derivative by the crank angle this one is, times the speed to the difference of their
+        speed powers, angles in rad; empty for none.
     """
 
     name: str
@@ -127,6 +130,7 @@ class Signal:
     terms_row: int = -1
     shares_row_with: str = ""
     is_residual: bool = False
+    derivative_of: str = ""
 
     @property
     def statistics(self) -> tuple[str, ...]:

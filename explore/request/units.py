@@ -93,6 +93,14 @@ def _convert(text: str, unit: str) -> float:
 
 
 @functools.cache
+def dimension(unit: str) -> tuple[int, int, int]:
+    """The powers of length, time and mass in a declared unit: (1, -2, 1) for "N"."""
+    powers = _registry().get_dimensionality(unit or "1")
+    length, time, mass = (int(powers.get(base, 0)) for base in ("[length]", "[time]", "[mass]"))
+    return length, time, mass
+
+
+@functools.cache
 def _registry() -> pint.UnitRegistry[Fraction]:
     import pint  # takes 0.3 s, needed only for strings with a unit
 

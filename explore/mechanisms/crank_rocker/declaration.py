@@ -6,7 +6,15 @@ from explore.model.mechanism import Mechanism
 from explore.model.quantities import Metric, Parameter, Signal, Window
 
 _VELOCITY_SIGNALS = tuple(
-    Signal(f"{link}_velocity", "rad/s", f"{link} angular velocity", row, four_bar.VELOCITIES, speed_power=1)
+    Signal(
+        f"{link}_velocity",
+        "rad/s",
+        f"{link} angular velocity",
+        row,
+        four_bar.VELOCITIES,
+        speed_power=1,
+        derivative_of=f"{link}_angle",
+    )
     for link, row in (("coupler", four_bar.COUPLER_VELOCITY), ("rocker", four_bar.ROCKER_VELOCITY))
 )
 _ACCELERATION_SIGNALS = tuple(
@@ -18,6 +26,7 @@ _ACCELERATION_SIGNALS = tuple(
         four_bar.ACCELERATIONS,
         speed_power=2,
         pole_order=4,
+        derivative_of=f"{link}_velocity",
     )
     for link, row in (("coupler", four_bar.COUPLER_ACCELERATION), ("rocker", four_bar.ROCKER_ACCELERATION))
 )
@@ -98,6 +107,7 @@ CRANK_ROCKER = Mechanism(
             four_bar.ROCKER_VELOCITY,
             four_bar.VELOCITIES,
             shares_row_with="rocker_velocity",
+            derivative_of="rocker_angle",
         ),
     ),
     metrics=_GEOMETRY_METRICS,

@@ -69,9 +69,10 @@ def _signal_under_load(
 
 _SIGNALS = (
     Signal("rocker_angle", "deg", "rocker angle", four_bar.ROCKER_ANGLE, four_bar.ANGLES),
-    Signal("rocker_velocity", "rad/s", "rocker angular velocity", four_bar.ROCKER_VELOCITY, four_bar.VELOCITIES, 1),
+    Signal("rocker_velocity", "rad/s", "rocker angular velocity", four_bar.ROCKER_VELOCITY, four_bar.VELOCITIES, 1,
+           derivative_of="rocker_angle"),
     Signal("rocker_acceleration", "rad/s^2", "rocker angular acceleration", four_bar.ROCKER_ACCELERATION,
-           four_bar.ACCELERATIONS, 2, pole_order=4),
+           four_bar.ACCELERATIONS, 2, pole_order=4, derivative_of="rocker_velocity"),
     *(
         Signal(f"velocity_deviation{suffix}", "rad/s", f"deviation of the rocker's velocity from a sine{factor}", row,
                columns.HARMONICS, 1, terms_row=four_bar.ROCKER_VELOCITY, is_residual=True)

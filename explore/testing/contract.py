@@ -1,0 +1,95 @@
+"""The contract of a mechanism."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy.typing as npt
+
+from explore.config.study_file import load_study, starter
+from explore.mechanisms.registry import MECHANISMS
+from explore.model.mechanism import Mechanism
+from explore.request.parameters import parameter_columns
+from explore.testing.commands import failing_commands
+from explore.testing.derivatives import wrong_derivatives
+from explore.testing.drawn_designs import draw_designs
+from explore.testing.invariance import changes_with_the_block, changes_with_units
+from explore.testing.statistics import wrong_statistics, wrong_zero_means
+from explore.testing.statuses import wrong_statuses
+from explore.testing.subject import Subject
+
+_CHECKS = (
+    wrong_statuses,
+    wrong_derivatives,
+    wrong_statistics,
+    wrong_zero_means,
+    changes_with_units,
+    changes_with_the_block,
+)
+
+
+def check_mechanism(
+    mechanism: Mechanism,
+    *,
+    study: str | None = None,
+    designs: Mapping[str, npt.ArrayLike] | int = 24,
+    seed: int = 0,
+) -> None:
+    """Check that a mechanism keeps every promise of its results, for use in the tests of a mechanism.
+
+    Parameters
+    ----------
+    mechanism
+        The mechanism. While it is checked it is registered under its name.
+    study
+        Text of a study file of the mechanism, small enough to sweep in a test; None for that of `explore init`.
+    designs
+        The designs to check, parameters by name in declared units; or the number of designs to draw. A parameter that
+        the study gives is drawn uniformly in its logarithm, from a third of the study's smallest value to three times
+        its largest, as far as its range allows. A parameter with choices takes any of them, others their defaults.
+    seed
+        Seed of the draw.
+
+    Raises
+    ------
+    AssertionError
+        With one line for each broken promise.
+
+    Notes
+    -----
+    The promises:
+
+    - each design has a status that fits its row, and values outside a declared range are refused by one;
+    - a signal declared as `derivative_of` another integrates to its changes;
+    - mean, variance, standard deviation, rms, cv and extremes of each signal over each window are within the bound
+      `error` of those by dense sampling, which uses the signals at plain crank angles alone;
+    - all columns change as their units say when lengths, times and masses are given in other units, also the speed;
+    - no bit depends on the block of a design or its place in it;
+    - the study loads and sweeps, and every command works on its results.
+
+    Signals that exist only in some windows, as behind clutches, and derived metrics are not sampled densely.
+    """
+    with _registered(mechanism), TemporaryDirectory() as folder:
+        file = Path(folder) / "study.toml"
+        file.write_text(starter(mechanism) if study is None else study, encoding="utf-8")
+        drawn = draw_designs(load_study(file), designs, seed) if isinstance(designs, int) else designs
+        subject = Subject(mechanism, parameter_columns(mechanism, drawn))
+        broken = [sentence for check in _CHECKS for sentence in check(subject)]
+        broken += failing_commands(mechanism.name, file)
+    if broken:
+        raise AssertionError("\n".join(f"{mechanism.name}: {sentence}" for sentence in broken))
+
+
+@contextmanager
+def _registered(mechanism: Mechanism) -> Iterator[None]:
+    """Register a mechanism, in place of any other of its name, because studies and workers find it by name."""
+    before = dict(MECHANISMS)
+    MECHANISMS[mechanism.name] = mechanism
+    try:
+        yield
+    finally:
+        MECHANISMS.clear()
+        MECHANISMS.update(before)

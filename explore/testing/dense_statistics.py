@@ -1,0 +1,188 @@
+"""Statistics of a motion by dense sampling, which knows nothing of the mechanism but its signals at crank angles.
+
+A window is cut into panels of equal length in the crank angle. Each has 32 Gauss-Legendre nodes, and is halved until
+the Legendre series of every signal on it ends in rounding. All panels are then halved once more: the change of a
+statistic estimates its error.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+from numpy.polynomial import legendre
+
+from explore.model.quantities import FloatArray
+
+#: Gives the signals at crank angles in degrees, shape (s, t).
+Motion = Callable[[FloatArray], FloatArray]
+
+_NODES = 32
+_FIRST_PANELS = 8
+#: Halvings of a panel at most: beside a jump, a panel of 360 deg / (8 * 2^42) is as good as none.
+_MOST_HALVINGS = 42
+#: Panels at most, of which a motion that is not smooth anywhere would need any number.
+_MOST_PANELS = 2_000
+#: Largest tail of a resolved series, the sum of its last coefficients, relative to the signal.
+_RESOLVED, _TAIL = 1e-14, 4
+#: A tail below this that halving does not lower consists of rounding.
+_ROUNDING_TAIL = 1e-8
+#: Tails above this belong to jumps, beside which a series overshoots.
+_JUMP = 1e-6
+_X: FloatArray = np.asarray(legendre.leggauss(_NODES)[0], dtype=np.float64)
+#: From samples to coefficients; the weights that NumPy gives with the nodes err by 1e-13 at the ends of a series.
+_TRANSFORM = np.linalg.inv(legendre.legvander(_X, _NODES - 1))
+#: Weights of the nodes in a mean over their panel: the coefficient of order 0.
+_WEIGHTS = _TRANSFORM[0]
+#: Points of a panel at which extremes are looked for, both ends among them.
+_GRID = -np.cos(np.linspace(0.0, np.pi, 4 * _NODES + 1))
+_ON_GRID = legendre.legvander(_GRID, _NODES - 1)
+#: From coefficients to those of the derivative, by the row.
+_SLOPE = np.array([np.append(legendre.legder(row), 0.0) for row in np.eye(_NODES)])
+#: Panels of which an extreme is refined, best first.
+_REFINED = 3
+#: Factor from the change of a statistic in the last halving to the bound of its error.
+_SAFETY = 4.0
+_ROUNDING = 1e-15
+
+
+@dataclass(frozen=True)
+class Panels:
+    """Samples of a motion over a window.
+
+    Attributes
+    ----------
+    edges : (p + 1,) array
+        Crank angles between the panels, deg, ascending.
+    values : (s, p, n) array
+        Signals at the Gauss-Legendre nodes of each panel.
+    """
+
+    edges: FloatArray
+    values: FloatArray
+
+    @property
+    def weights(self) -> FloatArray:
+        """Weights of the nodes in a mean over the window, shape (p, n)."""
+        lengths = np.diff(self.edges)
+        return np.outer(lengths / lengths.sum(), _WEIGHTS)
+
+
+@dataclass(frozen=True)
+class Statistics:
+    """Statistics of signals over one window, or bounds of their errors, each of shape (s,)."""
+
+    mean: FloatArray
+    variance: FloatArray
+    min: FloatArray
+    max: FloatArray
+    power_mean: FloatArray
+
+    @property
+    def rms(self) -> FloatArray:
+        """Roots of the mean squares."""
+        return np.asarray(np.sqrt(self.mean**2 + self.variance))
+
+    @property
+    def magnitude(self) -> FloatArray:
+        """Largest absolute values."""
+        return np.maximum(np.abs(self.min), np.abs(self.max))
+
+    def of(self, signal: int) -> Statistics:
+        """The statistics of one signal, each of shape ()."""
+        return Statistics(**{name: values[signal] for name, values in vars(self).items()})
+
+
+def sample(motion: Motion, start: float, stop: float) -> Panels:
+    """Sample a motion between two crank angles, deg, densely enough for all signals."""
+    edges = np.linspace(start, stop, _FIRST_PANELS + 1)
+    lows, highs = edges[:-1], edges[1:]
+    values, ends = _at_nodes(motion, lows, highs)
+    # The size of a signal is that on the panel or its rms: a narrow peak hides no errors of what is beside it.
+    level = np.sqrt((values**2).mean(axis=(1, 2)))[:, None]
+    previous = np.full(values.shape[:2], np.inf)
+    finished: list[tuple[FloatArray, FloatArray]] = []
+    for halving in range(_MOST_HALVINGS + 1):
+        coefficients = values @ _TRANSFORM.T
+        tails = np.abs(coefficients[:, :, -_TAIL:]).sum(axis=2)
+        scale = np.maximum(np.abs(values).max(axis=2), level)
+        resolved = tails <= _RESOLVED * scale
+        resolved |= (tails <= _ROUNDING_TAIL * scale) & (tails > 0.25 * previous)
+        # a jump between the last node and the end
+        resolved &= np.abs(coefficients @ _ON_GRID[[0, -1]].T - ends).max(axis=2) <= _JUMP * scale
+        done = resolved.all(axis=0)
+        if halving == _MOST_HALVINGS or len(lows) > _MOST_PANELS:
+            done[:] = True
+        finished.append((lows[done], values[:, done]))
+        if done.all():
+            break
+        lows, highs, previous = lows[~done], highs[~done], np.repeat(tails[:, ~done], 2, axis=1)
+        middles = 0.5 * (lows + highs)
+        lows = np.column_stack([lows, middles]).ravel()
+        highs = np.column_stack([middles, highs]).ravel()
+        values, ends = _at_nodes(motion, lows, highs)
+    starts = np.concatenate([lows for lows, _ in finished])
+    order = np.argsort(starts)
+    return Panels(np.append(starts[order], stop), np.concatenate([v for _, v in finished], axis=1)[:, order])
+
+
+def _at_nodes(motion: Motion, lows: FloatArray, highs: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """The signals at the nodes of panels, shape (s, p, n), and at their ends, shape (s, p, 2)."""
+    angles = (0.5 * (lows + highs))[:, None] + (0.5 * (highs - lows))[:, None] * _X
+    values = motion(np.column_stack([lows, angles, highs]).ravel()).reshape(-1, len(lows), _NODES + 2)
+    return values[:, :, 1:-1], values[:, :, [0, -1]]
+
+
+def halve(motion: Motion, panels: Panels) -> Panels:
+    """Sample all panels in halves.
+
+    The ends of the window move inwards by one rounding of a crank angle, so that the change of a statistic includes
+    what that rounding does.
+    """
+    edges: FloatArray = np.sort(np.concatenate([panels.edges, 0.5 * (panels.edges[:-1] + panels.edges[1:])]))
+    rounding = np.spacing(360.0)
+    edges[0], edges[-1] = edges[0] + rounding, edges[-1] - rounding
+    return Panels(edges, _at_nodes(motion, edges[:-1], edges[1:])[0])
+
+
+def measure(motion: Motion, panels: Panels) -> tuple[Statistics, Statistics]:
+    """Statistics of the signals over a window, and bounds of their errors."""
+    coarse, fine = _statistics(panels), _statistics(halve(motion, panels))
+    # a few roundings of the samples
+    rounding = dict.fromkeys(vars(fine), fine.rms)
+    rounding |= {"variance": fine.rms**2, "min": fine.magnitude, "max": fine.magnitude}
+    errors = {
+        name: _SAFETY * np.abs(value - getattr(coarse, name)) + _ROUNDING * rounding[name]
+        for name, value in vars(fine).items()
+    }
+    return fine, Statistics(**errors)
+
+
+def _statistics(panels: Panels) -> Statistics:
+    values, weights = panels.values, panels.weights
+    mean = (weights * values).sum(axis=(1, 2))
+    variance = (weights * (values - mean[:, None, None]) ** 2).sum(axis=(1, 2))
+    power_mean = (weights * np.abs(values) ** (10.0 / 3.0)).sum(axis=(1, 2)) ** 0.3
+    coefficients = values @ _TRANSFORM.T
+    tails = np.abs(coefficients[:, :, -_TAIL:]).sum(axis=2)
+    jumps = tails > _JUMP * np.abs(values).max(axis=(1, 2))[:, None]
+    return Statistics(mean, variance, -_largest(-coefficients, jumps), _largest(coefficients, jumps), power_mean)
+
+
+def _largest(coefficients: FloatArray, jumps: npt.NDArray[np.bool_]) -> FloatArray:
+    """Largest values of the signals from their series on the panels without jumps, shape (s,)."""
+    on_grid = coefficients @ _ON_GRID.T
+    on_grid[jumps] = -np.inf
+    best = np.argsort(on_grid.max(axis=2), axis=1)[:, -_REFINED:]
+    series = np.take_along_axis(coefficients, best[:, :, None], axis=1)
+    x = _GRID[np.take_along_axis(on_grid, best[:, :, None], axis=1).argmax(axis=2)]
+    # Newton's method for a root of the slope, where the signal bends down.
+    for _ in range(4):
+        polynomials = legendre.legvander(x, _NODES - 1)
+        slope, bend = ((polynomials * (series @ matrix)).sum(axis=2) for matrix in (_SLOPE, _SLOPE @ _SLOPE))
+        x = np.clip(x - np.where(bend < 0.0, slope / np.where(bend < 0.0, bend, 1.0), 0.0), -1.0, 1.0)
+    refined = (legendre.legvander(x, _NODES - 1) * series).sum(axis=2)
+    refined[np.take_along_axis(jumps, best, axis=1)] = -np.inf
+    return np.asarray(np.maximum(refined.max(axis=1), on_grid.max(axis=(1, 2))))

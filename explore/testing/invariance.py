@@ -1,0 +1,141 @@
+"""Results that must not change: with the block that a design stands in, and with the units of length, time and mass."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from explore.model.columns import Arrays
+from explore.model.quantities import AnyMetric, DerivedMetric, FloatArray, Metric, SampledMetric
+from explore.model.status import Status
+from explore.request.units import dimension
+from explore.testing.subject import COMPUTED, Subject, name_of
+
+
+@dataclass(frozen=True)
+class _Units:
+    """Other units: the numbers by which lengths, times and masses grow, and whether products with them are exact."""
+
+    description: str
+    factors: tuple[float, float, float]
+    is_exact: bool = True
+
+    def factor(self, unit: str) -> float:
+        """The number by which quantities of a unit grow."""
+        return float(np.prod(np.power(self.factors, dimension(unit))))
+
+
+#: Powers of 2 commute with all roundings but those of powers; a factor of 1000 rounds every length anew.
+_UNITS = (
+    _Units("a unit of length that is 1024 times smaller", (2.0**10, 1.0, 1.0)),
+    _Units("a unit of time that is 8 times greater", (1.0, 2.0**-3, 1.0)),
+    _Units("a unit of mass that is 32 times smaller", (1.0, 1.0, 2.0**5)),
+    _Units("a unit of length that is 1000 times smaller", (1000.0, 1.0, 1.0), is_exact=False),
+)
+#: Largest relative change by exact factors, of derived metrics, which may have many powers, and by other factors.
+_EXACT, _DERIVED, _ROUNDED = 2e-15, 1e-12, 1e-9
+#: Bounds may change by rounding and, where they are differences of rounded values, to a multiple.
+_ROUNDING, _GREATER = 1e-13, 10.0
+#: Factor on the speed of half of the designs.
+_FASTER = 1.7
+#: Numbers of designs of a block, and how many blocks are evaluated.
+_BLOCK_SIZES, _BLOCK_COUNT = (1, 7), 6
+
+
+def changes_with_units(subject: Subject) -> Iterator[str]:
+    """A sentence for each column that does not change as its unit says when units of length, time or mass change."""
+    wrong: dict[str, str] = {}
+    declared = {parameter.name: parameter.unit for parameter in subject.mechanism.parameters}
+    designs = subject.complete_designs
+    for window, drive in subject.windows():
+        metrics = subject.all_metrics(window)
+        names = [metric.name for metric in metrics]
+        before = subject.evaluate(names, window, drive, designs=designs)
+        for units in _UNITS:
+            scaled = {name: column * units.factor(declared[name]) for name, column in designs.items()}
+            after = subject.evaluate(names, window, drive, designs=scaled)
+            for name, design, value, expected in _changes(metrics, before, after, units):
+                sentence = (
+                    f"{name} over {name_of(window)} is {value!r} and not {expected!r} "
+                    f"in {units.description}, for {subject.describe(design)}"
+                )
+                wrong.setdefault(name, sentence)
+    yield from wrong.values()
+
+
+def _changes(
+    metrics: tuple[AnyMetric, ...], before: Arrays, after: Arrays, units: _Units
+) -> Iterator[tuple[str, int, float, float]]:
+    """Name, design, value and expected value of the first design of each column that changes otherwise."""
+    expected: Arrays = {metric.name: before[metric.name] * units.factor(metric.unit) for metric in metrics}
+    allowed = {metric.name: _allowed(metric, expected, units.is_exact) for metric in metrics}
+    after = after | {"status": _outcome(after)}
+    expected |= {"status": _outcome(before)}
+    allowed["status"] = np.zeros(len(before["status"]))
+    if units.is_exact:
+        # the bound of a value that is nothing but rounding may be anything
+        expected["error"] = before["error"]
+        allowed["error"] = np.where(before["status"] == Status.OK, _ROUNDING + _GREATER * before["error"], np.inf)
+    for name, column in expected.items():
+        value = after[name]
+        with np.errstate(invalid="ignore"):  # infinite minus infinite
+            agrees = np.abs(value - column) <= allowed[name]
+        agrees |= (value == column) | (np.isnan(value) & np.isnan(column))
+        if not agrees.all():
+            design = int(np.flatnonzero(~agrees)[0])
+            yield name, design, value[design].item(), column[design].item()
+
+
+def _outcome(columns: Arrays) -> npt.NDArray[np.int64]:
+    """The status of each design; near the tolerance rounding decides which of those of computed designs it is."""
+    status = columns["status"].astype(np.int64)
+    return np.where(np.isin(status, COMPUTED), Status.OK, status)
+
+
+def _allowed(metric: AnyMetric, expected: Arrays, is_exact: bool) -> FloatArray:
+    """Largest change of a metric that is rounding, shape (n,)."""
+    size = np.abs(expected[metric.name])
+    if is_exact:
+        return np.asarray((_DERIVED if isinstance(metric, DerivedMetric) else _EXACT) * size)
+    if isinstance(metric, SampledMetric):
+        if metric.statistic == "cv":  # its mean may be next to nothing
+            return np.full(size.shape, np.inf)
+        start = f"{metric.signal.name}_"
+        rms = expected[f"{start}rms{metric.name.removeprefix(start + metric.statistic)}"]
+        return np.asarray(_ROUNDED * np.maximum(size, rms**2 if metric.statistic == "variance" else rms))
+    return np.asarray(_ROUNDED * (np.nanmax(size, initial=0.0) if isinstance(metric, Metric) else size))
+
+
+def changes_with_the_block(subject: Subject) -> Iterator[str]:
+    """A sentence for each column with a value that depends on the block of its design or the place in the block."""
+    wrong: dict[str, str] = {}
+    # each design twice, at two speeds, because equal motions share an evaluation
+    speed = subject.mechanism.speed.name
+    designs = {name: np.repeat(column, 2) for name, column in subject.complete_designs.items()}
+    designs[speed][::2] *= _FASTER
+    count = len(designs[speed])
+    for window, drive in subject.windows():
+        names = [metric.name for metric in subject.all_metrics(window)]
+        whole = subject.evaluate(names, window, drive, designs=designs)
+        for arrangement, parts in _arrangements(count):
+            results = [
+                subject.evaluate(names, window, drive, designs={name: column[part] for name, column in designs.items()})
+                for part in parts
+            ]
+            order = np.concatenate(parts)
+            for name, column in whole.items():
+                other = np.concatenate([result[name] for result in results])
+                if other.tobytes() != column[order].tobytes():
+                    wrong.setdefault(name, f"{name} over {name_of(window)} changes with {arrangement}")
+    yield from wrong.values()
+
+
+def _arrangements(count: int) -> Iterator[tuple[str, list[npt.NDArray[np.intp]]]]:
+    """Ways to evaluate designs: what they are called, and the numbers of the designs of each block."""
+    yield "the order of the designs", [np.arange(count)[::-1]]
+    for size in _BLOCK_SIZES:
+        first = np.arange(min(count, size * _BLOCK_COUNT))
+        yield f"blocks of {size}", np.split(first, range(size, len(first), size))

@@ -1,0 +1,166 @@
+"""Every statistic of every signal over every window, against dense sampling within the stated bound."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from explore.model.columns import Arrays
+from explore.model.quantities import FloatArray, SampledMetric
+from explore.testing import dense_statistics
+from explore.testing.dense_statistics import Statistics
+from explore.testing.subject import COMPUTED, Subject, WindowArgument, name_of
+
+_TOLERANCES = (1e-9, 1e-12)
+#: Relative error that dense sampling must not exceed to tell anything; and the share of statistics that it must tell.
+_DECISIVE, _DECISIVE_SHARE = 1e-9, 0.9
+#: A mean of 0 is at most this, relative to the rms.
+_NO_MEAN = 1e-6
+#: A cv is undefined where the mean is below this, times the tolerance, times the rms.
+_CV_LIMIT = 1e3
+
+
+@dataclass(frozen=True)
+class _Deviation:
+    """A statistic beside that of dense sampling.
+
+    Attributes
+    ----------
+    metric, design, value, dense
+        Name, number of the design, and both values.
+    error
+        Their difference, infinite where the value is undefined without reason.
+    scale
+        What the bound is relative to, in the norms of `explore.evaluation.evaluate`.
+    bound, uncertainty
+        The stated relative bound of the value, and the bound of the error of dense sampling.
+    """
+
+    metric: str
+    design: int
+    value: float
+    dense: float
+    error: float
+    scale: float
+    bound: float
+    uncertainty: float
+
+    @property
+    def excess(self) -> float:
+        """The error over what is allowed."""
+        allowed = self.bound * self.scale + self.uncertainty
+        return 0.0 if self.error == 0.0 else self.error / allowed if allowed > 0.0 else np.inf
+
+    @property
+    def is_decisive(self) -> bool:
+        """Whether dense sampling is accurate enough to tell a wrong value."""
+        return self.uncertainty <= max(self.bound, _DECISIVE) * self.scale
+
+
+@dataclass(frozen=True)
+class _Dense:
+    """Statistics of one signal by dense sampling, and bounds of their errors."""
+
+    values: Statistics
+    errors: Statistics
+
+    def has_cv(self, tolerance: float) -> bool:
+        """Whether the mean is far enough from 0 for a cv."""
+        return bool(abs(self.values.mean) > 2.0 * _CV_LIMIT * tolerance * self.values.rms)
+
+    def statistic(self, name: str) -> tuple[float, float, float]:
+        """A statistic, the bound of its error, and the scale that errors of it are relative to."""
+        values, errors = self.values, self.errors
+        rms, std = float(values.rms), float(np.sqrt(values.variance))
+        std_error = min(float(errors.variance) / (2.0 * std), std) if std > 0.0 else float(np.sqrt(errors.variance))
+        match name:
+            case "std":
+                return std, std_error, rms
+            case "rms":
+                return rms, float(abs(values.mean) * errors.mean + 0.5 * errors.variance) / rms, rms
+            case "cv":
+                mean = float(abs(values.mean)) or np.nan
+                return std / mean, (std_error + std / mean * float(errors.mean)) / mean, std / mean
+            case "peak_to_peak":
+                return float(values.max - values.min), float(errors.max + errors.min), float(values.magnitude)
+        scale = {"mean": rms, "variance": rms**2, "power_mean": float(values.power_mean)}.get(name)
+        peak = float(values.magnitude)
+        return float(getattr(values, name)), float(getattr(errors, name)), peak if scale is None else scale
+
+
+def wrong_statistics(subject: Subject) -> Iterator[str]:
+    """A sentence for each signal and window with a statistic that is off by more than its bound."""
+    compared = decisive = 0
+    for window, drive in subject.windows():
+        deviations = list(_deviations(subject, window, drive))
+        compared += len(deviations)
+        decisive += sum(deviation.is_decisive for _, deviation in deviations)
+        worst: dict[str, _Deviation] = {}
+        for signal, deviation in deviations:
+            if signal not in worst or deviation.excess > worst[signal].excess:
+                worst[signal] = deviation
+        yield from (_sentence(subject, each, window, drive) for each in worst.values() if each.excess > 1.0)
+    if not compared or decisive < _DECISIVE_SHARE * compared:
+        yield f"dense sampling tells {decisive} of {compared} statistics; give other designs"
+
+
+def wrong_zero_means(subject: Subject) -> Iterator[str]:
+    """A sentence for each signal and window with a mean that is declared to be 0 and is not."""
+    mechanism = subject.mechanism
+    for signal, window in sorted(mechanism.zero_mean):
+        mean, rms = (f"{signal}_{statistic}_{window}" for statistic in ("mean", "rms"))
+        result = subject.evaluate([mean, rms], window, mechanism.default_drive)
+        wrong = np.abs(result[mean]) > _NO_MEAN * result[rms]
+        if wrong.any():
+            design = int(np.flatnonzero(wrong)[0])
+            yield (
+                f"{mean} is declared to be exactly 0 and is {float(result[mean][design])!r}, "
+                f"for {subject.describe(design)}"
+            )
+
+
+def _deviations(subject: Subject, window: WindowArgument, drive: str) -> Iterator[tuple[str, _Deviation]]:
+    """Each computed statistic of a window beside that of dense sampling, with the name of its signal."""
+    results = [
+        (metric, tolerance, subject.evaluate([metric.name], window, drive, tolerance))
+        for metric in subject.sampled_metrics(window)
+        for tolerance in _TOLERANCES
+    ]
+    for design in range(len(subject)):
+        computed = [each for each in results if each[-1]["status"][design] in COMPUTED]
+        limits = subject.limits(design, window, drive) if computed else None
+        if limits is None:
+            continue
+        values, errors = _measure(subject, design, limits)
+        for metric, tolerance, result in computed:
+            row = subject.signals.index(metric.signal)
+            dense = _Dense(values.of(row), errors.of(row))
+            yield metric.signal.name, _compare(metric, result, design, tolerance, dense)
+
+
+def _measure(subject: Subject, design: int, limits: tuple[float, float]) -> tuple[Statistics, Statistics]:
+    def motion(crank_angle: FloatArray) -> FloatArray:
+        return subject.motion(design, crank_angle)
+
+    return dense_statistics.measure(motion, dense_statistics.sample(motion, *limits))
+
+
+def _compare(metric: SampledMetric, result: Arrays, design: int, tolerance: float, dense: _Dense) -> _Deviation:
+    expected, uncertainty, scale = dense.statistic(metric.statistic)
+    value, bound = float(result[metric.name][design]), float(result["error"][design])
+    if metric.statistic == "cv" and np.isnan(value) and not dense.has_cv(tolerance):
+        expected, error, uncertainty = value, 0.0, 0.0
+    else:
+        error = abs(value - expected) if np.isfinite(value) else np.inf
+    return _Deviation(metric.name, design, value, expected, error, scale, bound, uncertainty)
+
+
+def _sentence(subject: Subject, deviation: _Deviation, window: WindowArgument, drive: str) -> str:
+    over = name_of(window) + (f" (drive {drive})" if len(subject.mechanism.drives) > 1 else "")
+    return (
+        f"{deviation.metric} over {over} is {deviation.value!r}, by dense sampling {deviation.dense!r}: "
+        f"relative error {deviation.error / deviation.scale:.1e}, stated bound {deviation.bound:.1e}, "
+        f"for {subject.describe(deviation.design)}"
+    )

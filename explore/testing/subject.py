@@ -1,0 +1,145 @@
+"""The mechanism under test with its designs, evaluated and moved by the generic routes alone."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import numpy.typing as npt
+
+from explore.errors import RequestError
+from explore.evaluation.derived import unavailable_metrics
+from explore.evaluation.evaluate import evaluate_columns
+from explore.model.columns import Arrays
+from explore.model.mechanism import Mechanism
+from explore.model.quantities import AnyMetric, FloatArray, SampledMetric, Signal, Window
+from explore.model.status import Status
+from explore.motions import motion_signals, window_limits
+from explore.request.names import find_metric, make_window
+from explore.request.requests import make_request
+
+#: Explicit intervals that are tried where a mechanism has them, deg: short, across crank angle 0, almost a turn.
+_INTERVALS = ((31.0, 47.0), (-40.0, 75.0), (10.0, 365.0))
+#: Statuses of designs whose metrics are computed.
+COMPUTED = (Status.OK, Status.TOLERANCE_NOT_MET)
+
+WindowArgument = str | Mapping[str, float]
+
+
+@dataclass(frozen=True)
+class Subject:
+    """A mechanism and designs of it.
+
+    Attributes
+    ----------
+    mechanism
+        The mechanism.
+    designs
+        Parameters by name, each of shape (n,).
+    """
+
+    mechanism: Mechanism
+    designs: Arrays
+
+    def __len__(self) -> int:
+        return len(next(iter(self.designs.values())))
+
+    @property
+    def signals(self) -> tuple[Signal, ...]:
+        """The signals that a simulation gives: all but those behind clutches."""
+        return tuple(signal for signal in self.mechanism.signals if not signal.only_in)
+
+    def windows(self) -> Iterator[tuple[WindowArgument, str]]:
+        """Each window with the name of a drive: the default drive, and for the default window every drive."""
+        mechanism = self.mechanism
+        for window in mechanism.named_windows:
+            is_default = window.name == mechanism.default_window
+            for drive in mechanism.drives if is_default else (mechanism.default_drive,):
+                yield window.name, drive
+        if mechanism.named_windows != mechanism.windows:
+            for start, stop in _INTERVALS:
+                yield {"from": start, "to": stop}, mechanism.default_drive
+
+    @cached_property
+    def is_computed(self) -> npt.NDArray[np.bool_]:
+        """Whether each design is computed in some window, shape (n,)."""
+        first = [self.mechanism.metrics[0].name]
+        statuses = [self.evaluate(first, window, drive)["status"] for window, drive in self.windows()]
+        return np.asarray(np.isin(statuses, COMPUTED).any(axis=0))
+
+    @property
+    def complete_designs(self) -> Arrays:
+        """All parameters of the designs, also those at their defaults."""
+        return {p.name: self.designs.get(p.name, np.full(len(self), p.default)) for p in self.mechanism.parameters}
+
+    def all_metrics(self, window: WindowArgument) -> tuple[AnyMetric, ...]:
+        """All metrics of a window for which the designs give what they need."""
+        declared = make_window(self.mechanism, window)
+        metrics: list[AnyMetric] = list(self.mechanism.metrics)
+        metrics += self._sampled(declared, self.mechanism.signals)
+        for formula in self.mechanism.formulas:
+            request = make_request(self.mechanism, metrics=[formula.name], window=window)
+            if not unavailable_metrics(request, lambda name: bool(self.complete_designs[name].any())):
+                metrics += request.metrics
+        return tuple(metrics)
+
+    def sampled_metrics(self, window: WindowArgument) -> tuple[SampledMetric, ...]:
+        """The statistics of the simulated signals that are defined over a window."""
+        return tuple(self._sampled(make_window(self.mechanism, window), self.signals))
+
+    def _sampled(self, window: Window, signals: tuple[Signal, ...]) -> Iterator[SampledMetric]:
+        # with the name of the window, because a closed-form metric may have the name without it
+        suffix = "" if window.name == "interval" else f"_{window.name}"
+        for signal in signals:
+            for statistic in signal.statistics:
+                try:
+                    metric = find_metric(self.mechanism, f"{signal.name}_{statistic}{suffix}", window)
+                except RequestError:  # undefined for every design, as the cv of a signal without a mean
+                    continue
+                if isinstance(metric, SampledMetric):
+                    yield metric
+
+    def evaluate(
+        self,
+        metrics: Sequence[str] | None,
+        window: WindowArgument,
+        drive: str,
+        tolerance: float = 1e-9,
+        designs: Arrays | None = None,
+    ) -> Arrays:
+        """The columns of results of all designs, or of others."""
+        request = make_request(self.mechanism, metrics=metrics, window=window, drive=drive, tolerance=tolerance)
+        return evaluate_columns(request, self.designs if designs is None else designs).columns
+
+    def limits(self, design: int, window: WindowArgument, drive: str) -> tuple[float, float] | None:
+        """First and last crank angle of a window of one design, deg; None where it has no such window."""
+        if not isinstance(window, str):
+            return window["from"], window["to"]
+        if window == "cycle":
+            return 0.0, 360.0
+        return window_limits(self.mechanism, self._one(design), window, drive)
+
+    def motion(self, design: int, crank_angle: FloatArray) -> FloatArray:
+        """The signals of one design at crank angles in degrees, shape (s, t)."""
+        signals, _ = motion_signals(self.mechanism, self._one(design), crank_angle, "closed-form", 1e-9)
+        return np.array([signals[signal.name] for signal in self.signals])
+
+    def speed(self, design: int) -> float:
+        """The speed of one design."""
+        return float(self.complete_designs[self.mechanism.speed.name][design])
+
+    def describe(self, design: int) -> str:
+        """The parameters of one design that are not at their defaults."""
+        defaults = {p.name: p.default for p in self.mechanism.parameters}
+        values = {name: float(column[design]) for name, column in self.designs.items()}
+        return ", ".join(f"{name} = {value!r}" for name, value in values.items() if value != defaults[name])
+
+    def _one(self, design: int) -> Arrays:
+        return {name: column[design : design + 1] for name, column in self.designs.items()}
+
+
+def name_of(window: WindowArgument) -> str:
+    """The window in a sentence."""
+    return f"'{window}'" if isinstance(window, str) else f"{window['from']:g} to {window['to']:g} deg"
