@@ -13,12 +13,10 @@ NEAR = [150.0 - 2.0**-20, 1083.5, 541.75, 691.75]
 
 
 def test_digits_are_lost_beside_the_toggle_position():
-    """The root of the square sum is rounded at 1e-16 of 541 mm; a factor of 1e-3 mm keeps ten of its digits."""
-    task = Task(np.array([NEAR]), np.ones(1), np.linspace(2e-3, 2e-2, 10)[None], Level.VELOCITIES)
+    """The diagonal is rounded at 1e-13 mm, of a factor that 0.01 deg away is 3e-6 mm: about eight digits remain."""
+    task = Task(np.array([NEAR]), np.ones(1), np.array([[np.deg2rad(0.01)]]), Level.VELOCITIES)
     reference = exact(task)
-    position_error, velocity_error = differences(CircleIntersection().solve(task), reference)
-    assert 1e-13 < velocity_error < 1e-8
-    assert position_error < 1e-10
+    assert 1e-10 < max(differences(CircleIntersection().solve(task), reference)) < 1e-6
     assert max(differences(ClosedForm().solve(task), reference)) < 2e-15
 
 
