@@ -14,15 +14,20 @@ from numba import njit, types
 from numba.core import sigutils
 from numba.core.event import Event, Listener, install_listener
 
-#: Signatures of a mechanism's compiled functions `fill` and `pieces`.
-FILL_SIGNATURE = "void(float64[::1], float64[::1], float64[::1], int64, int64, float64[:, ::1])"
-PIECES_SIGNATURE = "int64(float64[::1], int64, int64, float64, float64, float64[:, ::1])"
+#: Designs, or nodes, that compiled functions work on at once: rows of tiles have this length, a constant, so that loops
+#: over it vectorise.
+LANES = 16
+#: Signatures of a mechanism's compiled functions `close` and `fill`; see `explore.model.mechanism`.
+CLOSE_SIGNATURE = "void(float64[::1])"
+FILL_SIGNATURE = "void(float64[::1], float64[::1], int64, int64, int64, int64, int64, float64[::1])"
 
 # Never nnan or ninf: NaN and infinities must stay visible.
 _FASTMATH = {"contract", "reassoc", "nsz", "arcp"}
 
 
-def compiled(signature: Any = None, *, fast: bool = False, allocates: bool = False) -> Callable[..., Any]:
+def compiled(
+    signature: Any = None, *, fast: bool = False, contract: bool = False, inlined: bool = False, allocates: bool = False
+) -> Callable[..., Any]:
     """Decorator: compile by Numba, cached on disk, without the GIL, with IEEE division.
 
     Parameters
@@ -30,7 +35,11 @@ def compiled(signature: Any = None, *, fast: bool = False, allocates: bool = Fal
     signature
         Numba's signature; without one, the function is compiled for the types of each call.
     fast
-        Allow reordering of sums and products, so that loops over nodes vectorise. Not for compensated sums.
+        Allow reordering of sums and products. Not for compensated sums.
+    contract
+        Allow a product and a sum to be rounded once, nothing else.
+    inlined
+        Inline the function into every caller, so that a loop over lanes that calls it vectorises whatever its size.
     allocates
         Whether the function makes arrays. Other functions do without Numba's runtime, because its atomic reference
         counts of array arguments cost a quarter of the time of a sweep.
@@ -40,7 +49,8 @@ def compiled(signature: Any = None, *, fast: bool = False, allocates: bool = Fal
         cache=True,
         error_model="numpy",
         nogil=True,
-        fastmath=_FASTMATH if fast else False,
+        forceinline=inlined,
+        fastmath=_FASTMATH if fast else {"contract"} if contract else False,
         _nrt=allocates,
     )
     return decorator

@@ -8,7 +8,10 @@ import numpy as np
 
 from explore.comparison.verdicts import Verdict, judge
 from explore.errors import RequestError
+from explore.evaluation.windows import find_laws, window_ends
+from explore.lanes.designs import fill_motion_of_design
 from explore.mechanisms import four_bar
+from explore.mechanisms.crank_rocker.declaration import CRANK_ROCKER
 from explore.methods.closed_form import KERNEL_ROWS, ClosedForm
 from explore.methods.contract import Capability, Level, Method, Outcome, Task, method_label
 from explore.methods.registry import find_method
@@ -53,7 +56,7 @@ def motion_signals(
     solver = find_method(method)
     if isinstance(solver, ClosedForm):
         rows = _closed_form(mechanism, inputs, crank_angle)
-    elif mechanism.fill is four_bar.fill:
+    elif mechanism is CRANK_ROCKER:
         rows = _by_method(solver, inputs, np.deg2rad(crank_angle), tolerance)
     else:
         raise RequestError(f"{mechanism.name} has only the closed form; leave out method={method!r}")
@@ -67,20 +70,21 @@ def motion_signals(
 
 
 def _closed_form(mechanism: Mechanism, inputs: dict[str, float], crank_angle: FloatArray) -> FloatArray:
-    """Rows of the kernel at crank angles in degrees, shape (s, t)."""
-    geometry = np.array([[inputs[p.name] for p in mechanism.kernel_parameters]])
-    kernel = mechanism.evaluate_closed_form(geometry).kernel
-    # The offset of the half-angle from the nearest multiple of 90 degrees keeps all digits of sine and cosine.
+    """Rows of the signals at crank angles in degrees, shape (s, t)."""
+    geometry = np.array([[inputs[p.name]] for p in mechanism.kernel_parameters])
+    constants = np.ascontiguousarray(mechanism.constants(geometry)[:, 0])
+    # The offset from the nearest anchor keeps all digits of sine and cosine.
     half_turns = np.round(crank_angle / 180.0)
-    offset = np.deg2rad(crank_angle - 180.0 * half_turns) / 2.0
-    quadrant = half_turns % 4.0
-    sine, cosine = np.sin(offset), np.cos(offset)
-    sin_half = np.select([quadrant == 0.0, quadrant == 1.0, quadrant == 2.0], [sine, cosine, -sine], -cosine)
-    cos_half = np.select([quadrant == 0.0, quadrant == 1.0, quadrant == 2.0], [cosine, -sine, -cosine], sine)
-    out = np.zeros((mechanism.signal_rows, len(crank_angle)))
+    tangents = np.tan(0.5 * np.deg2rad(crank_angle - 180.0 * half_turns))
+    anchors = (half_turns % 2.0).astype(np.int64)
+    signals = np.zeros((mechanism.signal_rows, len(crank_angle)))
     needs = int(np.bitwise_or.reduce([signal.needs for signal in mechanism.signals]))
-    mechanism.fill(kernel[0], sin_half, cos_half, len(crank_angle), needs, out)
-    return out
+    variant = int(constants[mechanism.variant_row]) if mechanism.variant_row >= 0 else 0
+    laws = find_laws(mechanism, constants, np.deg2rad(crank_angle))
+    fill_motion_of_design(
+        mechanism.fill, constants, anchors, laws, tangents, variant, needs, mechanism.signal_rows, signals
+    )
+    return signals
 
 
 def _by_method(method: Method, inputs: dict[str, float], crank_angle: FloatArray, tolerance: float) -> FloatArray:
@@ -113,23 +117,20 @@ def _warn(name: str, verdict: Verdict, outcome: Outcome, errors: FloatArray, tol
 
 
 def window_limits(mechanism: Mechanism, columns: Arrays, window: str, drive: str) -> tuple[float, float] | None:
-    """First and last crank angle of a window, deg, ascending; None if the output has no strokes.
+    """First and last crank angle of a stroke, deg, ascending; None if the output has no strokes.
 
     Parameters
     ----------
     columns
         Parameters of one design whose crank turns, each of shape (1,).
     window
-        Name of a window whose pieces follow each other, as those of all named windows do.
+        A window that is one stroke, such as "drive".
     drive
         The stroke that "drive" means.
     """
     inputs = [columns[p.name] if p.name in columns else np.array([p.default]) for p in mechanism.kernel_parameters]
-    result = mechanism.evaluate_closed_form(np.column_stack(inputs))
-    if result.status[0] != Status.OK:
+    geometry = np.stack(inputs)
+    if mechanism.evaluate_closed_form(geometry).status[0] != Status.OK:
         return None
-    parts = np.zeros((4, 3))
-    code = next(declared.code for declared in mechanism.windows if declared.name == window)
-    count = mechanism.pieces(result.kernel[0], code, mechanism.drives[drive], 0.0, 0.0, parts)
-    ends = 180.0 * parts[:count, :1] + 2.0 * np.rad2deg(np.arctan(parts[:count, 1:]))
-    return float(ends[0, 0]), float(ends[0, 1] + np.diff(ends[1:]).sum())
+    start, stop = np.rad2deg(window_ends(mechanism, mechanism.constants(geometry), mechanism.window(window), drive)[0])
+    return float(start), float(stop)

@@ -3,7 +3,7 @@
 import math
 from enum import IntEnum
 
-from explore.compiling import FILL_SIGNATURE, PIECES_SIGNATURE, compiled
+from explore.compiling import CLOSE_SIGNATURE, FILL_SIGNATURE, LANES, compiled
 from explore.model.mechanism import Mechanism
 from explore.model.quantities import Metric, Parameter, Signal, Window
 
@@ -18,36 +18,30 @@ metrics = ["peak", "height_variance"]
 """
 
 
-class ParameterColumn(IntEnum):
-    DISTANCE = 0
+class Row(IntEnum):
+    STATUS = 1
+    DISTANCE = 2
+    PEAK = 3
 
 
-class MetricColumn(IntEnum):
-    PEAK = 0
-
-
-@compiled("void(float64[:, ::1], float64[:, ::1], int8[::1], float64[:, ::1], float64[:, ::1], float64[::1])")
-def closed_form(parameters, metrics, status, kernel, _singular, _noise):
-    for i in range(parameters.shape[0]):
-        kernel[i, 0] = parameters[i, 0]
-        metrics[0, i] = 1.0 / parameters[i, 0]
-        status[i] = 1
-
-
-@compiled(PIECES_SIGNATURE)
-def pieces(_row, _window, _drive, _start, _stop, out):
-    out[0, 0], out[0, 1], out[0, 2] = 0.0, -1.0, 1.0
-    out[1, 0], out[1, 1], out[1, 2] = 1.0, -1.0, 1.0
-    out[3, 0], out[3, 1] = 2.0 * math.pi, 0.0
-    return 2
+@compiled(CLOSE_SIGNATURE)
+def close(record):
+    for lane in range(LANES):
+        distance = record[Row.DISTANCE * LANES + lane]
+        record[lane] = distance
+        record[Row.PEAK * LANES + lane] = 1.0 / distance
+        record[Row.STATUS * LANES + lane] = 1.0
 
 
 @compiled(FILL_SIGNATURE, fast=True)
-def fill(row, sin_half, cos_half, count, _needs, out):
+def fill(constants, tangents, anchor, _law, _variant, count, _needs, out):
+    sign = 1.0 if anchor == 0 else -1.0
     for j in range(count):
-        cosine = cos_half[j] * cos_half[j] - sin_half[j] * sin_half[j]
-        sine = 2.0 * sin_half[j] * cos_half[j]
-        out[0, j] = 1.0 / (1.0 + row[0] - cosine * math.cos(1.0) - sine * math.sin(1.0))
+        for lane in range(LANES):
+            tangent = tangents[j * LANES + lane]
+            scale = sign / (1.0 + tangent * tangent)
+            cosine, sine = (1.0 - tangent * tangent) * scale, 2.0 * tangent * scale
+            out[j * LANES + lane] = 1.0 / (1.0 + constants[lane] - cosine * math.cos(1.0) - sine * math.sin(1.0))
 
 
 PEAK = Mechanism(
@@ -59,19 +53,17 @@ PEAK = Mechanism(
     ),
     signals=(Signal("height", "1", "height of the peak", 0, 1),),
     metrics=(Metric("peak", "1", "largest height", "min"),),
-    windows=(Window("cycle", 0, "the full turn", needs_stroke=False),),
-    drives={"none": 0},
+    windows=(Window("cycle", "the full turn", "turn", needs_stroke=False),),
+    drives=("none",),
     output_signals={"": "height"},
     zero_mean=frozenset(),
     default_metrics={"": ("peak", "height_mean")},
     objectives=("peak", "height_variance"),
     kernel_version="1",
-    kernel_size=1,
+    n_constants=Row.STATUS,
+    rows=Row,
     signal_rows=1,
-    parameter_columns=ParameterColumn,
-    metric_columns=MetricColumn,
-    closed_form=closed_form,
-    pieces=pieces,
+    close=close,
     fill=fill,
     default_window="cycle",
     default_drive="none",

@@ -15,9 +15,8 @@ import numpy as np
 import numpy.typing as npt
 
 from explore.comparison.reference import REFERENCE_SIGNALS, REFERENCE_STATISTICS
-from explore.comparison.strokes import evaluate_closed_form
+from explore.comparison.strokes import evaluate_geometry, stroke_ends
 from explore.evaluation.evaluate import evaluate_columns
-from explore.mechanisms.crank_rocker import columns
 from explore.mechanisms.crank_rocker.declaration import CRANK_ROCKER
 from explore.methods.closed_form import ClosedForm
 from explore.methods.contract import MotionRow, Task
@@ -232,15 +231,10 @@ def _sampled_averages(
 
 def _window_ends(lengths: FloatArray, branch: FloatArray, window: str) -> FloatArray:
     """First and last crank angle of the window (rad), shape (n, 2); NaN for a linkage that does not rock."""
-    status, row, _ = evaluate_closed_form(lengths, branch)
-    ends, parts = np.full((len(lengths), 2), np.nan), np.zeros((4, 3))
-    for i in np.flatnonzero(status == Status.OK):
-        if window == "cycle":
-            ends[i] = 0.0, 2.0 * math.pi
-        else:
-            CRANK_ROCKER.pieces(row[i], columns.DRIVE, columns.DRIVES["slow"], 0.0, 0.0, parts)
-            ends[i] = parts[0, 0] * math.pi + 2.0 * np.arctan(parts[0, 1:])
-    return ends
+    if window == "drive":
+        return stroke_ends(lengths, branch)
+    rocks = evaluate_geometry(lengths, branch) == Status.OK
+    return np.where(rocks[:, None], [0.0, 2.0 * math.pi], np.nan)
 
 
 def _equispaced(samples: int, start: float, window: str) -> tuple[FloatArray, FloatArray]:

@@ -9,7 +9,7 @@ import numpy as np
 
 from explore.comparison.method_precision import ANGLE_COUNT, BATCH_SIZE
 from explore.comparison.scenes import Scene
-from explore.comparison.strokes import evaluate_closed_form
+from explore.comparison.strokes import evaluate_geometry
 from explore.comparison.timing import measure_cpu_seconds
 from explore.methods.closed_form import ClosedForm
 from explore.methods.contract import Level, Task
@@ -27,7 +27,7 @@ def measure_level_costs(scene: Scene) -> dict[str, Any]:
     designs = np.arange(max(BATCH_SIZE, len(scene.lengths))) % len(scene.lengths)
     lengths, branch = scene.lengths[designs], scene.branch[designs]
     angles = np.tile(np.linspace(0.0, 2.0 * np.pi, ANGLE_COUNT), (len(designs), 1))
-    seconds = {Level.GEOMETRY: measure_cpu_seconds(lambda: evaluate_closed_form(lengths, branch)) / len(designs)}
+    seconds = {Level.GEOMETRY: measure_cpu_seconds(lambda: evaluate_geometry(lengths, branch)) / len(designs)}
     for level in (Level.POSITIONS, Level.VELOCITIES, Level.ACCELERATIONS):
         task = Task(lengths, branch, angles, level)
         seconds[level] = measure_cpu_seconds(partial(ClosedForm().solve, task)) / len(designs)

@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from explore.mechanisms.crank_rocker.columns import DRIVE, DRIVES
+from explore.evaluation.windows import map_window, window_ends
 from explore.mechanisms.crank_rocker.declaration import CRANK_ROCKER
 from explore.methods.contract import Outcome
 from explore.methods.geometry import geometric_outcome
 from explore.model.quantities import FloatArray
 from explore.model.status import Status
-from explore.quadrature.node_placement import map_panel, node_count, place_nodes
+from explore.quadrature.panels import ANCHOR, CENTRE, COUNT, HALF, PANEL_CAPACITY, SCALE, TARGET, count_nodes
 from explore.quadrature.rules import gauss_legendre_rules
 
 _LOG_TOLERANCE = float(np.log(1e-13))
@@ -32,33 +32,54 @@ def stroke_nodes(lengths: FloatArray, branch: FloatArray) -> tuple[FloatArray, F
         Ascending, rad. Designs without strokes have the nodes of the first design with strokes.
     """
     n = len(lengths)
-    status, kernel, singular = evaluate_closed_form(lengths, branch)
+    parameters = _parameters(lengths, branch)
+    status = CRANK_ROCKER.evaluate_closed_form(parameters).status
     rocks = np.flatnonzero((geometric_outcome(lengths) == Outcome.OK) & (status == Status.OK))
+    panels = np.concatenate(
+        map_window(CRANK_ROCKER, CRANK_ROCKER.constants(parameters[:, rocks]), CRANK_ROCKER.window("drive"), "slow"),
+        axis=1,
+    )
+    buffer = np.zeros((panels.shape[0], PANEL_CAPACITY))
+    buffer[:, : panels.shape[1]] = panels
+    buffer[TARGET // PANEL_CAPACITY] = _LOG_TOLERANCE
+    count_nodes(buffer.reshape(-1), panels.shape[1], 2)
     size_of, row_of, table = gauss_legendre_rules()
-    parts, shapes = np.zeros((4, 3)), np.zeros((3, 4))
-    pieces = {}
-    for i in rocks:
-        CRANK_ROCKER.pieces(kernel[i], DRIVE, DRIVES["slow"], 0.0, 0.0, parts)
-        map_panel(parts, 0, singular, i, shapes)
-        pieces[i] = (int(parts[0, 0]), shapes[0].copy())
-    count = max(node_count(_LOG_TOLERANCE, shape[1], shape[3], 2, size_of) for _, shape in pieces.values())
+    count = int(size_of[int(buffer[COUNT // PANEL_CAPACITY, : panels.shape[1]].max())])
+    abscissas, rule = _full_rule(table[row_of[count] : row_of[count] + (count + 1) // 2], count)
+    anchor, centre, half, scale = (panels[row // PANEL_CAPACITY][:, None] for row in (ANCHOR, CENTRE, HALF, SCALE))
+    t = centre + half * abscissas
+    tangent = scale * np.sinh(t)
     crank_angle, weights = np.empty((n, count)), np.empty((n, count))
-    t, sine, cosine = np.empty(count), np.empty(count), np.empty(count)
-    for i, (anchor, shape) in pieces.items():
-        shapes[0] = shape
-        place_nodes(shapes, 0, anchor, count, 0, row_of, table, False, t, sine, cosine, weights[i])
-        crank_angle[i] = 2.0 * np.arctan2(sine, cosine)
+    crank_angle[rocks] = np.pi * anchor + 2.0 * np.arctan(tangent)
+    weights[rocks] = 2.0 * half * rule * scale * np.cosh(t) / (1.0 + tangent * tangent)
     others = np.setdiff1d(np.arange(n), rocks)
     crank_angle[others], weights[others] = crank_angle[rocks[0]], weights[rocks[0]]
     return crank_angle, weights
 
 
-def evaluate_closed_form(
-    lengths: FloatArray, branch: FloatArray
-) -> tuple[npt.NDArray[np.int8], FloatArray, FloatArray]:
-    """Evaluate the closed form of the crank-rocker: status (n,), kernel rows (n, k) and singularities (n, 3)."""
-    result = CRANK_ROCKER.evaluate_closed_form(np.column_stack([lengths, np.ones(len(lengths)), branch]))
-    return result.status, result.kernel, result.singular
+def _full_rule(half: FloatArray, count: int) -> tuple[FloatArray, FloatArray]:
+    """All abscissas, ascending, and weights of a stored rule."""
+    mirrored = half[count // 2 - 1 :: -1]
+    return np.concatenate([-half[:, 0], mirrored[:, 0]]), np.concatenate([half[:, 1], mirrored[:, 1]])
+
+
+def _parameters(lengths: FloatArray, branch: FloatArray) -> FloatArray:
+    """Parameters of the crank-rocker's closed form, shape (p, n)."""
+    return np.stack([*lengths.T, np.ones(len(lengths)), branch])
+
+
+def evaluate_geometry(lengths: FloatArray, branch: FloatArray) -> npt.NDArray[np.int8]:
+    """Evaluate the closed form of the crank-rocker; return the status, shape (n,)."""
+    return CRANK_ROCKER.evaluate_closed_form(_parameters(lengths, branch)).status
+
+
+def stroke_ends(lengths: FloatArray, branch: FloatArray) -> FloatArray:
+    """First and last crank angle of the slow stroke, rad, shape (n, 2); NaN for a linkage that does not rock."""
+    ends = np.full((len(lengths), 2), np.nan)
+    rocks = evaluate_geometry(lengths, branch) == Status.OK
+    constants = CRANK_ROCKER.constants(_parameters(lengths[rocks], branch[rocks]))
+    ends[rocks] = window_ends(CRANK_ROCKER, constants, CRANK_ROCKER.window("drive"), "slow")
+    return ends
 
 
 def coefficient_of_variation(values: FloatArray, weights: FloatArray) -> FloatArray:

@@ -14,7 +14,7 @@ only if their loads and, for dynamic loads, their speeds are equal.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import TypeVar
 
@@ -24,8 +24,7 @@ import numpy.typing as npt
 from explore.evaluation import constraints
 from explore.evaluation.derived import derive, has_any_of, has_required_parameters
 from explore.evaluation.sampled import SampledStatistics, sample_metrics
-from explore.model.columns import Arrays as Columns
-from explore.model.columns import Column
+from explore.model.columns import Arrays, Column
 from explore.model.mechanism import Mechanism
 from explore.model.quantities import AnyMetric, DerivedMetric, FloatArray, Metric, Parameter, SampledMetric
 from explore.model.request import Request
@@ -39,9 +38,9 @@ _Scalar = TypeVar("_Scalar", bound=np.generic)
 
 @dataclass(frozen=True)
 class Evaluation:
-    """Columns of a block by name, each of shape (n,), and the number of geometries that were sampled for them."""
+    """Arrays of a block by name, each of shape (n,), and the number of geometries that were sampled for them."""
 
-    columns: Columns
+    columns: Arrays
     kinematic_evaluations: int
 
 
@@ -69,7 +68,7 @@ def output_columns(request: Request, parameters: Sequence[str]) -> tuple[Column,
     )
 
 
-def evaluate_columns(request: Request, parameters: Columns) -> Evaluation:
+def evaluate_columns(request: Request, parameters: Arrays) -> Evaluation:
     """Evaluate designs.
 
     Parameters
@@ -86,11 +85,12 @@ def evaluate_columns(request: Request, parameters: Columns) -> Evaluation:
     """
     mechanism = request.mechanism
     inputs = _complete(mechanism, parameters)
-    usable = _is_usable(mechanism, inputs)
+    usable = _is_usable(mechanism, inputs, parameters)
     geometry = _kernel_inputs(request, inputs, usable)
     speed = inputs[mechanism.speed.name]
     first_rows, inverse = _find_distinct(geometry, speed)
-    kinematics = _evaluate_geometry(request, geometry if first_rows is None else geometry[first_rows])
+    distinct = geometry if first_rows is None else np.ascontiguousarray(geometry[:, first_rows])
+    kinematics = _evaluate_geometry(request, distinct)
     values, errors = kinematics.scaled(request, inverse, np.where(usable, speed, np.nan))
     _remove_forces_without_load(request, inputs, values)
     error = _per_design(kinematics.sampled.error, inverse)
@@ -106,22 +106,22 @@ def evaluate_columns(request: Request, parameters: Columns) -> Evaluation:
         has_parameters = has_required_parameters(request, inputs)
         status[~has_parameters & np.isin(status, (Status.OK, Status.TOLERANCE_NOT_MET))] = Status.NOT_GIVEN
     status[~usable] = Status.NOT_FINITE
-    work: Columns = {"nodes": nodes.astype(np.int32), "error": error}
+    work: Arrays = {"nodes": nodes.astype(np.int32), "error": error}
     return Evaluation(_assemble(request, parameters, values, work, status, usable), kinematics.sampled.evaluations)
 
 
-def _complete(mechanism: Mechanism, parameters: Columns) -> Columns:
+def _complete(mechanism: Mechanism, parameters: Arrays) -> Arrays:
     """All parameters of the mechanism, those that are missing at their defaults."""
     n = len(next(iter(parameters.values())))
     return {
         p.name: np.ascontiguousarray(parameters[p.name], dtype=np.float64)
         if p.name in parameters
-        else np.full(n, p.default, dtype=np.float64)
+        else np.broadcast_to(np.float64(np.nan if p.default is None else p.default), n)
         for p in mechanism.parameters
     }
 
 
-def _remove_forces_without_load(request: Request, inputs: Columns, values: dict[str, FloatArray]) -> None:
+def _remove_forces_without_load(request: Request, inputs: Arrays, values: dict[str, FloatArray]) -> None:
     """Set metrics of forces to NaN where a design has no load: a force of 0 would rank first."""
     for metric in request.sampled:
         loads = metric.signal.required_loads
@@ -129,23 +129,24 @@ def _remove_forces_without_load(request: Request, inputs: Columns, values: dict[
             values[metric.name] = np.where(has_any_of(loads, inputs), values[metric.name], np.nan)
 
 
-def _kernel_inputs(request: Request, inputs: Columns, usable: npt.NDArray[np.bool_]) -> FloatArray:
-    """Parameters of the closed form, shape (n, p).
+def _kernel_inputs(request: Request, inputs: Arrays, usable: npt.NDArray[np.bool_]) -> FloatArray:
+    """Parameters of the closed form, shape (p, n).
 
     Those that no requested metric depends on are at their default, so that designs that differ only in them share one
     evaluation.
     """
     mechanism, windows, loaded = request.mechanism, {m.window.name for m in request.sampled}, _depends_on_load(request)
-    columns = []
-    for p in mechanism.kernel_parameters:
-        column = np.where(usable, inputs[p.name], 0.0)
+    n, all_usable = len(usable), bool(usable.all())
+    columns = np.empty((len(mechanism.kernel_parameters), n))
+    for k, p in enumerate(mechanism.kernel_parameters):
+        column: FloatArray | float = inputs[p.name] if all_usable else np.where(usable, inputs[p.name], 0.0)
         if (p.only_in and not windows.intersection(p.only_in)) or (p.affects == "load" and not loaded):
-            column = np.full(len(usable), p.default)
+            column = float("nan") if p.default is None else p.default
         elif p.scales_speed:
             dynamic = [inputs[other.name] != 0.0 for other in mechanism.parameters if other.is_dynamic]
-            column = np.where(usable & loaded & np.any(dynamic, axis=0), column, 1.0)
-        columns.append(column)
-    return np.column_stack(columns)
+            column = np.where(usable & np.any(dynamic, axis=0), column, 1.0) if loaded else 1.0
+        columns[k] = column
+    return columns
 
 
 def _depends_on_load(request: Request) -> bool:
@@ -153,10 +154,10 @@ def _depends_on_load(request: Request) -> bool:
     return any(metric.signal.depends_on_load for metric in request.sampled)
 
 
-def _is_usable(mechanism: Mechanism, inputs: Columns) -> npt.NDArray[np.bool_]:
-    """Whether all parameters of each design are within their declared ranges, shape (n,)."""
+def _is_usable(mechanism: Mechanism, inputs: Arrays, names: Iterable[str]) -> npt.NDArray[np.bool_]:
+    """Whether the parameters of these names are within their declared ranges, shape (n,); defaults are."""
     usable = np.ones(len(inputs[mechanism.parameters[0].name]), dtype=np.bool_)
-    for p in mechanism.parameters:
+    for p in (mechanism.parameter(name) for name in names):
         column = inputs[p.name]
         if p.choices:
             usable &= np.isin(column, p.choices)
@@ -179,13 +180,17 @@ def _find_distinct(
     if n < 2:
         return None, None
     differs = np.ones(n, dtype=np.bool_)  # from the row before
-    differs[1:] = np.any(geometry[1:] != geometry[:-1], axis=1)
+    differs[1:] = False
+    for column in geometry:
+        np.logical_or(differs[1:], column[1:] != column[:-1], out=differs[1:])
+        if differs.all():
+            break
     if not differs.all():
         return np.flatnonzero(differs), np.cumsum(differs) - 1
     # No neighbours are equal. Compare all rows only if the speed repeats, as in a grid whose speed varies slowest.
     if not 1 < len(np.unique(speed)) <= n // 2:
         return None, None
-    _, first_rows, inverse = np.unique(geometry, axis=0, return_index=True, return_inverse=True)
+    _, first_rows, inverse = np.unique(geometry, axis=1, return_index=True, return_inverse=True)
     return (None, None) if len(first_rows) == n else (first_rows, inverse.reshape(n))
 
 
@@ -252,8 +257,8 @@ def _evaluate_geometry(request: Request, geometry: FloatArray) -> _Kinematics:
         result.status[result.status == Status.NO_STROKE] = Status.OK
     _screen(request, closed, result.status)
     if not request.sampled:
-        return _Kinematics(closed, SampledStatistics.empty(len(geometry)), result.status)
-    return _Kinematics(closed, sample_metrics(request, result), result.status)
+        return _Kinematics(closed, SampledStatistics.empty(geometry.shape[1]), result.status)
+    return _Kinematics(closed, sample_metrics(request, geometry, result.status), result.status)
 
 
 def _screen(request: Request, closed: dict[str, FloatArray], status: npt.NDArray[np.int8]) -> None:
@@ -266,17 +271,17 @@ def _screen(request: Request, closed: dict[str, FloatArray], status: npt.NDArray
 
 def _assemble(
     request: Request,
-    parameters: Columns,
+    parameters: Arrays,
     values: dict[str, FloatArray],
-    work: Columns,
+    work: Arrays,
     status: npt.NDArray[np.int8],
     usable: npt.NDArray[np.bool_],
-) -> Columns:
+) -> Arrays:
     """Assemble the columns in the order and with the types of `output_columns`; `work` has nodes and error."""
     if not usable.all():
         values = {name: np.where(usable, column, np.nan) for name, column in values.items()}
     feasible = status == Status.OK
-    columns: Columns = {
+    columns: Arrays = {
         p.name: np.ascontiguousarray(parameters[p.name], dtype=np.float64)
         for p in request.mechanism.parameters
         if p.name in parameters

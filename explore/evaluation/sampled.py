@@ -7,22 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from explore.model.closed_form import ClosedFormResult
+from explore.evaluation.windows import specify_window
 from explore.model.quantities import FloatArray, SampledMetric, Signal, Window
 from explore.model.request import Request
 from explore.model.status import Status
-from explore.quadrature.loop import (
-    BOUND,
-    MAXIMUM,
-    MEAN,
-    MINIMUM,
-    N_STATISTICS,
-    ROOT_MEAN,
-    ROOT_POWER_MEAN,
-    VARIANCE,
-    sample,
-)
-from explore.quadrature.moments import (
+from explore.quadrature.bounds import (
     FLAG_CV,
     FLAG_EXTREMES,
     FLAG_MOMENTS,
@@ -31,7 +20,19 @@ from explore.quadrature.moments import (
     FLAG_STD,
     FLAG_TERMS,
 )
+from explore.quadrature.loop import sample
+from explore.quadrature.panels import MOST_SINGULARITIES
 from explore.quadrature.rules import gauss_legendre_rules
+from explore.quadrature.slots import (
+    BOUND,
+    MAXIMUM,
+    MEAN,
+    MINIMUM,
+    N_STATISTICS,
+    ROOT_MEAN,
+    ROOT_POWER_MEAN,
+    VARIANCE,
+)
 
 _FLAGS = {
     "cv": FLAG_CV,
@@ -97,25 +98,31 @@ class _LoopTables:
         return row
 
 
-def sample_metrics(request: Request, closed_form: ClosedFormResult) -> SampledStatistics:
+def sample_metrics(request: Request, parameters: FloatArray, status: npt.NDArray[np.int8]) -> SampledStatistics:
     """Sample the designs whose status is OK, and update their status.
 
     Parameters
     ----------
-    closed_form
-        The closed form of u distinct geometries.
+    parameters : (p, u) array
+        Parameters of the closed form, of u distinct geometries.
+    status : (u,) array
     """
-    mechanism, status = request.mechanism, closed_form.status
+    mechanism = request.mechanism
     bounded = {metric for derived in request.derived for metric in derived.sampled}
     tables = _make_tables(request, bounded)
     tolerance = request.tolerance * (_INPUT_TOLERANCE_FACTOR if request.derived else 1.0)
     statistics = np.full((tables.slots.max() + 1, len(status)), np.nan)
     result, active = SampledStatistics.empty(len(status)), status == Status.OK
+    windows = tables.windows
+    singular = [*mechanism.singularities, *[(-1, -1)] * (MOST_SINGULARITIES - len(mechanism.singularities))]
     sample(
-        mechanism.fill, mechanism.pieces, closed_form.kernel, closed_form.singular, closed_form.noise, active,
-        np.array([window.code for window in tables.windows]),
-        np.array([(window.start, window.stop) for window in tables.windows]),
-        mechanism.drives[request.drive], tables.needs, tables.flags, tables.orders, tables.term_rows, tolerance,
+        mechanism.close, mechanism.fill, mechanism.record_rows, mechanism.first_parameter, mechanism.n_constants,
+        mechanism.n_fill_constants or mechanism.n_constants, mechanism.signal_rows, parameters, np.flatnonzero(active),
+        np.array([specify_window(mechanism, window, request.drive) for window in windows], dtype=np.int64),
+        np.array([(window.start, window.stop) for window in windows]),
+        np.array([mechanism.marks[name] for name in mechanism.breaks], dtype=np.int64),
+        *np.array(singular, dtype=np.int64).T.copy(), mechanism.noise_row, mechanism.variant_row,
+        tables.needs, tables.flags, tables.orders, tables.term_rows, tolerance,
         *gauss_legendre_rules(), tables.slots, statistics, result.nodes, result.error,
     )  # fmt: skip
     result.evaluations = int(np.count_nonzero(active))

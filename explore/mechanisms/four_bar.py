@@ -1,4 +1,4 @@
-"""The four-bar linkage: cancellation-free position, velocity and acceleration in closed form.
+"""The four-bar linkage: cancellation-free position, velocity and acceleration in closed form, for many lanes at once.
 
 Ground pivots A = (0, 0) and D = (ground, 0); crank AB at theta_1, coupler BC at theta_2, rocker DC at theta_3::
 
@@ -20,21 +20,24 @@ near ground, coupler near rocker). k and 1 - k are the projections of coupler an
     k = (p + 2 r2 (r2 - r3)) / (2 d^2),    1 - k = (p - 2 r3 (r2 - r3)) / (2 d^2)
 
 The form k = (1 + (r2^2 - r3^2)/d^2)/2 would lose a short link in rounding.
+
+In u = tan((theta_1 - anchor)/2) and w = 1 + u^2 the products P = p w, Q = q w and D = d^2 w are polynomials with
+non-negative terms, and the velocities and accelerations are rational in u, P, Q, D and sqrt(P Q).
 """
 
 import math
 
-import numpy as np
+from explore.compiling import LANES, compiled
+from explore.lanes.arctangent import arctangent
+from explore.lanes.elementary import spacing
 
-from explore.compiling import FILL_SIGNATURE, compiled
-from explore.mechanisms.arctangent import arctangent
+# Rows of the constants. Each factor has its least value at one anchor and its largest at the other.
+P_LEAST, P_LARGEST, Q_LEAST, Q_LARGEST, D_LEAST, D_LARGEST = range(6)
+CRANK, GROUND_MINUS_CRANK, GROUND_PLUS_CRANK, FOUR_CRANK_GROUND = 6, 7, 8, 9
+SQUARES, COUPLER_EXCESS, ROCKER_EXCESS, BRANCH = 10, 11, 12, 13
+FOUR_BAR_SIZE = 14
 
-# Columns of a kernel row.
-GROUND_MINUS_CRANK_SQUARED, FOUR_CRANK_GROUND, E1_E2, E3_E4, SQUARES, CRANK_TIMES_DIFFERENCE, BRANCH = range(7)
-CRANK, GROUND_MINUS_CRANK, COUPLER_EXCESS, ROCKER_EXCESS = 7, 8, 9, 10
-FOUR_BAR_SIZE = 11
-
-# Rows of the signal array, and the bits of `needs` that request them.
+# Rows of the signals, and the bits of `needs` that request them.
 COUPLER_VELOCITY, ROCKER_VELOCITY, COUPLER_ACCELERATION, ROCKER_ACCELERATION = range(4)
 COUPLER_ANGLE, ROCKER_ANGLE, TRANSMISSION_ANGLE = 4, 5, 6
 SIGNAL_ROWS = 7
@@ -52,149 +55,165 @@ CLASS_LABELS = (
 )
 
 
-@compiled("float64(float64, float64, float64, float64)")
+@compiled("float64(float64, float64, float64, float64)", inlined=True)
 def exact_sum(a, b, c, d):
     """Sum of four numbers with compensated rounding errors (Ogita, Rump & Oishi 2005, Sum2).
 
     The result is as if summed in twice the precision and rounded once; plain summation loses the margin of a
     linkage near the change point.
     """
-    total = a
-    compensation = 0.0
-    for term in (b, c, d):
-        new_total = total + term
-        added = new_total - total
-        compensation += (total - (new_total - added)) + (term - added)
-        total = new_total
-    return total + compensation
+    two = a + b
+    part = two - a
+    compensation = (a - (two - part)) + (b - part)
+    three = two + c
+    part = three - two
+    compensation += (two - (three - part)) + (c - part)
+    four = three + d
+    part = four - three
+    compensation += (three - (four - part)) + (d - part)
+    return four + compensation
 
 
-@compiled("Tuple((int64, float64))(float64, float64, float64, float64)")
+@compiled("UniTuple(float64, 2)(float64, float64, float64, float64)", inlined=True)
 def classify(crank, coupler, rocker, ground):
-    """Class of the linkage and Grashof margin, the two middle lengths minus shortest and longest, summed exactly."""
-    longest = max(crank, coupler, rocker, ground)
-    shortest = min(crank, coupler, rocker, ground)
-    if longest == shortest:
-        return CHANGE_POINT, 0.0
-    longest_index = 0 if crank == longest else 1 if coupler == longest else 2 if rocker == longest else 3
-    shortest_index = 0 if crank == shortest else 3 if ground == shortest else 1 if coupler == shortest else 2
-    a = -crank if longest_index == 0 else crank
-    b = -coupler if longest_index == 1 else coupler
-    c = -rocker if longest_index == 2 else rocker
-    d = -ground if longest_index == 3 else ground
-    others_minus_longest = exact_sum(a, b, c, d)
-    a = -crank if shortest_index == 0 else a
-    b = -coupler if shortest_index == 1 else b
-    c = -rocker if shortest_index == 2 else c
-    d = -ground if shortest_index == 3 else d
-    margin = exact_sum(a, b, c, d)
-    if others_minus_longest <= 0.0:
-        return CANNOT_ASSEMBLE, margin
-    # Decimal lengths at a change point have a margin of a few units in the last place of the longest link.
-    if abs(margin) <= 4.0 * np.spacing(longest):
-        return CHANGE_POINT, margin
-    if margin < 0.0:
-        return NON_GRASHOF, margin
-    if shortest_index == 0:
-        return CRANK_ROCKER, margin
-    if shortest_index == 3:
-        return DOUBLE_CRANK, margin
-    if shortest_index == 1:
-        return DOUBLE_ROCKER, margin
-    return ROCKER_CRANK, margin
+    """Class of the linkage and Grashof margin, the two middle lengths minus shortest and longest, summed exactly.
 
-
-@compiled("void(float64, float64, float64, float64, float64, float64[::1])")
-def prepare(crank, coupler, rocker, ground, branch, row):
-    """Fill the constants that `fill` needs, ``row[:FOUR_BAR_SIZE]``."""
-    row[GROUND_MINUS_CRANK_SQUARED] = (ground - crank) * (ground - crank)
-    row[FOUR_CRANK_GROUND] = 4.0 * crank * ground
-    row[E1_E2] = exact_sum(ground, -crank, -coupler, rocker) * exact_sum(ground, -crank, coupler, -rocker)
-    row[E3_E4] = exact_sum(coupler, rocker, -ground, -crank) * exact_sum(crank, coupler, rocker, ground)
-    row[SQUARES] = (coupler - rocker) * (coupler + rocker)
-    row[CRANK_TIMES_DIFFERENCE] = crank * (ground - crank)
-    row[BRANCH] = branch
-    row[CRANK] = crank
-    row[GROUND_MINUS_CRANK] = ground - crank
-    row[COUPLER_EXCESS] = 2.0 * coupler * (coupler - rocker)
-    row[ROCKER_EXCESS] = 2.0 * rocker * (coupler - rocker)
-
-
-@compiled(fast=True)
-def _fill_angles(row, sin_half, cos_half, count, out):
-    """Fill the angles of coupler and rocker at the nodes, rad; see `fill`."""
-    four_crank_ground = row[FOUR_CRANK_GROUND]
-    for j in range(count):
-        sine_squared = sin_half[j] * sin_half[j]
-        p = row[E1_E2] + four_crank_ground * sine_squared
-        q = row[E3_E4] + four_crank_ground * cos_half[j] * cos_half[j]
-        across = row[BRANCH] * math.sqrt(p * q)
-        dx = row[GROUND_MINUS_CRANK] + 2.0 * row[CRANK] * sine_squared
-        dy = -2.0 * row[CRANK] * sin_half[j] * cos_half[j]
-        along = row[COUPLER_EXCESS] + p
-        out[COUPLER_ANGLE, j] = arctangent(along * dy + across * dx, along * dx - across * dy)
-        along = row[ROCKER_EXCESS] - p
-        out[ROCKER_ANGLE, j] = arctangent(along * dy + across * dx, along * dx - across * dy)
-
-
-@compiled(fast=True)
-def _fill_transmission(row, sin_half, cos_half, count, out):
-    """Fill the transmission angle at the nodes, rad; see `fill`."""
-    for j in range(count):
-        p = row[E1_E2] + row[FOUR_CRANK_GROUND] * sin_half[j] * sin_half[j]
-        q = row[E3_E4] + row[FOUR_CRANK_GROUND] * cos_half[j] * cos_half[j]
-        out[TRANSMISSION_ANGLE, j] = 2.0 * arctangent(math.sqrt(p), math.sqrt(q))
-
-
-@compiled(FILL_SIGNATURE, fast=True)
-def fill(row, sin_half, cos_half, count, needs, out):
-    """Fill the signals at the nodes for unit crank velocity, in rad, 1, 1/rad.
-
-    Parameters
-    ----------
-    row : (FOUR_BAR_SIZE,) array
-        A row of the constants from `prepare`.
-    sin_half, cos_half : (t,) arrays
-        Sine and cosine of half the crank angle, each accurate relative to its own size.
-    count : int
-        The number of nodes to fill.
-    needs : int
-        VELOCITIES, ACCELERATIONS (with velocities), ANGLES (of the links), TRANSMISSION, or-ed.
-    out : (SIGNAL_ROWS, t) array
-        The rows that `needs` requests are filled.
+    Without branches, so that loops over linkages vectorise.
     """
-    # A function of its own for the loop over velocities costs about 5 % of the time (benchmarks/kernel.py).
-    difference_squared, four_crank_ground = row[GROUND_MINUS_CRANK_SQUARED], row[FOUR_CRANK_GROUND]
-    p_min, q_min, squares = row[E1_E2], row[E3_E4], row[SQUARES]
-    g_numerator_at_zero, branch = row[CRANK_TIMES_DIFFERENCE], row[BRANCH]
-    coupler_excess, rocker_excess = row[COUPLER_EXCESS], row[ROCKER_EXCESS]
-    crank_ground = 0.25 * four_crank_ground
-    if needs & (VELOCITIES | ACCELERATIONS):
-        for j in range(count):
-            sine_squared = sin_half[j] * sin_half[j]
-            cosine_squared = cos_half[j] * cos_half[j]
-            d_squared = difference_squared + four_crank_ground * sine_squared
-            p = p_min + four_crank_ground * sine_squared
-            q = q_min + four_crank_ground * cosine_squared
-            x = 0.5 * branch * math.sqrt(p * q)
-            reciprocal = 1.0 / (d_squared * x)
-            one_over_d_squared = x * reciprocal
-            one_over_x = d_squared * reciprocal
-            crank_ground_sine = 2.0 * crank_ground * sin_half[j] * cos_half[j]
-            f = crank_ground_sine * one_over_x
-            half_over_d_squared = 0.5 * one_over_d_squared
-            k_less_one, k = (rocker_excess - p) * half_over_d_squared, (coupler_excess + p) * half_over_d_squared
-            g = (g_numerator_at_zero - 2.0 * crank_ground * sine_squared) * one_over_d_squared
-            out[COUPLER_VELOCITY, j] = k_less_one * f - g
-            out[ROCKER_VELOCITY, j] = k * f - g
-            if needs & ACCELERATIONS:
-                # d_log = (d^2)'/d^2, k' = -(r2^2 - r3^2)/(2 d^2) d_log, x' = crank_ground_sine (q - p)/(4 x)
-                d_log = 2.0 * crank_ground_sine * one_over_d_squared
-                f_rate = (crank_ground * (cosine_squared - sine_squared) - 0.25 * f * f * (q - p)) * one_over_x
-                common = d_log * (0.5 + g - squares * half_over_d_squared * f)
-                out[COUPLER_ACCELERATION, j] = k_less_one * f_rate + common
-                out[ROCKER_ACCELERATION, j] = k * f_rate + common
-    if needs & ANGLES:
-        _fill_angles(row, sin_half, cos_half, count, out)
-    if needs & TRANSMISSION:
-        _fill_transmission(row, sin_half, cos_half, count, out)
+    first, second = crank if crank > coupler else coupler, rocker if rocker > ground else ground
+    longest = first if first > second else second
+    first, second = crank if crank < coupler else coupler, rocker if rocker < ground else ground
+    shortest = first if first < second else second
+    crank_longest = crank == longest
+    coupler_longest = (not crank_longest) & (coupler == longest)
+    rocker_longest = (not crank_longest) & (not coupler_longest) & (rocker == longest)
+    ground_longest = not (crank_longest | coupler_longest | rocker_longest)
+    crank_shortest = crank == shortest
+    ground_shortest = (not crank_shortest) & (ground == shortest)
+    coupler_shortest = (not crank_shortest) & (not ground_shortest) & (coupler == shortest)
+    rocker_shortest = not (crank_shortest | ground_shortest | coupler_shortest)
+    a, b = -crank if crank_longest else crank, -coupler if coupler_longest else coupler
+    c, d = -rocker if rocker_longest else rocker, -ground if ground_longest else ground
+    others_minus_longest = exact_sum(a, b, c, d)
+    a, b = -crank if crank_shortest else a, -coupler if coupler_shortest else b
+    c, d = -rocker if rocker_shortest else c, -ground if ground_shortest else d
+    margin = exact_sum(a, b, c, d)
+    linkage_class = 1.0 * DOUBLE_CRANK if ground_shortest else 1.0 * ROCKER_CRANK
+    linkage_class = 1.0 * DOUBLE_ROCKER if coupler_shortest else linkage_class
+    linkage_class = 1.0 * CRANK_ROCKER if crank_shortest else linkage_class
+    linkage_class = 1.0 * NON_GRASHOF if margin < 0.0 else linkage_class
+    # Decimal lengths at a change point have a margin of a few units in the last place of the longest link.
+    linkage_class = 1.0 * CHANGE_POINT if abs(margin) <= 4.0 * spacing(longest) else linkage_class
+    linkage_class = 1.0 * CANNOT_ASSEMBLE if others_minus_longest <= 0.0 else linkage_class
+    equal = longest == shortest
+    return 1.0 * CHANGE_POINT if equal else linkage_class, 0.0 if equal else margin
+
+
+@compiled("void(float64, float64, float64, float64, float64, float64[::1], int64)", inlined=True)
+def prepare(crank, coupler, rocker, ground, branch, constants, lane):
+    """Fill the constants that `fill` needs, the first FOUR_BAR_SIZE rows, of one lane."""
+    four_crank_ground = 4.0 * crank * ground
+    p_least = exact_sum(ground, -crank, -coupler, rocker) * exact_sum(ground, -crank, coupler, -rocker)
+    q_least = exact_sum(coupler, rocker, -ground, -crank) * exact_sum(crank, coupler, rocker, ground)
+    constants[P_LEAST * LANES + lane] = p_least
+    constants[P_LARGEST * LANES + lane] = p_least + four_crank_ground
+    constants[Q_LEAST * LANES + lane] = q_least
+    constants[Q_LARGEST * LANES + lane] = q_least + four_crank_ground
+    constants[D_LEAST * LANES + lane] = (ground - crank) * (ground - crank)
+    constants[D_LARGEST * LANES + lane] = (ground + crank) * (ground + crank)
+    constants[CRANK * LANES + lane] = crank
+    constants[GROUND_MINUS_CRANK * LANES + lane] = ground - crank
+    constants[GROUND_PLUS_CRANK * LANES + lane] = ground + crank
+    constants[FOUR_CRANK_GROUND * LANES + lane] = four_crank_ground
+    constants[SQUARES * LANES + lane] = (coupler - rocker) * (coupler + rocker)
+    constants[COUPLER_EXCESS * LANES + lane] = 2.0 * coupler * (coupler - rocker)
+    constants[ROCKER_EXCESS * LANES + lane] = 2.0 * rocker * (coupler - rocker)
+    constants[BRANCH * LANES + lane] = branch
+
+
+@compiled("UniTuple(float64, 4)(float64[::1], int64, int64, float64)", inlined=True)
+def factors(constants, anchor, lane, square):
+    """P, Q and D at one node, and w; `square` is u^2."""
+    p_least, p_largest = constants[P_LEAST * LANES + lane], constants[P_LARGEST * LANES + lane]
+    q_least, q_largest = constants[Q_LEAST * LANES + lane], constants[Q_LARGEST * LANES + lane]
+    d_least, d_largest = constants[D_LEAST * LANES + lane], constants[D_LARGEST * LANES + lane]
+    p_here, p_there = (p_least, p_largest) if anchor == 0 else (p_largest, p_least)
+    q_here, q_there = (q_largest, q_least) if anchor == 0 else (q_least, q_largest)
+    d_here, d_there = (d_least, d_largest) if anchor == 0 else (d_largest, d_least)
+    return p_here + p_there * square, q_here + q_there * square, d_here + d_there * square, 1.0 + square
+
+
+@compiled("void(float64[::1], float64[::1], int64, int64, float64[::1])", fast=True)
+def _fill_rates(constants, tangents, anchor, needs, out):
+    """Fill velocities, and accelerations if needed, at one node of each lane."""
+    sign = 1.0 if anchor == 0 else -1.0
+    for lane in range(LANES):
+        u = tangents[lane]
+        square = u * u
+        p, q, d, w = factors(constants, anchor, lane, square)
+        root = constants[BRANCH * LANES + lane] * math.sqrt(p * q)
+        reciprocal = 1.0 / (d * root)
+        one_over_d, one_over_root = root * reciprocal, d * reciprocal
+        four_crank_ground = constants[FOUR_CRANK_GROUND * LANES + lane]
+        half_over_d = 0.5 * one_over_d
+        f = sign * four_crank_ground * u * one_over_root
+        k_less_one = (constants[ROCKER_EXCESS * LANES + lane] * w - p) * half_over_d
+        k = (constants[COUPLER_EXCESS * LANES + lane] * w + p) * half_over_d
+        minus, plus = constants[GROUND_MINUS_CRANK * LANES + lane], constants[GROUND_PLUS_CRANK * LANES + lane]
+        along = minus - plus * square if anchor == 0 else minus * square - plus
+        g = constants[CRANK * LANES + lane] * along * one_over_d
+        out[COUPLER_VELOCITY * LANES + lane] = k_less_one * f - g
+        out[ROCKER_VELOCITY * LANES + lane] = k * f - g
+        if needs & ACCELERATIONS:
+            # d_log = (d^2)'/d^2, k' = -(r2^2 - r3^2)/(2 d^2) d_log, 1/2 + g = (r4^2 - r1^2)/(2 d^2), and
+            # f' = r1 r4 (e1 e2 cos^2(theta_1/2) q - e3 e4 sin^2(theta_1/2) p)/(4 x^3): no terms cancel.
+            d_log = sign * four_crank_ground * u * one_over_d
+            p_least, q_least = constants[P_LEAST * LANES + lane], constants[Q_LEAST * LANES + lane]
+            p_part, q_part = (p_least, q_least * square) if anchor == 0 else (p_least * square, q_least)
+            f_rate = (
+                0.5 * four_crank_ground * w * (p_part * q - q_part * p) * one_over_root * one_over_root * one_over_root
+            )
+            common = d_log * half_over_d * w * (minus * plus - constants[SQUARES * LANES + lane] * f)
+            out[COUPLER_ACCELERATION * LANES + lane] = k_less_one * f_rate + common
+            out[ROCKER_ACCELERATION * LANES + lane] = k * f_rate + common
+
+
+@compiled("void(float64[::1], float64[::1], int64, float64[::1])", fast=True)
+def _fill_angles(constants, tangents, anchor, out):
+    """Fill the angles of coupler and rocker, rad, at one node of each lane."""
+    for lane in range(LANES):
+        u = tangents[lane]
+        square = u * u
+        p, q, _, w = factors(constants, anchor, lane, square)
+        across = constants[BRANCH * LANES + lane] * math.sqrt(p * q)
+        minus, plus = constants[GROUND_MINUS_CRANK * LANES + lane], constants[GROUND_PLUS_CRANK * LANES + lane]
+        dx = minus + plus * square if anchor == 0 else plus + minus * square
+        dy = (-2.0 if anchor == 0 else 2.0) * constants[CRANK * LANES + lane] * u
+        along = constants[COUPLER_EXCESS * LANES + lane] * w + p
+        out[COUPLER_ANGLE * LANES + lane] = arctangent(along * dy + across * dx, along * dx - across * dy)
+        along = constants[ROCKER_EXCESS * LANES + lane] * w - p
+        out[ROCKER_ANGLE * LANES + lane] = arctangent(along * dy + across * dx, along * dx - across * dy)
+
+
+@compiled("void(float64[::1], float64[::1], int64, float64[::1])", fast=True)
+def _fill_transmission(constants, tangents, anchor, out):
+    """Fill the transmission angle, rad, at one node of each lane."""
+    for lane in range(LANES):
+        p, q, _, _ = factors(constants, anchor, lane, tangents[lane] * tangents[lane])
+        out[TRANSMISSION_ANGLE * LANES + lane] = 2.0 * arctangent(math.sqrt(p), math.sqrt(q))
+
+
+@compiled("void(float64[::1], float64[::1], int64, int64, int64, int64, float64[::1])")
+def fill_motion(constants, tangents, anchor, count, needs, rows, out):
+    """Fill the signals for unit crank velocity, in rad, 1, 1/rad; `rows` is the number of rows of `out`.
+
+    The other arguments are those of `explore.model.mechanism.Mechanism.fill`.
+    """
+    for j in range(count):
+        node, signals = tangents[j * LANES :], out[j * rows * LANES :]
+        if needs & (VELOCITIES | ACCELERATIONS):
+            _fill_rates(constants, node, anchor, needs, signals)
+        if needs & ANGLES:
+            _fill_angles(constants, node, anchor, signals)
+        if needs & TRANSMISSION:
+            _fill_transmission(constants, node, anchor, signals)

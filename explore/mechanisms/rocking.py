@@ -1,4 +1,4 @@
-"""A four-bar whose crank turns and whose rocker swings: class, limit positions and strokes, compiled.
+"""A four-bar whose crank turns and whose rocker swings: class, limit positions and singularities, for many lanes.
 
 Limit positions (C on the line AB) come from the half-angle form of the triangles at A and D with sides (AC, ground,
 rocker), AC = coupler - crank ("overlapped") and coupler + crank ("extended"); all sums of lengths are exact, and no
@@ -8,63 +8,55 @@ arccos is used. Formulas are for branch +1; branch -1 is the mirror image, its m
 
 import math
 
-import numpy as np
-
-from explore.compiling import compiled
+from explore.compiling import LANES, compiled
+from explore.lanes.arctangent import arctangent
 from explore.mechanisms import four_bar
-from explore.mechanisms.arctangent import arctangent
 from explore.mechanisms.four_bar import FOUR_BAR_SIZE, exact_sum
 from explore.model.status import Status
 
-# Columns of a kernel row after those of the four-bar: tan(A/2) of the two limit positions, and whether the slow stroke
-# passes crank angle 0.
-TAN_EXTENDED, TAN_OVERLAPPED, SLOW_PASSES_ZERO = range(FOUR_BAR_SIZE, FOUR_BAR_SIZE + 3)
-ROCKING_SIZE = FOUR_BAR_SIZE + 3
+# Rows of the constants after those of the four-bar: the limit positions as half-tangents from crank angle 0, the
+# distances of the singularities, and the amplification of rounding errors.
+EXTENDED, OVERLAPPED, SINGULAR_P, SINGULAR_Q, SINGULAR_D, NOISE = range(FOUR_BAR_SIZE, FOUR_BAR_SIZE + 6)
+ROCKING_SIZE = FOUR_BAR_SIZE + 6
 
-_OK, _CANNOT_ASSEMBLE, _CRANK_BLOCKED = int(Status.OK), int(Status.CANNOT_ASSEMBLE), int(Status.CRANK_BLOCKED)
-_CHANGE_POINT, _NO_STROKE = int(Status.CHANGE_POINT), int(Status.NO_STROKE)
+_OK, _CANNOT_ASSEMBLE, _CRANK_BLOCKED = float(Status.OK), float(Status.CANNOT_ASSEMBLE), float(Status.CRANK_BLOCKED)
+_CHANGE_POINT, _NO_STROKE = float(Status.CHANGE_POINT), float(Status.NO_STROKE)
 
 
-@compiled(
-    "UniTuple(float64, 3)(float64, float64, float64, float64, float64, "
-    "float64[::1], float64[:, ::1], float64[::1], int8[::1], int64)"
-)
-def prepare(crank, coupler, rocker, ground, branch, row, singular, noise, status, i):
-    """Class and Grashof margin of design i, and, where the crank turns, the constants of its motion.
+@compiled("UniTuple(float64, 3)(float64, float64, float64, float64, float64, float64[::1], int64)", inlined=True)
+def prepare(crank, coupler, rocker, ground, branch, constants, lane):
+    """Fill the rows of the four-bar, the singularities and the noise of one lane.
 
-    Fills ``status[i]``, ``row[:FOUR_BAR_SIZE]``, ``singular[i]`` and ``noise[i]``; see
-    `explore.model.mechanism.Mechanism`.
+    They are NaN or meaningless where the crank does not turn.
 
     Returns
     -------
     tuple
-        Class, margin, and 1 where the crank turns or 0.
+        Class, Grashof margin and status.
     """
     linkage_class, margin = four_bar.classify(crank, coupler, rocker, ground)
-    if linkage_class == four_bar.CANNOT_ASSEMBLE:
-        status[i] = _CANNOT_ASSEMBLE
-        return linkage_class, margin, 0.0
-    if linkage_class == four_bar.CHANGE_POINT:
-        status[i] = _CHANGE_POINT
-        return linkage_class, margin, 0.0
-    if linkage_class != four_bar.CRANK_ROCKER and linkage_class != four_bar.DOUBLE_CRANK:
-        status[i] = _CRANK_BLOCKED
-        return linkage_class, margin, 0.0
-    four_bar.prepare(crank, coupler, rocker, ground, branch, row)
-    four_crank_ground, p_min, q_min = row[four_bar.FOUR_CRANK_GROUND], row[four_bar.E1_E2], row[four_bar.E3_E4]
+    four_bar.prepare(crank, coupler, rocker, ground, branch, constants, lane)
     # tanh(distance/2) of p = 0 and q = 0 from the real axis, and of d = 0 (a pole beside p = 0).
-    singular[i, 0] = math.sqrt(p_min / (p_min + four_crank_ground))
-    singular[i, 1] = math.sqrt(q_min / (q_min + four_crank_ground))
-    singular[i, 2] = abs(ground - crank) / (ground + crank)
+    constants[SINGULAR_P * LANES + lane] = math.sqrt(
+        constants[four_bar.P_LEAST * LANES + lane] / constants[four_bar.P_LARGEST * LANES + lane]
+    )
+    constants[SINGULAR_Q * LANES + lane] = math.sqrt(
+        constants[four_bar.Q_LEAST * LANES + lane] / constants[four_bar.Q_LARGEST * LANES + lane]
+    )
+    constants[SINGULAR_D * LANES + lane] = abs(ground - crank) / (ground + crank)
     # The largest d.B/d^2: where d is short the two terms of the velocities are large and may cancel.
-    noise[i] = crank / abs(ground - crank)
-    status[i] = _NO_STROKE if linkage_class == four_bar.DOUBLE_CRANK else _OK
-    return linkage_class, margin, 1.0
+    constants[NOISE * LANES + lane] = crank / abs(ground - crank)
+    status = _CRANK_BLOCKED
+    status = _OK if linkage_class == four_bar.CRANK_ROCKER else status
+    status = _NO_STROKE if linkage_class == four_bar.DOUBLE_CRANK else status
+    status = _CHANGE_POINT if linkage_class == four_bar.CHANGE_POINT else status
+    status = _CANNOT_ASSEMBLE if linkage_class == four_bar.CANNOT_ASSEMBLE else status
+    return linkage_class, margin, status
 
 
-@compiled("UniTuple(float64, 3)(float64, float64, float64, float64, float64, float64[::1])")
-def solve_limit_positions(crank, coupler, rocker, ground, branch, row):
-    """Fill the limit positions and the slow stroke, three columns of the row.
+@compiled("UniTuple(float64, 3)(float64, float64, float64, float64, float64, float64[::1], int64)", inlined=True)
+def solve_limit_positions(crank, coupler, rocker, ground, branch, constants, lane):
+    """Fill the limit positions of one lane; they are NaN where the rocker does not swing.
 
     Returns
     -------
@@ -90,22 +82,6 @@ def solve_limit_positions(crank, coupler, rocker, ground, branch, row):
     swing = 2.0 * arctangent(sine_half_swing, (1.0 + psi_extended * psi_overlapped) / scale)
     half_sum = arctangent(psi_extended + psi_overlapped, 1.0 - psi_extended * psi_overlapped)
     imbalance = 2.0 * abs(arctangent(extended - overlapped, 1.0 + extended * overlapped))
-    row[TAN_EXTENDED] = extended
-    row[TAN_OVERLAPPED] = overlapped
-    # r2^2 + r3^2 - r1^2 - r4^2: negative when the stroke through crank angle 0 is the slow one.
-    square_excess = (coupler - ground) * (coupler + ground) + (rocker - crank) * (rocker + crank)
-    tie = 4.0 * np.spacing(max(coupler * coupler, rocker * rocker, ground * ground))
-    row[SLOW_PASSES_ZERO] = 1.0 if square_excess < -tie else 0.0
+    constants[EXTENDED * LANES + lane] = branch * extended
+    constants[OVERLAPPED * LANES + lane] = -branch / overlapped
     return swing, branch * (math.pi - half_sum), (math.pi + imbalance) / (math.pi - imbalance)
-
-
-@compiled("UniTuple(float64, 2)(float64[::1], boolean)")
-def stroke_ends(row, through_zero):
-    """Half-tangents of a stroke's ends, measured from crank angle 0 for the stroke through it, else from 180 deg."""
-    if through_zero:
-        first, last = -1.0 / row[TAN_OVERLAPPED], row[TAN_EXTENDED]
-    else:
-        first, last = -1.0 / row[TAN_EXTENDED], row[TAN_OVERLAPPED]
-    if row[four_bar.BRANCH] > 0.0:
-        return first, last
-    return -last, -first

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Collection, Iterable, Iterator
-from enum import IntEnum
 from typing import TypeVar
 
 from explore.model.declaration import Declaration
@@ -23,7 +22,7 @@ def check_declaration(declaration: Declaration) -> None:
     ValueError
         With the first problem, in one sentence.
     """
-    for problems in (_names, _codes, _parameters, _columns, _signals, _windows, _formulas, _defaults):
+    for problems in (_names, _parameters, _columns, _signals, _windows, _formulas, _defaults):
         for problem in problems(declaration):
             raise ValueError(f"mechanism '{declaration.name}': {problem}")
 
@@ -46,14 +45,10 @@ def _names(declaration: Declaration) -> Iterator[str]:
             *(formula.name for formula in declaration.formulas),
         ],
         "window": [window.name for window in declaration.windows],
+        "drive": list(declaration.drives),
     }
     for kind, names in kinds.items():
         yield from (f"the {kind} '{name}' is declared twice" for name in _repeated(names))
-
-
-def _codes(declaration: Declaration) -> Iterator[str]:
-    for kind, codes in (("windows", [w.code for w in declaration.windows]), ("drives", declaration.drives.values())):
-        yield from (f"two {kind} have the code {code}" for code in _repeated(codes))
 
 
 def _parameters(declaration: Declaration) -> Iterator[str]:
@@ -68,18 +63,29 @@ def _parameters(declaration: Declaration) -> Iterator[str]:
 
 
 def _columns(declaration: Declaration) -> Iterator[str]:
-    """Problems of the kernel's columns: names and order must be those of the declaration."""
-    checked: tuple[tuple[str, type[IntEnum], list[str]], ...] = (
-        ("parameter_columns", declaration.parameter_columns, [p.name for p in declaration.kernel_parameters]),
-        ("metric_columns", declaration.metric_columns, [metric.name for metric in declaration.metrics]),
-    )
-    for field, columns, declared in checked:
-        in_kernel = {column.name.lower(): column.value for column in columns}
-        in_declaration = {name: position for position, name in enumerate(declared)}
-        for name in dict.fromkeys((*in_declaration, *in_kernel)):
-            if in_kernel.get(name) != in_declaration.get(name):
-                actual, expected = in_kernel.get(name, "absent"), in_declaration.get(name, "absent")
-                yield f"{field} has '{name}' at {actual}, the declaration at {expected}"
+    """Problems of the record's rows: names and order must be those of the declaration."""
+    rows = {row.name.lower(): int(row) for row in declaration.rows}
+    if rows.get("status") != declaration.n_constants:
+        row = rows.get("status", "absent")
+        yield f"the row of the status is {row}; it follows the {declaration.n_constants} constants"
+    names = [*(p.name for p in declaration.kernel_parameters), *(metric.name for metric in declaration.metrics)]
+    for position, name in enumerate(names, declaration.n_constants + 1):
+        if rows.get(name) != position:
+            yield f"rows has '{name}' at {rows.get(name, 'absent')}, the declaration at {position}"
+    for name, row in rows.items():
+        if row > declaration.n_constants and name not in names:
+            yield f"rows has '{name}' at {row}, the declaration at absent"
+    if not 0 <= declaration.n_fill_constants <= declaration.n_constants:
+        yield f"fill reads {declaration.n_fill_constants} constants of {declaration.n_constants}"
+    constants = [("marks", row, 0) for row in declaration.marks.values()]
+    constants += [("singularities", row, 0) for row, _ in declaration.singularities]
+    constants += [(name, getattr(declaration, name), -1) for name in ("noise_row", "phases_row", "variant_row")]
+    for field, row, first in constants:
+        if not first <= row < declaration.n_constants:
+            yield f"{field} names the row {row}, which is not one of the {declaration.n_constants} constants"
+    for _, anchor in declaration.singularities:
+        if anchor not in (0, 1):
+            yield f"singularities names the anchor {anchor}; it is 0 or, for its opposite, 1"
 
 
 def _signals(declaration: Declaration) -> Iterator[str]:
@@ -104,6 +110,13 @@ def _signals(declaration: Declaration) -> Iterator[str]:
 
 
 def _windows(declaration: Declaration) -> Iterator[str]:
+    yield from _unknown("mark", declaration.breaks, declaration.marks, "breaks")
+    yield from _unknown("window", declaration.strokes, [w.name for w in declaration.windows], "strokes")
+    for window in declaration.windows:
+        yield from _unknown("mark", window.ends, declaration.marks, f"the window '{window.name}'")
+        if len(window.ends) != (2 if window.kind == "arc" else 0):
+            yield f"the window '{window.name}' has {len(window.ends)} ends; an arc has two marks, no other kind has any"
+    yield from _strokes(declaration)
     windows, signals = {window.name for window in declaration.windows}, {signal.name for signal in declaration.signals}
     for parameter in declaration.parameters:
         yield from _unknown("window", parameter.only_in, windows, f"only_in of '{parameter.name}'")
@@ -120,6 +133,27 @@ def _windows(declaration: Declaration) -> Iterator[str]:
         yield from _unknown("window", by_window, {"", *windows}, field)
         if "" not in by_window:
             yield f"{field} has no entry '' for the windows that it does not name"
+
+
+def _strokes(declaration: Declaration) -> Iterator[str]:
+    """Problems of the windows that depend on the drive."""
+    for window in declaration.windows:
+        if window.name in declaration.strokes and window.kind != "arc":
+            yield f"the stroke '{window.name}' is not an arc"
+    dependent = [window for window in declaration.windows if window.kind in ("drive", "return", "clutch")]
+    for window in dependent:
+        if len(declaration.strokes) != 2:
+            yield f"the window '{window.name}' needs two strokes"
+        if window.kind == "clutch":
+            if declaration.phases_row < 0:
+                yield f"the window '{window.name}' needs a phases_row"
+            name = declaration.output_signals.get(window.name)
+            for signal in declaration.signals:
+                if signal.name == name and declaration.derivative(signal) is None:
+                    yield f"the window '{window.name}' needs a signal that is the derivative of '{name}'"
+    for drive in declaration.drives if dependent else ():
+        if drive not in ("slow", "fast", *declaration.strokes):
+            yield f"the drive '{drive}' is neither slow nor fast nor a stroke"
 
 
 def _formulas(declaration: Declaration) -> Iterator[str]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import IntEnum
 
 from explore.model.quantities import OUTPUT_STATISTICS, Formula, Metric, Parameter, Signal, Window
@@ -22,11 +22,13 @@ class Declaration:
     signals
         Functions of the crank angle that can be sampled.
     metrics
-        Closed-form metrics, in the order of the rows that `closed_form` fills.
+        Closed-form metrics, in the order of their rows.
     windows
         Parts of the turn that statistics are taken over.
     drives
-        Names and kernel codes of the strokes that a study's `drive` can name.
+        Names that a study's `drive` can have: "slow" and "fast", which choose among the strokes by length, and strokes.
+    strokes
+        Names of the two windows between limit positions that together are the turn; empty where there are none.
     output_signals
         Name of the output's signal by name of the window; the empty name is for all other windows.
     zero_mean
@@ -37,13 +39,29 @@ class Declaration:
         Default objectives, ``metric`` or ``metric:sense``.
     kernel_version
         Stored with results; a new version marks changed numbers.
-    kernel_size
-        Number of constants of a design, the columns of a kernel row.
+    n_constants
+        Number of constants of a design, the first rows of a record, which `fill` and the windows take.
+    rows
+        Rows of a record after those constants that the declaration does not name: further constants, then "STATUS", the
+        names of `kernel_parameters` and those of `metrics`, in capitals.
     signal_rows
         Number of rows of the signal array.
-    parameter_columns, metric_columns
-        Named columns of ``parameters`` and named rows of ``metrics`` in `closed_form`: the names of
-        `kernel_parameters` and `metrics` in capitals.
+    marks
+        Rows of the constants that hold the angles where windows end or laws change, by name: half-tangents of the angle
+        from the anchor, crank angle 0.
+    breaks
+        Marks where the law of a signal changes, each forwards from the one before.
+    singularities
+        Row and anchor, 0 or 1 for its opposite, of each constant that holds the half-tangent of the distance of a
+        complex singularity; see `explore.quadrature.panels`.
+    n_fill_constants
+        Number of constants, the first ones, that `fill` reads; 0 for all.
+    noise_row
+        Row of the constant by which rounding errors in velocities are amplified; -1 for none.
+    phases_row
+        Row of the constant that holds the number of linkages behind clutches; -1 for none.
+    variant_row
+        Row of the constant that tells kinds of designs apart which `fill` treats differently; -1 for none.
     default_window, default_drive
         Names of the window and the drive of a study that names none.
     formulas
@@ -59,16 +77,23 @@ class Declaration:
     signals: tuple[Signal, ...]
     metrics: tuple[Metric, ...]
     windows: tuple[Window, ...]
-    drives: Mapping[str, int]
+    drives: tuple[str, ...]
     output_signals: Mapping[str, str]
     zero_mean: frozenset[tuple[str, str]]
     default_metrics: Mapping[str, tuple[str, ...]]
     objectives: tuple[str, ...]
     kernel_version: str
-    kernel_size: int
+    n_constants: int
+    rows: type[IntEnum]
     signal_rows: int
-    parameter_columns: type[IntEnum]
-    metric_columns: type[IntEnum]
+    marks: Mapping[str, int] = field(default_factory=dict)
+    breaks: tuple[str, ...] = ()
+    singularities: tuple[tuple[int, int], ...] = ()
+    n_fill_constants: int = 0
+    noise_row: int = -1
+    phases_row: int = -1
+    variant_row: int = -1
+    strokes: tuple[str, ...] = ()
     default_window: str = "drive"
     default_drive: str = "slow"
     formulas: tuple[Formula, ...] = ()
@@ -92,6 +117,35 @@ class Declaration:
     def named_windows(self) -> tuple[Window, ...]:
         """The windows that a metric's name can end with: all but the explicit interval."""
         return tuple(window for window in self.windows if window.name != "interval")
+
+    @property
+    def record_rows(self) -> int:
+        """Number of rows of a record."""
+        return max(self.rows) + 1
+
+    @property
+    def status_row(self) -> int:
+        """Row of a record that holds the status."""
+        return int(self.rows["STATUS"])
+
+    @property
+    def first_parameter(self) -> int:
+        """Row of a record that holds the first parameter."""
+        return int(self.rows[self.kernel_parameters[0].name.upper()])
+
+    @property
+    def first_metric(self) -> int:
+        """Row of a record that holds the first metric."""
+        return int(self.rows[self.metrics[0].name.upper()])
+
+    def derivative(self, signal: Signal) -> Signal | None:
+        """The signal that is declared as the derivative of this one, or of the one whose row it shares."""
+        names = {signal.name, signal.shares_row_with}
+        return next((other for other in self.signals if other.derivative_of and other.derivative_of in names), None)
+
+    def window(self, name: str) -> Window:
+        """The window of that name."""
+        return next(window for window in self.windows if window.name == name)
 
     @property
     def geometry(self) -> tuple[Parameter, ...]:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from explore.lanes.designs import close_all, constants_of
 from explore.model.checks import check_declaration
 from explore.model.closed_form import ClosedFormResult
 from explore.model.declaration import Declaration
@@ -15,25 +16,23 @@ from explore.model.quantities import FloatArray
 
 @dataclass(frozen=True, kw_only=True)
 class Mechanism(Declaration):
-    """A declaration and three compiled functions; everything else is generic.
+    """A declaration and two compiled functions; everything else is generic.
 
     A declaration that contradicts itself or the kernel raises ValueError when the mechanism is made.
 
     Attributes
     ----------
-    closed_form
-        ``closed_form(parameters[n, p], metrics[m, n], status[n], kernel[n, k], singular[n, 3], noise[n])`` fills the
-        arrays of `explore.model.closed_form.ClosedFormResult`.
-    pieces
-        ``pieces(kernel_row, window_code, drive_code, start, stop, out[4, 3]) -> count`` gives a window as at most
-        three pieces (anchor, half-tangent of start, half-tangent of end); ``out[3]`` is the averaging length and the
-        part of it over which the signal is 0, rad.
+    close
+        ``close(record)`` fills the rows of a tile of LANES designs, ``record[row * LANES + lane]``, from those of the
+        parameters: first the constants, which `fill` and the windows take, then the status and the metrics.
     fill
-        ``fill(kernel_row, sin_half, cos_half, count, needs, out[s, t])`` fills the signals at the nodes.
+        ``fill(constants, tangents, anchor, law, variant, count, needs, out)`` fills the signals at `count` nodes of
+        each lane: ``out[(node * signal_rows + row) * LANES + lane]`` from ``tangents[node * LANES + lane]``, the
+        half-tangent of the node's angle from the anchor (0) or its opposite (1). `law` and `variant` are the same in
+        all lanes.
     """
 
-    closed_form: Callable[..., None]
-    pieces: Callable[..., int]
+    close: Callable[..., None]
     fill: Callable[..., None]
 
     def __post_init__(self) -> None:
@@ -44,10 +43,20 @@ class Mechanism(Declaration):
 
         Parameters
         ----------
-        parameters : (n, p) array
-            Designs, with the columns of `kernel_parameters` in declared units.
+        parameters : (p, n) array
+            Those of `kernel_parameters`, in declared units.
         """
-        result = ClosedFormResult.allocate(len(self.metrics), len(parameters), self.kernel_size)
+        result = ClosedFormResult.allocate(len(self.metrics), parameters.shape[1])
         inputs = np.ascontiguousarray(parameters, dtype=np.float64)
-        self.closed_form(inputs, result.metrics, result.status, result.kernel, result.singular, result.noise)
+        close_all(
+            self.close, inputs, self.record_rows, self.first_parameter, self.first_metric, self.status_row,
+            result.metrics, result.status,
+        )  # fmt: skip
         return result
+
+    def constants(self, parameters: FloatArray) -> FloatArray:
+        """The constants of designs, shape (k, n); see `evaluate_closed_form`."""
+        constants = np.empty((self.n_constants, parameters.shape[1]))
+        inputs = np.ascontiguousarray(parameters, dtype=np.float64)
+        constants_of(self.close, inputs, self.record_rows, self.first_parameter, constants)
+        return constants

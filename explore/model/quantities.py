@@ -171,17 +171,21 @@ class Window:
     ----------
     name, long_name
         Name in study files and at the end of names of metrics, and description.
-    code
-        Code of the window in `Mechanism.pieces`.
+    kind
+        The full turn; the arc from one mark to another; the stroke that the drive names, or the other one; the part of
+        the drive stroke that drives the output through one-way clutches; an explicit interval.
+    ends
+        Marks between which an arc lies.
     needs_stroke
         Whether the window exists only where the output rocks.
     start, stop
-        First and last crank angle of an explicit interval, rad.
+        First and last input angle of an explicit interval, rad.
     """
 
     name: str
-    code: int
     long_name: str
+    kind: Literal["turn", "arc", "drive", "return", "clutch", "interval"]
+    ends: tuple[str, ...] = ()
     needs_stroke: bool = True
     start: float = 0.0
     stop: float = 0.0

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 from explore.model.mechanism import Mechanism
 from explore.model.quantities import AnyMetric, DerivedMetric, Metric, Parameter, SampledMetric, Sense, Window
@@ -68,12 +69,12 @@ class Request:
     drive: str
     tolerance: float
 
-    @property
+    @cached_property
     def all_metrics(self) -> tuple[AnyMetric, ...]:
         """The metrics of the columns and those that only constraints use, each once."""
         return tuple(dict.fromkeys((*self.metrics, *(c.metric for c in self.constraints))))
 
-    @property
+    @cached_property
     def parts(self) -> tuple[Metric | SampledMetric | Parameter, ...]:
         """All closed-form and sampled metrics and the parameters that derived metrics depend on, each once."""
         parts: list[Metric | SampledMetric | Parameter] = []
@@ -81,12 +82,12 @@ class Request:
             parts += metric.parts if isinstance(metric, DerivedMetric) else (metric,)
         return tuple(dict.fromkeys(parts))
 
-    @property
+    @cached_property
     def sampled(self) -> tuple[SampledMetric, ...]:
         """The metrics that need samples of the motion, including those that derived metrics depend on."""
         return tuple(part for part in self.parts if isinstance(part, SampledMetric))
 
-    @property
+    @cached_property
     def derived(self) -> tuple[DerivedMetric, ...]:
         """The metrics that are functions of others."""
         return tuple(m for m in self.all_metrics if isinstance(m, DerivedMetric))

@@ -1,4 +1,7 @@
-"""The compiled loop over designs: windows to panels, panels to nodes, nodes to statistics and their error bound.
+"""The compiled loop: designs to panels, panels to tiles of nodes, tiles to statistics and their error bound.
+
+Designs are taken in chunks that fit into the cache. In each chunk the panels of one window are sorted by their rule; a
+tile holds panels with the same rule, padded by repetition, so that no result depends on the neighbours of a design.
 
 Numba has no cheap records, so arrays and constants are passed as long argument lists.
 """
@@ -8,256 +11,222 @@ import math
 import numpy as np
 from numba import types
 
-from explore.compiling import FILL_SIGNATURE, PIECES_SIGNATURE, compiled, function_type
-from explore.quadrature.magnitudes import POWERS, power_means
-from explore.quadrature.moments import (
-    FLAG_CV,
-    FLAG_EXTREMES,
-    FLAG_RESIDUAL,
-    FLAG_SQUARES,
-    FLAG_STD,
-    FLAG_TERMS,
-    mean_and_variance,
-    refined_minimum,
+from explore.compiling import LANES, compiled
+from explore.quadrature import bounds
+from explore.quadrature.bin_filling import PanelSums, TileWork, fill_bin
+from explore.quadrature.bounds import BOUNDS_SIZE, CHUNK, FLAG_EXTREMES, FLAG_SQUARES
+from explore.quadrature.chunks import (
+    CLOSE_TYPE,
+    CODES,
+    MOST_KINDS,
+    add_panels,
+    close_chunk,
+    constant,
+    gather_constants,
+    sort_by_rule,
 )
-from explore.quadrature.node_placement import map_panel, model_errors, node_count, place_nodes
-from explore.quadrature.rules import LARGEST_NODE_COUNT
+from explore.quadrature.extremes import STATE_SIZE
+from explore.quadrature.hand_over import find_hand_overs
+from explore.quadrature.magnitudes import POWERS, power_means
+from explore.quadrature.merging import bound_rows, choose_next, collect, copy_numbers, merge, merge_regular
+from explore.quadrature.panels import (
+    ANCHOR,
+    CENTRE,
+    FIRST,
+    LAST,
+    LENGTH,
+    PANEL_CAPACITY,
+    PANELS_SIZE,
+    SCALE,
+    TARGET,
+    count_nodes,
+    map_panels,
+)
+from explore.quadrature.slots import (
+    BOUND,
+    CLUTCH,
+    MAXIMUM,
+    MEAN,
+    MINIMUM,
+    PHASES,
+    RATE,
+    RATE_DERIVATIVE,
+    RATE_NEEDS,
+    ROOT_MEAN,
+    ROOT_POWER_MEAN,
+    VARIANCE,
+)
+from explore.quadrature.tiles import FILL_TYPE, NODE_CAPACITY, SHAPE_SIZE, SUMS_SIZE
 
-#: Columns of the statistics of one window and row; ROOT_MEAN and ROOT_POWER_MEAN are means of powers of the root of a
-#: row that holds squares.
-MEAN, VARIANCE, MINIMUM, MAXIMUM, ROOT_MEAN, ROOT_POWER_MEAN, BOUND = range(7)
-N_STATISTICS = 7
-MOST_PIECES = 3
-NODE_CAPACITY = MOST_PIECES * (LARGEST_NODE_COUNT + 2)
 #: Natural logarithm of the tolerance over the target of the first node count: a cv multiplies the error by a few.
 HEADROOM = 1.5
 #: Most node counts that are tried for one design and window.
 MOST_ROUNDS = 4
-#: Rounding error of one statistic relative to the rms of its signal, from the accuracy campaign.
-ROUNDING = 4e-15
 
-FILL_TYPE, PIECES_TYPE = function_type(FILL_SIGNATURE), function_type(PIECES_SIGNATURE)
 _F1, _F2 = types.float64[::1], types.float64[:, ::1]
 _I1, _I2, _I3 = types.int64[::1], types.int64[:, ::1], types.int64[:, :, ::1]
 
 
 @compiled()
-def _signal_bound(flags, quadrature, rounding, mean, variance, tolerance):
-    """Bound of the worst flagged statistic of one signal, in the norms of `explore.evaluation.evaluate`."""
-    rms = math.sqrt(mean * mean + variance)
-    std = math.sqrt(variance)
-    bound = quadrature + rounding
-    if flags & FLAG_STD and std > 0.0:
-        bound = max(bound, (0.5 * quadrature * rms + rounding * std) / std + rounding)
-    if flags & FLAG_CV and abs(mean) >= 1e3 * tolerance * rms and std > 0.0:
-        bound = max(
-            bound,
-            quadrature * (0.5 * rms * rms / variance + rms / abs(mean)) + rounding * (rms / std + rms / abs(mean)),
-        )
-    return bound
-
-
-@compiled()
-def _term_sum_bound(flags, s, terms, quadrature, values, noise, tolerance):
-    """Bound of the worst statistic of a signal that is a sum of terms, and the rounding part of the bound."""
-    mean, variance = values[s, MEAN], values[s, VARIANCE]
-    squares = flags & FLAG_SQUARES != 0
-    signal_rms = math.sqrt(abs(mean)) if squares else math.sqrt(mean * mean + variance)
-    terms_rms = math.sqrt(values[terms, MEAN] * values[terms, MEAN] + values[terms, VARIANCE])
-    rounding = ROUNDING
-    if signal_rms > 0.0:
-        # The terms round at most like accelerations. Their sum may be much smaller than a term.
-        rounding = ROUNDING * (1.0 + 0.2 * terms_rms * (1.0 + noise * (1.0 + noise)) / signal_rms)
-    if flags & FLAG_RESIDUAL and signal_rms > 0.0:
-        quadrature *= (terms_rms / signal_rms) ** 2
-    if squares:
-        return quadrature + rounding, rounding
-    bound = _signal_bound(flags, quadrature, rounding, mean, variance, tolerance)
-    return bound, _signal_bound(flags, 0.0, rounding, mean, variance, tolerance)
-
-
-@compiled()
-def _worst_bound(flags, orders, term_rows, w, values, errors, noise, tolerance):
-    """Bound of the worst statistic over all rows, and whether more nodes can lower one that misses the tolerance."""
-    slow_rms, largest_rms = 0.0, 0.0
-    second, fourth = errors[0], errors[1]
-    for s in range(flags.shape[1]):
-        if flags[w, s] and flags[w, s] != FLAG_TERMS and term_rows[s] < 0:
-            rms = math.sqrt(values[s, MEAN] * values[s, MEAN] + values[s, VARIANCE])
-            largest_rms = max(largest_rms, rms)
-            slow_rms = max(slow_rms, rms) if orders[w, s] == 2 else slow_rms
-    worst, improvable = 0.0, False
-    for s in range(flags.shape[1]):
-        if flags[w, s] and term_rows[s] >= 0:
-            quadrature = errors[orders[w, s] // 2 - 1]
-            bound, rounding = _term_sum_bound(flags[w, s], s, term_rows[s], quadrature, values, noise, tolerance)
-            improvable = improvable or (bound > tolerance and bound > 2.0 * rounding)
-            values[s, BOUND] = bound
-            worst = max(worst, bound)
-        elif flags[w, s] and flags[w, s] != FLAG_TERMS:
-            mean, variance = values[s, MEAN], values[s, VARIANCE]
-            rms = math.sqrt(mean * mean + variance)
-            # Intermediate terms and signals of the same order may be larger than this signal, and so their rounding.
-            terms = largest_rms + noise * (1.0 + noise) if orders[w, s] == 4 else slow_rms + noise
-            rounding = ROUNDING * (1.0 + 0.2 * terms / rms) if rms > 0.0 else ROUNDING
-            bound = _signal_bound(
-                flags[w, s], fourth if orders[w, s] == 4 else second, rounding, mean, variance, tolerance
-            )
-            if bound > tolerance:
-                improvable = improvable or bound > 2.0 * _signal_bound(
-                    flags[w, s], 0.0, rounding, mean, variance, tolerance
-                )
-            values[s, BOUND] = bound
-            worst = max(worst, bound)
-    return worst, improvable
-
-
-@compiled()
-def _sample_moments(
-    fill, row, needs, flags, orders, term_rows, w, ends, noise, tolerance,
-    panels, parts, shapes, offsets, size_of, row_of, table,
-    t, sin_half, cos_half, weight, scratch, values,
+def _store(
+    b, n, live, all_live, designs, first_panel, panel_count, stride, w, flags, slots, means, variances, row_bounds,
+    final_bounds, lows, highs, statistics, nodes, worst,
 ):  # fmt: skip
-    """Sample until the moments meet the tolerance or more nodes cannot lower the bound; return nodes and bound."""
-    order = 2
+    """Store the statistics of the live designs; a later round replaces those of this one."""
+    together = all_live and designs[live[n - 1]] - designs[live[0]] == n - 1
     for s in range(flags.shape[1]):
-        order = max(order, orders[w, s] if flags[w, s] else 2)
-    target = math.log(tolerance) - HEADROOM
-    nodes, total, worst = 0, 0, 0.0
-    for _ in range(MOST_ROUNDS):
-        total, second, fourth, sixth, is_finest = 0, 0.0, 0.0, 0.0, True
-        for p in range(panels):
-            half, rate = shapes[p, 1], shapes[p, 3]
-            count = node_count(target, half, rate, order, size_of)
-            place_nodes(
-                shapes, p, int(parts[p, 0]), count, total, row_of, table, ends,
-                t, sin_half, cos_half, weight,
+        if not flags[w, s]:
+            continue
+        at, base = s * CHUNK, s * PANEL_CAPACITY
+        for slot, source in (
+            (slots[w, s, MEAN], means),
+            (slots[w, s, VARIANCE], variances),
+            (slots[w, s, BOUND], row_bounds),
+        ):
+            if slot < 0:
+                continue
+            if together:
+                first = designs[live[0]]
+                copy_numbers(statistics[slot, first:], source[at:], n)
+            else:
+                for j in range(n):
+                    statistics[slot, designs[live[j]]] = source[at + j]
+        if flags[w, s] & FLAG_SQUARES:
+            for j in range(n):
+                final_bounds[at + live[j]] = row_bounds[at + j]
+        low_slot, high_slot = slots[w, s, MINIMUM], slots[w, s, MAXIMUM]
+        if low_slot < 0 and high_slot < 0:
+            continue
+        for j in range(n):
+            i = live[j]
+            # Over the rest of a period the signal is 0.
+            low, high = (0.0, 0.0) if b[bounds.REST + j] > 0.0 else (math.inf, -math.inf)
+            for p in range(panel_count[i]):
+                k = base + first_panel[i] + p * stride
+                low, high = min(low, lows[k]), max(high, highs[k])
+            if low_slot >= 0:
+                statistics[low_slot, designs[i]] = low
+            if high_slot >= 0:
+                statistics[high_slot, designs[i]] = high
+    for j in range(n):
+        nodes[designs[live[j]]] += int(b[bounds.TOTAL + j])
+        worst[live[j]] = b[bounds.WORST + j]
+
+
+@compiled(allocates=True)
+def _shorten_to_clutches(
+    fill, constants, constant_count, fill_rows, window, count, panels, owner, rows, averaging, rest, work,
+):  # fmt: skip
+    """Cut each stroke, one panel, to the part that drives the output; fill the lengths that it is averaged over."""
+    scale, periods, first, last, rising = (
+        np.ones(LANES),
+        np.ones(LANES),
+        np.zeros(LANES),
+        np.zeros(LANES),
+        np.zeros(LANES),
+    )
+    tangents, signals = np.zeros(LANES), np.zeros(rows * LANES)
+    pending = np.empty(count, np.int64)
+    for anchor in range(2):
+        n = 0
+        for k in range(count):
+            i = owner[k]
+            if int(panels[ANCHOR + k]) != anchor:
+                continue
+            period = 2.0 * math.pi / constant(constants, constant_count, window[PHASES], i)
+            length = panels[LENGTH + k]
+            averaging[i], rest[i] = period, max(period - length, 0.0)
+            if period < length:
+                pending[n] = k
+                n += 1
+        for start in range(0, n, LANES):
+            for lane in range(LANES):
+                k = pending[start + min(lane, min(LANES, n - start) - 1)]
+                work.lane_panels[lane], work.lane_designs[lane] = k, owner[k]
+                scale[lane], periods[lane] = panels[SCALE + k], averaging[owner[k]]
+                first[lane], last[lane] = panels[FIRST + k], panels[LAST + k]
+                tangents[lane] = scale[lane] * math.sinh(panels[CENTRE + k])
+            gather_constants(constants, constant_count, fill_rows, work.lane_designs, work.offsets, work.constants)
+            fill(work.constants, tangents, anchor, 0, 0, 1, window[RATE_NEEDS], signals)
+            for lane in range(LANES):
+                rising[lane] = 1.0 if signals[window[RATE] * LANES + lane] > 0.0 else -1.0
+            find_hand_overs(
+                fill, work.constants, anchor, 0, 0, window[RATE_NEEDS], rows, window[RATE], window[RATE_DERIVATIVE],
+                rising, scale, periods, first, last,
             )  # fmt: skip
-            errors = model_errors(count, half, rate)
-            second += errors[0]
-            fourth += errors[1]
-            sixth += errors[2]
-            is_finest = is_finest and count == LARGEST_NODE_COUNT
-            offsets[p] = total
-            total += count + 2 if ends else count
-        offsets[panels] = total
-        nodes += total
-        fill(row, sin_half, cos_half, total, needs[w], scratch)
-        for s in range(flags.shape[1]):
-            if flags[w, s]:
-                mean, variance = mean_and_variance(scratch, s, weight, total, parts[3, 0], parts[3, 1])
-                values[s, MEAN], values[s, VARIANCE] = mean, variance
-        worst, improvable = _worst_bound(flags, orders, term_rows, w, values, (second, fourth, sixth), noise, tolerance)
-        if not improvable or is_finest:
-            break
-        # Continue from the modelled error of this count, which may be far below the target.
-        reached = math.log(sixth if order == 6 else fourth if order == 4 else second)
-        target = min(target, reached) - math.log(worst / tolerance) - 0.5
-    return nodes, worst
+            for lane in range(LANES):
+                panels[FIRST + work.lane_panels[lane]], panels[LAST + work.lane_panels[lane]] = (
+                    first[lane],
+                    last[lane],
+                )
 
 
 @compiled()
-def _find_extreme(fill, kernel, needs, row, panels, sign, parts, shapes, offsets, t, scratch, node, node_signals):
-    """Extreme of the signal over all panels, refined from each local minimum of ``sign * signal`` at the samples."""
-    best = np.inf
-    samples = scratch[row]
-    for p in range(panels):
-        begin, end = offsets[p], offsets[p + 1]
-        for j in range(begin, end):
-            value = sign * samples[j]
-            left = sign * samples[j - 1] if j > begin else np.inf
-            right = sign * samples[j + 1] if j < end - 1 else np.inf
-            if value <= left and value <= right:
-                low, high = t[max(j - 1, begin)], t[min(j + 1, end - 1)]
-                refined, _ = refined_minimum(
-                    fill, kernel, shapes[p], int(parts[p, 0]), row, needs, sign,
-                    low, t[j], high, value, node, node_signals,
+def _fill_powers(
+    fill, constants, constant_count, fill_rows, needs, rows, w, flags, slots, panels, i, first, panel_count, stride,
+    averaging, tolerance, size_of, row_of, table, work, design, final_bounds, statistics, nodes, error,
+):  # fmt: skip
+    """Fill the means of powers of the magnitudes of one design, number i of the chunk."""
+    for lane in range(LANES):
+        work.lane_designs[lane] = i
+    gather_constants(constants, constant_count, fill_rows, work.lane_designs, work.offsets, work.constants)
+    for s in range(rows):
+        if not flags[w, s] & FLAG_SQUARES:
+            continue
+        for power in range(POWERS):
+            slot = slots[w, s, ROOT_MEAN + power]
+            if slot >= 0:
+                mean, bound, count = power_means(
+                    fill, work.constants, needs, rows, s, power, panels, first, panel_count, stride, tolerance,
+                    size_of, row_of, table,
                 )  # fmt: skip
-                best = min(best, refined)
-    return sign * best
-
-
-@compiled()
-def _fill_extremes(
-    fill, row, needs, s, panels, has_minimum, has_maximum, rest, parts, shapes, offsets, t, scratch,
-    node, node_signals, values,
-):  # fmt: skip
-    """Fill the requested extremes of a signal, which is 0 over the part `rest` of the averaging length."""
-    if has_minimum:
-        low = _find_extreme(fill, row, needs, s, panels, 1.0, parts, shapes, offsets, t, scratch, node, node_signals)
-        values[s, MINIMUM] = min(low, 0.0) if rest > 0.0 else low
-    if has_maximum:
-        high = _find_extreme(fill, row, needs, s, panels, -1.0, parts, shapes, offsets, t, scratch, node, node_signals)
-        values[s, MAXIMUM] = max(high, 0.0) if rest > 0.0 else high
-
-
-@compiled()
-def _repeats_row_before(slots, w, s, scratch, total):
-    """Whether the row before has the same samples, as with pin forces without masses, and all extremes of this row."""
-    if s == 0:
-        return False
-    for k in (MINIMUM, MAXIMUM):
-        if slots[w, s, k] >= 0 and slots[w, s - 1, k] < 0:
-            return False
-    for j in range(total):  # noqa: SIM110  (compiled)
-        if scratch[s, j] != scratch[s - 1, j]:  # most rows differ in the first sample
-            return False
-    return True
-
-
-@compiled()
-def _fill_extremes_and_powers(
-    fill, kernel, needs, flags, s, w, slots, panels, parts, shapes, offsets, tolerance,
-    size_of, row_of, table, t, scratch, node, node_signals, values,
-):  # fmt: skip
-    """Fill extremes and means of powers of one row; return the nodes used and the largest bound of the powers."""
-    if flags & FLAG_EXTREMES and _repeats_row_before(slots, w, s, scratch, offsets[panels]):
-        values[s, MINIMUM], values[s, MAXIMUM] = values[s - 1, MINIMUM], values[s - 1, MAXIMUM]
-    elif flags & FLAG_EXTREMES:
-        _fill_extremes(
-            fill, kernel, needs, s, panels, slots[w, s, MINIMUM] >= 0, slots[w, s, MAXIMUM] >= 0, parts[3, 1],
-            parts, shapes, offsets, t, scratch, node, node_signals, values,
-        )  # fmt: skip
-    nodes, worst = 0, 0.0
-    for k in range(POWERS if flags & FLAG_SQUARES else 0):
-        if slots[w, s, ROOT_MEAN + k] >= 0:
-            mean, bound, count = power_means(
-                fill, kernel, needs, s, k, panels, parts, shapes, tolerance, size_of, row_of, table, node, node_signals
-            )
-            values[s, ROOT_MEAN + k] = mean / parts[3, 0]
-            values[s, BOUND] += bound
-            worst = max(worst, values[s, BOUND])
-            nodes += count
-    return nodes, worst
+                statistics[slot, design] = mean / averaging
+                if slots[w, s, BOUND] >= 0:
+                    statistics[slots[w, s, BOUND], design] += bound
+                final_bounds[s * CHUNK + i] += bound
+                error[design] = max(error[design], final_bounds[s * CHUNK + i])
+                nodes[design] += count
 
 
 @compiled(
     types.void(
-        FILL_TYPE, PIECES_TYPE, _F2, _F2, _F1, types.boolean[::1],
-        _I1, _F2, types.int64, _I1, _I2, _I2, _I1, types.float64,
+        CLOSE_TYPE, FILL_TYPE, types.int64, types.int64, types.int64, types.int64, types.int64, _F2, _I1,
+        _I2, _F2, _I1, _I1, _I1, types.int64, types.int64, _I1, _I2, _I2, _I1, types.float64,
         _I1, _I1, _F2,
         _I3, _F2, _I1, _F1,
     ), allocates=True)  # fmt: skip
 def sample(
-    fill, pieces, kernel, singular, noise, active,
-    windows, intervals, drive, needs, flags, orders, term_rows, tolerance,
+    close, fill, record_rows, first_parameter, constant_count, fill_rows, rows, parameters, designs,
+    windows, intervals, breaks, singular_rows, singular_anchors, noise_row, variant_row,
+    needs, flags, orders, term_rows, tolerance,
     size_of, row_of, table,
     slots, statistics, nodes, error,
 ):  # fmt: skip
-    """Statistics of every active design over every window.
+    """Statistics of designs over every window.
 
     Parameters
     ----------
-    fill, pieces
+    close, fill
         Compiled functions of the mechanism.
-    kernel : (n, k), singular : (n, 3), noise : (n,)
-        From the closed form of the mechanism.
-    active : (n,)
-        Which designs to sample; the entries of the others are not changed.
-    windows : (w,), intervals : (w, 2), drive
-        Codes of the windows, start and stop (rad) of explicit ones, code of the drive stroke.
+    record_rows, first_parameter, constant_count, fill_rows, rows
+        Rows of a tile of records, the first of the parameters, the number of constants and of those that `fill` reads,
+        the number of signal rows.
+    parameters : (p, n) array
+        Of the closed form.
+    designs : (d,) array
+        The designs to sample; the entries of the others are not changed.
+    windows : (w, 8), intervals : (w, 2)
+        Specifications of the windows, with the columns KIND … of `explore.quadrature.slots`, and the ends (rad) of
+        explicit ones.
+    breaks : (b,)
+        Rows of the constants that hold the half-tangents where laws change.
+    singular_rows, singular_anchors : (3,)
+        Rows of the constants that hold the half-tangents of the distances of singularities, and their anchors; -1 for
+        none.
+    noise_row, variant_row
+        Rows of the constants that hold the amplification of rounding errors and the variant; -1 for none.
     needs : (w,), flags : (w, s), orders : (w, s)
-        Bits of the signals to fill; for each row, flags of `explore.quadrature.moments` (0: skip) and pole order.
+        Bits of the signals to fill; for each row, flags of `explore.quadrature.bounds` (0: skip) and pole order.
     term_rows : (s,)
         For a signal that is a sum of terms, the row with the size of the terms; -1 for other signals.
     tolerance : float
@@ -265,47 +234,109 @@ def sample(
     size_of, row_of, table
         From `explore.quadrature.rules`.
     slots : (w, s, 7)
-        Row of `statistics` for each statistic (MEAN, VARIANCE, … of this module) of a row over a window; -1 for none.
+        Row of `statistics` for each statistic (MEAN, VARIANCE, … of `explore.quadrature.slots`) of a row over a window;
+        -1 for none.
     statistics : (m, n), nodes : (n,), error : (n,)
         Filled: statistics for unit speed and rad; signal evaluations; bound.
     """
-    rows = flags.shape[1]
-    # Small enough for the first-level cache at usual node counts.
-    scratch, values = np.empty((rows, NODE_CAPACITY)), np.zeros((rows, N_STATISTICS))
-    t, sin_half = np.empty(NODE_CAPACITY), np.empty(NODE_CAPACITY)
-    cos_half, weight = np.empty(NODE_CAPACITY), np.empty(NODE_CAPACITY)
-    node, node_signals = np.empty((2, 1)), np.empty((rows, 1))
-    parts, shapes = np.zeros((MOST_PIECES + 1, 3)), np.zeros((MOST_PIECES, 4))
-    offsets = np.zeros(MOST_PIECES + 1, np.int64)
-    for i in range(kernel.shape[0]):
-        if not active[i]:
-            continue
-        row = kernel[i]
+    record, constants = np.zeros(record_rows * LANES), np.empty((CHUNK + LANES) * constant_count)
+    panels, b = np.zeros(PANELS_SIZE), np.zeros(BOUNDS_SIZE)
+    owner, first_panel = np.empty(PANEL_CAPACITY, np.int64), np.empty(CHUNK, np.int64)
+    panel_count, live = np.empty(CHUNK, np.int64), np.empty(CHUNK, np.int64)
+    positions = np.empty(max(len(breaks), 1))
+    work = TileWork(
+        np.empty(LANES, np.int64), np.empty(LANES, np.int64), np.empty(LANES, np.uint64),
+        np.empty(constant_count * LANES), np.zeros(SHAPE_SIZE), np.empty(NODE_CAPACITY * LANES),
+        np.empty(NODE_CAPACITY * LANES), np.empty(rows * NODE_CAPACITY * LANES), np.empty(rows * SUMS_SIZE),
+        np.zeros(STATE_SIZE), np.empty(LANES), np.empty(rows * LANES),
+    )  # fmt: skip
+    sums = PanelSums(
+        np.empty(PANEL_CAPACITY), np.empty(rows * PANEL_CAPACITY), np.empty(rows * PANEL_CAPACITY),
+        np.empty(rows * PANEL_CAPACITY), np.empty(rows * PANEL_CAPACITY),
+    )  # fmt: skip
+    means, variances = np.empty(rows * CHUNK), np.empty(rows * CHUNK)
+    terms = np.empty(CHUNK)
+    row_bounds, final_bounds = np.empty(rows * CHUNK), np.empty(rows * CHUNK)
+    averaging, rest, noise, worst = np.empty(CHUNK), np.empty(CHUNK), np.empty(CHUNK), np.empty(CHUNK)
+    todo, order = np.empty(PANEL_CAPACITY, np.int64), np.empty(PANEL_CAPACITY, np.int64)
+    codes, starts = np.empty(PANEL_CAPACITY, np.int64), np.empty(PANEL_CAPACITY + 1, np.int64)
+    kinds, histogram = np.empty(MOST_KINDS, np.int64), np.empty(MOST_KINDS * CODES + 1, np.int64)
+    log_target = math.log(tolerance) - HEADROOM
+    for start in range(0, len(designs), CHUNK):
+        here = designs[start : start + CHUNK]
+        close_chunk(close, parameters, here, first_parameter, constant_count, record, constants)
         for w in range(windows.shape[0]):
-            panels = pieces(row, windows[w], drive, intervals[w, 0], intervals[w, 1], parts)
-            ends = False
-            for p in range(panels):
-                map_panel(parts, p, singular, i, shapes)
+            ends, powers, pole_order = False, False, 2
             for s in range(rows):
-                ends = ends or (flags[w, s] & FLAG_EXTREMES) != 0
-            count, worst = _sample_moments(
-                fill, row, needs, flags, orders, term_rows, w, ends, noise[i], tolerance,
-                panels, parts, shapes, offsets, size_of, row_of, table,
-                t, sin_half, cos_half, weight, scratch, values,
-            )  # fmt: skip
-            nodes[i] += count
-            for s in range(rows):
-                if not flags[w, s]:
-                    continue
-                # A call only where needed: here each array argument costs two atomic reference counts.
-                if flags[w, s] & (FLAG_EXTREMES | FLAG_SQUARES):
-                    count, bound = _fill_extremes_and_powers(
-                        fill, row, needs[w], flags[w, s], s, w, slots, panels, parts, shapes, offsets, tolerance,
-                        size_of, row_of, table, t, scratch, node, node_signals, values,
+                if flags[w, s]:
+                    ends = ends or (flags[w, s] & FLAG_EXTREMES) != 0
+                    pole_order = max(pole_order, orders[w, s])
+                    powers = powers or slots[w, s, ROOT_MEAN] >= 0 or slots[w, s, ROOT_POWER_MEAN] >= 0
+            used = np.flatnonzero(flags[w])
+            begin = 0
+            while begin < len(here):
+                until, count, stride = add_panels(
+                    constants, constant_count, begin, len(here), windows[w], intervals[w, 0], intervals[w, 1], breaks,
+                    singular_rows, variant_row, panels, first_panel, panel_count, owner, positions,
+                )  # fmt: skip
+                map_panels(panels, count, singular_anchors)
+                for i in range(begin, until):
+                    total = 0.0
+                    for p in range(panel_count[i]):
+                        total += panels[LENGTH + first_panel[i] + p * stride]
+                    averaging[i], rest[i], live[i - begin] = total, 0.0, i
+                    noise[i] = constant(constants, constant_count, noise_row, i) if noise_row >= 0 else 0.0
+                if windows[w, CLUTCH]:
+                    _shorten_to_clutches(
+                        fill, constants, constant_count, fill_rows, windows[w], count, panels, owner, rows, averaging,
+                        rest, work,
                     )  # fmt: skip
-                    nodes[i] += count
-                    worst = max(worst, bound)
-                for k in range(N_STATISTICS):
-                    if slots[w, s, k] >= 0:
-                        statistics[slots[w, s, k], i] = values[s, k]
-            error[i] = max(error[i], worst)
+                    map_panels(panels, count, singular_anchors)
+                panels[TARGET : TARGET + count] = log_target
+                for k in range(count):
+                    todo[k] = k
+                n, n_todo = until - begin, count
+                regular = begin == 0 and stride > 1 and until == len(here)
+                for number in range(MOST_ROUNDS):
+                    if n == 0:
+                        break
+                    count_nodes(panels, count, pole_order)
+                    n_bins = sort_by_rule(panels, todo, n_todo, size_of, kinds, codes, histogram, order, starts)
+                    for k in range(n_bins):
+                        fill_bin(
+                            fill, constants, constant_count, fill_rows, panels, order, starts[k], starts[k + 1], owner,
+                            ends, needs[w], rows, used, w, flags, slots, row_of, table, work, sums,
+                        )  # fmt: skip
+                    collect(
+                        b, panels, count, n, live, first_panel, panel_count, stride, 2 if ends else 0, averaging, rest,
+                        noise,
+                    )  # fmt: skip
+                    for u in range(len(used)):
+                        if regular and number == 0:
+                            merge_regular(
+                                b, n, count // n, used[u], sums.masses, sums.integrals, sums.deviations, means,
+                                variances,
+                            )  # fmt: skip
+                        else:
+                            merge(
+                                b, n, live, first_panel, panel_count, stride, used[u], sums.masses, sums.integrals,
+                                sums.deviations, means, variances,
+                            )  # fmt: skip
+                    bound_rows(b, n, w, flags, orders, term_rows, tolerance, means, variances, row_bounds, terms)
+                    _store(
+                        b, n, live, number == 0, here, first_panel, panel_count, stride, w, flags, slots, means,
+                        variances, row_bounds, final_bounds, sums.lows, sums.highs, statistics, nodes, worst,
+                    )  # fmt: skip
+                    n, n_todo = choose_next(
+                        b, panels, n, live, first_panel, panel_count, stride, pole_order, tolerance, todo
+                    )  # fmt: skip
+                for i in range(begin, until):
+                    error[here[i]] = max(error[here[i]], worst[i])
+                if powers:
+                    for i in range(begin, until):
+                        _fill_powers(
+                            fill, constants, constant_count, fill_rows, needs[w], rows, w, flags, slots, panels, i,
+                            first_panel[i], panel_count[i], stride, averaging[i], tolerance, size_of, row_of, table,
+                            work, here[i], final_bounds, statistics, nodes, error,
+                        )  # fmt: skip
+                begin = until

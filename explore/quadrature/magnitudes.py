@@ -9,57 +9,88 @@ N^-8.
 The rules of 20, 40, ... 320 nodes are compared until two agree. The bound is the difference of the last two, which
 estimates the error of the last but one, and at least a hundredth of the difference before, because two rules may agree
 by accident.
+
+Here the lanes of a tile are nodes of one design.
 """
 
 import math
 
 import numpy as np
 
-from explore.compiling import compiled
-from explore.quadrature.moments import refined_minimum
-from explore.quadrature.node_placement import place_nodes
+from explore.compiling import LANES, compiled
+from explore.quadrature.brent import ACTIVE, BEST, BRENT_ROWS, minimise, start_lane
+from explore.quadrature.panels import ANCHOR, CENTRE, HALF, LAW, SCALE, VARIANT
 from explore.quadrature.rules import LARGEST_NODE_COUNT
+from explore.quadrature.tiles import SHAPE_SIZE, TILE_SCALE
 
 #: Number of powers: power 0 has the exponent 1, power 1 the exponent 10/3.
 POWERS = 2
 _FEWEST_NODES, _ROUNDS = 20, 5
 #: Samples of a panel from which its local minima are refined.
 _SEARCH_NODES = 96
-#: Most pieces of a panel. A magnitude has few minima; the error bound includes further ones, which are not cut at.
-_MOST_CUTS = 16
+#: Most pieces of a panel, one for each lane. A magnitude has few minima; the error bound includes further ones, which
+#: are not cut at.
+_MOST_CUTS = LANES
+_NODE_CAPACITY = LARGEST_NODE_COUNT + LANES
 
 
 @compiled(allocates=True)
 def power_means(
-    fill, kernel, needs, row, power, panels, parts, shapes, tolerance, size_of, row_of, table, node, node_signals
-):  # fmt: skip
+    fill, constants, needs, rows, row, power, panels, begin, panel_count, stride, tolerance, size_of, row_of, table
+):
     """Integral of a power of a magnitude, its relative error bound, and the number of nodes used.
 
-    `row` holds its squares and `power` is the number of the power; the other arguments are those of
-    `explore.quadrature.loop`.
+    Parameters
+    ----------
+    constants
+        A tile whose lanes are all the same design.
+    rows, row
+        Number of rows of the signals, and the one that holds the squares.
+    power
+        Number of the power.
+    begin, panel_count, stride
+        First panel of the design, number of its panels, and from one to the next.
     """
-    cuts = np.empty(_MOST_CUTS + 1)
-    t, weight = np.empty(LARGEST_NODE_COUNT), np.empty(LARGEST_NODE_COUNT)
-    sine, cosine = np.empty(LARGEST_NODE_COUNT), np.empty(LARGEST_NODE_COUNT)
-    signals = np.empty((node_signals.shape[0], LARGEST_NODE_COUNT))
+    cuts = np.empty(_MOST_CUTS + 2)
+    t, weight, tangents = np.empty(_NODE_CAPACITY), np.empty(_NODE_CAPACITY), np.empty(_NODE_CAPACITY)
+    signals = np.empty(rows * _NODE_CAPACITY)
+    state, shape = np.zeros(BRENT_ROWS * LANES), np.zeros(SHAPE_SIZE)
     total, error, nodes = 0.0, 0.0, 0
-    for p in range(panels):
-        anchor = int(parts[p, 0])
-        place_nodes(shapes, p, anchor, _SEARCH_NODES, 0, row_of, table, False, t, sine, cosine, weight)
-        fill(kernel, sine, cosine, _SEARCH_NODES, needs, signals)
+    for p in range(begin, begin + panel_count * stride, stride):
+        anchor, law, variant = int(panels[ANCHOR + p]), int(panels[LAW + p]), int(panels[VARIANT + p])
+        first, last = panels[CENTRE + p] - panels[HALF + p], panels[CENTRE + p] + panels[HALF + p]
+        for lane in range(LANES):
+            shape[TILE_SCALE + lane] = panels[SCALE + p]
+        _place_nodes(first, last, panels[SCALE + p], _SEARCH_NODES, row_of, table, False, t, tangents, weight)
+        fill(constants, tangents, anchor, law, variant, _SEARCH_NODES // LANES, needs, signals)
         nodes += _SEARCH_NODES
-        pieces = _cut_at_minima(fill, kernel, needs, row, p, anchor, shapes, t, signals[row], node, node_signals, cuts)
+        pieces = _cut_at_minima(
+            fill,
+            constants,
+            needs,
+            rows,
+            row,
+            anchor,
+            law,
+            variant,
+            first,
+            last,
+            shape,
+            t,
+            signals,
+            state,
+            tangents,
+            cuts,
+        )
         for k in range(pieces):
             integral, difference, bound, requested_count = 0.0, np.inf, np.inf, _FEWEST_NODES
             for _ in range(_ROUNDS):
                 count = size_of[requested_count]
-                _place_clustered_nodes(
-                    cuts[k], cuts[k + 1], shapes[p, 2], anchor, count, row_of, table, sine, cosine, weight
-                )
-                fill(kernel, sine, cosine, count, needs, signals)
+                _place_nodes(cuts[k], cuts[k + 1], panels[SCALE + p], count, row_of, table, True, t, tangents, weight)
+                fill(constants, tangents, anchor, law, variant, (count + LANES - 1) // LANES, needs, signals)
                 previous, integral = integral, 0.0
                 for j in range(count):
-                    value = max(signals[row, j], 0.0)
+                    value = max(signals[(j // LANES * rows + row) * LANES + j % LANES], 0.0)
                     root = math.sqrt(value) if power == 0 else np.cbrt(value)
                     integral += weight[j] * (root if power == 0 else value * root * root)
                 nodes += count
@@ -75,38 +106,53 @@ def power_means(
 
 
 @compiled(fast=True)
-def _place_clustered_nodes(first, last, scale, anchor, count, row_of, table, sin_half, cos_half, weight):
-    """Fill nodes between two t of a panel, clustered at both ends: half-angle sines and cosines, weights (rad)."""
+def _place_nodes(first, last, scale, count, row_of, table, clustered, t, tangents, weight):
+    """Fill nodes between two t of a panel, ascending, `clustered` at both ends or not: t, half-tangents, weights (rad).
+
+    The tile is filled up with the last node.
+    """
     row = row_of[count]
     centre, half = 0.5 * (first + last), 0.5 * (last - first)
     for j in range(count):
         pair = min(j, count - 1 - j)
         s = -table[row + pair, 0] if j == pair else table[row + pair, 0]
-        square = s * s
-        step = half * s * (1.875 + square * (-1.25 + 0.375 * square))
-        rate = half * 1.875 * (1.0 - square) * (1.0 - square)
+        step, rate = half * s, half
+        if clustered:
+            square = s * s
+            step = half * s * (1.875 + square * (-1.25 + 0.375 * square))
+            rate = half * 1.875 * (1.0 - square) * (1.0 - square)
         growth = math.exp(centre + step)
         tangent, slope = 0.5 * scale * (growth - 1.0 / growth), 0.5 * scale * (growth + 1.0 / growth)
-        cosine = 1.0 / math.sqrt(1.0 + tangent * tangent)
-        sin_half[j], cos_half[j] = (tangent * cosine, cosine) if anchor == 0 else (cosine, -tangent * cosine)
-        weight[j] = 2.0 * table[row + pair, 1] * rate * slope * cosine * cosine
+        t[j], tangents[j] = centre + step, tangent
+        weight[j] = 2.0 * table[row + pair, 1] * rate * slope / (1.0 + tangent * tangent)
+    for j in range(count, (count + LANES - 1) // LANES * LANES):
+        tangents[j] = tangents[count - 1]
 
 
 @compiled()
-def _cut_at_minima(fill, kernel, needs, row, p, anchor, shapes, t, values, node, node_signals, cuts):
+def _cut_at_minima(
+    fill, constants, needs, rows, row, anchor, law, variant, first, last, shape, t, samples, state, tangents, cuts
+):
     """Fill the ends of the pieces between the local minima of a panel, in t; return the number of pieces."""
-    first, last = shapes[p, 0] - shapes[p, 1], shapes[p, 0] + shapes[p, 1]
-    cuts[0], pieces = first, 1
+    lanes = 0
+    for lane in range(LANES):
+        state[ACTIVE + lane], state[BEST + lane] = 0.0, 0.5 * (first + last)
     for j in range(_SEARCH_NODES):
         # The ends of the panel are not sampled: a minimum may lie between the last sample and the end.
-        left, right = values[j - 1] if j > 0 else np.inf, values[j + 1] if j < _SEARCH_NODES - 1 else np.inf
-        if values[j] <= left and values[j] < right and pieces < _MOST_CUTS:
+        value = samples[(j // LANES * rows + row) * LANES + j % LANES]
+        left = samples[((j - 1) // LANES * rows + row) * LANES + (j - 1) % LANES] if j > 0 else np.inf
+        right = samples[((j + 1) // LANES * rows + row) * LANES + (j + 1) % LANES] if j < _SEARCH_NODES - 1 else np.inf
+        if value <= left and value < right and lanes < LANES:
             low, high = t[j - 1] if j > 0 else first, t[j + 1] if j < _SEARCH_NODES - 1 else last
-            _, position = refined_minimum(
-                fill, kernel, shapes[p], anchor, row, needs, 1.0, low, t[j], high, values[j], node, node_signals
-            )
-            if first < position < last:
-                cuts[pieces] = position
-                pieces += 1
+            previous = 2.0 * (high - low) if left < np.inf and right < np.inf else 0.0
+            start_lane(state, lanes, low, t[j], high, left, value, right, previous)
+            lanes += 1
+    if lanes > 0:
+        minimise(fill, constants, shape, anchor, law, variant, needs, row, 1.0, state, tangents, samples)
+    cuts[0], pieces = first, 1
+    for lane in range(lanes):
+        if first < state[BEST + lane] < last:
+            cuts[pieces] = state[BEST + lane]
+            pieces += 1
     cuts[pieces] = last
     return pieces

@@ -1,43 +1,26 @@
-"""Columns of the crank-rocker's arrays, and the codes of its windows and drives."""
+"""Rows of the crank-rocker's record."""
 
 from enum import IntEnum
 
 from explore.mechanisms.rocking import ROCKING_SIZE
 
 
-class ParameterColumn(IntEnum):
-    """Columns of the parameters that the closed form takes."""
+class Row(IntEnum):
+    """Rows of a tile of designs after those of `rocking`: constants, status, parameters, metrics."""
 
-    CRANK = 0
-    COUPLER = 1
-    ROCKER = 2
-    GROUND = 3
-    PHASES = 4
-    BRANCH = 5
-
-
-class MetricColumn(IntEnum):
-    """Rows of the metrics that the closed form fills, one column of results each."""
-
-    LINKAGE_CLASS = 0
-    GRASHOF_MARGIN = 1
-    SWING_ANGLE = 2
-    MID_ANGLE = 3
-    TIME_RATIO = 4
-    MEAN_OUTPUT_RATIO = 5
-    TRANSMISSION_ANGLE_MIN = 6
-    TRANSMISSION_ANGLE_MAX = 7
-
-
-# Column of a kernel row after those of `rocking`.
-PHASES = ROCKING_SIZE
-KERNEL_SIZE = ROCKING_SIZE + 1
-
-CYCLE, DRIVE, RETURN, OVERLAPPED_TO_EXTENDED, EXTENDED_TO_OVERLAPPED, CLUTCH, INTERVAL = range(7)
-DRIVE_SLOW, DRIVE_FAST, DRIVE_OVERLAPPED_TO_EXTENDED, DRIVE_EXTENDED_TO_OVERLAPPED = range(4)
-DRIVES = {
-    "slow": DRIVE_SLOW,
-    "fast": DRIVE_FAST,
-    "overlapped_to_extended": DRIVE_OVERLAPPED_TO_EXTENDED,
-    "extended_to_overlapped": DRIVE_EXTENDED_TO_OVERLAPPED,
-}
+    N_LINKAGES = ROCKING_SIZE
+    STATUS = ROCKING_SIZE + 1
+    CRANK = ROCKING_SIZE + 2
+    COUPLER = ROCKING_SIZE + 3
+    ROCKER = ROCKING_SIZE + 4
+    GROUND = ROCKING_SIZE + 5
+    PHASES = ROCKING_SIZE + 6
+    BRANCH = ROCKING_SIZE + 7
+    LINKAGE_CLASS = ROCKING_SIZE + 8
+    GRASHOF_MARGIN = ROCKING_SIZE + 9
+    SWING_ANGLE = ROCKING_SIZE + 10
+    MID_ANGLE = ROCKING_SIZE + 11
+    TIME_RATIO = ROCKING_SIZE + 12
+    MEAN_OUTPUT_RATIO = ROCKING_SIZE + 13
+    TRANSMISSION_ANGLE_MIN = ROCKING_SIZE + 14
+    TRANSMISSION_ANGLE_MAX = ROCKING_SIZE + 15

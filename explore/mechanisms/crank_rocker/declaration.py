@@ -1,7 +1,8 @@
 """The crank-rocker of a pulsating stepless transmission: its declaration."""
 
-from explore.mechanisms import four_bar
-from explore.mechanisms.crank_rocker import columns, kernel
+from explore.mechanisms import four_bar, rocking
+from explore.mechanisms.crank_rocker import kernel
+from explore.mechanisms.crank_rocker.columns import Row
 from explore.model.mechanism import Mechanism
 from explore.model.quantities import Metric, Parameter, Signal, Window
 
@@ -30,7 +31,8 @@ _ACCELERATION_SIGNALS = tuple(
     )
     for link, row in (("coupler", four_bar.COUPLER_ACCELERATION), ("rocker", four_bar.ROCKER_ACCELERATION))
 )
-_STROKE_WINDOWS = ("drive", "return", "overlapped_to_extended", "extended_to_overlapped")
+_STROKES = ("overlapped_to_extended", "extended_to_overlapped")
+_STROKE_WINDOWS = ("drive", "return", *_STROKES)
 _GEOMETRY_METRICS = (
     Metric("linkage_class", "", "class of the linkage", labels=four_bar.CLASS_LABELS),
     Metric("grashof_margin", "mm", "Grashof margin: middle two lengths minus shortest and longest", "max"),
@@ -112,23 +114,25 @@ CRANK_ROCKER = Mechanism(
     ),
     metrics=_GEOMETRY_METRICS,
     windows=(
-        Window("cycle", columns.CYCLE, "the full turn", needs_stroke=False),
-        Window("drive", columns.DRIVE, "the stroke that the clutch transmits (setting `drive`)"),
-        Window("return", columns.RETURN, "the other stroke"),
+        Window("cycle", "the full turn", "turn", needs_stroke=False),
+        Window("drive", "the stroke that the clutch transmits (setting `drive`)", "drive"),
+        Window("return", "the other stroke", "return"),
+        Window(_STROKES[0], "from coupler over crank to coupler in line with it", "arc", ("overlapped", "extended")),
+        Window(_STROKES[1], "from coupler in line with crank to coupler over it", "arc", ("extended", "overlapped")),
+        Window("clutch", "the output of `phases` linkages through one-way clutches", "clutch"),
         Window(
-            "overlapped_to_extended",
-            columns.OVERLAPPED_TO_EXTENDED,
-            "from coupler over crank to coupler in line with it",
+            "interval",
+            "an explicit interval of crank angles, { from = 0, to = 90 }",
+            "interval",
+            needs_stroke=False,
         ),
-        Window(
-            "extended_to_overlapped",
-            columns.EXTENDED_TO_OVERLAPPED,
-            "from coupler in line with crank to coupler over it",
-        ),
-        Window("clutch", columns.CLUTCH, "the output of `phases` linkages through one-way clutches"),
-        Window("interval", columns.INTERVAL, "an explicit interval of crank angles, { from = 0, to = 90 }"),
     ),
-    drives=columns.DRIVES,
+    strokes=_STROKES,
+    drives=("slow", "fast", *_STROKES),
+    marks={"overlapped": rocking.OVERLAPPED, "extended": rocking.EXTENDED},
+    singularities=((rocking.SINGULAR_P, 0), (rocking.SINGULAR_Q, 1), (rocking.SINGULAR_D, 0)),
+    noise_row=rocking.NOISE,
+    phases_row=Row.N_LINKAGES,
     output_signals={"": "rocker_velocity", "clutch": "output_velocity"},
     zero_mean=frozenset(
         [(s.name, "cycle") for s in (*_VELOCITY_SIGNALS, *_ACCELERATION_SIGNALS)]
@@ -141,13 +145,12 @@ CRANK_ROCKER = Mechanism(
         "clutch": (*_CLOSED_NAMES, *_CLUTCH_DEFAULTS),
     },
     objectives=("cv", "swing_angle:max", "transmission_angle_min:max"),
-    kernel_version="2",
-    kernel_size=columns.KERNEL_SIZE,
+    kernel_version="3",
+    n_constants=Row.STATUS,
+    n_fill_constants=four_bar.FOUR_BAR_SIZE,
+    rows=Row,
     signal_rows=four_bar.SIGNAL_ROWS,
-    parameter_columns=columns.ParameterColumn,
-    metric_columns=columns.MetricColumn,
-    closed_form=kernel.closed_form,
-    pieces=kernel.pieces,
-    fill=four_bar.fill,
+    close=kernel.close,
+    fill=kernel.fill,
     loop_lengths=("crank", "coupler", "rocker", "ground"),
 )

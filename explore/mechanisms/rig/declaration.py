@@ -2,8 +2,9 @@
 
 import math
 
-from explore.mechanisms import four_bar
+from explore.mechanisms import four_bar, rocking
 from explore.mechanisms.rig import columns, forces, kernel
+from explore.mechanisms.rig.columns import Row
 from explore.mechanisms.rig.formulas import FORMULAS, SIZING_PARAMETERS
 from explore.model.mechanism import Mechanism
 from explore.model.quantities import Metric, Parameter, Signal, Window
@@ -138,11 +139,18 @@ TEST_RIG = Mechanism(
     formulas=FORMULAS,
     loop_lengths=("crank", "coupler", "rocker", "ground"),
     windows=(
-        Window("cycle", columns.CYCLE, "the full turn"),
-        Window(_STROKES[0], columns.OVERLAPPED_TO_EXTENDED, "from coupler over crank to coupler in line with it"),
-        Window(_STROKES[1], columns.EXTENDED_TO_OVERLAPPED, "from coupler in line with crank to coupler over it"),
+        Window("cycle", "the full turn", "turn"),
+        Window(_STROKES[0], "from coupler over crank to coupler in line with it", "arc", ("overlapped", "extended")),
+        Window(_STROKES[1], "from coupler in line with crank to coupler over it", "arc", ("extended", "overlapped")),
     ),
-    drives={"none": 0},
+    strokes=_STROKES,
+    drives=("none",),
+    marks={"overlapped": rocking.OVERLAPPED, "extended": rocking.EXTENDED},
+    # A torque against the motion jumps between the strokes.
+    breaks=("overlapped", "extended"),
+    singularities=((rocking.SINGULAR_P, 0), (rocking.SINGULAR_Q, 1), (rocking.SINGULAR_D, 0)),
+    noise_row=rocking.NOISE,
+    variant_row=Row.VARIANT,
     output_signals={"": "rocker_velocity"},
     zero_mean=frozenset(
         [(f"rocker_{signal}", "cycle") for signal in ("velocity", "acceleration")]
@@ -150,13 +158,11 @@ TEST_RIG = Mechanism(
     ),
     default_metrics={"": (*(metric.name for metric in _METRICS), *_SAMPLED_DEFAULTS)},
     objectives=("pin_force_peak", "velocity_thd", "size"),
-    kernel_version="1",
-    kernel_size=columns.KERNEL_SIZE,
+    kernel_version="2",
+    n_constants=Row.STATUS,
+    rows=Row,
     signal_rows=columns.SIGNAL_ROWS,
-    parameter_columns=columns.ParameterColumn,
-    metric_columns=columns.MetricColumn,
-    closed_form=kernel.closed_form,
-    pieces=kernel.pieces,
+    close=kernel.close,
     fill=forces.fill,
     default_window="cycle",
     default_drive="none",

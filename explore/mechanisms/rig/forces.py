@@ -12,22 +12,20 @@ each link gives the others.
 
 import math
 
-from explore.compiling import FILL_SIGNATURE, compiled
-from explore.mechanisms import four_bar, rocking
+from explore.compiling import FILL_SIGNATURE, LANES, compiled
+from explore.mechanisms import four_bar
 from explore.mechanisms.four_bar import (
     COUPLER_ACCELERATION,
     COUPLER_EXCESS,
     COUPLER_VELOCITY,
     CRANK,
-    E1_E2,
-    E3_E4,
-    FOUR_CRANK_GROUND,
-    GROUND_MINUS_CRANK_SQUARED,
     ROCKER_ACCELERATION,
     ROCKER_ANGLE,
     ROCKER_VELOCITY,
-)  # fmt: skip
+    factors,
+)
 from explore.mechanisms.rig.columns import (
+    CLOCKWISE,
     COUPLER_FORCE,
     DEVIATION,
     DEVIATION_COSINE,
@@ -36,125 +34,108 @@ from explore.mechanisms.rig.columns import (
     FORCE_TERMS,
     FORCES,
     HARMONICS,
+    HAS_DAMPING,
+    HAS_INERTIA,
+    HAS_MASSES,
+    HAS_OPPOSING_TORQUE,
+    HAS_STIFFNESS,
     PIN_A,
     PIN_B,
     PIN_C,
     PIN_D,
     ROCKER_FORCE,
     ROCKER_MOMENT,
+    SIGNAL_ROWS,
     TORQUE,
     TORQUE_TERMS,
-    KernelColumn,
+    Row,
 )
 
 _MOTION = four_bar.VELOCITIES | four_bar.ACCELERATIONS | four_bar.ANGLES | four_bar.TRANSMISSION
 
 
-@compiled("void(float64[::1], float64[::1], float64[::1], int64, float64[:, ::1])", fast=True)
-def _fill_torque(row, sin_half, cos_half, count, out):
+@compiled("void(float64[::1], int64, int64, float64[::1])", fast=True)
+def _fill_torque(constants, law, variant, out):
     """Fill the torque that the coupler exerts on the rocker, without that of the rocker's weight, and its terms, N m.
 
     They are in the rows of the drive torque and of the force terms until the forces replace them.
     """
-    constant = row[KernelColumn.CONSTANT_TORQUE]
-    for j in range(count):
-        out[DRIVE_TORQUE, j] = -constant
-        out[FORCE_TERMS, j] = abs(constant)
-    opposing = row[KernelColumn.OPPOSING_TORQUE]
-    if opposing != 0.0:
-        # The rocker turns clockwise on the stroke through crank angle 0. The sign of its velocity is no test of this,
-        # because at the ends of a stroke it is a matter of rounding.
-        first, last = rocking.stroke_ends(row, True)
-        for j in range(count):
-            cosine = abs(cos_half[j])
-            sine = sin_half[j] if cos_half[j] >= 0.0 else -sin_half[j]
-            clockwise = (sine >= first * cosine) and (sine <= last * cosine)
-            out[DRIVE_TORQUE, j] += -opposing if clockwise else opposing
-            out[FORCE_TERMS, j] += abs(opposing)
-    stiffness = row[KernelColumn.STIFFNESS]
-    if stiffness != 0.0:
-        middle = row[KernelColumn.MID_ANGLE]
-        for j in range(count):
-            angle = out[ROCKER_ANGLE, j] - middle
-            out[DRIVE_TORQUE, j] += stiffness * angle
-            out[FORCE_TERMS, j] += stiffness * (abs(angle) + math.pi)  # the two angles are rounded, each below pi
-    damping = row[KernelColumn.DAMPING] * row[KernelColumn.SPEED]
-    if damping != 0.0:
-        for j in range(count):
-            out[DRIVE_TORQUE, j] += damping * out[ROCKER_VELOCITY, j]
-            out[FORCE_TERMS, j] += damping * abs(out[ROCKER_VELOCITY, j])
-    inertia = (
-        (row[KernelColumn.INERTIA] + row[KernelColumn.ROCKER_INERTIA])
-        * row[KernelColumn.SPEED]
-        * row[KernelColumn.SPEED]
-    )
-    if inertia != 0.0:
-        for j in range(count):
-            out[DRIVE_TORQUE, j] += inertia * out[ROCKER_ACCELERATION, j]
-            out[FORCE_TERMS, j] += inertia * abs(out[ROCKER_ACCELERATION, j])
+    direction = -1.0 if law == CLOCKWISE else 1.0
+    for lane in range(LANES):
+        constant = constants[Row.LOAD_CONSTANT_TORQUE * LANES + lane]
+        torque, terms = -constant, abs(constant)
+        if variant & HAS_OPPOSING_TORQUE:
+            opposing = constants[Row.LOAD_OPPOSING_TORQUE * LANES + lane]
+            torque, terms = torque + direction * opposing, terms + abs(opposing)
+        if variant & HAS_STIFFNESS:
+            stiffness = constants[Row.LOAD_STIFFNESS * LANES + lane]
+            angle = out[ROCKER_ANGLE * LANES + lane] - constants[Row.MIDDLE * LANES + lane]
+            torque += stiffness * angle
+            terms += stiffness * (abs(angle) + math.pi)  # the two angles are rounded, each below pi
+        speed = constants[Row.LOAD_SPEED * LANES + lane]
+        if variant & HAS_DAMPING:
+            damping = constants[Row.LOAD_DAMPING * LANES + lane] * speed * out[ROCKER_VELOCITY * LANES + lane]
+            torque, terms = torque + damping, terms + abs(damping)
+        if variant & HAS_INERTIA:
+            inertia = constants[Row.LOAD_INERTIA * LANES + lane] + constants[Row.LOAD_ROCKER_INERTIA * LANES + lane]
+            inertia = inertia * speed * speed * out[ROCKER_ACCELERATION * LANES + lane]
+            torque, terms = torque + inertia, terms + abs(inertia)
+        out[DRIVE_TORQUE * LANES + lane], out[FORCE_TERMS * LANES + lane] = torque, terms
 
 
-@compiled("void(float64[::1], float64[::1], float64[::1], int64, int64, float64[:, ::1])", fast=True)
-def _fill_massless_forces(row, sin_half, cos_half, count, needs, out):
+@compiled("void(float64[::1], float64[::1], int64, int64, float64[::1])", fast=True)
+def _fill_massless_forces(constants, tangents, anchor, needs, out):
     """Fill the forces of massless links, from the torque about the rocker's pivot."""
-    four_crank_ground, p_min, q_min, lever = row[FOUR_CRANK_GROUND], row[E1_E2], row[E3_E4], row[KernelColumn.LEVER]
-    crank = 1e-3 * row[CRANK]
-    for j in range(count):
-        p = p_min + four_crank_ground * sin_half[j] * sin_half[j]
-        q = q_min + four_crank_ground * cos_half[j] * cos_half[j]
-        per_torque = lever / math.sqrt(p * q)
-        moment = out[DRIVE_TORQUE, j]
+    for lane in range(LANES):
+        p, q, _, w = factors(constants, anchor, lane, tangents[lane] * tangents[lane])
+        per_torque = constants[Row.LEVER * LANES + lane] * w / math.sqrt(p * q)
+        moment = out[DRIVE_TORQUE * LANES + lane]
         force = -moment * per_torque
-        terms = out[FORCE_TERMS, j] * per_torque
+        terms = out[FORCE_TERMS * LANES + lane] * per_torque
         square = force * force
-        out[COUPLER_FORCE, j] = force
-        out[PIN_A, j], out[PIN_B, j], out[PIN_C, j], out[PIN_D, j] = square, square, square, square
-        out[ROCKER_FORCE, j], out[ROCKER_MOMENT, j] = force * (q - p) / (q + p), moment
-        out[FORCE_TERMS, j], out[TORQUE_TERMS, j] = terms, crank * terms
-    if needs & TORQUE:
-        for j in range(count):
-            out[DRIVE_TORQUE, j] *= out[ROCKER_VELOCITY, j]
+        out[COUPLER_FORCE * LANES + lane] = force
+        out[PIN_A * LANES + lane], out[PIN_B * LANES + lane] = square, square
+        out[PIN_C * LANES + lane], out[PIN_D * LANES + lane] = square, square
+        out[ROCKER_FORCE * LANES + lane], out[ROCKER_MOMENT * LANES + lane] = force * (q - p) / (q + p), moment
+        out[FORCE_TERMS * LANES + lane] = terms
+        out[TORQUE_TERMS * LANES + lane] = 1e-3 * constants[CRANK * LANES + lane] * terms
+        if needs & TORQUE:
+            out[DRIVE_TORQUE * LANES + lane] = moment * out[ROCKER_VELOCITY * LANES + lane]
 
 
-@compiled("void(float64[::1], float64[::1], float64[::1], int64, float64[:, ::1])", fast=True)
-def _fill_forces_with_masses(row, sin_half, cos_half, count, out):
+@compiled("void(float64[::1], float64[::1], int64, float64[::1])", fast=True)
+def _fill_forces_with_masses(constants, tangents, anchor, out):
     """Fill the forces of links with masses, in m and N.
 
     fa, fb, fc are the forces on crank, coupler and rocker at A, B, C; fd is that on the rocker at D. u and v are the
     unit vectors along coupler and rocker, u x v = sin(theta_3 - theta_2) > 0.
     """
     # One long loop, because its parts would exchange thirty numbers per node.
-    four_crank_ground, p_min, q_min, lever = row[FOUR_CRANK_GROUND], row[E1_E2], row[E3_E4], row[KernelColumn.LEVER]
-    coupler_excess, difference_squared = row[COUPLER_EXCESS], row[GROUND_MINUS_CRANK_SQUARED]
-    crank, coupler, rocker, ground = (
-        1e-3 * row[CRANK],
-        row[KernelColumn.COUPLER_LENGTH],
-        row[KernelColumn.ROCKER_LENGTH],
-        row[KernelColumn.GROUND_LENGTH],
-    )
-    speed, gravity = row[KernelColumn.SPEED], row[KernelColumn.GRAVITY]
-    square_speed = speed * speed
-    crank_mass, coupler_mass, rocker_mass = (
-        row[KernelColumn.CRANK_MASS],
-        row[KernelColumn.COUPLER_MASS],
-        row[KernelColumn.ROCKER_MASS],
-    )
-    crank_arm, coupler_arm = row[KernelColumn.CRANK_CENTROID] * crank, row[KernelColumn.COUPLER_CENTROID] * coupler
-    rocker_arm = row[KernelColumn.ROCKER_CENTROID] * rocker
-    coupler_inertia = row[KernelColumn.COUPLER_INERTIA]
-    for j in range(count):
-        sine_squared, cosine_squared = sin_half[j] * sin_half[j], cos_half[j] * cos_half[j]
-        p, q = p_min + four_crank_ground * sine_squared, q_min + four_crank_ground * cosine_squared
-        d_squared = difference_squared + four_crank_ground * sine_squared
-        root_pq = math.sqrt(p * q)
-        along, across = 0.5 * (coupler_excess + p) / d_squared, 0.5 * root_pq / d_squared
-        cosine, sine = cosine_squared - sine_squared, 2.0 * sin_half[j] * cos_half[j]
+    sign = 1.0 if anchor == 0 else -1.0
+    for lane in range(LANES):
+        tangent = tangents[lane]
+        square = tangent * tangent
+        p, q, d, w = factors(constants, anchor, lane, square)
+        crank, coupler = 1e-3 * constants[CRANK * LANES + lane], constants[Row.COUPLER_LENGTH * LANES + lane]
+        rocker, ground = constants[Row.ROCKER_LENGTH * LANES + lane], constants[Row.GROUND_LENGTH * LANES + lane]
+        speed, gravity = constants[Row.LOAD_SPEED * LANES + lane], constants[Row.LOAD_GRAVITY * LANES + lane]
+        square_speed = speed * speed
+        crank_mass = constants[Row.LOAD_CRANK_MASS * LANES + lane]
+        coupler_mass = constants[Row.LOAD_COUPLER_MASS * LANES + lane]
+        rocker_mass = constants[Row.LOAD_ROCKER_MASS * LANES + lane]
+        crank_arm = constants[Row.LOAD_CRANK_CENTROID * LANES + lane] * crank
+        coupler_arm = constants[Row.LOAD_COUPLER_CENTROID * LANES + lane] * coupler
+        rocker_arm = constants[Row.LOAD_ROCKER_CENTROID * LANES + lane] * rocker
+        root = math.sqrt(p * q)
+        along = 0.5 * (constants[COUPLER_EXCESS * LANES + lane] * w + p) / d
+        across = 0.5 * root / d
+        cosine, sine = sign * (1.0 - square) / w, 2.0 * sign * tangent / w
         bx, by = crank * cosine, crank * sine
         dx, dy = ground - bx, -by
         cx, cy = along * dx - across * dy, along * dy + across * dx
         ux, uy, vx, vy = cx / coupler, cy / coupler, (cx - dx) / rocker, (cy - dy) / rocker
-        w2, w3 = out[COUPLER_VELOCITY, j], out[ROCKER_VELOCITY, j]
-        a2, a3 = out[COUPLER_ACCELERATION, j], out[ROCKER_ACCELERATION, j]
+        w2, w3 = out[COUPLER_VELOCITY * LANES + lane], out[ROCKER_VELOCITY * LANES + lane]
+        a2, a3 = out[COUPLER_ACCELERATION * LANES + lane], out[ROCKER_ACCELERATION * LANES + lane]
         # mass times (acceleration of the centroid less gravity), for crank, coupler and rocker
         f1x = -crank_mass * square_speed * crank_arm * cosine
         f1y = crank_mass * (gravity - square_speed * crank_arm * sine)
@@ -162,28 +143,46 @@ def _fill_forces_with_masses(row, sin_half, cos_half, count, out):
         f2y = coupler_mass * (gravity - square_speed * (by - coupler_arm * (a2 * ux - w2 * w2 * uy)))
         f3x = -rocker_mass * square_speed * rocker_arm * (a3 * vy + w3 * w3 * vx)
         f3y = rocker_mass * (gravity + square_speed * rocker_arm * (a3 * vx - w3 * w3 * vy))
-        inertia_moment, weight_moment = coupler_inertia * square_speed * a2, rocker_arm * rocker_mass * gravity
-        v_cross_fc = (out[DRIVE_TORQUE, j] + weight_moment * vx) / rocker
+        inertia_moment = constants[Row.LOAD_COUPLER_INERTIA * LANES + lane] * square_speed * a2
+        weight_moment = rocker_arm * rocker_mass * gravity
+        v_cross_fc = (out[DRIVE_TORQUE * LANES + lane] + weight_moment * vx) / rocker
         u_cross_fc = -(inertia_moment + coupler_arm * (ux * f2y - uy * f2x)) / coupler
-        per_sine = rocker * lever / root_pq  # 1 / (u x v)
+        per_sine = rocker * constants[Row.LEVER * LANES + lane] * w / root  # 1 / (u x v)
         fcx, fcy = (u_cross_fc * vx - v_cross_fc * ux) * per_sine, (u_cross_fc * vy - v_cross_fc * uy) * per_sine
         fbx, fby = fcx + f2x, fcy + f2y
         fax, fay, fdx, fdy = fbx + f1x, fby + f1y, f3x - fcx, f3y - fcy
-        out[COUPLER_FORCE, j] = fcx * ux + fcy * uy
-        out[ROCKER_FORCE, j], out[ROCKER_MOMENT, j] = fcx * vx + fcy * vy, rocker * v_cross_fc
-        out[PIN_A, j], out[PIN_B, j] = fax * fax + fay * fay, fbx * fbx + fby * fby
-        out[PIN_C, j], out[PIN_D, j] = fcx * fcx + fcy * fcy, fdx * fdx + fdy * fdy
+        out[COUPLER_FORCE * LANES + lane] = fcx * ux + fcy * uy
+        out[ROCKER_FORCE * LANES + lane], out[ROCKER_MOMENT * LANES + lane] = fcx * vx + fcy * vy, rocker * v_cross_fc
+        out[PIN_A * LANES + lane], out[PIN_B * LANES + lane] = fax * fax + fay * fay, fbx * fbx + fby * fby
+        out[PIN_C * LANES + lane], out[PIN_D * LANES + lane] = fcx * fcx + fcy * fcy, fdx * fdx + fdy * fdy
         coupler_terms, rocker_terms = abs(f2x) + abs(f2y), abs(f3x) + abs(f3y)
         moment_terms = (abs(inertia_moment) + abs(coupler_arm) * coupler_terms) / coupler
-        terms = ((out[FORCE_TERMS, j] + abs(weight_moment)) / rocker + moment_terms) * per_sine
+        terms = ((out[FORCE_TERMS * LANES + lane] + abs(weight_moment)) / rocker + moment_terms) * per_sine
         terms += abs(f1x) + abs(f1y) + coupler_terms + rocker_terms
-        out[FORCE_TERMS, j], out[TORQUE_TERMS, j] = terms, crank * terms
-        out[DRIVE_TORQUE, j] = bx * fby - by * fbx + crank_mass * gravity * crank_arm * cosine
+        out[FORCE_TERMS * LANES + lane], out[TORQUE_TERMS * LANES + lane] = terms, crank * terms
+        out[DRIVE_TORQUE * LANES + lane] = bx * fby - by * fbx + crank_mass * gravity * crank_arm * cosine
 
 
-@compiled(FILL_SIGNATURE, fast=True)
-def fill(row, sin_half, cos_half, count, needs, out):
-    """Fill the signals of `four_bar.fill`, and forces (N, squares N^2) and torque (N m) at the design's speed.
+@compiled("void(float64[::1], float64[::1], int64, float64[::1])", fast=True)
+def _fill_deviations(constants, tangents, anchor, out):
+    """Fill the deviation of the rocker's velocity from a sine, and its products with sine and cosine."""
+    sign = 1.0 if anchor == 0 else -1.0
+    for lane in range(LANES):
+        tangent = tangents[lane]
+        one_over_w = sign / (1.0 + tangent * tangent)
+        cosine, sine = (1.0 - tangent * tangent) * one_over_w, 2.0 * tangent * one_over_w
+        deviation = out[ROCKER_VELOCITY * LANES + lane]
+        deviation -= constants[Row.COSINE * LANES + lane] * cosine + constants[Row.SINE * LANES + lane] * sine
+        out[DEVIATION * LANES + lane] = deviation
+        out[DEVIATION_COSINE * LANES + lane], out[DEVIATION_SINE * LANES + lane] = (
+            2.0 * deviation * cosine,
+            2.0 * deviation * sine,
+        )
+
+
+@compiled(FILL_SIGNATURE)
+def fill(constants, tangents, anchor, law, variant, count, needs, out):
+    """Fill the signals of `four_bar`, and forces (N, squares N^2) and torque (N m) at the design's speed.
 
     See `explore.model.mechanism.Mechanism` for the arguments.
     """
@@ -192,19 +191,17 @@ def fill(row, sin_half, cos_half, count, needs, out):
     if needs & (TORQUE | HARMONICS):
         motion |= four_bar.VELOCITIES  # for unit crank velocity, ratios that depend on the position alone
     if needs_load:
-        motion |= int(row[KernelColumn.MOTION_NEEDS])
-    if motion:
-        four_bar.fill(row, sin_half, cos_half, count, motion, out)
-    if needs_load:
-        _fill_torque(row, sin_half, cos_half, count, out)
-        if row[KernelColumn.MASSES] != 0.0:
-            _fill_forces_with_masses(row, sin_half, cos_half, count, out)
-        else:
-            _fill_massless_forces(row, sin_half, cos_half, count, needs, out)
-    if needs & HARMONICS:
-        for j in range(count):
-            cosine = cos_half[j] * cos_half[j] - sin_half[j] * sin_half[j]
-            sine = 2.0 * sin_half[j] * cos_half[j]
-            deviation = out[ROCKER_VELOCITY, j] - row[KernelColumn.COSINE] * cosine - row[KernelColumn.SINE] * sine
-            out[DEVIATION, j] = deviation
-            out[DEVIATION_COSINE, j], out[DEVIATION_SINE, j] = 2.0 * deviation * cosine, 2.0 * deviation * sine
+        motion |= four_bar.ANGLES if variant & HAS_STIFFNESS else 0
+        motion |= four_bar.VELOCITIES if variant & HAS_DAMPING else 0
+        motion |= four_bar.VELOCITIES | four_bar.ACCELERATIONS if variant & (HAS_INERTIA | HAS_MASSES) else 0
+    four_bar.fill_motion(constants, tangents, anchor, count, motion, SIGNAL_ROWS, out)
+    for j in range(count):
+        node, signals = tangents[j * LANES :], out[j * SIGNAL_ROWS * LANES :]
+        if needs_load:
+            _fill_torque(constants, law, variant, signals)
+            if variant & HAS_MASSES:
+                _fill_forces_with_masses(constants, node, anchor, signals)
+            else:
+                _fill_massless_forces(constants, node, anchor, needs, signals)
+        if needs & HARMONICS:
+            _fill_deviations(constants, node, anchor, signals)

@@ -1,4 +1,4 @@
-"""The oscillating-torque test rig, compiled: closed-form metrics, windows, and the constants of its forces.
+"""The oscillating-torque test rig, compiled: closed-form metrics, and the constants of its forces.
 
 The load is the torque on the rocker besides that of the coupler, counter-clockwise positive::
 
@@ -9,29 +9,26 @@ Its forces are in `explore.mechanisms.rig.forces`.
 
 import math
 
-import numpy as np
-
-from explore.compiling import PIECES_SIGNATURE, compiled
+from explore.compiling import CLOSE_SIGNATURE, LANES, compiled
+from explore.lanes.arctangent import arctangent
 from explore.mechanisms import four_bar, rocking
-from explore.mechanisms.arctangent import arctangent
 from explore.mechanisms.rig.columns import (
-    CYCLE,
+    HAS_DAMPING,
+    HAS_INERTIA,
+    HAS_MASSES,
+    HAS_OPPOSING_TORQUE,
+    HAS_STIFFNESS,
     LOAD_SIZE,
-    OVERLAPPED_TO_EXTENDED,
-    KernelColumn,
-    MetricColumn,
-    ParameterColumn,
+    Row,
 )
 
 _DEGREES = 180.0 / math.pi
-#: Relative shift of the ends of a stroke inwards where the load jumps there: more than the rounding of a node, so that
-#: every node is on the side of its own stroke.
-_INWARDS = 64.0 * float(np.finfo(np.float64).eps)
+_NAN = math.nan
 
 
-@compiled("void(float64, float64, float64, float64, float64[:, ::1], int64)")
-def _fill_sensitivities(crank, coupler, rocker, ground, metrics, i):
-    """Fill the derivatives of the swing by the lengths, rad per length, into the metrics of design i.
+@compiled("UniTuple(float64, 4)(float64, float64, float64, float64)", inlined=True)
+def _sensitivities(crank, coupler, rocker, ground):
+    """Derivatives of the swing by crank, coupler, rocker and ground, rad per length.
 
     The swing is psi_extended - psi_overlapped of the triangles with sides AC, ground, rocker. Where the two terms of a
     derivative nearly cancel, their difference follows from that of their squares, which is a product.
@@ -50,95 +47,75 @@ def _fill_sensitivities(crank, coupler, rocker, ground, metrics, i):
     )  # fmt: skip
     area_product = area_e * area_o
     at_e, at_o = 2.0 * extended / area_e, 2.0 * overlapped / area_o
-    metrics[MetricColumn.SWING_SENSITIVITY_CRANK, i] = at_e + at_o
     # e o - (ground^2 - rocker^2)^2 as a product of two differences of squares.
     square_excess = (coupler - ground) * (coupler + ground) + (rocker - crank) * (rocker + crank)
     other_excess = (coupler - rocker) * (coupler + rocker) + (ground - crank) * (ground + crank)
     product = 4.0 * crank * coupler * square_excess * other_excess / (area_product * area_product)
-    metrics[MetricColumn.SWING_SENSITIVITY_COUPLER, i] = 4.0 * product / (at_e + at_o)
     squares = difference * sum_of_two
-    for k in (MetricColumn.SWING_SENSITIVITY_ROCKER, MetricColumn.SWING_SENSITIVITY_GROUND):
-        side, m = (rocker, squares) if k == MetricColumn.SWING_SENSITIVITY_ROCKER else (ground, -squares)
-        term_e, term_o = (e - m) / (side * area_e), (o - m) / (side * area_o)
-        same = (term_e > 0.0) == (term_o > 0.0)
-        metrics[k, i] = -(4.0 * product / (term_e + term_o) if same else term_e - term_o)
+    term_e, term_o = (e - squares) / (rocker * area_e), (o - squares) / (rocker * area_o)
+    of_rocker = -(4.0 * product / (term_e + term_o) if (term_e > 0.0) == (term_o > 0.0) else term_e - term_o)
+    term_e, term_o = (e + squares) / (ground * area_e), (o + squares) / (ground * area_o)
+    of_ground = -(4.0 * product / (term_e + term_o) if (term_e > 0.0) == (term_o > 0.0) else term_e - term_o)
+    return at_e + at_o, 4.0 * product / (at_e + at_o), of_rocker, of_ground
 
 
-@compiled("void(float64[:, ::1], int64, float64[::1])")
-def _fill_load_constants(parameters, i, row):
-    """Fill the constants of the forces into the row."""
+@compiled("void(float64[::1], int64)", inlined=True)
+def _fill_load_constants(record, lane):
+    """Fill the constants of the forces of one lane."""
     for k in range(LOAD_SIZE):
-        row[KernelColumn.CONSTANT_TORQUE + k] = parameters[i, ParameterColumn.CONSTANT_TORQUE + k]
-    row[KernelColumn.COUPLER_LENGTH] = 1e-3 * parameters[i, ParameterColumn.COUPLER]
-    row[KernelColumn.ROCKER_LENGTH] = 1e-3 * parameters[i, ParameterColumn.ROCKER]
-    row[KernelColumn.GROUND_LENGTH] = 1e-3 * parameters[i, ParameterColumn.GROUND]
+        record[(Row.LOAD_CONSTANT_TORQUE + k) * LANES + lane] = record[(Row.CONSTANT_TORQUE + k) * LANES + lane]
+    coupler = record[Row.COUPLER * LANES + lane]
+    record[Row.COUPLER_LENGTH * LANES + lane] = 1e-3 * coupler
+    record[Row.ROCKER_LENGTH * LANES + lane] = 1e-3 * record[Row.ROCKER * LANES + lane]
+    record[Row.GROUND_LENGTH * LANES + lane] = 1e-3 * record[Row.GROUND * LANES + lane]
     # Coupler force over the torque about the rocker's pivot is coupler / (2 area), the area sqrt(p q)/2 in mm^2.
-    row[KernelColumn.LEVER] = 2.0e3 * parameters[i, ParameterColumn.COUPLER]
-    masses = row[KernelColumn.CRANK_MASS] + row[KernelColumn.COUPLER_MASS]
-    masses = masses + row[KernelColumn.ROCKER_MASS] + row[KernelColumn.COUPLER_INERTIA]
-    row[KernelColumn.MASSES] = masses
-    needs = 0
-    if row[KernelColumn.STIFFNESS] != 0.0:
-        needs |= four_bar.ANGLES
-    if row[KernelColumn.DAMPING] != 0.0:
-        needs |= four_bar.VELOCITIES
-    if masses != 0.0 or row[KernelColumn.INERTIA] != 0.0 or row[KernelColumn.ROCKER_INERTIA] != 0.0:
-        needs |= four_bar.VELOCITIES | four_bar.ACCELERATIONS
-    row[KernelColumn.MOTION_NEEDS] = needs
+    record[Row.LEVER * LANES + lane] = 2.0e3 * coupler
+    masses = record[Row.CRANK_MASS * LANES + lane] + record[Row.COUPLER_MASS * LANES + lane]
+    masses += record[Row.ROCKER_MASS * LANES + lane] + record[Row.COUPLER_INERTIA * LANES + lane]
+    inertia = record[Row.INERTIA * LANES + lane] + record[Row.ROCKER_INERTIA * LANES + lane]
+    variant = 1.0 * HAS_STIFFNESS if record[Row.STIFFNESS * LANES + lane] != 0.0 else 0.0
+    variant += 1.0 * HAS_DAMPING if record[Row.DAMPING * LANES + lane] != 0.0 else 0.0
+    variant += 1.0 * HAS_INERTIA if inertia != 0.0 else 0.0
+    variant += 1.0 * HAS_OPPOSING_TORQUE if record[Row.OPPOSING_TORQUE * LANES + lane] != 0.0 else 0.0
+    variant += 1.0 * HAS_MASSES if masses != 0.0 else 0.0
+    record[Row.VARIANT * LANES + lane] = variant
 
 
-@compiled("void(float64[:, ::1], float64[:, ::1], int8[::1], float64[:, ::1], float64[:, ::1], float64[::1])")
-def closed_form(parameters, metrics, status, kernel, singular, noise):
-    """Fill class, margins, limit positions, sensitivities and load of a block of designs.
+@compiled(CLOSE_SIGNATURE)
+def close(record):
+    """Fill class, margins, limit positions, sensitivities and load; see `explore.model.mechanism.Mechanism`.
 
-    See `explore.model.mechanism.Mechanism` for the arguments. Metrics are in the declared order and units, NaN where
-    undefined.
+    Metrics are in declared units, NaN where undefined.
     """
-    for i in range(parameters.shape[0]):
-        crank, coupler = parameters[i, ParameterColumn.CRANK], parameters[i, ParameterColumn.COUPLER]
-        rocker, ground = parameters[i, ParameterColumn.ROCKER], parameters[i, ParameterColumn.GROUND]
-        metrics[:, i] = np.nan
-        metrics[MetricColumn.SIZE, i] = coupler + rocker
-        row = kernel[i]
-        linkage_class, margin, turns = rocking.prepare(
-            crank, coupler, rocker, ground, 1.0, row, singular, noise, status, i
-        )
-        metrics[MetricColumn.LINKAGE_CLASS, i] = linkage_class
-        metrics[MetricColumn.GRASHOF_MARGIN, i] = margin
-        if turns == 0.0:
-            continue
-        _fill_load_constants(parameters, i, row)
-        four_crank_ground, p_min, q_min = row[four_bar.FOUR_CRANK_GROUND], row[four_bar.E1_E2], row[four_bar.E3_E4]
-        smallest = 2.0 * arctangent(math.sqrt(p_min), math.sqrt(q_min + four_crank_ground))
-        from_straight = 2.0 * arctangent(math.sqrt(q_min), math.sqrt(p_min + four_crank_ground))
-        metrics[MetricColumn.TRANSMISSION_ANGLE_WORST, i] = min(smallest, from_straight) * _DEGREES
-        if linkage_class == four_bar.DOUBLE_CRANK:
-            continue
-        swing, middle, time_ratio = rocking.solve_limit_positions(crank, coupler, rocker, ground, 1.0, row)
-        row[KernelColumn.MID_ANGLE] = middle
+    for lane in range(LANES):
+        crank, coupler = record[Row.CRANK * LANES + lane], record[Row.COUPLER * LANES + lane]
+        rocker, ground = record[Row.ROCKER * LANES + lane], record[Row.GROUND * LANES + lane]
+        linkage_class, margin, status = rocking.prepare(crank, coupler, rocker, ground, 1.0, record, lane)
+        swing, middle, time_ratio = rocking.solve_limit_positions(crank, coupler, rocker, ground, 1.0, record, lane)
+        rocks, turns = linkage_class == four_bar.CRANK_ROCKER, linkage_class <= four_bar.DOUBLE_CRANK
+        p_least, p_largest = record[four_bar.P_LEAST * LANES + lane], record[four_bar.P_LARGEST * LANES + lane]
+        q_least, q_largest = record[four_bar.Q_LEAST * LANES + lane], record[four_bar.Q_LARGEST * LANES + lane]
+        smallest = 2.0 * arctangent(math.sqrt(p_least), math.sqrt(q_largest))
+        from_straight = 2.0 * arctangent(math.sqrt(q_least), math.sqrt(p_largest))
+        worst = smallest if smallest < from_straight else from_straight
+        record[Row.STATUS * LANES + lane] = status
+        record[Row.MIDDLE * LANES + lane] = middle
+        record[Row.LINKAGE_CLASS * LANES + lane] = linkage_class
+        record[Row.GRASHOF_MARGIN * LANES + lane] = margin
+        record[Row.SIZE * LANES + lane] = coupler + rocker
+        record[Row.SWING_ANGLE * LANES + lane] = swing * _DEGREES if rocks else _NAN
+        record[Row.MID_ANGLE * LANES + lane] = middle * _DEGREES if rocks else _NAN
+        record[Row.TIME_RATIO * LANES + lane] = time_ratio if rocks else _NAN
+        record[Row.TRANSMISSION_ANGLE_WORST * LANES + lane] = worst * _DEGREES if turns else _NAN
         # A sine with the swing and the mean phase of the limit positions is close to the fundamental of the velocity.
-        phase = math.atan(row[rocking.TAN_EXTENDED]) + math.atan(row[rocking.TAN_OVERLAPPED])
-        row[KernelColumn.COSINE] = -0.5 * swing * math.sin(phase)
-        row[KernelColumn.SINE] = 0.5 * swing * math.cos(phase)
-        metrics[MetricColumn.SWING_ANGLE, i] = swing * _DEGREES
-        metrics[MetricColumn.MID_ANGLE, i] = middle * _DEGREES
-        metrics[MetricColumn.TIME_RATIO, i] = time_ratio
-        _fill_sensitivities(crank, coupler, rocker, ground, metrics, i)
-        for k in range(MetricColumn.SWING_SENSITIVITY_CRANK, MetricColumn.SWING_SENSITIVITY_GROUND + 1):
-            metrics[k, i] *= _DEGREES
-
-
-@compiled(PIECES_SIGNATURE)
-def pieces(row, window, _drive, _start, _stop, out):
-    """Fill the smooth pieces of a window: a load that opposes the motion jumps between the strokes."""
-    count, length = 0, 0.0
-    inwards = 1.0 - _INWARDS if row[KernelColumn.OPPOSING_TORQUE] != 0.0 else 1.0
-    for k in range(2):
-        if window == CYCLE or (window == OVERLAPPED_TO_EXTENDED) == (k == 0):
-            first, last = rocking.stroke_ends(row, k == 0)
-            length += 2.0 * (math.atan(last) - math.atan(first))
-            out[count, 0], out[count, 1], out[count, 2] = k, inwards * first, inwards * last
-            count += 1
-    out[3, 0] = 2.0 * math.pi if window == CYCLE else length
-    out[3, 1] = 0.0
-    return count
+        extended, overlapped = record[rocking.EXTENDED * LANES + lane], -1.0 / record[rocking.OVERLAPPED * LANES + lane]
+        amplitude = 0.5 * swing / math.sqrt((1.0 + extended * extended) * (1.0 + overlapped * overlapped))
+        record[Row.COSINE * LANES + lane] = -amplitude * (extended + overlapped)
+        record[Row.SINE * LANES + lane] = amplitude * (1.0 - extended * overlapped)
+        of_crank, of_coupler, of_rocker, of_ground = _sensitivities(crank, coupler, rocker, ground)
+        record[Row.SWING_SENSITIVITY_CRANK * LANES + lane] = of_crank * _DEGREES if rocks else _NAN
+        record[Row.SWING_SENSITIVITY_COUPLER * LANES + lane] = of_coupler * _DEGREES if rocks else _NAN
+        record[Row.SWING_SENSITIVITY_ROCKER * LANES + lane] = of_rocker * _DEGREES if rocks else _NAN
+        record[Row.SWING_SENSITIVITY_GROUND * LANES + lane] = of_ground * _DEGREES if rocks else _NAN
+    for lane in range(LANES):
+        _fill_load_constants(record, lane)

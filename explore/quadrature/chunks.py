@@ -1,0 +1,213 @@
+"""Chunks of designs: their constants, the panels of a window, and the panels sorted by rule.
+
+The constants of a chunk are stored tile after tile, ``constants[(tile * constant_count + row) * LANES + lane]``. Panel
+p of design i has the number ``first_panel[i] + p * stride``.
+"""
+
+from numba import types
+
+from explore.compiling import CLOSE_SIGNATURE, LANES, compiled, function_type
+from explore.quadrature.bounds import CHUNK
+from explore.quadrature.panels import (
+    ANCHOR,
+    COUNT,
+    FIRST,
+    LAST,
+    LAW,
+    MOST_SINGULARITIES,
+    PANEL_CAPACITY,
+    SINGULAR,
+    VARIANT,
+)
+from explore.quadrature.rules import LARGEST_NODE_COUNT
+from explore.quadrature.windows import ARC, INTERVAL, LARGEST_TANGENT, LONGER, TIE, TURN, add_window
+
+#: Most panels of one design and window.
+MOST_PANELS = 24
+#: Most combinations of variant, law and anchor in one chunk.
+MOST_KINDS = 64
+CODES = LARGEST_NODE_COUNT + 1
+
+CLOSE_TYPE = function_type(CLOSE_SIGNATURE)
+_F1, _F2, _I1 = types.float64[::1], types.float64[:, ::1], types.int64[::1]
+
+
+@compiled(types.void(CLOSE_TYPE, _F2, _I1, types.int64, types.int64, _F1, _F1))
+def close_chunk(close, parameters, designs, first_parameter, constant_count, record, constants):
+    """Fill the constants of a chunk of designs, tile after tile; the last tile is filled up with its last design."""
+    count = len(designs)
+    for tile in range((count + LANES - 1) // LANES):
+        begin = tile * LANES
+        first = designs[begin]
+        together = begin + LANES <= count and designs[begin + LANES - 1] - first == LANES - 1
+        for p in range(parameters.shape[0]):
+            row, source = record[(first_parameter + p) * LANES :], parameters[p, first:]
+            if together:
+                for lane in range(LANES):
+                    row[lane] = source[lane]
+            else:
+                for lane in range(LANES):
+                    row[lane] = parameters[p, designs[min(begin + lane, count - 1)]]
+        close(record)
+        to = constants[tile * constant_count * LANES :]
+        for j in range(constant_count * LANES):
+            to[j] = record[j]
+
+
+@compiled("float64(float64[::1], int64, int64, int64)", inlined=True)
+def constant(constants, constant_count, row, design):
+    """One constant of one design of the chunk."""
+    return constants[(design // LANES * constant_count + row) * LANES + design % LANES]
+
+
+@compiled(types.void(_F1, types.int64, types.int64, types.int64, _I1, types.int64, _F1))
+def _fill_constant_rows(constants, constant_count, count, shift, singular_rows, variant_row, panels):
+    """Fill singularities and variants of the panels ``shift + i`` of the designs i."""
+    for tile in range((count + LANES - 1) // LANES):
+        base, to = tile * constant_count * LANES, shift + tile * LANES
+        lanes = min(LANES, count - tile * LANES)
+        for s in range(MOST_SINGULARITIES):
+            row = panels[SINGULAR + s * PANEL_CAPACITY + to :]
+            source = constants[base + max(singular_rows[s], 0) * LANES :]
+            for lane in range(lanes):
+                row[lane] = source[lane] if singular_rows[s] >= 0 else 1.0
+        row, source = panels[VARIANT + to :], constants[base + max(variant_row, 0) * LANES :]
+        for lane in range(lanes):
+            row[lane] = source[lane] if variant_row >= 0 else 0.0
+
+
+@compiled(types.boolean(_F1, types.int64, types.int64, types.int64, types.int64, types.int64, _F1))
+def _add_one_panel_each(constants, constant_count, count, kind, start_row, stop_row, panels):
+    """Fill one panel for each design, if every arc goes past one anchor and not past the other; return whether so.
+
+    Without branches: `explore.quadrature.windows.add_window` does the same for any arc.
+    """
+    simple = True
+    for tile in range((count + LANES - 1) // LANES):
+        base, to = tile * constant_count * LANES, tile * LANES
+        starts, stops = constants[base + start_row * LANES :], constants[base + stop_row * LANES :]
+        anchors, firsts = panels[ANCHOR + to :], panels[FIRST + to :]
+        lasts, laws = panels[LAST + to :], panels[LAW + to :]
+        lanes = min(LANES, count - tile * LANES)
+        for lane in range(lanes):
+            start, stop = starts[lane], stops[lane]
+            if kind != ARC:
+                product = -start * stop if start < stop else -1.0 / (start * stop)
+                swap = (product > 1.0 + TIE) != (kind == LONGER)
+                start, stop = stop if swap else start, start if swap else stop
+            at_anchor = (start < 0.0) & (stop > 0.0)
+            first, last = start if at_anchor else -1.0 / start, stop if at_anchor else -1.0 / stop
+            anchors[lane], firsts[lane], lasts[lane] = 0.0 if at_anchor else 1.0, first, last
+            laws[lane] = 0.0
+            simple &= (first < 0.0) & (last > 0.0) & (first > -LARGEST_TANGENT) & (last < LARGEST_TANGENT)
+    return simple
+
+
+@compiled(
+    types.Tuple((types.int64, types.int64, types.int64))(
+        _F1, types.int64, types.int64, types.int64, _I1, types.float64, types.float64, _I1, _I1, types.int64,
+        _F1, _I1, _I1, _I1, _F1,
+    ))  # fmt: skip
+def add_panels(
+    constants, constant_count, begin, count, window, start, stop, breaks, singular_rows, variant_row,
+    panels, first_panel, panel_count, owner, positions,
+):  # fmt: skip
+    """Fill the panels of a window of the designs of the chunk from `begin` on, as many as fit.
+
+    Returns
+    -------
+    tuple
+        First design that is left, number of panels, stride.
+    """
+    kind, designs = window[0], count - begin
+    regular = len(breaks) == 0 and begin == 0 and count <= CHUNK
+    per_design = 0
+    if regular and kind == TURN:
+        per_design = 2
+        for p in range(2):
+            for i in range(designs):
+                k = p * designs + i
+                panels[ANCHOR + k], panels[FIRST + k], panels[LAST + k], panels[LAW + k] = float(p), -1.0, 1.0, 0.0
+    elif regular and kind != INTERVAL:
+        simple = _add_one_panel_each(constants, constant_count, count, kind, window[1], window[2], panels)
+        per_design = 1 if simple else 0
+    if per_design > 0:
+        for i in range(designs):
+            first_panel[i], panel_count[i] = i, per_design
+        for p in range(per_design):
+            _fill_constant_rows(constants, constant_count, count, p * designs, singular_rows, variant_row, panels)
+            for i in range(designs):
+                owner[p * designs + i] = i
+        return count, per_design * designs, designs
+    k = 0
+    for i in range(begin, count):
+        if k + MOST_PANELS > PANEL_CAPACITY:
+            return i, k, 1
+        first_panel[i] = k
+        if window[1] >= 0:
+            start = constant(constants, constant_count, window[1], i)
+            stop = constant(constants, constant_count, window[2], i)
+        for j in range(len(breaks)):
+            positions[j] = constant(constants, constant_count, breaks[j], i)
+        first = k
+        k = add_window(panels, k, kind, start, stop, positions, len(breaks))
+        panel_count[i] = k - first
+        variant = constant(constants, constant_count, variant_row, i) if variant_row >= 0 else 0.0
+        for p in range(first, k):
+            owner[p], panels[VARIANT + p] = i, variant
+        for s in range(MOST_SINGULARITIES):
+            value = constant(constants, constant_count, singular_rows[s], i) if singular_rows[s] >= 0 else 1.0
+            for p in range(first, k):
+                panels[SINGULAR + s * PANEL_CAPACITY + p] = value
+    return count, k, 1
+
+
+@compiled(types.void(_F1, types.int64, types.int64, _I1, types.uint64[::1], _F1))
+def gather_constants(constants, constant_count, rows, designs, offsets, tile):
+    """Fill the first `rows` rows of a tile with the constants of any designs of the chunk.
+
+    `offsets` is work space; its numbers are unsigned, because signed indices would be tested for being negative.
+    """
+    width = len(designs)
+    for lane in range(width):
+        offsets[lane] = designs[lane] // LANES * constant_count * LANES + designs[lane] % LANES
+    for row in range(rows):
+        source, to = constants[row * LANES :], tile[row * LANES :]
+        for lane in range(width):
+            to[lane] = source[offsets[lane]]
+
+
+@compiled(types.int64(_F1, _I1, types.int64, _I1, _I1, _I1, _I1, _I1, _I1))
+def sort_by_rule(panels, todo, count, size_of, kinds, codes, histogram, order, starts):
+    """Round node counts up to rules; sort the panels ``todo[:count]``; return the number of bins.
+
+    Bin b, ``order[starts[b] : starts[b + 1]]``, has panels of one kind (variant, law and anchor) and one rule.
+    """
+    n_kinds = 0
+    for t in range(count):
+        k = todo[t]
+        size = size_of[int(panels[COUNT + k])]
+        panels[COUNT + k] = size
+        kind = (int(panels[VARIANT + k]) * 64 + int(panels[LAW + k])) * 2 + int(panels[ANCHOR + k])
+        number = 0
+        while number < n_kinds and kinds[number] != kind:
+            number += 1
+        if number == n_kinds:
+            kinds[number] = kind
+            n_kinds += 1
+        codes[t] = number * CODES + size
+    span = n_kinds * CODES
+    histogram[: span + 1] = 0
+    for t in range(count):
+        histogram[codes[t] + 1] += 1
+    n_bins = 0
+    for code in range(span):
+        if histogram[code + 1] > 0:
+            starts[n_bins] = histogram[code]
+            n_bins += 1
+        histogram[code + 1] += histogram[code]
+    starts[n_bins] = count
+    for t in range(count):
+        order[histogram[codes[t]]] = todo[t]
+        histogram[codes[t]] += 1
+    return n_bins

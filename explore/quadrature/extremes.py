@@ -1,0 +1,206 @@
+"""Extremes of a signal over the panels of a tile: samples, then Brent's method from each local minimum that may win."""
+
+import math
+
+from explore.compiling import LANES, compiled
+from explore.quadrature.brent import (
+    ACTIVE,
+    AT_BEST,
+    AT_SECOND,
+    BEST,
+    BRENT_ROWS,
+    SECOND,
+    TRIAL,
+    fill_trial_tangents,
+    minimise,
+    start_lane,
+)
+from explore.quadrature.tiles import TILE_CENTRE, TILE_HALF
+
+#: A local minimum can win if its parabola's drop below the sample, times this, reaches below the least sample.
+_DROP_MARGIN = 8.0
+
+#: A slope at an end, over the curvature times the distance to the next sample, below which the extreme may be inside.
+_DOUBTFUL = 0.1
+#: The two looks inside, over that distance.
+_LOOK = 0.02
+#: Value of ACTIVE of a lane whose candidate is an end of the panel.
+AT_END = 2.0
+
+# Rows of the state after those of Brent's method: least sample, next sample to look at, result, values of the looks.
+LEAST, NEXT, RESULT, AT_LOOK, AT_SECOND_LOOK = ((BRENT_ROWS + row) * LANES for row in range(5))
+STATE_SIZE = (BRENT_ROWS + 5) * LANES
+
+
+@compiled("float64(float64[:, ::1], int64, int64, int64)", inlined=True)
+def _abscissa(table, row, count, j):
+    """Abscissa of sample j of a rule with the two ends, between -1 and 1."""
+    if j == 0:
+        return -1.0
+    if j == count + 1:
+        return 1.0
+    k = j - 1
+    return -table[row + k, 0] if 2 * k < count else table[row + count - 1 - k, 0]
+
+
+@compiled("UniTuple(float64, 2)(float64[::1], int64, int64, int64, float64, int64, int64, float64[:, ::1], int64)")
+def _slope_at_end(signals, rows, row, lane, sign, count, side, table, rule):
+    """Slope and curvature of ``sign * signal`` at an end of the panel, inwards, in abscissas, by five samples.
+
+    `side` is 0 for the first end and 1 for the last.
+    """
+    # Newton's divided differences at the samples x_0 … x_4, and the derivatives of the interpolant at x_0 = 0.
+    x0 = x1 = x2 = x3 = x4 = 0.0
+    f0 = f1 = f2 = f3 = f4 = 0.0
+    for i in range(5):
+        j = i if side == 0 else count + 1 - i
+        x = 1.0 + _abscissa(table, rule, count, i)
+        f = sign * signals[(j * rows + row) * LANES + lane]
+        if i == 0:
+            x0, f0 = x, f
+        elif i == 1:
+            x1, f1 = x, f
+        elif i == 2:
+            x2, f2 = x, f
+        elif i == 3:
+            x3, f3 = x, f
+        else:
+            x4, f4 = x, f
+    d01, d12, d23, d34 = (f1 - f0) / (x1 - x0), (f2 - f1) / (x2 - x1), (f3 - f2) / (x3 - x2), (f4 - f3) / (x4 - x3)
+    d02, d13, d24 = (d12 - d01) / (x2 - x0), (d23 - d12) / (x3 - x1), (d34 - d23) / (x4 - x2)
+    d03, d14 = (d13 - d02) / (x3 - x0), (d24 - d13) / (x4 - x1)
+    d04 = (d14 - d03) / (x4 - x0)
+    slope = d01 - x1 * (d02 - x2 * (d03 - x3 * d04))
+    curvature = 2.0 * (d02 - (x1 + x2) * d03 + (x1 * x2 + x1 * x3 + x2 * x3) * d04)
+    return slope, curvature
+
+
+@compiled()
+def _next_candidate(shape, samples, rows, row, sign, count, table, rule, state, lane):
+    """Start the lane at its next local minimum that may win, from sample NEXT on; the lane rests if there is none."""
+    half, centre = shape[TILE_HALF + lane], shape[TILE_CENTRE + lane]
+    j = int(state[NEXT + lane])
+    last = count + 1
+    while j <= last:
+        value = sign * samples[(j * rows + row) * LANES + lane]
+        left = sign * samples[((j - 1) * rows + row) * LANES + lane] if j > 0 else math.inf
+        right = sign * samples[((j + 1) * rows + row) * LANES + lane] if j < last else math.inf
+        if value <= left and value <= right:
+            if 0 < j < last:
+                x, a, b = (
+                    _abscissa(table, rule, count, j),
+                    _abscissa(table, rule, count, j - 1),
+                    _abscissa(table, rule, count, j + 1),
+                )
+                before, after = (value - left) / (x - a), (right - value) / (b - x)
+                curvature = (after - before) / (b - a)
+                slope = (before * (b - x) + after * (x - a)) / (b - a)
+                drop = 0.25 * slope * slope / curvature if curvature > 0.0 else 0.0
+                if value - _DROP_MARGIN * drop <= state[LEAST + lane]:
+                    start_lane(
+                        state,
+                        lane,
+                        centre + half * a,
+                        centre + half * x,
+                        centre + half * b,
+                        left,
+                        value,
+                        right,
+                        2.0 * half * (b - a),
+                    )
+                    state[NEXT + lane] = j + 1.0
+                    return
+            else:
+                side = 0 if j == 0 else 1
+                slope, curvature = _slope_at_end(samples, rows, row, lane, sign, count, side, table, rule)
+                inner = 1.0 + _abscissa(table, rule, count, 1)
+                if slope < _DOUBTFUL * inner * abs(curvature):
+                    direction = half if side == 0 else -half
+                    end = centre - direction
+                    state[BEST + lane], state[AT_BEST + lane] = end, value
+                    state[SECOND + lane], state[AT_SECOND + lane] = (
+                        end + direction * inner,
+                        right if side == 0 else left,
+                    )
+                    state[ACTIVE + lane], state[NEXT + lane] = AT_END, j + 1.0
+                    return
+                state[RESULT + lane] = min(state[RESULT + lane], value)
+        j += 1
+    state[NEXT + lane], state[ACTIVE + lane] = j, 0.0
+    state[BEST + lane], state[AT_BEST + lane] = centre, math.inf
+
+
+@compiled()
+def find_minimum(
+    fill, constants, shape, anchor, law, variant, needs, rows, row, sign, count, table, rule, samples, state, tangents,
+    signals,
+):  # fmt: skip
+    """Fill RESULT with the least ``sign * signal`` over each panel of a tile, from its samples, the ends included."""
+    for lane in range(LANES):
+        least = math.inf
+        for j in range(count + 2):
+            least = min(least, sign * samples[(j * rows + row) * LANES + lane])
+        state[LEAST + lane], state[RESULT + lane], state[NEXT + lane] = least, least, 0.0
+    while True:
+        working, at_end = False, False
+        for lane in range(LANES):
+            _next_candidate(shape, samples, rows, row, sign, count, table, rule, state, lane)
+            working = working or state[ACTIVE + lane] != 0.0
+            at_end = at_end or state[ACTIVE + lane] == AT_END
+        if not working:
+            return
+        if at_end:
+            for k in range(3):
+                for lane in range(LANES):
+                    _look_inside(state, lane, k)
+                fill_trial_tangents(shape, state, tangents)
+                fill(constants, tangents, anchor, law, variant, 1, needs, signals)
+                for lane in range(LANES):
+                    value = sign * signals[row * LANES + lane]
+                    if state[ACTIVE + lane] == AT_END and k < 2:
+                        state[(AT_LOOK if k == 0 else AT_SECOND_LOOK) + lane] = value
+                    elif state[ACTIVE + lane] == AT_END:
+                        _start_at_end(state, lane, value)
+        minimise(fill, constants, shape, anchor, law, variant, needs, row, sign, state, tangents, signals)
+        for lane in range(LANES):
+            state[RESULT + lane] = min(state[RESULT + lane], state[AT_BEST + lane])
+
+
+@compiled("void(float64[::1], int64, int64)")
+def _look_inside(state, lane, k):
+    """Fill the trial point of one lane: two looks inside, then the vertex of the parabola through them and the end.
+
+    Rounding hides the difference of a look that is much nearer, and few samples do not tell the slope at the end well.
+    A lane whose parabola rises from the end rests.
+    """
+    end, step = state[BEST + lane], _LOOK * (state[SECOND + lane] - state[BEST + lane])
+    if state[ACTIVE + lane] != AT_END:
+        state[TRIAL + lane] = end
+    elif k < 2:
+        state[TRIAL + lane] = end + (k + 1) * step
+    else:
+        first, second = (
+            state[AT_LOOK + lane] - state[AT_BEST + lane],
+            state[AT_SECOND_LOOK + lane] - state[AT_BEST + lane],
+        )
+        slope, curvature = 2.0 * first - 0.5 * second, second - 2.0 * first
+        if slope >= 0.0:
+            state[ACTIVE + lane], state[TRIAL + lane] = 0.0, end
+        else:
+            vertex = -slope / curvature if curvature > 0.0 else 0.5 / _LOOK
+            state[TRIAL + lane] = end + min(vertex, 0.5 / _LOOK) * step
+
+
+@compiled("void(float64[::1], int64, float64)")
+def _start_at_end(state, lane, value):
+    """Start Brent's method between an end and its neighbour, if the point inside is below the end."""
+    if value >= state[AT_BEST + lane]:
+        state[ACTIVE + lane] = 0.0
+        return
+    end, at_end = state[BEST + lane], state[AT_BEST + lane]
+    neighbour, at_neighbour, inside = state[SECOND + lane], state[AT_SECOND + lane], state[TRIAL + lane]
+    previous = 2.0 * (neighbour - end)
+    if end < neighbour:
+        start_lane(state, lane, end, inside, neighbour, at_end, value, at_neighbour, previous)
+    else:
+        start_lane(state, lane, neighbour, inside, end, at_neighbour, value, at_end, previous)

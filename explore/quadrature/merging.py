@@ -1,0 +1,147 @@
+"""Panels to designs: merged moments, bounds of their errors, and which designs need more nodes."""
+
+import math
+
+from numba import types
+
+from explore.compiling import compiled
+from explore.quadrature import bounds
+from explore.quadrature.bounds import CHUNK, FLAG_TERMS, bound_row, bound_sum_of_terms, collect_rms
+from explore.quadrature.panels import COUNT, FOURTH, PANEL_CAPACITY, SECOND, SIXTH, TARGET, model_errors
+from explore.quadrature.rules import LARGEST_NODE_COUNT
+
+_F1, _I1, _I2 = types.float64[::1], types.int64[::1], types.int64[:, ::1]
+
+
+@compiled(types.void(_F1, _F1, types.int64))
+def copy_numbers(to, source, n):
+    """Copy n numbers; assigning a slice would need Numba's runtime."""
+    for j in range(n):
+        to[j] = source[j]
+
+
+@compiled(types.void(_F1, _F1, types.int64, types.int64, _I1, _I1, _I1, types.int64, types.int64, _F1, _F1, _F1))
+def collect(b, panels, total, n, live, first_panel, panel_count, stride, ends, averaging, rest, noise):
+    """Fill lengths, noise, node counts and the model's errors of the live designs."""
+    model_errors(panels, total)
+    for j in range(n):
+        i = live[j]
+        length = averaging[i] - rest[i]
+        # The terms of the velocities are a peak of this height and of a width of its inverse.
+        width = math.pi / (2.0 * length * noise[i]) if noise[i] > 0.0 else 1.0
+        b[bounds.AVERAGING + j], b[bounds.REST + j] = averaging[i], rest[i]
+        b[bounds.NOISE + j] = noise[i] * math.sqrt(min(1.0, width))
+        second = fourth = sixth = 0.0
+        nodes, finest = ends * panel_count[i], 1.0
+        for p in range(panel_count[i]):
+            k = first_panel[i] + p * stride
+            second += panels[SECOND + k]
+            fourth += panels[FOURTH + k]
+            sixth += panels[SIXTH + k]
+            nodes += panels[COUNT + k]
+            finest = finest if panels[COUNT + k] == LARGEST_NODE_COUNT else 0.0
+        b[bounds.SECOND + j], b[bounds.FOURTH + j], b[bounds.SIXTH + j] = second, fourth, sixth
+        b[bounds.TOTAL + j], b[bounds.IS_FINEST + j] = nodes, finest
+
+
+@compiled(types.void(_F1, types.int64, types.int64, types.int64, _F1, _F1, _F1, _F1, _F1))
+def merge_regular(b, n, per_design, row, masses, integrals, deviations, means, variances):
+    """Like `merge` where every design has `per_design` panels, all of them live."""
+    base, to = row * PANEL_CAPACITY, row * CHUNK
+    mean, variance = means[to : to + n], variances[to : to + n]
+    length, rest = b[bounds.AVERAGING : bounds.AVERAGING + n], b[bounds.REST : bounds.REST + n]
+    mean[:] = 0.0
+    for p in range(per_design):
+        integral = integrals[base + p * n : base + p * n + n]
+        for j in range(n):
+            mean[j] += integral[j]
+    for j in range(n):
+        mean[j] /= length[j]
+        variance[j] = rest[j] * mean[j] * mean[j]
+    for p in range(per_design):
+        integral, deviation = integrals[base + p * n : base + p * n + n], deviations[base + p * n : base + p * n + n]
+        mass = masses[p * n : p * n + n]
+        for j in range(n):
+            difference = integral[j] / mass[j] - mean[j]
+            variance[j] += deviation[j] + mass[j] * difference * difference
+    for j in range(n):
+        variance[j] /= length[j]
+
+
+@compiled(types.void(_F1, types.int64, _I1, _I1, _I1, types.int64, types.int64, _F1, _F1, _F1, _F1, _F1))
+def merge(b, n, live, first_panel, panel_count, stride, row, masses, integrals, deviations, means, variances):
+    """Fill mean and variance of one row over the windows of the live designs, from those of their panels.
+
+    By the formula of Chan, Golub & LeVeque (1983) for the squared deviations of parts.
+    """
+    base, to = row * PANEL_CAPACITY, row * CHUNK
+    for j in range(n):
+        begin, count = first_panel[live[j]], panel_count[live[j]]
+        length = b[bounds.AVERAGING + j]
+        total = 0.0
+        for p in range(count):
+            total += integrals[base + begin + p * stride]
+        mean = total / length
+        squares = b[bounds.REST + j] * mean * mean
+        for p in range(count):
+            k = begin + p * stride
+            difference = integrals[base + k] / masses[k] - mean
+            squares += deviations[base + k] + masses[k] * difference * difference
+        means[to + j], variances[to + j] = mean, squares / length
+
+
+@compiled(types.void(_F1, types.int64, types.int64, _I2, _I2, _I1, types.float64, _F1, _F1, _F1, _F1))
+def bound_rows(b, n, w, flags, orders, term_rows, tolerance, means, variances, row_bounds, terms):
+    """Fill the bounds of all rows of the live designs, and their worst."""
+    for row in (bounds.LARGEST_RMS, bounds.SLOW_RMS, bounds.WORST, bounds.IMPROVABLE):
+        b[row : row + n] = 0.0
+    rows = flags.shape[1]
+    for slow in (True, False):
+        for s in range(rows):
+            if flags[w, s] and flags[w, s] != FLAG_TERMS and term_rows[s] < 0 and (orders[w, s] == 2) == slow:
+                copy_numbers(b[bounds.MEAN :], means[s * CHUNK :], n)
+                copy_numbers(b[bounds.VARIANCE :], variances[s * CHUNK :], n)
+                collect_rms(b, n)
+        if slow:
+            copy_numbers(b[bounds.SLOW_RMS :], b[bounds.LARGEST_RMS :], n)
+    for s in range(rows):
+        if not flags[w, s] or flags[w, s] == FLAG_TERMS:
+            continue
+        copy_numbers(b[bounds.MEAN :], means[s * CHUNK :], n)
+        copy_numbers(b[bounds.VARIANCE :], variances[s * CHUNK :], n)
+        if term_rows[s] >= 0:
+            at = term_rows[s] * CHUNK
+            for j in range(n):
+                terms[j] = math.sqrt(means[at + j] * means[at + j] + variances[at + j])
+            bound_sum_of_terms(b, n, flags[w, s], orders[w, s], tolerance, terms)
+        else:
+            bound_row(b, n, flags[w, s], orders[w, s], tolerance)
+        copy_numbers(row_bounds[s * CHUNK :], b[bounds.BOUND :], n)
+
+
+@compiled()
+def choose_next(b, panels, n, live, first_panel, panel_count, stride, pole_order, tolerance, todo):
+    """Keep the designs live whose bound more nodes can lower, and set the targets of their panels.
+
+    Returns
+    -------
+    tuple
+        Number of live designs and of their panels.
+    """
+    left, n_todo = 0, 0
+    for j in range(n):
+        if b[bounds.IMPROVABLE + j] == 0.0 or b[bounds.IS_FINEST + j] == 1.0:
+            continue
+        i = live[j]
+        # Continue from the modelled error of this count, which may be far below the target.
+        model = b[bounds.SECOND + j]
+        model = b[bounds.FOURTH + j] if pole_order == 4 else b[bounds.SIXTH + j] if pole_order == 6 else model
+        reached, excess = math.log(model), math.log(b[bounds.WORST + j] / tolerance) + 0.5
+        for p in range(panel_count[i]):
+            k = first_panel[i] + p * stride
+            panels[TARGET + k] = min(panels[TARGET + k], reached) - excess
+            todo[n_todo] = k
+            n_todo += 1
+        live[left] = i
+        left += 1
+    return left, n_todo

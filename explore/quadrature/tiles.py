@@ -1,0 +1,122 @@
+"""Tiles: panels with the same rule, one in each lane, from nodes to moments."""
+
+from explore.compiling import FILL_SIGNATURE, LANES, compiled, function_type
+from explore.lanes.elementary import exponential
+from explore.quadrature.panels import CENTRE, HALF, SCALE
+from explore.quadrature.rules import LARGEST_NODE_COUNT
+
+FILL_TYPE = function_type(FILL_SIGNATURE)
+#: Most nodes of a tile: a rule and the two ends of the panel.
+NODE_CAPACITY = LARGEST_NODE_COUNT + 2
+
+# Rows of a tile's shape: half length in t, T e^c/2 and T e^-c/2 (c the centre), centre, T.
+TILE_HALF, TILE_UP, TILE_DOWN, TILE_CENTRE, TILE_SCALE = (row * LANES for row in range(5))
+_LOW_TANGENT, _HIGH_TANGENT, _LOW_WEIGHT, _HIGH_WEIGHT = (row * LANES for row in range(5, 9))
+SHAPE_SIZE = 9 * LANES
+# Rows of the sums over a tile's nodes of one signal.
+INTEGRAL, DEVIATIONS, _MEAN = (row * LANES for row in range(3))
+SUMS_SIZE = 3 * LANES
+
+
+@compiled("void(float64[::1])", fast=True)
+def _scale_exponentials(shape):
+    for lane in range(LANES):
+        growth = exponential(shape[TILE_CENTRE + lane])
+        half_scale = 0.5 * shape[TILE_SCALE + lane]
+        shape[TILE_UP + lane], shape[TILE_DOWN + lane] = half_scale * growth, half_scale / growth
+
+
+@compiled("void(float64[::1], int64[::1], float64[::1])")
+def gather_shapes(panels, lane_panels, shape):
+    """Fill the shapes of the panels of a tile."""
+    for lane in range(LANES):
+        k = lane_panels[lane]
+        shape[TILE_HALF + lane], shape[TILE_CENTRE + lane] = panels[HALF + k], panels[CENTRE + k]
+        shape[TILE_SCALE + lane] = panels[SCALE + k]
+    _scale_exponentials(shape)
+
+
+@compiled("void(float64[::1], float64, float64)", fast=True, inlined=True)
+def _place_pair(shape, abscissa, rule_weight):
+    """Fill half-tangents and weights (rad) of a symmetric pair of nodes: one exponential serves both."""
+    for lane in range(LANES):
+        half = shape[TILE_HALF + lane]
+        growth = exponential(half * abscissa)
+        decay = 1.0 / growth
+        up, down = shape[TILE_UP + lane], shape[TILE_DOWN + lane]
+        low, high = up * decay - down * growth, up * growth - down * decay
+        low_square, high_square = 1.0 + low * low, 1.0 + high * high
+        share = 2.0 * half * rule_weight / (low_square * high_square)
+        shape[_LOW_TANGENT + lane], shape[_HIGH_TANGENT + lane] = low, high
+        shape[_LOW_WEIGHT + lane] = share * high_square * (up * decay + down * growth)
+        shape[_HIGH_WEIGHT + lane] = share * low_square * (up * growth + down * decay)
+
+
+@compiled("void(float64[::1], float64[::1], float64[::1], int64, int64)", inlined=True)
+def _store_pair(shape, tangents, weights, low, high):
+    for lane in range(LANES):
+        tangents[low * LANES + lane], weights[low * LANES + lane] = (
+            shape[_LOW_TANGENT + lane],
+            shape[_LOW_WEIGHT + lane],
+        )
+        tangents[high * LANES + lane], weights[high * LANES + lane] = (
+            shape[_HIGH_TANGENT + lane],
+            shape[_HIGH_WEIGHT + lane],
+        )
+
+
+@compiled("void(float64[::1], int64, boolean, int64[::1], float64[:, ::1], float64[::1], float64[::1])")
+def place_nodes(shape, count, ends, row_of, table, tangents, weights):
+    """Fill half-tangents and weights of the nodes of a tile, ascending in t.
+
+    With `ends` the two ends of each panel are added as first and last node, with weight 0.
+    """
+    row, pairs = row_of[count], (count + 1) // 2
+    begin = 1 if ends else 0
+    last = begin + count - 1
+    for j in range(pairs):
+        _place_pair(shape, table[row + j, 0], table[row + j, 1])
+        _store_pair(shape, tangents, weights, begin + j, last - j)
+    if ends:
+        _place_pair(shape, 1.0, 0.0)
+        _store_pair(shape, tangents, weights, 0, last + 1)
+
+
+@compiled("void(float64[::1], int64, int64[::1], int64, float64[::1], float64[::1], float64[::1])", fast=True)
+def fill_moments(signals, rows, used, count, weights, masses, sums):
+    """Fill weights, integrals and integrals of squared deviations from the mean over the nodes of a tile.
+
+    The deviations are summed in a second pass, so that a swing of a fraction of a degree loses no digits. The loops
+    over rows are inside those over nodes, because one sum alone would wait for its own last addition.
+
+    Parameters
+    ----------
+    used
+        The rows of the signals.
+    masses : (LANES,), sums : (len(used), SUMS_SIZE)
+        Filled.
+    """
+    # LLVM would unroll a loop of constant length with so short a body instead of vectorising it.
+    width = len(masses)
+    for lane in range(width):
+        masses[lane] = 0.0
+    sums[: len(used) * SUMS_SIZE] = 0.0
+    for j in range(count):
+        weight = weights[j * LANES :]
+        for lane in range(width):
+            masses[lane] += weight[lane]
+        for u in range(len(used)):
+            signal, row = signals[(j * rows + used[u]) * LANES :], sums[u * SUMS_SIZE :]
+            for lane in range(width):
+                row[INTEGRAL + lane] += weight[lane] * signal[lane]
+    for u in range(len(used)):
+        row = sums[u * SUMS_SIZE :]
+        for lane in range(width):
+            row[_MEAN + lane] = row[INTEGRAL + lane] / masses[lane]
+    for j in range(count):
+        weight = weights[j * LANES :]
+        for u in range(len(used)):
+            signal, row = signals[(j * rows + used[u]) * LANES :], sums[u * SUMS_SIZE :]
+            for lane in range(width):
+                deviation = signal[lane] - row[_MEAN + lane]
+                row[DEVIATIONS + lane] += weight[lane] * deviation * deviation
