@@ -14,40 +14,8 @@ from exact_linkage import ExactLinkage
 TOLERANCES = (1e-6, 1e-9, 1e-12)
 FAMILIES = tuple(References().families)
 
-FAR_SINGULARITIES = (
-    "the error model has a pole order too low where every singularity is far from the real axis: in t all of them, and "
-    "infinity, coincide, and a sinusoid has a double pole"
-)
-FLAT_END = "the look 1e-8 inside a panel's end does not see a flat extreme beyond it: the difference drowns in rounding"
-SHORT_INTERVAL = (
-    "the length of a short interval, and its panel's, are differences of rounded numbers; accelerations far from a "
-    "nearly singular angle are small differences of the two terms of f'"
-)
-BROKEN = {
-    ("long ground and coupler", "moments"): FAR_SINGULARITIES,
-    ("very long pair", "moments"): FAR_SINGULARITIES,
-    ("tiny crank", "moments"): FAR_SINGULARITIES,
-    ("long ground and rocker", "extremes"): FLAT_END,
-    ("very long pair", "extremes"): FLAT_END,
-    ("tiny crank", "extremes"): FLAT_END,
-    ("very long pair", "interval"): FLAT_END,
-    ("tiny crank", "interval"): FLAT_END,
-    ("long ground and coupler", "interval"): SHORT_INTERVAL,
-    ("long ground and rocker", "interval"): SHORT_INTERVAL,
-    ("scale 1e-20", "interval"): SHORT_INTERVAL,
-    ("both ends singular", "interval"): SHORT_INTERVAL,
-    ("general", "interval"): SHORT_INTERVAL,
-}
 NOISE = "the rounding part of the bound takes the largest value of its terms for their mean"
-WASTEFUL = {"near kite": NOISE, "long coupler and rocker": NOISE}
-
-
-def cases(keys, faults):
-    """Parameters of a test; those with a known fault are expected to fail."""
-    marks = {key: pytest.mark.xfail(strict=True, reason=fault) for key, fault in faults.items()}
-    return [
-        pytest.param(key, marks=marks.get(key, ()), id=key if isinstance(key, str) else ", ".join(key)) for key in keys
-    ]
+WASTEFUL = ("near kite", "long coupler and rocker")
 
 
 @pytest.fixture(scope="module")
@@ -102,7 +70,7 @@ def test_one_clutch_hands_over_once(references):
     assert set(np.unique(references.switches)) <= {0, 1}
 
 
-@pytest.mark.parametrize("chosen", cases(product(FAMILIES, PARTS), BROKEN))
+@pytest.mark.parametrize("chosen", list(product(FAMILIES, PARTS)), ids=", ".join)
 def test_bounds_hold(measured, chosen):
     """At most 0.1 % of the statistics err by more than their bound, none by more than ten times."""
     family, part = chosen
@@ -114,7 +82,10 @@ def test_bounds_hold(measured, chosen):
         assert figures["above"] <= 0.001 * figures["rows"], where
 
 
-@pytest.mark.parametrize("family", cases(FAMILIES, WASTEFUL))
+@pytest.mark.parametrize(
+    "family",
+    [pytest.param(f, marks=pytest.mark.xfail(strict=True, reason=NOISE)) if f in WASTEFUL else f for f in FAMILIES],
+)
 def test_few_statistics_miss_the_tolerance_needlessly(measured, family):
     """At most 5 % have a bound above the tolerance though the true error is below."""
     for bounds in measured.values():

@@ -222,12 +222,15 @@ def test_one_pass_cancels_where_the_rocker_hardly_moves(exact):
 
 
 def test_second_differences_cancel_where_the_rocker_hardly_moves(exact):
-    """Finer steps increase the error: the rounding error of an angle, 1e-16, is divided by the squared step."""
+    """Finer steps increase the error: the rounding error of an angle, 1e-16, is divided by the squared step.
+
+    With 3200 steps four roundings of 1e-16 over the squared step of 1e-3, for an amplitude of 5e-5.
+    """
     error_3200, error_51200 = (
         error(PublishedRule(n), "tiny_swing", "drive", exact)[ACCELERATION, MAX, 0] for n in (3_200, 51_200)
     )
-    assert error_3200 < 1e-6
-    assert error_51200 > 1e-5
+    assert error_3200 < 1e-5
+    assert error_51200 > 1e-4
 
 
 def test_samples_miss_the_peak_next_to_the_change_point(exact):

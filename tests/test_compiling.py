@@ -16,7 +16,7 @@ from explore.quadrature.loop import sample
 from explore.mechanisms.registry import MECHANISMS
 functions = {"sample": sample}
 for name, mechanism in MECHANISMS.items():
-    functions |= {f"{name} {part}": getattr(mechanism, part) for part in ("closed_form", "pieces", "fill")}
+    functions |= {f"{name} {part}": getattr(mechanism, part) for part in ("close", "fill")}
 stats = {name: [f.stats.cache_hits.total(), f.stats.cache_misses.total()] for name, f in functions.items()}
 """
 
@@ -69,14 +69,26 @@ def test_a_second_process_compiles_nothing(first):
 
 
 @pytest.mark.skipif(platform.machine() != "x86_64", reason="reads x86-64 assembly")
-def test_the_node_loops_are_vectorised(tmp_path):
-    listing = "{name: ''.join(getattr(four_bar, name).inspect_asm().values()) for name in ('fill', '_fill_angles')}"
-    assembly = report(tmp_path, f"import json\nfrom explore.mechanisms import four_bar\nprint(json.dumps({listing}))")
+def test_the_loops_over_lanes_are_vectorised(tmp_path):
+    script = """
+import json
+from explore.mechanisms import four_bar
+from explore.mechanisms.crank_rocker import kernel
+from explore.mechanisms.rig import forces
+from explore.quadrature import panels, tiles
+functions = [
+    kernel.close, four_bar._fill_rates, four_bar._fill_angles, forces._fill_forces_with_masses,
+    panels.map_panels, panels.count_nodes, panels.model_errors, tiles._place_pair,
+]
+print(json.dumps({function.__name__: "".join(function.inspect_asm().values()) for function in functions}))
+"""
+    assembly = report(tmp_path, script)
 
-    # packed square roots and divisions of doubles, not only the scalar ones of the loop's remainder
-    for code in assembly.values():
-        assert "sqrtpd" in code
-        assert "divpd" in code
+    # packed square roots and divisions of doubles, not only the scalar ones of a loop's remainder
+    assert len(assembly) == 8
+    for name, code in assembly.items():
+        assert "divpd" in code, name
+        assert ("sqrtpd" in code) == (name not in ("count_nodes", "model_errors", "_place_pair")), name
 
 
 def test_compiling_is_announced_once_and_the_next_start_is_silent(first, tmp_path):

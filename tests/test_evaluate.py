@@ -195,6 +195,29 @@ def test_a_double_crank_is_defined_over_the_cycle_only():
     assert cycle["coupler_acceleration_mean"] == pytest.approx(0, abs=1e-9)
 
 
+@pytest.mark.parametrize("interval", [(-70.0, 80.0), (100.0, 300.0), (10.0, 369.0)])
+def test_a_double_crank_is_defined_over_an_interval(interval):
+    lengths = {"crank": 500, "coupler": 700, "rocker": 600, "ground": 100}
+    names = ["rocker_velocity_mean", "rocker_velocity_variance", "rocker_acceleration_max", "coupler_velocity_min"]
+    window = dict(zip(("from", "to"), interval, strict=True))
+    row = explore.evaluate("crank-rocker", lengths, metrics=names, window=window, tolerance=1e-12).iloc[0]
+    x, w = np.polynomial.legendre.leggauss(200)
+    angles = 0.5 * (interval[0] + interval[1]) + 0.5 * (interval[1] - interval[0]) * x
+    velocity = explore.simulate("crank-rocker", lengths, angles=angles)["rocker_velocity"].to_numpy()
+    mean = 0.5 * np.sum(w * velocity)
+    dense = explore.simulate("crank-rocker", lengths, angles=np.linspace(*interval, 20_001))
+
+    assert row["status"] == 1
+    # NumPy's weights of 200 nodes have an error of 1e-14
+    assert row["rocker_velocity_mean"] == pytest.approx(mean, rel=1e-12)
+    assert row["rocker_velocity_variance"] == pytest.approx(0.5 * np.sum(w * (velocity - mean) ** 2), rel=1e-12)
+    # the samples miss an extreme by at most half a step of 3e-4 rad
+    assert row["rocker_acceleration_max"] == pytest.approx(dense["rocker_acceleration"].max(), rel=1e-6)
+    assert row["coupler_velocity_min"] == pytest.approx(dense["coupler_velocity"].min(), rel=1e-6)
+    with_angle = explore.evaluate("crank-rocker", lengths, metrics=["rocker_angle_mean"], window=window)
+    assert with_angle["status"][0] == 5
+
+
 def test_input_may_be_a_table_with_its_own_index():
     table = pd.DataFrame(random_designs(5), index=list("abcde"))
 
@@ -207,7 +230,7 @@ def test_input_may_be_a_table_with_its_own_index():
         ({"crank": 1.0}, "needs coupler, rocker, ground"),
         (PUBLISHED | {"crnak": 3.0}, "no parameter 'crnak'"),
         (PUBLISHED | {"crank": [1.0, 2.0], "rocker": [1.0, 2.0, 3.0]}, "one length"),
-        (PUBLISHED | {"crank": "long"}, "numbers"),
+        (PUBLISHED | {"crank": "long"}, "is not a number with a unit"),
         (PUBLISHED | {"crank": np.ones((2, 2))}, "one-dimensional"),
     ],
 )

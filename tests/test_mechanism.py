@@ -6,6 +6,7 @@ from enum import IntEnum
 import numpy as np
 import pytest
 
+from explore.compiling import LANES
 from explore.mechanisms.registry import MECHANISMS
 from explore.model.quantities import Metric
 
@@ -44,10 +45,9 @@ def test_a_formula_has_no_metrics_name():
     assert problem(RIG, formulas=formulas) == "the metric 'swing_angle' is declared twice"
 
 
-def test_codes_are_unique():
-    windows = changed(MECHANISM.windows, "return", code=MECHANISM.windows[1].code)
-    assert problem(MECHANISM, windows=windows) == "two windows have the code 1"
-    assert problem(MECHANISM, drives={"slow": 0, "fast": 0}) == "two drives have the code 0"
+def test_drives_differ_and_choose_a_stroke():
+    assert problem(MECHANISM, drives=("slow", "fast", "slow")) == "the drive 'slow' is declared twice"
+    assert problem(MECHANISM, drives=("slow", "cycle")) == "the drive 'cycle' is neither slow nor fast nor a stroke"
 
 
 @pytest.mark.parametrize(("count", "name", "scales"), [(0, "speed", False), (2, "phases", True)])
@@ -64,24 +64,87 @@ def test_defaults_are_in_range(default):
 
 def test_metrics_have_the_kernels_order():
     first, second, *others = MECHANISM.metrics
+    row, last = MECHANISM.first_metric, max(MECHANISM.rows)
     assert problem(MECHANISM, metrics=(second, first, *others)) == (
-        "metric_columns has 'grashof_margin' at 1, the declaration at 0"
+        f"rows has 'grashof_margin' at {row + 1}, the declaration at {row}"
     )
     assert problem(MECHANISM, metrics=(first, second, *others, Metric("area", "mm^2", "area"))) == (
-        "metric_columns has 'area' at absent, the declaration at 8"
+        f"rows has 'area' at absent, the declaration at {last + 1}"
     )
     assert problem(MECHANISM, metrics=(first, second, *others[:-1])) == (
-        "metric_columns has 'transmission_angle_max' at 7, the declaration at absent"
+        f"rows has 'transmission_angle_max' at {last}, the declaration at absent"
     )
 
 
 def test_parameters_have_the_kernels_order():
     first, second, *others = MECHANISM.parameters
+    row = MECHANISM.first_parameter
     assert problem(MECHANISM, parameters=(second, first, *others)) == (
-        "parameter_columns has 'coupler' at 1, the declaration at 0"
+        f"rows has 'coupler' at {row + 1}, the declaration at {row}"
     )
-    columns = IntEnum("Columns", {column.name: column.value + 1 for column in RIG.parameter_columns})
-    assert problem(RIG, parameter_columns=columns) == "parameter_columns has 'crank' at 1, the declaration at 0"
+    shifted = IntEnum("Shifted", {row.name: row.value + (row > RIG.status_row) for row in RIG.rows})
+    row = RIG.first_parameter
+    assert problem(RIG, rows=shifted) == f"rows has 'crank' at {row + 1}, the declaration at {row}"
+
+
+def test_the_status_follows_the_constants():
+    count = MECHANISM.n_constants
+    assert problem(MECHANISM, n_constants=count + 1) == (
+        f"the row of the status is {count}; it follows the {count + 1} constants"
+    )
+    without = IntEnum("Without", {row.name: row.value for row in MECHANISM.rows if row.name != "STATUS"})
+    assert problem(MECHANISM, rows=without) == f"the row of the status is absent; it follows the {count} constants"
+
+
+@pytest.mark.parametrize("row", [-2, RIG.n_constants])
+@pytest.mark.parametrize("field", ["noise_row", "phases_row", "variant_row"])
+def test_optional_constants_exist(field, row):
+    assert problem(RIG, **{field: row}) == (
+        f"{field} names the row {row}, which is not one of the {RIG.n_constants} constants"
+    )
+
+
+def test_fill_reads_constants():
+    count = RIG.n_constants
+    assert problem(RIG, n_fill_constants=count + 1) == f"fill reads {count + 1} constants of {count}"
+
+
+@pytest.mark.parametrize("row", [-1, RIG.n_constants])
+def test_constants_of_marks_and_singularities_exist(row):
+    sentence = f"names the row {row}, which is not one of the {RIG.n_constants} constants"
+    assert problem(RIG, marks={**RIG.marks, "extended": row}) == f"marks {sentence}"
+    assert problem(RIG, singularities=((row, 0),)) == f"singularities {sentence}"
+
+
+def test_singularities_stand_at_an_anchor():
+    row, _ = RIG.singularities[0]
+    assert problem(RIG, singularities=((row, 2),)) == (
+        "singularities names the anchor 2; it is 0 or, for its opposite, 1"
+    )
+
+
+def test_windows_end_at_marks():
+    arc = RIG.strokes[0]
+    assert problem(RIG, windows=changed(RIG.windows, arc, ends=("overlapped", "stretched"))) == (
+        f"the window '{arc}' names the mark 'stretched', which does not exist"
+    )
+    for name, ends in ((arc, ("extended",)), ("cycle", ("extended", "overlapped"))):
+        assert problem(RIG, windows=changed(RIG.windows, name, ends=ends)) == (
+            f"the window '{name}' has {len(ends)} ends; an arc has two marks, no other kind has any"
+        )
+
+
+def test_a_drive_needs_two_strokes():
+    assert problem(MECHANISM, strokes=()) == "the window 'drive' needs two strokes"
+    assert problem(RIG, strokes=("cycle", RIG.strokes[0])) == "the stroke 'cycle' is not an arc"
+
+
+def test_a_clutch_needs_the_number_of_linkages_and_the_derivative_of_its_output():
+    assert problem(MECHANISM, phases_row=-1) == "the window 'clutch' needs a phases_row"
+    signals = changed(MECHANISM.signals, "rocker_acceleration", derivative_of="")
+    assert problem(MECHANISM, signals=signals) == (
+        "the window 'clutch' needs a signal that is the derivative of 'output_velocity'"
+    )
 
 
 @pytest.mark.parametrize(("field", "row"), [("row", -1), ("row", 20), ("terms_row", -2), ("terms_row", 20)])
@@ -110,6 +173,8 @@ def test_rows_are_shared_only_where_declared():
     [
         ({"loop_lengths": ("crank", "rod")}, "loop_lengths names the parameter 'rod'"),
         ({"default_window": "stroke"}, "default_window names the window 'stroke'"),
+        ({"strokes": ("drive", "stroke")}, "strokes names the window 'stroke'"),
+        ({"breaks": ("extended", "top")}, "breaks names the mark 'top'"),
         ({"default_drive": "quick"}, "default_drive names the drive 'quick'"),
         ({"zero_mean": frozenset([("velocity", "cycle")])}, "zero_mean names the signal 'velocity'"),
         ({"zero_mean": frozenset([("rocker_velocity", "turn")])}, "zero_mean names the window 'turn'"),
@@ -157,13 +222,30 @@ def test_senses_of_objectives():
     )
 
 
+@pytest.mark.parametrize("mechanism", MECHANISMS.values(), ids=MECHANISMS)
+def test_no_closed_form_depends_on_the_neighbours_of_a_design(mechanism):
+    """Designs alone, and in tiles with others that cannot turn or are no numbers, which are filled up at the end."""
+    count, rng = 2 * LANES + 3, np.random.default_rng(0)
+    designs = np.ones((len(mechanism.kernel_parameters), count))
+    designs[:4] = rng.uniform((40, 800, 300, 500), (220, 1200, 700, 900), (count, 4)).T
+    designs[1, 5], designs[0, 20], designs[:4, 30] = np.nan, 2000.0, 0.0
+    together, constants = mechanism.evaluate_closed_form(designs), mechanism.constants(designs)
+    alone = [mechanism.evaluate_closed_form(designs[:, [k]]) for k in range(count)]
+    assert len(set(together.status.tolist())) > 2
+    assert np.array_equal(together.status, np.concatenate([one.status for one in alone]))
+    assert np.array_equal(together.metrics, np.concatenate([one.metrics for one in alone], axis=1), equal_nan=True)
+    alone = np.concatenate([mechanism.constants(designs[:, [k]]) for k in range(count)], axis=1)
+    assert np.array_equal(constants, alone, equal_nan=True)
+
+
 def test_the_closed_form_takes_any_real_array():
-    design = [[100, 300, 250, 350, 3, 1]]
+    design = [[100], [300], [250], [350], [3], [1]]
     result = MECHANISM.evaluate_closed_form(np.array(design))
-    ordered = np.asfortranarray(np.repeat(np.array(design, dtype=float), 2, axis=0))
+    ordered = np.asfortranarray(np.repeat(np.array(design, dtype=float), 2, axis=1))
     twice = MECHANISM.evaluate_closed_form(ordered)
     assert result.metrics.shape == (len(MECHANISM.metrics), 1)
-    assert result.kernel.shape == (1, MECHANISM.kernel_size)
-    for field in ("metrics", "status", "kernel", "singular", "noise"):
+    for field in ("metrics", "status"):
         one, two = getattr(result, field), getattr(twice, field)
         assert np.array_equal(np.take(two, [0], axis=int(field == "metrics")), one)
+    assert np.array_equal(MECHANISM.constants(ordered)[:, :1], MECHANISM.constants(np.array(design)))
+    assert MECHANISM.constants(ordered).shape == (MECHANISM.n_constants, 2)

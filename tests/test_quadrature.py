@@ -1,4 +1,4 @@
-"""Gauss-Legendre rules against mpmath, panels against geometry, node counts against the logarithm of the margin."""
+"""Gauss-Legendre rules against mpmath, panels against geometry, node counts against the error model and the margin."""
 
 import importlib.util
 import math
@@ -12,10 +12,34 @@ from numba import float64, int64, njit, types
 from scipy.optimize import brentq
 
 import explore
-from explore.compiling import FILL_SIGNATURE, function_type
+from explore.compiling import FILL_SIGNATURE, LANES, function_type
 from explore.quadrature.magnitudes import power_means
-from explore.quadrature.node_placement import LOG_CONSTANT_2, LOG_CONSTANT_4, map_panel, node_count, place_nodes
+from explore.quadrature.panels import (
+    ANCHOR,
+    CENTRE,
+    COUNT,
+    FIRST,
+    FOURTH,
+    HALF,
+    LARGEST_SCALE,
+    LAST,
+    LENGTH,
+    LOG_CONSTANT_2,
+    LOG_CONSTANT_4,
+    PANEL_CAPACITY,
+    PANELS_SIZE,
+    RATE,
+    SCALE,
+    SECOND,
+    SINGULAR,
+    SIXTH,
+    TARGET,
+    count_nodes,
+    map_panels,
+    model_errors,
+)
 from explore.quadrature.rules import LARGEST_NODE_COUNT, NODE_COUNTS, gauss_legendre_rules
+from explore.quadrature.tiles import NODE_CAPACITY, SHAPE_SIZE, gather_shapes, place_nodes
 
 _PATH = Path(__file__).parent / "reference" / "make_gauss_legendre.py"
 _SPEC = importlib.util.spec_from_file_location("make_gauss_legendre", _PATH)
@@ -74,47 +98,97 @@ def test_panels_recover_the_length_of_their_interval(anchor, here, there, first,
     if last < first:
         first, last = last, first
     interval = 2.0 * math.atan2(last - first, 1.0 + first * last)
-    singular = np.array([[here, there, 1.0] if anchor == 0 else [there, here, 1.0]])
-    shapes = np.empty((1, 4))
-    map_panel(np.array([[float(anchor), first, last]]), 0, singular, 0, shapes)
-    shape = shapes[0]
-    if shape[1] < 1e-3:
+    panels = np.zeros(PANELS_SIZE)
+    panels[[ANCHOR, FIRST, LAST]] = anchor, first, last
+    # the third singularity stands for none
+    panels[SINGULAR::PANEL_CAPACITY] = (here, there, 1.0) if anchor == 0 else (there, here, 1.0)
+    map_panels(panels, 1, np.array([0, 1, -1]))
+    half = panels[HALF]
+    assert panels[SCALE] == min(here, LARGEST_SCALE)
+    # two units in the last place of the arctangent, and the rounding of its arguments
+    assert panels[LENGTH] == pytest.approx(interval, rel=1e-15)
+    if half < 1e-3:
         return  # no window of a linkage is that short in t, where such ends differ by rounding only
     size_of, row_of, table = gauss_legendre_rules()
-    count = node_count(math.log(1e-15), shape[1], shape[3], 2, size_of)
-    t, sine, cosine, weight = (np.zeros(count + 2) for _ in range(4))
-    place_nodes(shapes, 0, anchor, count, 0, row_of, table, ends, t, sine, cosine, weight)
+    panels[TARGET] = math.log(1e-15)
+    count_nodes(panels, 1, 2)
+    count = size_of[int(panels[COUNT])]
+    shape, tangents, weights = np.zeros(SHAPE_SIZE), np.empty((NODE_CAPACITY, LANES)), np.empty((NODE_CAPACITY, LANES))
+    gather_shapes(panels, np.zeros(LANES, dtype=np.int64), shape)
+    place_nodes(shape, count, ends, row_of, table, tangents.reshape(-1), weights.reshape(-1))
     total = count + 2 if ends else count
+    tangent, weight = tangents[:total, 0], weights[:total, 0]
+    assert (tangents[:total] == tangents[:total, :1]).all()
+    assert (weights[:total] == weights[:total, :1]).all()
     if count < LARGEST_NODE_COUNT:
         # every weight carries a few roundings, and t = asinh(tangent/T), up to 32, carries its own into the ends
-        assert weight.sum() == pytest.approx(interval, rel=1e-14 * max(1.0, 1.0 / shape[1]))
-    assert (weight[:total] >= 0.0).all()
-    # sine and cosine of the same angle: rounding of each, squared
-    assert np.abs(sine[:total] ** 2 + cosine[:total] ** 2 - 1.0).max() < 1e-15
-    assert (np.diff(t[:total]) > 0.0).all()
+        assert weight.sum() == pytest.approx(interval, rel=1e-14 * max(1.0, 1.0 / half))
+    assert (weight >= 0.0).all()
+    assert (np.diff(tangent) > 0.0).all()
     if ends:
-        at = sine if anchor == 0 else -cosine
-        other = cosine if anchor == 0 else sine
-        # exp and log of t up to 32 have a few times its absolute rounding, 32 * 1.1e-16
-        assert at[0] / other[0] == pytest.approx(first, rel=3e-14)
-        assert at[total - 1] / other[total - 1] == pytest.approx(last, rel=3e-14)
-        assert weight[0] == weight[total - 1] == 0.0
+        # exp and log of t up to 32 have a few times its absolute rounding, 32 * 1.1e-16; near the anchor sinh(t) is a
+        # difference of two exponentials
+        assert tangent[[0, -1]] == pytest.approx([first, last], rel=3e-14, abs=1e-15 * here)
+        assert weight[0] == weight[-1] == 0.0
 
 
-@pytest.mark.parametrize(("order", "constant"), [(2, LOG_CONSTANT_2), (4, LOG_CONSTANT_4), (6, LOG_CONSTANT_4)])
-def test_the_node_count_is_the_smallest_that_the_error_model_allows(order, constant):
-    """Against the model at every node count that has a rule, where `node_count` solves an equation."""
+@pytest.mark.parametrize("anchor", [0, 1])
+def test_panels_know_their_nearest_singularity(anchor):
+    """The sum of semi-axes of the largest ellipse with the ends of the panel as foci that meets no singularity."""
+    rng = np.random.default_rng(1)
+    count, anchors = 500, np.array([0, 1, 0])
+    panels = np.zeros(PANELS_SIZE)
+    rows = panels.reshape(-1, PANEL_CAPACITY)[:, :count]
+    rows[ANCHOR // PANEL_CAPACITY] = anchor
+    ends = np.sort(np.tan(rng.uniform(-0.49, 0.49, (2, count)) * np.pi), axis=0)
+    rows[FIRST // PANEL_CAPACITY], rows[LAST // PANEL_CAPACITY] = ends
+    distances = rows[SINGULAR // PANEL_CAPACITY :][:3]
+    distances[:] = 10.0 ** rng.uniform(-6.0, -0.01, (3, count))
+    distances[:, ::5] = rng.uniform(0.8, 1.0, (3, count // 5))
+    map_panels(panels, count, anchors)
+    scale = np.append(distances[anchors == anchor], np.full((1, count), LARGEST_SCALE), axis=0).min(axis=0)
+    start, stop = np.arcsinh(ends / scale)
+    # half-tangents of all singularities, on the imaginary axis; those of the opposite are -1 over theirs; i is infinity
+    tangents = [d if a == anchor else 1.0 / d for d, a in zip(distances, anchors, strict=True)] + [np.ones(count)]
+    t = np.arcsinh(1j * np.maximum(np.array(tangents) / scale, 1.0))
+    t = np.concatenate([t, -t.conj()])
+    offsets = (t - 0.5 * (start + stop)) / (0.5 * (stop - start))
+    # of both roots the one outside the unit circle
+    rate = np.abs(np.log(np.abs(offsets + np.sqrt(offsets - 1.0) * np.sqrt(offsets + 1.0)))).min(axis=0)
+    assert rows[SCALE // PANEL_CAPACITY] == pytest.approx(scale, rel=0.0)
+    assert rows[CENTRE // PANEL_CAPACITY] == pytest.approx(0.5 * (start + stop), rel=1e-13, abs=1e-13)
+    # arcosh of a number near 1 loses half of the digits
+    assert rows[RATE // PANEL_CAPACITY] == pytest.approx(rate, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("order", "row", "constant"),
+    [(2, SECOND, LOG_CONSTANT_2), (4, FOURTH, LOG_CONSTANT_4), (6, SIXTH, LOG_CONSTANT_4)],
+)
+def test_the_node_count_is_the_smallest_that_the_error_model_allows(order, row, constant):
+    """Against the model at every node count that has a rule, where `count_nodes` solves an equation."""
     rng = np.random.default_rng(0)
     size_of, _, _ = gauss_legendre_rules()
-    counts = np.array(NODE_COUNTS)
-    for _ in range(5000):
-        half, log_tolerance = 2.0 ** rng.uniform(-3.0, 5.0), math.log(10.0) * rng.uniform(-15.0, -2.0)
-        rate = math.asinh(0.5 * math.pi / half) * rng.uniform(1.0, 2.0)  # the least rate is that of a singular centre
-        excess = constant + order * np.log((2.0 * counts + 1.0) / half) - 2.0 * counts * rate - log_tolerance
-        chosen = NODE_COUNTS.index(node_count(log_tolerance, half, rate, order, size_of))
-        assert chosen == 0 or excess[chosen - 1] > 0.0
-        # Three rounds from below leave an excess of up to 0.53; the loop asks for 1.5 less than its tolerance.
-        assert excess[chosen] <= math.log(1.8) or counts[chosen] == LARGEST_NODE_COUNT
+    n, counts = PANEL_CAPACITY, np.array(NODE_COUNTS)[:, None]
+    panels = np.zeros(PANELS_SIZE)
+    half = panels[HALF : HALF + n] = 2.0 ** rng.uniform(-3.0, 5.0, n)
+    # the least rate is that of a singular centre
+    rate = panels[RATE : RATE + n] = np.arcsinh(0.5 * math.pi / half) * rng.uniform(1.0, 2.0, n)
+    target = panels[TARGET : TARGET + n] = math.log(10.0) * rng.uniform(-15.0, -2.0, n)
+    count_nodes(panels, n, order)
+    model = constant + order * np.log((2.0 * counts + 1.0) / half) - 2.0 * counts * rate
+    chosen = np.searchsorted(NODE_COUNTS, size_of[panels[COUNT : COUNT + n].astype(np.int64)])
+    excess = model - target
+    every = np.arange(n)
+    assert ((chosen == 0) | (excess[chosen - 1, every] > 0.0)).all()
+    # Three rounds from below leave an excess of up to 0.53; the loop asks for 1.5 less than its tolerance.
+    assert ((excess[chosen, every] <= math.log(1.8)) | (chosen == len(NODE_COUNTS) - 1)).all()
+    assert len(np.unique(chosen)) > 30
+    panels[COUNT : COUNT + n] = counts[chosen, 0]
+    model_errors(panels, n)
+    # the exponent is rounded, and the exponential of a number of up to 700 multiplies its error
+    expected = np.exp(np.maximum(model[chosen, every], -600.0))
+    assert np.where(expected > 1e-260, panels[row : row + n], expected) == pytest.approx(expected, rel=1e-12)
 
 
 #: Half width in u = tan(angle/2) of a peak of the magnitude (1 + u^2)/(2 ((u - peak)^2 + width^2)). Its integral over
@@ -123,24 +197,22 @@ PEAK_WIDTH = 0.1
 
 
 @njit(FILL_SIGNATURE)
-def fill_squared_peak(kernel, sin_half, cos_half, count, needs, signals):
-    """The square of the magnitude, as a mechanism fills it; the kernel holds the place of the peak."""
-    for j in range(count):
-        offset = sin_half[j] - kernel[0] * cos_half[j]
-        signals[0, j] = (2.0 * (offset**2 + (PEAK_WIDTH * cos_half[j]) ** 2)) ** -2
+def fill_squared_peak(constants, tangents, anchor, law, variant, count, needs, out):
+    """The square of the magnitude, as a mechanism fills it; the constant is the place of the peak."""
+    for k in range(count * LANES):
+        square, offset = tangents[k] ** 2, tangents[k] - constants[k % LANES]
+        out[k] = ((1.0 + square) / (2.0 * (offset**2 + PEAK_WIDTH**2))) ** 2
 
 
-_ROW, _ROWS, _INTEGERS = float64[::1], float64[:, ::1], int64[::1]
+_F1, _F2, _I1 = float64[::1], float64[:, ::1], int64[::1]
 
 
 @njit(
-    types.Tuple((float64, float64, int64))(
-        function_type(FILL_SIGNATURE), _ROW, _ROWS, _ROWS, float64, _INTEGERS, _INTEGERS, _ROWS, _ROWS, _ROWS
-    )
+    types.Tuple((float64, float64, int64))(function_type(FILL_SIGNATURE), _F1, _F1, float64, _I1, _I1, _F2),
 )
-def integrate_magnitude(fill, kernel, parts, shapes, tolerance, size_of, row_of, table, node, node_signals):
+def integrate_magnitude(fill, constants, panels, tolerance, size_of, row_of, table):
     """`power_means` of power 0 of row 0, over one panel."""
-    return power_means(fill, kernel, 0, 0, 0, 1, parts, shapes, tolerance, size_of, row_of, table, node, node_signals)
+    return power_means(fill, constants, 0, 1, 0, 0, panels, 0, 1, 1, tolerance, size_of, row_of, table)
 
 
 def clustered_rule(n, peak):
@@ -160,10 +232,11 @@ def test_two_rules_that_agree_by_accident_do_not_end_the_search(bracket):
     exact = (math.atan((1.0 - peak) / PEAK_WIDTH) + math.atan((1.0 + peak) / PEAK_WIDTH)) / PEAK_WIDTH
     assert clustered_rule(40, peak) == pytest.approx(clustered_rule(80, peak), rel=1e-12)
     assert abs(clustered_rule(80, peak) / exact - 1.0) > 5.0 * tolerance
+    panels = np.zeros(PANELS_SIZE)
+    panels[[FIRST, LAST, HALF, SCALE]] = -1.0, 1.0, math.asinh(1.0), 1.0
     integral, bound, _ = integrate_magnitude(
-        fill_squared_peak, np.array([peak]), np.array([[0.0, -1.0, 1.0]]), np.array([[0.0, math.asinh(1.0), 1.0, 0.0]]),
-        tolerance, *gauss_legendre_rules(), np.empty((2, 1)), np.empty((1, 1)),
-    )  # fmt: skip
+        fill_squared_peak, np.full(LANES, peak), panels, tolerance, *gauss_legendre_rules()
+    )
     assert abs(integral / exact - 1.0) <= bound <= tolerance
 
 

@@ -139,7 +139,7 @@ def test_default_metrics_exist_in_every_window(window):
 
 def test_interval_in_degrees():
     window = make_request(MECHANISM, metrics=["rocker_velocity_mean"], window={"from": 30, "to": 380}).window
-    assert (window.name, window.code) == ("interval", WINDOWS["interval"].code)
+    assert (window.name, window.kind) == ("interval", "interval")
     assert (window.start, window.stop) == (math.radians(30), math.radians(380))
 
 

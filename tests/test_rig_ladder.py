@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import explore
+from explore.compiling import LANES
 from explore.mechanisms import four_bar
 from explore.mechanisms.rig import columns
 from explore.mechanisms.rig.declaration import TEST_RIG
@@ -26,12 +27,13 @@ ANGLE = [four_bar.COUPLER_ANGLE, four_bar.ROCKER_ANGLE]
 def filled_rows(needs, **load):
     """Rows of the four-bar that the kernel fills for a load."""
     inputs = {p.name: p.default for p in TEST_RIG.parameters} | RIG | load
-    parameters = np.array([[inputs[p.name] for p in TEST_RIG.kernel_parameters]])
-    kernel = TEST_RIG.evaluate_closed_form(parameters).kernel
-    out = np.full((TEST_RIG.signal_rows, 3), np.nan)
-    half = np.array([0.3, 1.0, 2.5])
-    TEST_RIG.fill(kernel[0], np.sin(half), np.cos(half), 3, needs, out)
-    return [row for row in range(four_bar.SIGNAL_ROWS) if not np.isnan(out[row]).any()]
+    parameters = np.array([[inputs[p.name]] for p in TEST_RIG.kernel_parameters])
+    constants = TEST_RIG.constants(parameters)
+    out = np.full((3, TEST_RIG.signal_rows, LANES), np.nan)
+    tangents = np.repeat([-0.5, 0.1, 0.9], LANES)
+    variant = int(constants[TEST_RIG.variant_row, 0])
+    TEST_RIG.fill(np.repeat(constants, LANES, axis=1).ravel(), tangents, 1, 0, variant, 3, needs, out.reshape(-1))
+    return [row for row in range(four_bar.SIGNAL_ROWS) if not np.isnan(out[:, row]).any()]
 
 
 @pytest.mark.parametrize(

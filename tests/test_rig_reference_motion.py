@@ -10,6 +10,7 @@ import pytest
 from rig_cases import LINKS, REFERENCE, lengths, load_of, parametrize_cases
 
 import explore
+from explore.lanes.designs import fill_motion_of_design
 from explore.mechanisms import four_bar
 from explore.mechanisms.rig.declaration import TEST_RIG
 
@@ -21,11 +22,14 @@ LIMITS = ("extended", "folded")
 def motion_rows(design, angles):
     """Rows of the four-bar that the kernel fills, for unit speed at crank angles, rad."""
     inputs = {p.name: p.default for p in TEST_RIG.parameters} | design
-    parameters = np.array([[inputs[p.name] for p in TEST_RIG.kernel_parameters]])
-    kernel = TEST_RIG.evaluate_closed_form(parameters).kernel
-    half, out = 0.5 * np.array(angles), np.full((TEST_RIG.signal_rows, len(angles)), np.nan)
+    parameters = np.array([[inputs[p.name]] for p in TEST_RIG.kernel_parameters])
+    constants = np.ascontiguousarray(TEST_RIG.constants(parameters)[:, 0])
     needs = four_bar.VELOCITIES | four_bar.ACCELERATIONS | four_bar.ANGLES | four_bar.TRANSMISSION
-    TEST_RIG.fill(kernel[0], np.sin(half), np.cos(half), len(angles), needs, out)
+    out = np.full((TEST_RIG.signal_rows, len(angles)), np.nan)
+    half_turns = np.round(np.array(angles) / math.pi)
+    tangents, anchors = np.tan(0.5 * (angles - half_turns * math.pi)), half_turns.astype(np.int64) % 2
+    laws = np.zeros(len(angles), dtype=np.int64)  # the motion has none
+    fill_motion_of_design(TEST_RIG.fill, constants, anchors, laws, tangents, 0, needs, TEST_RIG.signal_rows, out)
     return out
 
 

@@ -1,0 +1,67 @@
+"""Exponential, logarithm and hyperbolic inverses without branches, against 40 digits of mpmath."""
+
+import math
+
+import mpmath
+import numpy as np
+import pytest
+
+from explore.lanes.elementary import exponential, inverse_cosh, inverse_sinh, logarithm, spacing
+
+
+def ulps(function, exact, x):
+    """Error of one value in units of its last place."""
+    with mpmath.workdps(40):
+        true = exact(mpmath.mpf(float(x)))
+        return abs(float((mpmath.mpf(function(x)) - true) / math.ulp(float(true))))
+
+
+def test_the_exponential_is_within_one_unit_in_the_last_place():
+    rng = np.random.default_rng(0)
+    # over the whole range, and at the borders between multiples of ln 2
+    numbers = np.concatenate(
+        [rng.uniform(-700.0, 700.0, 4000), rng.normal(0.0, 1.0, 4000),
+         (rng.integers(-1000, 1000, 2000) + 0.5) * math.log(2.0) + rng.normal(0.0, 1e-12, 2000)]
+    )  # fmt: skip
+    assert max(ulps(exponential, mpmath.exp, x) for x in numbers) <= 1.0
+    assert exponential(0.0) == 1.0
+
+
+def test_the_logarithm_is_within_one_unit_in_the_last_place():
+    rng = np.random.default_rng(1)
+    # over the whole range, near 1, and at the borders of the mantissa
+    numbers = np.concatenate(
+        [10.0 ** rng.uniform(-300.0, 300.0, 4000), 1.0 + rng.normal(0.0, 1e-3, 4000),
+         2.0 ** (rng.integers(-40, 40, 2000) + 0.5) * (1.0 + rng.normal(0.0, 1e-13, 2000))]
+    )  # fmt: skip
+    assert max(ulps(logarithm, mpmath.log, x) for x in numbers) <= 1.0
+    assert logarithm(1.0) == 0.0
+
+
+def test_the_inverse_hyperbolic_sine_keeps_the_digits_of_small_arguments():
+    rng = np.random.default_rng(2)
+    signs = rng.choice([-1.0, 1.0], 6000)
+    numbers = signs * np.concatenate([2.0 ** rng.uniform(-60.0, 60.0, 5000), rng.uniform(0.035, 0.045, 1000)])
+    errors = np.array([ulps(inverse_sinh, mpmath.asinh, x) for x in numbers])
+    # the series is cut after the term of x^11; just above 0.04 the logarithm of a number near 1 multiplies its rounding
+    assert errors[np.abs(numbers) < 0.04].max() <= 2.0
+    assert errors[np.abs(numbers) >= 1.0].max() <= 3.0
+    assert errors.max() <= 40.0
+
+
+def test_the_inverse_hyperbolic_cosine():
+    rng = np.random.default_rng(3)
+    numbers = 1.0 + 2.0 ** rng.uniform(-10.0, 60.0, 4000)
+    for x in numbers:
+        with mpmath.workdps(40):
+            exact = float(mpmath.acosh(mpmath.mpf(x)))
+        # the rounding of x^2 - 1 and of the sum in the logarithm, both multiplied near 1
+        assert inverse_cosh(x) == pytest.approx(exact, rel=4e-16 * (1.0 + 1.0 / (x - 1.0)))
+    assert inverse_cosh(1.0) == 0.0
+    assert abs(inverse_cosh(1.0 - 1e-15)) <= 1e-15
+
+
+def test_the_spacing_of_normal_numbers():
+    rng = np.random.default_rng(4)
+    numbers = np.concatenate([10.0 ** rng.uniform(-280.0, 300.0, 2000), 2.0 ** np.arange(-900.0, 1000.0, 100.0)])
+    assert all(spacing(x) == np.spacing(x) == spacing(-x) for x in numbers)
