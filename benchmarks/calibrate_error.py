@@ -1,4 +1,4 @@
-"""Measure LOG_CONSTANT_2 and LOG_CONSTANT_4, the constants of the error model in explore/quadrature/node_placement.py.
+"""Measure LOG_CONSTANT_2 and LOG_CONSTANT_4, the constants of the error model in explore/quadrature/panels.py.
 
 Over random crank-rockers of all kinds and double cranks, with the node counts for random tolerances: the natural
 logarithm of the ratio of the true error of mean and variance, against the largest rule, to the model
@@ -12,17 +12,36 @@ import sys
 from pathlib import Path
 
 import numpy as np
-from numba import njit
+from numba import njit, types
 
-from explore.mechanisms import four_bar
-from explore.mechanisms.crank_rocker import columns
+from explore.compiling import LANES
+from explore.evaluation.windows import specify_window
+from explore.mechanisms import four_bar, rocking
 from explore.mechanisms.crank_rocker.declaration import CRANK_ROCKER
-from explore.mechanisms.crank_rocker.kernel import pieces
 from explore.model.status import Status
-from explore.quadrature.loop import ROUNDING
-from explore.quadrature.moments import mean_and_variance
-from explore.quadrature.node_placement import LOG_CONSTANT_2, LOG_CONSTANT_4, map_panel, node_count, place_nodes
+from explore.quadrature.bin_filling import TileWork
+from explore.quadrature.bounds import ROUNDING
+from explore.quadrature.extremes import STATE_SIZE
+from explore.quadrature.loop import _shorten_to_clutches
+from explore.quadrature.panels import (
+    ANCHOR,
+    COUNT,
+    HALF,
+    LENGTH,
+    LOG_CONSTANT_2,
+    LOG_CONSTANT_4,
+    PANEL_CAPACITY,
+    PANELS_SIZE,
+    RATE,
+    SINGULAR,
+    TARGET,
+    count_nodes,
+    map_panels,
+)
 from explore.quadrature.rules import LARGEST_NODE_COUNT, gauss_legendre_rules
+from explore.quadrature.slots import CLUTCH, KIND, START, STOP
+from explore.quadrature.tiles import FILL_TYPE, NODE_CAPACITY, SHAPE_SIZE, gather_shapes, place_nodes
+from explore.quadrature.windows import add_window
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "reference"))
 from make_campaign import KINDS, draw, margin
@@ -33,55 +52,89 @@ ROWS = (
     *(four_bar.ROCKER_ANGLE, four_bar.TRANSMISSION_ANGLE),
 )
 ORDERS = (2, 2, 4, 4, 2, 2)
-WINDOWS = {
-    "cycle": columns.CYCLE,
-    "drive": columns.DRIVE,
-    "return": columns.RETURN,
-    "clutch": columns.CLUTCH,
-    "interval": columns.INTERVAL,
-}
+WINDOWS = ("cycle", "drive", "return", "clutch", "interval")
 SHARES = {"general": 0.4, "extreme ratios": 0.15, "near kite": 0.15, "both ends singular": 0.1, "tiny crank": 0.2}
 
 
-@njit(error_model="numpy")
-def statistics(kernel, shapes, anchors, counts, panels, row_of, table, length, rest, work, out):
-    """Mean and variance of every row with these node counts."""
-    t, sine, cosine, weight, scratch = work[0], work[1], work[2], work[3], work[4:]
+_F1, _F2, _I1 = types.float64[::1], types.float64[:, ::1], types.int64[::1]
+_INT, _ROWS, _CONSTANTS = types.int64, four_bar.SIGNAL_ROWS, CRANK_ROCKER.n_constants
+_SINGULAR = np.array([row for row, _ in CRANK_ROCKER.singularities])
+_ANCHORS = np.array([anchor for _, anchor in CRANK_ROCKER.singularities])
+
+
+@njit(types.void(FILL_TYPE, _F1, _F1, _INT, types.float64, types.float64, _I1, _F2, _F2), error_model="numpy")
+def statistics(fill, tile, panels, count, length, rest, row_of, table, out):
+    """Mean and variance of every row with the node counts of the panels."""
+    shape, tangents, weights = np.zeros(SHAPE_SIZE), np.empty(NODE_CAPACITY * LANES), np.empty(NODE_CAPACITY * LANES)
+    node, signals = np.empty(NODE_CAPACITY + LANES), np.empty(_ROWS * (NODE_CAPACITY + LANES))
+    values, weight = np.empty((_ROWS, count * NODE_CAPACITY)), np.empty(count * NODE_CAPACITY)
     total = 0
-    for p in range(panels):
-        place_nodes(shapes, p, anchors[p], counts[p], total, row_of, table, False, t, sine, cosine, weight)
-        total += counts[p]
-    four_bar.fill(kernel, sine, cosine, total, 7, scratch)
-    for s in range(scratch.shape[0]):
-        out[s, 0], out[s, 1] = mean_and_variance(scratch, s, weight, total, length, rest)
+    for p in range(count):
+        nodes, anchor = int(panels[COUNT + p]), int(panels[ANCHOR + p])
+        gather_shapes(panels, np.full(LANES, p), shape)
+        place_nodes(shape, nodes, False, row_of, table, tangents, weights)
+        tiles = (nodes + LANES - 1) // LANES
+        for j in range(tiles * LANES):  # here the lanes are nodes
+            node[j] = tangents[min(j, nodes - 1) * LANES]
+        fill(tile, node, anchor, 0, 0, tiles, 7, signals)
+        for j in range(nodes):
+            weight[total + j] = weights[j * LANES]
+            for s in range(_ROWS):
+                values[s, total + j] = signals[(j // LANES * _ROWS + s) * LANES + j % LANES]
+        total += nodes
+    for s in range(_ROWS):
+        mean = np.sum(weight[:total] * values[s, :total]) / length
+        out[s, 0] = mean
+        out[s, 1] = (np.sum(weight[:total] * (values[s, :total] - mean) ** 2) + rest * mean * mean) / length
 
 
-@njit(error_model="numpy")
-def ratios(kernel, singular, noise, window, intervals, log_tolerance, size_of, row_of, table, order, rows, out):
+@njit(
+    types.void(FILL_TYPE, _F2, _I1, _F2, _F1, _I1, _I1, _F2, _INT, _I1, _F2),
+    error_model="numpy",
+)
+def ratios(fill, constants, window, intervals, log_tolerance, size_of, row_of, table, order, rows, out):
     """Fill ln(true error/model) of the rows of one pole order, NaN where rounding dominates the error."""
-    parts, shapes = np.zeros((4, 3)), np.zeros((3, 4))
-    anchors, counts, most = np.zeros(3, np.int64), np.zeros(3, np.int64), np.full(3, LARGEST_NODE_COUNT)
-    work = np.empty((4 + four_bar.SIGNAL_ROWS, 3 * LARGEST_NODE_COUNT))
-    computed, exact = np.empty((four_bar.SIGNAL_ROWS, 2)), np.empty((four_bar.SIGNAL_ROWS, 2))
-    for i in range(len(kernel)):
-        panels = pieces(kernel[i], window, 0, intervals[i, 0], intervals[i, 1], parts)
+    panels, tile, owner = np.zeros(PANELS_SIZE), np.empty(_CONSTANTS * LANES), np.zeros(PANEL_CAPACITY, np.int64)
+    averaging, rest, no_breaks = np.empty(1), np.zeros(1), np.empty(0)
+    anchors, lanes, empty = _ANCHORS.copy(), np.empty(LANES), np.empty(_ROWS * LANES)
+    work = TileWork(
+        np.empty(LANES, np.int64), np.zeros(LANES, np.int64), np.empty(LANES, np.uint64), tile.copy(),
+        np.empty(SHAPE_SIZE), lanes, lanes, empty, empty, np.empty(STATE_SIZE), lanes, empty,
+    )  # fmt: skip
+    computed, exact = np.empty((_ROWS, 2)), np.empty((_ROWS, 2))
+    for i in range(constants.shape[1]):
+        for k in range(_CONSTANTS):
+            tile[k * LANES : (k + 1) * LANES] = constants[k, i]
+        start, stop = intervals[i]
+        if window[START] >= 0:
+            start, stop = constants[window[START], i], constants[window[STOP], i]
+        count = add_window(panels, 0, window[KIND], start, stop, no_breaks, 0)
+        for k in range(len(_SINGULAR)):
+            panels[SINGULAR + k * PANEL_CAPACITY : SINGULAR + k * PANEL_CAPACITY + count] = constants[_SINGULAR[k], i]
+        map_panels(panels, count, anchors)
+        averaging[0], rest[0] = np.sum(panels[LENGTH : LENGTH + count]), 0.0
+        if window[CLUTCH]:
+            _shorten_to_clutches(
+                fill, tile, _CONSTANTS, _CONSTANTS, window, count, panels, owner, _ROWS, averaging, rest, work,
+            )  # fmt: skip
+            map_panels(panels, count, anchors)
+        panels[TARGET : TARGET + count] = log_tolerance[i]
+        count_nodes(panels, count, order)
         model = 0.0
-        for p in range(panels):
-            map_panel(parts, p, singular, i, shapes)
-            anchors[p] = int(parts[p, 0])
-            counts[p] = node_count(log_tolerance[i], shapes[p, 1], shapes[p, 3], order, size_of)
-            half, rate = shapes[p, 1], shapes[p, 3]
-            model += math.exp(order * math.log((2.0 * counts[p] + 1.0) / half) - 2.0 * counts[p] * rate)
-        shape = shapes, anchors
-        statistics(kernel[i], *shape, counts, panels, row_of, table, parts[3, 0], parts[3, 1], work, computed)
-        statistics(kernel[i], *shape, most, panels, row_of, table, parts[3, 0], parts[3, 1], work, exact)
+        for p in range(count):
+            nodes, half, rate = size_of[int(panels[COUNT + p])], panels[HALF + p], panels[RATE + p]
+            panels[COUNT + p] = nodes
+            model += math.exp(order * math.log((2.0 * nodes + 1.0) / half) - 2.0 * nodes * rate)
+        statistics(fill, tile, panels, count, averaging[0], rest[0], row_of, table, computed)
+        panels[COUNT : COUNT + count] = LARGEST_NODE_COUNT
+        statistics(fill, tile, panels, count, averaging[0], rest[0], row_of, table, exact)
         largest = 0.0
         for s in range(4):
             largest = max(largest, math.hypot(exact[s, 0], math.sqrt(exact[s, 1])))
         for k, s in enumerate(rows):
             rms = math.hypot(exact[s, 0], math.sqrt(exact[s, 1]))
             error = max(abs(computed[s, 0] - exact[s, 0]) / rms, abs(computed[s, 1] - exact[s, 1]) / rms**2)
-            floor = 30.0 * ROUNDING * (1.0 + noise[i] * 0.1 + 0.1 * largest / rms)
+            floor = 30.0 * ROUNDING * (1.0 + constants[rocking.NOISE, i] * 0.1 + 0.1 * largest / rms)
             out[i, k] = math.log(error / model) if floor < error < 0.1 else np.nan
 
 
@@ -121,25 +174,27 @@ def main():
     parser.add_argument("--designs", type=int, default=150_000)
     rng = np.random.default_rng(1)
     parameters, kinds = designs(parser.parse_args().designs, rng)
-    closed_form = CRANK_ROCKER.evaluate_closed_form(parameters)
+    status_of = CRANK_ROCKER.evaluate_closed_form(parameters.T).status
+    constants = CRANK_ROCKER.constants(parameters.T)
     tables = gauss_legendre_rules()
     start = rng.uniform(-math.pi, math.pi, len(parameters))
     intervals = np.column_stack([start, start + rng.uniform(0.05, 2 * math.pi, len(parameters))])
-    print(f"now: order 2 {LOG_CONSTANT_2}, order 4 {LOG_CONSTANT_4}; ln(true error / model):")
+    print(f"now: order 2 {LOG_CONSTANT_2}, others {LOG_CONSTANT_4}; ln(true error / model):")
     print("order, window, class, measured designs; quantiles .5 .99 .999, largest; .999 by kind; the worst design")
     for order in (2, 4):
-        rows = tuple(row for row, o in zip(ROWS, ORDERS, strict=True) if o == order)
-        for window, code in WINDOWS.items():
+        rows = np.array([row for row, o in zip(ROWS, ORDERS, strict=True) if o == order])
+        for window in WINDOWS:
+            columns = np.array(specify_window(CRANK_ROCKER, CRANK_ROCKER.window(window), "slow"))
             for name, status in (("crank-rocker", Status.OK), ("double crank", Status.NO_STROKE)):
                 if name == "double crank" and window not in ("cycle", "interval"):
                     continue
-                selected = np.flatnonzero(closed_form.status == status)
+                selected = np.flatnonzero(status_of == status)
                 out = np.full((len(selected), len(rows)), np.nan)
                 tolerance = rng.uniform(math.log(1e-12), math.log(1e-2), len(selected))
-                kernel, singular, noise = (
-                    values[selected] for values in (closed_form.kernel, closed_form.singular, closed_form.noise)
-                )
-                ratios(kernel, singular, noise, code, intervals[selected], tolerance, *tables, order, rows, out)
+                of_selected = np.ascontiguousarray(constants[:, selected])
+                ratios(
+                    CRANK_ROCKER.fill, of_selected, columns, intervals[selected], tolerance, *tables, order, rows, out
+                )  # fmt: skip
                 inputs = np.column_stack([parameters[selected], intervals[selected]])
                 report(order, window, name + (" velocities" if order == 2 else ""), out[:, :2], kinds[selected], inputs)
                 if order == 2 and name == "crank-rocker":  # the rocker of a double crank turns: its angle jumps

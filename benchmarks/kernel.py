@@ -15,26 +15,44 @@ from pathlib import Path
 import numpy as np
 from numba import njit, types
 
+from explore.compiling import LANES
 from explore.mechanisms import four_bar
-from explore.quadrature.loop import FILL_TYPE
-from explore.quadrature.moments import mean_and_variance
+from explore.mechanisms.crank_rocker.declaration import CRANK_ROCKER
+from explore.quadrature.tiles import DEVIATIONS, FILL_TYPE, INTEGRAL, SUMS_SIZE, fill_moments
 
 FLAGS = ("-O3", "-march=native", "-ffast-math", "-shared", "-fPIC")
 NODES = 64
 NEEDS = four_bar.VELOCITIES | four_bar.ACCELERATIONS
-_F1, _F2 = types.float64[::1], types.float64[:, ::1]
+CRANK_ROCKER_CONSTANTS = CRANK_ROCKER.n_constants
+_F2 = types.float64[:, ::1]
 
 
-@njit(types.void(FILL_TYPE, _F2, _F1, _F1, _F1, types.float64, _F2), error_model="numpy", nogil=True)
-def compiled(fill, lengths, sin_half, cos_half, weight, length, out):
-    """The project's functions in a loop over designs, the mechanism passed in as in explore.quadrature.loop."""
-    count = len(sin_half)
-    row, scratch = np.empty(four_bar.FOUR_BAR_SIZE), np.empty((four_bar.SIGNAL_ROWS, count))
-    for i in range(len(lengths)):
-        four_bar.prepare(lengths[i, 0], lengths[i, 1], lengths[i, 2], lengths[i, 3], 1.0, row)
-        fill(row, sin_half, cos_half, count, NEEDS, scratch)
+@njit(types.void(FILL_TYPE, _F2, _F2, types.float64, _F2), error_model="numpy", nogil=True)
+def compiled(fill, lengths, tangents, weight, out):
+    """The project's functions in a loop over tiles, the mechanism passed in as in explore.quadrature.loop.
+
+    A row of `tangents` is half-tangents from one anchor.
+    """
+    count = tangents.shape[1]
+    constants, masses = np.empty(CRANK_ROCKER_CONSTANTS * LANES), np.empty(LANES)
+    sums, used = np.empty(4 * SUMS_SIZE), np.arange(4)
+    nodes, rows = np.empty((2, count * LANES)), four_bar.SIGNAL_ROWS
+    signals, weights = np.empty(2 * count * rows * LANES), np.full(2 * count * LANES, weight)
+    for anchor in range(2):
+        for j in range(count):
+            for lane in range(LANES):
+                nodes[anchor, j * LANES + lane] = tangents[anchor, j]
+    for start in range(0, len(lengths), LANES):
+        for lane in range(LANES):
+            crank, coupler, rocker, ground = lengths[start + lane]
+            four_bar.prepare(crank, coupler, rocker, ground, 1.0, constants, lane)
+        for anchor in range(2):
+            fill(constants, nodes[anchor], anchor, 0, 0, count, NEEDS, signals[anchor * count * rows * LANES :])
+        fill_moments(signals, rows, used, 2 * count, weights, masses, sums)
         for s in range(4):
-            out[i, s], out[i, 4 + s] = mean_and_variance(scratch, s, weight, count, length, 0.0)
+            for lane in range(LANES):
+                out[start + lane, s] = sums[s * SUMS_SIZE + INTEGRAL + lane] / masses[lane]
+                out[start + lane, 4 + s] = sums[s * SUMS_SIZE + DEVIATIONS + lane] / masses[lane]
 
 
 def hand_written(folder):
@@ -57,11 +75,13 @@ def main():
     lengths = np.column_stack([rng.uniform(*r, n) for r in ((60, 140), (900, 1000), (500, 600), (700, 800))])
     half = np.pi * (np.arange(NODES) + 0.5) / NODES
     sin_half, cos_half, weight = np.sin(half), np.cos(half), np.full(NODES, 2 * np.pi / NODES)
+    near = cos_half**2 > 0.5
+    tangents = np.array([(sin_half / cos_half)[near], (-cos_half / sin_half)[~near]])
     ours, theirs = np.empty((n, 8)), np.empty((n, 8))
     with tempfile.TemporaryDirectory() as folder:
         run = hand_written(folder)
         jobs = {
-            "compiled": lambda: compiled(four_bar.fill, lengths, sin_half, cos_half, weight, 2 * np.pi, ours),
+            "compiled": lambda: compiled(CRANK_ROCKER.fill, lengths, tangents, weight[0], ours),
             "C": lambda: run(n, lengths, NODES, sin_half, cos_half, weight, 2 * np.pi, theirs),
         }
         seconds = {name: [] for name in jobs}

@@ -12,6 +12,7 @@ import numpy as np
 
 import explore
 from explore.mechanisms import four_bar
+from explore.methods.kernels import solve_all
 
 TOLERANCE, CHUNK = 1e-9, 65_536
 CRANK, COUPLER, ROCKER, GROUND = 150.0, 1083.5, 541.75, 691.75
@@ -30,14 +31,13 @@ def node_counts(window, tolerance=TOLERANCE):
 
 def equispaced_variance(margin, count):
     """Variance of the rocker velocity from equispaced samples of the turn; its mean is exactly 0."""
-    row, scratch = np.empty(four_bar.FOUR_BAR_SIZE), np.empty((four_bar.SIGNAL_ROWS, CHUNK))
-    four_bar.prepare(CRANK, COUPLER, ROCKER, GROUND + margin, 1.0, row)
+    lengths, rows = np.array([[CRANK, COUPLER, ROCKER, GROUND + margin]]), np.array([four_bar.ROCKER_VELOCITY])
     total = 0.0
     for start in range(0, count, CHUNK):
-        half = np.pi * np.arange(start, min(start + CHUNK, count)) / count
-        four_bar.fill(row, np.sin(half), np.cos(half), len(half), four_bar.VELOCITIES, scratch)
-        velocity = scratch[four_bar.ROCKER_VELOCITY, : len(half)]
-        total += float(velocity @ velocity)
+        half = np.pi * np.arange(start, min(start + CHUNK, count))[None, :] / count
+        velocity = np.empty((1, *half.shape))
+        solve_all(lengths, np.ones(1), np.sin(half), np.cos(half), four_bar.VELOCITIES, rows, velocity)
+        total += float(np.sum(velocity**2))
     return total / count
 
 

@@ -16,52 +16,132 @@ from pathlib import Path
 import numpy as np
 from numba import njit, types
 
+from explore.compiling import LANES
 from explore.designs.spaces import BLOCK_SIZE, Grid, SpacedAxis
 from explore.evaluation.evaluate import evaluate_columns, output_columns
-from explore.quadrature.loop import FILL_TYPE, HEADROOM, MOST_PIECES, NODE_CAPACITY, PIECES_TYPE
-from explore.quadrature.moments import mean_and_variance
-from explore.quadrature.node_placement import map_panel, model_errors, node_count, place_nodes
+from explore.evaluation.windows import specify_window
+from explore.quadrature import panels as panel
+from explore.quadrature.bounds import BOUNDS_SIZE, CHUNK, FLAG_CV, FLAG_MOMENTS
+from explore.quadrature.chunks import (
+    CLOSE_TYPE,
+    CODES,
+    MOST_KINDS,
+    add_panels,
+    close_chunk,
+    gather_constants,
+    sort_by_rule,
+)
+from explore.quadrature.loop import HEADROOM
+from explore.quadrature.merging import bound_rows, collect, merge_regular
+from explore.quadrature.panels import PANEL_CAPACITY, PANELS_SIZE, count_nodes, map_panels
 from explore.quadrature.rules import gauss_legendre_rules
+from explore.quadrature.tiles import (
+    DEVIATIONS,
+    FILL_TYPE,
+    INTEGRAL,
+    NODE_CAPACITY,
+    SHAPE_SIZE,
+    SUMS_SIZE,
+    fill_moments,
+    gather_shapes,
+    place_nodes,
+)
 from explore.request.names import find_mechanism
 from explore.request.requests import make_request
 from explore.store.all_designs_writer import AllDesignsWriter
 
-REPETITIONS, TOLERANCE, SLOW_DRIVE, NEEDS = 9, 1e-9, (1, 0), 3
-STAGES = ("pieces", "panel", "node count", "error model", "place nodes", "fill", "moments")
-_F2, _I1 = types.float64[:, ::1], types.int64[::1]
+REPETITIONS, TOLERANCE, NEEDS, SAMPLED_ROWS, POLE_ORDER = 9, 1e-9, 3, 4, 4
+STAGES = ("close", "windows", "map", "count", "sort", "place", "fill", "moments", "merge", "bounds")
+CLOSE, WINDOWS, MAP, COUNT, SORT, PLACE, FILL, MOMENTS, MERGE, BOUNDS = range(10)
+_F2, _I1, _I2 = types.float64[:, ::1], types.int64[::1], types.int64[:, ::1]
+_INT = types.int64
 ATTRIBUTES = {"config": "", "request_sha256": "", "determines": "{}", "kernel": "none"}
 
 
-@njit(types.float64(FILL_TYPE, PIECES_TYPE, _F2, _F2, types.int64, _I1, _I1, _F2), error_model="numpy", nogil=True)
-def sampled(fill, pieces, kernel, singular, stage, size_of, row_of, table):
+@njit(
+    types.float64(
+        CLOSE_TYPE, FILL_TYPE, _INT, _INT, _INT, _INT, _INT, _F2, _I1, _I1, _I1, _I2, _I2, _I1, _INT, _I1, _I1, _F2
+    ),
+    error_model="numpy",
+    nogil=True,
+)
+def sampled(
+    close, fill, record_rows, first_parameter, constant_count, fill_rows, rows, parameters, window, singular_rows,
+    anchors, flags, orders, term_rows, stage, size_of, row_of, table,
+):  # fmt: skip
     """The first stages of explore.quadrature.loop for every design; the sum keeps the compiler from omitting them."""
-    scratch, target, sum_ = np.empty((7, NODE_CAPACITY)), math.log(TOLERANCE) - HEADROOM, 0.0
-    t, sin_half = np.empty(NODE_CAPACITY), np.empty(NODE_CAPACITY)
-    cos_half, weight = np.empty(NODE_CAPACITY), np.empty(NODE_CAPACITY)
-    parts, shapes = np.zeros((MOST_PIECES + 1, 3)), np.zeros((MOST_PIECES, 4))
-    for i in range(len(kernel)):
-        row = kernel[i]
-        sum_ += pieces(row, SLOW_DRIVE[0], SLOW_DRIVE[1], 0.0, 0.0, parts)
-        if stage < 1:
+    record, constants = np.zeros(record_rows * LANES), np.empty((CHUNK + LANES) * constant_count)
+    panels, b, sum_ = np.zeros(PANELS_SIZE), np.zeros(BOUNDS_SIZE), 0.0
+    owner, first_panel, live = np.empty(PANEL_CAPACITY, _INT), np.empty(CHUNK, _INT), np.empty(CHUNK, _INT)
+    panel_count, used, masses_of_tile = np.empty(CHUNK, _INT), np.arange(SAMPLED_ROWS), np.empty(LANES)
+    tile, shape, sums = np.empty(constant_count * LANES), np.zeros(SHAPE_SIZE), np.empty(rows * SUMS_SIZE)
+    tangents, weights = np.empty(NODE_CAPACITY * LANES), np.empty(NODE_CAPACITY * LANES)
+    signals = np.empty(rows * NODE_CAPACITY * LANES)
+    lane_panels, lane_designs, offsets = np.empty(LANES, _INT), np.empty(LANES, _INT), np.empty(LANES, np.uint64)
+    masses, integrals = np.empty(PANEL_CAPACITY), np.empty(rows * PANEL_CAPACITY)
+    deviations, row_bounds = np.empty(rows * PANEL_CAPACITY), np.empty(rows * CHUNK)
+    means, variances, terms = np.empty(rows * CHUNK), np.empty(rows * CHUNK), np.empty(CHUNK)
+    averaging, rest, noise = np.empty(CHUNK), np.zeros(CHUNK), np.zeros(CHUNK)
+    todo, order = np.arange(PANEL_CAPACITY), np.empty(PANEL_CAPACITY, _INT)
+    codes, starts = np.empty(PANEL_CAPACITY, _INT), np.empty(PANEL_CAPACITY + 1, _INT)
+    kinds, histogram = np.empty(MOST_KINDS, _INT), np.empty(MOST_KINDS * CODES + 1, _INT)
+    designs, no_breaks, positions = np.arange(parameters.shape[1]), np.empty(0, _INT), np.empty(1)
+    for start in range(0, len(designs), CHUNK):
+        here = designs[start : start + CHUNK]
+        n = len(here)
+        close_chunk(close, parameters, here, first_parameter, constant_count, record, constants)
+        sum_ += constants[0]
+        if stage < WINDOWS:
             continue
-        map_panel(parts, 0, singular, i, shapes)
-        if stage < 2:
+        _, count, stride = add_panels(
+            constants, constant_count, 0, n, window, 0.0, 0.0, no_breaks, singular_rows, -1, panels, first_panel,
+            panel_count, owner, positions,
+        )  # fmt: skip
+        if stage < MAP:
             continue
-        count = node_count(target, shapes[0, 1], shapes[0, 3], 4, size_of)
-        sum_ += count
-        if stage < 3:
+        map_panels(panels, count, anchors)
+        if stage < COUNT:
             continue
-        sum_ += model_errors(count, shapes[0, 1], shapes[0, 3])[1]
-        if stage < 4:
+        for k in range(count):
+            panels[panel.TARGET + k] = math.log(TOLERANCE) - HEADROOM
+        count_nodes(panels, count, POLE_ORDER)
+        if stage < SORT:
             continue
-        place_nodes(shapes, 0, int(parts[0, 0]), count, 0, row_of, table, False, t, sin_half, cos_half, weight)
-        if stage < 5:
+        bins = sort_by_rule(panels, todo, count, size_of, kinds, codes, histogram, order, starts)
+        if stage < PLACE:
             continue
-        fill(row, sin_half, cos_half, count, NEEDS, scratch)
-        if stage < 6:
+        for number in range(bins):
+            first = order[starts[number]]
+            nodes, anchor = int(panels[panel.COUNT + first]), int(panels[panel.ANCHOR + first])
+            for begin in range(starts[number], starts[number + 1], LANES):
+                lanes = min(LANES, starts[number + 1] - begin)
+                for lane in range(LANES):
+                    lane_panels[lane] = order[begin + min(lane, lanes - 1)]
+                    lane_designs[lane] = owner[lane_panels[lane]]
+                gather_constants(constants, constant_count, fill_rows, lane_designs, offsets, tile)
+                gather_shapes(panels, lane_panels, shape)
+                place_nodes(shape, nodes, False, row_of, table, tangents, weights)
+                if stage >= FILL:
+                    fill(tile, tangents, anchor, 0, 0, nodes, NEEDS, signals)
+                if stage < MOMENTS:
+                    continue
+                fill_moments(signals, rows, used, nodes, weights, masses_of_tile, sums)
+                for lane in range(lanes):
+                    masses[lane_panels[lane]] = masses_of_tile[lane]
+                for s in range(SAMPLED_ROWS):
+                    for lane in range(lanes):
+                        k = s * PANEL_CAPACITY + lane_panels[lane]
+                        integrals[k] = sums[s * SUMS_SIZE + INTEGRAL + lane]
+                        deviations[k] = sums[s * SUMS_SIZE + DEVIATIONS + lane]
+        if stage < MERGE:
             continue
-        for s in range(4):
-            sum_ += mean_and_variance(scratch, s, weight, count, parts[3, 0], parts[3, 1])[1]
+        for i in range(n):
+            averaging[i], live[i] = panels[panel.LENGTH + first_panel[i]], i
+        collect(b, panels, count, n, live, first_panel, panel_count, stride, 0, averaging, rest, noise)
+        for s in range(SAMPLED_ROWS):
+            merge_regular(b, n, 1, s, masses, integrals, deviations, means, variances)
+        if stage >= BOUNDS:
+            bound_rows(b, n, 0, flags, orders, term_rows, TOLERANCE, means, variances, row_bounds, terms)
     return sum_
 
 
@@ -96,12 +176,19 @@ def main() -> None:
     space = Grid.over(tuple(SpacedAxis(name, *values) for name, values in ranges.items()))
     designs = space.designs(0, BLOCK_SIZE)
     n, closed = BLOCK_SIZE, [metric.name for metric in mechanism.metrics]
-    geometry = np.column_stack([*designs.values(), np.full(n, 3.0), np.ones(n)])
-    geometric = mechanism.evaluate_closed_form(geometry)
-    kernel, singular = geometric.kernel, geometric.singular
+    geometry = np.array([*designs.values(), np.full(n, 3.0), np.ones(n)])
+    window = np.array(specify_window(mechanism, mechanism.window("drive"), "slow"), dtype=np.int64)
+    flags, orders = np.zeros((1, mechanism.signal_rows), np.int64), np.full((1, mechanism.signal_rows), 2)
+    flags[0, :SAMPLED_ROWS], orders[0, 2:SAMPLED_ROWS] = FLAG_MOMENTS | FLAG_CV, POLE_ORDER
+    arguments = (
+        mechanism.close, mechanism.fill, mechanism.record_rows, mechanism.first_parameter, mechanism.n_constants,
+        mechanism.n_fill_constants, mechanism.signal_rows, geometry, window,
+        *np.array(mechanism.singularities, dtype=np.int64).T.copy(), flags, orders,
+        np.full(mechanism.signal_rows, -1),
+    )  # fmt: skip
 
     def stage(number):
-        return lambda: sampled(mechanism.fill, mechanism.pieces, kernel, singular, number, *gauss_legendre_rules())
+        return lambda: sampled(*arguments, number, *gauss_legendre_rules())
 
     source = np.ones(2**25)
     target = np.empty_like(source)
@@ -120,7 +207,7 @@ def main() -> None:
     table = {"closed form": nanoseconds["closed"], "its columns": nanoseconds["screened"] - nanoseconds["closed"]}
     for name in STAGES:
         table[name], before = nanoseconds[name] - before, nanoseconds[name]
-    table["error bounds, columns of the statistics"] = whole - nanoseconds["screened"] - before
+    table["arguments, columns of the statistics"] = whole - nanoseconds["screened"] - before
     for name, cost in table.items():
         print(f"{name:44s}{cost:6.0f} ns {cost / whole:6.1%}")
     columns = evaluate_columns(request, designs).columns
@@ -129,7 +216,7 @@ def main() -> None:
         wall, cpu = commit(folder, output_columns(request, designs), columns)
     print(f"{'commit':44s}{cpu:6.0f} ns of CPU, {wall:.0f} ns until durable")
     size = sum(values.itemsize for values in columns.values())
-    inner = 8 * (geometry.shape[1] + len(geometric.metrics) + kernel.shape[1] + singular.shape[1] + 1 + 15)
+    inner = 8 * (2 * mechanism.record_rows - mechanism.n_constants + PANELS_SIZE // PANEL_CAPACITY + 15)
     rate = 2 * source.nbytes / (nanoseconds["copy"] * BLOCK_SIZE)
     print(f"bytes of a design: {size} in its columns, {inner} in the arrays before them")
     once = 2 * (size + inner) / rate
