@@ -13,7 +13,7 @@ from pathlib import Path
 HERE = Path(__file__).parent
 DIAGRAM = HERE / "architecture.svg"
 #: The packages that compute with arrays only; pyproject.toml has the contract.
-CORE = {"model", "mechanisms", "sizing", "quadrature", "evaluation", "designs", "methods", "compiling"}
+CORE = {"model", "lanes", "mechanisms", "sizing", "quadrature", "evaluation", "designs", "methods", "compiling"}
 WIDTH, ROW, BOX_HEIGHT, LETTER = 940, 62, 28, 7.6
 
 
