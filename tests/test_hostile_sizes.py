@@ -170,8 +170,8 @@ GROUND = "ground = [691.7118, 720]"
 
 
 @pytest.mark.parametrize(("command", "old", "new", "message"), [
-    ("coverage", GROUND, "ground = { start = 1, stop = 2, num = 9007199254740992 }", "ground has 9,007,199,"),
-    ("coverage", "crank = [80", "crank = { start = 1, stop = 2, num = 99999999999 } # [", "crank has 99,999,999,"),
+    ("coverage", GROUND, "ground = { start = 1, stop = 2, num = 9007199254740992 }", "of ground, got 9,007,199,"),
+    ("coverage", "crank = [80", "crank = { start = 1, stop = 2, num = 99999999999 } # [", "of crank, got 99,999,999,"),
     ("precision", GROUND, "ground = { start = 1, stop = 2, num = 99999999999 }", "scene of 399,999,999,996 designs"),
 ])  # fmt: skip
 def test_studies_of_too_many_designs(tmp_path, command, old, new, message):

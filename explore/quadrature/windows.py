@@ -128,7 +128,7 @@ def add_window(panels, k, kind, start, stop, breaks, count):
     k
         Number of the first panel to fill.
     kind
-        TURN, SPAN, LONGER, SHORTER or INTERVAL.
+        TURN, ARC, LONGER, SHORTER or INTERVAL.
     start, stop
         Half-tangents from the anchor; angles from the anchor (rad) for INTERVAL.
     breaks, count
@@ -155,9 +155,11 @@ def add_window(panels, k, kind, start, stop, breaks, count):
         return k
     if kind != ARC:
         # The longer of two parts of the turn, without the rounding of angles: about the anchor inside the arc the
-        # product of the half-tangents of its ends is below -1 where the arc exceeds half a turn.
+        # product of the half-tangents of its ends is below -1 where the arc exceeds half a turn. An arc between ends on
+        # the same side of the anchor goes past both anchors or past neither.
         product = -start * stop if start < stop else -1.0 / (start * stop)
-        first_is_longer = product > 1.0 + TIE
+        same_side = start * stop >= 0.0
+        first_is_longer = start > stop if same_side else product > 1.0 + TIE
         if first_is_longer != (kind == LONGER):
             start, stop = stop, start
     if count == 0:
