@@ -95,7 +95,7 @@ class Tile:
     def moments(self, row):
         """Weight, mean and variance in each lane."""
         sums, weight = np.empty(2 * SUMS_SIZE), np.empty(LANES)
-        fill_moments(self.signals, 2, np.arange(2), self.samples, self.weights, weight, sums)
+        fill_moments(self.signals, 2, np.ones(2, dtype=np.int64), self.samples, self.weights, weight, sums)
         at = row * SUMS_SIZE
         integral, deviations = (sums[at + of : at + of + LANES] for of in (INTEGRAL, DEVIATIONS))
         return weight, integral / weight, deviations / weight

@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from explore.evaluation.windows import specify_window
+from explore.model.declaration import MOST_SINGULARITIES
 from explore.model.quantities import FloatArray, SampledMetric, Signal, Window
 from explore.model.request import Request
 from explore.model.status import Status
@@ -21,7 +22,6 @@ from explore.quadrature.bounds import (
     FLAG_TERMS,
 )
 from explore.quadrature.loop import sample
-from explore.quadrature.panels import MOST_SINGULARITIES
 from explore.quadrature.rules import gauss_legendre_rules
 from explore.quadrature.slots import (
     BOUND,
@@ -33,6 +33,7 @@ from explore.quadrature.slots import (
     ROOT_POWER_MEAN,
     VARIANCE,
 )
+from explore.quadrature.work_space import Sizes, Tables, make_work_space
 
 _FLAGS = {
     "cv": FLAG_CV,
@@ -115,15 +116,23 @@ def sample_metrics(request: Request, parameters: FloatArray, status: npt.NDArray
     result, active = SampledStatistics.empty(len(status)), status == Status.OK
     windows = tables.windows
     singular = [*mechanism.singularities, *[(-1, -1)] * (MOST_SINGULARITIES - len(mechanism.singularities))]
-    sample(
-        mechanism.close, mechanism.fill, mechanism.record_rows, mechanism.first_parameter, mechanism.n_constants,
-        mechanism.n_fill_constants or mechanism.n_constants, mechanism.signal_rows, parameters, np.flatnonzero(active),
+    singular_rows, singular_anchors = np.array(singular, dtype=np.int64).T.copy()
+    size_of, row_of, rules = gauss_legendre_rules()
+    sizes = Sizes(
+        mechanism.record_rows, mechanism.first_parameter, int(mechanism.n_constants),
+        int(mechanism.n_fill_constants or mechanism.n_constants), mechanism.signal_rows, int(mechanism.noise_row),
+        int(mechanism.variant_row),
+    )  # fmt: skip
+    loop_tables = Tables(
         np.array([specify_window(mechanism, window, request.drive) for window in windows], dtype=np.int64),
         np.array([(window.start, window.stop) for window in windows]),
         np.array([mechanism.marks[name] for name in mechanism.breaks], dtype=np.int64),
-        *np.array(singular, dtype=np.int64).T.copy(), mechanism.noise_row, mechanism.variant_row,
-        tables.needs, tables.flags, tables.orders, tables.term_rows, tolerance,
-        *gauss_legendre_rules(), tables.slots, statistics, result.nodes, result.error,
+        singular_rows, singular_anchors, tables.needs, tables.flags, tables.orders, tables.term_rows,
+        tables.slots, float(tolerance), size_of, row_of, rules,
+    )  # fmt: skip
+    sample(
+        mechanism.close, mechanism.fill, sizes, loop_tables, parameters, np.flatnonzero(active), statistics,
+        result.nodes, result.error, *make_work_space(sizes, len(mechanism.breaks)),
     )  # fmt: skip
     result.evaluations = int(np.count_nonzero(active))
     status[active & ~(result.error <= request.tolerance)] = Status.TOLERANCE_NOT_MET

@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from explore.model.declaration import MOST_SINGULARITIES
 from explore.model.mechanism import Mechanism
 from explore.model.quantities import FloatArray, Window
 from explore.quadrature.panels import (
     ANCHOR,
     FIRST,
     LAST,
-    MOST_SINGULARITIES,
     PANEL_CAPACITY,
     PANELS_SIZE,
     SINGULAR,

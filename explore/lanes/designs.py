@@ -103,6 +103,8 @@ def fill_motion_of_design(fill, constants, anchors, laws, tangents, variant, nee
             if not done[j] and anchors[j] == anchors[first] and laws[j] == laws[first] and lanes < LANES:
                 node[lanes], numbers[lanes], done[j] = tangents[j], j, True
                 lanes += 1
+            if lanes == LANES:
+                break
         for lane in range(lanes, LANES):
             node[lane] = node[0]
         fill(tile, node, anchors[first], laws[first], variant, 1, needs, out)

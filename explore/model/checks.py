@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Collection, Iterable, Iterator
 from typing import TypeVar
 
-from explore.model.declaration import Declaration
+from explore.model.declaration import MOST_SINGULARITIES, Declaration
 
 _Item = TypeVar("_Item", str, int)
 
@@ -83,6 +83,8 @@ def _columns(declaration: Declaration) -> Iterator[str]:
     for field, row, first in constants:
         if not first <= row < declaration.n_constants:
             yield f"{field} names the row {row}, which is not one of the {declaration.n_constants} constants"
+    if len(declaration.singularities) > MOST_SINGULARITIES:
+        yield f"singularities has {len(declaration.singularities)} entries; at most {MOST_SINGULARITIES} are used"
     for _, anchor in declaration.singularities:
         if anchor not in (0, 1):
             yield f"singularities names the anchor {anchor}; it is 0 or, for its opposite, 1"

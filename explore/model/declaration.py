@@ -8,6 +8,9 @@ from enum import IntEnum
 
 from explore.model.quantities import OUTPUT_STATISTICS, Formula, Metric, Parameter, Signal, Window
 
+#: Most singularities that a mechanism declares.
+MOST_SINGULARITIES = 3
+
 
 @dataclass(frozen=True, kw_only=True)
 class Declaration:

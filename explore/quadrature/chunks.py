@@ -7,6 +7,7 @@ p of design i has the number ``first_panel[i] + p * stride``.
 from numba import types
 
 from explore.compiling import CLOSE_SIGNATURE, LANES, compiled, function_type
+from explore.model.declaration import MOST_SINGULARITIES
 from explore.quadrature.bounds import CHUNK
 from explore.quadrature.panels import (
     ANCHOR,
@@ -14,7 +15,6 @@ from explore.quadrature.panels import (
     FIRST,
     LAST,
     LAW,
-    MOST_SINGULARITIES,
     PANEL_CAPACITY,
     SINGULAR,
     VARIANT,

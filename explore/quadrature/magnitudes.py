@@ -18,9 +18,12 @@ import math
 import numpy as np
 
 from explore.compiling import LANES, compiled
+from explore.quadrature.bounds import CHUNK, FLAG_SQUARES
 from explore.quadrature.brent import ACTIVE, BEST, BRENT_ROWS, minimise, start_lane
+from explore.quadrature.chunks import gather_constants
 from explore.quadrature.panels import ANCHOR, CENTRE, HALF, LAW, SCALE, VARIANT
 from explore.quadrature.rules import LARGEST_NODE_COUNT
+from explore.quadrature.slots import BOUND, ROOT_MEAN
 from explore.quadrature.tiles import SHAPE_SIZE, TILE_SCALE
 
 #: Number of powers: power 0 has the exponent 1, power 1 the exponent 10/3.
@@ -156,3 +159,30 @@ def _cut_at_minima(
             pieces += 1
     cuts[pieces] = last
     return pieces
+
+
+@compiled(allocates=True)
+def fill_powers(fill, sizes, tables, w, i, design, stride, statistics, nodes, error, work, tile):
+    """Fill the means of powers of the magnitudes of one design, number i of the chunk and `design` of the block."""
+    for lane in range(LANES):
+        tile.lane_designs[lane] = i
+    gather_constants(
+        work.constants, sizes.n_constants, sizes.n_fill_constants, tile.lane_designs, tile.offsets, tile.constants
+    )  # fmt: skip
+    for s in range(sizes.rows):
+        if not tables.flags[w, s] & FLAG_SQUARES:
+            continue
+        for power in range(POWERS):
+            slot = tables.slots[w, s, ROOT_MEAN + power]
+            if slot < 0:
+                continue
+            mean, bound, count = power_means(
+                fill, tile.constants, tables.needs[w], sizes.rows, s, power, work.panels, work.first_panel[i],
+                work.panel_count[i], stride, tables.tolerance, tables.size_of, tables.row_of, tables.rules,
+            )  # fmt: skip
+            statistics[slot, design] = mean / work.averaging[i]
+            if tables.slots[w, s, BOUND] >= 0:
+                statistics[tables.slots[w, s, BOUND], design] += bound
+            work.final_bounds[s * CHUNK + i] += bound
+            error[design] = max(error[design], work.final_bounds[s * CHUNK + i])
+            nodes[design] += count

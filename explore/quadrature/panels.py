@@ -21,6 +21,7 @@ import math
 from explore.compiling import compiled
 from explore.lanes.arctangent import arctangent
 from explore.lanes.elementary import exponential, inverse_cosh, inverse_sinh, logarithm
+from explore.model.declaration import MOST_SINGULARITIES
 from explore.quadrature.rules import LARGEST_NODE_COUNT
 
 #: Natural logarithm of the factor C in the error model C ((2N + 1)/h)^order rho^(-2N), h half the panel's length in t;
@@ -32,8 +33,6 @@ LARGEST_SCALE = 0.9
 _FACTOR_4 = math.exp(LOG_CONSTANT_4 - LOG_CONSTANT_2)
 #: Most panels at once.
 PANEL_CAPACITY = 2048
-#: Most singularities that a mechanism declares.
-MOST_SINGULARITIES = 3
 
 # Rows of the panels' buffer: anchor (0, or 1 for its opposite), half-tangents of the ends from the anchor, number of
 # the law that holds between two breaks, variant of the design; centre and half length in t, T, logarithm of rho, length

@@ -83,7 +83,7 @@ def place_nodes(shape, count, ends, row_of, table, tangents, weights):
 
 
 @compiled("void(float64[::1], int64, int64[::1], int64, float64[::1], float64[::1], float64[::1])", fast=True)
-def fill_moments(signals, rows, used, count, weights, masses, sums):
+def fill_moments(signals, rows, flags, count, weights, masses, sums):
     """Fill weights, integrals and integrals of squared deviations from the mean over the nodes of a tile.
 
     The deviations are summed in a second pass, so that a swing of a fraction of a degree loses no digits. The loops
@@ -91,32 +91,36 @@ def fill_moments(signals, rows, used, count, weights, masses, sums):
 
     Parameters
     ----------
-    used
-        The rows of the signals.
-    masses : (LANES,), sums : (len(used), SUMS_SIZE)
+    flags : (rows,) array
+        The rows whose sums are needed have flags other than 0.
+    masses : (LANES,), sums : (rows, SUMS_SIZE)
         Filled.
     """
     # LLVM would unroll a loop of constant length with so short a body instead of vectorising it.
     width = len(masses)
     for lane in range(width):
         masses[lane] = 0.0
-    sums[: len(used) * SUMS_SIZE] = 0.0
+    sums[: rows * SUMS_SIZE] = 0.0
     for j in range(count):
         weight = weights[j * LANES :]
         for lane in range(width):
             masses[lane] += weight[lane]
-        for u in range(len(used)):
-            signal, row = signals[(j * rows + used[u]) * LANES :], sums[u * SUMS_SIZE :]
+        for s in range(rows):
+            if not flags[s]:
+                continue
+            signal, row = signals[(j * rows + s) * LANES :], sums[s * SUMS_SIZE :]
             for lane in range(width):
                 row[INTEGRAL + lane] += weight[lane] * signal[lane]
-    for u in range(len(used)):
-        row = sums[u * SUMS_SIZE :]
+    for s in range(rows):
+        row = sums[s * SUMS_SIZE :]
         for lane in range(width):
             row[_MEAN + lane] = row[INTEGRAL + lane] / masses[lane]
     for j in range(count):
         weight = weights[j * LANES :]
-        for u in range(len(used)):
-            signal, row = signals[(j * rows + used[u]) * LANES :], sums[u * SUMS_SIZE :]
+        for s in range(rows):
+            if not flags[s]:
+                continue
+            signal, row = signals[(j * rows + s) * LANES :], sums[s * SUMS_SIZE :]
             for lane in range(width):
                 deviation = signal[lane] - row[_MEAN + lane]
                 row[DEVIATIONS + lane] += weight[lane] * deviation * deviation
