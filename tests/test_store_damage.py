@@ -15,7 +15,7 @@ from explore.store.open_results import open_results
 
 
 def test_missing_file(tmp_path):
-    with pytest.raises(ResultsError, match=r"missing.h5 does not exist; run `explore sweep`"):
+    with pytest.raises(ResultsError, match=r"missing.h5 does not exist; sweep its study first"):
         open_results(tmp_path / "missing.h5")
 
 

@@ -34,8 +34,8 @@ metrics = ["rocker_velocity_variance"]
 metrics = ["rocker_velocity_variance:min"]
 """
 OPENS = 1000
-#: Most sweeps to watch; one gives about a thousand opens.
-SWEEPS = 4
+#: Most sweeps to watch; one gives some hundred opens.
+SWEEPS = 12
 
 
 def start(*arguments, folder):
