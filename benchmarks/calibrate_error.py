@@ -19,10 +19,8 @@ from explore.evaluation.windows import specify_window
 from explore.mechanisms import four_bar, rocking
 from explore.mechanisms.crank_rocker.declaration import CRANK_ROCKER
 from explore.model.status import Status
-from explore.quadrature.bin_filling import TileWork
 from explore.quadrature.bounds import ROUNDING
-from explore.quadrature.extremes import STATE_SIZE
-from explore.quadrature.loop import _shorten_to_clutches
+from explore.quadrature.clutches import shorten_to_clutches
 from explore.quadrature.panels import (
     ANCHOR,
     COUNT,
@@ -31,7 +29,6 @@ from explore.quadrature.panels import (
     LOG_CONSTANT_2,
     LOG_CONSTANT_4,
     PANEL_CAPACITY,
-    PANELS_SIZE,
     RATE,
     SINGULAR,
     TARGET,
@@ -42,6 +39,7 @@ from explore.quadrature.rules import LARGEST_NODE_COUNT, gauss_legendre_rules
 from explore.quadrature.slots import CLUTCH, KIND, START, STOP
 from explore.quadrature.tiles import FILL_TYPE, NODE_CAPACITY, SHAPE_SIZE, gather_shapes, place_nodes
 from explore.quadrature.windows import add_window
+from explore.quadrature.work_space import CHUNK_WORK_TYPE, SIZES_TYPE, TILE_WORK_TYPE, Sizes, make_work_space
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "reference"))
 from make_campaign import KINDS, draw, margin
@@ -89,18 +87,19 @@ def statistics(fill, tile, panels, count, length, rest, row_of, table, out):
 
 
 @njit(
-    types.void(FILL_TYPE, _F2, _I1, _F2, _F1, _I1, _I1, _F2, _INT, _I1, _F2),
+    types.void(
+        FILL_TYPE, SIZES_TYPE, _F2, _I1, _F2, _F1, _I1, _I1, _F2, _INT, _I1, _F2, CHUNK_WORK_TYPE, TILE_WORK_TYPE
+    ),
     error_model="numpy",
-)
-def ratios(fill, constants, window, intervals, log_tolerance, size_of, row_of, table, order, rows, out):
+)  # fmt: skip
+def ratios(
+    fill, sizes, constants, window, intervals, log_tolerance, size_of, row_of, table, order, rows, out, work, lanes
+):  # fmt: skip
     """Fill ln(true error/model) of the rows of one pole order, NaN where rounding dominates the error."""
-    panels, tile, owner = np.zeros(PANELS_SIZE), np.empty(_CONSTANTS * LANES), np.zeros(PANEL_CAPACITY, np.int64)
-    averaging, rest, no_breaks = np.empty(1), np.zeros(1), np.empty(0)
-    anchors, lanes, empty = _ANCHORS.copy(), np.empty(LANES), np.empty(_ROWS * LANES)
-    work = TileWork(
-        np.empty(LANES, np.int64), np.zeros(LANES, np.int64), np.empty(LANES, np.uint64), tile.copy(),
-        np.empty(SHAPE_SIZE), lanes, lanes, empty, empty, np.empty(STATE_SIZE), lanes, empty,
-    )  # fmt: skip
+    # One chunk of one design, in all lanes.
+    panels, tile, averaging, rest = work.panels, work.constants, work.averaging, work.rest
+    no_breaks, anchors = np.empty(0), _ANCHORS.copy()
+    work.owner[:] = 0
     computed, exact = np.empty((_ROWS, 2)), np.empty((_ROWS, 2))
     for i in range(constants.shape[1]):
         for k in range(_CONSTANTS):
@@ -114,9 +113,7 @@ def ratios(fill, constants, window, intervals, log_tolerance, size_of, row_of, t
         map_panels(panels, count, anchors)
         averaging[0], rest[0] = np.sum(panels[LENGTH : LENGTH + count]), 0.0
         if window[CLUTCH]:
-            _shorten_to_clutches(
-                fill, tile, _CONSTANTS, _CONSTANTS, window, count, panels, owner, _ROWS, averaging, rest, work,
-            )  # fmt: skip
+            shorten_to_clutches(fill, sizes, window, count, work, lanes)
             map_panels(panels, count, anchors)
         panels[TARGET : TARGET + count] = log_tolerance[i]
         count_nodes(panels, count, order)
@@ -180,6 +177,8 @@ def main():
     start = rng.uniform(-math.pi, math.pi, len(parameters))
     intervals = np.column_stack([start, start + rng.uniform(0.05, 2 * math.pi, len(parameters))])
     print(f"now: order 2 {LOG_CONSTANT_2}, others {LOG_CONSTANT_4}; ln(true error / model):")
+    sizes = Sizes(CRANK_ROCKER.record_rows, CRANK_ROCKER.first_parameter, _CONSTANTS, _CONSTANTS, _ROWS, -1, -1)
+    work, lanes, _ = make_work_space(sizes, 0)
     print("order, window, class, measured designs; quantiles .5 .99 .999, largest; .999 by kind; the worst design")
     for order in (2, 4):
         rows = np.array([row for row, o in zip(ROWS, ORDERS, strict=True) if o == order])
@@ -193,7 +192,8 @@ def main():
                 tolerance = rng.uniform(math.log(1e-12), math.log(1e-2), len(selected))
                 of_selected = np.ascontiguousarray(constants[:, selected])
                 ratios(
-                    CRANK_ROCKER.fill, of_selected, columns, intervals[selected], tolerance, *tables, order, rows, out
+                    CRANK_ROCKER.fill, sizes, of_selected, columns, intervals[selected], tolerance, *tables, order,
+                    rows, out, work, lanes,
                 )  # fmt: skip
                 inputs = np.column_stack([parameters[selected], intervals[selected]])
                 report(order, window, name + (" velocities" if order == 2 else ""), out[:, :2], kinds[selected], inputs)

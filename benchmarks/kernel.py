@@ -35,8 +35,8 @@ def compiled(fill, lengths, tangents, weight, out):
     """
     count = tangents.shape[1]
     constants, masses = np.empty(CRANK_ROCKER_CONSTANTS * LANES), np.empty(LANES)
-    sums, used = np.empty(4 * SUMS_SIZE), np.arange(4)
     nodes, rows = np.empty((2, count * LANES)), four_bar.SIGNAL_ROWS
+    sums, flags = np.empty(rows * SUMS_SIZE), (np.arange(rows) < 4).astype(np.int64)
     signals, weights = np.empty(2 * count * rows * LANES), np.full(2 * count * LANES, weight)
     for anchor in range(2):
         for j in range(count):
@@ -48,7 +48,7 @@ def compiled(fill, lengths, tangents, weight, out):
             four_bar.prepare(crank, coupler, rocker, ground, 1.0, constants, lane)
         for anchor in range(2):
             fill(constants, nodes[anchor], anchor, 0, 0, count, NEEDS, signals[anchor * count * rows * LANES :])
-        fill_moments(signals, rows, used, 2 * count, weights, masses, sums)
+        fill_moments(signals, rows, flags, 2 * count, weights, masses, sums)
         for s in range(4):
             for lane in range(LANES):
                 out[start + lane, s] = sums[s * SUMS_SIZE + INTEGRAL + lane] / masses[lane]

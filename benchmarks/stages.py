@@ -73,7 +73,8 @@ def sampled(
     record, constants = np.zeros(record_rows * LANES), np.empty((CHUNK + LANES) * constant_count)
     panels, b, sum_ = np.zeros(PANELS_SIZE), np.zeros(BOUNDS_SIZE), 0.0
     owner, first_panel, live = np.empty(PANEL_CAPACITY, _INT), np.empty(CHUNK, _INT), np.empty(CHUNK, _INT)
-    panel_count, used, masses_of_tile = np.empty(CHUNK, _INT), np.arange(SAMPLED_ROWS), np.empty(LANES)
+    panel_count, masses_of_tile = np.empty(CHUNK, _INT), np.empty(LANES)
+    is_sampled = (np.arange(rows) < SAMPLED_ROWS).astype(np.int64)
     tile, shape, sums = np.empty(constant_count * LANES), np.zeros(SHAPE_SIZE), np.empty(rows * SUMS_SIZE)
     tangents, weights = np.empty(NODE_CAPACITY * LANES), np.empty(NODE_CAPACITY * LANES)
     signals = np.empty(rows * NODE_CAPACITY * LANES)
@@ -125,7 +126,7 @@ def sampled(
                     fill(tile, tangents, anchor, 0, 0, nodes, NEEDS, signals)
                 if stage < MOMENTS:
                     continue
-                fill_moments(signals, rows, used, nodes, weights, masses_of_tile, sums)
+                fill_moments(signals, rows, is_sampled, nodes, weights, masses_of_tile, sums)
                 for lane in range(lanes):
                     masses[lane_panels[lane]] = masses_of_tile[lane]
                 for s in range(SAMPLED_ROWS):
