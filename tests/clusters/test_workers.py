@@ -153,7 +153,7 @@ def test_a_scheduler_that_does_not_answer_is_named_in_one_line(folder, config, r
     assert len(lines) == 1
     assert lines[0].startswith("error: no dask scheduler answers at tcp://127.0.0.1:9: ")
     assert lines[0].endswith("start one with `dask scheduler`")
-    assert seconds < 15
+    assert seconds < 30  # ten for the connection, the rest for the imports of a loaded machine
 
 
 def test_an_asynchronous_client_is_refused(folder, config):
