@@ -29,17 +29,17 @@ _INTEGER_OF_SHIFT = 0x4338000000000000
 def bits_of(typing_context, x):  # noqa: ARG001  (the signature is Numba's)
     """The bits of a double as an integer."""
 
-    def generate(context, builder, signature, arguments):  # noqa: ARG001
+    def generate(context, builder, signature, arguments):  # noqa: ARG001  (the signature is Numba's)
         return builder.bitcast(arguments[0], ir.IntType(64))
 
     return types.int64(types.float64), generate
 
 
 @intrinsic
-def double_of(typing_context, bits):  # noqa: ARG001
+def double_of(typing_context, bits):  # noqa: ARG001  (the signature is Numba's)
     """The double with these bits."""
 
-    def generate(context, builder, signature, arguments):  # noqa: ARG001
+    def generate(context, builder, signature, arguments):  # noqa: ARG001  (the signature is Numba's)
         return builder.bitcast(arguments[0], ir.DoubleType())
 
     return types.float64(types.int64), generate

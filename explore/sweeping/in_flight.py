@@ -163,5 +163,5 @@ def _is_deadly(problem: Exception) -> bool:
 
 def _describe(problem: Exception) -> str:
     if _is_deadly(problem):
-        return f"KilledWorker: {problem.allowed_failures + 1} workers died while they computed it"  # type: ignore[attr-defined]
+        return f"KilledWorker: {problem.allowed_failures + 1} workers died while they computed it"  # type: ignore[attr-defined]  # dask
     return f"{type(problem).__name__}: {problem}"
