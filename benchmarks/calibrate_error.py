@@ -184,7 +184,7 @@ def main():
         rows = np.array([row for row, o in zip(ROWS, ORDERS, strict=True) if o == order])
         for window in WINDOWS:
             columns = np.array(specify_window(CRANK_ROCKER, CRANK_ROCKER.window(window), "slow"))
-            for name, status in (("crank-rocker", Status.OK), ("double crank", Status.NO_STROKE)):
+            for name, status in (("crank-rocker", Status.OK), ("double crank", rocking.NO_STROKE)):
                 if name == "double crank" and window not in ("cycle", "interval"):
                     continue
                 selected = np.flatnonzero(status_of == status)

@@ -244,9 +244,10 @@ def simulate(
     request = make_request(declared, metrics=[declared.metrics[0].name], window="cycle")
     if len(columns[next(iter(columns))]) != 1:
         raise RequestError("simulate takes one design; evaluate takes many")
-    status = Status(int(evaluate_columns(request, columns).columns["status"][0]))
-    if status is not Status.OK:
-        raise MotionError(f"no full turn to simulate: {status.sentence}")
+    status = int(evaluate_columns(request, columns).columns["status"][0])
+    if status != Status.OK:
+        sentence = declared.status_sentences[declared.status_labels[status]]
+        raise MotionError(f"no full turn to simulate: {sentence}")
     count = int(angles) if isinstance(angles, (int, np.integer)) and not isinstance(angles, bool) else None
     crank_angle: npt.NDArray[np.float64] = np.asarray(
         angles if count is None else np.arange(count) * (360.0 / max(count, 1)), dtype=np.float64

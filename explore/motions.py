@@ -60,7 +60,7 @@ def motion_signals(
         rows = _by_method(solver, inputs, np.deg2rad(crank_angle), tolerance)
     else:
         raise RequestError(f"{mechanism.name} has only the closed form; leave out method={method!r}")
-    speed = inputs[mechanism.speed.name]
+    speed = inputs[mechanism.speed.name] if mechanism.speed else 1.0
     signals: Arrays = {}
     for signal in mechanism.signals:
         if not signal.only_in:

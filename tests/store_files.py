@@ -20,7 +20,8 @@ from explore.model.status import Status
 from explore.store.all_designs_writer import AllDesignsWriter
 from explore.store.open_results import open_results
 
-LABELS = {int(status): status.label for status in Status}
+CRANK_BLOCKED = 3
+LABELS = {int(status): status.label for status in Status} | {CRANK_BLOCKED: "crank_blocked"}
 COLUMNS = (
     Column("design", "", "design number", "index", "<i8"),
     Column("crank", "mm", "crank length", "parameter"),
@@ -46,7 +47,7 @@ N_BLOCKS = 10
 def values(number: int, block: int = BLOCK, n_designs: int = N_DESIGNS) -> dict[str, np.ndarray]:
     """Columns of a block that differ in every row, with NaN where a design failed."""
     design = np.arange(number * block, min((number + 1) * block, n_designs))
-    status = np.where(design % 7 == 3, Status.CRANK_BLOCKED, Status.OK).astype("|i1")
+    status = np.where(design % 7 == 3, CRANK_BLOCKED, Status.OK).astype("|i1")
     return {
         "crank": design + 0.25,
         "rocker_velocity_max": np.where(status == Status.OK, np.sqrt(design), np.nan),

@@ -9,6 +9,7 @@ from toy_mechanism import PEAK, STUDY
 
 from explore.config.study_file import starter
 from explore.mechanisms.registry import MECHANISMS
+from explore.mechanisms.rocking import CANNOT_ASSEMBLE
 from explore.model.mechanism import Mechanism
 from explore.model.status import Status
 from explore.testing import check_mechanism, dense_statistics
@@ -198,7 +199,7 @@ def test_a_value_that_depends_on_the_block(monkeypatch):
     [
         (Status.PENDING, "a design over 'cycle' is still pending after its evaluation, for crank = "),
         (15, "a status over 'cycle' has a code that means nothing, for crank = "),
-        (Status.CANNOT_ASSEMBLE, "only 0 of 2 designs are computed; "),
+        (CANNOT_ASSEMBLE, "only 0 of 2 designs are computed; "),
     ],
 )
 def test_a_wrong_status(monkeypatch, code, beginning):

@@ -9,6 +9,7 @@ import pytest
 from explore.compiling import LANES
 from explore.mechanisms.registry import MECHANISMS
 from explore.model.quantities import Metric
+from explore.model.status import OwnStatus, Status
 
 MECHANISM = MECHANISMS["crank-rocker"]
 RIG = MECHANISMS["test-rig"]
@@ -50,10 +51,41 @@ def test_drives_differ_and_choose_a_stroke():
     assert problem(MECHANISM, drives=("slow", "cycle")) == "the drive 'cycle' is neither slow nor fast nor a stroke"
 
 
-@pytest.mark.parametrize(("count", "name", "scales"), [(0, "speed", False), (2, "phases", True)])
-def test_one_parameter_scales_the_speed(count, name, scales):
-    parameters = changed(MECHANISM.parameters, name, scales_speed=scales)
-    assert problem(MECHANISM, parameters=parameters) == f"{count} parameters scale the speed; exactly one must"
+def test_at_most_one_parameter_scales_the_speed():
+    parameters = changed(MECHANISM.parameters, "phases", scales_speed=True)
+    assert problem(MECHANISM, parameters=parameters) == (
+        "2 parameters scale the speed, speed and phases; at most one does"
+    )
+
+
+def test_nothing_depends_on_a_speed_that_is_not_there():
+    parameters = changed(MECHANISM.parameters, "speed", scales_speed=False)
+    assert problem(MECHANISM, parameters=parameters) == (
+        "the signal 'coupler_velocity' has a power of the speed, but no parameter scales the speed"
+    )
+    assert problem(RIG, parameters=changed(RIG.parameters, "speed", scales_speed=False)) == (
+        "'damping' makes loads depend on the speed, but no parameter scales the speed"
+    )
+
+
+@pytest.mark.parametrize("code", [*Status, 12, 19, 128, -1])
+def test_own_statuses_have_codes_of_their_own(code):
+    assert problem(MECHANISM, statuses={int(code): OwnStatus("stuck", "it is stuck")}) == (
+        f"the status 'stuck' has the code {int(code)}; a mechanism's own are 2 to 5 and 20 to 127"
+    )
+
+
+def test_own_statuses_have_labels_of_their_own():
+    stuck = OwnStatus("stuck", "it is stuck")
+    assert problem(MECHANISM, statuses={20: stuck, 21: stuck}) == "two statuses have the label 'stuck'"
+    assert problem(MECHANISM, statuses={20: replace(stuck, label="screened")}) == (
+        "two statuses have the label 'screened'"
+    )
+
+
+def test_a_mechanism_has_a_parameter_and_a_metric():
+    sentence = "a mechanism has at least one parameter and one closed-form metric"
+    assert problem(MECHANISM, parameters=()) == problem(MECHANISM, metrics=()) == sentence
 
 
 @pytest.mark.parametrize("default", [0.0, 13.0, 2.5, np.nan])

@@ -126,7 +126,7 @@ def test_the_front_does_not_depend_on_blocks_and_leaves_out_what_does_not_count(
     frame.loc[rng.random(n) < 0.05, "gain"] = np.nan
     frame.loc[::97, "gain"] = np.inf
     objectives = [Objective("cost", "min"), Objective("gain", "max")]
-    tally = Tally(("gain_margin",))
+    tally = Tally(("gain_margin",), {3: "crank_blocked"})
 
     rows = find_front(blocks_of(frame, [1, 999, 1500, 500]), objectives, tally)
 

@@ -47,10 +47,7 @@ def fill(constants, tangents, anchor, _law, _variant, count, _needs, out):
 PEAK = Mechanism(
     name="peak",
     summary="a peak where the quadrature expects none",
-    parameters=(
-        Parameter("distance", "1", "distance of the singularity from the real axis"),
-        Parameter("speed", "rad/s", "constant crank velocity", default=1.0, scales_speed=True),
-    ),
+    parameters=(Parameter("distance", "1", "distance of the singularity from the real axis"),),
     signals=(Signal("height", "1", "height of the peak", 0, 1),),
     metrics=(Metric("peak", "1", "largest height", "min"),),
     windows=(Window("cycle", "the full turn", "turn", needs_stroke=False),),

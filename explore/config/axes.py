@@ -51,8 +51,7 @@ def read_axes(
             (("parameters",), f"missing {', '.join(missing)}; a {mechanism.name} needs {', '.join(required)}")
         )
     axes = []
-    # The last axis of a grid varies fastest: designs that differ only in speed are neighbours and share one motion.
-    for parameter in (*mechanism.geometry, mechanism.speed):
+    for parameter in mechanism.axis_order:
         entry = entries.get(parameter.name)
         if parameter.name in entries and not is_solved(entry):
             axis = _AxisReader(parameter, ("parameters", parameter.name), method, problems).axis(entry)

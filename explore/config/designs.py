@@ -149,7 +149,7 @@ def _table(
         return None
     by_name: dict[str, ListedAxis | TableAxis] = {axis.name: axis for axis in axes if isinstance(axis, ListedAxis)}
     by_name |= {name: TableAxis(name, values) for name, values in columns.items()}
-    names = [parameter.name for parameter in (*mechanism.geometry, mechanism.speed)]
+    names = [parameter.name for parameter in mechanism.axis_order]
     return Table(tuple(by_name[name] for name in names if name in by_name), len(next(iter(columns.values()))))
 
 

@@ -85,7 +85,7 @@ class _TableReader:
 
     def __init__(self, file: str, mechanism: Mechanism, fixed: Collection[str]) -> None:
         self.file = file
-        self.parameters = {parameter.name: parameter for parameter in (*mechanism.geometry, mechanism.speed)}
+        self.parameters = {parameter.name: parameter for parameter in mechanism.axis_order}
         self.required = [parameter.name for parameter in mechanism.parameters if parameter.default is None]
         self.fixed = fixed
         # For each the line, the column from 1 (0 for the whole line) and the reason.

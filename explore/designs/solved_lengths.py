@@ -43,7 +43,7 @@ class SolvedSpace(DesignSpace):
     @staticmethod
     def over(base: DesignSpace, solved_length: SolvedLength, mechanism: Mechanism) -> SolvedSpace:
         """The designs of `base` with the length added in its declared place."""
-        order = [parameter.name for parameter in (*mechanism.geometry, mechanism.speed)]
+        order = [parameter.name for parameter in mechanism.axis_order]
         axes = tuple(sorted((*base.axes, solved_length), key=lambda axis: order.index(axis.name)))
         return SolvedSpace(
             axes, base.n_designs, base.method, base.seed, mechanism=mechanism, base=base, solved_length=solved_length
@@ -114,12 +114,12 @@ def _difference(mechanism: Mechanism, solved: SolvedLength, columns: Arrays) -> 
     """A function of lengths and indices of designs: metric minus prescribed value, NaN where the crank cannot turn."""
     window = next(window for window in mechanism.windows if window.name == mechanism.default_window)
     request = Request(mechanism, (solved.metric,), (), window, mechanism.default_drive, 1e-9)
+    moving = [Status.OK, *(code for code, status in mechanism.statuses.items() if status.lacks_strokes)]
 
     def difference(lengths: FloatArray, designs: _Indices) -> FloatArray:
         inputs = {name: values[designs] for name, values in columns.items()} | {solved.name: lengths}
         results = evaluate_columns(request, inputs).columns
-        turns = np.isin(results["status"], (Status.OK, Status.NO_STROKE))
-        return np.where(turns, results[solved.metric.name] - solved.value, np.nan)
+        return np.where(np.isin(results["status"], moving), results[solved.metric.name] - solved.value, np.nan)
 
     return difference
 

@@ -64,7 +64,7 @@ def output_columns(request: Request, parameters: Sequence[str]) -> tuple[Column,
         Column("nodes", "1", "signal evaluations", "bookkeeping", "<i4"),
         Column("error", "1", "bound on the relative error of the worst statistic", "bookkeeping"),
         Column("feasible", "", "computed and every constraint satisfied", "bookkeeping", "|i1", {0: "no", 1: "yes"}),
-        Column("status", "", "what became of the design", "bookkeeping", "|i1", {s.value: s.label for s in Status}),
+        Column("status", "", "what became of the design", "bookkeeping", "|i1", request.mechanism.status_labels),
     )
 
 
@@ -87,7 +87,7 @@ def evaluate_columns(request: Request, parameters: Arrays) -> Evaluation:
     inputs = _complete(mechanism, parameters)
     usable = _is_usable(mechanism, inputs, parameters)
     geometry = _kernel_inputs(request, inputs, usable)
-    speed = inputs[mechanism.speed.name]
+    speed = inputs[mechanism.speed.name] if mechanism.speed else np.ones(len(usable))
     first_rows, inverse = _find_distinct(geometry, speed)
     distinct = geometry if first_rows is None else np.ascontiguousarray(geometry[:, first_rows])
     kinematics = _evaluate_geometry(request, distinct)
@@ -254,7 +254,9 @@ def _evaluate_geometry(request: Request, geometry: FloatArray) -> _Kinematics:
         metric.signal.needs_stroke for metric in request.sampled
     ]
     if not any(needs_stroke):
-        result.status[result.status == Status.NO_STROKE] = Status.OK
+        for code, status in mechanism.statuses.items():
+            if status.lacks_strokes:
+                result.status[result.status == code] = Status.OK
     _screen(request, closed, result.status)
     if not request.sampled:
         return _Kinematics(closed, SampledStatistics.empty(geometry.shape[1]), result.status)

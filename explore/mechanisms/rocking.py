@@ -12,15 +12,30 @@ from explore.compiling import LANES, compiled
 from explore.lanes.arctangent import arctangent
 from explore.mechanisms import four_bar
 from explore.mechanisms.four_bar import FOUR_BAR_SIZE, exact_sum
-from explore.model.status import Status
+from explore.model.status import OwnStatus, Status
 
 # Rows of the constants after those of the four-bar: the limit positions as half-tangents from crank angle 0, the
 # distances of the singularities, and the amplification of rounding errors.
 EXTENDED, OVERLAPPED, SINGULAR_P, SINGULAR_Q, SINGULAR_D, NOISE = range(FOUR_BAR_SIZE, FOUR_BAR_SIZE + 6)
 ROCKING_SIZE = FOUR_BAR_SIZE + 6
 
-_OK, _CANNOT_ASSEMBLE, _CRANK_BLOCKED = float(Status.OK), float(Status.CANNOT_ASSEMBLE), float(Status.CRANK_BLOCKED)
-_CHANGE_POINT, _NO_STROKE = float(Status.CHANGE_POINT), float(Status.NO_STROKE)
+#: Codes of the statuses of designs whose crank does not turn or whose rocker does not swing.
+CANNOT_ASSEMBLE, CRANK_BLOCKED, CHANGE_POINT, NO_STROKE = 2, 3, 4, 5
+STATUSES = {
+    CANNOT_ASSEMBLE: OwnStatus(
+        "cannot_assemble", "the links cannot be assembled: the longest is at least as long as the others together"
+    ),
+    CRANK_BLOCKED: OwnStatus("crank_blocked", "the crank cannot turn fully: the linkage locks before a full turn"),
+    CHANGE_POINT: OwnStatus(
+        "change_point", "all links fall into one line, from where the motion may continue on either branch"
+    ),
+    NO_STROKE: OwnStatus(
+        "no_stroke",
+        "the output turns fully, so there are no strokes: only the window 'cycle' is defined",
+        lacks_strokes=True,
+    ),
+}
+_OK = float(Status.OK)
 
 
 @compiled("UniTuple(float64, 3)(float64, float64, float64, float64, float64, float64[::1], int64)", inlined=True)
@@ -46,11 +61,11 @@ def prepare(crank, coupler, rocker, ground, branch, constants, lane):
     constants[SINGULAR_D * LANES + lane] = abs(ground - crank) / (ground + crank)
     # The largest d.B/d^2: where d is short the two terms of the velocities are large and may cancel.
     constants[NOISE * LANES + lane] = crank / abs(ground - crank)
-    status = _CRANK_BLOCKED
+    status = 1.0 * CRANK_BLOCKED
     status = _OK if linkage_class == four_bar.CRANK_ROCKER else status
-    status = _NO_STROKE if linkage_class == four_bar.DOUBLE_CRANK else status
-    status = _CHANGE_POINT if linkage_class == four_bar.CHANGE_POINT else status
-    status = _CANNOT_ASSEMBLE if linkage_class == four_bar.CANNOT_ASSEMBLE else status
+    status = 1.0 * NO_STROKE if linkage_class == four_bar.DOUBLE_CRANK else status
+    status = 1.0 * CHANGE_POINT if linkage_class == four_bar.CHANGE_POINT else status
+    status = 1.0 * CANNOT_ASSEMBLE if linkage_class == four_bar.CANNOT_ASSEMBLE else status
     return linkage_class, margin, status
 
 

@@ -7,6 +7,7 @@ from collections.abc import Collection, Iterable, Iterator
 from typing import TypeVar
 
 from explore.model.declaration import MOST_SINGULARITIES, Declaration
+from explore.model.status import OWN_CODES, Status
 
 _Item = TypeVar("_Item", str, int)
 
@@ -22,7 +23,7 @@ def check_declaration(declaration: Declaration) -> None:
     ValueError
         With the first problem, in one sentence.
     """
-    for problems in (_names, _parameters, _columns, _signals, _windows, _formulas, _defaults):
+    for problems in (_names, _parameters, _columns, _statuses, _signals, _windows, _formulas, _defaults):
         for problem in problems(declaration):
             raise ValueError(f"mechanism '{declaration.name}': {problem}")
 
@@ -52,9 +53,18 @@ def _names(declaration: Declaration) -> Iterator[str]:
 
 
 def _parameters(declaration: Declaration) -> Iterator[str]:
-    count = sum(parameter.scales_speed for parameter in declaration.parameters)
-    if count != 1:
-        yield f"{count} parameters scale the speed; exactly one must"
+    if not declaration.kernel_parameters or not declaration.metrics:
+        yield "a mechanism has at least one parameter and one closed-form metric"
+    speeds = [parameter.name for parameter in declaration.parameters if parameter.scales_speed]
+    if len(speeds) > 1:
+        yield f"{len(speeds)} parameters scale the speed, {' and '.join(speeds)}; at most one does"
+    if not speeds:
+        for parameter in declaration.parameters:
+            if parameter.is_dynamic:
+                yield f"'{parameter.name}' makes loads depend on the speed, but no parameter scales the speed"
+        for signal in declaration.signals:
+            if signal.speed_power:
+                yield f"the signal '{signal.name}' has a power of the speed, but no parameter scales the speed"
     for parameter in declaration.parameters:
         if parameter.default is not None and not parameter.allows(parameter.default):
             yield f"the default {parameter.default:g} of '{parameter.name}' is outside its own range"
@@ -88,6 +98,14 @@ def _columns(declaration: Declaration) -> Iterator[str]:
     for _, anchor in declaration.singularities:
         if anchor not in (0, 1):
             yield f"singularities names the anchor {anchor}; it is 0 or, for its opposite, 1"
+
+
+def _statuses(declaration: Declaration) -> Iterator[str]:
+    for code, status in declaration.statuses.items():
+        if code not in OWN_CODES:
+            yield f"the status '{status.label}' has the code {code}; a mechanism's own are 2 to 5 and 20 to 127"
+    labels = [status.label for status in (*Status, *declaration.statuses.values())]
+    yield from (f"two statuses have the label '{label}'" for label in _repeated(labels))
 
 
 def _signals(declaration: Declaration) -> Iterator[str]:

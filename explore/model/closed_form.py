@@ -19,7 +19,7 @@ class ClosedFormResult:
     metrics : (m, n) array
         Closed-form metrics in declared order and units, NaN where undefined.
     status : (n,) array
-        Codes of `explore.model.status.Status`.
+        Codes of `Declaration.status_labels`.
     """
 
     metrics: FloatArray

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from enum import IntEnum
 
 from explore.model.quantities import OUTPUT_STATISTICS, Formula, Metric, Parameter, Signal, Window
+from explore.model.status import OwnStatus, Status
 
 #: Most singularities that a mechanism declares.
 MOST_SINGULARITIES = 3
@@ -72,6 +73,8 @@ class Declaration:
     loop_lengths
         Names of the lengths that close the loop: where one equals a signed sum of the others all links fall into one
         line, and between two such lengths the closed-form metrics change smoothly.
+    statuses
+        The statuses that `close` gives to designs without a motion or without strokes, by code.
     """
 
     name: str
@@ -101,6 +104,7 @@ class Declaration:
     default_drive: str = "slow"
     formulas: tuple[Formula, ...] = ()
     loop_lengths: tuple[str, ...] = ()
+    statuses: Mapping[int, OwnStatus] = field(default_factory=dict)
 
     def parameter(self, name: str) -> Parameter:
         """The parameter of that name."""
@@ -151,9 +155,31 @@ class Declaration:
         return next(window for window in self.windows if window.name == name)
 
     @property
+    def status_labels(self) -> dict[int, str]:
+        """The words for all statuses, by ascending code."""
+        all_statuses = {int(status): status.label for status in Status}
+        all_statuses |= {code: status.label for code, status in self.statuses.items()}
+        return dict(sorted(all_statuses.items()))
+
+    @property
+    def status_sentences(self) -> dict[str, str]:
+        """The meanings of all statuses, by their words."""
+        sentences = {status.label: status.sentence for status in (*Status, *self.statuses.values())}
+        return {label: sentences[label] for label in self.status_labels.values()}
+
+    @property
     def geometry(self) -> tuple[Parameter, ...]:
         """All parameters but the speed: designs that differ in one of them need kinematic evaluations of their own."""
         return tuple(p for p in self.parameters if not p.scales_speed)
+
+    @property
+    def axis_order(self) -> tuple[Parameter, ...]:
+        """All parameters in the order of axes, with the speed last.
+
+        The last axis of a grid varies fastest, so that designs that differ only in speed are neighbours and share
+        one motion.
+        """
+        return (*self.geometry, *((self.speed,) if self.speed else ()))
 
     @property
     def kernel_parameters(self) -> tuple[Parameter, ...]:
@@ -161,10 +187,10 @@ class Declaration:
 
         The speed is 1 unless a requested metric depends on it other than by scaling.
         """
-        dynamic = any(p.is_dynamic for p in self.parameters)
-        return (*(p for p in self.geometry if p.affects != "sizing"), *((self.speed,) if dynamic else ()))
+        is_dynamic = any(p.is_dynamic for p in self.parameters)
+        return tuple(p for p in self.axis_order if p.affects != "sizing" and (is_dynamic or not p.scales_speed))
 
     @property
-    def speed(self) -> Parameter:
-        """The parameter that only scales the motion."""
-        return next(p for p in self.parameters if p.scales_speed)
+    def speed(self) -> Parameter | None:
+        """The parameter that only scales the motion; None where there is none, and the speed is 1."""
+        return next((p for p in self.parameters if p.scales_speed), None)

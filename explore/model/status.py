@@ -1,17 +1,14 @@
-"""Status codes of designs."""
+"""Status codes of designs: those that all mechanisms share, and the declaration of those that a mechanism adds."""
 
+from dataclasses import dataclass
 from enum import IntEnum
 
 
 class Status(IntEnum):
-    """Outcome of the evaluation of one design. Mechanisms may add codes of their own from 20."""
+    """Outcome of the evaluation of one design of any mechanism."""
 
     PENDING = 0
     OK = 1
-    CANNOT_ASSEMBLE = 2
-    CRANK_BLOCKED = 3
-    CHANGE_POINT = 4
-    NO_STROKE = 5
     SCREENED = 6
     TOLERANCE_NOT_MET = 7
     NOT_FINITE = 8
@@ -29,19 +26,33 @@ class Status(IntEnum):
         """The meaning of the status, in a sentence."""
         return _STATUS_SENTENCES[self]
 
-    @staticmethod
-    def label_of(code: int) -> str:
-        """The word for any code, including those of mechanisms."""
-        return Status(code).label if code in Status._value2member_map_ else f"status {code}"
+
+#: Codes that a mechanism can declare; the first four are those of four-bars in files.
+OWN_CODES = (*range(2, 6), *range(20, 128))
+
+
+@dataclass(frozen=True)
+class OwnStatus:
+    """A status that a mechanism declares: a reason why designs of it have no motion, or no strokes.
+
+    Attributes
+    ----------
+    label
+        The word used in tables and files.
+    sentence
+        The meaning of the status, in a sentence.
+    lacks_strokes
+        Whether the motion exists but has no strokes, so that a request that needs none is computed.
+    """
+
+    label: str
+    sentence: str
+    lacks_strokes: bool = False
 
 
 _STATUS_SENTENCES = {
     Status.PENDING: "not computed yet",
     Status.OK: "computed",
-    Status.CANNOT_ASSEMBLE: "the links cannot be assembled: the longest is at least as long as the others together",
-    Status.CRANK_BLOCKED: "the crank cannot turn fully: the linkage locks before a full turn",
-    Status.CHANGE_POINT: "all links fall into one line, from where the motion may continue on either branch",
-    Status.NO_STROKE: "the output turns fully, so there are no strokes: only the window 'cycle' is defined",
     Status.SCREENED: "a constraint known from the geometry alone fails; nothing was sampled",
     Status.TOLERANCE_NOT_MET: "the error bound misses the tolerance; the values are kept",
     Status.NOT_FINITE: "a parameter or a metric is not a usable finite number",

@@ -171,7 +171,8 @@ def rank_source(
     limitable = [c.name for c in source.columns if c.role in ("parameter", "metric") and not c.labels]
     names = [column.name for column in source.columns]
     selection = make_selection(request.where, request.limits, names, limitable, source.constraints)
-    tally = Tally(tuple(column.name for column in source.columns if column.role == "margin"))
+    labels = next((column.labels for column in source.columns if column.name == "status"), {})
+    tally = Tally(tuple(column.name for column in source.columns if column.role == "margin"), labels)
     objective_names = (objective.metric for objective in objectives)
     used = (*tally.margins, *objective_names, *selection.column_names)
     needed = list(dict.fromkeys(["design", "feasible", "status", *used]))

@@ -32,12 +32,14 @@ _DAMAGED = "the tally of the designs that were not kept is damaged: {}"
 class Tally:
     """Counts of the designs that were ranked, and of the others by reason.
 
-    `margins` are the columns of the constraints. `n_ranked` and `n_not_finite` count the feasible designs whose
-    objectives are all finite and those with one that is not, `by_status` the others by status, `by_constraint` the
-    designs that miss each constraint and `by_undefined_constraint` those whose margin of it is NaN.
+    `margins` are the columns of the constraints, `status_labels` the words for the codes of statuses. `n_ranked` and
+    `n_not_finite` count the feasible designs whose objectives are all finite and those with one that is not,
+    `by_status` the others by status, `by_constraint` the designs that miss each constraint and
+    `by_undefined_constraint` those whose margin of it is NaN.
     """
 
     margins: tuple[str, ...] = ()
+    status_labels: Mapping[int, str] = field(default_factory=dict)
     n_ranked: int = 0
     n_not_finite: int = 0
     by_status: Counter[str] = field(default_factory=Counter)
@@ -72,11 +74,11 @@ class Tally:
     def from_counts(content: Mapping[str, Any]) -> Tally:
         """The tally with the counts that `to_json` wrote."""
         try:
-            counters = {
-                _KEYS[key]: Counter({str(label): int(count) for label, count in content[key].items()})
+            counts = [
+                Counter({str(label): int(count) for label, count in content[key].items()})
                 for key in ("by_status", "by_constraint", "undefined")
-            }
-            return Tally(tuple(content["margins"]), int(content["ranked"]), int(content["not_finite"]), **counters)
+            ]
+            return Tally(tuple(content["margins"]), {}, int(content["ranked"]), int(content["not_finite"]), *counts)
         except (ValueError, KeyError, TypeError, AttributeError, OverflowError) as error:
             raise ResultsError(_DAMAGED.format(error)) from error
 
@@ -97,7 +99,7 @@ class Tally:
         status = columns["status"]
         for code, count in zip(*np.unique(status, return_counts=True), strict=True):
             if code not in (_OK, Status.SCREENED):
-                self.by_status[Status.label_of(int(code))] += int(count)
+                self.by_status[self.status_labels.get(int(code), f"status {code}")] += int(count)
         has_margins = (status == _OK) | (status == Status.SCREENED)
         for name in self.margins:
             # Screening stops before the sampled metrics, so their margins are NaN there and count neither way.

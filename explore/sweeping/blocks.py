@@ -69,8 +69,9 @@ def evaluate_block(
     n_feasible = int(np.count_nonzero(arrays["feasible"]))
     counts, tally = {}, Tally()
     if objectives:
-        counts = {Status.label_of(code): int(n) for code, n in enumerate(np.bincount(status)) if n}
-        tally = Tally(tuple(f"{constraint.metric.name}_margin" for constraint in request.constraints))
+        labels = request.mechanism.status_labels
+        counts = {labels.get(code, f"status {code}"): int(n) for code, n in enumerate(np.bincount(status)) if n}
+        tally = Tally(tuple(f"{constraint.metric.name}_margin" for constraint in request.constraints), labels)
         rows = find_front([arrays], objectives, tally)
         arrays = {"design": rows + number * BLOCK_SIZE} | {name: values[rows] for name, values in arrays.items()}
     return BlockResult(

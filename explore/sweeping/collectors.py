@@ -20,7 +20,6 @@ from explore.errors import RequestError, ResultsError
 from explore.evaluation.evaluate import output_columns, speed_power
 from explore.model.columns import Arrays, Attribute, Column
 from explore.model.request import Objective
-from explore.model.status import Status
 from explore.ranking.pareto import find_front
 from explore.ranking.tallies import Tally
 from explore.store.all_designs_writer import AllDesignsWriter
@@ -238,8 +237,8 @@ def study_attributes(study: Study) -> dict[str, Attribute]:
         "objectives": json.dumps([f"{o.metric}:{o.sense}" for o in study.objectives]),
         "senses": json.dumps(senses),
         "speed_powers": json.dumps(powers),
-        "speed": request.mechanism.speed.name,
-        "status_sentences": json.dumps({status.label: status.sentence for status in Status}),
+        "speed": request.mechanism.speed.name if request.mechanism.speed else "",
+        "status_sentences": json.dumps(request.mechanism.status_sentences),
         "explore_version": __version__,
         "numpy_version": np.__version__,
         "scipy_version": scipy.__version__,

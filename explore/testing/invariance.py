@@ -112,11 +112,11 @@ def _allowed(metric: AnyMetric, expected: Arrays, is_exact: bool) -> FloatArray:
 def changes_with_the_block(subject: Subject) -> Iterator[str]:
     """A sentence for each column with a value that depends on the block of its design or the place in the block."""
     wrong: dict[str, str] = {}
-    # each design twice, at two speeds, because equal motions share an evaluation
-    speed = subject.mechanism.speed.name
+    # each design twice, at two speeds if there are any, because equal motions share an evaluation
     designs = {name: np.repeat(column, 2) for name, column in subject.complete_designs.items()}
-    designs[speed][::2] *= _FASTER
-    count = len(designs[speed])
+    if subject.mechanism.speed:
+        designs[subject.mechanism.speed.name][::2] *= _FASTER
+    count = 2 * len(subject)
     for window, drive in subject.windows():
         names = [metric.name for metric in subject.all_metrics(window)]
         whole = subject.evaluate(names, window, drive, designs=designs)

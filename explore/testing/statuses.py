@@ -10,8 +10,6 @@ from explore.model.quantities import SampledMetric
 from explore.model.status import Status
 from explore.testing.subject import COMPUTED, Subject, WindowArgument, name_of
 
-#: Codes from here are those of mechanisms.
-_FIRST_OWN_CODE = 20
 #: Share of drawn designs that are computed at least, so that the other checks see something.
 _SHARE = 0.1
 _TOLERANCE = 1e-9
@@ -36,7 +34,7 @@ def _wrong_rows(subject: Subject, window: WindowArgument, drive: str) -> Iterato
     over = name_of(window)
     rules = {
         f"a status over {over} has a code that means nothing": (
-            ~np.isin(status, list(Status)) & (status < _FIRST_OWN_CODE)
+            ~np.isin(status, list(subject.mechanism.status_labels))
         ),
         f"a design over {over} is still pending after its evaluation": status == Status.PENDING,
         f"the bound over {over} misses the tolerance in spite of the status 'ok'": is_ok & ~(error <= _TOLERANCE),

@@ -128,7 +128,8 @@ class Subject:
 
     def speed(self, design: int) -> float:
         """The speed of one design."""
-        return float(self.complete_designs[self.mechanism.speed.name][design])
+        parameter = self.mechanism.speed
+        return float(self.complete_designs[parameter.name][design]) if parameter else 1.0
 
     def describe(self, design: int) -> str:
         """The parameters of one design that are not at their defaults."""

@@ -49,7 +49,7 @@ def values(number: int) -> dict[str, np.ndarray]:
         "crank": np.sqrt(design + 2.0),
         "cv": np.where(failed, np.nan, 1.0 / (design + 3.0)),
         "nodes": (design % 97 + 1).astype("<i4"),
-        "status": np.where(failed, Status.CRANK_BLOCKED, Status.OK).astype("|i1"),
+        "status": np.where(failed, Status.SCREENED, Status.OK).astype("|i1"),
         "feasible": (design % 3 + 1).astype("|i1"),
     }
 

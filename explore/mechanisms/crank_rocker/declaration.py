@@ -153,4 +153,5 @@ CRANK_ROCKER = Mechanism(
     close=kernel.close,
     fill=kernel.fill,
     loop_lengths=("crank", "coupler", "rocker", "ground"),
+    statuses=rocking.STATUSES,
 )

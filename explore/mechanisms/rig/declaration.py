@@ -138,6 +138,7 @@ TEST_RIG = Mechanism(
     metrics=_METRICS,
     formulas=FORMULAS,
     loop_lengths=("crank", "coupler", "rocker", "ground"),
+    statuses=rocking.STATUSES,
     windows=(
         Window("cycle", "the full turn", "turn"),
         Window(_STROKES[0], "from coupler over crank to coupler in line with it", "arc", ("overlapped", "extended")),
