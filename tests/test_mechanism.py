@@ -94,6 +94,15 @@ def test_defaults_are_in_range(default):
     assert problem(MECHANISM, parameters=parameters) == f"the default {default:g} of 'phases' is outside its own range"
 
 
+def test_a_loop_has_lengths():
+    assert (
+        problem(MECHANISM, loop_lengths=("crank",)) == "loop_lengths has only 'crank'; a loop has at least two lengths"
+    )
+    for name in ("speed", "phases"):
+        assert problem(MECHANISM, loop_lengths=("crank", name)) == f"loop_lengths names '{name}', which is not a length"
+    assert problem(RIG, loop_lengths=("crank", "inertia")) == "loop_lengths names 'inertia', which is not a length"
+
+
 def test_metrics_have_the_kernels_order():
     first, second, *others = MECHANISM.metrics
     row, last = MECHANISM.first_metric, max(MECHANISM.rows)

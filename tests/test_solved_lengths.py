@@ -11,6 +11,7 @@ from command_line import call
 from distributed import Client, LocalCluster
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from slider_crank import SLIDER_CRANK
 
 import explore
 from explore.designs.solved_lengths import SolvedSpace, solve
@@ -180,6 +181,60 @@ def test_a_design_does_not_depend_on_its_neighbours():
         (alone,) = solved("coupler", "swing_angle", 12.0, **{name: values[k] for name, values in others.items()})
         assert alone == together[k] or (np.isnan(alone) and np.isnan(together[k]))
     assert 0 < np.isnan(together).sum() < 300
+
+
+def slider(name, metric, value, low=-np.inf, high=np.inf, **others):
+    """A length of slider-cranks, from the others in mm; an offset that is not given is at its default, 0."""
+    target = next(each for each in SLIDER_CRANK.metrics if each.name == metric)
+    arrays = np.broadcast_arrays(*[np.atleast_1d(np.asarray(v, float)) for v in others.values()])
+    solved_length = SolvedLength(name, target, value, low, high)
+    return solve(SLIDER_CRANK, solved_length, dict(zip(others, arrays, strict=True)))
+
+
+def stroke(crank, rod, offset):
+    """Difference of the legs of the two triangles with the offset as the other leg."""
+    return np.sqrt((rod + crank) ** 2 - offset**2) - np.sqrt((rod - crank) ** 2 - offset**2)
+
+
+def test_lengths_may_be_negative():
+    """The smallest offset is the negative one of the two; bounds choose the other."""
+    rng = np.random.default_rng(8)
+    crank = rng.uniform(10.0, 100.0, 500)
+    rod = crank * rng.uniform(1.1, 4.0, 500)
+    for ratio in (0.05, 0.5, 0.9, 0.999):
+        offset = ratio * (rod - crank)
+        for k in range(0, 500, 25):
+            design = {"crank": crank[k], "rod": rod[k]}
+            (least,) = slider("offset", "stroke", stroke(crank[k], rod[k], offset[k]), **design)
+            (largest,) = slider("offset", "stroke", stroke(crank[k], rod[k], offset[k]), low=0.0, **design)
+            # the stroke changes with the square of the offset, in relation to the square of the rod
+            allowed = 1e-13 * (rod[k] / offset[k]) ** 2
+            assert least == pytest.approx(-offset[k], rel=allowed)
+            assert largest == pytest.approx(offset[k], rel=allowed)
+        margin = slider("offset", "margin", 0.25, crank=crank, rod=rod)
+        expected = rod - crank - 0.25
+        np.testing.assert_allclose(margin[expected > 0.0], -expected[expected > 0.0], rtol=1e-12)
+    assert slider("offset", "stroke", 100.0, crank=50.0, rod=120.0) == 0.0  # touched there, at a corner
+    assert np.isnan(slider("offset", "stroke", 99.0, crank=50.0, rod=120.0))
+    assert np.isnan(slider("offset", "margin", 10.0, low=-59.0, high=59.0, crank=50.0, rod=120.0))
+
+
+def test_lengths_beyond_the_sum_of_the_others():
+    """A rod may be as long as one likes: with its length the stroke decreases to twice the crank."""
+    for rod in (60.1, 75.0, 200.0, 3e4):
+        value = stroke(50.0, rod, -10.0)
+        (found,) = slider("rod", "stroke", value, crank=50.0, offset=-10.0)
+        # at 3e4 mm the stroke is 1e-5 mm from its limit, in which 14 digits of it are nine
+        assert found == pytest.approx(rod, rel=1e-5 if rod > 1e3 else 1e-11)
+        assert stroke(50.0, found, -10.0) == pytest.approx(value, rel=1e-12)
+    assert np.isnan(slider("rod", "stroke", 99.9, crank=50.0, offset=-10.0))
+
+
+def test_lengths_that_are_not_given_have_their_default():
+    (rod,) = slider("rod", "margin", 12.5, crank=50.0)
+    assert rod == pytest.approx(62.5, rel=1e-13)
+    (rod,) = slider("rod", "margin", 12.5, crank=50.0, offset=-20.0)
+    assert rod == pytest.approx(82.5, rel=1e-13)
 
 
 SWING = SolvedLength("crank", METRICS["swing_angle"], 20.0)

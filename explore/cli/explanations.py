@@ -44,7 +44,7 @@ def explain_unreachable(results: Results, solved: SolvedLength) -> None:
     if not _are_most(results, unreachable):
         return
     low, high = (f"{number(bound)} {results.units[solved.name]}" for bound in (solved.low, solved.high))
-    within = f" from {low}" * (solved.low > 0.0) + f" up to {high}" * (solved.high < math.inf)
+    within = f" from {low}" * (solved.low not in (0.0, -math.inf)) + f" up to {high}" * (solved.high < math.inf)
     target = f"{solved.metric.name} = {number(solved.value)} {shown_unit(solved.metric.unit)}".rstrip()
     say(
         f"{unreachable:,} of {count_of(results.n_studied, 'design')} {is_or_are(unreachable)} unreachable: "

@@ -178,8 +178,8 @@ def space_content(space: DesignSpace) -> dict[str, object]:
 
 def _axis_content(axis: Axis | SolvedLength) -> dict[str, object]:
     if isinstance(axis, SolvedLength):
-        high = None if axis.high == math.inf else axis.high
-        return {"solve": axis.metric.name, "value": axis.value, "min": axis.low, "max": high}
+        low, high = (bound if math.isfinite(bound) else None for bound in (axis.low, axis.high))
+        return {"solve": axis.metric.name, "value": axis.value, "min": low, "max": high}
     if isinstance(axis, ListedAxis):
         return {"values": axis.values}
     if isinstance(axis, ContinuousAxis):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from typing import Any
 
@@ -57,14 +56,13 @@ def _solved_length(
         problems.append(((*path, "solve"), str(error)))
         return None
     before = len(problems)
-    numbers = {"value": 0.0, "min": 0.0, "max": math.inf}
+    parameter = mechanism.parameter(name)
+    numbers = {"value": 0.0, "min": parameter.lower, "max": parameter.upper}
     for key, number in (("value", table.value), ("min", table.min), ("max", table.max)):
         if key in entry:
             try:
                 is_target = key == "value"
-                numbers[key] = (
-                    _read_target(metric, number) if is_target else read_value(mechanism.parameter(name), number)
-                )
+                numbers[key] = _read_target(metric, number) if is_target else read_value(parameter, number)
             except RequestError as error:
                 problems.append(((*path, key), str(error)))
     low, high = numbers["min"], numbers["max"]

@@ -1,7 +1,8 @@
-"""Solve for a length: the smallest at which a closed-form metric has a prescribed value."""
+"""Solve for a length of the loop: the smallest at which a closed-form metric has a prescribed value."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from itertools import pairwise, product
@@ -14,17 +15,19 @@ from explore.designs.spaces import DesignSpace, SolvedLength
 from explore.evaluation.evaluate import LARGEST_PARAMETER, SMALLEST_PARAMETER, evaluate_columns
 from explore.model.columns import Arrays
 from explore.model.mechanism import Mechanism
-from explore.model.quantities import FloatArray
+from explore.model.quantities import FloatArray, Parameter
 from explore.model.request import Request
 from explore.model.status import Status
 
-#: Lengths evaluated between two flattened linkages, where a metric has at most one extremum.
+#: Lengths evaluated between two flattened loops, where a metric has at most one extremum.
 _SCAN_POINTS = 9
+#: Longest length that is tried where none flattens the loop, in sums of the other lengths.
+_LONGEST = 1e6
 #: Largest error, relative to the prescribed value or to 1, of a metric that touches the value without crossing it.
 _TOUCHING_TOLERANCE = 1e-12
-#: The same where it crosses the value: next to a flattened linkage the metric changes this much between two doubles.
+#: The same where it crosses the value: next to a flattened loop the metric changes this much between two doubles.
 _CROSSING_TOLERANCE = 1e-9
-#: Distance to a flattened linkage, in units in the last place of the sum of all lengths, that counts as flattened.
+#: Distance to a flattened loop, in units in the last place of the sum of all lengths, that counts as flattened.
 _CLEARANCE = 8.0
 #: To the last bit, so that equal designs get equal lengths whatever the iterations.
 _TOLERANCES: Any = {"xatol": 0.0, "xrtol": 4.0 * np.finfo(float).eps, "fatol": 0.0, "frtol": 0.0}
@@ -65,7 +68,7 @@ class SolvedSpace(DesignSpace):
 
 
 def solve(mechanism: Mechanism, solved: SolvedLength, columns: Arrays) -> FloatArray:
-    """Solve for the smallest length at which each design has the prescribed value and its crank turns.
+    """Solve for the smallest length at which each design has a motion and the prescribed value.
 
     Parameters
     ----------
@@ -74,7 +77,7 @@ def solve(mechanism: Mechanism, solved: SolvedLength, columns: Arrays) -> FloatA
     solved
         The length, the metric and its value.
     columns
-        The other parameters by name, each of shape (n,).
+        The other parameters by name, each of shape (n,); those with a default may be missing.
 
     Returns
     -------
@@ -83,35 +86,61 @@ def solve(mechanism: Mechanism, solved: SolvedLength, columns: Arrays) -> FloatA
 
     Notes
     -----
-    Flattened linkages divide the range of the length into intervals. In each, in ascending order, the difference
-    between the metric and its prescribed value is evaluated at a few lengths. A change of sign brackets a root. A
-    minimum of the difference's size before the first change of sign is a root or brackets one. Chandrupatla's method
-    finds the root to the last bit.
+    Where one length equals a signed sum of the others the loop is flattened. Flattened loops divide the range of the
+    length into intervals. In each, in ascending order, the difference between the metric and its prescribed value is
+    evaluated at a few lengths. A change of sign brackets a root. A minimum of the difference's size before the first
+    change of sign is a root or brackets one. Chandrupatla's method finds the root to the last bit.
     """
-    others = [_usable(columns[name]) for name in mechanism.loop_lengths if name != solved.name]
-    lengths = np.full(len(others[0]), np.nan)
+    parameter, n = mechanism.parameter(solved.name), len(next(iter(columns.values())))
+    others = [
+        _usable(other, columns[other.name] if other.name in columns else np.full(n, other.default))
+        for other in map(mechanism.parameter, mechanism.loop_lengths)
+        if other is not parameter
+    ]
+    lowest = max(solved.low, float(np.nextafter(parameter.lower, math.inf)))
+    highest = min(solved.high, parameter.upper)
+    lengths, total = np.full(n, np.nan), np.sum(np.abs(others), axis=0)
     difference = _difference(mechanism, solved, columns)
-    for (lower, lower_clearance), (upper, upper_clearance) in pairwise(_interval_ends(others)):
-        low, high = np.maximum(lower + lower_clearance, solved.low), np.minimum(upper - upper_clearance, solved.high)
+    for (lower, lower_clearance), (upper, upper_clearance) in pairwise(_interval_ends(others, parameter.lower < 0.0)):
+        low, high = np.maximum(lower + lower_clearance, lowest), np.minimum(upper - upper_clearance, highest)
         unsolved = np.flatnonzero(np.isnan(lengths) & (low < high))
-        # The class of a linkage is constant in an interval: one length decides whether the metric exists.
-        unsolved = unsolved[np.isfinite(difference(0.5 * (low + high)[unsolved], unsolved))]
+        # What kind of loop it is does not change in an interval: one length decides whether the metric exists.
+        middle = np.clip(0.5 * (low + high), -2.0 * total, 2.0 * total)
+        unsolved = unsolved[np.isfinite(difference(middle[unsolved], unsolved))]
         if len(unsolved):
             scale = max(abs(solved.value), 1.0)
-            lengths[unsolved] = _smallest_root(difference, low[unsolved], high[unsolved], unsolved, scale)
+            scan = _scan(low[unsolved], high[unsolved], total[unsolved])
+            lengths[unsolved] = _smallest_root(difference, scan, unsolved, scale)
     return lengths
 
 
-def _usable(lengths: FloatArray) -> FloatArray:
-    """The lengths, NaN where they are out of range, so that those designs have no solution."""
-    return np.where((lengths > SMALLEST_PARAMETER) & (lengths <= LARGEST_PARAMETER), lengths, np.nan)
+def _usable(parameter: Parameter, values: FloatArray) -> FloatArray:
+    """The values, NaN where they are out of range, so that those designs have no solution."""
+    sizes = np.abs(values)
+    is_usable = (sizes <= LARGEST_PARAMETER) & ((sizes > SMALLEST_PARAMETER) | (values == 0.0))
+    return np.where(is_usable & parameter.allows(values), values, np.nan)
+
+
+def _scan(low: FloatArray, high: FloatArray, total: FloatArray) -> FloatArray:
+    """Lengths to evaluate from `low` to `high`, ascending, shape (k, n).
+
+    They are denser at the ends, where a metric may vary like a square root. Where they go beyond the sum of the other
+    lengths, `total`, they are evenly spaced in the logarithm of the distance.
+    """
+    steps = np.sin(0.5 * np.pi * np.linspace(0.0, 1.0, _SCAN_POINTS))[:, None] ** 2
+    lengths = low + steps * (high - low)
+    growth = np.log1p((high - low) / total)
+    lengths = np.where(low >= total, low + total * np.expm1(steps * growth), lengths)
+    lengths = np.where(high <= -total, high - total * np.expm1((1.0 - steps) * growth), lengths)
+    lengths[0], lengths[-1] = low, high
+    return lengths
 
 
 _Difference = Callable[..., FloatArray]
 
 
 def _difference(mechanism: Mechanism, solved: SolvedLength, columns: Arrays) -> _Difference:
-    """A function of lengths and indices of designs: metric minus prescribed value, NaN where the crank cannot turn."""
+    """A function of lengths and indices of designs: metric minus prescribed value, NaN where there is no motion."""
     window = next(window for window in mechanism.windows if window.name == mechanism.default_window)
     request = Request(mechanism, (solved.metric,), (), window, mechanism.default_drive, 1e-9)
     moving = [Status.OK, *(code for code, status in mechanism.statuses.items() if status.lacks_strokes)]
@@ -124,33 +153,46 @@ def _difference(mechanism: Mechanism, solved: SolvedLength, columns: Arrays) -> 
     return difference
 
 
-def _interval_ends(others: list[FloatArray]) -> list[tuple[FloatArray, FloatArray]]:
-    """Ends of the intervals, ascending, and the clearance to keep from each, both (n,)."""
+def _interval_ends(others: list[FloatArray], is_signed: bool) -> list[tuple[FloatArray, FloatArray]]:
+    """Ends of the intervals, ascending, and the clearance to keep from each, both (n,).
+
+    Parameters
+    ----------
+    is_signed
+        Whether the length may be negative, as an offset.
+    """
     first, *rest = others
     flattened = [
         np.abs(first + np.sum([sign * length for sign, length in zip(signs, rest, strict=True)], axis=0))
         for signs in product((1.0, -1.0), repeat=len(rest))
     ]
-    clearance = _CLEARANCE * np.spacing(np.sum(others, axis=0))
-    # At the length of another link this one may become the shortest or longest: a margin has a corner there, but the
-    # length is allowed, so no clearance is kept unless the linkage is flattened too.
-    is_flattened = [np.min([np.abs(other - each) for each in flattened], axis=0) <= clearance for other in others]
-    ends = np.array([np.zeros_like(first), *flattened, *others])
-    clearances = np.concatenate([np.tile(clearance, (1 + len(flattened), 1)), np.where(is_flattened, clearance, 0.0)])
+    total = np.sum(np.abs(others), axis=0)
+    clearance = _CLEARANCE * np.spacing(total)
+    # At 0 and where two lengths are equal a margin has a corner, but the length is allowed, so no clearance is kept
+    # unless the loop is flattened too.
+    corners = [np.abs(other) for other in others]
+    if is_signed:
+        flattened += [-each for each in flattened]
+        corners += [np.zeros_like(first), *(-each for each in corners)]
+    is_flattened = [np.min([np.abs(corner - each) for each in flattened], axis=0) <= clearance for corner in corners]
+    ends = [*flattened, *corners, _LONGEST * total, -_LONGEST * total if is_signed else np.zeros_like(first)]
+    clearances = np.concatenate(
+        [
+            np.tile(clearance, (len(flattened), 1)),
+            np.where(is_flattened, clearance, 0.0),
+            np.tile(clearance, (2, 1)),
+        ]
+    )
     order = np.argsort(ends, axis=0, kind="stable")
-    return list(zip(np.take_along_axis(ends, order, 0), np.take_along_axis(clearances, order, 0), strict=True))
+    return list(
+        zip(np.take_along_axis(np.array(ends), order, 0), np.take_along_axis(clearances, order, 0), strict=True)
+    )
 
 
-def _smallest_root(
-    difference: _Difference, low: FloatArray, high: FloatArray, designs: _Indices, scale: float
-) -> FloatArray:
-    """Smallest root of each design's difference between low and high, where it is smooth; NaN where there is none."""
+def _smallest_root(difference: _Difference, lengths: FloatArray, designs: _Indices, scale: float) -> FloatArray:
+    """Smallest root of each design's difference within a scan, where it is smooth; NaN where there is none."""
     from scipy.optimize.elementwise import find_root
 
-    # Denser at the ends, where a metric may vary like a square root.
-    steps = np.sin(0.5 * np.pi * np.linspace(0.0, 1.0, _SCAN_POINTS)) ** 2
-    lengths = low + steps[:, None] * (high - low)
-    lengths[-1] = high
     differences = np.array([difference(row, designs) for row in lengths])
     differences[np.abs(differences) <= _TOUCHING_TOLERANCE * scale] = 0.0
     sign_changes = np.sign(differences[1:]) * np.sign(differences[:-1]) <= 0.0

@@ -133,7 +133,7 @@ class SolvedLength:
     low, high
         Bounds of the length, inclusive.
     varies, has_nonzero
-        Constant: a solved length is not swept and is never 0.
+        Constant: a solved length is not swept, and 0 in few designs.
     """
 
     name: str

@@ -68,8 +68,13 @@ def _parameters(declaration: Declaration) -> Iterator[str]:
     for parameter in declaration.parameters:
         if parameter.default is not None and not parameter.allows(parameter.default):
             yield f"the default {parameter.default:g} of '{parameter.name}' is outside its own range"
-    names = {parameter.name for parameter in declaration.parameters}
-    yield from _unknown("parameter", declaration.loop_lengths, names, "loop_lengths")
+    by_name = {parameter.name: parameter for parameter in declaration.parameters}
+    yield from _unknown("parameter", declaration.loop_lengths, by_name, "loop_lengths")
+    for name in declaration.loop_lengths:
+        if by_name[name].scales_speed or by_name[name].choices or by_name[name].affects != "motion":
+            yield f"loop_lengths names '{name}', which is not a length"
+    if len(declaration.loop_lengths) == 1:
+        yield f"loop_lengths has only '{declaration.loop_lengths[0]}'; a loop has at least two lengths"
 
 
 def _columns(declaration: Declaration) -> Iterator[str]:
