@@ -30,6 +30,9 @@ ABSENT |= {
 PARTS = ("moments", "extremes", "interval")
 OK, TOLERANCE_NOT_MET = 1, 7
 DEGREES = 180.0 / np.pi
+#: Largest error of the references, where links are 1e7 times as long as others: a smaller difference counts as none,
+#: also beside a bound of 0.
+REFERENCE_ERROR = 4e-17
 
 
 class References:
@@ -77,7 +80,7 @@ class Bounds:
         return {
             "rows": error.size,
             "above": np.count_nonzero(error > bound),
-            "worst": np.max(error / bound),
+            "worst": np.max(_ratio(error, bound)),
             "missed": np.mean(is_missed),
             "needless": np.mean(is_missed & (error <= self.tolerance)),
             # a value that is right to the last bit counts as one that errs by a tenth of it
@@ -87,7 +90,7 @@ class Bounds:
     def worst(self, family=None, part=None):
         """Where the ratio of error to bound is largest: window, signal, statistic and design, counted in its family."""
         chosen = self._chosen(family, part)
-        ratio = np.nan_to_num(self.error[chosen] / self.bound[chosen], nan=-1.0, posinf=np.inf)
+        ratio = np.nan_to_num(_ratio(self.error[chosen], self.bound[chosen]), nan=-1.0, posinf=np.inf)
         request, design = np.unravel_index(np.argmax(ratio), ratio.shape)
         number = chosen[1][0, design]
         first = np.argmax(self.family == self.family[number])
@@ -98,6 +101,12 @@ class Bounds:
         requests = [part in (None, part_of(*request)) for request in self.requests]
         designs = np.full(len(self.family), True) if family is None else self.family == family
         return np.ix_(np.flatnonzero(requests), np.flatnonzero(designs))
+
+
+def _ratio(error, bound):
+    """Errors over their bounds; 0 where there is no error, also beside a bound of 0."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.where(error == 0.0, 0.0, error / bound)
 
 
 def part_of(window, signal, statistic):
@@ -113,6 +122,7 @@ def measure(references, tolerance):
     for request, (value, bound, status), (mean, variance, low, high) in _evaluated(references, tolerance):
         statistic = request[2]
         error = norms.worst(statistic, value, mean, variance, (low, high))
+        error[error <= REFERENCE_ERROR] = 0.0
         is_undefined = np.zeros(len(error), bool)
         if statistic == "cv":
             share = np.abs(mean) / np.sqrt(mean**2 + variance)

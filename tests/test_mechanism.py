@@ -245,6 +245,8 @@ def test_names_in_parts_exist():
     assert problem(MECHANISM, signals=signals).startswith(
         "derivative_of of 'rocker_velocity' names the signal 'rocker'"
     )
+    signals = changed(MECHANISM.signals, "rocker_angle", extremes_at=("overlap",))
+    assert problem(MECHANISM, signals=signals).startswith("extremes_at of 'rocker_angle' names the mark 'overlap'")
     signals = changed(RIG.signals, "coupler_force", required_loads=("torque",))
     assert problem(RIG, signals=signals).startswith("the signal 'coupler_force' names the parameter 'torque'")
 

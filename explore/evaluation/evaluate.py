@@ -1,9 +1,9 @@
 """Evaluate designs, doing only the work that the request needs.
 
-1. Closed form of the whole block; 2. screening by constraints on closed-form metrics; 3. sampling of the signals that
-the request uses, with the nodes that each design's geometry needs; 4. exact scaling with the speed: designs that differ
-only in speed share one kinematic evaluation, because velocities are proportional to the speed and accelerations to its
-square; 5. derived metrics.
+1. Closed form of the whole block; 2. screening by constraints on closed-form metrics, then on statistics that are known
+without samples; 3. sampling of the signals that the request uses, with the nodes that each design's geometry needs;
+4. exact scaling with the speed: designs that differ only in speed share one kinematic evaluation, because velocities
+are proportional to the speed and accelerations to its square; 5. derived metrics.
 
 The bound `error` of a row is over all statistics requested of it: |error of mean|/rms, |error of variance|/rms^2, of
 std and rms over rms, of extremes over the largest |signal|, of cv and derived metrics relative.
@@ -16,24 +16,21 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
 from explore.evaluation import constraints
 from explore.evaluation.derived import derive, has_any_of, has_required_parameters
-from explore.evaluation.sampled import SampledStatistics, sample_metrics
+from explore.evaluation.kinematics import evaluate_kinematics
 from explore.model.columns import Arrays, Column
 from explore.model.mechanism import Mechanism
-from explore.model.quantities import AnyMetric, DerivedMetric, FloatArray, Metric, Parameter, SampledMetric
+from explore.model.quantities import FloatArray, Metric
 from explore.model.request import Request
 from explore.model.status import Status
 
 #: Parameters of other magnitudes are not usable, because products of four of them would leave the range of doubles.
 SMALLEST_PARAMETER, LARGEST_PARAMETER = 1e-30, 1e30
-
-_Scalar = TypeVar("_Scalar", bound=np.generic)
 
 
 @dataclass(frozen=True)
@@ -90,12 +87,9 @@ def evaluate_columns(request: Request, parameters: Arrays) -> Evaluation:
     speed = inputs[mechanism.speed.name] if mechanism.speed else np.ones(len(usable))
     first_rows, inverse = _find_distinct(geometry, speed)
     distinct = geometry if first_rows is None else np.ascontiguousarray(geometry[:, first_rows])
-    kinematics = _evaluate_geometry(request, distinct)
-    values, errors = kinematics.scaled(request, inverse, np.where(usable, speed, np.nan))
+    kinematics = evaluate_kinematics(request, distinct, inverse, np.where(usable, speed, np.nan))
+    values, errors, error, status = kinematics.values, kinematics.errors, kinematics.error, kinematics.status
     _remove_forces_without_load(request, inputs, values)
-    error = _per_design(kinematics.sampled.error, inverse)
-    status = _per_design(kinematics.status, inverse).copy()
-    nodes = _per_design(kinematics.sampled.nodes, inverse)
     if request.derived:
         usable_inputs = {name: np.where(usable, column, np.nan) for name, column in inputs.items()}
         derived, bound = derive(request, usable_inputs, values, errors)
@@ -106,8 +100,8 @@ def evaluate_columns(request: Request, parameters: Arrays) -> Evaluation:
         has_parameters = has_required_parameters(request, inputs)
         status[~has_parameters & np.isin(status, (Status.OK, Status.TOLERANCE_NOT_MET))] = Status.NOT_GIVEN
     status[~usable] = Status.NOT_FINITE
-    work: Arrays = {"nodes": nodes.astype(np.int32), "error": error}
-    return Evaluation(_assemble(request, parameters, values, work, status, usable), kinematics.sampled.evaluations)
+    work: Arrays = {"nodes": kinematics.nodes.astype(np.int32), "error": error}
+    return Evaluation(_assemble(request, parameters, values, work, status, usable), kinematics.evaluations)
 
 
 def _complete(mechanism: Mechanism, parameters: Arrays) -> Arrays:
@@ -192,83 +186,6 @@ def _find_distinct(
         return None, None
     _, first_rows, inverse = np.unique(geometry, axis=1, return_index=True, return_inverse=True)
     return (None, None) if len(first_rows) == n else (first_rows, inverse.reshape(n))
-
-
-def _per_design(values: npt.NDArray[_Scalar], inverse: npt.NDArray[np.intp] | None) -> npt.NDArray[_Scalar]:
-    """Values of distinct geometries, shape (u,), for each design, shape (n,); see `_find_distinct`."""
-    return values if inverse is None else values[inverse]
-
-
-@dataclass
-class _Kinematics:
-    """Closed-form and sampled metrics of distinct geometries for unit speed, each of shape (u,)."""
-
-    closed: dict[str, FloatArray]
-    sampled: SampledStatistics
-    status: npt.NDArray[np.int8]
-
-    def scaled(
-        self, request: Request, inverse: npt.NDArray[np.intp] | None, speed: FloatArray
-    ) -> tuple[dict[str, FloatArray], dict[str, FloatArray]]:
-        """All metrics but derived ones at the speeds of the designs, and bounds of their errors, each of shape (n,)."""
-        values: dict[str, FloatArray] = {}
-        errors: dict[str, FloatArray] = {}
-        powers: dict[int, FloatArray | None] = {0: None, 1: speed}
-        for metric in request.parts:
-            if isinstance(metric, Parameter):
-                continue
-            source = self.sampled.values if isinstance(metric, SampledMetric) else self.closed
-            column = _per_design(source[metric.name], inverse)
-            power = _scaling_power(metric)
-            if power not in powers:
-                powers[power] = speed**power
-            factor = powers[power]
-            values[metric.name] = column if factor is None else column * factor
-            if metric.name in self.sampled.errors:
-                bound = _per_design(self.sampled.errors[metric.name], inverse)
-                errors[metric.name] = bound if factor is None else bound * factor
-        return values, errors
-
-
-def speed_power(metric: AnyMetric) -> int | None:
-    """The power of the speed that a metric is proportional to; None where it need not be proportional to any."""
-    if isinstance(metric, DerivedMetric) or (isinstance(metric, SampledMetric) and metric.signal.depends_on_load):
-        return None
-    return _scaling_power(metric)
-
-
-def _scaling_power(metric: Metric | SampledMetric) -> int:
-    """The power of the speed by which a metric for unit speed is multiplied."""
-    if not isinstance(metric, SampledMetric) or metric.statistic == "cv":
-        return 0
-    return metric.signal.speed_power * (2 if metric.statistic == "variance" else 1)
-
-
-def _evaluate_geometry(request: Request, geometry: FloatArray) -> _Kinematics:
-    """Closed form, screening and sampling for unit speed."""
-    mechanism = request.mechanism
-    result = mechanism.evaluate_closed_form(geometry)
-    closed = {metric.name: result.metrics[k] for k, metric in enumerate(mechanism.metrics)}
-    windows = (request.window, *(metric.window for metric in request.sampled))
-    needs_stroke = [window.needs_stroke for window in windows] + [
-        metric.signal.needs_stroke for metric in request.sampled
-    ]
-    if not any(needs_stroke):
-        for code, status in mechanism.statuses.items():
-            if status.lacks_strokes:
-                result.status[result.status == code] = Status.OK
-    _screen(request, closed, result.status)
-    if not request.sampled:
-        return _Kinematics(closed, SampledStatistics.empty(geometry.shape[1]), result.status)
-    return _Kinematics(closed, sample_metrics(request, geometry, result.status), result.status)
-
-
-def _screen(request: Request, closed: dict[str, FloatArray], status: npt.NDArray[np.int8]) -> None:
-    """Mark the designs that violate a constraint on a closed-form metric."""
-    for constraint in request.constraints:
-        if isinstance(constraint.metric, Metric):
-            holds = constraints.is_satisfied(constraints.margin(constraint, closed[constraint.metric.name]))
-            status[(status == Status.OK) & ~holds] = Status.SCREENED
 
 
 def _assemble(

@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from explore.evaluation.windows import specify_window
 from explore.model.declaration import MOST_SINGULARITIES
+from explore.model.mechanism import Mechanism
 from explore.model.quantities import FloatArray, SampledMetric, Signal, Window
 from explore.model.request import Request
 from explore.model.status import Status
@@ -81,6 +82,15 @@ class SampledStatistics:
         """No metrics of `count` geometries, with 0 nodes and an error of 0."""
         return cls({}, {}, np.zeros(count, dtype=np.int64), np.zeros(count))
 
+    def replace(self, designs: npt.NDArray[np.bool_], others: SampledStatistics) -> None:
+        """Take these designs, shape (u,), from other statistics of the same metrics."""
+        for own, other in ((self.values, others.values), (self.errors, others.errors)):
+            for name, column in other.items():
+                own[name] = np.where(designs, column, own[name])
+        self.nodes = np.where(designs, others.nodes, self.nodes)
+        self.error = np.where(designs, others.error, self.error)
+        self.evaluations += others.evaluations
+
 
 @dataclass(frozen=True)
 class _LoopTables:
@@ -99,21 +109,29 @@ class _LoopTables:
         return row
 
 
-def sample_metrics(request: Request, parameters: FloatArray, status: npt.NDArray[np.int8]) -> SampledStatistics:
-    """Sample the designs whose status is OK, and update their status.
+def sample_metrics(
+    request: Request,
+    metrics: tuple[SampledMetric, ...],
+    parameters: FloatArray,
+    active: npt.NDArray[np.bool_],
+    status: npt.NDArray[np.int8],
+) -> SampledStatistics:
+    """Sample the active designs, and update their status.
 
     Parameters
     ----------
+    metrics
+        Those of the request that need samples.
     parameters : (p, u) array
         Parameters of the closed form, of u distinct geometries.
-    status : (u,) array
+    active, status : (u,) arrays
     """
     mechanism = request.mechanism
     bounded = {metric for derived in request.derived for metric in derived.sampled}
-    tables = _make_tables(request, bounded)
-    tolerance = request.tolerance * (_INPUT_TOLERANCE_FACTOR if request.derived else 1.0)
+    tables = _make_tables(request.mechanism, metrics, bounded)
+    tolerance = statistics_tolerance(request)
     statistics = np.full((tables.slots.max() + 1, len(status)), np.nan)
-    result, active = SampledStatistics.empty(len(status)), status == Status.OK
+    result = SampledStatistics.empty(len(status))
     windows = tables.windows
     singular = [*mechanism.singularities, *[(-1, -1)] * (MOST_SINGULARITIES - len(mechanism.singularities))]
     singular_rows, singular_anchors = np.array(singular, dtype=np.int64).T.copy()
@@ -137,7 +155,7 @@ def sample_metrics(request: Request, parameters: FloatArray, status: npt.NDArray
     result.evaluations = int(np.count_nonzero(active))
     status[active & ~(result.error <= request.tolerance)] = Status.TOLERANCE_NOT_MET
     status[active & ~np.isfinite(statistics).all(axis=0)] = Status.NOT_FINITE
-    for metric in request.sampled:
+    for metric in metrics:
         slots = tables.slots_of(metric)
         result.values[metric.name] = _statistic(metric, statistics, slots, request.tolerance)
         if metric in bounded:
@@ -145,15 +163,20 @@ def sample_metrics(request: Request, parameters: FloatArray, status: npt.NDArray
     return result
 
 
-def _make_tables(request: Request, bounded: set[SampledMetric]) -> _LoopTables:
-    """The tables of a request's sampled metrics; those in `bounded` need a bound of their own error."""
-    windows = tuple(dict.fromkeys(metric.window for metric in request.sampled))
-    shape = (len(windows), request.mechanism.signal_rows)
+def statistics_tolerance(request: Request) -> float:
+    """The tolerance of statistics, which is smaller where derived metrics depend on them."""
+    return request.tolerance * (_INPUT_TOLERANCE_FACTOR if request.derived else 1.0)
+
+
+def _make_tables(mechanism: Mechanism, metrics: tuple[SampledMetric, ...], bounded: set[SampledMetric]) -> _LoopTables:
+    """The tables of sampled metrics; those in `bounded` need a bound of their own error."""
+    windows = tuple(dict.fromkeys(metric.window for metric in metrics))
+    shape = (len(windows), mechanism.signal_rows)
     needs, flags = np.zeros(len(windows), dtype=np.int64), np.zeros(shape, dtype=np.int64)
     orders, term_rows = np.full(shape, 2, dtype=np.int64), np.full(shape[1], -1, dtype=np.int64)
     slots = np.full((*shape, N_STATISTICS), -1, dtype=np.int64)
     slot_count = 0
-    for metric in request.sampled:
+    for metric in metrics:
         w, signal = windows.index(metric.window), metric.signal
         needs[w] |= signal.needs
         flags[w, signal.row] |= FLAG_MOMENTS | _flags_of(metric)

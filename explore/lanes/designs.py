@@ -69,6 +69,38 @@ def constants_of(close, parameters, record_rows, first_parameter, constants):
 
 
 @compiled(
+    types.void(_FILL, _F2, types.int64, _F1, types.int64, types.int64, types.int64, types.int64, _F1), allocates=True
+)
+def fill_row(fill, constants, rows_read, tangents, anchor, needs, rows, row, values):
+    """Fill one signal of many designs at one angle each; the lanes are designs.
+
+    Parameters
+    ----------
+    constants : (k, n) array
+        Of the designs; `fill` reads the first `rows_read` rows.
+    tangents : (n,) array
+        Half-tangents of the angles from the anchor.
+    anchor, needs, rows
+        Of `fill`.
+    row
+        Row of the signal.
+    values : (n,) array
+        Filled.
+    """
+    tile, node, out = np.empty(rows_read * LANES), np.empty(LANES), np.empty(rows * LANES)
+    n = len(tangents)
+    for start in range(0, n, LANES):
+        for lane in range(LANES):
+            node[lane] = tangents[min(start + lane, n - 1)]
+        for k in range(rows_read):
+            for lane in range(LANES):
+                tile[k * LANES + lane] = constants[k, min(start + lane, n - 1)]
+        fill(tile, node, anchor, 0, 0, 1, needs, out)
+        for lane in range(min(LANES, n - start)):
+            values[start + lane] = out[row * LANES + lane]
+
+
+@compiled(
     types.void(_FILL, _F1, types.int64[::1], types.int64[::1], _F1, types.int64, types.int64, types.int64, _F2),
     allocates=True,
 )

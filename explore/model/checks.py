@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Collection, Iterable, Iterator
 from typing import TypeVar
 
-from explore.model.declaration import MOST_SINGULARITIES, Declaration
+from explore.model.declaration import ANCHORS, MOST_SINGULARITIES, Declaration
 from explore.model.status import OWN_CODES, Status
 
 _Item = TypeVar("_Item", str, int)
@@ -121,6 +121,8 @@ def _signals(declaration: Declaration) -> Iterator[str]:
             if not first <= row < declaration.signal_rows:
                 yield f"{field} {row} of the signal '{signal.name}' is not one of the {declaration.signal_rows} rows"
         yield from _unknown("parameter", signal.required_loads, parameters, f"the signal '{signal.name}'")
+        marks = {*declaration.marks, *ANCHORS}
+        yield from _unknown("mark", signal.extremes_at, marks, f"extremes_at of '{signal.name}'")
         if signal.derivative_of:
             yield from _unknown("signal", [signal.derivative_of], by_name, f"derivative_of of '{signal.name}'")
         if signal.shares_row_with:

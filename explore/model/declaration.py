@@ -11,6 +11,8 @@ from explore.model.status import OwnStatus, Status
 
 #: Most singularities that a mechanism declares.
 MOST_SINGULARITIES = 3
+#: Names of the input angles 0 and half a turn in `Signal.extremes_at`.
+ANCHORS = ("anchor", "opposite")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -109,6 +111,10 @@ class Declaration:
     def parameter(self, name: str) -> Parameter:
         """The parameter of that name."""
         return next(p for p in self.parameters if p.name == name)
+
+    def signal(self, name: str) -> Signal:
+        """The signal of that name."""
+        return next(signal for signal in self.signals if signal.name == name)
 
     def metric_names(self) -> Iterator[str]:
         """All names that a metric can have, in any window."""

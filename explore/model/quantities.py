@@ -13,6 +13,8 @@ FloatArray = npt.NDArray[np.float64]
 Sense = Literal["min", "max"]
 
 STATISTICS = ("mean", "variance", "std", "cv", "min", "max", "rms", "peak_to_peak")
+#: Statistics that are the smallest and the largest value, or their difference.
+EXTREME_STATISTICS = ("min", "max", "peak_to_peak")
 #: Statistics that are names of metrics by themselves: those of the mechanism's output.
 OUTPUT_STATISTICS = ("mean", "variance", "cv")
 #: Statistics of a magnitude. "power_mean" is (mean |x|^(10/3))^(3/10), by which roller bearings are sized.
@@ -111,7 +113,11 @@ class Signal:
         Whether the signal is small beside the terms in `terms_row` and has their singularities.
     derivative_of
         Name of the signal whose derivative by the crank angle this one is, times the speed to the difference of their
-        speed powers, angles in rad; empty for none.
+        speed powers, angles in rad; empty for none. That signal has no jumps, and is the same after a turn unless it
+        has `needs_stroke` and the output does not rock.
+    extremes_at
+        Marks, or "anchor" (angle 0) and "opposite" (half a turn), between which the signal is monotonic; empty where
+        nothing is known of its extremes.
     """
 
     name: str
@@ -131,6 +137,7 @@ class Signal:
     shares_row_with: str = ""
     is_residual: bool = False
     derivative_of: str = ""
+    extremes_at: tuple[str, ...] = ()
 
     @property
     def statistics(self) -> tuple[str, ...]:

@@ -53,7 +53,7 @@ class OwnStatus:
 _STATUS_SENTENCES = {
     Status.PENDING: "not computed yet",
     Status.OK: "computed",
-    Status.SCREENED: "a constraint known from the geometry alone fails; nothing was sampled",
+    Status.SCREENED: "a constraint that is known without samples fails; nothing was sampled",
     Status.TOLERANCE_NOT_MET: "the error bound misses the tolerance; the values are kept",
     Status.NOT_FINITE: "a parameter or a metric is not a usable finite number",
     Status.FAILED: "the block of this design failed to compute",

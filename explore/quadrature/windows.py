@@ -117,6 +117,31 @@ def _add_interval(panels, k, start, stop, breaks, count):
         start, anchor = end, anchor + 1.0
 
 
+@compiled("UniTuple(float64, 2)(int64, float64, float64)", inlined=True)
+def orient(kind, start, stop):
+    """The ends of the longer or shorter of an arc and its complement; those of an ARC as they are."""
+    if kind == ARC:
+        return start, stop
+    # Without the rounding of angles: about the anchor inside the arc the product of the half-tangents of its ends is
+    # below -1 where the arc exceeds half a turn. An arc between ends on the same side of the anchor goes past both
+    # anchors or past neither.
+    product = -start * stop if start < stop else -1.0 / (start * stop)
+    same_side = start * stop >= 0.0
+    first_is_longer = start > stop if same_side else product > 1.0 + TIE
+    if first_is_longer != (kind == LONGER):
+        return stop, start
+    return start, stop
+
+
+@compiled("void(int64, float64[::1], float64[::1], float64[::1])")
+def orient_arcs(kind, starts, stops, lengths):
+    """Orient many arcs in place, as `orient` does, and fill their lengths, rad."""
+    for i in range(len(starts)):
+        start, stop = orient(kind, starts[i], stops[i])
+        half = math.atan2(stop - start, 1.0 + start * stop)
+        starts[i], stops[i], lengths[i] = start, stop, 2.0 * (half if half > 0.0 else half + math.pi)
+
+
 @compiled("int64(float64[::1], int64, int64, float64, float64, float64[::1], int64)")
 def add_window(panels, k, kind, start, stop, breaks, count):
     """Append the panels of a window of one design.
@@ -153,15 +178,7 @@ def add_window(panels, k, kind, start, stop, breaks, count):
             else:
                 k = add_arc(panels, k, breaks[i], following, i)
         return k
-    if kind != ARC:
-        # The longer of two parts of the turn, without the rounding of angles: about the anchor inside the arc the
-        # product of the half-tangents of its ends is below -1 where the arc exceeds half a turn. An arc between ends on
-        # the same side of the anchor goes past both anchors or past neither.
-        product = -start * stop if start < stop else -1.0 / (start * stop)
-        same_side = start * stop >= 0.0
-        first_is_longer = start > stop if same_side else product > 1.0 + TIE
-        if first_is_longer != (kind == LONGER):
-            start, stop = stop, start
+    start, stop = orient(kind, start, stop)
     if count == 0:
         return add_arc(panels, k, start, stop, 0)
     return _add_cut_arc(panels, k, start, stop, _offset(start, stop), breaks, count)

@@ -17,7 +17,8 @@ from explore._version import __version__
 from explore.config.study import Study
 from explore.designs.spaces import BLOCK_SIZE
 from explore.errors import RequestError, ResultsError
-from explore.evaluation.evaluate import output_columns, speed_power
+from explore.evaluation.evaluate import output_columns
+from explore.evaluation.kinematics import speed_power
 from explore.model.columns import Arrays, Attribute, Column
 from explore.model.request import Objective
 from explore.ranking.pareto import find_front

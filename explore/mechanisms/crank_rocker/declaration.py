@@ -87,8 +87,23 @@ CRANK_ROCKER = Mechanism(
     ),
     signals=(
         Signal("coupler_angle", "deg", "coupler angle", four_bar.COUPLER_ANGLE, four_bar.ANGLES, needs_stroke=True),
-        Signal("rocker_angle", "deg", "rocker angle", four_bar.ROCKER_ANGLE, four_bar.ANGLES, needs_stroke=True),
-        Signal("transmission_angle", "deg", "transmission angle", four_bar.TRANSMISSION_ANGLE, four_bar.TRANSMISSION),
+        Signal(
+            "rocker_angle",
+            "deg",
+            "rocker angle",
+            four_bar.ROCKER_ANGLE,
+            four_bar.ANGLES,
+            needs_stroke=True,
+            extremes_at=("overlapped", "extended"),
+        ),
+        Signal(
+            "transmission_angle",
+            "deg",
+            "transmission angle",
+            four_bar.TRANSMISSION_ANGLE,
+            four_bar.TRANSMISSION,
+            extremes_at=("anchor", "opposite"),
+        ),
         *_VELOCITY_SIGNALS,
         Signal(
             "output_velocity",

@@ -1,0 +1,196 @@
+"""Kinematics of designs: closed form, screening and sampling of distinct geometries, then scaling with the speed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TypeVar
+
+import numpy as np
+import numpy.typing as npt
+
+from explore.evaluation import constraints
+from explore.evaluation.known import KnownStatistics, evaluate_known
+from explore.evaluation.sampled import SampledStatistics, sample_metrics
+from explore.model.quantities import AnyMetric, DerivedMetric, FloatArray, Metric, Parameter, SampledMetric
+from explore.model.request import Request
+from explore.model.status import Status
+
+BoolArray = npt.NDArray[np.bool_]
+_Indices = npt.NDArray[np.intp]
+_Scalar = TypeVar("_Scalar", bound=np.generic)
+
+
+@dataclass
+class Kinematics:
+    """Closed-form metrics and statistics of n designs at their speeds.
+
+    Attributes
+    ----------
+    values, errors
+        All metrics but derived ones by name, and bounds of the absolute errors of those that derived metrics need.
+    nodes, error, status
+        Signal evaluations, bound of the worst relative error, and status of each design.
+    evaluations
+        Number of geometries that were sampled.
+    """
+
+    values: dict[str, FloatArray]
+    errors: dict[str, FloatArray]
+    nodes: npt.NDArray[np.int64]
+    error: FloatArray
+    status: npt.NDArray[np.int8]
+    evaluations: int
+
+
+def evaluate_kinematics(
+    request: Request, geometry: FloatArray, inverse: _Indices | None, speed: FloatArray
+) -> Kinematics:
+    """Closed form, screening and sampling of distinct geometries, scaled with the speeds of the designs.
+
+    Parameters
+    ----------
+    geometry : (p, u) array
+        Parameters of the closed form.
+    inverse : (n,) array
+        The geometry of each design; None where each design has its own.
+    speed : (n,) array
+    """
+    mechanism = request.mechanism
+    result = mechanism.evaluate_closed_form(geometry)
+    closed = {metric.name: result.metrics[k] for k, metric in enumerate(mechanism.metrics)}
+    has_stroke = ~np.isin(result.status, [code for code, own in mechanism.statuses.items() if own.lacks_strokes])
+    if not _needs_stroke(request):
+        result.status[~has_stroke] = Status.OK
+    _screen(request, closed, result.status)
+    known = evaluate_known(request, geometry, result.status == Status.OK, has_stroke)
+    is_screened = _violates_known(request, known, inverse, speed)
+    active = result.status == Status.OK
+    if is_screened.any():
+        active &= _has_any(~is_screened, inverse, len(active))
+    sampled = _sample(request, known, geometry, active, result.status)
+    values, errors = _scale(request, closed, sampled, inverse, speed)
+    kinematics = Kinematics(
+        values,
+        errors,
+        _per_design(sampled.nodes, inverse),
+        _per_design(sampled.error, inverse),
+        _per_design(result.status, inverse).copy(),
+        sampled.evaluations,
+    )
+    if is_screened.any():
+        _remove_samples(request, known, kinematics, is_screened, _per_design(known.error, inverse))
+    return kinematics
+
+
+def _needs_stroke(request: Request) -> bool:
+    """Whether a metric of the request exists only where the output rocks."""
+    windows = (request.window, *(metric.window for metric in request.sampled))
+    return any(window.needs_stroke for window in windows) or any(m.signal.needs_stroke for m in request.sampled)
+
+
+def _screen(request: Request, closed: dict[str, FloatArray], status: npt.NDArray[np.int8]) -> None:
+    """Mark the geometries that violate a constraint on a closed-form metric."""
+    for constraint in request.constraints:
+        if isinstance(constraint.metric, Metric):
+            holds = constraints.is_satisfied(constraints.margin(constraint, closed[constraint.metric.name]))
+            status[(status == Status.OK) & ~holds] = Status.SCREENED
+
+
+def _violates_known(request: Request, known: KnownStatistics, inverse: _Indices | None, speed: FloatArray) -> BoolArray:
+    """Whether each design violates a constraint on a statistic that is known without samples, shape (n,)."""
+    violates = np.zeros(len(speed), dtype=np.bool_)
+    for constraint in request.constraints:
+        metric = constraint.metric
+        if isinstance(metric, SampledMetric) and metric.name in known.values:
+            values = _per_design(known.values[metric.name], inverse) * speed ** _scaling_power(metric)
+            violates |= ~constraints.is_satisfied(constraints.margin(constraint, values))
+    return violates & _per_design(known.is_known, inverse)
+
+
+def _has_any(designs: BoolArray, inverse: _Indices | None, count: int) -> BoolArray:
+    """Whether each of `count` geometries belongs to one of these designs, shape (u,)."""
+    if inverse is None:
+        return designs
+    result = np.zeros(count, dtype=np.bool_)
+    result[inverse[designs]] = True
+    return result
+
+
+def _sample(
+    request: Request, known: KnownStatistics, geometry: FloatArray, active: BoolArray, status: npt.NDArray[np.int8]
+) -> SampledStatistics:
+    """Statistics of the active geometries: known where the bound allows, else sampled."""
+    others = tuple(metric for metric in request.sampled if metric.name not in known.values)
+    is_complete = known.is_known if known.values else np.ones(len(active), dtype=np.bool_)
+    result = (
+        sample_metrics(request, others, geometry, active & is_complete, status)
+        if others
+        else SampledStatistics.empty(len(active))
+    )
+    if not known.values:
+        return result
+    result.values |= known.values
+    result.errors |= known.errors
+    result.error = np.maximum(result.error, known.error)
+    incomplete = active & ~is_complete
+    if incomplete.any():
+        result.replace(incomplete, sample_metrics(request, request.sampled, geometry, incomplete, status))
+    return result
+
+
+def _scale(
+    request: Request,
+    closed: dict[str, FloatArray],
+    sampled: SampledStatistics,
+    inverse: _Indices | None,
+    speed: FloatArray,
+) -> tuple[dict[str, FloatArray], dict[str, FloatArray]]:
+    """All metrics but derived ones at the speeds of the designs, and bounds of their errors, each of shape (n,)."""
+    values: dict[str, FloatArray] = {}
+    errors: dict[str, FloatArray] = {}
+    powers: dict[int, FloatArray | None] = {0: None, 1: speed}
+    for metric in request.parts:
+        if isinstance(metric, Parameter):
+            continue
+        source = sampled.values if isinstance(metric, SampledMetric) else closed
+        column = _per_design(source[metric.name], inverse)
+        power = _scaling_power(metric)
+        if power not in powers:
+            powers[power] = speed**power
+        factor = powers[power]
+        values[metric.name] = column if factor is None else column * factor
+        if metric.name in sampled.errors:
+            bound = _per_design(sampled.errors[metric.name], inverse)
+            errors[metric.name] = bound if factor is None else bound * factor
+    return values, errors
+
+
+def _remove_samples(
+    request: Request, known: KnownStatistics, kinematics: Kinematics, designs: BoolArray, error: FloatArray
+) -> None:
+    """Keep of these designs only what is known without samples: another speed may have needed those of the geometry."""
+    kinematics.status[designs] = Status.SCREENED
+    kinematics.nodes = np.where(designs, 0, kinematics.nodes)
+    kinematics.error = np.where(designs, error, kinematics.error)
+    for metric in request.sampled:
+        if metric.name not in known.values:
+            kinematics.values[metric.name] = np.where(designs, np.nan, kinematics.values[metric.name])
+
+
+def _per_design(values: npt.NDArray[_Scalar], inverse: _Indices | None) -> npt.NDArray[_Scalar]:
+    """Values of distinct geometries, shape (u,), for each design, shape (n,)."""
+    return values if inverse is None else values[inverse]
+
+
+def speed_power(metric: AnyMetric) -> int | None:
+    """The power of the speed that a metric is proportional to; None where it need not be proportional to any."""
+    if isinstance(metric, DerivedMetric) or (isinstance(metric, SampledMetric) and metric.signal.depends_on_load):
+        return None
+    return _scaling_power(metric)
+
+
+def _scaling_power(metric: Metric | SampledMetric) -> int:
+    """The power of the speed by which a metric for unit speed is multiplied."""
+    if not isinstance(metric, SampledMetric) or metric.statistic == "cv":
+        return 0
+    return metric.signal.speed_power * (2 if metric.statistic == "variance" else 1)

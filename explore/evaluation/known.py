@@ -1,0 +1,178 @@
+"""Statistics that are known without samples: means of 0, means of rates, and extremes at declared angles.
+
+The mean of a rate over a window is the change of the signal that it is the rate of, over the length of the window. A
+signal with declared `extremes_at` is monotonic between them, so that its extremes are among these angles and the ends
+of the window.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+import numpy.typing as npt
+
+from explore.evaluation.positions import Position, WindowPositions
+from explore.evaluation.sampled import statistics_tolerance, unit_factor
+from explore.model.mechanism import Mechanism
+from explore.model.quantities import EXTREME_STATISTICS, FloatArray, SampledMetric, Signal
+from explore.model.request import Request
+from explore.quadrature.bounds import ROUNDING
+
+
+@dataclass
+class KnownStatistics:
+    """Statistics of u distinct geometries for unit speed, each of shape (u,), NaN where not computed.
+
+    Attributes
+    ----------
+    values, errors
+        Metrics by name in their signals' units, and bounds of their absolute errors.
+    error
+        Bound of the worst relative error; 0 where it misses the tolerance.
+    is_known
+        Whether all of them are computed and meet the tolerance.
+    """
+
+    values: dict[str, FloatArray]
+    errors: dict[str, FloatArray]
+    error: FloatArray
+    is_known: npt.NDArray[np.bool_]
+
+
+def known_metrics(request: Request) -> tuple[SampledMetric, ...]:
+    """The metrics of a request that are computed without samples where their bound meets the tolerance.
+
+    They are the metrics with a constraint, because they screen, and those of windows that nothing else must sample.
+    """
+    known = {metric for metric in request.sampled if _is_known(request.mechanism, metric)}
+    sampled_windows = {metric.window for metric in request.sampled if metric not in known}
+    constrained = {constraint.metric for constraint in request.constraints}
+    return tuple(m for m in request.sampled if m in known and (m.window not in sampled_windows or m in constrained))
+
+
+def _is_known(mechanism: Mechanism, metric: SampledMetric) -> bool:
+    """Whether a statistic follows from the declaration or from the signals at single angles."""
+    signal = metric.signal
+    if metric.window.kind == "clutch" or signal.depends_on_load or signal.is_magnitude:
+        return False
+    if _is_zero(mechanism, metric):
+        return True
+    # Where laws or variants differ, the law at an end depends on the design.
+    if mechanism.breaks or mechanism.variant_row >= 0:
+        return False
+    if metric.statistic == "mean":
+        return bool(signal.derivative_of) and not mechanism.signal(signal.derivative_of).depends_on_load
+    return metric.statistic in EXTREME_STATISTICS and bool(signal.extremes_at)
+
+
+def _is_zero(mechanism: Mechanism, metric: SampledMetric) -> bool:
+    """Whether a statistic is a mean that is declared to be 0, or that of a rate over a full turn."""
+    if metric.statistic != "mean":
+        return False
+    is_rate_over_a_turn = metric.window.kind == "turn" and bool(metric.signal.derivative_of)
+    return is_rate_over_a_turn or (metric.signal.name, metric.window.name) in mechanism.zero_mean
+
+
+def evaluate_known(
+    request: Request, parameters: FloatArray, active: npt.NDArray[np.bool_], has_stroke: npt.NDArray[np.bool_]
+) -> KnownStatistics:
+    """Evaluate the `known_metrics` of the active designs.
+
+    Parameters
+    ----------
+    parameters : (p, u) array
+        Parameters of the closed form, of u distinct geometries.
+    active, has_stroke : (u,) arrays
+        Which to evaluate, and for which of them the output rocks.
+    """
+    metrics, count = known_metrics(request), len(active)
+    result = KnownStatistics({}, {}, np.zeros(count), np.zeros(count, dtype=np.bool_))
+    if not metrics:
+        return result
+    designs = np.flatnonzero(active)
+    work = _Work(request, np.ascontiguousarray(parameters[:, designs]), has_stroke[designs])
+    error = np.zeros(len(designs))
+    for metric in metrics:
+        value, bound, scale = work.statistic(metric)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            # NaN where unknown, so that the comparison below fails
+            error = np.maximum(error, np.where(bound == 0.0, 0.0, bound / scale))
+        factor = unit_factor(metric.signal)
+        for columns, column in ((result.values, value), (result.errors, bound)):
+            columns[metric.name] = np.full(count, np.nan)
+            columns[metric.name][designs] = column * factor
+    is_known = error <= statistics_tolerance(request)
+    result.is_known[designs] = is_known
+    result.error[designs] = np.where(is_known, error, 0.0)
+    return result
+
+
+@dataclass
+class _Work:
+    """Signals of d designs at the ends of windows and at the angles of extremes, each computed once."""
+
+    request: Request
+    parameters: FloatArray
+    has_stroke: npt.NDArray[np.bool_]
+    constants: FloatArray = field(init=False)
+    noise: FloatArray = field(init=False)
+    windows: dict[str, WindowPositions] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        mechanism = self.request.mechanism
+        self.constants = mechanism.constants(self.parameters)
+        row = mechanism.noise_row
+        self.noise = self.constants[row] if row >= 0 else np.zeros(self.parameters.shape[1])
+
+    def statistic(self, metric: SampledMetric) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Value, bound of its error, and the scale of that, in the kernel's units, each of shape (d,)."""
+        return self._mean(metric) if metric.statistic == "mean" else self._extreme(metric)
+
+    def _mean(self, metric: SampledMetric) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Mean of a signal that is a rate of change: from what it is the rate of, at the ends, or 0."""
+        mechanism, signal = self.request.mechanism, metric.signal
+        antiderivative = mechanism.signal(signal.derivative_of) if signal.derivative_of else None
+        if antiderivative is None or _is_zero(mechanism, metric):
+            value, bound, scale = (np.full(len(self.noise), number) for number in (0.0, 0.0, 1.0))
+        else:
+            window = self._window(metric)
+            (first, error), (last, other_error) = (self._at(antiderivative, at) for at in (window.start, window.stop))
+            value = (last - first) / window.length
+            scale = np.abs(value)
+            bound = (error + other_error) / window.length + ROUNDING * scale
+        # An angle that grows from turn to turn is not the same after a turn.
+        if antiderivative is not None and antiderivative.needs_stroke:
+            value = np.where(self.has_stroke, value, np.nan)
+            bound = np.where(self.has_stroke, bound, np.nan)
+        return value, bound, scale
+
+    def _extreme(self, metric: SampledMetric) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Extreme of a signal, relative to its largest magnitude."""
+        window = self._window(metric)
+        low, high, bound = (np.full(len(self.noise), number) for number in (np.inf, -np.inf, 0.0))
+        for position, is_inside in window.candidates(metric.signal):
+            value, error = self._at(metric.signal, position)
+            low = np.where(is_inside, np.minimum(low, value), low)
+            high = np.where(is_inside, np.maximum(high, value), high)
+            bound = np.where(is_inside, np.maximum(bound, error), bound)
+        largest = np.maximum(np.abs(low), np.abs(high))
+        value = {"min": low, "max": high, "peak_to_peak": high - low}[metric.statistic]
+        return value, bound * (2.0 if metric.statistic == "peak_to_peak" else 1.0), largest
+
+    def _window(self, metric: SampledMetric) -> WindowPositions:
+        name = metric.window.name
+        if name not in self.windows:
+            self.windows[name] = WindowPositions(
+                self.request.mechanism, self.constants, metric.window, self.request.drive
+            )
+        return self.windows[name]
+
+    def _at(self, signal: Signal, position: Position) -> tuple[FloatArray, FloatArray]:
+        """A signal at one angle of each design, and the bound of its error: like that of one sample.
+
+        An angle is as exact as a turn, a rate as its terms, which may cancel.
+        """
+        value = position.sample(self.request.mechanism, self.constants, signal)
+        size = np.maximum(np.abs(value), 1.0) if unit_factor(signal) != 1.0 else np.abs(value) + self.noise
+        return value, ROUNDING * size

@@ -1,0 +1,86 @@
+"""Single input angles of many designs: the ends of a window and the angles where a signal has extremes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from explore.evaluation.windows import specify_window
+from explore.lanes.designs import fill_row
+from explore.model.declaration import ANCHORS
+from explore.model.mechanism import Mechanism
+from explore.model.quantities import FloatArray, Signal, Window
+from explore.quadrature.windows import INTERVAL, LARGEST_TANGENT, TURN, orient_arcs
+
+#: Angles (rad) beyond the end of a window that count as inside: at an extreme the signal is stationary.
+_SAME = 1e-12
+
+
+@dataclass(frozen=True)
+class Position:
+    """One angle of each design: half-tangents from the anchor (0) or its opposite (1), shape (d,)."""
+
+    anchor: int
+    tangents: FloatArray
+
+    @property
+    def angles(self) -> FloatArray:
+        """The angles from the anchor, rad."""
+        return np.asarray(np.pi * self.anchor + 2.0 * np.arctan(self.tangents))
+
+    def sample(self, mechanism: Mechanism, constants: FloatArray, signal: Signal) -> FloatArray:
+        """A signal at these angles for unit speed; NaN where an angle is too near the anchor's opposite to be told."""
+        values = np.empty(len(self.tangents))
+        fill_row(
+            mechanism.fill, constants, int(mechanism.n_fill_constants or mechanism.n_constants), self.tangents,
+            self.anchor, signal.needs, mechanism.signal_rows, signal.row, values,
+        )  # fmt: skip
+        return np.where(np.abs(self.tangents) <= LARGEST_TANGENT, values, np.nan)
+
+
+class WindowPositions:
+    """The ends of a window of d designs, its length, and the angles in it where a signal may have extremes.
+
+    Attributes
+    ----------
+    start, stop
+        The ends; over a full turn, the anchor.
+    length
+        Length of the window, rad, shape (d,).
+    """
+
+    def __init__(self, mechanism: Mechanism, constants: FloatArray, window: Window, drive: str) -> None:
+        self._mechanism, self._constants, self._count = mechanism, constants, constants.shape[1]
+        kind, start_row, stop_row, *_ = specify_window(mechanism, window, drive)
+        self._is_turn, self._end_rows = kind == TURN, (start_row, stop_row)
+        if kind in (TURN, INTERVAL):
+            ends = (window.start, window.stop) if kind == INTERVAL else (0.0, 2.0 * np.pi)
+            self.start, self.stop = (self._fixed(angle) for angle in ends)
+            self.length = np.full(self._count, ends[1] - ends[0])
+        else:
+            starts, stops = constants[start_row].copy(), constants[stop_row].copy()
+            self.length = np.empty(self._count)
+            orient_arcs(kind, starts, stops, self.length)
+            self.start, self.stop = Position(0, starts), Position(0, stops)
+
+    def candidates(self, signal: Signal) -> Iterator[tuple[Position, npt.NDArray[np.bool_]]]:
+        """Angles among which a signal with declared `extremes_at` has its extremes, and whether each is inside."""
+        everywhere = np.ones(self._count, dtype=np.bool_)
+        if not self._is_turn:
+            yield self.start, everywhere
+            yield self.stop, everywhere
+        for name in signal.extremes_at:
+            row = self._mechanism.marks.get(name, -1)
+            if row >= 0 and row in self._end_rows:
+                continue
+            position = Position(0, self._constants[row]) if row >= 0 else self._fixed(np.pi * ANCHORS.index(name))
+            offset = np.remainder(position.angles - self.start.angles, 2.0 * np.pi)
+            yield position, everywhere if self._is_turn else offset <= self.length + _SAME
+
+    def _fixed(self, angle: float) -> Position:
+        """The same angle of every design, from the nearer anchor."""
+        number = np.floor(angle / np.pi + 0.5)
+        return Position(int(number % 2), np.full(self._count, np.tan(0.5 * (angle - number * np.pi))))
