@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from explore.errors import FailedBlocksWarning, MotionError, RequestError
 from explore.evaluation.derived import unavailable_metrics
-from explore.evaluation.evaluate import evaluate_columns, output_columns
+from explore.evaluation.evaluate import compile_kernels, evaluate_columns, output_columns
 from explore.mechanisms.registry import MECHANISMS
 from explore.model.progress import ReportProgress
 from explore.model.status import Status
@@ -114,6 +114,8 @@ def sweep(
         raise RequestError(f"workers = {workers}: must be at least 1")
     if client is not None and (workers is not None or processes):
         raise RequestError("workers and processes cannot be combined with client, which has its own workers")
+    if client is None:
+        compile_kernels(study.request)
     cluster = existing_client(client) if client is not None else local_cluster(workers, processes=processes)
 
     def report(progress: Progress) -> None:

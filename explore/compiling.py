@@ -6,13 +6,14 @@ first-class function types: so one loop serves all mechanisms and a second proce
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
+from functools import cache, partial
+from pathlib import Path
 from typing import Any
 
 from numba import njit, types
 from numba.core import sigutils
-from numba.core.event import Event, Listener, install_listener
+from numba.core.event import Event, Listener, register
 
 #: Designs, or nodes, that compiled functions work on at once: rows of tiles have this length, a constant, so that loops
 #: over it vectorise.
@@ -33,7 +34,8 @@ def compiled(
     Parameters
     ----------
     signature
-        Numba's signature; without one, the function is compiled for the types of each call.
+        Numba's signature, for which the function is compiled at its first call; without one, it is compiled for the
+        types of each call.
     fast
         Allow reordering of sums and products. Not for compensated sums.
     contract
@@ -44,16 +46,48 @@ def compiled(
         Whether the function makes arrays. Other functions do without Numba's runtime, because its atomic reference
         counts of array arguments cost a quarter of the time of a sweep.
     """
-    decorator: Callable[..., Any] = njit(
-        signature,
-        cache=True,
-        error_model="numpy",
-        nogil=True,
-        forceinline=inlined,
-        fastmath=_FASTMATH if fast else {"contract"} if contract else False,
-        _nrt=allocates,
-    )
-    return decorator
+    settings = options(fast=fast, contract=contract, inlined=inlined, allocates=allocates)
+
+    def decorate(function: Callable[..., Any]) -> Any:
+        dispatcher = cached(njit(cache=True, **settings)(function))
+        if signature is not None:
+            dispatcher._compile_for_args = partial(_compile_and_call, dispatcher, signature)
+        return dispatcher
+
+    return decorate
+
+
+def _compile_and_call(dispatcher: Any, signature: Any, *_arguments: object) -> Any:
+    """Compile for the signature, at the first call, and return what is to be called: the dispatcher, as if it was."""
+    del dispatcher._compile_for_args
+    dispatcher.compile(signature)
+    dispatcher.disable_compile()
+    return dispatcher
+
+
+def options(*, fast: bool, contract: bool, inlined: bool, allocates: bool) -> dict[str, Any]:
+    """Numba's options; see `compiled`."""
+    return {
+        "error_model": "numpy",
+        "nogil": True,
+        "forceinline": inlined,
+        "fastmath": _FASTMATH if fast else {"contract"} if contract else False,
+        "_nrt": allocates,
+    }
+
+
+def cached(dispatcher: Any) -> Any:
+    """Let Numba's cache of a function notice changes in all modules of this package: it may call any of them."""
+    file = dispatcher._cache._cache_file
+    file._source_stamp = (file._source_stamp, _package_stamp())
+    return dispatcher
+
+
+@cache
+def _package_stamp() -> tuple[float, int]:
+    """The time of the last change of a module of this package, and the sizes of all."""
+    files = [path.stat() for path in Path(__file__).parent.rglob("*.py")]
+    return max(file.st_mtime for file in files), sum(file.st_size for file in files)
 
 
 def function_type(signature: str) -> Any:
@@ -62,11 +96,9 @@ def function_type(signature: str) -> Any:
     return types.FunctionType(result(*arguments))
 
 
-@contextmanager
-def announce_compilation(announce: Callable[[], None]) -> Iterator[None]:
-    """Call `announce` once in the block, before Numba compiles the first function that is not in its cache."""
-    with install_listener("numba:compile", _Announcer(announce)):
-        yield
+def announce_compilation(announce: Callable[[], None]) -> None:
+    """Call `announce` before Numba compiles the first function that is not in its cache."""
+    register("numba:compile", _Announcer(announce))
 
 
 class _Announcer(Listener):  # type: ignore[misc]  # Numba has no types

@@ -12,11 +12,14 @@ from studies import GOOD
 
 REPORT = """
 import json
+from explore.evaluation.evaluate import compile_kernels
+from explore.lanes.designs import close_all
 from explore.quadrature.loop import sample
 from explore.mechanisms.registry import MECHANISMS
-functions = {"sample": sample}
-for name, mechanism in MECHANISMS.items():
-    functions |= {f"{name} {part}": getattr(mechanism, part) for part in ("close", "fill")}
+from explore.request.requests import make_request
+mechanism = MECHANISMS["crank-rocker"]
+compile_kernels(make_request(mechanism))
+functions = {"sample": sample, "close_all": close_all, "close": mechanism.close, "fill": mechanism.fill}
 stats = {name: [f.stats.cache_hits.total(), f.stats.cache_misses.total()] for name, f in functions.items()}
 """
 
@@ -56,9 +59,9 @@ def first(tmp_path_factory):
     return cache, sweep(tmp_path_factory.mktemp("first"), cache)
 
 
-def remove_arctangent(cache):
-    """Remove one small function from the cache."""
-    (index,) = cache.rglob("arctangent.*.nbi")
+def remove_closed_form(cache):
+    """Remove the evaluation of closed forms from the cache."""
+    (index,) = cache.rglob("designs.close_all*.nbi")
     index.unlink()
 
 
@@ -68,19 +71,34 @@ def test_a_second_process_compiles_nothing(first):
     assert all((hits, misses) == (1, 0) for hits, misses in lookups.values()), lookups
 
 
+def test_a_sweep_compiles_its_own_mechanism_only(first):
+    compiled = {path.name.split("-")[0] for path in first[0].rglob("*.nbi")}
+
+    assert "kernel.close" in compiled
+    assert len(list(first[0].rglob("kernel.close-*.nbi"))) == 1
+    assert not any(name.startswith("forces.") for name in compiled), compiled
+
+
 @pytest.mark.skipif(platform.machine() != "x86_64", reason="reads x86-64 assembly")
 def test_the_loops_over_lanes_are_vectorised(tmp_path):
     script = """
 import json
+from explore.compiling import CLOSE_SIGNATURE
 from explore.mechanisms import four_bar
 from explore.mechanisms.crank_rocker import kernel
 from explore.mechanisms.rig import forces
 from explore.quadrature import panels, tiles
-functions = [
-    kernel.close, four_bar._fill_rates, four_bar._fill_angles, forces._fill_forces_with_masses,
-    panels.map_panels, panels.count_nodes, panels.model_errors, tiles._place_pair,
-]
-print(json.dumps({function.__name__: "".join(function.inspect_asm().values()) for function in functions}))
+functions = {
+    four_bar._fill_rates: "f8[::1], f8[::1], i8, i8, f8[::1]", four_bar._fill_angles: "f8[::1], f8[::1], i8, f8[::1]",
+    forces._fill_forces_with_masses: "f8[::1], f8[::1], i8, f8[::1]", panels.map_panels: "f8[::1], i8, i8[::1]",
+    panels.count_nodes: "f8[::1], i8, i8", panels.model_errors: "f8[::1], i8", tiles._place_pair: "f8[::1], f8, f8",
+}
+kernel.close.compile(CLOSE_SIGNATURE)
+assembly = {kernel.close.__name__: kernel.close.inspect_asm()}
+for function, arguments in functions.items():
+    function.alone.compile(f"void({arguments})")
+    assembly[function.__name__] = function.alone.inspect_asm()
+print(json.dumps({name: "".join(versions.values()) for name, versions in assembly.items()}))
 """
     assembly = report(tmp_path, script)
 
@@ -94,9 +112,9 @@ print(json.dumps({function.__name__: "".join(function.inspect_asm().values()) fo
 def test_compiling_is_announced_once_and_the_next_start_is_silent(first, tmp_path):
     cache, errors = first
 
-    assert errors.splitlines()[0].startswith("preparing the compiled kernels")
-    assert errors.count("preparing") == 1
-    assert "preparing" not in sweep(tmp_path, cache)
+    assert errors.splitlines()[0].startswith("compiling the kernels")
+    assert errors.count("compiling") == 1
+    assert "compiling" not in sweep(tmp_path, cache)
 
 
 def test_a_slow_start_is_not_taken_for_compiling(first, tmp_path):
@@ -110,16 +128,16 @@ sys.meta_path.insert(0, Slow())
 """
     begun = time.monotonic()
 
-    assert "preparing" not in sweep(tmp_path, first[0], before=slow)
+    assert "compiling" not in sweep(tmp_path, first[0], before=slow)
     assert time.monotonic() - begun > 2
 
 
 def test_a_quiet_sweep_compiles_silently(first, tmp_path):
     cache = first[0]
-    remove_arctangent(cache)
+    remove_closed_form(cache)
 
     assert sweep(tmp_path, cache, "--quiet") == ""
-    assert list(cache.rglob("arctangent.*.nbi")), "nothing was compiled, so nothing was tried"
+    assert list(cache.rglob("designs.close_all*.nbi")), "nothing was compiled, so nothing was tried"
 
 
 @pytest.mark.parametrize("command", ["sweep", "simulate", "coverage"])
@@ -136,3 +154,19 @@ def test_a_wrong_name_is_reported_before_anything_is_compiled(tmp_path, command)
     assert process.returncode == 2
     assert process.stderr == "error: typo.toml: no such file; `explore init` writes one to start from\n"
     assert not list(tmp_path.iterdir())
+
+
+def test_a_change_in_any_module_is_noticed(first):
+    """A function in the cache holds the code of those that it calls, wherever they stand."""
+    script = f"""
+import pathlib, time, types, explore
+stat = pathlib.Path.stat
+changed = pathlib.Path(explore.__file__).parent / "quadrature" / "panels.py"
+def later(self, **options):
+    result = stat(self, **options)
+    return types.SimpleNamespace(st_mtime=time.time(), st_size=result.st_size) if self == changed else result
+pathlib.Path.stat = later
+{REPORT}print(json.dumps(stats))
+"""
+
+    assert all((hits, misses) == (0, 1) for hits, misses in report(first[0], script).values())

@@ -5,8 +5,7 @@ from __future__ import annotations
 import json
 import math
 import sys
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 
@@ -84,17 +83,10 @@ def _json_value(value: Any) -> Any:
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
-@contextmanager
-def compiled_kernels(*, quiet: bool = False) -> Iterator[None]:
-    """Load the kernels; announce on stderr if they have to be compiled first."""
+def announce_compiling() -> None:
+    """Say so on stderr when this command compiles the first kernel."""
     from explore.compiling import announce_compilation
 
-    def announce() -> None:
-        if not quiet:
-            say("preparing the compiled kernels; the first time on a machine takes ten seconds or more …", "dim")
-
-    with announce_compilation(announce):
-        import explore.mechanisms.registry
-        import explore.quadrature.loop  # noqa: F401 -- importing it loads the kernels
-
-        yield
+    announce_compilation(
+        lambda: say("compiling the kernels, which the first command on a machine does; this takes seconds …", "dim")
+    )

@@ -104,6 +104,11 @@ def evaluate_columns(request: Request, parameters: Arrays) -> Evaluation:
     return Evaluation(_assemble(request, parameters, values, work, status, usable), kinematics.evaluations)
 
 
+def compile_kernels(request: Request) -> None:
+    """Compile what the request needs, or load it from Numba's cache, so that workers need not do it at once."""
+    evaluate_columns(request, {p.name: np.array([np.nan]) for p in request.mechanism.parameters})
+
+
 def _complete(mechanism: Mechanism, parameters: Arrays) -> Arrays:
     """All parameters of the mechanism, those that are missing at their defaults."""
     n = len(next(iter(parameters.values())))

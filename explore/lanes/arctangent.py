@@ -2,7 +2,7 @@
 
 import math
 
-from explore.compiling import compiled
+from explore.subroutines import subroutine
 
 _TAN_EIGHTH = 0.41421356237309503  # tan(pi/8); the angle of a steeper vector is computed from pi/4
 _QUARTER, _HALF = 0.25 * math.pi, 0.5 * math.pi
@@ -10,7 +10,7 @@ _QUARTER, _HALF = 0.25 * math.pi, 0.5 * math.pi
 _QUARTER_PI_ERROR = 3.061616997868383e-17
 
 
-@compiled("float64(float64, float64)", inlined=True)
+@subroutine(inlined=True)
 def arctangent(y, x):
     """Angle of the vector (x, y), rad, between -pi and pi; NaN for the null vector.
 

@@ -10,7 +10,7 @@ from llvmlite import ir
 from numba import types
 from numba.extending import intrinsic
 
-from explore.compiling import compiled
+from explore.subroutines import subroutine
 
 _LOG2_E = 1.4426950408889634
 #: ln 2 in two parts; the product of the first with any exponent is exact.
@@ -45,7 +45,7 @@ def double_of(typing_context, bits):  # noqa: ARG001  (the signature is Numba's)
     return types.float64(types.int64), generate
 
 
-@compiled("float64(float64)", contract=True, inlined=True)
+@subroutine(contract=True, inlined=True)
 def exponential(x):
     """E to the power x, for -700 < x < 700; within 1 unit in the last place.
 
@@ -65,7 +65,7 @@ def exponential(x):
     return double_of(bits_of((r2 * series + r) + 1.0) + (exponent << _MANTISSA_BITS))
 
 
-@compiled("float64(float64)", contract=True, inlined=True)
+@subroutine(contract=True, inlined=True)
 def logarithm(x):
     """Natural logarithm of a normal positive number; within 1 unit in the last place.
 
@@ -87,20 +87,20 @@ def logarithm(x):
     return k * _LN2_HIGH - ((half_square - (s * (half_square + even + odd) + k * _LN2_LOW)) - f)
 
 
-@compiled("float64(float64)", inlined=True)
+@subroutine(inlined=True)
 def spacing(x):
     """Distance from a normal number to the next larger one in magnitude."""
     return double_of((bits_of(x) & _EXPONENT_MASK) - (_MANTISSA_BITS << _MANTISSA_BITS))
 
 
-@compiled("float64(float64)", contract=True, inlined=True)
+@subroutine(contract=True, inlined=True)
 def inverse_cosh(x):
     """Inverse hyperbolic cosine; an argument rounded to below 1 counts as 1."""
     square = x * x - 1.0
     return logarithm(x + math.sqrt(square if square > 0.0 else 0.0))
 
 
-@compiled("float64(float64)", contract=True, inlined=True)
+@subroutine(contract=True, inlined=True)
 def inverse_sinh(x):
     """Inverse hyperbolic sine, by its series for small arguments, where the logarithm would lose digits."""
     magnitude, square = abs(x), x * x

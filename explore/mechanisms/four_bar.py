@@ -27,9 +27,10 @@ non-negative terms, and the velocities and accelerations are rational in u, P, Q
 
 import math
 
-from explore.compiling import LANES, compiled
+from explore.compiling import LANES
 from explore.lanes.arctangent import arctangent
 from explore.lanes.elementary import spacing
+from explore.subroutines import subroutine
 
 # Rows of the constants. Each factor has its least value at one anchor and its largest at the other.
 P_LEAST, P_LARGEST, Q_LEAST, Q_LARGEST, D_LEAST, D_LARGEST = range(6)
@@ -55,7 +56,7 @@ CLASS_LABELS = (
 )
 
 
-@compiled("float64(float64, float64, float64, float64)", inlined=True)
+@subroutine(inlined=True)
 def exact_sum(a, b, c, d):
     """Sum of four numbers with compensated rounding errors (Ogita, Rump & Oishi 2005, Sum2).
 
@@ -74,7 +75,7 @@ def exact_sum(a, b, c, d):
     return four + compensation
 
 
-@compiled("UniTuple(float64, 2)(float64, float64, float64, float64)", inlined=True)
+@subroutine(inlined=True)
 def classify(crank, coupler, rocker, ground):
     """Class of the linkage and Grashof margin, the two middle lengths minus shortest and longest, summed exactly.
 
@@ -109,7 +110,7 @@ def classify(crank, coupler, rocker, ground):
     return 1.0 * CHANGE_POINT if equal else linkage_class, 0.0 if equal else margin
 
 
-@compiled("void(float64, float64, float64, float64, float64, float64[::1], int64)", inlined=True)
+@subroutine(inlined=True)
 def prepare(crank, coupler, rocker, ground, branch, constants, lane):
     """Fill the constants that `fill` needs, the first FOUR_BAR_SIZE rows, of one lane."""
     four_crank_ground = 4.0 * crank * ground
@@ -131,7 +132,7 @@ def prepare(crank, coupler, rocker, ground, branch, constants, lane):
     constants[BRANCH * LANES + lane] = branch
 
 
-@compiled("UniTuple(float64, 4)(float64[::1], int64, int64, float64)", inlined=True)
+@subroutine(inlined=True)
 def factors(constants, anchor, lane, square):
     """P, Q and D at one node, and w; `square` is u^2."""
     p_least, p_largest = constants[P_LEAST * LANES + lane], constants[P_LARGEST * LANES + lane]
@@ -143,7 +144,7 @@ def factors(constants, anchor, lane, square):
     return p_here + p_there * square, q_here + q_there * square, d_here + d_there * square, 1.0 + square
 
 
-@compiled("void(float64[::1], float64[::1], int64, int64, float64[::1])", fast=True)
+@subroutine(fast=True)
 def _fill_rates(constants, tangents, anchor, needs, out):
     """Fill velocities, and accelerations if needed, at one node of each lane."""
     sign = 1.0 if anchor == 0 else -1.0
@@ -178,7 +179,7 @@ def _fill_rates(constants, tangents, anchor, needs, out):
             out[ROCKER_ACCELERATION * LANES + lane] = k * f_rate + common
 
 
-@compiled("void(float64[::1], float64[::1], int64, float64[::1])", fast=True)
+@subroutine(fast=True)
 def _fill_angles(constants, tangents, anchor, out):
     """Fill the angles of coupler and rocker, rad, at one node of each lane."""
     for lane in range(LANES):
@@ -195,7 +196,7 @@ def _fill_angles(constants, tangents, anchor, out):
         out[ROCKER_ANGLE * LANES + lane] = arctangent(along * dy + across * dx, along * dx - across * dy)
 
 
-@compiled("void(float64[::1], float64[::1], int64, float64[::1])", fast=True)
+@subroutine(fast=True)
 def _fill_transmission(constants, tangents, anchor, out):
     """Fill the transmission angle, rad, at one node of each lane."""
     for lane in range(LANES):
@@ -203,7 +204,7 @@ def _fill_transmission(constants, tangents, anchor, out):
         out[TRANSMISSION_ANGLE * LANES + lane] = 2.0 * arctangent(math.sqrt(p), math.sqrt(q))
 
 
-@compiled("void(float64[::1], float64[::1], int64, int64, int64, int64, float64[::1])")
+@subroutine()
 def fill_motion(constants, tangents, anchor, count, needs, rows, out):
     """Fill the signals for unit crank velocity, in rad, 1, 1/rad; `rows` is the number of rows of `out`.
 

@@ -8,11 +8,12 @@ arccos is used. Formulas are for branch +1; branch -1 is the mirror image, its m
 
 import math
 
-from explore.compiling import LANES, compiled
+from explore.compiling import LANES
 from explore.lanes.arctangent import arctangent
 from explore.mechanisms import four_bar
 from explore.mechanisms.four_bar import FOUR_BAR_SIZE, exact_sum
 from explore.model.status import OwnStatus, Status
+from explore.subroutines import subroutine
 
 # Rows of the constants after those of the four-bar: the limit positions as half-tangents from crank angle 0, the
 # distances of the singularities, and the amplification of rounding errors.
@@ -38,7 +39,7 @@ STATUSES = {
 _OK = float(Status.OK)
 
 
-@compiled("UniTuple(float64, 3)(float64, float64, float64, float64, float64, float64[::1], int64)", inlined=True)
+@subroutine(inlined=True)
 def prepare(crank, coupler, rocker, ground, branch, constants, lane):
     """Fill the rows of the four-bar, the singularities and the noise of one lane.
 
@@ -69,7 +70,7 @@ def prepare(crank, coupler, rocker, ground, branch, constants, lane):
     return linkage_class, margin, status
 
 
-@compiled("UniTuple(float64, 3)(float64, float64, float64, float64, float64, float64[::1], int64)", inlined=True)
+@subroutine(inlined=True)
 def solve_limit_positions(crank, coupler, rocker, ground, branch, constants, lane):
     """Fill the limit positions of one lane; they are NaN where the rocker does not swing.
 

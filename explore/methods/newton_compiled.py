@@ -11,6 +11,7 @@ import numpy as np
 from explore.compiling import compiled
 from explore.methods.closed_form import initial_guess
 from explore.methods.contract import Capability, Motion, Outcome, Task
+from explore.subroutines import subroutine
 
 _OK, _NOT_CONVERGED, _WRONG_BRANCH = int(Outcome.OK), int(Outcome.NOT_CONVERGED), int(Outcome.WRONG_BRANCH)
 
@@ -88,7 +89,7 @@ def _solve_all(
             _fill_rates(signals[2:, i, j], px, py, ux, uy, vx, vy)
 
 
-@compiled()
+@subroutine()
 def _close_loop(px, py, r2, r3, r4, coupler, rocker, max_gap, max_iterations):
     """Correct both angles until the gap is small enough.
 
@@ -109,7 +110,7 @@ def _close_loop(px, py, r2, r3, r4, coupler, rocker, max_gap, max_iterations):
         corrections += 1
 
 
-@compiled()
+@subroutine()
 def _fill_rates(rates, px, py, ux, uy, vx, vy):
     """Fill none, the velocities, or velocities and accelerations, from the vectors of crank, coupler and rocker.
 

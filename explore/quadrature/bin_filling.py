@@ -1,15 +1,16 @@
 """Bins: panels of the same kind and rule, tile after tile, from nodes to moments and extremes of each panel."""
 
-from explore.compiling import LANES, compiled
+from explore.compiling import LANES
 from explore.quadrature.bounds import FLAG_EXTREMES
 from explore.quadrature.chunks import gather_constants
 from explore.quadrature.extremes import RESULT, find_minimum
 from explore.quadrature.panels import ANCHOR, COUNT, LAW, PANEL_CAPACITY, VARIANT
 from explore.quadrature.slots import MAXIMUM, MINIMUM
 from explore.quadrature.tiles import DEVIATIONS, INTEGRAL, SUMS_SIZE, fill_moments, gather_shapes, place_nodes
+from explore.subroutines import subroutine
 
 
-@compiled()
+@subroutine()
 def _repeats_row_before(samples, rows, row, count):
     """Whether a row has the same samples as the one before, as with pin forces without masses."""
     for j in range(count):
@@ -20,7 +21,7 @@ def _repeats_row_before(samples, rows, row, count):
     return True
 
 
-@compiled()
+@subroutine()
 def _fill_extremes(fill, sizes, tables, w, anchor, law, variant, count, lanes, tile, sums):
     """Fill the requested extremes of every flagged row, over each panel of a tile."""
     rows, slots = sizes.rows, tables.slots
@@ -44,7 +45,7 @@ def _fill_extremes(fill, sizes, tables, w, anchor, law, variant, count, lanes, t
                 values[s * PANEL_CAPACITY + tile.lane_panels[lane]] = sign * tile.state[RESULT + lane]
 
 
-@compiled()
+@subroutine()
 def _store_sums(rows, flags, w, lanes, tile, sums):
     """Store the sums of the tile's rows for its panels."""
     for lane in range(lanes):
@@ -57,7 +58,7 @@ def _store_sums(rows, flags, w, lanes, tile, sums):
                 sums.deviations[base + tile.lane_panels[lane]] = tile.sums[row + DEVIATIONS + lane]
 
 
-@compiled()
+@subroutine()
 def fill_bin(fill, sizes, tables, w, begin, end, ends, work, tile, sums):
     """Fill moments and extremes of the panels ``order[begin:end]``, which share rule, anchor, law and variant."""
     panels, first = work.panels, work.order[begin]

@@ -5,7 +5,7 @@ Rows of one buffer with constant offsets, one number for each design of a chunk;
 
 import math
 
-from explore.compiling import compiled
+from explore.subroutines import subroutine
 
 #: Designs of one chunk.
 CHUNK = 1024
@@ -29,7 +29,7 @@ LARGEST_RMS, SLOW_RMS, WORST, SECOND, FOURTH, SIXTH, AVERAGING, REST, TOTAL, IS_
 BOUNDS_SIZE = 20 * CHUNK
 
 
-@compiled("void(float64[::1], int64)", contract=True)
+@subroutine(contract=True)
 def collect_rms(b, n):
     """Raise the largest rms by that of the row at hand."""
     for k in range(n):
@@ -37,7 +37,7 @@ def collect_rms(b, n):
         b[LARGEST_RMS + k] = rms if rms > b[LARGEST_RMS + k] else b[LARGEST_RMS + k]
 
 
-@compiled("void(float64[::1], int64, int64)", contract=True)
+@subroutine(contract=True)
 def _choose_model(b, n, order):
     """Fill the model's error for a pole order, and the largest terms of signals of that order.
 
@@ -52,7 +52,7 @@ def _choose_model(b, n, order):
             b[TERMS + k] = b[LARGEST_RMS + k] + b[NOISE + k] * (1.0 + b[NOISE + k])
 
 
-@compiled("void(float64[::1], int64)", contract=True)
+@subroutine(contract=True)
 def _include_std(b, n):
     """Raise the bound by that of the standard deviation, |error|/std."""
     for k in range(n):
@@ -63,7 +63,7 @@ def _include_std(b, n):
         b[LEAST + k] = of_rounding if std > 0.0 else b[LEAST + k]
 
 
-@compiled("void(float64[::1], int64, float64)", contract=True)
+@subroutine(contract=True)
 def _include_cv(b, n, tolerance):
     """Raise the bound by that of the coefficient of variation, relative, where it is defined."""
     for k in range(n):
@@ -76,7 +76,7 @@ def _include_cv(b, n, tolerance):
         b[LEAST + k] = of_rounding if defined & (of_rounding > b[LEAST + k]) else b[LEAST + k]
 
 
-@compiled("void(float64[::1], int64, int64, float64)", contract=True)
+@subroutine(contract=True)
 def _finish_bound(b, n, flags, tolerance):
     """Fill the bound of the worst flagged statistic of a row, in the norms of `explore.evaluation.evaluate`.
 
@@ -95,7 +95,7 @@ def _finish_bound(b, n, flags, tolerance):
         b[IMPROVABLE + k] = 1.0 if improvable else b[IMPROVABLE + k]
 
 
-@compiled("void(float64[::1], int64, int64, int64, float64)", contract=True)
+@subroutine(contract=True)
 def bound_row(b, n, flags, order, tolerance):
     """Fill the bound of a row from MEAN and VARIANCE. An extreme is one sample, whose rounding no sum averages."""
     _choose_model(b, n, order)
@@ -107,7 +107,7 @@ def bound_row(b, n, flags, order, tolerance):
     _finish_bound(b, n, flags, tolerance)
 
 
-@compiled("void(float64[::1], int64, int64, int64, float64, float64[::1])", contract=True)
+@subroutine(contract=True)
 def bound_sum_of_terms(b, n, flags, order, tolerance, terms):
     """Like `bound_row` for a signal that is a sum of terms with these rms.
 

@@ -6,9 +6,10 @@ first step is a parabola's. A step of relative size 3e-8 ends it: the value is t
 
 import math
 
-from explore.compiling import LANES, compiled
+from explore.compiling import LANES
 from explore.lanes.elementary import exponential
 from explore.quadrature.tiles import TILE_SCALE
+from explore.subroutines import subroutine
 
 _GOLDEN = 0.5 * (3.0 - math.sqrt(5.0))
 _MOST_STEPS = 60
@@ -25,7 +26,7 @@ LOW, HIGH, BEST, SECOND, THIRD, AT_BEST, AT_SECOND, AT_THIRD, STEP, PREVIOUS, TR
 BRENT_ROWS = 12
 
 
-@compiled("void(float64[::1], float64[::1], float64[::1])", fast=True)
+@subroutine(fast=True)
 def fill_trial_tangents(shape, state, tangents):
     """Fill the half-tangents of the trial points."""
     for lane in range(LANES):
@@ -33,7 +34,7 @@ def fill_trial_tangents(shape, state, tangents):
         tangents[lane] = 0.5 * shape[TILE_SCALE + lane] * (growth - 1.0 / growth)
 
 
-@compiled("void(float64[::1], int64)")
+@subroutine()
 def _propose(state, lane):
     """Fill the trial point of one lane: the parabola's vertex, or a golden section."""
     low, high, best = state[LOW + lane], state[HIGH + lane], state[BEST + lane]
@@ -64,7 +65,7 @@ def _propose(state, lane):
     state[TRIAL + lane] = best + step
 
 
-@compiled("void(float64[::1], int64, float64)")
+@subroutine()
 def _accept(state, lane, value):
     """Update one lane by the value at its trial point; the lane rests after a step at the limit of precision."""
     trial, best, at_best = state[TRIAL + lane], state[BEST + lane], state[AT_BEST + lane]
@@ -91,7 +92,7 @@ def _accept(state, lane, value):
         state[THIRD + lane], state[AT_THIRD + lane] = trial, value
 
 
-@compiled()
+@subroutine()
 def minimise(fill, constants, shape, anchor, law, variant, needs, row, sign, state, tangents, signals):
     """Run Brent's method in all active lanes; BEST and AT_BEST hold the minimum of ``sign * signal``."""
     for _ in range(_MOST_STEPS):
@@ -111,7 +112,7 @@ def minimise(fill, constants, shape, anchor, law, variant, needs, row, sign, sta
                 _accept(state, lane, sign * signals[row * LANES + lane])
 
 
-@compiled("void(float64[::1], int64, float64, float64, float64, float64, float64, float64, float64)")
+@subroutine()
 def start_lane(state, lane, low, best, high, at_low, at_best, at_high, previous):
     """Start Brent's method in a lane from three points."""
     state[LOW + lane], state[HIGH + lane], state[BEST + lane], state[AT_BEST + lane] = low, high, best, at_best

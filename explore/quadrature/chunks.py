@@ -6,7 +6,7 @@ p of design i has the number ``first_panel[i] + p * stride``.
 
 from numba import types
 
-from explore.compiling import CLOSE_SIGNATURE, LANES, compiled, function_type
+from explore.compiling import CLOSE_SIGNATURE, LANES, function_type
 from explore.model.declaration import MOST_SINGULARITIES
 from explore.quadrature.bounds import CHUNK
 from explore.quadrature.panels import (
@@ -21,6 +21,7 @@ from explore.quadrature.panels import (
 )
 from explore.quadrature.rules import LARGEST_NODE_COUNT
 from explore.quadrature.windows import ARC, INTERVAL, LARGEST_TANGENT, LONGER, TIE, TURN, add_window
+from explore.subroutines import subroutine
 
 #: Most panels of one design and window.
 MOST_PANELS = 24
@@ -32,7 +33,7 @@ CLOSE_TYPE = function_type(CLOSE_SIGNATURE)
 _F1, _F2, _I1 = types.float64[::1], types.float64[:, ::1], types.int64[::1]
 
 
-@compiled(types.void(CLOSE_TYPE, _F2, _I1, types.int64, types.int64, _F1, _F1))
+@subroutine()
 def close_chunk(close, parameters, designs, first_parameter, constant_count, record, constants):
     """Fill the constants of a chunk of designs, tile after tile; the last tile is filled up with its last design."""
     count = len(designs)
@@ -54,13 +55,13 @@ def close_chunk(close, parameters, designs, first_parameter, constant_count, rec
             to[j] = record[j]
 
 
-@compiled("float64(float64[::1], int64, int64, int64)", inlined=True)
+@subroutine(inlined=True)
 def constant(constants, constant_count, row, design):
     """One constant of one design of the chunk."""
     return constants[(design // LANES * constant_count + row) * LANES + design % LANES]
 
 
-@compiled(types.void(_F1, types.int64, types.int64, types.int64, _I1, types.int64, _F1))
+@subroutine()
 def _fill_constant_rows(constants, constant_count, count, shift, singular_rows, variant_row, panels):
     """Fill singularities and variants of the panels ``shift + i`` of the designs i."""
     for tile in range((count + LANES - 1) // LANES):
@@ -76,7 +77,7 @@ def _fill_constant_rows(constants, constant_count, count, shift, singular_rows, 
             row[lane] = source[lane] if variant_row >= 0 else 0.0
 
 
-@compiled(types.boolean(_F1, types.int64, types.int64, types.int64, types.int64, types.int64, _F1))
+@subroutine()
 def _add_one_panel_each(constants, constant_count, count, kind, start_row, stop_row, panels):
     """Fill one panel for each design, if every arc goes past one anchor and not past the other; return whether so.
 
@@ -103,11 +104,7 @@ def _add_one_panel_each(constants, constant_count, count, kind, start_row, stop_
     return simple
 
 
-@compiled(
-    types.Tuple((types.int64, types.int64, types.int64))(
-        _F1, types.int64, types.int64, types.int64, _I1, types.float64, types.float64, _I1, _I1, types.int64,
-        _F1, _I1, _I1, _I1, _F1,
-    ))  # fmt: skip
+@subroutine()
 def add_panels(
     constants, constant_count, begin, count, window, start, stop, breaks, singular_rows, variant_row,
     panels, first_panel, panel_count, owner, positions,
@@ -162,7 +159,7 @@ def add_panels(
     return count, k, 1
 
 
-@compiled(types.void(_F1, types.int64, types.int64, _I1, types.uint64[::1], _F1))
+@subroutine()
 def gather_constants(constants, constant_count, rows, designs, offsets, tile):
     """Fill the first `rows` rows of a tile with the constants of any designs of the chunk.
 
@@ -177,7 +174,7 @@ def gather_constants(constants, constant_count, rows, designs, offsets, tile):
             to[lane] = source[offsets[lane]]
 
 
-@compiled(types.int64(_F1, _I1, types.int64, _I1, _I1, _I1, _I1, _I1, _I1))
+@subroutine()
 def sort_by_rule(panels, todo, count, size_of, kinds, codes, histogram, order, starts):
     """Round node counts up to rules; sort the panels ``todo[:count]``; return the number of bins.
 

@@ -4,14 +4,15 @@ import math
 
 import numpy as np
 
-from explore.compiling import LANES, compiled
+from explore.compiling import LANES
 from explore.quadrature.chunks import constant, gather_constants
 from explore.quadrature.hand_over import find_hand_overs
 from explore.quadrature.panels import ANCHOR, CENTRE, FIRST, LAST, LENGTH, SCALE
 from explore.quadrature.slots import PHASES, RATE, RATE_DERIVATIVE, RATE_NEEDS
+from explore.subroutines import subroutine
 
 
-@compiled(allocates=True)
+@subroutine(allocates=True)
 def shorten_to_clutches(fill, sizes, window, count, work, tile):
     """Cut each stroke, one panel, to the part that drives the output; fill the lengths that it is averaged over."""
     pending = np.empty(count, np.int64)
@@ -31,7 +32,7 @@ def shorten_to_clutches(fill, sizes, window, count, work, tile):
             _cut_tile(fill, sizes, window, anchor, pending[start : min(start + LANES, n)], work, tile)
 
 
-@compiled(allocates=True)
+@subroutine(allocates=True)
 def _cut_tile(fill, sizes, window, anchor, chosen, work, tile):
     """Cut the chosen panels, at most a tile of them."""
     panels, needs = work.panels, window[RATE_NEEDS]

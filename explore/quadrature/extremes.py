@@ -2,7 +2,7 @@
 
 import math
 
-from explore.compiling import LANES, compiled
+from explore.compiling import LANES
 from explore.quadrature.brent import (
     ACTIVE,
     AT_BEST,
@@ -16,6 +16,7 @@ from explore.quadrature.brent import (
     start_lane,
 )
 from explore.quadrature.tiles import TILE_CENTRE, TILE_HALF
+from explore.subroutines import subroutine
 
 #: A local minimum can win if its parabola's drop below the sample, times this, reaches below the least sample.
 _DROP_MARGIN = 8.0
@@ -32,7 +33,7 @@ LEAST, NEXT, RESULT, AT_LOOK, AT_SECOND_LOOK = ((BRENT_ROWS + row) * LANES for r
 STATE_SIZE = (BRENT_ROWS + 5) * LANES
 
 
-@compiled("float64(float64[:, ::1], int64, int64, int64)", inlined=True)
+@subroutine(inlined=True)
 def _abscissa(table, row, count, j):
     """Abscissa of sample j of a rule with the two ends, between -1 and 1."""
     if j == 0:
@@ -43,7 +44,7 @@ def _abscissa(table, row, count, j):
     return -table[row + k, 0] if 2 * k < count else table[row + count - 1 - k, 0]
 
 
-@compiled("UniTuple(float64, 2)(float64[::1], int64, int64, int64, float64, int64, int64, float64[:, ::1], int64)")
+@subroutine()
 def _slope_at_end(signals, rows, row, lane, sign, count, side, table, rule):
     """Slope and curvature of ``sign * signal`` at an end of the panel, inwards, in abscissas, by five samples.
 
@@ -75,7 +76,7 @@ def _slope_at_end(signals, rows, row, lane, sign, count, side, table, rule):
     return slope, curvature
 
 
-@compiled()
+@subroutine()
 def _next_candidate(shape, samples, rows, row, sign, count, table, rule, state, lane):
     """Start the lane at its next local minimum that may win, from sample NEXT on; the lane rests if there is none."""
     half, centre = shape[TILE_HALF + lane], shape[TILE_CENTRE + lane]
@@ -130,7 +131,7 @@ def _next_candidate(shape, samples, rows, row, sign, count, table, rule, state, 
     state[BEST + lane], state[AT_BEST + lane] = centre, math.inf
 
 
-@compiled()
+@subroutine()
 def find_minimum(
     fill, constants, shape, anchor, law, variant, needs, rows, row, sign, count, table, rule, samples, state, tangents,
     signals,
@@ -166,7 +167,7 @@ def find_minimum(
             state[RESULT + lane] = min(state[RESULT + lane], state[AT_BEST + lane])
 
 
-@compiled("void(float64[::1], int64, int64)")
+@subroutine()
 def _look_inside(state, lane, k):
     """Fill the trial point of one lane: two looks inside, then the vertex of the parabola through them and the end.
 
@@ -191,7 +192,7 @@ def _look_inside(state, lane, k):
             state[TRIAL + lane] = end + min(vertex, 0.5 / _LOOK) * step
 
 
-@compiled("void(float64[::1], int64, float64)")
+@subroutine()
 def _start_at_end(state, lane, value):
     """Start Brent's method between an end and its neighbour, if the point inside is below the end."""
     if value >= state[AT_BEST + lane]:

@@ -4,7 +4,8 @@ import math
 
 import numpy as np
 
-from explore.compiling import LANES, compiled
+from explore.compiling import LANES
+from explore.subroutines import subroutine
 
 _MOST_STEPS = 100
 _CLOSE = 3e-16
@@ -15,7 +16,7 @@ _LOW, _HIGH, _AT_LOW, _AT_HIGH, _ROOT, _SIDE, _DONE, _SINE, _COSINE, _SIGN, _VAL
 STATE_SIZE = 11 * LANES
 
 
-@compiled()
+@subroutine()
 def _difference(fill, constants, anchor, law, variant, needs, rows, row, scale, state, points, tangents, signals):
     """Fill the rate at points of the stroke, `points` in t, minus the rate at the points shifted from them.
 
@@ -35,7 +36,7 @@ def _difference(fill, constants, anchor, law, variant, needs, rows, row, scale, 
         )
 
 
-@compiled()
+@subroutine()
 def _find_roots(fill, constants, anchor, law, variant, needs, rows, row, scale, state, points, tangents, signals):
     """Find the root in each lane between LOW, where the difference is negative, and HIGH: regula falsi (Illinois)."""
     for side in (_LOW, _HIGH):
@@ -82,7 +83,7 @@ def _find_roots(fill, constants, anchor, law, variant, needs, rows, row, scale, 
                 state[_SIDE + lane] = 1.0
 
 
-@compiled(allocates=True)
+@subroutine(allocates=True)
 def find_hand_overs(
     fill, constants, anchor, law, variant, needs, rows, row, rate_row, rising, scale, periods, first, last
 ):

@@ -20,6 +20,7 @@ from explore.quadrature.slots import CLUTCH, ROOT_MEAN, ROOT_POWER_MEAN
 from explore.quadrature.storing import store
 from explore.quadrature.tiles import FILL_TYPE
 from explore.quadrature.work_space import CHUNK_WORK_TYPE, PANEL_SUMS_TYPE, SIZES_TYPE, TABLES_TYPE, TILE_WORK_TYPE
+from explore.subroutines import subroutine
 
 #: Natural logarithm of the tolerance over the target of the first node count: a cv multiplies the error by a few.
 HEADROOM = 1.5
@@ -29,7 +30,7 @@ MOST_ROUNDS = 4
 _F1, _F2, _I1 = types.float64[::1], types.float64[:, ::1], types.int64[::1]
 
 
-@compiled()
+@subroutine()
 def _demands(tables, w):
     """Whether a window needs the ends of its panels and means of powers, and the largest pole order of its signals."""
     ends, powers, pole_order = False, False, 2
@@ -41,7 +42,7 @@ def _demands(tables, w):
     return ends, powers, pole_order
 
 
-@compiled(allocates=True)
+@subroutine(allocates=True)
 def _open_window(fill, sizes, tables, w, begin, n_designs, work, tile):
     """Fill the panels of a window of the designs of the chunk from `begin` on, as many as fit.
 
@@ -72,7 +73,7 @@ def _open_window(fill, sizes, tables, w, begin, n_designs, work, tile):
     return until, count, stride
 
 
-@compiled()
+@subroutine()
 def _merge_rows(n, regular, stride, flags, w, work, sums):
     """Fill means and variances of all flagged rows of the live designs."""
     for s in range(flags.shape[1]):
@@ -88,7 +89,7 @@ def _merge_rows(n, regular, stride, flags, w, work, sums):
             )  # fmt: skip
 
 
-@compiled(allocates=True)
+@subroutine(allocates=True)
 def _sample_window(fill, sizes, tables, w, begin, here, statistics, nodes, error, work, tile, sums):
     """Statistics of a window of the designs of the chunk from `begin` on, as many as fit; return the first left."""
     until, count, stride = _open_window(fill, sizes, tables, w, begin, len(here), work, tile)

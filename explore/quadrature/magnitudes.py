@@ -17,7 +17,7 @@ import math
 
 import numpy as np
 
-from explore.compiling import LANES, compiled
+from explore.compiling import LANES
 from explore.quadrature.bounds import CHUNK, FLAG_SQUARES
 from explore.quadrature.brent import ACTIVE, BEST, BRENT_ROWS, minimise, start_lane
 from explore.quadrature.chunks import gather_constants
@@ -25,6 +25,7 @@ from explore.quadrature.panels import ANCHOR, CENTRE, HALF, LAW, SCALE, VARIANT
 from explore.quadrature.rules import LARGEST_NODE_COUNT
 from explore.quadrature.slots import BOUND, ROOT_MEAN
 from explore.quadrature.tiles import SHAPE_SIZE, TILE_SCALE
+from explore.subroutines import subroutine
 
 #: Number of powers: power 0 has the exponent 1, power 1 the exponent 10/3.
 POWERS = 2
@@ -37,7 +38,7 @@ _MOST_CUTS = LANES
 _NODE_CAPACITY = LARGEST_NODE_COUNT + LANES
 
 
-@compiled(allocates=True)
+@subroutine(allocates=True)
 def power_means(
     fill, constants, needs, rows, row, power, panels, begin, panel_count, stride, tolerance, size_of, row_of, table
 ):
@@ -108,7 +109,7 @@ def power_means(
     return total, error / total if total > 0.0 else 0.0, nodes
 
 
-@compiled(fast=True)
+@subroutine(fast=True)
 def _place_nodes(first, last, scale, count, row_of, table, clustered, t, tangents, weight):
     """Fill nodes between two t of a panel, ascending, `clustered` at both ends or not: t, half-tangents, weights (rad).
 
@@ -132,7 +133,7 @@ def _place_nodes(first, last, scale, count, row_of, table, clustered, t, tangent
         tangents[j] = tangents[count - 1]
 
 
-@compiled()
+@subroutine()
 def _cut_at_minima(
     fill, constants, needs, rows, row, anchor, law, variant, first, last, shape, t, samples, state, tangents, cuts
 ):
@@ -161,7 +162,7 @@ def _cut_at_minima(
     return pieces
 
 
-@compiled(allocates=True)
+@subroutine(allocates=True)
 def fill_powers(fill, sizes, tables, w, i, design, stride, statistics, nodes, error, work, tile):
     """Fill the means of powers of the magnitudes of one design, number i of the chunk and `design` of the block."""
     for lane in range(LANES):

@@ -4,23 +4,23 @@ import math
 
 from numba import types
 
-from explore.compiling import compiled
 from explore.quadrature import bounds
 from explore.quadrature.bounds import CHUNK, FLAG_TERMS, bound_row, bound_sum_of_terms, collect_rms
 from explore.quadrature.panels import COUNT, FOURTH, PANEL_CAPACITY, SECOND, SIXTH, TARGET, model_errors
 from explore.quadrature.rules import LARGEST_NODE_COUNT
+from explore.subroutines import subroutine
 
 _F1, _I1, _I2 = types.float64[::1], types.int64[::1], types.int64[:, ::1]
 
 
-@compiled(types.void(_F1, _F1, types.int64))
+@subroutine()
 def copy_numbers(to, source, n):
     """Copy n numbers; assigning a slice would need Numba's runtime."""
     for j in range(n):
         to[j] = source[j]
 
 
-@compiled(types.void(_F1, _F1, types.int64, types.int64, _I1, _I1, _I1, types.int64, types.int64, _F1, _F1, _F1))
+@subroutine()
 def collect(b, panels, total, n, live, first_panel, panel_count, stride, ends, averaging, rest, noise):
     """Fill lengths, noise, node counts and the model's errors of the live designs."""
     model_errors(panels, total)
@@ -44,7 +44,7 @@ def collect(b, panels, total, n, live, first_panel, panel_count, stride, ends, a
         b[bounds.TOTAL + j], b[bounds.IS_FINEST + j] = nodes, finest
 
 
-@compiled(types.void(_F1, types.int64, types.int64, types.int64, _F1, _F1, _F1, _F1, _F1))
+@subroutine()
 def merge_regular(b, n, per_design, row, masses, integrals, deviations, means, variances):
     """Like `merge` where every design has `per_design` panels, all of them live."""
     base, to = row * PANEL_CAPACITY, row * CHUNK
@@ -68,7 +68,7 @@ def merge_regular(b, n, per_design, row, masses, integrals, deviations, means, v
         variance[j] /= length[j]
 
 
-@compiled(types.void(_F1, types.int64, _I1, _I1, _I1, types.int64, types.int64, _F1, _F1, _F1, _F1, _F1))
+@subroutine()
 def merge(b, n, live, first_panel, panel_count, stride, row, masses, integrals, deviations, means, variances):
     """Fill mean and variance of one row over the windows of the live designs, from those of their panels.
 
@@ -90,7 +90,7 @@ def merge(b, n, live, first_panel, panel_count, stride, row, masses, integrals, 
         means[to + j], variances[to + j] = mean, squares / length
 
 
-@compiled(types.void(_F1, types.int64, types.int64, _I2, _I2, _I1, types.float64, _F1, _F1, _F1, _F1))
+@subroutine()
 def bound_rows(b, n, w, flags, orders, term_rows, tolerance, means, variances, row_bounds, terms):
     """Fill the bounds of all rows of the live designs, and their worst."""
     for row in (bounds.LARGEST_RMS, bounds.SLOW_RMS, bounds.WORST, bounds.IMPROVABLE):
@@ -119,7 +119,7 @@ def bound_rows(b, n, w, flags, orders, term_rows, tolerance, means, variances, r
         copy_numbers(row_bounds[s * CHUNK :], b[bounds.BOUND :], n)
 
 
-@compiled()
+@subroutine()
 def choose_next(b, panels, n, live, first_panel, panel_count, stride, pole_order, tolerance, todo):
     """Keep the designs live whose bound more nodes can lower, and set the targets of their panels.
 

@@ -18,11 +18,11 @@ vectorises loops over panels.
 
 import math
 
-from explore.compiling import compiled
 from explore.lanes.arctangent import arctangent
 from explore.lanes.elementary import exponential, inverse_cosh, inverse_sinh, logarithm
 from explore.model.declaration import MOST_SINGULARITIES
 from explore.quadrature.rules import LARGEST_NODE_COUNT
+from explore.subroutines import subroutine
 
 #: Natural logarithm of the factor C in the error model C ((2N + 1)/h)^order rho^(-2N), h half the panel's length in t;
 #: order is the pole order of the signal: 2 (angles, velocities), 4 (accelerations) or 6 (inertia forces). Calibrated
@@ -45,7 +45,7 @@ SINGULAR = 15 * PANEL_CAPACITY
 PANELS_SIZE = SINGULAR + MOST_SINGULARITIES * PANEL_CAPACITY
 
 
-@compiled("void(float64[::1], int64, int64[::1])", contract=True)
+@subroutine(contract=True)
 def map_panels(panels, count, anchors):
     """Fill centre, half length, T, rate and length of panels.
 
@@ -87,7 +87,7 @@ def map_panels(panels, count, anchors):
         panels[LENGTH + k] = 2.0 * arctangent(last - first, 1.0 + first * last)
 
 
-@compiled("void(float64[::1], int64, int64)", contract=True)
+@subroutine(contract=True)
 def count_nodes(panels, count, order):
     """Fill the smallest number of nodes whose modelled error is below each panel's target (a logarithm)."""
     constant = LOG_CONSTANT_2 if order == 2 else LOG_CONSTANT_4
@@ -103,7 +103,7 @@ def count_nodes(panels, count, order):
         panels[COUNT + k] = nodes if nodes < LARGEST_NODE_COUNT else 1.0 * LARGEST_NODE_COUNT
 
 
-@compiled("void(float64[::1], int64)", contract=True)
+@subroutine(contract=True)
 def model_errors(panels, count):
     """Fill the error model for pole orders 2, 4 and 6, relative to the rms (squared, for variances)."""
     for k in range(count):

@@ -2,15 +2,15 @@
 
 import math
 
-from explore.compiling import compiled
 from explore.quadrature import bounds
 from explore.quadrature.bounds import CHUNK, FLAG_SQUARES
 from explore.quadrature.merging import copy_numbers
 from explore.quadrature.panels import PANEL_CAPACITY
 from explore.quadrature.slots import BOUND, MAXIMUM, MEAN, MINIMUM, VARIANCE
+from explore.subroutines import subroutine
 
 
-@compiled()
+@subroutine()
 def _store_extremes(n, designs, stride, base, low_slot, high_slot, statistics, work, sums):
     """Store the extremes of one row over the panels of each live design."""
     for j in range(n):
@@ -26,7 +26,7 @@ def _store_extremes(n, designs, stride, base, low_slot, high_slot, statistics, w
             statistics[high_slot, designs[i]] = high
 
 
-@compiled()
+@subroutine()
 def store(n, all_live, designs, stride, w, flags, slots, statistics, nodes, work, sums):
     """Store the statistics of the live designs; a later round replaces those of this one.
 

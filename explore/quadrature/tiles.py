@@ -1,9 +1,10 @@
 """Tiles: panels with the same rule, one in each lane, from nodes to moments."""
 
-from explore.compiling import FILL_SIGNATURE, LANES, compiled, function_type
+from explore.compiling import FILL_SIGNATURE, LANES, function_type
 from explore.lanes.elementary import exponential
 from explore.quadrature.panels import CENTRE, HALF, SCALE
 from explore.quadrature.rules import LARGEST_NODE_COUNT
+from explore.subroutines import subroutine
 
 FILL_TYPE = function_type(FILL_SIGNATURE)
 #: Most nodes of a tile: a rule and the two ends of the panel.
@@ -18,7 +19,7 @@ INTEGRAL, DEVIATIONS, _MEAN = (row * LANES for row in range(3))
 SUMS_SIZE = 3 * LANES
 
 
-@compiled("void(float64[::1])", fast=True)
+@subroutine(fast=True)
 def _scale_exponentials(shape):
     for lane in range(LANES):
         growth = exponential(shape[TILE_CENTRE + lane])
@@ -26,7 +27,7 @@ def _scale_exponentials(shape):
         shape[TILE_UP + lane], shape[TILE_DOWN + lane] = half_scale * growth, half_scale / growth
 
 
-@compiled("void(float64[::1], int64[::1], float64[::1])")
+@subroutine()
 def gather_shapes(panels, lane_panels, shape):
     """Fill the shapes of the panels of a tile."""
     for lane in range(LANES):
@@ -36,7 +37,7 @@ def gather_shapes(panels, lane_panels, shape):
     _scale_exponentials(shape)
 
 
-@compiled("void(float64[::1], float64, float64)", fast=True, inlined=True)
+@subroutine(fast=True, inlined=True)
 def _place_pair(shape, abscissa, rule_weight):
     """Fill half-tangents and weights (rad) of a symmetric pair of nodes: one exponential serves both."""
     for lane in range(LANES):
@@ -52,7 +53,7 @@ def _place_pair(shape, abscissa, rule_weight):
         shape[_HIGH_WEIGHT + lane] = share * low_square * (up * growth + down * decay)
 
 
-@compiled("void(float64[::1], float64[::1], float64[::1], int64, int64)", inlined=True)
+@subroutine(inlined=True)
 def _store_pair(shape, tangents, weights, low, high):
     for lane in range(LANES):
         tangents[low * LANES + lane], weights[low * LANES + lane] = (
@@ -65,7 +66,7 @@ def _store_pair(shape, tangents, weights, low, high):
         )
 
 
-@compiled("void(float64[::1], int64, boolean, int64[::1], float64[:, ::1], float64[::1], float64[::1])")
+@subroutine()
 def place_nodes(shape, count, ends, row_of, table, tangents, weights):
     """Fill half-tangents and weights of the nodes of a tile, ascending in t.
 
@@ -82,7 +83,7 @@ def place_nodes(shape, count, ends, row_of, table, tangents, weights):
         _store_pair(shape, tangents, weights, 0, last + 1)
 
 
-@compiled("void(float64[::1], int64, int64[::1], int64, float64[::1], float64[::1], float64[::1])", fast=True)
+@subroutine(fast=True)
 def fill_moments(signals, rows, flags, count, weights, masses, sums):
     """Fill weights, integrals and integrals of squared deviations from the mean over the nodes of a tile.
 

@@ -8,6 +8,7 @@ import math
 
 from explore.compiling import compiled
 from explore.quadrature.panels import ANCHOR, FIRST, LAST, LAW
+from explore.subroutines import subroutine
 
 #: Kinds of windows: the full turn; from one mark to another; the longer or shorter of that and its complement; a fixed
 #: interval of angles.
@@ -20,14 +21,14 @@ _SAME = 1e-12
 LARGEST_TANGENT = 1e15
 
 
-@compiled("int64(float64[::1], int64, float64, float64, float64, int64)")
+@subroutine()
 def _add(panels, k, anchor, first, last, law):
     """Append one panel; return the next number."""
     panels[ANCHOR + k], panels[FIRST + k], panels[LAST + k], panels[LAW + k] = anchor, first, last, float(law)
     return k + 1
 
 
-@compiled("int64(float64[::1], int64, float64, float64, float64, int64)")
+@subroutine()
 def _split(panels, k, anchor, first, last, law):
     """Append a panel about an anchor, cut a quarter turn off the anchor at ends that reach the anchor's opposite."""
     if first < -LARGEST_TANGENT:
@@ -39,7 +40,7 @@ def _split(panels, k, anchor, first, last, law):
     return _add(panels, k, anchor, first, last, law)
 
 
-@compiled("int64(float64[::1], int64, float64, float64, int64)")
+@subroutine()
 def add_arc(panels, k, start, stop, law):
     """Append the panels from `start` forwards to `stop`, half-tangents from the anchor; return the next number."""
     if start < stop:  # not past the opposite of the anchor
@@ -56,7 +57,7 @@ def add_arc(panels, k, start, stop, law):
     return _split(panels, k, 0.0, -1.0, stop, law)
 
 
-@compiled("float64(float64, float64)")
+@subroutine()
 def _offset(start, position):
     """Angle from one half-tangent forwards to another, between 0 and a full turn, rad; rounding of 0 is 0."""
     angle = 2.0 * (math.atan(position) - math.atan(start))
@@ -64,7 +65,7 @@ def _offset(start, position):
     return 0.0 if angle < _SAME or angle > 2.0 * math.pi - _SAME else angle
 
 
-@compiled("int64(float64[::1], int64, float64, float64, float64, float64[::1], int64)")
+@subroutine()
 def _add_cut_arc(panels, k, start, stop, length, breaks, count):
     """Append the panels of an arc of a known length, cut at the breaks; return the next number.
 
@@ -90,7 +91,7 @@ def _add_cut_arc(panels, k, start, stop, length, breaks, count):
         law, done = following, at
 
 
-@compiled("int64(float64[::1], int64, float64, float64, float64[::1], int64)")
+@subroutine()
 def _add_interval(panels, k, start, stop, breaks, count):
     """Append the panels of an interval of angles from the anchor, rad, of at most a full turn.
 
@@ -117,7 +118,7 @@ def _add_interval(panels, k, start, stop, breaks, count):
         start, anchor = end, anchor + 1.0
 
 
-@compiled("UniTuple(float64, 2)(int64, float64, float64)", inlined=True)
+@subroutine(inlined=True)
 def orient(kind, start, stop):
     """The ends of the longer or shorter of an arc and its complement; those of an ARC as they are."""
     if kind == ARC:
@@ -142,7 +143,7 @@ def orient_arcs(kind, starts, stops, lengths):
         starts[i], stops[i], lengths[i] = start, stop, 2.0 * (half if half > 0.0 else half + math.pi)
 
 
-@compiled("int64(float64[::1], int64, int64, float64, float64, float64[::1], int64)")
+@subroutine()
 def add_window(panels, k, kind, start, stop, breaks, count):
     """Append the panels of a window of one design.
 

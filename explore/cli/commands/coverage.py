@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from explore.cli.options import JsonOption
-from explore.cli.output import compiled_kernels, number, print_json, say
+from explore.cli.output import announce_compiling, number, print_json, say
 from explore.cli.paths import FIGURE_ENDINGS, check_output, refuse_overwriting
 from explore.cli.tables import print_table
 from explore.errors import RequestError
@@ -41,9 +41,10 @@ def coverage(
     check_output(output, FIGURE_ENDINGS)
     toml_text.read_text(str(config))  # reports a missing file before the kernels are compiled
     refuse_overwriting(config, output, "the study")
-    with compiled_kernels():
-        from explore.config.study_file import load_study
-        from explore.covering import coverage as cover
+    from explore.config.study_file import load_study
+    from explore.covering import coverage as cover
+
+    announce_compiling()
     study = load_study(config)
     travel, cranks, rocker, ground = _lengths(study, config)
     bounds = _transmission_angle_bounds(study.request.constraints)

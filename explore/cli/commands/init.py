@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from explore.cli.completion import complete_mechanisms
-from explore.cli.output import compiled_kernels, say
+from explore.cli.output import say
 from explore.errors import RequestError
 
 
@@ -16,9 +16,9 @@ def init(
     mechanism: Annotated[str, typer.Option(autocompletion=complete_mechanisms, help="The mechanism.")] = "crank-rocker",
 ) -> None:
     """Write a commented study that runs, to start from."""
-    with compiled_kernels():
-        from explore.config.study_file import starter
-        from explore.request.names import find_mechanism
+    from explore.config.study_file import starter
+    from explore.request.names import find_mechanism
+
     text = starter(find_mechanism(mechanism))
     try:
         with config.open("x", encoding="utf-8") as stream:

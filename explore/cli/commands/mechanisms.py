@@ -10,7 +10,7 @@ import typer
 
 from explore.cli.completion import complete_mechanisms
 from explore.cli.options import JsonOption
-from explore.cli.output import compiled_kernels, number, print_json, say, shown_unit
+from explore.cli.output import number, print_json, say, shown_unit
 from explore.cli.tables import print_table
 
 if TYPE_CHECKING:
@@ -25,9 +25,9 @@ def mechanisms(
     as_json: JsonOption = False,
 ) -> None:
     """List the mechanisms, or the parameters, signals, metrics and windows of one."""
-    with compiled_kernels():
-        from explore.mechanisms.registry import MECHANISMS
-        from explore.request.names import find_mechanism
+    from explore.mechanisms.registry import MECHANISMS
+    from explore.request.names import find_mechanism
+
     if name is not None:
         _print_mechanism(find_mechanism(name), as_json=as_json)
     elif as_json:

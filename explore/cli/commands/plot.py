@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from contextlib import nullcontext
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -12,7 +11,7 @@ import typer
 
 from explore.cli.completion import complete_columns
 from explore.cli.options import ResultsArgument
-from explore.cli.output import compiled_kernels, say
+from explore.cli.output import announce_compiling, say
 from explore.cli.paths import FIGURE_ENDINGS, check_output, newest_results, refuse_overwriting
 from explore.cli.progress import block_bar
 from explore.errors import RequestError
@@ -99,6 +98,7 @@ def _check_options(kind: str, options: Mapping[str, str | int]) -> None:
 
 
 def _load_chart(kind: str) -> Callable[..., Figure]:
-    with compiled_kernels() if kind in _SIMULATED_KINDS else nullcontext():
-        chart: Callable[..., Figure] = getattr(import_module("explore.charts"), f"{kind}_chart")
+    if kind in _SIMULATED_KINDS:
+        announce_compiling()
+    chart: Callable[..., Figure] = getattr(import_module("explore.charts"), f"{kind}_chart")
     return chart

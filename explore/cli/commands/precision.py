@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from explore.cli.options import JsonOption
-from explore.cli.output import compiled_kernels, print_json, say, say_missing_peers
+from explore.cli.output import announce_compiling, print_json, say, say_missing_peers
 from explore.cli.paths import atomic_files
 from explore.cli.progress import progress_bar
 from explore.cli.tables import print_table
@@ -45,13 +45,14 @@ def precision(
 
 def _compare_precision(names: Sequence[str], folder: Path, *, as_json: bool) -> None:
     """Compare methods and averaging rules on scenes, write tables and charts, and print a summary."""
-    with compiled_kernels():
-        from explore.comparison.averaging_rules import AVERAGING_RULES
-        from explore.comparison.levels import measure_level_costs
-        from explore.comparison.method_precision import compare_methods
-        from explore.comparison.rule_precision import compare_rules
-        from explore.comparison.timing import describe_machine
-        from explore.methods.registry import METHODS
+    from explore.comparison.averaging_rules import AVERAGING_RULES
+    from explore.comparison.levels import measure_level_costs
+    from explore.comparison.method_precision import compare_methods
+    from explore.comparison.rule_precision import compare_rules
+    from explore.comparison.timing import describe_machine
+    from explore.methods.registry import METHODS
+
+    announce_compiling()
     scenes = _load_scenes(names)
     tables: dict[str, Rows] = {"motions": [], "averages": [], "levels": []}
     say_missing_peers(METHODS)

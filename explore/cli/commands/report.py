@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from explore.cli.options import ResultsArgument
-from explore.cli.output import compiled_kernels, say
+from explore.cli.output import announce_compiling, say
 from explore.cli.paths import check_output, newest_results, refuse_overwriting
 from explore.cli.progress import progress_bar
 from explore.errors import RequestError
@@ -56,8 +56,9 @@ def _rank_command(path: Path) -> str:
 
 def _mechanism(results: Results) -> Mechanism | None:
     """The mechanism of the results; None if this version does not have it, and the page draws none."""
-    with compiled_kernels():
-        from explore.request.names import find_mechanism
+    from explore.request.names import find_mechanism
+
+    announce_compiling()
     try:
         return find_mechanism(results.mechanism)
     except RequestError:

@@ -13,7 +13,7 @@ import typer
 
 from explore.cli.completion import complete_mechanisms
 from explore.cli.options import JsonOption
-from explore.cli.output import compiled_kernels, print_json, say
+from explore.cli.output import announce_compiling, print_json, say
 from explore.cli.paths import check_new_file, refuse_overwriting
 from explore.errors import MotionError, RequestError
 
@@ -53,8 +53,9 @@ def simulate(
         refuse_overwriting(config, output, "the study")
     if output is not None:
         check_new_file(output)
-    with compiled_kernels():
-        from explore.api import simulate as simulate_motion
+    from explore.api import simulate as simulate_motion
+
+    announce_compiling()
     if config:
         name, parameters = _study_design(config, design, settings or [])
     else:

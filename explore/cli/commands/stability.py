@@ -9,7 +9,7 @@ from typing import Annotated, Any
 import typer
 
 from explore.cli.options import JsonOption
-from explore.cli.output import compiled_kernels, print_json, say, say_missing_peers
+from explore.cli.output import announce_compiling, print_json, say, say_missing_peers
 from explore.cli.paths import atomic_files
 from explore.cli.progress import progress_bar
 from explore.cli.tables import print_table
@@ -25,10 +25,11 @@ def stability(
     as_json: JsonOption = False,
 ) -> None:
     """Map how near to the change point each method of solving the motion stays accurate."""
-    with compiled_kernels():
-        from explore.comparison.convergence import measure_orders
-        from explore.comparison.stability import map_stability, safe_margins, stability_runs
-        from explore.methods.registry import METHODS
+    from explore.comparison.convergence import measure_orders
+    from explore.comparison.stability import map_stability, safe_margins, stability_runs
+    from explore.methods.registry import METHODS
+
+    announce_compiling()
     say_missing_peers(METHODS)
     with atomic_files(output) as place:
         with progress_bar("judging methods", len(stability_runs())) as step:

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 from explore.cli.explanations import explain_unreachable
-from explore.cli.output import compiled_kernels, complain, count_of, number, say
+from explore.cli.output import announce_compiling, complain, count_of, number, say
 from explore.cli.paths import refuse_overwriting
 from explore.cli.progress import sweep_progress
 from explore.cli.termination import terminable
@@ -124,10 +124,11 @@ def _sweep(options: SweepOptions, *, dry_run: bool) -> int:
     """Sweep a study and return the exit code."""
     from explore.config import toml_text
 
-    toml_text.read_text(str(options.config))  # reports a missing file before the kernels are compiled
-    with compiled_kernels(quiet=options.quiet):
-        cluster = options.cluster()
-        from explore.config.study_file import load_study
+    toml_text.read_text(str(options.config))  # reports a missing file before anything slow is imported
+    cluster = options.cluster()
+    from explore.config.study_file import load_study
+    from explore.evaluation.evaluate import compile_kernels
+
     study = load_study(options.config)
     path = options.path
     if dry_run:
@@ -138,6 +139,10 @@ def _sweep(options: SweepOptions, *, dry_run: bool) -> int:
     refuse_overwriting(options.config, path, "the study")
     if path.is_dir():
         raise ResultsError(f"{path} is a folder; name another file with -o")
+    if not options.quiet:
+        announce_compiling()
+    if options.scheduler is None:
+        compile_kernels(study.request)
     try:
         summary = _run(study, options, cluster)
     except KeyboardInterrupt:

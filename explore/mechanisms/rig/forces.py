@@ -50,11 +50,12 @@ from explore.mechanisms.rig.columns import (
     TORQUE_TERMS,
     Row,
 )
+from explore.subroutines import subroutine
 
 _MOTION = four_bar.VELOCITIES | four_bar.ACCELERATIONS | four_bar.ANGLES | four_bar.TRANSMISSION
 
 
-@compiled("void(float64[::1], int64, int64, float64[::1])", fast=True)
+@subroutine(fast=True)
 def _fill_torque(constants, law, variant, out):
     """Fill the torque that the coupler exerts on the rocker, without that of the rocker's weight, and its terms, N m.
 
@@ -83,7 +84,7 @@ def _fill_torque(constants, law, variant, out):
         out[DRIVE_TORQUE * LANES + lane], out[FORCE_TERMS * LANES + lane] = torque, terms
 
 
-@compiled("void(float64[::1], float64[::1], int64, int64, float64[::1])", fast=True)
+@subroutine(fast=True)
 def _fill_massless_forces(constants, tangents, anchor, needs, out):
     """Fill the forces of massless links, from the torque about the rocker's pivot."""
     for lane in range(LANES):
@@ -103,7 +104,7 @@ def _fill_massless_forces(constants, tangents, anchor, needs, out):
             out[DRIVE_TORQUE * LANES + lane] = moment * out[ROCKER_VELOCITY * LANES + lane]
 
 
-@compiled("void(float64[::1], float64[::1], int64, float64[::1])", fast=True)
+@subroutine(fast=True)
 def _fill_forces_with_masses(constants, tangents, anchor, out):
     """Fill the forces of links with masses, in m and N.
 
@@ -163,7 +164,7 @@ def _fill_forces_with_masses(constants, tangents, anchor, out):
         out[DRIVE_TORQUE * LANES + lane] = bx * fby - by * fbx + crank_mass * gravity * crank_arm * cosine
 
 
-@compiled("void(float64[::1], float64[::1], int64, float64[::1])", fast=True)
+@subroutine(fast=True)
 def _fill_deviations(constants, tangents, anchor, out):
     """Fill the deviation of the rocker's velocity from a sine, and its products with sine and cosine."""
     sign = 1.0 if anchor == 0 else -1.0

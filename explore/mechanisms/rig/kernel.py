@@ -21,12 +21,13 @@ from explore.mechanisms.rig.columns import (
     LOAD_SIZE,
     Row,
 )
+from explore.subroutines import subroutine
 
 _DEGREES = 180.0 / math.pi
 _NAN = math.nan
 
 
-@compiled("UniTuple(float64, 4)(float64, float64, float64, float64)", inlined=True)
+@subroutine(inlined=True)
 def _sensitivities(crank, coupler, rocker, ground):
     """Derivatives of the swing by crank, coupler, rocker and ground, rad per length.
 
@@ -59,7 +60,7 @@ def _sensitivities(crank, coupler, rocker, ground):
     return at_e + at_o, 4.0 * product / (at_e + at_o), of_rocker, of_ground
 
 
-@compiled("void(float64[::1], int64)", inlined=True)
+@subroutine(inlined=True)
 def _fill_load_constants(record, lane):
     """Fill the constants of the forces of one lane."""
     for k in range(LOAD_SIZE):
