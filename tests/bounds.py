@@ -16,16 +16,11 @@ SIGNALS = (
     "coupler_velocity", "rocker_velocity", "coupler_acceleration", "rocker_acceleration",
     "coupler_angle", "rocker_angle", "transmission_angle",
 )  # fmt: skip
-STATISTICS = ("mean", "variance", "std", "cv", "min", "max", "peak_to_peak")
+STATISTICS = ("mean", "variance", "std", "cv", "min", "max", "peak", "peak_to_peak")
 STROKES = ("overlapped_to_extended", "extended_to_overlapped")
-#: Statistics that do not exist: the cv of a mean of 0; transmission_angle_min and _max are closed forms over the turn.
+#: Statistics that do not exist: the cv of a mean of 0.
 ABSENT = {("cycle", signal, "cv") for signal in SIGNALS[:4]}
 ABSENT |= {(stroke, "rocker_acceleration", "cv") for stroke in STROKES}
-ABSENT |= {
-    (window, "transmission_angle", statistic)
-    for window in (*STROKES, "cycle", "interval", "drive", "return")
-    for statistic in ("min", "max")
-}
 #: Requests over explicit intervals, and over the mechanism's own windows.
 PARTS = ("moments", "extremes", "interval")
 OK, TOLERANCE_NOT_MET = 1, 7
@@ -52,8 +47,8 @@ class References:
         others = {name: getattr(self, name)[rows].astype(float) for name in ("branch", "phases")}
         table = explore.evaluate("crank-rocker", lengths | others, metrics=[metric], tolerance=tolerance, **options)
         values, bounds, statuses = (table[name].to_numpy(float) for name in (metric, "error", "status"))
-        if "_angle_" in metric and not metric.endswith("cv"):
-            values = values / (DEGREES**2 if metric.endswith("variance") else DEGREES)
+        if "_angle_" in metric and "_cv" not in metric:
+            values = values / (DEGREES**2 if "_variance" in metric else DEGREES)
         return np.array((values, bounds, statuses))
 
 
@@ -113,7 +108,7 @@ def part_of(window, signal, statistic):
     """The one of PARTS that a request belongs to."""
     if window == "interval":
         return window
-    return "extremes" if statistic in ("min", "max", "peak_to_peak") else "moments"
+    return "extremes" if statistic in ("min", "max", "peak", "peak_to_peak") else "moments"
 
 
 def measure(references, tolerance):
@@ -141,13 +136,13 @@ def _evaluated(references, tolerance):
     for which, window in enumerate((*STROKES, "cycle", "interval")):
         for s, signal, statistic in _requested(window, STATISTICS):
             if window == "interval":
-                result = _over_intervals(references, f"{signal}_{statistic}", tolerance)
+                result = _over_intervals(references, f"{signal}_{statistic}_interval", tolerance)
             else:
-                result = references.evaluate(f"{signal}_{statistic}", tolerance, window=window)
+                result = references.evaluate(f"{signal}_{statistic}_{window}", tolerance, window=window)
             yield (window, signal, statistic), result, references.statistics[:, which, s].T
     for window, stroke in zip(("drive", "return"), _slow_and_fast(references.interval), strict=True):
         for s, signal, statistic in _requested(window, ("mean", "variance", "max")):
-            result = references.evaluate(f"{signal}_{statistic}", tolerance, window=window)
+            result = references.evaluate(f"{signal}_{statistic}_{window}", tolerance, window=window)
             truth = references.statistics[np.arange(len(stroke)), stroke, s]
             yield (window, signal, statistic), result, np.where(stroke[:, None] < 2, truth, np.nan).T
     for (drive, stroke), statistic in product(enumerate(STROKES), STATISTICS):

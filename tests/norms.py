@@ -24,5 +24,6 @@ def worst(name, value, mean, variance, extremes=None):
             with np.errstate(divide="ignore", invalid="ignore"):
                 return np.abs(value * np.abs(mean) / std - 1.0)
     low, high = extremes
-    true = {"min": low, "max": high, "peak_to_peak": high - low}[name]
-    return np.abs(value - true) / np.maximum(np.abs(low), np.abs(high))
+    largest = np.maximum(np.abs(low), np.abs(high))
+    true = {"min": low, "max": high, "peak": largest, "peak_to_peak": high - low}[name]
+    return np.abs(value - true) / largest

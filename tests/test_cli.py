@@ -195,6 +195,10 @@ def test_mechanisms_lists_everything_with_units(tmp_path):
 
     for word in ("crank", "rad/s^2", "swing_angle", "extended_to_overlapped", "clutch"):
         assert word in one
+    assert "min and max have the sign of the signal, peak is its largest magnitude" in one
+    for side in ("min", "max"):
+        name = f"transmission_angle_{side}"
+        assert f"{name} is a closed-form metric of the full turn; over a window it is, for example, {name}_drive" in one
     assert record["parameters"]["speed"] == {"unit": "rad/s", "default": 1.0, "meaning": "constant crank velocity"}
 
 

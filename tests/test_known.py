@@ -11,7 +11,10 @@ import explore
 OK, SCREENED = 1, 6
 GRID = Path(__file__).parents[1] / "configs" / "grid.toml"
 RATES = ("coupler_velocity", "rocker_velocity", "coupler_acceleration", "rocker_acceleration", "velocity_ratio")
-EXTREMES = ("rocker_angle_min", "rocker_angle_max", "rocker_angle_peak_to_peak", "transmission_angle_peak_to_peak")
+EXTREMES = (
+    *(f"rocker_angle_{statistic}" for statistic in ("min", "max", "peak", "peak_to_peak")),
+    "transmission_angle_peak_to_peak",
+)
 #: A third of a turn without a limit position or an anchor, and most of a turn.
 INTERVALS = ({"from": 31, "to": 47}, {"from": -40, "to": 75}, {"from": 10, "to": 365})
 WINDOWS = ("drive", "return", "overlapped_to_extended", "extended_to_overlapped", *INTERVALS)
@@ -123,6 +126,35 @@ def test_a_constraint_on_a_known_statistic_screens_each_speed_by_itself():
         alone = explore.evaluate("crank-rocker", designs | {"speed": speed}, **request)
         for name in ("cv", "mean", "mean_margin", "nodes", "error", "feasible", "status"):
             np.testing.assert_array_equal(alone[name], table[name][k::3], err_msg=name)
+
+
+def test_a_name_without_a_window_is_of_the_design_or_of_the_window_of_the_study():
+    """A closed-form metric does not depend on the window; a statistic of the same name says its window."""
+    lengths = {"crank": 100.0, "coupler": 1083.4236, "rocker": 541.7118, "ground": 691.7118}
+    names = ["min", "max", "min_drive", "max_drive", "min_cycle", "max_cycle", "peak_to_peak", "peak_to_peak_cycle"]
+
+    row = explore.evaluate(
+        "crank-rocker", lengths, metrics=[f"transmission_angle_{name}" for name in names], window="drive"
+    ).iloc[0]
+
+    turn_min, turn_max, drive_min, drive_max, *turn, drive_span, turn_span = row[: len(names) + 4][4:]
+    # an angle of 1 rad is good to 4e-15, in degrees
+    assert turn == pytest.approx([turn_min, turn_max], rel=1e-13, abs=0.0)
+    assert turn_span == pytest.approx(turn_max - turn_min, rel=1e-13, abs=0.0)
+    assert drive_span == pytest.approx(drive_max - drive_min, rel=1e-13, abs=0.0)
+    assert turn_min < drive_min < drive_max <= turn_max
+
+
+def test_the_peak_of_a_signal_is_its_largest_magnitude():
+    designs = crank_rockers(200)
+    names = [f"rocker_acceleration_{statistic}" for statistic in ("min", "max", "peak")]
+
+    table = explore.evaluate("crank-rocker", designs, metrics=names, window="drive")
+
+    low, high, peak = (table[name] for name in names)
+    assert (-low > high).sum() > 20
+    assert (-low < high).sum() > 20
+    np.testing.assert_array_equal(peak, np.maximum(-low, high))
 
 
 def test_the_grid_samples_the_geometries_that_can_be_feasible(tmp_path):

@@ -32,6 +32,7 @@ def test_mechanism_by_name():
 def test_closed_form_metric_owns_its_name():
     metric = find_metric(MECHANISM, "transmission_angle_min", DRIVE)
     assert isinstance(metric, Metric)
+    assert "over the turn" in metric.long_name
     sampled = find_metric(MECHANISM, "transmission_angle_min_drive", DRIVE)
     assert isinstance(sampled, SampledMetric)
     assert (sampled.signal.name, sampled.statistic, sampled.window.name) == ("transmission_angle", "min", "drive")
@@ -79,6 +80,7 @@ def test_output_of_the_clutch_window():
         ("rocker_acceleration_min", "rad/s^2", None),
         ("rocker_acceleration_rms", "rad/s^2", "min"),
         ("rocker_angle_peak_to_peak", "deg", "min"),
+        ("rocker_acceleration_peak", "rad/s^2", "min"),
     ],
 )
 def test_units_and_senses(name, unit, sense):
@@ -164,8 +166,10 @@ def test_bad_window(window, reason):
     assert reason in problem(window=window)
 
 
-def test_metric_names_cannot_name_an_interval():
+def test_metric_names_can_name_only_the_interval_of_the_study():
     assert "an interval has no name" in problem(metrics=["rocker_velocity_mean_interval"])
+    request = make_request(MECHANISM, metrics=["transmission_angle_min_interval"], window={"from": 0, "to": 90})
+    assert request.metrics[0].window == request.window
 
 
 def test_defaults():
@@ -264,7 +268,7 @@ def test_bad_objective(text, reason):
 
 
 def test_only_declared_statistics():
-    assert set(STATISTICS) == {"mean", "variance", "std", "cv", "min", "max", "rms", "peak_to_peak"}
+    assert set(STATISTICS) == {"mean", "variance", "std", "cv", "min", "max", "peak", "rms", "peak_to_peak"}
     assert isinstance(DRIVE, Window)
 
 

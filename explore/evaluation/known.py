@@ -157,7 +157,7 @@ class _Work:
             high = np.where(is_inside, np.maximum(high, value), high)
             bound = np.where(is_inside, np.maximum(bound, error), bound)
         largest = np.maximum(np.abs(low), np.abs(high))
-        value = {"min": low, "max": high, "peak_to_peak": high - low}[metric.statistic]
+        value = {"min": low, "max": high, "peak": largest, "peak_to_peak": high - low}[metric.statistic]
         return value, bound * (2.0 if metric.statistic == "peak_to_peak" else 1.0), largest
 
     def _window(self, metric: SampledMetric) -> WindowPositions:

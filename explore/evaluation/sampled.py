@@ -41,10 +41,11 @@ _FLAGS = {
     "std": FLAG_STD,
     "min": FLAG_EXTREMES,
     "max": FLAG_EXTREMES,
+    "peak": FLAG_EXTREMES,
     "peak_to_peak": FLAG_EXTREMES,
 }
 _BOTH_EXTREMES = (MINIMUM, MAXIMUM)
-_EXTREMES = {"min": (MINIMUM,), "max": (MAXIMUM,), "peak_to_peak": _BOTH_EXTREMES}
+_EXTREMES = {"min": (MINIMUM,), "max": (MAXIMUM,), "peak": _BOTH_EXTREMES, "peak_to_peak": _BOTH_EXTREMES}
 _POWERS = {"mean": ROOT_MEAN, "power_mean": ROOT_POWER_MEAN}
 _DEGREES = 180.0 / np.pi
 #: Factor on the tolerance of the inputs of derived metrics: formulas multiply errors, a bearing life by 10/3.
@@ -233,7 +234,8 @@ def _statistic(metric: SampledMetric, statistics: FloatArray, slots: Indices, to
             if metric.signal.is_rectified:
                 low, high = np.where(mean < 0.0, -high, low), np.where(mean < 0.0, -low, high)
                 low = np.maximum(low, 0.0)
-            value = {"min": low, "max": high, "peak_to_peak": high - low}[metric.statistic]
+            largest = np.maximum(np.abs(low), np.abs(high))
+            value = {"min": low, "max": high, "peak": largest, "peak_to_peak": high - low}[metric.statistic]
     return value if factor == 1.0 else value * factor
 
 

@@ -127,6 +127,12 @@ class Declaration:
                 yield from (f"{signal.name}_{statistic}_{window.name}" for window in self.named_windows)
 
     @property
+    def closed_statistics(self) -> tuple[str, ...]:
+        """Closed-form metrics, of the design in any window, that a statistic over a window would have the name of."""
+        statistics = {f"{signal.name}_{statistic}" for signal in self.signals for statistic in signal.statistics}
+        return tuple(metric.name for metric in self.metrics if metric.name in statistics)
+
+    @property
     def named_windows(self) -> tuple[Window, ...]:
         """The windows that a metric's name can end with: all but the explicit interval."""
         return tuple(window for window in self.windows if window.name != "interval")

@@ -12,9 +12,9 @@ import numpy.typing as npt
 FloatArray = npt.NDArray[np.float64]
 Sense = Literal["min", "max"]
 
-STATISTICS = ("mean", "variance", "std", "cv", "min", "max", "rms", "peak_to_peak")
-#: Statistics that are the smallest and the largest value, or their difference.
-EXTREME_STATISTICS = ("min", "max", "peak_to_peak")
+STATISTICS = ("mean", "variance", "std", "cv", "min", "max", "peak", "rms", "peak_to_peak")
+#: Statistics that follow from the smallest and the largest value; "peak" is the largest magnitude.
+EXTREME_STATISTICS = ("min", "max", "peak", "peak_to_peak")
 #: Statistics that are names of metrics by themselves: those of the mechanism's output.
 OUTPUT_STATISTICS = ("mean", "variance", "cv")
 #: Statistics of a magnitude. "power_mean" is (mean |x|^(10/3))^(3/10), by which roller bearings are sized.

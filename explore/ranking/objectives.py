@@ -10,7 +10,7 @@ from explore.model.request import Objective
 from explore.suggest import format_value, suggestion
 
 #: Endings of the names of metrics whose smaller values are better in every mechanism.
-_MINIMISED_ENDINGS = ("cv", "variance", "_std", "_rms", "_peak_to_peak")
+_MINIMISED_ENDINGS = ("cv", "variance", "_std", "_rms", "_peak", "_peak_to_peak")
 
 
 def read_objective(text: str, default_sense: Callable[[str], Sense | None]) -> Objective:

@@ -24,12 +24,13 @@ from explore.request.units import quantity
 from explore.suggest import closest_name, format_value, suggestion
 
 #: Statistics of which smaller values are better.
-_MINIMISED = {"variance", "std", "cv", "max", "rms", "peak_to_peak", "power_mean"}
+_MINIMISED = {"variance", "std", "cv", "max", "peak", "rms", "peak_to_peak", "power_mean"}
 _LONG_NAMES = {
     "std": "standard deviation",
     "cv": "coefficient of variation",
     "min": "minimum",
     "max": "maximum",
+    "peak": "largest magnitude",
     "rms": "root mean square",
     "peak_to_peak": "peak-to-peak value",
     "power_mean": "mean of power 10/3",
@@ -118,8 +119,10 @@ def find_metric(mechanism: Mechanism, name: str, window: Window) -> AnyMetric:
     mechanism
         The mechanism that has the metric.
     name
-        A closed-form or derived metric, ``<signal>_<statistic>``, ``<signal>_<statistic>_<window>``, or "mean",
-        "variance" or "cv" of the output.
+        A closed-form or derived metric, ``<signal>_<statistic>`` over the study's window,
+        ``<signal>_<statistic>_<window>`` over that one, or "mean", "variance" or "cv" of the output. A closed-form
+        metric is of the design, in any window; where a statistic over a window would have the same name, it is the one
+        with the window in its name.
     window
         The study's window.
 
@@ -191,6 +194,8 @@ def _parse(mechanism: Mechanism, name: str, window: Window) -> tuple[Signal, str
             suffix = name.removeprefix(stem + "_")
             if suffix in windows:
                 return signal, statistic, windows[suffix]
+            if suffix == "interval" and window.name == "interval":
+                return signal, statistic, window
             if suffix == "interval":
                 raise RequestError(f"{format_value(name)}: an interval has no name; give the window as {{ from, to }}")
     return None

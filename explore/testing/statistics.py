@@ -83,6 +83,8 @@ class _Dense:
             case "cv":
                 mean = float(abs(values.mean)) or np.nan
                 return std / mean, (std_error + std / mean * float(errors.mean)) / mean, std / mean
+            case "peak":
+                return float(values.magnitude), float(max(errors.min, errors.max)), float(values.magnitude)
             case "peak_to_peak":
                 return float(values.max - values.min), float(errors.max + errors.min), float(values.magnitude)
         scale = {"mean": rms, "variance": rms**2, "power_mean": float(values.power_mean)}.get(name)

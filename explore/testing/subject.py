@@ -90,12 +90,11 @@ class Subject:
         return tuple(self._sampled(make_window(self.mechanism, window), self.signals))
 
     def _sampled(self, window: Window, signals: tuple[Signal, ...]) -> Iterator[SampledMetric]:
-        # with the name of the window, because a closed-form metric may have the name without it
-        suffix = "" if window.name == "interval" else f"_{window.name}"
         for signal in signals:
             for statistic in signal.statistics:
                 try:
-                    metric = find_metric(self.mechanism, f"{signal.name}_{statistic}{suffix}", window)
+                    # with the name of the window, because a closed-form metric may have the name without it
+                    metric = find_metric(self.mechanism, f"{signal.name}_{statistic}_{window.name}", window)
                 except RequestError:  # undefined for every design, as the cv of a signal without a mean
                     continue
                 if isinstance(metric, SampledMetric):

@@ -52,7 +52,7 @@ def _print_mechanism(mechanism: Mechanism, *, as_json: bool) -> None:
         ],
     )
     _print_quantities("signals, functions of the crank angle", "signal", mechanism.signals)
-    _print_quantities("closed-form metrics", "metric", mechanism.metrics)
+    _print_quantities("closed-form metrics, of the design in any window", "metric", mechanism.metrics)
     if mechanism.formulas:
         _print_quantities("derived metrics, functions of others", "metric", mechanism.formulas)
     print_table("windows", [("window", ""), ("meaning", "")], [[w.name, w.long_name] for w in mechanism.windows])
@@ -74,7 +74,18 @@ def _print_notes(mechanism: Mechanism) -> None:
     """Print how sampled metrics are named, and the strokes and objectives of the mechanism."""
     from explore.model.quantities import MAGNITUDE_STATISTICS, STATISTICS
 
-    say(f"sampled metrics: SIGNAL_STATISTIC or SIGNAL_STATISTIC_WINDOW, statistics {', '.join(STATISTICS)}", data=True)
+    say(
+        "statistics of signals: SIGNAL_STATISTIC over the window of the study, SIGNAL_STATISTIC_WINDOW over another",
+        data=True,
+    )
+    say(f"STATISTIC is {', '.join(STATISTICS)}", data=True)
+    say("min and max have the sign of the signal, peak is its largest magnitude", data=True)
+    for name in mechanism.closed_statistics:
+        say(
+            f"{name} is a closed-form metric of the full turn; over a window it is, for example, "
+            f"{name}_{mechanism.default_window}",
+            data=True,
+        )
     if any(signal.is_magnitude for signal in mechanism.signals):
         say(f"of a magnitude, statistics are {', '.join(MAGNITUDE_STATISTICS)}", data=True)
     say(f"mean, variance and cv alone are those of the output, {mechanism.output_signals['']}", data=True)
