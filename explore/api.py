@@ -37,7 +37,10 @@ if TYPE_CHECKING:
 
 def list_mechanisms() -> dict[str, str]:
     """Give the summary of each mechanism by its name; `explore mechanisms NAME` describes one in full."""
-    return {name: mechanism.summary for name, mechanism in MECHANISMS.items()}
+    mechanisms, problems = MECHANISMS.load_all()
+    for problem in problems:
+        warnings.warn(problem, RuntimeWarning, stacklevel=2)
+    return {name: mechanism.summary for name, mechanism in mechanisms.items()}
 
 
 def read_results(path: Path | str, *, columns: Sequence[str] | None = None) -> pd.DataFrame:
@@ -116,7 +119,8 @@ def sweep(
         raise RequestError("workers and processes cannot be combined with client, which has its own workers")
     if client is None:
         compile_kernels(study.request)
-    cluster = existing_client(client) if client is not None else local_cluster(workers, processes=processes)
+    mechanism = study.request.mechanism.name
+    cluster = existing_client(client, mechanism) if client is not None else local_cluster(workers, processes=processes)
 
     def report(progress: Progress) -> None:
         if report_progress is not None:

@@ -100,6 +100,7 @@ SLIDER_CRANK = Mechanism(
     default_window="cycle",
     default_drive="none",
     loop_lengths=("crank", "rod", "offset"),
+    starter=STUDY,
     statuses={
         TOO_SHORT: OwnStatus("too_short", "the rod is too short for the crank to turn"),
         LINED_UP: OwnStatus("lined_up", "crank and rod fall onto one line across that of the slider"),

@@ -88,23 +88,25 @@ metrics = ["stroke"]
 """
 
 
-def test_a_length_may_be_negative_where_its_range_says_so(load, problems, monkeypatch):
-    monkeypatch.setitem(MECHANISMS, "slider-crank", SLIDER_CRANK)
-    study = load(SLIDER_STUDY)
-    assert (study.space.solved_length.low, study.space.solved_length.high) == (-math.inf, math.inf)
-    content = json.loads(study.identity, parse_constant=pytest.fail)  # no infinities, which are not JSON
-    assert content["parameters"]["offset"] == {"solve": "stroke", "value": 105.0, "min": None, "max": None}
-    assert (study.space.designs(0, 2)["offset"] < -30.0).all()
-    (least,) = load(SLIDER_STUDY.replace("105", "105, min = -40").replace(", 150", "")).space.designs(0, 1)["offset"]
-    assert -40.0 < least < -30.0
-    rod = SLIDER_STUDY.replace("[120, 150]", '{ solve = "margin", value = 1, min = -5 }')
-    (problem,) = problems(rod.replace('{ solve = "stroke", value = 105 }', "0"))
-    assert problem == "study.toml:4: parameters.rod.min: must be greater than 0 mm, got -5"
-    (problem,) = problems(SLIDER_STUDY.replace("rod = [120, 150]\n", ""))
-    assert problem == "study.toml:2: parameters: missing rod; a slider-crank needs crank, rod"
-    monkeypatch.setitem(MECHANISMS, "slider-crank", replace(SLIDER_CRANK, loop_lengths=()))
-    (problem,) = problems(SLIDER_STUDY)
-    assert problem.endswith("cannot be solved for; a slider-crank can be solved for no parameter")
+def test_a_length_may_be_negative_where_its_range_says_so(load, problems):
+    with MECHANISMS.including(SLIDER_CRANK):
+        study = load(SLIDER_STUDY)
+        assert (study.space.solved_length.low, study.space.solved_length.high) == (-math.inf, math.inf)
+        content = json.loads(study.identity, parse_constant=pytest.fail)  # no infinities, which are not JSON
+        assert content["parameters"]["offset"] == {"solve": "stroke", "value": 105.0, "min": None, "max": None}
+        assert (study.space.designs(0, 2)["offset"] < -30.0).all()
+        (least,) = load(SLIDER_STUDY.replace("105", "105, min = -40").replace(", 150", "")).space.designs(0, 1)[
+            "offset"
+        ]
+        assert -40.0 < least < -30.0
+        rod = SLIDER_STUDY.replace("[120, 150]", '{ solve = "margin", value = 1, min = -5 }')
+        (problem,) = problems(rod.replace('{ solve = "stroke", value = 105 }', "0"))
+        assert problem == "study.toml:4: parameters.rod.min: must be greater than 0 mm, got -5"
+        (problem,) = problems(SLIDER_STUDY.replace("rod = [120, 150]\n", ""))
+        assert problem == "study.toml:2: parameters: missing rod; a slider-crank needs crank, rod"
+    with MECHANISMS.including(replace(SLIDER_CRANK, loop_lengths=())):
+        (problem,) = problems(SLIDER_STUDY)
+        assert problem.endswith("cannot be solved for; a slider-crank can be solved for no parameter")
 
 
 SOLVABLE = ", ".join(metric.name for metric in MECHANISMS["crank-rocker"].metrics[1:])

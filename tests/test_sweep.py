@@ -14,7 +14,7 @@ import explore
 from explore.designs.spaces import BLOCK_SIZE
 from explore.store.layout_reader import read_layout
 from explore.sweeping import runs
-from explore.sweeping.blocks import process_environment
+from explore.sweeping.blocks import environment_of
 from explore.sweeping.clusters import check_environment, local_cluster
 
 STUDY = """
@@ -239,17 +239,18 @@ def test_a_damaged_front_is_not_called_complete(study, tmp_path):
     assert path.read_bytes() == content
 
 
-@pytest.mark.parametrize("name", ["explore", "kernels", "numpy", "numba", "scipy"])
+@pytest.mark.parametrize("name", ["explore", "kernel", "numpy", "numba", "scipy"])
 def test_workers_must_have_our_version_of_all_that_computes(name):
-    check_environment(process_environment(), "tcp://far:1")
+    ours = environment_of("crank-rocker")
+    check_environment(ours, "tcp://far:1", "crank-rocker")
     with pytest.raises(
         explore.ClusterError, match=rf"tcp://far:1 has other versions: {name} 0\.1 there, .* here; make"
     ):
-        check_environment({**process_environment(), name: "0.1"}, "tcp://far:1")
-    without = {other: version for other, version in process_environment().items() if other != name}
+        check_environment({**ours, name: "0.1"}, "tcp://far:1", "crank-rocker")
+    without = {other: version for other, version in ours.items() if other != name}
     with pytest.raises(explore.ClusterError, match=f"far:1 has other versions: {name} unknown there, .* here; make"):
-        check_environment(without, "tcp://far:1")
-    check_environment({**process_environment(), "python": "0.1", "processor": "other"}, "tcp://far:1")
+        check_environment(without, "tcp://far:1", "crank-rocker")
+    check_environment({**ours, "python": "0.1", "processor": "other"}, "tcp://far:1", "crank-rocker")
 
 
 def test_a_block_of_other_versions_is_refused(study, tmp_path, monkeypatch):

@@ -14,15 +14,12 @@ from explore.errors import ExploreError
 if TYPE_CHECKING:
     from explore.model.columns import Column
 
-_STARTER, _ENDING = "starter-", ".toml"
-
 
 def complete_mechanisms() -> list[str]:
-    """Names of the mechanisms, read off their starter studies: importing the mechanisms takes a second."""
-    from importlib.resources import files
+    """Names of the mechanisms, without loading any."""
+    from explore.mechanisms.entry_points import registered_entries
 
-    names = (file.name for file in files("explore").joinpath("data").iterdir())
-    return sorted(n.removeprefix(_STARTER).removesuffix(_ENDING) for n in names if n.startswith(_STARTER))
+    return sorted(registered_entries())
 
 
 def complete_objectives(ctx: typer.Context) -> list[tuple[str, str]]:

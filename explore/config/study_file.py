@@ -9,7 +9,7 @@ from pathlib import Path
 from explore.config import key_lines, toml_text
 from explore.config.resolution import resolve_study
 from explore.config.study import Study, make_study
-from explore.errors import ConfigError, Problems
+from explore.errors import ConfigError, Problems, RequestError
 from explore.model.mechanism import Mechanism
 
 
@@ -46,5 +46,18 @@ def load_study(path: str | os.PathLike[str]) -> Study:
 
 
 def starter(mechanism: Mechanism) -> str:
-    """The text of a commented study file of this mechanism, ready to run."""
-    return files("explore").joinpath(f"data/starter-{mechanism.name}.toml").read_text(encoding="utf-8")
+    """The text of a commented study file of this mechanism, ready to run.
+
+    Raises
+    ------
+    RequestError
+        If the mechanism has none.
+    """
+    if mechanism.starter:
+        return mechanism.starter
+    file = files("explore").joinpath(f"data/starter-{mechanism.name}.toml")
+    if not file.is_file():
+        raise RequestError(
+            f"{mechanism.name} declares no starter; `explore mechanisms {mechanism.name}` lists it in full"
+        )
+    return file.read_text(encoding="utf-8")

@@ -1,16 +1,80 @@
-"""All mechanisms by name. A new mechanism adds a line here."""
+"""All mechanisms by name, each loaded when it is first asked for."""
+
+from __future__ import annotations
 
 import copyreg
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 
-from explore.mechanisms.crank_rocker.declaration import CRANK_ROCKER
-from explore.mechanisms.rig.declaration import TEST_RIG
+from explore.errors import RequestError
+from explore.mechanisms.entry_points import registered_entries, source_of
 from explore.model.mechanism import Mechanism
 
-MECHANISMS: dict[str, Mechanism] = {mechanism.name: mechanism for mechanism in (CRANK_ROCKER, TEST_RIG)}
+
+class Registry(Mapping[str, Mechanism]):
+    """The mechanisms of this package and of installed packages, by name.
+
+    A mechanism that cannot be loaded raises `RequestError` with the reason in one line.
+    """
+
+    def __init__(self) -> None:
+        self._loaded: dict[str, Mechanism] = {}
+
+    def __getitem__(self, name: str) -> Mechanism:
+        if name not in self._loaded:
+            self._loaded[name] = _load(name)
+        return self._loaded[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter({**registered_entries(), **self._loaded})
+
+    def __len__(self) -> int:
+        return len({*registered_entries(), *self._loaded})
+
+    def load_all(self) -> tuple[dict[str, Mechanism], list[str]]:
+        """All mechanisms that can be loaded, and a line for each other one."""
+        mechanisms, problems = {}, []
+        for name in self:
+            try:
+                mechanisms[name] = self[name]
+            except RequestError as error:
+                problems.append(str(error))
+        return mechanisms, problems
+
+    @contextmanager
+    def including(self, mechanism: Mechanism) -> Iterator[None]:
+        """Hold a mechanism for a while, in place of any other of its name, in this process."""
+        before = dict(self._loaded)
+        self._loaded[mechanism.name] = mechanism
+        try:
+            yield
+        finally:
+            self._loaded = before
+
+
+def _load(name: str) -> Mechanism:
+    entry, *others = registered_entries()[name]
+    if others:
+        sources = " and by ".join(source_of(each) for each in (entry, *others))
+        raise RequestError(f"the mechanism '{name}' is registered by {sources}; uninstall all but one of them")
+    try:
+        mechanism = entry.load()
+    except Exception as error:  # anything may happen in another package's module
+        reason = " ".join(f"{type(error).__name__}: {error}".split())
+        raise RequestError(f"the mechanism '{name}' of {source_of(entry)} cannot be loaded: {reason}") from error
+    if not isinstance(mechanism, Mechanism) or mechanism.name != name:
+        found = f"the mechanism '{mechanism.name}'" if isinstance(mechanism, Mechanism) else "no mechanism"
+        raise RequestError(f"the mechanism '{name}' of {source_of(entry)} cannot be loaded: {entry.value} is {found}")
+    return mechanism
+
+
+MECHANISMS = Registry()
 
 
 def mechanism_by_name(name: str) -> Mechanism:
-    """The registered mechanism of that name."""
+    """The mechanism of that name, for a worker that unpickles it."""
+    if name not in MECHANISMS:
+        raise RequestError(f"the mechanism '{name}' is not installed here")
     return MECHANISMS[name]
 
 

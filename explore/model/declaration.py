@@ -75,6 +75,8 @@ class Declaration:
     loop_lengths
         Names of the lengths that close the loop: where one equals a signed sum of the others all links fall into one
         line, and between two such lengths the closed-form metrics change smoothly.
+    starter
+        Text of a commented study of the mechanism, ready to run; empty for one in the folder `data` of this package.
     statuses
         The statuses that `close` gives to designs without a motion or without strokes, by code.
     """
@@ -106,6 +108,7 @@ class Declaration:
     default_drive: str = "slow"
     formulas: tuple[Formula, ...] = ()
     loop_lengths: tuple[str, ...] = ()
+    starter: str = ""
     statuses: Mapping[int, OwnStatus] = field(default_factory=dict)
 
     def parameter(self, name: str) -> Parameter:
@@ -131,6 +134,11 @@ class Declaration:
         """Closed-form metrics, of the design in any window, that a statistic over a window would have the name of."""
         statistics = {f"{signal.name}_{statistic}" for signal in self.signals for statistic in signal.statistics}
         return tuple(metric.name for metric in self.metrics if metric.name in statistics)
+
+    @property
+    def kernel(self) -> str:
+        """Name and version of the formulas, by which results that differ are told apart."""
+        return f"{self.name} {self.kernel_version}"
 
     @property
     def named_windows(self) -> tuple[Window, ...]:

@@ -13,15 +13,15 @@ from explore._version import __version__
 from explore.designs.solved_lengths import SolvedSpace
 from explore.designs.spaces import BLOCK_SIZE, DesignSpace
 from explore.evaluation.evaluate import evaluate_columns
-from explore.mechanisms.registry import MECHANISMS
+from explore.mechanisms.registry import mechanism_by_name
 from explore.model.columns import Arrays
 from explore.model.request import Objective, Request
 from explore.model.status import Status
 from explore.ranking.pareto import find_front
 from explore.ranking.tallies import Tally
 
-#: Entries of `process_environment` that must be equal on all workers and the client, because values depend on them.
-VERSIONS_THAT_MUST_AGREE = ("explore", "kernels", "numpy", "numba", "scipy")
+#: Entries of `environment_of` that must be equal on all workers and the client, because values depend on them.
+VERSIONS_THAT_MUST_AGREE = ("explore", "kernel", "numpy", "numba", "scipy")
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ class BlockResult:
     tally
         Why designs are not in the Pareto set; empty when all designs are kept.
     environment
-        The worker's environment, from `process_environment`.
+        The worker's environment, from `environment_of`.
     """
 
     number: int
@@ -74,21 +74,22 @@ def evaluate_block(
         tally = Tally(tuple(f"{constraint.metric.name}_margin" for constraint in request.constraints), labels)
         rows = find_front([arrays], objectives, tally)
         arrays = {"design": rows + number * BLOCK_SIZE} | {name: values[rows] for name, values in arrays.items()}
+    environment = environment_of(request.mechanism.name)
     return BlockResult(
-        number, arrays, len(status), n_feasible, evaluation.kinematic_evaluations, process_environment(), counts, tally
+        number, arrays, len(status), n_feasible, evaluation.kinematic_evaluations, environment, counts, tally
     )
 
 
 @cache
-def process_environment() -> dict[str, str]:
-    """Versions of the software in this process and the type of its processor."""
+def environment_of(mechanism: str) -> dict[str, str]:
+    """Versions of the mechanism of this name and of all else that computes here, and the type of the processor."""
     import llvmlite.binding
     import numba
     import scipy
 
     return {
         "explore": __version__,
-        "kernels": ", ".join(f"{m.name} {m.kernel_version}" for m in MECHANISMS.values()),
+        "kernel": mechanism_by_name(mechanism).kernel,
         "numpy": np.__version__,
         "numba": numba.__version__,
         "scipy": scipy.__version__,

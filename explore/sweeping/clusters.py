@@ -10,7 +10,7 @@ from contextlib import AbstractContextManager, contextmanager
 from typing import TYPE_CHECKING, Any
 
 from explore.errors import ClusterError, RequestError
-from explore.sweeping.blocks import VERSIONS_THAT_MUST_AGREE, process_environment
+from explore.sweeping.blocks import VERSIONS_THAT_MUST_AGREE, environment_of
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -83,8 +83,8 @@ def _settings(*, processes: bool) -> dict[str, Any]:
     return settings
 
 
-def remote_cluster(address: str) -> AbstractContextManager[Client]:
-    """The cluster of the scheduler at an address such as ``tcp://host:8786``."""
+def remote_cluster(address: str, mechanism: str) -> AbstractContextManager[Client]:
+    """The cluster of the scheduler at an address such as ``tcp://host:8786``, for a mechanism of this name."""
     # Checked here: dask's client waits 20 s for a malformed address and ends with a traceback.
     if not _ADDRESS.fullmatch(address):
         raise RequestError(f"{address!r} is no address of a scheduler; write one such as tcp://host:8786")
@@ -93,11 +93,11 @@ def remote_cluster(address: str) -> AbstractContextManager[Client]:
 
         if Security().get_connection_args("client").get("ssl_context") is None:
             raise RequestError(f"{address} needs certificates; name them in dask's configuration, distributed.comm.tls")
-    return _connected(address)
+    return _connected(address, mechanism)
 
 
 @contextmanager
-def _connected(address: str) -> Iterator[Client]:
+def _connected(address: str, mechanism: str) -> Iterator[Client]:
     from distributed import Client
 
     with _quiet():
@@ -109,39 +109,39 @@ def _connected(address: str) -> Iterator[Client]:
                 f"no dask scheduler answers at {address}: {reason}; start one with `dask scheduler`"
             ) from problem
         with client:
-            _check_workers(client)
+            _check_workers(client, mechanism)
             yield client
 
 
 @contextmanager
-def existing_client(client: Client) -> Iterator[Client]:
-    """The cluster of a client that the caller opens and closes."""
+def existing_client(client: Client, mechanism: str) -> Iterator[Client]:
+    """The cluster of a client that the caller opens and closes, for a mechanism of this name."""
     if client.asynchronous:
         raise RequestError("the client is asynchronous; give a synchronous dask.distributed Client")
     if client.status != "running":
         raise ClusterError(f"the client is {client.status}; give one that is connected to a cluster")
-    _check_workers(client)
+    _check_workers(client, mechanism)
     yield client
 
 
-def _check_workers(client: Client) -> None:
-    """Refuse workers whose versions differ from those of this process."""
+def _check_workers(client: Client, mechanism: str) -> None:
+    """Refuse workers whose versions, of the mechanism of this name too, differ from those of this process."""
     try:
-        answers = client.run(process_environment, on_error="return", callback_timeout=CONNECT_TIMEOUT)
+        answers = client.run(environment_of, mechanism, on_error="return", callback_timeout=CONNECT_TIMEOUT)
     except TimeoutError:
         return  # a worker is silent or slow; the sweep reports it and checks every block it receives
     for worker, answer in answers.items():
         if isinstance(answer, BaseException):
             raise ClusterError(
                 f"the worker {worker} cannot run explore ({type(answer).__name__}: {answer}); "
-                f"install linkage-explore {process_environment()['explore']} there"
+                f"install linkage-explore {environment_of(mechanism)['explore']} there"
             )
-        check_environment(answer, worker)
+        check_environment(answer, worker, mechanism)
 
 
-def check_environment(theirs: Mapping[str, str], worker: str) -> None:
+def check_environment(theirs: Mapping[str, str], worker: str, mechanism: str) -> None:
     """Refuse results of other versions, whose values may differ."""
-    ours = process_environment()
+    ours = environment_of(mechanism)
     different = [
         f"{name} {theirs.get(name, 'unknown')} there, {ours[name]} here"
         for name in VERSIONS_THAT_MUST_AGREE

@@ -232,7 +232,7 @@ def study_attributes(study: Study) -> dict[str, Attribute]:
         "request_sha256": study.sha256,
         "determines": study.identity,
         "mechanism": request.mechanism.name,
-        "kernel": f"{request.mechanism.name} {request.mechanism.kernel_version}",
+        "kernel": request.mechanism.kernel,
         "sampler": study.space.method,
         "seed": study.space.seed,
         "objectives": json.dumps([f"{o.metric}:{o.sense}" for o in study.objectives]),

@@ -16,7 +16,7 @@ import numpy as np
 from explore.config.study import Study
 from explore.designs.spaces import BLOCK_SIZE
 from explore.errors import ClusterError
-from explore.sweeping.blocks import BlockResult, evaluate_block, process_environment
+from explore.sweeping.blocks import BlockResult, environment_of, evaluate_block
 from explore.sweeping.clusters import check_environment
 from explore.sweeping.collectors import AllDesignsCollector, FrontCollector
 from explore.sweeping.in_flight import BlocksInFlight
@@ -119,6 +119,7 @@ class _Run:
         self._study, self._collector, self._summary, self._log = study, collector, summary, log
         self._max_failures, self._progress = max_failures, progress
         self._processors: set[str] = set()
+        self._mechanism = study.request.mechanism.name
 
     def compute(self, client: Client) -> None:
         """Compute the pending blocks."""
@@ -140,7 +141,7 @@ class _Run:
             raise ClusterError(f"blocks {sorted(missing)[:5]} never came back from the workers; run the sweep again")
 
     def _accept(self, number: int, block: BlockResult) -> None:
-        check_environment(block.environment, f"that computed block {number}")
+        check_environment(block.environment, f"that computed block {number}", self._mechanism)
         self._note_processor(block.environment["processor"])
         self._collector.commit(block)
         summary = self._summary
@@ -192,7 +193,7 @@ class _Run:
             resumed=summary.n_resumed,
             pending_blocks=self._collector.n_pending,
             damaged_blocks=self._collector.n_damaged,
-            **process_environment(),
+            **environment_of(self._mechanism),
         )
         start = time.monotonic()
         outcome = "failed"

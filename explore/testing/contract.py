@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -72,7 +71,7 @@ def check_mechanism(
 
     Signals that exist only in some windows, as behind clutches, and derived metrics are not sampled densely.
     """
-    with _registered(mechanism), TemporaryDirectory() as folder:
+    with MECHANISMS.including(mechanism), TemporaryDirectory() as folder:
         file = Path(folder) / "study.toml"
         file.write_text(starter(mechanism) if study is None else study, encoding="utf-8")
         drawn = draw_designs(load_study(file), designs, seed) if isinstance(designs, int) else designs
@@ -81,15 +80,3 @@ def check_mechanism(
         broken += failing_commands(mechanism.name, file)
     if broken:
         raise AssertionError("\n".join(f"{mechanism.name}: {sentence}" for sentence in broken))
-
-
-@contextmanager
-def _registered(mechanism: Mechanism) -> Iterator[None]:
-    """Register a mechanism, in place of any other of its name, because studies and workers find it by name."""
-    before = dict(MECHANISMS)
-    MECHANISMS[mechanism.name] = mechanism
-    try:
-        yield
-    finally:
-        MECHANISMS.clear()
-        MECHANISMS.update(before)

@@ -30,10 +30,14 @@ def mechanisms(
 
     if name is not None:
         _print_mechanism(find_mechanism(name), as_json=as_json)
-    elif as_json:
-        print_json({name: mechanism.summary for name, mechanism in MECHANISMS.items()})
+        return
+    available, problems = MECHANISMS.load_all()
+    for problem in problems:
+        say(f"warning: {problem}", "yellow")
+    if as_json:
+        print_json({name: mechanism.summary for name, mechanism in available.items()})
     else:
-        rows = [[mechanism.name, mechanism.summary] for mechanism in MECHANISMS.values()]
+        rows = [[mechanism.name, mechanism.summary] for mechanism in available.values()]
         print_table("mechanisms", [("mechanism", ""), ("meaning", "")], rows)
         say("explore mechanisms NAME shows parameters, signals, metrics and windows", "dim")
 

@@ -109,15 +109,15 @@ class SweepOptions:
         words += ["--quiet"] if self.quiet else []
         return shlex.join(words)
 
-    def cluster(self) -> AbstractContextManager[Client]:
-        """The workers."""
+    def cluster(self, mechanism: str) -> AbstractContextManager[Client]:
+        """The workers, for a mechanism of this name."""
         from explore.sweeping.clusters import local_cluster, remote_cluster
 
         if self.scheduler is None:
             return local_cluster(self.workers, processes=self.processes)
         if self.workers is not None or self.processes:
             raise RequestError("--scheduler brings its own workers; leave out --workers and --processes")
-        return remote_cluster(self.scheduler)
+        return remote_cluster(self.scheduler, mechanism)
 
 
 def _sweep(options: SweepOptions, *, dry_run: bool) -> int:
@@ -125,12 +125,11 @@ def _sweep(options: SweepOptions, *, dry_run: bool) -> int:
     from explore.config import toml_text
 
     toml_text.read_text(str(options.config))  # reports a missing file before anything slow is imported
-    cluster = options.cluster()
     from explore.config.study_file import load_study
     from explore.evaluation.evaluate import compile_kernels
 
     study = load_study(options.config)
-    path = options.path
+    path, cluster = options.path, options.cluster(study.request.mechanism.name)
     if dry_run:
         from explore.cli.sweep_plan import print_plan
 

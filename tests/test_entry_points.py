@@ -1,0 +1,155 @@
+"""Mechanisms of installed packages: found by name, everywhere; loaded when they are used; broken ones stop no other."""
+
+import json
+import os
+import pickle
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from command_line import call
+
+import explore
+from explore.mechanisms.entry_points import registered_entries
+from explore.mechanisms.registry import MECHANISMS, Registry, mechanism_by_name
+
+HERE = Path(__file__).parent
+PROJECT = """[build-system]
+requires = ["hatchling"]
+build-backend = "hatchling.build"
+[project]
+name = "sliders"
+version = "1.0"
+[project.entry-points."explore.mechanisms"]
+slider-crank = "slider_crank:SLIDER_CRANK"
+[tool.hatch.build.targets.wheel]
+include = ["slider_crank.py"]
+"""
+#: With cranks of 40, 100 and 160 mm 8, 5 and none of 8 designs have a long enough rod.
+TOO_SHORT = ("stop = 60, num = 3", "stop = 160, num = 3")
+
+
+@pytest.fixture(scope="module")
+def installed(tmp_path_factory):
+    """A folder in which pip installed a package that registers the mechanism of slider_crank.py."""
+    folder = tmp_path_factory.mktemp("sliders")
+    source, target = folder / "source", folder / "installed"
+    source.mkdir()
+    (source / "pyproject.toml").write_text(PROJECT)
+    (source / "slider_crank.py").write_text((HERE / "slider_crank.py").read_text())
+    offline = ["--no-build-isolation", "--no-deps", "--no-index", "--disable-pip-version-check", "--quiet"]
+    subprocess.run([sys.executable, "-m", "pip", "install", *offline, "--target", target, source], check=True)
+    return target
+
+
+def register(folder, package, **entries):
+    """Write what an installed package has that registers mechanisms by these entries."""
+    metadata = folder / f"{package}-1.0.dist-info"
+    metadata.mkdir()
+    (metadata / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {package}\nVersion: 1.0\n")
+    lines = [f"{name} = {value}" for name, value in entries.items()]
+    (metadata / "entry_points.txt").write_text("\n".join(["[explore.mechanisms]", *lines]))
+
+
+@pytest.fixture
+def registry(tmp_path, monkeypatch):
+    """A registry that also finds what is registered in `tmp_path`, in place of that of the package."""
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setattr(MECHANISMS, "_loaded", {})
+    registered_entries.cache_clear()
+    yield MECHANISMS
+    registered_entries.cache_clear()
+
+
+def run(folder, *words):
+    """The result of `explore` in a process of its own, with the installed package."""
+    search = os.pathsep.join([str(folder), *sys.path])
+    return subprocess.run(
+        [sys.executable, "-m", "explore", *map(str, words)],
+        env={**os.environ, "PYTHONPATH": search},
+        capture_output=True,
+        text=True,
+        timeout=300,
+    )
+
+
+def test_an_installed_mechanism_is_like_any_other(installed, tmp_path):
+    listed = run(installed, "mechanisms", "--json")
+    assert json.loads(listed.stdout)["slider-crank"] == "a crank that moves a slider to and fro"
+    assert listed.stderr == ""
+    study, results = tmp_path / "study.toml", tmp_path / "a.h5"
+    assert run(installed, "init", study, "--mechanism", "slider-crank").returncode == 0
+    study.write_text(study.read_text().replace(*TOO_SHORT))
+    swept = run(installed, "sweep", study, "-o", results, "--processes", "--workers", "1", "--quiet")
+    assert (swept.returncode, swept.stderr) == (0, "")
+    ranked = run(installed, "rank", results)
+    assert ranked.returncode == 0, ranked.stderr
+    assert "11 too_short: the rod is too short for the crank to turn" in ranked.stderr
+    # without the package: the file itself has the words of its statuses
+    assert "slider-crank" not in MECHANISMS
+    assert explore.open_results(results).counts == {"ok": 13, "too_short": 11}
+    code, out, _ = call("show", str(results), "--design", "23")
+    assert (code, "too_short: the rod is too short" in out) == (0, True)
+
+
+def test_an_unknown_mechanism_is_one_line(tmp_path):
+    code, _, err = call("mechanisms", "slider-crank")
+    assert (code, err) == (2, "error: unknown mechanism 'slider-crank'; available: crank-rocker, test-rig\n")
+    with pytest.raises(explore.RequestError, match="^the mechanism 'slider-crank' is not installed here$"):
+        mechanism_by_name("slider-crank")
+
+
+BROKEN = {
+    "missing": ("no_such_module:X", "ModuleNotFoundError: No module named 'no_such_module'"),
+    "unnamed": ("broken_mechanism:ABSENT", "AttributeError: module 'broken_mechanism' has no attribute 'ABSENT'"),
+    "another": ("explore.mechanisms.rig.declaration:TEST_RIG",
+                "explore.mechanisms.rig.declaration:TEST_RIG is the mechanism 'test-rig'"),
+    "number": ("broken_mechanism:NUMBER", "broken_mechanism:NUMBER is no mechanism"),
+    "raising": ("raising_mechanism:X", "ValueError: mechanism 'a': the parameter 'b' is declared twice"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("name", "entry", "reason"), [(name, *row) for name, row in BROKEN.items()])
+def test_a_broken_mechanism_is_one_line_and_stops_no_other(registry, tmp_path, name, entry, reason):
+    (tmp_path / "broken_mechanism.py").write_text("NUMBER = 1")
+    (tmp_path / "raising_mechanism.py").write_text(
+        "raise ValueError(\"mechanism 'a':\\nthe parameter 'b' is declared twice\")"
+    )
+    register(tmp_path, "clumsy", **{name: entry})
+    line = f"the mechanism '{name}' of clumsy cannot be loaded: {reason}"
+    code, out, err = call("mechanisms", "--json")
+    assert (code, err) == (0, f"warning: {line}\n")
+    assert list(json.loads(out)) == ["crank-rocker", "test-rig"]
+    with pytest.warns(RuntimeWarning) as caught:
+        assert set(explore.list_mechanisms()) == {"crank-rocker", "test-rig"}
+    assert [str(warning.message) for warning in caught] == [line]
+    code, _, err = call("mechanisms", name)
+    assert (code, err) == (2, f"error: {line}\n")
+
+
+def test_a_name_that_is_taken_twice_is_an_error(registry, tmp_path):
+    entry = "explore.mechanisms.crank_rocker.declaration:CRANK_ROCKER"
+    register(tmp_path, "first", twin=entry, **{"crank-rocker": entry})
+    register(tmp_path, "second", twin=entry)
+    line = "the mechanism 'twin' is registered by first and by second; uninstall all but one of them"
+    own = "the mechanism 'crank-rocker' is registered by explore and by first; uninstall all but one of them"
+    code, out, err = call("mechanisms", "--json")
+    assert (code, list(json.loads(out))) == (0, ["test-rig"])
+    assert err.splitlines() == [f"warning: {own}", f"warning: {line}"]
+    with pytest.raises(explore.RequestError) as caught:
+        explore.evaluate("crank-rocker", {"crank": 1.0, "coupler": 3.0, "rocker": 3.0, "ground": 3.0})
+    assert str(caught.value) == own
+
+
+def test_names_are_known_without_loading_anything(registry, tmp_path):
+    register(tmp_path, "clumsy", missing="no_such_module:X")
+    assert list(Registry()) == ["crank-rocker", "test-rig", "missing"]
+    assert len(Registry()) == 3
+
+
+def test_a_mechanism_is_pickled_as_its_name():
+    mechanism = MECHANISMS["crank-rocker"]
+    text = pickle.dumps(mechanism)
+    assert pickle.loads(text) is mechanism
+    assert len(text) < 100
