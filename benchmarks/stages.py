@@ -12,6 +12,7 @@ import sys
 import tempfile
 import time
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit, types
@@ -54,20 +55,33 @@ REPETITIONS, TOLERANCE, NEEDS, SAMPLED_ROWS, POLE_ORDER = 9, 1e-9, 3, 4, 4
 STAGES = ("close", "windows", "map", "count", "sort", "place", "fill", "moments", "merge", "bounds")
 CLOSE, WINDOWS, MAP, COUNT, SORT, PLACE, FILL, MOMENTS, MERGE, BOUNDS = range(10)
 _F2, _I1, _I2 = types.float64[:, ::1], types.int64[::1], types.int64[:, ::1]
+
+
+class Rows(NamedTuple):
+    """Those of the tables of the loop that bounds need."""
+
+    flags: np.ndarray
+    orders: np.ndarray
+    term_rows: np.ndarray
+    references: np.ndarray
+    tolerance: float
+
+
+ROWS_TYPE = types.NamedTuple((_I2, _I2, _I1, _I1, types.float64), Rows)
 _INT = types.int64
 ATTRIBUTES = {"config": "", "request_sha256": "", "determines": "{}", "kernel": "none"}
 
 
 @njit(
     types.float64(
-        CLOSE_TYPE, FILL_TYPE, _INT, _INT, _INT, _INT, _INT, _F2, _I1, _I1, _I1, _I2, _I2, _I1, _INT, _I1, _I1, _F2
+        CLOSE_TYPE, FILL_TYPE, _INT, _INT, _INT, _INT, _INT, _F2, _I1, _I1, _I1, ROWS_TYPE, _INT, _I1, _I1, _F2
     ),
     error_model="numpy",
     nogil=True,
 )
 def sampled(
     close, fill, record_rows, first_parameter, constant_count, fill_rows, rows, parameters, window, singular_rows,
-    anchors, flags, orders, term_rows, stage, size_of, row_of, table,
+    anchors, tables, stage, size_of, row_of, table,
 ):  # fmt: skip
     """The first stages of explore.quadrature.loop for every design; the sum keeps the compiler from omitting them."""
     record, constants = np.zeros(record_rows * LANES), np.empty((CHUNK + LANES) * constant_count)
@@ -142,7 +156,7 @@ def sampled(
         for s in range(SAMPLED_ROWS):
             merge_regular(b, n, 1, s, masses, integrals, deviations, means, variances)
         if stage >= BOUNDS:
-            bound_rows(b, n, 0, flags, orders, term_rows, TOLERANCE, means, variances, row_bounds, terms)
+            bound_rows(b, n, 0, tables, parameters, here, live, means, variances, row_bounds, terms)
     return sum_
 
 
@@ -184,8 +198,8 @@ def main() -> None:
     arguments = (
         mechanism.close, mechanism.fill, mechanism.record_rows, mechanism.first_parameter, mechanism.n_constants,
         mechanism.n_fill_constants, mechanism.signal_rows, geometry, window,
-        *np.array(mechanism.singularities, dtype=np.int64).T.copy(), flags, orders,
-        np.full(mechanism.signal_rows, -1),
+        *np.array(mechanism.singularities, dtype=np.int64).T.copy(),
+        Rows(flags, orders, np.full(mechanism.signal_rows, -1), np.full(mechanism.signal_rows, -1), TOLERANCE),
     )  # fmt: skip
 
     def stage(number):

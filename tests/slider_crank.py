@@ -27,12 +27,13 @@ metrics = ["stroke:max", "velocity_max"]
 class Row(IntEnum):
     LENGTH = 1
     SHIFT = 2
-    STATUS = 3
-    CRANK = 4
-    ROD = 5
-    OFFSET = 6
-    STROKE = 7
-    MARGIN = 8
+    NOISE = 3
+    STATUS = 4
+    CRANK = 5
+    ROD = 6
+    OFFSET = 7
+    STROKE = 8
+    MARGIN = 9
 
 
 @compiled(CLOSE_SIGNATURE)
@@ -48,6 +49,9 @@ def close(record):
         record[lane] = crank
         record[Row.LENGTH * LANES + lane] = rod
         record[Row.SHIFT * LANES + lane] = offset
+        # the largest tangent of the angle between the rod and the slider's line
+        reach = crank + abs(offset)
+        record[Row.NOISE * LANES + lane] = reach / math.sqrt((rod - reach) * (rod + reach))
         status = 1.0 * TOO_SHORT if margin < 0.0 else 1.0
         record[Row.STATUS * LANES + lane] = 1.0 * LINED_UP if margin == 0.0 else status
         record[Row.STROKE * LANES + lane] = stroke if margin > 0.0 else math.nan
@@ -78,8 +82,16 @@ SLIDER_CRANK = Mechanism(
         Parameter("offset", "mm", "distance of the slider's line from the pivot", 0.0, -math.inf),
     ),
     signals=(
-        Signal("position", "mm", "position of the slider", 0, 1),
-        Signal("velocity", "mm", "velocity of the slider over that of the crank", 1, 1, derivative_of="position"),
+        Signal("position", "mm", "position of the slider", 0, 1, relative_to="rod"),
+        Signal(
+            "velocity",
+            "mm",
+            "velocity of the slider over that of the crank",
+            1,
+            1,
+            relative_to="crank",
+            derivative_of="position",
+        ),
     ),
     metrics=(
         Metric("stroke", "mm", "stroke of the slider", lower=0.0),
@@ -92,6 +104,7 @@ SLIDER_CRANK = Mechanism(
     default_metrics={"": ("stroke", "position_mean")},
     objectives=("stroke:max",),
     kernel_version="1",
+    noise_row=Row.NOISE,
     n_constants=Row.STATUS,
     rows=Row,
     signal_rows=2,

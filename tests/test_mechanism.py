@@ -5,6 +5,7 @@ from enum import IntEnum
 
 import numpy as np
 import pytest
+from slider_crank import SLIDER_CRANK
 
 from explore.compiling import LANES
 from explore.mechanisms.registry import MECHANISMS
@@ -193,6 +194,31 @@ def test_rows_exist(field, row):
     signals = changed(RIG.signals, "coupler_force", **{field: row})
     assert problem(RIG, signals=signals) == (
         f"{field} {row} of the signal 'coupler_force' is not one of the {RIG.signal_rows} rows"
+    )
+
+
+def test_lengths_say_what_they_are_relative_to():
+    position, velocity = SLIDER_CRANK.signals
+    assert SLIDER_CRANK.reference(replace(velocity, relative_to="")).name == "rod"
+    assert problem(SLIDER_CRANK, signals=(replace(position, relative_to=""), velocity)) == (
+        "the signal 'position' is in mm; relative_to names the length that it grows with"
+    )
+    assert problem(SLIDER_CRANK, signals=(replace(position, relative_to="road"), velocity)) == (
+        "relative_to of 'position' names the length 'road', which does not exist"
+    )
+    assert problem(RIG, signals=changed(RIG.signals, "rocker_angle", relative_to="bearing_rating")) == (
+        "relative_to of 'rocker_angle' names the length 'bearing_rating', which does not exist"
+    )
+    shared = changed(MECHANISM.signals, "output_velocity", relative_to="crank")
+    assert problem(MECHANISM, signals=shared) == (
+        "the signals 'output_velocity' and 'rocker_velocity' share a row, but differ in relative_to"
+    )
+
+
+def test_no_signal_is_its_own_derivative():
+    position, velocity = SLIDER_CRANK.signals
+    assert problem(SLIDER_CRANK, signals=(replace(position, derivative_of="velocity"), velocity)) == (
+        "the signal 'position' is, by derivative_of, a derivative of itself"
     )
 
 

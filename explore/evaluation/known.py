@@ -171,8 +171,13 @@ class _Work:
     def _at(self, signal: Signal, position: Position) -> tuple[FloatArray, FloatArray]:
         """A signal at one angle of each design, and the bound of its error: like that of one sample.
 
-        An angle is as exact as a turn, a rate as its terms, which may cancel.
+        An angle is as exact as a turn, a place as the length that it is relative to, a rate as its terms, which may
+        cancel.
         """
-        value = position.sample(self.request.mechanism, self.constants, signal)
-        size = np.maximum(np.abs(value), 1.0) if unit_factor(signal) != 1.0 else np.abs(value) + self.noise
+        mechanism = self.request.mechanism
+        value = position.sample(mechanism, self.constants, signal)
+        reference = mechanism.reference(signal)
+        unit = np.abs(self.parameters[mechanism.kernel_parameters.index(reference)]) if reference else 1.0
+        is_place = unit_factor(signal) != 1.0 or (reference is not None and not signal.derivative_of)
+        size = np.maximum(np.abs(value), unit) if is_place else np.abs(value) + self.noise * unit
         return value, ROUNDING * size

@@ -102,6 +102,7 @@ class _LoopTables:
     flags: Indices
     orders: Indices
     term_rows: Indices
+    references: Indices
     slots: Indices
 
     def slots_of(self, metric: SampledMetric) -> Indices:
@@ -146,7 +147,7 @@ def sample_metrics(
         np.array([specify_window(mechanism, window, request.drive) for window in windows], dtype=np.int64),
         np.array([(window.start, window.stop) for window in windows]),
         np.array([mechanism.marks[name] for name in mechanism.breaks], dtype=np.int64),
-        singular_rows, singular_anchors, tables.needs, tables.flags, tables.orders, tables.term_rows,
+        singular_rows, singular_anchors, tables.needs, tables.flags, tables.orders, tables.term_rows, tables.references,
         tables.slots, float(tolerance), size_of, row_of, rules,
     )  # fmt: skip
     sample(
@@ -175,6 +176,7 @@ def _make_tables(mechanism: Mechanism, metrics: tuple[SampledMetric, ...], bound
     shape = (len(windows), mechanism.signal_rows)
     needs, flags = np.zeros(len(windows), dtype=np.int64), np.zeros(shape, dtype=np.int64)
     orders, term_rows = np.full(shape, 2, dtype=np.int64), np.full(shape[1], -1, dtype=np.int64)
+    references, kernel_parameters = np.full(shape[1], -1, dtype=np.int64), mechanism.kernel_parameters
     slots = np.full((*shape, N_STATISTICS), -1, dtype=np.int64)
     slot_count = 0
     for metric in metrics:
@@ -183,13 +185,15 @@ def _make_tables(mechanism: Mechanism, metrics: tuple[SampledMetric, ...], bound
         flags[w, signal.row] |= FLAG_MOMENTS | _flags_of(metric)
         orders[w, signal.row] = signal.pole_order
         term_rows[signal.row] = signal.terms_row
+        reference = mechanism.reference(signal)
+        references[signal.row] = kernel_parameters.index(reference) if reference else -1
         if signal.terms_row >= 0:
             flags[w, signal.terms_row] |= FLAG_TERMS
         own_bound = (BOUND,) if metric in bounded else ()
         for k in (MEAN, VARIANCE, *_statistics_beside_moments(metric), *own_bound):
             if slots[w, signal.row, k] < 0:
                 slots[w, signal.row, k], slot_count = slot_count, slot_count + 1
-    return _LoopTables(windows, needs, flags, orders, term_rows, slots)
+    return _LoopTables(windows, needs, flags, orders, term_rows, references, slots)
 
 
 def _flags_of(metric: SampledMetric) -> int:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from collections.abc import Collection, Iterable, Iterator
 from typing import TypeVar
@@ -14,6 +15,9 @@ _Item = TypeVar("_Item", str, int)
 #: Fields of signals that share a row: properties of the row, not of the signal.
 _ROW_FIELDS = ("row", "needs", "pole_order", "is_magnitude", "terms_row", "is_residual")
 
+#: Units of signals that no length parameter scales.
+_PLAIN_UNIT = re.compile(r"(1|deg|rad)?(/s(\^\d)?)?")
+
 
 def check_declaration(declaration: Declaration) -> None:
     """Check a declaration.
@@ -23,7 +27,7 @@ def check_declaration(declaration: Declaration) -> None:
     ValueError
         With the first problem, in one sentence.
     """
-    for problems in (_names, _parameters, _columns, _statuses, _signals, _windows, _formulas, _defaults):
+    for problems in (_names, _parameters, _columns, _statuses, _signals, _references, _windows, _formulas, _defaults):
         for problem in problems(declaration):
             raise ValueError(f"mechanism '{declaration.name}': {problem}")
 
@@ -113,6 +117,29 @@ def _statuses(declaration: Declaration) -> Iterator[str]:
     yield from (f"two statuses have the label '{label}'" for label in _repeated(labels))
 
 
+def _references(declaration: Declaration) -> Iterator[str]:
+    """Problems of what signals are derivatives of and relative to."""
+    by_name = {signal.name: signal for signal in declaration.signals}
+    lengths = {parameter.name for parameter in declaration.kernel_parameters if not parameter.scales_speed}
+    for signal in declaration.signals:
+        if signal.derivative_of:
+            yield from _unknown("signal", [signal.derivative_of], by_name, f"derivative_of of '{signal.name}'")
+        if signal.relative_to:
+            yield from _unknown("length", [signal.relative_to], lengths, f"relative_to of '{signal.name}'")
+    for signal in declaration.signals:
+        names = [signal.name]
+        while by_name[names[-1]].derivative_of and len(names) <= len(by_name):
+            names.append(by_name[names[-1]].derivative_of)
+        if len(names) > len(by_name):
+            yield f"the signal '{signal.name}' is, by derivative_of, a derivative of itself"
+    for signal in declaration.signals:
+        reference = declaration.reference(signal)
+        if reference is None and signal.terms_row < 0 and not _PLAIN_UNIT.fullmatch(signal.unit):
+            yield f"the signal '{signal.name}' is in {signal.unit}; relative_to names the length that it grows with"
+        if signal.shares_row_with and reference != declaration.reference(by_name[signal.shares_row_with]):
+            yield f"the signals '{signal.name}' and '{signal.shares_row_with}' share a row, but differ in relative_to"
+
+
 def _signals(declaration: Declaration) -> Iterator[str]:
     by_name = {signal.name: signal for signal in declaration.signals}
     parameters = {parameter.name for parameter in declaration.parameters}
@@ -123,8 +150,6 @@ def _signals(declaration: Declaration) -> Iterator[str]:
         yield from _unknown("parameter", signal.required_loads, parameters, f"the signal '{signal.name}'")
         marks = {*declaration.marks, *ANCHORS}
         yield from _unknown("mark", signal.extremes_at, marks, f"extremes_at of '{signal.name}'")
-        if signal.derivative_of:
-            yield from _unknown("signal", [signal.derivative_of], by_name, f"derivative_of of '{signal.name}'")
         if signal.shares_row_with:
             yield from _unknown("signal", [signal.shares_row_with], by_name, f"the signal '{signal.name}'")
             other = by_name.get(signal.shares_row_with, signal)

@@ -170,6 +170,12 @@ class Declaration:
         names = {signal.name, signal.shares_row_with}
         return next((other for other in self.signals if other.derivative_of and other.derivative_of in names), None)
 
+    def reference(self, signal: Signal) -> Parameter | None:
+        """The length that a signal is relative to; None for angles and numbers."""
+        while signal.derivative_of and not signal.relative_to:
+            signal = self.signal(signal.derivative_of)
+        return self.parameter(signal.relative_to) if signal.relative_to else None
+
     def window(self, name: str) -> Window:
         """The window of that name."""
         return next(window for window in self.windows if window.name == name)

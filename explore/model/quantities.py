@@ -111,6 +111,9 @@ class Signal:
         Name of the signal whose row this one uses, scaled or windowed differently; empty for a row of its own.
     is_residual
         Whether the signal is small beside the terms in `terms_row` and has their singularities.
+    relative_to
+        Name of the length parameter that the signal is comparable with in size and grows with, by which its rounding
+        is bounded; empty for an angle, a number, and where it is that of the signal that this one is the derivative of.
     derivative_of
         Name of the signal whose derivative by the crank angle this one is, times the speed to the difference of their
         speed powers, angles in rad; empty for none. That signal has no jumps, and is the same after a turn unless it
@@ -136,6 +139,7 @@ class Signal:
     terms_row: int = -1
     shares_row_with: str = ""
     is_residual: bool = False
+    relative_to: str = ""
     derivative_of: str = ""
     extremes_at: tuple[str, ...] = ()
 

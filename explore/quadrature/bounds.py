@@ -19,14 +19,16 @@ FLAG_MOMENTS, FLAG_CV, FLAG_STD, FLAG_EXTREMES, FLAG_SQUARES, FLAG_TERMS, FLAG_R
 
 # Rows: moments, rms and bound of the row at hand, its part by rounding, rounding of one statistic, size of the terms,
 # and the model's error; whether more nodes can lower a bound; noise; largest rms of all and of the slow signals; worst
-# bound; the model's errors by pole order; length, rest, nodes, and whether no rule has more.
+# bound; the model's errors by pole order; length, rest, nodes, and whether no rule has more; the length that the row at
+# hand is relative to, 1 without one.
 MEAN, VARIANCE, RMS, BOUND, LEAST, ROUNDING_OF_ROW, TERMS, QUADRATURE, IMPROVABLE, NOISE = (
     row * CHUNK for row in range(10)
 )
 LARGEST_RMS, SLOW_RMS, WORST, SECOND, FOURTH, SIXTH, AVERAGING, REST, TOTAL, IS_FINEST = (
     row * CHUNK for row in range(10, 20)
 )
-BOUNDS_SIZE = 20 * CHUNK
+REFERENCE = 20 * CHUNK
+BOUNDS_SIZE = 21 * CHUNK
 
 
 @subroutine(contract=True)
@@ -41,15 +43,18 @@ def collect_rms(b, n):
 def _choose_model(b, n, order):
     """Fill the model's error for a pole order, and the largest terms of signals of that order.
 
-    Intermediate terms and signals of the same order may be larger than this signal, and so their rounding.
+    Intermediate terms and signals of the same order and reference may be larger than this signal, and so their
+    rounding.
     """
     if order == 2:
         for k in range(n):
-            b[QUADRATURE + k], b[TERMS + k] = b[SECOND + k], b[SLOW_RMS + k] + b[NOISE + k]
+            noise = b[NOISE + k] * b[REFERENCE + k]
+            b[QUADRATURE + k], b[TERMS + k] = b[SECOND + k], b[SLOW_RMS + k] + noise
     else:
         for k in range(n):
             b[QUADRATURE + k] = b[FOURTH + k] if order == 4 else b[SIXTH + k]
-            b[TERMS + k] = b[LARGEST_RMS + k] + b[NOISE + k] * (1.0 + b[NOISE + k])
+            noise = b[NOISE + k] * b[REFERENCE + k]
+            b[TERMS + k] = b[LARGEST_RMS + k] + noise * (1.0 + b[NOISE + k])
 
 
 @subroutine(contract=True)

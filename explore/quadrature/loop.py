@@ -90,7 +90,7 @@ def _merge_rows(n, regular, stride, flags, w, work, sums):
 
 
 @subroutine(allocates=True)
-def _sample_window(fill, sizes, tables, w, begin, here, statistics, nodes, error, work, tile, sums):
+def _sample_window(fill, sizes, tables, parameters, w, begin, here, statistics, nodes, error, work, tile, sums):
     """Statistics of a window of the designs of the chunk from `begin` on, as many as fit; return the first left."""
     until, count, stride = _open_window(fill, sizes, tables, w, begin, len(here), work, tile)
     ends, powers, pole_order = _demands(tables, w)
@@ -112,8 +112,8 @@ def _sample_window(fill, sizes, tables, w, begin, here, statistics, nodes, error
         )  # fmt: skip
         _merge_rows(n, regular and number == 0, stride, tables.flags, w, work, sums)
         bound_rows(
-            work.bounds, n, w, tables.flags, tables.orders, tables.term_rows, tables.tolerance, work.means,
-            work.variances, work.row_bounds, work.terms,
+            work.bounds, n, w, tables, parameters, here, work.live, work.means, work.variances, work.row_bounds,
+            work.terms,
         )  # fmt: skip
         store(n, number == 0, here, stride, w, tables.flags, tables.slots, statistics, nodes, work, sums)
         n, n_todo = choose_next(
@@ -157,5 +157,5 @@ def sample(close, fill, sizes, tables, parameters, designs, statistics, nodes, e
             begin = 0
             while begin < len(here):
                 begin = _sample_window(
-                    fill, sizes, tables, w, begin, here, statistics, nodes, error, work, tile, sums
+                    fill, sizes, tables, parameters, w, begin, here, statistics, nodes, error, work, tile, sums
                 )  # fmt: skip

@@ -91,32 +91,65 @@ def merge(b, n, live, first_panel, panel_count, stride, row, masses, integrals, 
 
 
 @subroutine()
-def bound_rows(b, n, w, flags, orders, term_rows, tolerance, means, variances, row_bounds, terms):
-    """Fill the bounds of all rows of the live designs, and their worst."""
-    for row in (bounds.LARGEST_RMS, bounds.SLOW_RMS, bounds.WORST, bounds.IMPROVABLE):
+def _is_bounded(flags, w, references, reference, s):
+    """Whether a row has a bound of its own and is relative to this parameter."""
+    return flags[w, s] != 0 and flags[w, s] != FLAG_TERMS and references[s] == reference
+
+
+@subroutine()
+def _collect_sizes(b, n, w, flags, orders, term_rows, references, reference, means, variances):
+    """Fill the largest rms of the rows that are relative to a parameter: of the slow ones, and of all."""
+    for row in (bounds.LARGEST_RMS, bounds.SLOW_RMS):
         b[row : row + n] = 0.0
-    rows = flags.shape[1]
     for slow in (True, False):
-        for s in range(rows):
-            if flags[w, s] and flags[w, s] != FLAG_TERMS and term_rows[s] < 0 and (orders[w, s] == 2) == slow:
+        for s in range(flags.shape[1]):
+            if _is_bounded(flags, w, references, reference, s) and term_rows[s] < 0 and (orders[w, s] == 2) == slow:
                 copy_numbers(b[bounds.MEAN :], means[s * CHUNK :], n)
                 copy_numbers(b[bounds.VARIANCE :], variances[s * CHUNK :], n)
                 collect_rms(b, n)
         if slow:
             copy_numbers(b[bounds.SLOW_RMS :], b[bounds.LARGEST_RMS :], n)
-    for s in range(rows):
-        if not flags[w, s] or flags[w, s] == FLAG_TERMS:
+
+
+@subroutine()
+def _bound_row(b, n, s, flags, order, term_row, tolerance, means, variances, row_bounds, terms):
+    """Fill the bounds of one row of the live designs."""
+    copy_numbers(b[bounds.MEAN :], means[s * CHUNK :], n)
+    copy_numbers(b[bounds.VARIANCE :], variances[s * CHUNK :], n)
+    if term_row >= 0:
+        at = term_row * CHUNK
+        for j in range(n):
+            terms[j] = math.sqrt(means[at + j] * means[at + j] + variances[at + j])
+        bound_sum_of_terms(b, n, flags, order, tolerance, terms)
+    else:
+        bound_row(b, n, flags, order, tolerance)
+    copy_numbers(row_bounds[s * CHUNK :], b[bounds.BOUND :], n)
+
+
+@subroutine()
+def bound_rows(b, n, w, tables, parameters, here, live, means, variances, row_bounds, terms):
+    """Fill the bounds of all rows of the live designs, and their worst.
+
+    The rounding of a row is compared with rows that are relative to the same parameter: others have other units.
+    """
+    for row in (bounds.WORST, bounds.IMPROVABLE):
+        b[row : row + n] = 0.0
+    flags, references = tables.flags, tables.references
+    for reference in range(-1, parameters.shape[0]):
+        count = 0
+        for s in range(flags.shape[1]):
+            count += 1 if _is_bounded(flags, w, references, reference, s) else 0
+        if count == 0:
             continue
-        copy_numbers(b[bounds.MEAN :], means[s * CHUNK :], n)
-        copy_numbers(b[bounds.VARIANCE :], variances[s * CHUNK :], n)
-        if term_rows[s] >= 0:
-            at = term_rows[s] * CHUNK
-            for j in range(n):
-                terms[j] = math.sqrt(means[at + j] * means[at + j] + variances[at + j])
-            bound_sum_of_terms(b, n, flags[w, s], orders[w, s], tolerance, terms)
-        else:
-            bound_row(b, n, flags[w, s], orders[w, s], tolerance)
-        copy_numbers(row_bounds[s * CHUNK :], b[bounds.BOUND :], n)
+        for j in range(n):
+            b[bounds.REFERENCE + j] = abs(parameters[reference, here[live[j]]]) if reference >= 0 else 1.0
+        _collect_sizes(b, n, w, flags, tables.orders, tables.term_rows, references, reference, means, variances)
+        for s in range(flags.shape[1]):
+            if _is_bounded(flags, w, references, reference, s):
+                _bound_row(
+                    b, n, s, flags[w, s], tables.orders[w, s], tables.term_rows[s], tables.tolerance, means, variances,
+                    row_bounds, terms,
+                )  # fmt: skip
 
 
 @subroutine()

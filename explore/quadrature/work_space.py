@@ -64,6 +64,8 @@ class Tables(NamedTuple):
         Bits of the signals to fill; for each row, flags of `explore.quadrature.bounds` (0: skip) and pole order.
     term_rows : (s,)
         For a signal that is a sum of terms, the row with the size of the terms; -1 for other signals.
+    references : (s,)
+        Row of the parameters with the length that a signal is relative to; -1 for signals without a unit of length.
     slots : (w, s, 7)
         Row of the statistics for each statistic (MEAN, VARIANCE, … of `explore.quadrature.slots`) of a row over a
         window; -1 for none.
@@ -82,6 +84,7 @@ class Tables(NamedTuple):
     flags: IntArray
     orders: IntArray
     term_rows: IntArray
+    references: IntArray
     slots: IntArray
     tolerance: float
     size_of: IntArray
@@ -159,7 +162,7 @@ class ChunkWork(NamedTuple):
 
 SIZES_TYPE = types.NamedUniTuple(_INT, 7, Sizes)
 TABLES_TYPE = types.NamedTuple(
-    (_I2, types.float64[:, ::1], _I1, _I1, _I1, _I1, _I2, _I2, _I1, types.int64[:, :, ::1], _FLOAT, _I1, _I1,
+    (_I2, types.float64[:, ::1], _I1, _I1, _I1, _I1, _I2, _I2, _I1, _I1, types.int64[:, :, ::1], _FLOAT, _I1, _I1,
      types.float64[:, ::1]),
     Tables,
 )  # fmt: skip
