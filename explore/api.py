@@ -247,7 +247,7 @@ def simulate(
 
     declared = find_mechanism(mechanism)
     columns = parameter_columns(declared, parameters)
-    request = make_request(declared, metrics=[declared.metrics[0].name], window="cycle")
+    request = make_request(declared, metrics=[declared.metrics[0].name], window=declared.full_turn.name)
     if len(columns[next(iter(columns))]) != 1:
         raise RequestError("simulate takes one design; evaluate takes many")
     status = int(evaluate_columns(request, columns).columns["status"][0])

@@ -31,7 +31,7 @@ def motion_signals(
     Parameters
     ----------
     columns
-        Parameters of one design whose crank turns, each of shape (1,).
+        Parameters of one design that can make a full turn, each of shape (1,).
     crank_angle : (t,) array
         Crank angles, deg.
     method, tolerance
@@ -122,7 +122,7 @@ def window_limits(mechanism: Mechanism, columns: Arrays, window: str, drive: str
     Parameters
     ----------
     columns
-        Parameters of one design whose crank turns, each of shape (1,).
+        Parameters of one design that can make a full turn, each of shape (1,).
     window
         A window that is one stroke, such as "drive".
     drive

@@ -11,7 +11,20 @@ from explore.model.mechanism import Mechanism
 from explore.model.quantities import Metric, Parameter, Signal, Window
 from explore.model.status import OwnStatus
 
+PARAMETERS = (
+    Parameter("crank", "mm", "crank length"),
+    Parameter("rod", "mm", "length of the connecting rod"),
+    Parameter("offset", "mm", "distance of the slider's line from the pivot", 0.0, -math.inf),
+)
+SIGNALS = (
+    Signal("position", "mm", "position of the slider", 0, 1, relative_to="rod"),
+    Signal("velocity", "mm", "its rate by the crank angle", 1, 1, relative_to="crank", derivative_of="position"),
+)
 TOO_SHORT, LINED_UP = 20, 21
+STATUSES = {
+    TOO_SHORT: OwnStatus("too_short", "the rod is too short for the crank to turn"),
+    LINED_UP: OwnStatus("lined_up", "crank and rod fall onto one line across that of the slider"),
+}
 STUDY = """mechanism = "slider-crank"
 [parameters]
 crank = { start = 40, stop = 60, num = 3 }
@@ -76,23 +89,8 @@ def fill(constants, tangents, anchor, _law, _variant, count, _needs, out):
 SLIDER_CRANK = Mechanism(
     name="slider-crank",
     summary="a crank that moves a slider to and fro",
-    parameters=(
-        Parameter("crank", "mm", "crank length"),
-        Parameter("rod", "mm", "length of the connecting rod"),
-        Parameter("offset", "mm", "distance of the slider's line from the pivot", 0.0, -math.inf),
-    ),
-    signals=(
-        Signal("position", "mm", "position of the slider", 0, 1, relative_to="rod"),
-        Signal(
-            "velocity",
-            "mm",
-            "velocity of the slider over that of the crank",
-            1,
-            1,
-            relative_to="crank",
-            derivative_of="position",
-        ),
-    ),
+    parameters=PARAMETERS,
+    signals=SIGNALS,
     metrics=(
         Metric("stroke", "mm", "stroke of the slider", lower=0.0),
         Metric("margin", "mm", "length of the rod beyond crank and offset", "max"),
@@ -114,8 +112,5 @@ SLIDER_CRANK = Mechanism(
     default_drive="none",
     loop_lengths=("crank", "rod", "offset"),
     starter=STUDY,
-    statuses={
-        TOO_SHORT: OwnStatus("too_short", "the rod is too short for the crank to turn"),
-        LINED_UP: OwnStatus("lined_up", "crank and rod fall onto one line across that of the slider"),
-    },
+    statuses=STATUSES,
 )

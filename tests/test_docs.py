@@ -42,6 +42,13 @@ def test_page_is_true(page, capsys):
     run_page(page, capsys)
 
 
+def test_mechanisms_shows_the_slider_crank():
+    shown = [source for source, _ in BLOCKS.findall((ROOT / "docs/mechanisms.md").read_text(encoding="utf-8"))]
+    source = (ROOT / "tests/slider_crank.py").read_text(encoding="utf-8")
+    assert len(shown) == 3
+    assert [block for block in shown if block not in source] == []
+
+
 def test_sweeps_is_true(tmp_path, monkeypatch, capsys):
     (tmp_path / "configs").symlink_to(ROOT / "configs")
     monkeypatch.chdir(tmp_path)

@@ -9,7 +9,7 @@ from slider_crank import SLIDER_CRANK
 
 from explore.compiling import LANES
 from explore.mechanisms.registry import MECHANISMS
-from explore.model.quantities import Metric
+from explore.model.quantities import Metric, Window
 from explore.model.status import OwnStatus, Status
 
 MECHANISM = MECHANISMS["crank-rocker"]
@@ -102,6 +102,61 @@ def test_a_loop_has_lengths():
     for name in ("speed", "phases"):
         assert problem(MECHANISM, loop_lengths=("crank", name)) == f"loop_lengths names '{name}', which is not a length"
     assert problem(RIG, loop_lengths=("crank", "inertia")) == "loop_lengths names 'inertia', which is not a length"
+
+
+def test_columns_of_results_differ():
+    metrics = changed(MECHANISM.metrics, "swing_angle", name="crank")
+    assert problem(MECHANISM, metrics=metrics) == "'crank' is a parameter and a metric"
+    metrics = changed(MECHANISM.metrics, "swing_angle", name="error")
+    assert problem(MECHANISM, metrics=metrics) == "'error' is the name of a column of all results"
+
+
+def test_ranges_hold_something():
+    assert problem(MECHANISM, parameters=changed(MECHANISM.parameters, "crank", upper=0.0)) == (
+        "the range of 'crank' is empty: above 0, up to 0"
+    )
+    assert problem(MECHANISM, parameters=changed(MECHANISM.parameters, "branch", lower=-1.0)) == (
+        "the choice -1 of 'branch' is outside its own range"
+    )
+
+
+def test_functions_are_compiled():
+    for name in ("close", "fill"):
+        assert problem(MECHANISM, **{name: getattr(MECHANISM, name).py_func}) == (
+            f"{name} is not compiled; see `explore.compiling.compiled`"
+        )
+
+
+def test_one_window_is_the_full_turn():
+    cycle, *others = RIG.windows
+    assert problem(RIG, windows=tuple(others)) == "0 windows are the full turn; exactly one is"
+    assert problem(RIG, windows=(*RIG.windows, replace(cycle, name="turn"))) == (
+        "2 windows are the full turn; exactly one is"
+    )
+
+
+def test_explicit_angles_are_the_window_interval():
+    assert problem(RIG, windows=(*RIG.windows, Window("part", "a part", "interval"))) == (
+        "the window 'part' is of kind 'interval'; that of explicit angles is named 'interval'"
+    )
+    assert problem(RIG, windows=changed(RIG.windows, "cycle", name="interval")) == (
+        "the window 'interval' is of kind 'turn'; that of explicit angles is named 'interval'"
+    )
+
+
+def test_strokes_make_up_the_turn():
+    arc, other = RIG.strokes
+    assert problem(RIG, windows=changed(RIG.windows, arc, ends=("extended", "extended"))) == (
+        f"the window '{arc}' ends where it begins, at the mark 'extended'"
+    )
+    assert problem(RIG, windows=changed(RIG.windows, arc, ends=("extended", "overlapped"))) == (
+        f"the strokes '{arc}' and '{other}' do not make up the turn"
+    )
+
+
+def test_pole_orders_are_known():
+    signals = changed(MECHANISM.signals, "coupler_velocity", pole_order=3)
+    assert problem(MECHANISM, signals=signals) == "pole_order of the signal 'coupler_velocity' is 3; it is 2, 4 or 6"
 
 
 def test_metrics_have_the_kernels_order():

@@ -15,6 +15,8 @@ _Item = TypeVar("_Item", str, int)
 #: Fields of signals that share a row: properties of the row, not of the signal.
 _ROW_FIELDS = ("row", "needs", "pole_order", "is_magnitude", "terms_row", "is_residual")
 
+#: Columns of results that are neither parameters nor metrics.
+_OWN_COLUMNS = ("design", "nodes", "error", "feasible", "status")
 #: Units of signals that no length parameter scales.
 _PLAIN_UNIT = re.compile(r"(1|deg|rad)?(/s(\^\d)?)?")
 
@@ -54,6 +56,9 @@ def _names(declaration: Declaration) -> Iterator[str]:
     }
     for kind, names in kinds.items():
         yield from (f"the {kind} '{name}' is declared twice" for name in _repeated(names))
+    columns = [*kinds["parameter"], *kinds["metric"]]
+    yield from (f"'{name}' is a parameter and a metric" for name in _repeated(columns))
+    yield from (f"'{name}' is the name of a column of all results" for name in columns if name in _OWN_COLUMNS)
 
 
 def _parameters(declaration: Declaration) -> Iterator[str]:
@@ -70,6 +75,11 @@ def _parameters(declaration: Declaration) -> Iterator[str]:
             if signal.speed_power:
                 yield f"the signal '{signal.name}' has a power of the speed, but no parameter scales the speed"
     for parameter in declaration.parameters:
+        if not parameter.lower < parameter.upper:
+            yield f"the range of '{parameter.name}' is empty: above {parameter.lower:g}, up to {parameter.upper:g}"
+        for choice in parameter.choices:
+            if not parameter.allows(choice):
+                yield f"the choice {choice:g} of '{parameter.name}' is outside its own range"
         if parameter.default is not None and not parameter.allows(parameter.default):
             yield f"the default {parameter.default:g} of '{parameter.name}' is outside its own range"
     by_name = {parameter.name: parameter for parameter in declaration.parameters}
@@ -147,6 +157,8 @@ def _signals(declaration: Declaration) -> Iterator[str]:
         for field, row, first in (("row", signal.row, 0), ("terms_row", signal.terms_row, -1)):
             if not first <= row < declaration.signal_rows:
                 yield f"{field} {row} of the signal '{signal.name}' is not one of the {declaration.signal_rows} rows"
+        if signal.pole_order not in (2, 4, 6):
+            yield f"pole_order of the signal '{signal.name}' is {signal.pole_order}; it is 2, 4 or 6"
         yield from _unknown("parameter", signal.required_loads, parameters, f"the signal '{signal.name}'")
         marks = {*declaration.marks, *ANCHORS}
         yield from _unknown("mark", signal.extremes_at, marks, f"extremes_at of '{signal.name}'")
@@ -168,6 +180,13 @@ def _windows(declaration: Declaration) -> Iterator[str]:
         yield from _unknown("mark", window.ends, declaration.marks, f"the window '{window.name}'")
         if len(window.ends) != (2 if window.kind == "arc" else 0):
             yield f"the window '{window.name}' has {len(window.ends)} ends; an arc has two marks, no other kind has any"
+        if len(set(window.ends)) < len(window.ends):
+            yield f"the window '{window.name}' ends where it begins, at the mark '{window.ends[0]}'"
+        if (window.kind == "interval") != (window.name == "interval"):
+            yield f"the window '{window.name}' is of kind '{window.kind}'; that of explicit angles is named 'interval'"
+    turns = [window.name for window in declaration.windows if window.kind == "turn"]
+    if len(turns) != 1:
+        yield f"{len(turns)} windows are the full turn; exactly one is"
     yield from _strokes(declaration)
     windows, signals = {window.name for window in declaration.windows}, {signal.name for signal in declaration.signals}
     for parameter in declaration.parameters:
@@ -192,6 +211,9 @@ def _strokes(declaration: Declaration) -> Iterator[str]:
     for window in declaration.windows:
         if window.name in declaration.strokes and window.kind != "arc":
             yield f"the stroke '{window.name}' is not an arc"
+    strokes = [declaration.window(name) for name in declaration.strokes]
+    if len(strokes) == 2 and strokes[0].ends != strokes[1].ends[::-1]:
+        yield f"the strokes '{strokes[0].name}' and '{strokes[1].name}' do not make up the turn"
     dependent = [window for window in declaration.windows if window.kind in ("drive", "return", "clutch")]
     for window in dependent:
         if len(declaration.strokes) != 2:

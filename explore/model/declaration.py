@@ -26,7 +26,7 @@ class Declaration:
     parameters
         Inputs of every design.
     signals
-        Functions of the crank angle that can be sampled.
+        Functions of the input angle that can be sampled.
     metrics
         Closed-form metrics, in the order of their rows.
     windows
@@ -54,7 +54,7 @@ class Declaration:
         Number of rows of the signal array.
     marks
         Rows of the constants that hold the angles where windows end or laws change, by name: half-tangents of the angle
-        from the anchor, crank angle 0.
+        from the anchor, input angle 0.
     breaks
         Marks where the law of a signal changes, each forwards from the one before.
     singularities
@@ -65,7 +65,7 @@ class Declaration:
     noise_row
         Row of the constant by which rounding errors in velocities are amplified; -1 for none.
     phases_row
-        Row of the constant that holds the number of linkages behind clutches; -1 for none.
+        Row of the constant that holds the number of mechanisms behind clutches; -1 for none.
     variant_row
         Row of the constant that tells kinds of designs apart which `fill` treats differently; -1 for none.
     default_window, default_drive
@@ -73,8 +73,8 @@ class Declaration:
     formulas
         Declarations of the derived metrics.
     loop_lengths
-        Names of the lengths that close the loop: where one equals a signed sum of the others all links fall into one
-        line, and between two such lengths the closed-form metrics change smoothly.
+        Names of the lengths that close the loop: where one equals a signed sum of the others the loop is
+        flattened, and between two such lengths the closed-form metrics change smoothly.
     starter
         Text of a commented study of the mechanism, ready to run; empty for one in the folder `data` of this package.
     statuses
@@ -175,6 +175,11 @@ class Declaration:
         while signal.derivative_of and not signal.relative_to:
             signal = self.signal(signal.derivative_of)
         return self.parameter(signal.relative_to) if signal.relative_to else None
+
+    @property
+    def full_turn(self) -> Window:
+        """The window that is the full turn."""
+        return next(window for window in self.windows if window.kind == "turn")
 
     def window(self, name: str) -> Window:
         """The window of that name."""

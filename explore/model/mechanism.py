@@ -36,6 +36,9 @@ class Mechanism(Declaration):
     fill: Callable[..., None]
 
     def __post_init__(self) -> None:
+        for name in ("close", "fill"):
+            if not hasattr(getattr(self, name), "py_func"):
+                raise ValueError(f"mechanism '{self.name}': {name} is not compiled; see `explore.compiling.compiled`")
         check_declaration(self)
 
     def evaluate_closed_form(self, parameters: FloatArray) -> ClosedFormResult:

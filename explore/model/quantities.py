@@ -77,7 +77,7 @@ class Parameter:
 
 @dataclass(frozen=True)
 class Signal:
-    """A function of the crank angle: one row of the kernel's signal array, times the speed to a power.
+    """A function of the input angle: one row of the kernel's signal array, times the speed to a power.
 
     Attributes
     ----------
@@ -115,7 +115,7 @@ class Signal:
         Name of the length parameter that the signal is comparable with in size and grows with, by which its rounding
         is bounded; empty for an angle, a number, and where it is that of the signal that this one is the derivative of.
     derivative_of
-        Name of the signal whose derivative by the crank angle this one is, times the speed to the difference of their
+        Name of the signal whose derivative by the input angle this one is, times the speed to the difference of their
         speed powers, angles in rad; empty for none. That signal has no jumps, and is the same after a turn unless it
         has `needs_stroke` and the output does not rock.
     extremes_at

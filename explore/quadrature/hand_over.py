@@ -1,4 +1,4 @@
-"""Where one of several equal linkages behind one-way clutches hands the output over to the next."""
+"""Where one of several equal mechanisms behind one-way clutches hands the output over to the next."""
 
 import math
 

@@ -5,5 +5,5 @@
 MEAN, VARIANCE, MINIMUM, MAXIMUM, ROOT_MEAN, ROOT_POWER_MEAN, BOUND = range(7)
 N_STATISTICS = 7
 #: Columns of a window's specification: kind; rows of the constants that hold its ends; 1 behind clutches, the row of
-#: the number of linkages, the signal and its derivative, and the bits to fill them.
+#: the number of mechanisms, the signal and its derivative, and the bits to fill them.
 KIND, START, STOP, CLUTCH, PHASES, RATE, RATE_DERIVATIVE, RATE_NEEDS = range(8)

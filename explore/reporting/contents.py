@@ -149,7 +149,7 @@ def _window_and_drive(results: Results) -> dict[str, str]:
 
 
 def _bounds(results: Results, mechanism: Mechanism | None) -> list[list[Any]]:
-    """Each bound on a signal: its name, side, value, and the crank angles or the stroke where it holds."""
+    """Each bound on a signal: its name, side, value, and the input angles or the stroke where it holds."""
     bounds = signal_bounds(results, mechanism) if mechanism else []
     return [[bound.signal, bound.side, bound.value, bound.stroke or bound.span] for bound in bounds]
 

@@ -69,9 +69,9 @@ def make_window(mechanism: Mechanism, window: str | Mapping[str, object] | None)
         window = mechanism.default_window
     if isinstance(window, Mapping):
         interval = _interval(mechanism, window)
-        # An interval of a full turn is the cycle: the same means are 0, and a rotating output has it too.
+        # An interval of a full turn is that window: the same means are 0, and a rotating output has it too.
         is_full_turn = math.isclose(interval.stop - interval.start, 2.0 * math.pi, rel_tol=1e-12)
-        return _named_windows(mechanism).get("cycle", interval) if is_full_turn else interval
+        return mechanism.full_turn if is_full_turn else interval
     windows = _named_windows(mechanism)
     if not isinstance(window, str) or window not in windows:
         if window == "interval":
@@ -220,7 +220,7 @@ def _check_window(mechanism: Mechanism, signal: Signal, statistic: str, window: 
 def _refuse_undefined(mechanism: Mechanism, signal: Signal, statistic: str, window: Window) -> None:
     """Raise for the coefficient of variation of a signal whose mean is exactly 0."""
     if statistic == "cv" and (signal.name, window.name) in mechanism.zero_mean:
-        extent = "a stroke" if window.needs_stroke and window.name != "cycle" else "a full turn"
+        extent = "a stroke" if window.needs_stroke and window.kind != "turn" else "a full turn"
         raise RequestError(
             f"the mean of {signal.name} over {extent} is exactly 0, so its cv is undefined for every design; "
             f"use {signal.name}_std"

@@ -79,7 +79,7 @@ class Results:
 
     @property
     def speed(self) -> str:
-        """Name of the parameter that is the crank speed; empty if the file has none."""
+        """Name of the parameter that is the input speed; empty if the file has none."""
         return str(self._layout.attributes.get("speed", ""))
 
     @property
@@ -109,7 +109,7 @@ class Results:
 
     @property
     def speed_powers(self) -> dict[str, float | None]:
-        """Power of the crank speed that each metric is proportional to; None where there is none."""
+        """Power of the input speed that each metric is proportional to; None where there is none."""
         return dict(self._layout.study.speed_powers)
 
     @property

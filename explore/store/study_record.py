@@ -25,7 +25,7 @@ class StudyRecord:
     senses
         The better side of each metric, None where it has none.
     speed_powers
-        The power of the crank speed that each metric is proportional to, None where there is none.
+        The power of the input speed that each metric is proportional to, None where there is none.
     status_sentences
         What each status means, by its label.
     studied_counts
@@ -98,7 +98,7 @@ def _is_bound(value: Any) -> bool:
 
 
 def _is_window(content: Any) -> bool:
-    """Whether the content is a name, or the first and the last crank angle of an interval."""
+    """Whether the content is a name, or the first and the last input angle of an interval."""
     if not isinstance(content, dict):
         return isinstance(content, str)
     is_interval = content.keys() == {"start", "stop"} and contains_only(content, dict, int, float)

@@ -64,7 +64,7 @@ def check_mechanism(
     - each design has a status that fits its row, and values outside a declared range are refused by one;
     - a signal declared as `derivative_of` another integrates to its changes;
     - mean, variance, standard deviation, rms, cv and extremes of each signal over each window are within the bound
-      `error` of those by dense sampling, which uses the signals at plain crank angles alone;
+      `error` of those by dense sampling, which uses the signals at plain input angles alone;
     - all columns change as their units say when lengths, times and masses are given in other units, also the speed;
     - no bit depends on the block of a design or its place in it;
     - the study loads and sweeps, and every command works on its results.

@@ -1,6 +1,6 @@
-"""Statistics of a motion by dense sampling, which knows nothing of the mechanism but its signals at crank angles.
+"""Statistics of a motion by dense sampling, which knows nothing of the mechanism but its signals at input angles.
 
-A window is cut into panels of equal length in the crank angle. Each has 32 Gauss-Legendre nodes, and is halved until
+A window is cut into panels of equal length in the input angle. Each has 32 Gauss-Legendre nodes, and is halved until
 the Legendre series of every signal on it ends in rounding. All panels are then halved once more: the change of a
 statistic estimates its error.
 """
@@ -16,7 +16,7 @@ from numpy.polynomial import legendre
 
 from explore.model.quantities import FloatArray
 
-#: Gives the signals at crank angles in degrees, shape (s, t).
+#: Gives the signals at input angles in degrees, shape (s, t).
 Motion = Callable[[FloatArray], FloatArray]
 
 _NODES = 32
@@ -96,7 +96,7 @@ class Statistics:
 
 
 def sample(motion: Motion, start: float, stop: float) -> Panels:
-    """Sample a motion between two crank angles, deg, densely enough for all signals."""
+    """Sample a motion between two input angles, deg, densely enough for all signals."""
     edges = np.linspace(start, stop, _FIRST_PANELS + 1)
     lows, highs = edges[:-1], edges[1:]
     values, ends = _at_nodes(motion, lows, highs)
@@ -138,7 +138,7 @@ def _at_nodes(motion: Motion, lows: FloatArray, highs: FloatArray) -> tuple[Floa
 def halve(motion: Motion, panels: Panels) -> Panels:
     """Sample all panels in halves.
 
-    The ends of the window move inwards by one rounding of a crank angle, so that the change of a statistic includes
+    The ends of the window move inwards by one rounding of a input angle, so that the change of a statistic includes
     what that rounding does.
     """
     edges: FloatArray = np.sort(np.concatenate([panels.edges, 0.5 * (panels.edges[:-1] + panels.edges[1:])]))

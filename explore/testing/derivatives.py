@@ -22,8 +22,8 @@ def wrong_derivatives(subject: Subject) -> Iterator[str]:
     wrong: dict[int, str] = {}
     for design in np.flatnonzero(subject.is_computed) if pairs else ():
 
-        def motion(crank_angle: FloatArray, design: int = int(design)) -> FloatArray:
-            return subject.motion(design, crank_angle)
+        def motion(input_angle: FloatArray, design: int = int(design)) -> FloatArray:
+            return subject.motion(design, input_angle)
 
         panels = sample(motion, 0.0, 360.0)
         ends = motion(panels.edges)

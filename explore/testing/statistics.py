@@ -143,8 +143,8 @@ def _deviations(subject: Subject, window: WindowArgument, drive: str) -> Iterato
 
 
 def _measure(subject: Subject, design: int, limits: tuple[float, float]) -> tuple[Statistics, Statistics]:
-    def motion(crank_angle: FloatArray) -> FloatArray:
-        return subject.motion(design, crank_angle)
+    def motion(input_angle: FloatArray) -> FloatArray:
+        return subject.motion(design, input_angle)
 
     return dense_statistics.measure(motion, dense_statistics.sample(motion, *limits))
 

@@ -20,7 +20,7 @@ from explore.motions import motion_signals, window_limits
 from explore.request.names import find_metric, make_window
 from explore.request.requests import make_request
 
-#: Explicit intervals that are tried where a mechanism has them, deg: short, across crank angle 0, almost a turn.
+#: Explicit intervals that are tried where a mechanism has them, deg: short, across input angle 0, almost a turn.
 _INTERVALS = ((31.0, 47.0), (-40.0, 75.0), (10.0, 365.0))
 #: Statuses of designs whose metrics are computed.
 COMPUTED = (Status.OK, Status.TOLERANCE_NOT_MET)
@@ -113,16 +113,16 @@ class Subject:
         return evaluate_columns(request, self.designs if designs is None else designs).columns
 
     def limits(self, design: int, window: WindowArgument, drive: str) -> tuple[float, float] | None:
-        """First and last crank angle of a window of one design, deg; None where it has no such window."""
+        """First and last input angle of a window of one design, deg; None where it has no such window."""
         if not isinstance(window, str):
             return window["from"], window["to"]
-        if window == "cycle":
+        if window == self.mechanism.full_turn.name:
             return 0.0, 360.0
         return window_limits(self.mechanism, self._one(design), window, drive)
 
-    def motion(self, design: int, crank_angle: FloatArray) -> FloatArray:
-        """The signals of one design at crank angles in degrees, shape (s, t)."""
-        signals, _ = motion_signals(self.mechanism, self._one(design), crank_angle, "closed-form", 1e-9)
+    def motion(self, design: int, input_angle: FloatArray) -> FloatArray:
+        """The signals of one design at input angles in degrees, shape (s, t)."""
+        signals, _ = motion_signals(self.mechanism, self._one(design), input_angle, "closed-form", 1e-9)
         return np.array([signals[signal.name] for signal in self.signals])
 
     def speed(self, design: int) -> float:

@@ -103,7 +103,7 @@ def _parse_settings(mechanism: str, settings: list[str]) -> dict[str, float]:
     for setting in settings:
         name, equals, text = setting.partition("=")
         if not equals:
-            raise RequestError(f"--set {setting}: write NAME=VALUE, such as crank=100")
+            raise RequestError(f"--set {setting}: write NAME=VALUE, such as {next(iter(declared))}=100")
         if name not in declared:
             raise RequestError(f"--set {setting}: unknown parameter; {suggestion(name, declared)}")
         try:
