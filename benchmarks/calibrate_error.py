@@ -55,7 +55,7 @@ SHARES = {"general": 0.4, "extreme ratios": 0.15, "near kite": 0.15, "both ends 
 
 
 _F1, _F2, _I1 = types.float64[::1], types.float64[:, ::1], types.int64[::1]
-_INT, _ROWS, _CONSTANTS = types.int64, four_bar.SIGNAL_ROWS, CRANK_ROCKER.n_constants
+_INT, _ROWS, _CONSTANTS = types.int64, four_bar.SIGNAL_ROWS, int(CRANK_ROCKER.n_constants)
 _SINGULAR = np.array([row for row, _ in CRANK_ROCKER.singularities])
 _ANCHORS = np.array([anchor for _, anchor in CRANK_ROCKER.singularities])
 

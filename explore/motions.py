@@ -1,20 +1,26 @@
-"""The motion of one design, by the closed form, or of a crank-rocker by another method."""
+"""The motion of one design, by the closed form or by another method with its errors measured."""
 
 from __future__ import annotations
 
+import warnings
+
 import numpy as np
 
-from explore.comparison.single_motion import SOLVED_MECHANISM, signals_by_method
+from explore.comparison.verdicts import Verdict, judge
 from explore.errors import RequestError
 from explore.evaluation.windows import find_laws, window_ends
 from explore.lanes.designs import fill_motion_of_design
-from explore.methods.closed_form import ClosedForm
-from explore.methods.contract import method_label
+from explore.mechanisms import four_bar
+from explore.mechanisms.crank_rocker.declaration import CRANK_ROCKER
+from explore.methods.closed_form import KERNEL_ROWS, ClosedForm
+from explore.methods.contract import Capability, Level, Method, Outcome, Task, method_label
 from explore.methods.registry import find_method
 from explore.model.columns import Arrays
 from explore.model.mechanism import Mechanism
 from explore.model.quantities import FloatArray
 from explore.model.status import Status
+
+_LINKS = ("crank", "coupler", "rocker", "ground")
 
 
 def motion_signals(
@@ -50,8 +56,8 @@ def motion_signals(
     solver = find_method(method)
     if isinstance(solver, ClosedForm):
         rows = _closed_form(mechanism, inputs, crank_angle)
-    elif mechanism.name == SOLVED_MECHANISM:
-        rows = signals_by_method(solver, inputs, np.deg2rad(crank_angle), tolerance)
+    elif mechanism is CRANK_ROCKER:
+        rows = _by_method(solver, inputs, np.deg2rad(crank_angle), tolerance)
     else:
         raise RequestError(f"{mechanism.name} has only the closed form; leave out method={method!r}")
     speed = inputs[mechanism.speed.name] if mechanism.speed else 1.0
@@ -79,6 +85,35 @@ def _closed_form(mechanism: Mechanism, inputs: dict[str, float], crank_angle: Fl
         mechanism.fill, constants, anchors, laws, tangents, variant, needs, mechanism.signal_rows, signals
     )
     return signals
+
+
+def _by_method(method: Method, inputs: dict[str, float], crank_angle: FloatArray, tolerance: float) -> FloatArray:
+    """Rows of the kernel at crank angles in rad by another method, shape (s, t), with a warning if it is inaccurate."""
+    if Capability.ANY_ANGLE not in method.capabilities and (np.diff(crank_angle) <= 0.0).any():
+        raise RequestError(f"{method_label(method)} proceeds from one crank angle to the next; give ascending angles")
+    lengths = np.array([[inputs[name] for name in _LINKS]])
+    task = Task(lengths, np.array([inputs["branch"]]), crank_angle[None, :], Level.ACCELERATIONS)
+    motion = method.solve(task)
+    judgement = judge(task, motion, ClosedForm().solve(task).signals, tolerance)
+    verdict = Verdict(int(judgement.verdict[0]))
+    if verdict is not Verdict.ACCURATE:
+        _warn(method_label(method), verdict, Outcome(int(motion.outcome[0])), judgement.max_error[:, 0], tolerance)
+    rows = np.empty((four_bar.SIGNAL_ROWS, len(crank_angle)))
+    rows[KERNEL_ROWS] = motion.signals[:, 0]
+    difference = motion.signals[0, 0] - motion.signals[1, 0]
+    rows[four_bar.TRANSMISSION_ANGLE] = np.abs(np.remainder(difference + np.pi, 2.0 * np.pi) - np.pi)
+    return rows
+
+
+def _warn(name: str, verdict: Verdict, outcome: Outcome, errors: FloatArray, tolerance: float) -> None:
+    if outcome is not Outcome.OK:
+        problem = f"failed for this design: {outcome.sentence}"
+    else:
+        problem = "is on the wrong branch" if verdict is Verdict.WRONG_BRANCH else f"misses the tolerance {tolerance:g}"
+        angle, velocity, acceleration = errors
+        problem += f" for this design: its errors against the closed form are {angle:.1e} rad, {velocity:.1e} of the"
+        problem += f" largest velocity and {acceleration:.1e} of the largest acceleration"
+    warnings.warn(f"{name} {problem}; the default method, the closed form, is exact", RuntimeWarning, stacklevel=5)
 
 
 def window_limits(mechanism: Mechanism, columns: Arrays, window: str, drive: str) -> tuple[float, float] | None:

@@ -96,7 +96,8 @@ def _finish_bound(b, n, flags, tolerance):
     for k in range(n):
         bound = b[BOUND + k]
         b[WORST + k] = bound if bound > b[WORST + k] else b[WORST + k]
-        improvable = (bound > tolerance) & (bound > 2.0 * b[LEAST + k])
+        least = b[LEAST + k]
+        improvable = (bound > tolerance) & ((bound > 2.0 * least) | (least < 0.9 * tolerance))
         b[IMPROVABLE + k] = 1.0 if improvable else b[IMPROVABLE + k]
 
 

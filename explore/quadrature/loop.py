@@ -10,7 +10,7 @@ from numba import types
 
 from explore.compiling import compiled
 from explore.quadrature.bin_filling import fill_bin
-from explore.quadrature.bounds import CHUNK, FLAG_EXTREMES
+from explore.quadrature.bounds import CHUNK, FLAG_CV, FLAG_EXTREMES, FLAG_STD
 from explore.quadrature.chunks import CLOSE_TYPE, add_panels, close_chunk, constant, sort_by_rule
 from explore.quadrature.clutches import shorten_to_clutches
 from explore.quadrature.magnitudes import fill_powers
@@ -22,8 +22,9 @@ from explore.quadrature.tiles import FILL_TYPE
 from explore.quadrature.work_space import CHUNK_WORK_TYPE, PANEL_SUMS_TYPE, SIZES_TYPE, TABLES_TYPE, TILE_WORK_TYPE
 from explore.subroutines import subroutine
 
-#: Natural logarithm of the tolerance over the target of the first node count: a cv multiplies the error by a few.
-HEADROOM = 1.5
+#: Natural logarithm of the tolerance over the modelled error at the first node count, which leaves room for rounding;
+#: the same where a std or a cv is requested, which multiply the error by a few.
+HEADROOM, HEADROOM_OF_CV = 0.5, 1.5
 #: Most node counts that are tried for one design and window.
 MOST_ROUNDS = 4
 
@@ -32,18 +33,19 @@ _F1, _F2, _I1 = types.float64[::1], types.float64[:, ::1], types.int64[::1]
 
 @subroutine()
 def _demands(tables, w):
-    """Whether a window needs the ends of its panels and means of powers, and the largest pole order of its signals."""
-    ends, powers, pole_order = False, False, 2
+    """Whether a window needs the ends of its panels and means of powers, the largest pole order, and the headroom."""
+    ends, powers, pole_order, headroom = False, False, 2, HEADROOM
     for s in range(tables.flags.shape[1]):
         if tables.flags[w, s]:
             ends = ends or (tables.flags[w, s] & FLAG_EXTREMES) != 0
             pole_order = max(pole_order, tables.orders[w, s])
+            headroom = HEADROOM_OF_CV if tables.flags[w, s] & (FLAG_STD | FLAG_CV) else headroom
             powers = powers or tables.slots[w, s, ROOT_MEAN] >= 0 or tables.slots[w, s, ROOT_POWER_MEAN] >= 0
-    return ends, powers, pole_order
+    return ends, powers, pole_order, headroom
 
 
 @subroutine(allocates=True)
-def _open_window(fill, sizes, tables, w, begin, n_designs, work, tile):
+def _open_window(fill, sizes, tables, w, begin, n_designs, headroom, work, tile):
     """Fill the panels of a window of the designs of the chunk from `begin` on, as many as fit.
 
     Returns
@@ -67,9 +69,11 @@ def _open_window(fill, sizes, tables, w, begin, n_designs, work, tile):
     if tables.windows[w, CLUTCH]:
         shorten_to_clutches(fill, sizes, tables.windows[w], count, work, tile)
         map_panels(work.panels, count, tables.singular_anchors)
-    target = math.log(tables.tolerance) - HEADROOM
+    target = math.log(tables.tolerance)
     for k in range(count):
-        work.panels[TARGET + k], work.todo[k] = target, k
+        # The errors of a design's panels add up.
+        share = HEADROOM + math.log(work.panel_count[work.owner[k]])
+        work.panels[TARGET + k], work.todo[k] = target - max(headroom, share), k
     return until, count, stride
 
 
@@ -92,8 +96,8 @@ def _merge_rows(n, regular, stride, flags, w, work, sums):
 @subroutine(allocates=True)
 def _sample_window(fill, sizes, tables, parameters, w, begin, here, statistics, nodes, error, work, tile, sums):
     """Statistics of a window of the designs of the chunk from `begin` on, as many as fit; return the first left."""
-    until, count, stride = _open_window(fill, sizes, tables, w, begin, len(here), work, tile)
-    ends, powers, pole_order = _demands(tables, w)
+    ends, powers, pole_order, headroom = _demands(tables, w)
+    until, count, stride = _open_window(fill, sizes, tables, w, begin, len(here), headroom, work, tile)
     n, n_todo = until - begin, count
     regular = begin == 0 and stride > 1 and until == len(here)
     for number in range(MOST_ROUNDS):

@@ -27,7 +27,7 @@ from explore.subroutines import subroutine
 #: Natural logarithm of the factor C in the error model C ((2N + 1)/h)^order rho^(-2N), h half the panel's length in t;
 #: order is the pole order of the signal: 2 (angles, velocities), 4 (accelerations) or 6 (inertia forces). Calibrated
 #: by benchmarks/calibrate_error.py: 2 for pole order 2, the others for higher ones.
-LOG_CONSTANT_2, LOG_CONSTANT_4 = 4.0, 5.9
+LOG_CONSTANT_2, LOG_CONSTANT_4 = 3.5, 5.3
 #: Largest T: at 1 all singularities that are far away fall together with theta = +-i infinity.
 LARGEST_SCALE = 0.9
 _FACTOR_4 = math.exp(LOG_CONSTANT_4 - LOG_CONSTANT_2)
