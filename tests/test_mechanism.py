@@ -123,7 +123,7 @@ def test_ranges_hold_something():
 def test_functions_are_compiled():
     for name in ("close", "fill"):
         assert problem(MECHANISM, **{name: getattr(MECHANISM, name).py_func}) == (
-            f"{name} is not compiled; see `explore.compiling.compiled`"
+            f"{name} is not compiled; decorate it with explore.compiling.compiled"
         )
 
 

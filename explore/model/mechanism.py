@@ -38,7 +38,9 @@ class Mechanism(Declaration):
     def __post_init__(self) -> None:
         for name in ("close", "fill"):
             if not hasattr(getattr(self, name), "py_func"):
-                raise ValueError(f"mechanism '{self.name}': {name} is not compiled; see `explore.compiling.compiled`")
+                raise ValueError(
+                    f"mechanism '{self.name}': {name} is not compiled; decorate it with explore.compiling.compiled"
+                )
         check_declaration(self)
 
     def evaluate_closed_form(self, parameters: FloatArray) -> ClosedFormResult:
