@@ -199,6 +199,8 @@ def test_mechanisms_lists_everything_with_units(tmp_path):
     for side in ("min", "max"):
         name = f"transmission_angle_{side}"
         assert f"{name} is a closed-form metric of the full turn; over a window it is, for example, {name}_drive" in one
+    assert "crank_blocked" in one
+    assert record["statuses"]["crank_blocked"] == "the crank cannot turn fully: the linkage locks before a full turn"
     assert record["parameters"]["speed"] == {"unit": "rad/s", "default": 1.0, "meaning": "constant crank velocity"}
 
 

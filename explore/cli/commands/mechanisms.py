@@ -60,6 +60,9 @@ def _print_mechanism(mechanism: Mechanism, *, as_json: bool) -> None:
     if mechanism.formulas:
         _print_quantities("derived metrics, functions of others", "metric", mechanism.formulas)
     print_table("windows", [("window", ""), ("meaning", "")], [[w.name, w.long_name] for w in mechanism.windows])
+    if mechanism.statuses:
+        rows = [[status.label, status.sentence] for status in mechanism.statuses.values()]
+        print_table("statuses of designs without a motion or without strokes", [("status", ""), ("meaning", "")], rows)
     _print_notes(mechanism)
 
 
@@ -119,6 +122,7 @@ def _json_description(mechanism: Mechanism) -> dict[str, object]:
         "signals": {s.name: {"unit": s.unit, "meaning": s.long_name} for s in mechanism.signals},
         "metrics": {m.name: {"unit": m.unit, "meaning": m.long_name, "sense": m.sense} for m in metrics},
         "windows": {w.name: w.long_name for w in mechanism.windows},
+        "statuses": {status.label: status.sentence for status in mechanism.statuses.values()},
         "statistics": list(STATISTICS),
         "drives": list(mechanism.drives),
         "objectives": list(mechanism.objectives),
