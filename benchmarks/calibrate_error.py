@@ -69,7 +69,7 @@ def statistics(fill, tile, panels, count, length, rest, row_of, table, out):
     total = 0
     for p in range(count):
         nodes, anchor = int(panels[COUNT + p]), int(panels[ANCHOR + p])
-        gather_shapes(panels, np.full(LANES, p), shape)
+        gather_shapes(panels, np.full(LANES, p), False, shape)
         place_nodes(shape, nodes, False, row_of, table, tangents, weights)
         tiles = (nodes + LANES - 1) // LANES
         for j in range(tiles * LANES):  # here the lanes are nodes

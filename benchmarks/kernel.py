@@ -18,6 +18,7 @@ from numba import njit, types
 from explore.compiling import LANES
 from explore.mechanisms import four_bar
 from explore.mechanisms.crank_rocker.declaration import CRANK_ROCKER
+from explore.quadrature.tails import fill_roots
 from explore.quadrature.tiles import DEVIATIONS, FILL_TYPE, INTEGRAL, SUMS_SIZE, fill_moments
 
 FLAGS = ("-O3", "-march=native", "-ffast-math", "-shared", "-fPIC")
@@ -38,6 +39,8 @@ def compiled(fill, lengths, tangents, weight, out):
     nodes, rows = np.empty((2, count * LANES)), four_bar.SIGNAL_ROWS
     sums, flags = np.empty(rows * SUMS_SIZE), (np.arange(rows) < 4).astype(np.int64)
     signals, weights = np.empty(2 * count * rows * LANES), np.full(2 * count * LANES, weight)
+    # whatever the factors, the tails of the check cost the same
+    roots, factors = np.empty(2 * count * LANES), np.ones(4 * count)
     for anchor in range(2):
         for j in range(count):
             for lane in range(LANES):
@@ -48,7 +51,8 @@ def compiled(fill, lengths, tangents, weight, out):
             four_bar.prepare(crank, coupler, rocker, ground, 1.0, constants, lane)
         for anchor in range(2):
             fill(constants, nodes[anchor], anchor, 0, 0, count, NEEDS, signals[anchor * count * rows * LANES :])
-        fill_moments(signals, rows, flags, 2 * count, weights, masses, sums)
+        fill_roots(weights, 2 * count, False, roots)
+        fill_moments(signals, rows, flags, 2 * count, weights, roots, factors, masses, sums)
         for s in range(4):
             for lane in range(LANES):
                 out[start + lane, s] = sums[s * SUMS_SIZE + INTEGRAL + lane] / masses[lane]

@@ -36,9 +36,11 @@ from explore.quadrature.loop import HEADROOM
 from explore.quadrature.merging import bound_rows, collect, merge_regular
 from explore.quadrature.panels import PANEL_CAPACITY, PANELS_SIZE, count_nodes, map_panels
 from explore.quadrature.rules import gauss_legendre_rules
+from explore.quadrature.tails import check_model, fill_roots, place_factors
 from explore.quadrature.tiles import (
     DEVIATIONS,
     FILL_TYPE,
+    FIRST_TAIL,
     INTEGRAL,
     NODE_CAPACITY,
     SHAPE_SIZE,
@@ -65,9 +67,10 @@ class Rows(NamedTuple):
     term_rows: np.ndarray
     references: np.ndarray
     tolerance: float
+    is_adaptive: bool
 
 
-ROWS_TYPE = types.NamedTuple((_I2, _I2, _I1, _I1, types.float64), Rows)
+ROWS_TYPE = types.NamedTuple((_I2, _I2, _I1, _I1, types.float64, types.boolean), Rows)
 _INT = types.int64
 ATTRIBUTES = {"config": "", "request_sha256": "", "determines": "{}", "kernel": "none"}
 
@@ -93,6 +96,8 @@ def sampled(
     tangents, weights = np.empty(NODE_CAPACITY * LANES), np.empty(NODE_CAPACITY * LANES)
     signals = np.empty(rows * NODE_CAPACITY * LANES)
     lane_panels, lane_designs, offsets = np.empty(LANES, _INT), np.empty(LANES, _INT), np.empty(LANES, np.uint64)
+    roots, factors = np.empty(NODE_CAPACITY * LANES), np.empty(2 * NODE_CAPACITY)
+    tails = np.empty(rows * PANEL_CAPACITY)
     masses, integrals = np.empty(PANEL_CAPACITY), np.empty(rows * PANEL_CAPACITY)
     deviations, row_bounds = np.empty(rows * PANEL_CAPACITY), np.empty(rows * CHUNK)
     means, variances, terms = np.empty(rows * CHUNK), np.empty(rows * CHUNK), np.empty(CHUNK)
@@ -134,13 +139,15 @@ def sampled(
                     lane_panels[lane] = order[begin + min(lane, lanes - 1)]
                     lane_designs[lane] = owner[lane_panels[lane]]
                 gather_constants(constants, constant_count, fill_rows, lane_designs, offsets, tile)
-                gather_shapes(panels, lane_panels, shape)
+                gather_shapes(panels, lane_panels, False, shape)
                 place_nodes(shape, nodes, False, row_of, table, tangents, weights)
                 if stage >= FILL:
                     fill(tile, tangents, anchor, 0, 0, nodes, NEEDS, signals)
                 if stage < MOMENTS:
                     continue
-                fill_moments(signals, rows, is_sampled, nodes, weights, masses_of_tile, sums)
+                place_factors(nodes, False, False, row_of, table, factors)
+                fill_roots(weights, nodes, False, roots)
+                fill_moments(signals, rows, is_sampled, nodes, weights, roots, factors, masses_of_tile, sums)
                 for lane in range(lanes):
                     masses[lane_panels[lane]] = masses_of_tile[lane]
                 for s in range(SAMPLED_ROWS):
@@ -148,6 +155,7 @@ def sampled(
                         k = s * PANEL_CAPACITY + lane_panels[lane]
                         integrals[k] = sums[s * SUMS_SIZE + INTEGRAL + lane]
                         deviations[k] = sums[s * SUMS_SIZE + DEVIATIONS + lane]
+                        tails[k] = sums[s * SUMS_SIZE + FIRST_TAIL + lane] ** 2
         if stage < MERGE:
             continue
         for i in range(n):
@@ -156,7 +164,8 @@ def sampled(
         for s in range(SAMPLED_ROWS):
             merge_regular(b, n, 1, s, masses, integrals, deviations, means, variances)
         if stage >= BOUNDS:
-            bound_rows(b, n, 0, tables, parameters, here, live, means, variances, row_bounds, terms)
+            bound_rows(b, n, 0, tables, parameters, here, live, terms, means, variances, row_bounds, terms)
+            check_model(b, n, True, live, first_panel, panel_count, stride, 0, tables, tails, means, variances)
     return sum_
 
 
@@ -199,7 +208,7 @@ def main() -> None:
         mechanism.close, mechanism.fill, mechanism.record_rows, mechanism.first_parameter, mechanism.n_constants,
         mechanism.n_fill_constants, mechanism.signal_rows, geometry, window,
         *np.array(mechanism.singularities, dtype=np.int64).T.copy(),
-        Rows(flags, orders, np.full(mechanism.signal_rows, -1), np.full(mechanism.signal_rows, -1), TOLERANCE),
+        Rows(flags, orders, np.full(mechanism.signal_rows, -1), np.full(mechanism.signal_rows, -1), TOLERANCE, False),
     )  # fmt: skip
 
     def stage(number):

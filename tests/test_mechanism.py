@@ -9,6 +9,7 @@ from slider_crank import SLIDER_CRANK
 
 from explore.compiling import LANES
 from explore.mechanisms.registry import MECHANISMS
+from explore.model.quadrature import Graded
 from explore.model.quantities import Metric, Window
 from explore.model.status import OwnStatus, Status
 
@@ -210,12 +211,18 @@ def test_fill_reads_constants():
 def test_constants_of_marks_and_singularities_exist(row):
     sentence = f"names the row {row}, which is not one of the {RIG.n_constants} constants"
     assert problem(RIG, marks={**RIG.marks, "extended": row}) == f"marks {sentence}"
-    assert problem(RIG, singularities=((row, 0),)) == f"singularities {sentence}"
+    assert problem(RIG, quadrature=Graded(((row, 0),))) == f"singularities {sentence}"
+
+
+def test_a_graded_quadrature_has_singularities():
+    assert problem(RIG, quadrature=Graded(())) == (
+        "the quadrature is graded, but names no singularities; without them it is adaptive"
+    )
 
 
 def test_singularities_stand_at_an_anchor():
     row, _ = RIG.singularities[0]
-    assert problem(RIG, singularities=((row, 2),)) == (
+    assert problem(RIG, quadrature=Graded(((row, 2),))) == (
         "singularities names the anchor 2; it is 0 or, for its opposite, 1"
     )
 

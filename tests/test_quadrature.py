@@ -4,6 +4,7 @@ import importlib.util
 import math
 from pathlib import Path
 
+import mpmath
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -50,7 +51,7 @@ _SPEC.loader.exec_module(make_gauss_legendre)
 def stored_rule(n):
     """Non-negative nodes and weights of the stored rule of n nodes."""
     _, row_of, table = gauss_legendre_rules()
-    return table[row_of[n] : row_of[n] + (n + 1) // 2]
+    return table[row_of[n] : row_of[n] + (n + 1) // 2, :2]
 
 
 @pytest.mark.parametrize("n", [5, 12, 40, 320])
@@ -70,6 +71,17 @@ def test_rules_integrate_polynomials(n):
     for degree in {0, 2, n // 2 * 2, 2 * n - 2}:
         # x^m multiplies the half-ulp error of a node near 1 by m, and the sum is dominated by those for large m
         assert math.fsum(double * w * x**degree) == pytest.approx(2.0 / (degree + 1), rel=2e-16 * (4 + degree))
+
+
+@pytest.mark.parametrize("n", [4, 5, 40, 320])
+def test_rules_know_their_last_polynomial(n):
+    _, row_of, table = gauss_legendre_rules()
+    x, _, q = table[row_of[n] : row_of[n] + (n + 1) // 2].T
+    last, before = (np.array([float(mpmath.legendre(order, node)) for node in x]) for order in (n - 1, n - 2))
+    slope = (n - 1) * (x * last - before) / (x**2 - 1.0)
+    # the table has the values at the nodes before their rounding by half an ulp, and roundings of its own
+    allowed = 0.5 * np.spacing(x) * np.abs(slope) + 2e-15 * np.abs(last)
+    assert (np.abs(q / math.sqrt(n - 0.5) - last) <= allowed).all()
 
 
 def test_rounding_up_adds_few_nodes():
@@ -114,7 +126,7 @@ def test_panels_recover_the_length_of_their_interval(anchor, here, there, first,
     count_nodes(panels, 1, 2)
     count = size_of[int(panels[COUNT])]
     shape, tangents, weights = np.zeros(SHAPE_SIZE), np.empty((NODE_CAPACITY, LANES)), np.empty((NODE_CAPACITY, LANES))
-    gather_shapes(panels, np.zeros(LANES, dtype=np.int64), shape)
+    gather_shapes(panels, np.zeros(LANES, dtype=np.int64), False, shape)
     place_nodes(shape, count, ends, row_of, table, tangents.reshape(-1), weights.reshape(-1))
     total = count + 2 if ends else count
     tangent, weight = tangents[:total, 0], weights[:total, 0]
@@ -127,8 +139,8 @@ def test_panels_recover_the_length_of_their_interval(anchor, here, there, first,
     assert (np.diff(tangent) > 0.0).all()
     if ends:
         # exp and log of t up to 32 have a few times its absolute rounding, 32 * 1.1e-16; near the anchor sinh(t) is a
-        # difference of two exponentials
-        assert tangent[[0, -1]] == pytest.approx([first, last], rel=3e-14, abs=1e-15 * here)
+        # difference of two exponentials, each with the rounding of t
+        assert tangent[[0, -1]] == pytest.approx([first, last], rel=3e-14, abs=1e-14 * here)
         assert weight[0] == weight[-1] == 0.0
 
 

@@ -85,7 +85,7 @@ class Tile:
         rows[SINGULAR // PANEL_CAPACITY] = singular
         map_panels(panels, LANES, np.array([anchor, -1, -1]))
         self.shape, self.constants, self.anchor = np.zeros(SHAPE_SIZE), constants.reshape(-1), anchor
-        gather_shapes(panels, np.arange(LANES), self.shape)
+        gather_shapes(panels, np.arange(LANES), False, self.shape)
         self.tangents, self.weights = np.empty(NODE_CAPACITY * LANES), np.empty(NODE_CAPACITY * LANES)
         place_nodes(self.shape, count, ends, row_of, self.table, self.tangents, self.weights)
         self.count, self.rule, self.samples = count, row_of[count], count + (2 if ends else 0)
@@ -95,7 +95,10 @@ class Tile:
     def moments(self, row):
         """Weight, mean and variance in each lane."""
         sums, weight = np.empty(2 * SUMS_SIZE), np.empty(LANES)
-        fill_moments(self.signals, 2, np.ones(2, dtype=np.int64), self.samples, self.weights, weight, sums)
+        roots, factors = np.zeros(NODE_CAPACITY * LANES), np.zeros(2 * NODE_CAPACITY)
+        fill_moments(
+            self.signals, 2, np.ones(2, dtype=np.int64), self.samples, self.weights, roots, factors, weight, sums
+        )
         at = row * SUMS_SIZE
         integral, deviations = (sums[at + of : at + of + LANES] for of in (INTEGRAL, DEVIATIONS))
         return weight, integral / weight, deviations / weight

@@ -1,10 +1,12 @@
-"""A mechanism whose signal has a peak at a crank angle of 1 rad, where the quadrature expects no singularity."""
+"""A mechanism whose signal has a peak at a crank angle of 1 rad, where no graded quadrature expects a singularity."""
 
 import math
+from dataclasses import replace
 from enum import IntEnum
 
 from explore.compiling import CLOSE_SIGNATURE, FILL_SIGNATURE, LANES, compiled
 from explore.model.mechanism import Mechanism
+from explore.model.quadrature import Graded
 from explore.model.quantities import Metric, Parameter, Signal, Window
 
 #: Starts a study of the peak; smaller distances make it higher and narrower.
@@ -19,9 +21,10 @@ metrics = ["peak", "height_variance"]
 
 
 class Row(IntEnum):
-    STATUS = 1
-    DISTANCE = 2
-    PEAK = 3
+    FAR = 1
+    STATUS = 2
+    DISTANCE = 3
+    PEAK = 4
 
 
 @compiled(CLOSE_SIGNATURE)
@@ -29,6 +32,7 @@ def close(record):
     for lane in range(LANES):
         distance = record[Row.DISTANCE * LANES + lane]
         record[lane] = distance
+        record[Row.FAR * LANES + lane] = 0.9
         record[Row.PEAK * LANES + lane] = 1.0 / distance
         record[Row.STATUS * LANES + lane] = 1.0
 
@@ -46,7 +50,7 @@ def fill(constants, tangents, anchor, _law, _variant, count, _needs, out):
 
 PEAK = Mechanism(
     name="peak",
-    summary="a peak where the quadrature expects none",
+    summary="a peak at a crank angle of 1 rad",
     parameters=(Parameter("distance", "1", "distance of the singularity from the real axis"),),
     signals=(Signal("height", "1", "height of the peak", 0, 1),),
     metrics=(Metric("peak", "1", "largest height", "min"),),
@@ -65,3 +69,6 @@ PEAK = Mechanism(
     default_window="cycle",
     default_drive="none",
 )
+
+#: The same with a wrong declaration: that the only singularity is far away.
+WRONG_PEAK = replace(PEAK, quadrature=Graded(((Row.FAR, 0),)))

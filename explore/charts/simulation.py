@@ -13,7 +13,7 @@ from explore.charts.bounds import SignalBound, signal_bounds, uses_clutch
 from explore.charts.labels import results_name
 from explore.charts.queries import choose_design
 from explore.charts.turn import crank_angles
-from explore.errors import ResultsError
+from explore.errors import RequestError, ResultsError
 from explore.model.mechanism import Mechanism
 from explore.motions import window_limits
 from explore.request.names import find_mechanism
@@ -72,13 +72,15 @@ def simulate_design(results: Results, design: int | None = None) -> SimulatedDes
     MotionError
         If the crank cannot make a full turn.
     RequestError
-        If no number is given and no design is feasible.
+        If no number is given and no design is feasible, or the mechanism has no links to draw.
     ResultsError
         If the design is not in the file, or the window of the study cannot be read.
     """
+    mechanism = find_mechanism(results.mechanism)
+    if not mechanism.loop_lengths:
+        raise RequestError(f"a {mechanism.name} has no links to draw; `explore simulate` gives its motion")
     chosen = choose_design(results, design)
     row = results.design(chosen)
-    mechanism = find_mechanism(results.mechanism)
     values = {p.name: float(row[p.name]) if p.name in row else p.default for p in mechanism.parameters}
     parameters = {name: value for name, value in values.items() if value is not None}
     motion = simulate(mechanism.name, parameters, angles=crank_angles())

@@ -8,8 +8,8 @@ import numpy as np
 import numpy.typing as npt
 
 from explore.evaluation.windows import specify_window
-from explore.model.declaration import MOST_SINGULARITIES
 from explore.model.mechanism import Mechanism
+from explore.model.quadrature import MOST_SINGULARITIES, Adaptive, Quadrature
 from explore.model.quantities import FloatArray, SampledMetric, Signal, Window
 from explore.model.request import Request
 from explore.model.status import Status
@@ -34,6 +34,7 @@ from explore.quadrature.slots import (
     ROOT_POWER_MEAN,
     VARIANCE,
 )
+from explore.quadrature.tails import LARGEST_EXCESS
 from explore.quadrature.work_space import Sizes, Tables, make_work_space
 
 _FLAGS = {
@@ -133,27 +134,20 @@ def sample_metrics(
     tables = _make_tables(request.mechanism, metrics, bounded)
     tolerance = statistics_tolerance(request)
     statistics = np.full((tables.slots.max() + 1, len(status)), np.nan)
-    result = SampledStatistics.empty(len(status))
-    windows = tables.windows
-    singular = [*mechanism.singularities, *[(-1, -1)] * (MOST_SINGULARITIES - len(mechanism.singularities))]
-    singular_rows, singular_anchors = np.array(singular, dtype=np.int64).T.copy()
-    size_of, row_of, rules = gauss_legendre_rules()
-    sizes = Sizes(
-        mechanism.record_rows, mechanism.first_parameter, int(mechanism.n_constants),
-        int(mechanism.n_fill_constants or mechanism.n_constants), mechanism.signal_rows, int(mechanism.noise_row),
-        int(mechanism.variant_row),
-    )  # fmt: skip
-    loop_tables = Tables(
-        np.array([specify_window(mechanism, window, request.drive) for window in windows], dtype=np.int64),
-        np.array([(window.start, window.stop) for window in windows]),
-        np.array([mechanism.marks[name] for name in mechanism.breaks], dtype=np.int64),
-        singular_rows, singular_anchors, tables.needs, tables.flags, tables.orders, tables.term_rows, tables.references,
-        tables.slots, float(tolerance), size_of, row_of, rules,
-    )  # fmt: skip
-    sample(
-        mechanism.close, mechanism.fill, sizes, loop_tables, parameters, np.flatnonzero(active), statistics,
-        result.nodes, result.error, *make_work_space(sizes, len(mechanism.breaks)),
-    )  # fmt: skip
+    result, excess = SampledStatistics.empty(len(status)), np.zeros(len(status))
+
+    def run(designs: Indices, quadrature: Quadrature) -> None:
+        sizes, loop_tables = _loop_arguments(request, tables, tolerance, quadrature)
+        sample(
+            mechanism.close, mechanism.fill, sizes, loop_tables, parameters, designs, statistics, result.nodes,
+            result.error, excess, *make_work_space(sizes, len(mechanism.breaks)),
+        )  # fmt: skip
+
+    run(np.flatnonzero(active), mechanism.quadrature)
+    doubtful = np.flatnonzero(excess > LARGEST_EXCESS)
+    if len(doubtful):
+        result.error[doubtful] = 0.0
+        run(doubtful, Adaptive())
     result.evaluations = int(np.count_nonzero(active))
     status[active & ~(result.error <= request.tolerance)] = Status.TOLERANCE_NOT_MET
     status[active & ~np.isfinite(statistics).all(axis=0)] = Status.NOT_FINITE
@@ -168,6 +162,29 @@ def sample_metrics(
 def statistics_tolerance(request: Request) -> float:
     """The tolerance of statistics, which is smaller where derived metrics depend on them."""
     return request.tolerance * (_INPUT_TOLERANCE_FACTOR if request.derived else 1.0)
+
+
+def _loop_arguments(
+    request: Request, tables: _LoopTables, tolerance: float, quadrature: Quadrature
+) -> tuple[Sizes, Tables]:
+    """Arguments of the compiled loop; `explore.quadrature.work_space` describes them."""
+    mechanism, windows = request.mechanism, tables.windows
+    singularities = () if isinstance(quadrature, Adaptive) else quadrature.singularities
+    singular = [*singularities, *[(-1, -1)] * (MOST_SINGULARITIES - len(singularities))]
+    singular_rows, singular_anchors = np.array(singular, dtype=np.int64).T.copy()
+    sizes = Sizes(
+        mechanism.record_rows, mechanism.first_parameter, int(mechanism.n_constants),
+        int(mechanism.n_fill_constants or mechanism.n_constants), mechanism.signal_rows, int(mechanism.noise_row),
+        int(mechanism.variant_row),
+    )  # fmt: skip
+    size_of, row_of, rules = gauss_legendre_rules()
+    return sizes, Tables(
+        np.array([specify_window(mechanism, window, request.drive) for window in windows], dtype=np.int64),
+        np.array([(window.start, window.stop) for window in windows]),
+        np.array([mechanism.marks[name] for name in mechanism.breaks], dtype=np.int64),
+        singular_rows, singular_anchors, tables.needs, tables.flags, tables.orders, tables.term_rows,
+        tables.references, tables.slots, float(tolerance), isinstance(quadrature, Adaptive), size_of, row_of, rules,
+    )  # fmt: skip
 
 
 def _make_tables(mechanism: Mechanism, metrics: tuple[SampledMetric, ...], bounded: set[SampledMetric]) -> _LoopTables:

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from explore.model.declaration import MOST_SINGULARITIES
 from explore.model.mechanism import Mechanism
+from explore.model.quadrature import MOST_SINGULARITIES
 from explore.model.quantities import FloatArray, Window
 from explore.quadrature.panels import (
     ANCHOR,

@@ -7,7 +7,8 @@ from collections import Counter
 from collections.abc import Collection, Iterable, Iterator
 from typing import TypeVar
 
-from explore.model.declaration import ANCHORS, MOST_SINGULARITIES, Declaration
+from explore.model.declaration import ANCHORS, Declaration
+from explore.model.quadrature import MOST_SINGULARITIES, Adaptive
 from explore.model.status import OWN_CODES, Status
 
 _Item = TypeVar("_Item", str, int)
@@ -112,6 +113,8 @@ def _columns(declaration: Declaration) -> Iterator[str]:
     for field, row, first in constants:
         if not first <= row < declaration.n_constants:
             yield f"{field} names the row {row}, which is not one of the {declaration.n_constants} constants"
+    if not isinstance(declaration.quadrature, Adaptive) and not declaration.singularities:
+        yield "the quadrature is graded, but names no singularities; without them it is adaptive"
     if len(declaration.singularities) > MOST_SINGULARITIES:
         yield f"singularities has {len(declaration.singularities)} entries; at most {MOST_SINGULARITIES} are used"
     for _, anchor in declaration.singularities:

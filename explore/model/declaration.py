@@ -6,11 +6,10 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from enum import IntEnum
 
+from explore.model.quadrature import Adaptive, Graded, Quadrature
 from explore.model.quantities import OUTPUT_STATISTICS, Formula, Metric, Parameter, Signal, Window
 from explore.model.status import OwnStatus, Status
 
-#: Most singularities that a mechanism declares.
-MOST_SINGULARITIES = 3
 #: Names of the input angles 0 and half a turn in `Signal.extremes_at`.
 ANCHORS = ("anchor", "opposite")
 
@@ -57,9 +56,8 @@ class Declaration:
         from the anchor, input angle 0.
     breaks
         Marks where the law of a signal changes, each forwards from the one before.
-    singularities
-        Row and anchor, 0 or 1 for its opposite, of each constant that holds the half-tangent of the distance of a
-        complex singularity; see `explore.quadrature.panels`.
+    quadrature
+        `Adaptive`, which needs to know nothing of the signals, or `Graded`, with their singularities.
     n_fill_constants
         Number of constants, the first ones, that `fill` reads; 0 for all.
     noise_row
@@ -98,7 +96,7 @@ class Declaration:
     signal_rows: int
     marks: Mapping[str, int] = field(default_factory=dict)
     breaks: tuple[str, ...] = ()
-    singularities: tuple[tuple[int, int], ...] = ()
+    quadrature: Quadrature = field(default_factory=Adaptive)
     n_fill_constants: int = 0
     noise_row: int = -1
     phases_row: int = -1
@@ -110,6 +108,11 @@ class Declaration:
     loop_lengths: tuple[str, ...] = ()
     starter: str = ""
     statuses: Mapping[int, OwnStatus] = field(default_factory=dict)
+
+    @property
+    def singularities(self) -> tuple[tuple[int, int], ...]:
+        """The singularities of the graded quadrature; none if it is adaptive."""
+        return self.quadrature.singularities if isinstance(self.quadrature, Graded) else ()
 
     def parameter(self, name: str) -> Parameter:
         """The parameter of that name."""

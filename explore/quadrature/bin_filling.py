@@ -4,9 +4,19 @@ from explore.compiling import LANES
 from explore.quadrature.bounds import FLAG_EXTREMES
 from explore.quadrature.chunks import gather_constants
 from explore.quadrature.extremes import RESULT, find_minimum
-from explore.quadrature.panels import ANCHOR, COUNT, LAW, PANEL_CAPACITY, VARIANT
+from explore.quadrature.panels import ANCHOR, COUNT, DECAY, LAW, PANEL_CAPACITY, VARIANT
 from explore.quadrature.slots import MAXIMUM, MINIMUM
-from explore.quadrature.tiles import DEVIATIONS, INTEGRAL, SUMS_SIZE, fill_moments, gather_shapes, place_nodes
+from explore.quadrature.tails import fill_roots, place_factors
+from explore.quadrature.tiles import (
+    DEVIATIONS,
+    FIRST_TAIL,
+    INTEGRAL,
+    SECOND_TAIL,
+    SUMS_SIZE,
+    fill_moments,
+    gather_shapes,
+    place_nodes,
+)
 from explore.subroutines import subroutine
 
 
@@ -46,8 +56,8 @@ def _fill_extremes(fill, sizes, tables, w, anchor, law, variant, count, lanes, t
 
 
 @subroutine()
-def _store_sums(rows, flags, w, lanes, tile, sums):
-    """Store the sums of the tile's rows for its panels."""
+def _store_sums(rows, flags, w, lanes, is_adaptive, panels, tile, sums):
+    """Store the sums of the tile's rows for its panels; tails as `explore.quadrature.tails` describes them."""
     for lane in range(lanes):
         sums.masses[tile.lane_panels[lane]] = tile.node[lane]
     for s in range(rows):
@@ -56,6 +66,11 @@ def _store_sums(rows, flags, w, lanes, tile, sums):
             for lane in range(lanes):
                 sums.integrals[base + tile.lane_panels[lane]] = tile.sums[row + INTEGRAL + lane]
                 sums.deviations[base + tile.lane_panels[lane]] = tile.sums[row + DEVIATIONS + lane]
+                first, second = tile.sums[row + FIRST_TAIL + lane], tile.sums[row + SECOND_TAIL + lane]
+                # to the order N of the error; the polynomials have the orders N - 1 and N - 2
+                decay = panels[DECAY + tile.lane_panels[lane]]
+                square = decay * (first * first + decay * second * second)
+                sums.tails[base + tile.lane_panels[lane]] = abs(first) + abs(second) if is_adaptive else square
 
 
 @subroutine()
@@ -65,6 +80,7 @@ def fill_bin(fill, sizes, tables, w, begin, end, ends, work, tile, sums):
     count, anchor = int(panels[COUNT + first]), int(panels[ANCHOR + first])
     law, variant = int(panels[LAW + first]), int(panels[VARIANT + first])
     samples = count + 2 if ends else count
+    place_factors(count, ends, tables.is_adaptive, tables.row_of, tables.rules, tile.factors)
     for start in range(begin, end, LANES):
         lanes = min(LANES, end - start)
         for lane in range(LANES):
@@ -73,10 +89,14 @@ def fill_bin(fill, sizes, tables, w, begin, end, ends, work, tile, sums):
         gather_constants(
             work.constants, sizes.n_constants, sizes.n_fill_constants, tile.lane_designs, tile.offsets, tile.constants
         )  # fmt: skip
-        gather_shapes(panels, tile.lane_panels, tile.shape)
+        gather_shapes(panels, tile.lane_panels, tables.is_adaptive, tile.shape)
         place_nodes(tile.shape, count, ends, tables.row_of, tables.rules, tile.tangents, tile.weights)
         fill(tile.constants, tile.tangents, anchor, law, variant, samples, tables.needs[w], tile.signals)
-        fill_moments(tile.signals, sizes.rows, tables.flags[w], samples, tile.weights, tile.node, tile.sums)
-        _store_sums(sizes.rows, tables.flags, w, lanes, tile, sums)
+        fill_roots(tile.weights, samples, tables.is_adaptive, tile.roots)
+        fill_moments(
+            tile.signals, sizes.rows, tables.flags[w], samples, tile.weights, tile.roots, tile.factors, tile.node,
+            tile.sums,
+        )  # fmt: skip
+        _store_sums(sizes.rows, tables.flags, w, lanes, tables.is_adaptive, panels, tile, sums)
         if ends:
             _fill_extremes(fill, sizes, tables, w, anchor, law, variant, count, lanes, tile, sums)

@@ -20,15 +20,15 @@ FLAG_MOMENTS, FLAG_CV, FLAG_STD, FLAG_EXTREMES, FLAG_SQUARES, FLAG_TERMS, FLAG_R
 # Rows: moments, rms and bound of the row at hand, its part by rounding, rounding of one statistic, size of the terms,
 # and the model's error; whether more nodes can lower a bound; noise; largest rms of all and of the slow signals; worst
 # bound; the model's errors by pole order; length, rest, nodes, and whether no rule has more; the length that the row at
-# hand is relative to, 1 without one.
+# hand is relative to, 1 without one; sums of tails, and how many times their share exceeds the model.
 MEAN, VARIANCE, RMS, BOUND, LEAST, ROUNDING_OF_ROW, TERMS, QUADRATURE, IMPROVABLE, NOISE = (
     row * CHUNK for row in range(10)
 )
 LARGEST_RMS, SLOW_RMS, WORST, SECOND, FOURTH, SIXTH, AVERAGING, REST, TOTAL, IS_FINEST = (
     row * CHUNK for row in range(10, 20)
 )
-REFERENCE = 20 * CHUNK
-BOUNDS_SIZE = 21 * CHUNK
+REFERENCE, TAILS, EXCESS = (row * CHUNK for row in range(20, 23))
+BOUNDS_SIZE = 23 * CHUNK
 
 
 @subroutine(contract=True)

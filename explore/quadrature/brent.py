@@ -1,19 +1,20 @@
 """Brent's method for minima in all lanes: parabolas through the three best points within a bracket.
 
 R. P. Brent, Algorithms for Minimization without Derivatives, 1973, chapter 5. It starts from three samples, so that its
-first step is a parabola's. A step of relative size 3e-8 ends it: the value is then exact to rounding.
+first step is a parabola's. A step of relative size 3e-8 ends it, on a panel of the adaptive rule also relative to its
+half length: the value is then exact to rounding.
 """
 
 import math
 
 from explore.compiling import LANES
 from explore.lanes.elementary import exponential
-from explore.quadrature.tiles import TILE_SCALE
+from explore.quadrature.tiles import TILE_RESOLUTION, TILE_SCALE
 from explore.subroutines import subroutine
 
 _GOLDEN = 0.5 * (3.0 - math.sqrt(5.0))
 _MOST_STEPS = 60
-#: Last step, relative to 1 + |t|.
+#: Last step, relative to 1 + |t| and the resolution of the tile.
 _LAST_STEP = 3e-8
 #: Steps shrink by no more than this factor, of order 1.3 from one of 0.1.
 _SHRINKAGE = 1e-4
@@ -35,10 +36,10 @@ def fill_trial_tangents(shape, state, tangents):
 
 
 @subroutine()
-def _propose(state, lane):
+def _propose(state, lane, last_step):
     """Fill the trial point of one lane: the parabola's vertex, or a golden section."""
     low, high, best = state[LOW + lane], state[HIGH + lane], state[BEST + lane]
-    tolerance = _LAST_STEP * (1.0 + abs(best))
+    tolerance = last_step * (1.0 + abs(best))
     previous = state[PREVIOUS + lane]
     golden = True
     if abs(previous) > tolerance:
@@ -66,10 +67,10 @@ def _propose(state, lane):
 
 
 @subroutine()
-def _accept(state, lane, value):
+def _accept(state, lane, value, last_step):
     """Update one lane by the value at its trial point; the lane rests after a step at the limit of precision."""
     trial, best, at_best = state[TRIAL + lane], state[BEST + lane], state[AT_BEST + lane]
-    if abs(trial - best) <= _LAST_STEP * (1.0 + abs(best)):
+    if abs(trial - best) <= last_step * (1.0 + abs(best)):
         state[AT_BEST + lane], state[ACTIVE + lane] = min(value, at_best), 0.0
         return
     if value <= at_best:
@@ -99,7 +100,7 @@ def minimise(fill, constants, shape, anchor, law, variant, needs, row, sign, sta
         working = False
         for lane in range(LANES):
             if state[ACTIVE + lane] != 0.0:
-                _propose(state, lane)
+                _propose(state, lane, _LAST_STEP * shape[TILE_RESOLUTION + lane])
                 working = True
             else:
                 state[TRIAL + lane] = state[BEST + lane]
@@ -109,7 +110,8 @@ def minimise(fill, constants, shape, anchor, law, variant, needs, row, sign, sta
         fill(constants, tangents, anchor, law, variant, 1, needs, signals)
         for lane in range(LANES):
             if state[ACTIVE + lane] != 0.0:
-                _accept(state, lane, sign * signals[row * LANES + lane])
+                value = sign * signals[row * LANES + lane]
+                _accept(state, lane, value, _LAST_STEP * shape[TILE_RESOLUTION + lane])
 
 
 @subroutine()

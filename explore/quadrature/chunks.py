@@ -7,7 +7,7 @@ p of design i has the number ``first_panel[i] + p * stride``.
 from numba import types
 
 from explore.compiling import CLOSE_SIGNATURE, LANES, function_type
-from explore.model.declaration import MOST_SINGULARITIES
+from explore.model.quadrature import MOST_SINGULARITIES
 from explore.quadrature.bounds import CHUNK
 from explore.quadrature.panels import (
     ANCHOR,

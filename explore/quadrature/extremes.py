@@ -86,7 +86,7 @@ def _next_candidate(shape, samples, rows, row, sign, count, table, rule, state, 
         value = sign * samples[(j * rows + row) * LANES + lane]
         left = sign * samples[((j - 1) * rows + row) * LANES + lane] if j > 0 else math.inf
         right = sign * samples[((j + 1) * rows + row) * LANES + lane] if j < last else math.inf
-        if value <= left and value <= right:
+        if value <= left and value <= right and (value < left or value < right):  # no plateau
             if 0 < j < last:
                 x, a, b = (
                     _abscissa(table, rule, count, j),

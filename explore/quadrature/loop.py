@@ -9,6 +9,8 @@ import math
 from numba import types
 
 from explore.compiling import compiled
+from explore.quadrature import bounds
+from explore.quadrature.adaptive import ADAPTIVE_NODES, MOST_HALVINGS, cut_panels, estimate_errors, halve_panels
 from explore.quadrature.bin_filling import fill_bin
 from explore.quadrature.bounds import CHUNK, FLAG_CV, FLAG_EXTREMES, FLAG_STD
 from explore.quadrature.chunks import CLOSE_TYPE, add_panels, close_chunk, constant, sort_by_rule
@@ -18,6 +20,7 @@ from explore.quadrature.merging import bound_rows, choose_next, collect, merge, 
 from explore.quadrature.panels import LENGTH, TARGET, count_nodes, map_panels
 from explore.quadrature.slots import CLUTCH, ROOT_MEAN, ROOT_POWER_MEAN
 from explore.quadrature.storing import store
+from explore.quadrature.tails import check_model
 from explore.quadrature.tiles import FILL_TYPE
 from explore.quadrature.work_space import CHUNK_WORK_TYPE, PANEL_SUMS_TYPE, SIZES_TYPE, TABLES_TYPE, TILE_WORK_TYPE
 from explore.subroutines import subroutine
@@ -34,7 +37,7 @@ _F1, _F2, _I1 = types.float64[::1], types.float64[:, ::1], types.int64[::1]
 @subroutine()
 def _demands(tables, w):
     """Whether a window needs the ends of its panels and means of powers, the largest pole order, and the headroom."""
-    ends, powers, pole_order, headroom = False, False, 2, HEADROOM
+    ends, powers, pole_order, headroom = tables.is_adaptive, False, 2, HEADROOM
     for s in range(tables.flags.shape[1]):
         if tables.flags[w, s]:
             ends = ends or (tables.flags[w, s] & FLAG_EXTREMES) != 0
@@ -45,8 +48,8 @@ def _demands(tables, w):
 
 
 @subroutine(allocates=True)
-def _open_window(fill, sizes, tables, w, begin, n_designs, headroom, work, tile):
-    """Fill the panels of a window of the designs of the chunk from `begin` on, as many as fit.
+def _open_window(fill, sizes, tables, w, begin, n_designs, headroom, work, tile, sums):
+    """Fill the panels of a window of the designs of the chunk from `begin` on, as many as fit; one, if adaptive.
 
     Returns
     -------
@@ -54,9 +57,9 @@ def _open_window(fill, sizes, tables, w, begin, n_designs, headroom, work, tile)
         First design that is left, number of panels, stride.
     """
     until, count, stride = add_panels(
-        work.constants, sizes.n_constants, begin, n_designs, tables.windows[w], tables.intervals[w, 0],
-        tables.intervals[w, 1], tables.breaks, tables.singular_rows, sizes.variant_row, work.panels, work.first_panel,
-        work.panel_count, work.owner, work.positions,
+        work.constants, sizes.n_constants, begin, begin + 1 if tables.is_adaptive else n_designs, tables.windows[w],
+        tables.intervals[w, 0], tables.intervals[w, 1], tables.breaks, tables.singular_rows, sizes.variant_row,
+        work.panels, work.first_panel, work.panel_count, work.owner, work.positions,
     )  # fmt: skip
     map_panels(work.panels, count, tables.singular_anchors)
     for i in range(begin, until):
@@ -69,6 +72,8 @@ def _open_window(fill, sizes, tables, w, begin, n_designs, headroom, work, tile)
     if tables.windows[w, CLUTCH]:
         shorten_to_clutches(fill, sizes, tables.windows[w], count, work, tile)
         map_panels(work.panels, count, tables.singular_anchors)
+    if tables.is_adaptive:
+        return until, cut_panels(work, sums, sizes.rows, count), stride
     target = math.log(tables.tolerance)
     for k in range(count):
         # The errors of a design's panels add up.
@@ -94,16 +99,21 @@ def _merge_rows(n, regular, stride, flags, w, work, sums):
 
 
 @subroutine(allocates=True)
-def _sample_window(fill, sizes, tables, parameters, w, begin, here, statistics, nodes, error, work, tile, sums):
+def _sample_window(
+    fill, sizes, tables, parameters, w, begin, here, statistics, nodes, error, excess, work, tile, sums
+):  # fmt: skip
     """Statistics of a window of the designs of the chunk from `begin` on, as many as fit; return the first left."""
     ends, powers, pole_order, headroom = _demands(tables, w)
-    until, count, stride = _open_window(fill, sizes, tables, w, begin, len(here), headroom, work, tile)
+    until, count, stride = _open_window(fill, sizes, tables, w, begin, len(here), headroom, work, tile, sums)
     n, n_todo = until - begin, count
     regular = begin == 0 and stride > 1 and until == len(here)
-    for number in range(MOST_ROUNDS):
+    for number in range(MOST_HALVINGS if tables.is_adaptive else MOST_ROUNDS):
         if n == 0:
             break
-        count_nodes(work.panels, count, pole_order)
+        if tables.is_adaptive:
+            work.panel_count[begin] = count
+        else:
+            count_nodes(work.panels, count, pole_order)
         n_bins = sort_by_rule(
             work.panels, work.todo, n_todo, tables.size_of, work.kinds, work.codes, work.histogram, work.order,
             work.starts,
@@ -111,21 +121,36 @@ def _sample_window(fill, sizes, tables, parameters, w, begin, here, statistics, 
         for k in range(n_bins):
             fill_bin(fill, sizes, tables, w, work.starts[k], work.starts[k + 1], ends, work, tile, sums)
         collect(
-            work.bounds, work.panels, count, n, work.live, work.first_panel, work.panel_count, stride,
-            2 if ends else 0, work.averaging, work.rest, work.noise,
+            work.bounds, work.panels, 0 if tables.is_adaptive else count, n, work.live, work.first_panel,
+            work.panel_count, stride, 2 if ends else 0, work.averaging, work.rest, work.noise,
         )  # fmt: skip
         _merge_rows(n, regular and number == 0, stride, tables.flags, w, work, sums)
+        if tables.is_adaptive:
+            work.bounds[bounds.TOTAL] = n_todo * (ADAPTIVE_NODES + 2)
+            estimate_errors(work, sums, w, tables.flags, count)
+        else:
+            check_model(
+                work.bounds, n, regular and number == 0, work.live, work.first_panel, work.panel_count, stride, w,
+                tables, sums.tails, work.means, work.variances,
+            )  # fmt: skip
         bound_rows(
-            work.bounds, n, w, tables, parameters, here, work.live, work.means, work.variances, work.row_bounds,
-            work.terms,
+            work.bounds, n, w, tables, parameters, here, work.live, work.estimates, work.means, work.variances,
+            work.row_bounds, work.terms,
         )  # fmt: skip
         store(n, number == 0, here, stride, w, tables.flags, tables.slots, statistics, nodes, work, sums)
-        n, n_todo = choose_next(
-            work.bounds, work.panels, n, work.live, work.first_panel, work.panel_count, stride, pole_order,
-            tables.tolerance, work.todo,
-        )  # fmt: skip
+        if not tables.is_adaptive:
+            n, n_todo = choose_next(
+                work.bounds, work.panels, n, work.live, work.first_panel, work.panel_count, stride, pole_order,
+                tables.tolerance, work.todo,
+            )  # fmt: skip
+        elif work.bounds[bounds.IMPROVABLE] == 0.0:
+            break
+        else:
+            count, n_todo = halve_panels(work, sums, w, tables.flags, tables.tolerance, count)
+            n = min(n_todo, 1)
     for i in range(begin, until):
         error[here[i]] = max(error[here[i]], work.worst[i])
+        excess[here[i]] = max(excess[here[i]], work.excess[i])
         if powers:
             fill_powers(fill, sizes, tables, w, i, here[i], stride, statistics, nodes, error, work, tile)
     return until
@@ -133,10 +158,10 @@ def _sample_window(fill, sizes, tables, parameters, w, begin, here, statistics, 
 
 @compiled(
     types.void(
-        CLOSE_TYPE, FILL_TYPE, SIZES_TYPE, TABLES_TYPE, _F2, _I1, _F2, _I1, _F1, CHUNK_WORK_TYPE, TILE_WORK_TYPE,
+        CLOSE_TYPE, FILL_TYPE, SIZES_TYPE, TABLES_TYPE, _F2, _I1, _F2, _I1, _F1, _F1, CHUNK_WORK_TYPE, TILE_WORK_TYPE,
         PANEL_SUMS_TYPE,
     ), allocates=True)  # fmt: skip
-def sample(close, fill, sizes, tables, parameters, designs, statistics, nodes, error, work, tile, sums):
+def sample(close, fill, sizes, tables, parameters, designs, statistics, nodes, error, excess, work, tile, sums):
     """Statistics of designs over every window.
 
     Parameters
@@ -149,8 +174,9 @@ def sample(close, fill, sizes, tables, parameters, designs, statistics, nodes, e
         Of the closed form.
     designs : (d,) array
         The designs to sample; the entries of the others are not changed.
-    statistics : (m, n), nodes : (n,), error : (n,)
-        Filled: statistics for unit speed and rad; signal evaluations; bound.
+    statistics : (m, n), nodes : (n,), error : (n,), excess : (n,)
+        Filled: statistics for unit speed and rad; signal evaluations; bound; how many times the samples exceed the
+        error model.
     work, tile, sums
         From `explore.quadrature.work_space.make_work_space`.
     """
@@ -161,5 +187,5 @@ def sample(close, fill, sizes, tables, parameters, designs, statistics, nodes, e
             begin = 0
             while begin < len(here):
                 begin = _sample_window(
-                    fill, sizes, tables, parameters, w, begin, here, statistics, nodes, error, work, tile, sums
+                    fill, sizes, tables, parameters, w, begin, here, statistics, nodes, error, excess, work, tile, sums
                 )  # fmt: skip

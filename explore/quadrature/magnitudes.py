@@ -24,7 +24,7 @@ from explore.quadrature.chunks import gather_constants
 from explore.quadrature.panels import ANCHOR, CENTRE, HALF, LAW, SCALE, VARIANT
 from explore.quadrature.rules import LARGEST_NODE_COUNT
 from explore.quadrature.slots import BOUND, ROOT_MEAN
-from explore.quadrature.tiles import SHAPE_SIZE, TILE_SCALE
+from explore.quadrature.tiles import SHAPE_SIZE, TILE_RESOLUTION, TILE_SCALE
 from explore.subroutines import subroutine
 
 #: Number of powers: power 0 has the exponent 1, power 1 the exponent 10/3.
@@ -64,7 +64,7 @@ def power_means(
         anchor, law, variant = int(panels[ANCHOR + p]), int(panels[LAW + p]), int(panels[VARIANT + p])
         first, last = panels[CENTRE + p] - panels[HALF + p], panels[CENTRE + p] + panels[HALF + p]
         for lane in range(LANES):
-            shape[TILE_SCALE + lane] = panels[SCALE + p]
+            shape[TILE_SCALE + lane], shape[TILE_RESOLUTION + lane] = panels[SCALE + p], 1.0
         _place_nodes(first, last, panels[SCALE + p], _SEARCH_NODES, row_of, table, False, t, tangents, weight)
         fill(constants, tangents, anchor, law, variant, _SEARCH_NODES // LANES, needs, signals)
         nodes += _SEARCH_NODES

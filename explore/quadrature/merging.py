@@ -5,7 +5,7 @@ import math
 from numba import types
 
 from explore.quadrature import bounds
-from explore.quadrature.bounds import CHUNK, FLAG_TERMS, bound_row, bound_sum_of_terms, collect_rms
+from explore.quadrature.bounds import CHUNK, FLAG_RESIDUAL, FLAG_TERMS, bound_row, bound_sum_of_terms, collect_rms
 from explore.quadrature.panels import COUNT, FOURTH, PANEL_CAPACITY, SECOND, SIXTH, TARGET, model_errors
 from explore.quadrature.rules import LARGEST_NODE_COUNT
 from explore.subroutines import subroutine
@@ -127,10 +127,11 @@ def _bound_row(b, n, s, flags, order, term_row, tolerance, means, variances, row
 
 
 @subroutine()
-def bound_rows(b, n, w, tables, parameters, here, live, means, variances, row_bounds, terms):
+def bound_rows(b, n, w, tables, parameters, here, live, estimates, means, variances, row_bounds, terms):
     """Fill the bounds of all rows of the live designs, and their worst.
 
-    The rounding of a row is compared with rows that are relative to the same parameter: others have other units.
+    The rounding of a row is compared with rows that are relative to the same parameter: others have other units. The
+    error of the quadrature is that of the model, or what the adaptive rule estimates for the only live design.
     """
     for row in (bounds.WORST, bounds.IMPROVABLE):
         b[row : row + n] = 0.0
@@ -146,8 +147,12 @@ def bound_rows(b, n, w, tables, parameters, here, live, means, variances, row_bo
         _collect_sizes(b, n, w, flags, tables.orders, tables.term_rows, references, reference, means, variances)
         for s in range(flags.shape[1]):
             if _is_bounded(flags, w, references, reference, s):
+                of_row = flags[w, s]
+                if tables.is_adaptive:
+                    b[bounds.SECOND] = b[bounds.FOURTH] = b[bounds.SIXTH] = estimates[s]
+                    of_row &= ~FLAG_RESIDUAL
                 _bound_row(
-                    b, n, s, flags[w, s], tables.orders[w, s], tables.term_rows[s], tables.tolerance, means, variances,
+                    b, n, s, of_row, tables.orders[w, s], tables.term_rows[s], tables.tolerance, means, variances,
                     row_bounds, terms,
                 )  # fmt: skip
 

@@ -20,7 +20,7 @@ import math
 
 from explore.lanes.arctangent import arctangent
 from explore.lanes.elementary import exponential, inverse_cosh, inverse_sinh, logarithm
-from explore.model.declaration import MOST_SINGULARITIES
+from explore.model.quadrature import MOST_SINGULARITIES
 from explore.quadrature.rules import LARGEST_NODE_COUNT
 from explore.subroutines import subroutine
 
@@ -36,18 +36,18 @@ PANEL_CAPACITY = 2048
 
 # Rows of the panels' buffer: anchor (0, or 1 for its opposite), half-tangents of the ends from the anchor, number of
 # the law that holds between two breaks, variant of the design; centre and half length in t, T, logarithm of rho, length
-# in rad, node count; the model's errors for pole orders 2, 4 and 6; the singularities of the design.
+# in rad, node count; the model's errors for pole orders 2, 4 and 6; rho^-2; the singularities of the design.
 ANCHOR, FIRST, LAST, LAW, VARIANT, CENTRE, HALF, SCALE, RATE, LENGTH, COUNT, TARGET = (
     row * PANEL_CAPACITY for row in range(12)
 )
-SECOND, FOURTH, SIXTH = (row * PANEL_CAPACITY for row in range(12, 15))
-SINGULAR = 15 * PANEL_CAPACITY
+SECOND, FOURTH, SIXTH, DECAY = (row * PANEL_CAPACITY for row in range(12, 16))
+SINGULAR = 16 * PANEL_CAPACITY
 PANELS_SIZE = SINGULAR + MOST_SINGULARITIES * PANEL_CAPACITY
 
 
 @subroutine(contract=True)
 def map_panels(panels, count, anchors):
-    """Fill centre, half length, T, rate and length of panels.
+    """Fill centre, half length, T, rate, rho^-2 and length of panels.
 
     Parameters
     ----------
@@ -83,6 +83,8 @@ def map_panels(panels, count, anchors):
         axis = 0.5 * (math.sqrt((x - 1.0) * (x - 1.0) + y * y) + math.sqrt((x + 1.0) * (x + 1.0) + y * y))
         panels[CENTRE + k], panels[HALF + k], panels[SCALE + k] = centre, half, here
         panels[RATE + k] = inverse_cosh(axis)
+        growth = axis + math.sqrt(axis * axis - 1.0)
+        panels[DECAY + k] = 1.0 / (growth * growth)
         first, last = panels[FIRST + k], panels[LAST + k]
         panels[LENGTH + k] = 2.0 * arctangent(last - first, 1.0 + first * last)
 

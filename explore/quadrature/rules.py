@@ -24,16 +24,29 @@ def gauss_legendre_rules() -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]
         Entry n is the smallest node count with a rule that is at least n.
     row_of : (LARGEST_NODE_COUNT + 1,) array
         Entry n is the first row in the table of the rule with n nodes.
-    table : (rows, 2) array
-        Non-negative nodes, descending, and weights.
+    table : (rows, 3) array
+        Non-negative nodes, descending, weights, and the normalized Legendre polynomial of order n - 1.
     """
     with files("explore").joinpath("data/gauss_legendre.npy").open("rb") as stream:
-        table = np.load(stream, allow_pickle=False)
+        rules = np.load(stream, allow_pickle=False)
+    table = np.column_stack([rules, np.empty(len(rules))])
     size_of = np.zeros(LARGEST_NODE_COUNT + 1, dtype=np.int64)
     row_of = np.zeros(LARGEST_NODE_COUNT + 1, dtype=np.int64)
     row, low = 0, 0
     for size in NODE_COUNTS:
         size_of[low : size + 1] = size
         row_of[size] = row
+        nodes, weights = table[row : row + (size + 1) // 2, :2].T
+        table[row : row + (size + 1) // 2, 2] = _last_polynomial(nodes, weights)
         row, low = row + (size + 1) // 2, size + 1
     return size_of, row_of, table
+
+
+def _last_polynomial(nodes: npt.NDArray[np.float64], weights: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    """sqrt(N - 1/2) P_{N-1} at the non-negative nodes of a rule of N nodes, descending.
+
+    There w = 2 (1 - x^2)/(N P_{N-1})^2, and P_{N-1} changes its sign from node to node.
+    """
+    size = 2 * len(nodes) - int(nodes[-1] == 0.0)
+    signs = np.where(np.arange(len(nodes)) % 2 == 0, 1.0, -1.0)
+    return np.asarray(signs * np.sqrt((2.0 * size - 1.0) * (1.0 - nodes) * (1.0 + nodes) / weights) / size)

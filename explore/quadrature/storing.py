@@ -62,3 +62,4 @@ def store(n, all_live, designs, stride, w, flags, slots, statistics, nodes, work
     for j in range(n):
         nodes[designs[live[j]]] += int(work.bounds[bounds.TOTAL + j])
         work.worst[live[j]] = work.bounds[bounds.WORST + j]
+        work.excess[live[j]] = work.bounds[bounds.EXCESS + j]

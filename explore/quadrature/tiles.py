@@ -1,4 +1,4 @@
-"""Tiles: panels with the same rule, one in each lane, from nodes to moments."""
+"""Tiles: panels with the same rule, one in each lane, from nodes to moments and tails."""
 
 from explore.compiling import FILL_SIGNATURE, LANES, function_type
 from explore.lanes.elementary import exponential
@@ -10,13 +10,16 @@ FILL_TYPE = function_type(FILL_SIGNATURE)
 #: Most nodes of a tile: a rule and the two ends of the panel.
 NODE_CAPACITY = LARGEST_NODE_COUNT + 2
 
-# Rows of a tile's shape: half length in t, T e^c/2 and T e^-c/2 (c the centre), centre, T.
-TILE_HALF, TILE_UP, TILE_DOWN, TILE_CENTRE, TILE_SCALE = (row * LANES for row in range(5))
-_LOW_TANGENT, _HIGH_TANGENT, _LOW_WEIGHT, _HIGH_WEIGHT = (row * LANES for row in range(5, 9))
-SHAPE_SIZE = 9 * LANES
-# Rows of the sums over a tile's nodes of one signal.
-INTEGRAL, DEVIATIONS, _MEAN = (row * LANES for row in range(3))
-SUMS_SIZE = 3 * LANES
+# Rows of a tile's shape: half length in t, T e^c/2 and T e^-c/2 (c the centre), centre, T, and how
+# finely extremes are looked for.
+TILE_HALF, TILE_UP, TILE_DOWN, TILE_CENTRE, TILE_SCALE, TILE_RESOLUTION = (row * LANES for row in range(6))
+_LOW_TANGENT, _HIGH_TANGENT, _LOW_WEIGHT, _HIGH_WEIGHT = (row * LANES for row in range(6, 10))
+SHAPE_SIZE = 10 * LANES
+# Rows of the sums over a tile's nodes of one signal: integrals, mean, the two parts of its tail.
+INTEGRAL, DEVIATIONS, _MEAN, FIRST_TAIL, SECOND_TAIL = (row * LANES for row in range(5))
+SUMS_SIZE = 5 * LANES
+#: Least resolution: rounding hides finer steps.
+_FINEST = 1e-8
 
 
 @subroutine(fast=True)
@@ -28,12 +31,13 @@ def _scale_exponentials(shape):
 
 
 @subroutine()
-def gather_shapes(panels, lane_panels, shape):
-    """Fill the shapes of the panels of a tile."""
+def gather_shapes(panels, lane_panels, is_adaptive, shape):
+    """Fill the shapes of the panels of a tile. A panel of the adaptive rule may be as narrow as its signal."""
     for lane in range(LANES):
         k = lane_panels[lane]
         shape[TILE_HALF + lane], shape[TILE_CENTRE + lane] = panels[HALF + k], panels[CENTRE + k]
         shape[TILE_SCALE + lane] = panels[SCALE + k]
+        shape[TILE_RESOLUTION + lane] = max(panels[HALF + k], _FINEST) if is_adaptive else 1.0
     _scale_exponentials(shape)
 
 
@@ -84,8 +88,8 @@ def place_nodes(shape, count, ends, row_of, table, tangents, weights):
 
 
 @subroutine(fast=True)
-def fill_moments(signals, rows, flags, count, weights, masses, sums):
-    """Fill weights, integrals and integrals of squared deviations from the mean over the nodes of a tile.
+def fill_moments(signals, rows, flags, count, weights, roots, factors, masses, sums):
+    """Fill weights, integrals, those of squared deviations from the mean, and the two parts of tails.
 
     The deviations are summed in a second pass, so that a swing of a fraction of a degree loses no digits. The loops
     over rows are inside those over nodes, because one sum alone would wait for its own last addition.
@@ -94,6 +98,8 @@ def fill_moments(signals, rows, flags, count, weights, masses, sums):
     ----------
     flags : (rows,) array
         The rows whose sums are needed have flags other than 0.
+    roots, factors
+        From `explore.quadrature.tails`.
     masses : (LANES,), sums : (rows, SUMS_SIZE)
         Filled.
     """
@@ -117,7 +123,7 @@ def fill_moments(signals, rows, flags, count, weights, masses, sums):
         for lane in range(width):
             row[_MEAN + lane] = row[INTEGRAL + lane] / masses[lane]
     for j in range(count):
-        weight = weights[j * LANES :]
+        weight, root, first, second = weights[j * LANES :], roots[j * LANES :], factors[2 * j], factors[2 * j + 1]
         for s in range(rows):
             if not flags[s]:
                 continue
@@ -125,3 +131,6 @@ def fill_moments(signals, rows, flags, count, weights, masses, sums):
             for lane in range(width):
                 deviation = signal[lane] - row[_MEAN + lane]
                 row[DEVIATIONS + lane] += weight[lane] * deviation * deviation
+                scaled = root[lane] * deviation
+                row[FIRST_TAIL + lane] += first * scaled
+                row[SECOND_TAIL + lane] += second * scaled

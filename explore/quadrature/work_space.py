@@ -71,6 +71,8 @@ class Tables(NamedTuple):
         window; -1 for none.
     tolerance
         Relative, in the norms of `explore.evaluation.evaluate`.
+    is_adaptive
+        Whether panels are halved as their samples demand; else their nodes follow from the singularities.
     size_of, row_of, rules
         From `explore.quadrature.rules`.
     """
@@ -87,6 +89,7 @@ class Tables(NamedTuple):
     references: IntArray
     slots: IntArray
     tolerance: float
+    is_adaptive: bool
     size_of: IntArray
     row_of: IntArray
     rules: FloatArray
@@ -102,6 +105,8 @@ class TileWork(NamedTuple):
     shape: FloatArray
     tangents: FloatArray
     weights: FloatArray
+    roots: FloatArray
+    factors: FloatArray
     signals: FloatArray
     sums: FloatArray
     state: FloatArray
@@ -110,13 +115,18 @@ class TileWork(NamedTuple):
 
 
 class PanelSums(NamedTuple):
-    """Weights of panels, one number each, and the sums and extremes of their signals, row after row."""
+    """Weights of panels, one number each, and of their signals, row after row, the sums, extremes and tails.
+
+    `explore.quadrature.tails` says what a tail is; `earlier_tails` are those on the panel of which this one is a half.
+    """
 
     masses: FloatArray
     integrals: FloatArray
     deviations: FloatArray
     lows: FloatArray
     highs: FloatArray
+    tails: FloatArray
+    earlier_tails: FloatArray
 
 
 class ChunkWork(NamedTuple):
@@ -128,10 +138,11 @@ class ChunkWork(NamedTuple):
         One tile of records, the constants of the chunk, the breaks of one design.
     panels, owner, todo, order, codes, starts, kinds, histogram
         The panels of one window, the design of each, and their order by rule.
-    first_panel, panel_count, live, averaging, rest, noise, worst
-        For each design its panels, whether it needs more nodes, lengths, amplification of rounding, bound.
-    bounds, means, variances, terms, row_bounds, final_bounds
-        Statistics of the live designs, row after row.
+    first_panel, panel_count, live, averaging, rest, noise, worst, excess
+        For each design its panels, whether it needs more nodes, lengths, amplification of rounding, bound, excess of
+        `explore.quadrature.tails.check_model`.
+    bounds, means, variances, terms, row_bounds, final_bounds, estimates
+        Statistics of the live designs, row after row; for each row the error that the adaptive rule estimates.
     """
 
     record: FloatArray
@@ -152,23 +163,25 @@ class ChunkWork(NamedTuple):
     rest: FloatArray
     noise: FloatArray
     worst: FloatArray
+    excess: FloatArray
     bounds: FloatArray
     means: FloatArray
     variances: FloatArray
     terms: FloatArray
     row_bounds: FloatArray
     final_bounds: FloatArray
+    estimates: FloatArray
 
 
 SIZES_TYPE = types.NamedUniTuple(_INT, 7, Sizes)
 TABLES_TYPE = types.NamedTuple(
-    (_I2, types.float64[:, ::1], _I1, _I1, _I1, _I1, _I2, _I2, _I1, _I1, types.int64[:, :, ::1], _FLOAT, _I1, _I1,
-     types.float64[:, ::1]),
+    (_I2, types.float64[:, ::1], _I1, _I1, _I1, _I1, _I2, _I2, _I1, _I1, types.int64[:, :, ::1], _FLOAT, types.boolean,
+     _I1, _I1, types.float64[:, ::1]),
     Tables,
 )  # fmt: skip
-TILE_WORK_TYPE = types.NamedTuple((_I1, _I1, types.uint64[::1], *[_F1] * 9), TileWork)
-PANEL_SUMS_TYPE = types.NamedUniTuple(_F1, 5, PanelSums)
-CHUNK_WORK_TYPE = types.NamedTuple((*[_F1] * 4, *[_I1] * 10, *[_F1] * 10), ChunkWork)
+TILE_WORK_TYPE = types.NamedTuple((_I1, _I1, types.uint64[::1], *[_F1] * 11), TileWork)
+PANEL_SUMS_TYPE = types.NamedUniTuple(_F1, 7, PanelSums)
+CHUNK_WORK_TYPE = types.NamedTuple((*[_F1] * 4, *[_I1] * 10, *[_F1] * 12), ChunkWork)
 
 
 def make_work_space(sizes: Sizes, n_breaks: int) -> tuple[ChunkWork, TileWork, PanelSums]:
@@ -180,21 +193,21 @@ def make_work_space(sizes: Sizes, n_breaks: int) -> tuple[ChunkWork, TileWork, P
         todo=_integers(PANEL_CAPACITY), order=_integers(PANEL_CAPACITY), codes=_integers(PANEL_CAPACITY),
         starts=_integers(PANEL_CAPACITY + 1), kinds=_integers(MOST_KINDS), histogram=_integers(MOST_KINDS * CODES + 1),
         first_panel=_integers(CHUNK), panel_count=_integers(CHUNK), live=_integers(CHUNK), averaging=np.empty(CHUNK),
-        rest=np.empty(CHUNK), noise=np.empty(CHUNK), worst=np.empty(CHUNK), bounds=np.zeros(BOUNDS_SIZE),
-        means=np.empty(rows * CHUNK), variances=np.empty(rows * CHUNK), terms=np.empty(CHUNK),
-        row_bounds=np.empty(rows * CHUNK), final_bounds=np.empty(rows * CHUNK),
+        rest=np.empty(CHUNK), noise=np.empty(CHUNK), worst=np.empty(CHUNK), excess=np.zeros(CHUNK),
+        bounds=np.zeros(BOUNDS_SIZE), terms=np.empty(CHUNK), means=np.empty(rows * CHUNK),
+        variances=np.empty(rows * CHUNK), row_bounds=np.empty(rows * CHUNK), final_bounds=np.empty(rows * CHUNK),
+        estimates=np.empty(rows),
     )  # fmt: skip
     tile = TileWork(
         lane_panels=_integers(LANES), lane_designs=_integers(LANES), offsets=np.empty(LANES, np.uint64),
         constants=np.empty(n * LANES), shape=np.zeros(SHAPE_SIZE), tangents=np.empty(NODE_CAPACITY * LANES),
-        weights=np.empty(NODE_CAPACITY * LANES), signals=np.empty(rows * NODE_CAPACITY * LANES),
+        weights=np.empty(NODE_CAPACITY * LANES), roots=np.empty(NODE_CAPACITY * LANES),
+        factors=np.empty(2 * NODE_CAPACITY), signals=np.empty(rows * NODE_CAPACITY * LANES),
         sums=np.empty(rows * SUMS_SIZE), state=np.zeros(STATE_SIZE), node=np.empty(LANES),
         node_signals=np.empty(rows * LANES),
     )  # fmt: skip
     of_rows = rows * PANEL_CAPACITY
-    sums = PanelSums(
-        np.empty(PANEL_CAPACITY), np.empty(of_rows), np.empty(of_rows), np.empty(of_rows), np.empty(of_rows)
-    )  # fmt: skip
+    sums = PanelSums(np.empty(PANEL_CAPACITY), *(np.empty(of_rows) for _ in range(6)))
     return chunk, tile, sums
 
 

@@ -4,6 +4,7 @@ from explore.mechanisms import four_bar, rocking
 from explore.mechanisms.crank_rocker import kernel
 from explore.mechanisms.crank_rocker.columns import Row
 from explore.model.mechanism import Mechanism
+from explore.model.quadrature import Graded
 from explore.model.quantities import Metric, Parameter, Signal, Window
 
 _VELOCITY_SIGNALS = tuple(
@@ -145,7 +146,7 @@ CRANK_ROCKER = Mechanism(
     strokes=_STROKES,
     drives=("slow", "fast", *_STROKES),
     marks={"overlapped": rocking.OVERLAPPED, "extended": rocking.EXTENDED},
-    singularities=((rocking.SINGULAR_P, 0), (rocking.SINGULAR_Q, 1), (rocking.SINGULAR_D, 0)),
+    quadrature=Graded(((rocking.SINGULAR_P, 0), (rocking.SINGULAR_Q, 1), (rocking.SINGULAR_D, 0))),
     noise_row=rocking.NOISE,
     phases_row=Row.N_LINKAGES,
     output_signals={"": "rocker_velocity", "clutch": "output_velocity"},

@@ -7,6 +7,7 @@ from explore.mechanisms.rig import columns, forces, kernel
 from explore.mechanisms.rig.columns import Row
 from explore.mechanisms.rig.formulas import FORMULAS, SIZING_PARAMETERS
 from explore.model.mechanism import Mechanism
+from explore.model.quadrature import Graded
 from explore.model.quantities import Metric, Parameter, Signal, Window
 
 _LOADS = (
@@ -76,11 +77,11 @@ _SIGNALS = (
            four_bar.ACCELERATIONS, 2, pole_order=4, derivative_of="rocker_velocity"),
     *(
         Signal(f"velocity_deviation{suffix}", "rad/s", f"deviation of the rocker's velocity from a sine{factor}", row,
-               columns.HARMONICS, 1, terms_row=four_bar.ROCKER_VELOCITY, is_residual=True)
-        for suffix, factor, row in (
-            ("", "", columns.DEVIATION),
-            ("_cosine", ", times twice the crank angle's cosine", columns.DEVIATION_COSINE),
-            ("_sine", ", times twice the crank angle's sine", columns.DEVIATION_SINE),
+               columns.HARMONICS, 1, order, terms_row=four_bar.ROCKER_VELOCITY, is_residual=True)
+        for suffix, factor, row, order in (
+            ("", "", columns.DEVIATION, 2),
+            ("_cosine", ", times twice the crank angle's cosine", columns.DEVIATION_COSINE, 4),
+            ("_sine", ", times twice the crank angle's sine", columns.DEVIATION_SINE, 4),
         )
     ),
     _signal_under_load("coupler_force", "N", "force along the coupler at its rocker end, compression positive",
@@ -149,7 +150,7 @@ TEST_RIG = Mechanism(
     marks={"overlapped": rocking.OVERLAPPED, "extended": rocking.EXTENDED},
     # A torque against the motion jumps between the strokes.
     breaks=("overlapped", "extended"),
-    singularities=((rocking.SINGULAR_P, 0), (rocking.SINGULAR_Q, 1), (rocking.SINGULAR_D, 0)),
+    quadrature=Graded(((rocking.SINGULAR_P, 0), (rocking.SINGULAR_Q, 1), (rocking.SINGULAR_D, 0))),
     noise_row=rocking.NOISE,
     variant_row=Row.VARIANT,
     output_signals={"": "rocker_velocity"},

@@ -1,0 +1,30 @@
+"""How the signals of a mechanism are integrated: by what is known of their singularities, or by what samples tell."""
+
+from dataclasses import dataclass
+
+#: Most singularities that a mechanism declares.
+MOST_SINGULARITIES = 3
+
+
+@dataclass(frozen=True)
+class Adaptive:
+    """Halve panels until the samples resolve every signal: for any signals, see `explore.quadrature.adaptive`."""
+
+
+@dataclass(frozen=True)
+class Graded:
+    """Choose the nodes by the distances of singularities, before sampling: about ten times as fast.
+
+    The samples are checked afterwards, and designs that contradict the singularities are sampled adaptively.
+
+    Attributes
+    ----------
+    singularities
+        Row and anchor, 0 or 1 for its opposite, of each constant that holds the half-tangent of the distance of a
+        complex singularity; see `explore.quadrature.panels`.
+    """
+
+    singularities: tuple[tuple[int, int], ...]
+
+
+Quadrature = Adaptive | Graded
