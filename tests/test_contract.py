@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from slider_crank import SLIDER_CRANK
 from toy_mechanism import PEAK, STUDY, WRONG_PEAK
 
 from explore.config.study_file import starter
@@ -95,6 +96,11 @@ def test_the_test_rig_keeps_its_promises_under_all_loads():
 def test_a_mechanism_with_nothing_known_of_its_singularities_keeps_its_promises(mechanism):
     check_mechanism(mechanism, study=STUDY)
     assert "peak" not in MECHANISMS
+
+
+def test_a_mechanism_of_lengths_without_a_speed_keeps_its_promises():
+    """Signals in mm, an offset of either sign, statuses of its own, and a starter that is no file of the package."""
+    check_mechanism(SLIDER_CRANK, designs=12)
 
 
 def test_a_singularity_where_none_is_expected(monkeypatch):

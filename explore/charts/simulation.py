@@ -72,13 +72,15 @@ def simulate_design(results: Results, design: int | None = None) -> SimulatedDes
     MotionError
         If the crank cannot make a full turn.
     RequestError
-        If no number is given and no design is feasible, or the mechanism has no links to draw.
+        If no number is given and no design is feasible, or the mechanism has no rocker.
     ResultsError
         If the design is not in the file, or the window of the study cannot be read.
     """
     mechanism = find_mechanism(results.mechanism)
-    if not mechanism.loop_lengths:
-        raise RequestError(f"a {mechanism.name} has no links to draw; `explore simulate` gives its motion")
+    if "rocker_angle" not in {signal.name for signal in mechanism.signals}:
+        raise RequestError(
+            f"a {mechanism.name} has no rocker, which this figure shows; `explore simulate` gives its motion"
+        )
     chosen = choose_design(results, design)
     row = results.design(chosen)
     values = {p.name: float(row[p.name]) if p.name in row else p.default for p in mechanism.parameters}
