@@ -55,8 +55,12 @@ def place_factors(count, ends, is_adaptive, row_of, table, factors):
 @subroutine()
 def fill_roots(weights, count, is_adaptive, roots):
     """Fill what samples are multiplied by in tails: the roots of their weights, or 1 with the adaptive rule."""
-    for j in range(count * LANES):
-        roots[j] = 1.0 if is_adaptive else math.sqrt(weights[j])
+    if is_adaptive:
+        for j in range(count * LANES):
+            roots[j] = 1.0
+    else:
+        for j in range(count * LANES):
+            roots[j] = math.sqrt(weights[j])
 
 
 @subroutine()
