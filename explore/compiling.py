@@ -18,9 +18,12 @@ from numba.core.event import Event, Listener, register
 #: Designs, or nodes, that compiled functions work on at once: rows of tiles have this length, a constant, so that loops
 #: over it vectorise.
 LANES = 16
-#: Signatures of a mechanism's compiled functions `close` and `fill`; see `explore.model.mechanism`.
+#: Signatures of a mechanism's compiled functions `close`, `fill` and `integrals`; see `explore.model.mechanism`.
 CLOSE_SIGNATURE = "void(float64[::1])"
 FILL_SIGNATURE = "void(float64[::1], float64[::1], int64, int64, int64, int64, int64, float64[::1])"
+INTEGRALS_SIGNATURE = "void(float64[::1], float64[::1], float64[::1], float64[::1])"
+#: Rows that `integrals` fills for each signal: mean, variance, and bounds of their errors.
+INTEGRALS = 4
 
 # Never nnan or ninf: NaN and infinities must stay visible.
 _FASTMATH = {"contract", "reassoc", "nsz", "arcp"}

@@ -78,7 +78,7 @@ def evaluate_kinematics(
         sampled.evaluations,
     )
     if is_screened.any():
-        _remove_samples(request, known, kinematics, is_screened, _per_design(known.error, inverse))
+        _remove_samples(request, known, kinematics, is_screened, inverse, speed)
     return kinematics
 
 
@@ -103,8 +103,8 @@ def _violates_known(request: Request, known: KnownStatistics, inverse: _Indices 
         metric = constraint.metric
         if isinstance(metric, SampledMetric) and metric.name in known.values:
             values = _per_design(known.values[metric.name], inverse) * speed ** _scaling_power(metric)
-            violates |= ~constraints.is_satisfied(constraints.margin(constraint, values))
-    return violates & _per_design(known.is_known, inverse)
+            violates |= constraints.margin(constraint, values) < 0.0  # not where it is not known
+    return violates
 
 
 def _has_any(designs: BoolArray, inverse: _Indices | None, count: int) -> BoolArray:
@@ -131,7 +131,7 @@ def _sample(
         return result
     result.values |= known.values
     result.errors |= known.errors
-    result.error = np.maximum(result.error, known.error)
+    result.error = np.maximum(result.error, known.error)  # those that are sampled below have one of their own
     incomplete = active & ~is_complete
     if incomplete.any():
         result.replace(incomplete, sample_metrics(request, request.sampled, geometry, incomplete, status))
@@ -166,15 +166,24 @@ def _scale(
 
 
 def _remove_samples(
-    request: Request, known: KnownStatistics, kinematics: Kinematics, designs: BoolArray, error: FloatArray
+    request: Request,
+    known: KnownStatistics,
+    kinematics: Kinematics,
+    designs: BoolArray,
+    inverse: _Indices | None,
+    speed: FloatArray,
 ) -> None:
     """Keep of these designs only what is known without samples: another speed may have needed those of the geometry."""
     kinematics.status[designs] = Status.SCREENED
     kinematics.nodes = np.where(designs, 0, kinematics.nodes)
-    kinematics.error = np.where(designs, error, kinematics.error)
+    kinematics.error = np.where(designs, _per_design(known.error, inverse), kinematics.error)
     for metric in request.sampled:
-        if metric.name not in known.values:
-            kinematics.values[metric.name] = np.where(designs, np.nan, kinematics.values[metric.name])
+        factor = speed ** _scaling_power(metric)
+        for own, of_known in ((kinematics.values, known.values), (kinematics.errors, known.errors)):
+            if metric.name in own:
+                column = of_known.get(metric.name)
+                kept = np.nan if column is None else _per_design(column, inverse) * factor
+                own[metric.name] = np.where(designs, kept, own[metric.name])
 
 
 def _per_design(values: npt.NDArray[_Scalar], inverse: _Indices | None) -> npt.NDArray[_Scalar]:

@@ -1,21 +1,23 @@
-"""Statistics that are known without samples: means of 0, means of rates, and extremes at declared angles.
+"""Statistics that are known without samples: moments in closed form, means of rates, extremes at declared angles.
 
-The mean of a rate over a window is the change of the signal that it is the rate of, over the length of the window. A
-signal with declared `extremes_at` is monotonic between them, so that its extremes are among these angles and the ends
-of the window.
+Mean and variance of some signals are integrals that a mechanism declares. The mean of a rate over a window is the
+change of the signal that it is the rate of, over the length of the window. A signal with declared `extremes_at` is
+monotonic between them, so that its extremes are among these angles and the ends of the window.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
 
+from explore.evaluation.integrals import from_moments, integrate_window
 from explore.evaluation.positions import Position, WindowPositions
 from explore.evaluation.sampled import statistics_tolerance, unit_factor
 from explore.model.mechanism import Mechanism
-from explore.model.quantities import EXTREME_STATISTICS, FloatArray, SampledMetric, Signal
+from explore.model.quantities import EXTREME_STATISTICS, MOMENT_STATISTICS, FloatArray, SampledMetric, Signal
 from explore.model.request import Request
 from explore.quadrature.bounds import ROUNDING
 
@@ -27,9 +29,10 @@ class KnownStatistics:
     Attributes
     ----------
     values, errors
-        Metrics by name in their signals' units, and bounds of their absolute errors.
+        Metrics by name in their signals' units, NaN where their bound misses the tolerance, and bounds of their
+        absolute errors.
     error
-        Bound of the worst relative error; 0 where it misses the tolerance.
+        Bound of the worst relative error of those that meet the tolerance.
     is_known
         Whether all of them are computed and meet the tolerance.
     """
@@ -56,7 +59,7 @@ def _is_known(mechanism: Mechanism, metric: SampledMetric) -> bool:
     signal = metric.signal
     if metric.window.kind == "clutch" or signal.depends_on_load or signal.is_magnitude:
         return False
-    if _is_zero(mechanism, metric):
+    if _is_zero(mechanism, metric) or _is_integrated(mechanism, metric):
         return True
     # Where laws or variants differ, the law at an end depends on the design.
     if mechanism.breaks or mechanism.variant_row >= 0:
@@ -72,6 +75,11 @@ def _is_zero(mechanism: Mechanism, metric: SampledMetric) -> bool:
         return False
     is_rate_over_a_turn = metric.window.kind == "turn" and bool(metric.signal.derivative_of)
     return is_rate_over_a_turn or (metric.signal.name, metric.window.name) in mechanism.zero_mean
+
+
+def _is_integrated(mechanism: Mechanism, metric: SampledMetric) -> bool:
+    """Whether a statistic follows from integrals in closed form."""
+    return metric.statistic in MOMENT_STATISTICS and metric.signal.row in mechanism.integrated_rows
 
 
 def evaluate_known(
@@ -90,51 +98,80 @@ def evaluate_known(
     result = KnownStatistics({}, {}, np.zeros(count), np.zeros(count, dtype=np.bool_))
     if not metrics:
         return result
-    designs = np.flatnonzero(active)
-    work = _Work(request, np.ascontiguousarray(parameters[:, designs]), has_stroke[designs])
-    error = np.zeros(len(designs))
+    designs = slice(None) if active.all() else np.flatnonzero(active)
+    work = _Work(request, metrics, np.ascontiguousarray(parameters[:, designs]), has_stroke[designs])
+    tolerance = statistics_tolerance(request)
+    worst, is_known = np.zeros(work.count), np.ones(work.count, dtype=np.bool_)
     for metric in metrics:
         value, bound, scale = work.statistic(metric)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            # NaN where unknown, so that the comparison below fails
-            error = np.maximum(error, np.where(bound == 0.0, 0.0, bound / scale))
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+            error = np.where(bound == 0.0, 0.0, bound / np.abs(scale))
+        is_met = error <= tolerance  # not where a bound is NaN
+        if not is_met.all():
+            value, error, is_known = np.where(is_met, value, np.nan), np.where(is_met, error, 0.0), is_known & is_met
+        worst = np.maximum(worst, error)
         factor = unit_factor(metric.signal)
-        for columns, column in ((result.values, value), (result.errors, bound)):
-            columns[metric.name] = np.full(count, np.nan)
-            columns[metric.name][designs] = column * factor
-    is_known = error <= statistics_tolerance(request)
-    result.is_known[designs] = is_known
-    result.error[designs] = np.where(is_known, error, 0.0)
+        result.values[metric.name] = _spread(value if factor == 1.0 else value * factor, designs, count)
+        if request.derived:
+            result.errors[metric.name] = _spread(bound * factor, designs, count)
+    result.error[designs], result.is_known[designs] = worst, is_known
+    return result
+
+
+def _spread(column: FloatArray, designs: slice | npt.NDArray[np.intp], count: int) -> FloatArray:
+    """A column of some designs as one of all, NaN elsewhere."""
+    if isinstance(designs, slice):
+        return column
+    result = np.full(count, np.nan)
+    result[designs] = column
     return result
 
 
 @dataclass
 class _Work:
-    """Signals of d designs at the ends of windows and at the angles of extremes, each computed once."""
+    """Integrals, and signals at the ends of windows and at the angles of extremes, of d designs."""
 
     request: Request
+    metrics: tuple[SampledMetric, ...]
     parameters: FloatArray
     has_stroke: npt.NDArray[np.bool_]
-    constants: FloatArray = field(init=False)
-    noise: FloatArray = field(init=False)
     windows: dict[str, WindowPositions] = field(default_factory=dict)
+    moments: dict[str, dict[int, FloatArray]] = field(default_factory=dict)
 
-    def __post_init__(self) -> None:
-        mechanism = self.request.mechanism
-        self.constants = mechanism.constants(self.parameters)
-        row = mechanism.noise_row
-        self.noise = self.constants[row] if row >= 0 else np.zeros(self.parameters.shape[1])
+    @property
+    def count(self) -> int:
+        """Number of designs."""
+        return len(self.has_stroke)
+
+    @cached_property
+    def constants(self) -> FloatArray:
+        """Constants of the designs, shape (k, d)."""
+        return self.request.mechanism.constants(self.parameters)
 
     def statistic(self, metric: SampledMetric) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Value, bound of its error, and the scale of that, in the kernel's units, each of shape (d,)."""
+        mechanism = self.request.mechanism
+        if _is_integrated(mechanism, metric) and not _is_zero(mechanism, metric):
+            return self._moment(metric)
         return self._mean(metric) if metric.statistic == "mean" else self._extreme(metric)
+
+    def _moment(self, metric: SampledMetric) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Statistic from mean and variance in closed form."""
+        window = metric.window.name
+        if window not in self.moments:
+            rows = {m.signal.row for m in self.metrics if m.window.name == window}
+            self.moments[window] = integrate_window(
+                self.request.mechanism, self.parameters, metric.window, self.request.drive, rows
+            )
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+            return from_moments(metric.statistic, self.moments[window][metric.signal.row], self.request.tolerance)
 
     def _mean(self, metric: SampledMetric) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Mean of a signal that is a rate of change: from what it is the rate of, at the ends, or 0."""
         mechanism, signal = self.request.mechanism, metric.signal
         antiderivative = mechanism.signal(signal.derivative_of) if signal.derivative_of else None
         if antiderivative is None or _is_zero(mechanism, metric):
-            value, bound, scale = (np.full(len(self.noise), number) for number in (0.0, 0.0, 1.0))
+            value, bound, scale = (np.full(self.count, number) for number in (0.0, 0.0, 1.0))
         else:
             window = self._window(metric)
             (first, error), (last, other_error) = (self._at(antiderivative, at) for at in (window.start, window.stop))
@@ -143,14 +180,13 @@ class _Work:
             bound = (error + other_error) / window.length + ROUNDING * scale
         # An angle that grows from turn to turn is not the same after a turn.
         if antiderivative is not None and antiderivative.needs_stroke:
-            value = np.where(self.has_stroke, value, np.nan)
             bound = np.where(self.has_stroke, bound, np.nan)
         return value, bound, scale
 
     def _extreme(self, metric: SampledMetric) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Extreme of a signal, relative to its largest magnitude."""
         window = self._window(metric)
-        low, high, bound = (np.full(len(self.noise), number) for number in (np.inf, -np.inf, 0.0))
+        low, high, bound = (np.full(self.count, number) for number in (np.inf, -np.inf, 0.0))
         for position, is_inside in window.candidates(metric.signal):
             value, error = self._at(metric.signal, position)
             low = np.where(is_inside, np.minimum(low, value), low)
@@ -175,9 +211,10 @@ class _Work:
         cancel.
         """
         mechanism = self.request.mechanism
+        noise = self.constants[mechanism.noise_row] if mechanism.noise_row >= 0 else 0.0
         value = position.sample(mechanism, self.constants, signal)
         reference = mechanism.reference(signal)
         unit = np.abs(self.parameters[mechanism.kernel_parameters.index(reference)]) if reference else 1.0
         is_place = unit_factor(signal) != 1.0 or (reference is not None and not signal.derivative_of)
-        size = np.maximum(np.abs(value), unit) if is_place else np.abs(value) + self.noise * unit
+        size = np.maximum(np.abs(value), unit) if is_place else np.abs(value) + noise * unit
         return value, ROUNDING * size

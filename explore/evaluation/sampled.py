@@ -10,7 +10,7 @@ import numpy.typing as npt
 from explore.evaluation.windows import specify_window
 from explore.model.mechanism import Mechanism
 from explore.model.quadrature import MOST_SINGULARITIES, Adaptive, Quadrature
-from explore.model.quantities import FloatArray, SampledMetric, Signal, Window
+from explore.model.quantities import MOMENT_STATISTICS, FloatArray, SampledMetric, Signal, Window
 from explore.model.request import Request
 from explore.model.status import Status
 from explore.quadrature.bounds import (
@@ -235,19 +235,14 @@ def _statistic(metric: SampledMetric, statistics: FloatArray, slots: Indices, to
     if metric.signal.is_magnitude:
         return _magnitude_statistic(metric.statistic, statistics, slots)
     match metric.statistic:
-        case "mean":
-            value = np.abs(mean) if metric.signal.is_rectified else mean
+        case "mean" if metric.signal.is_rectified:
+            value = np.abs(mean)
         case "variance":
             value, factor = variance, factor**2
-        case "std":
-            value = np.sqrt(variance)
-        case "rms":
-            value = np.sqrt(mean * mean + variance)
         case "cv":
-            # A mean that its error bound cannot distinguish from 0 would give a meaningless quotient.
-            square = mean * mean
-            defined = (square > 0.0) & (square >= (1e3 * tolerance) ** 2 * (square + variance))
-            value, factor = np.sqrt(variance / np.where(defined, square, np.nan)), 1.0
+            value, factor = moment_statistic("cv", mean, variance, tolerance), 1.0
+        case statistic if statistic in MOMENT_STATISTICS:
+            value = moment_statistic(statistic, mean, variance, tolerance)
         case "min" | "max" if not metric.signal.is_rectified:
             value = statistics[slots[_EXTREMES[metric.statistic][0]]]
         case _:
@@ -258,6 +253,23 @@ def _statistic(metric: SampledMetric, statistics: FloatArray, slots: Indices, to
             largest = np.maximum(np.abs(low), np.abs(high))
             value = {"min": low, "max": high, "peak": largest, "peak_to_peak": high - low}[metric.statistic]
     return value if factor == 1.0 else value * factor
+
+
+def moment_statistic(statistic: str, mean: FloatArray, variance: FloatArray, tolerance: float) -> FloatArray:
+    """One of MOMENT_STATISTICS, shape (u,); a cv is NaN where the mean is too small for one."""
+    match statistic:
+        case "mean":
+            return mean
+        case "variance":
+            return variance
+        case "std":
+            return np.asarray(np.sqrt(variance))
+        case "rms":
+            return np.asarray(np.sqrt(mean * mean + variance))
+    # A mean that its error bound cannot distinguish from 0 would give a meaningless quotient.
+    square = mean * mean
+    defined = (square > 0.0) & (square >= (1e3 * tolerance) ** 2 * (square + variance))
+    return np.asarray(np.sqrt(variance / np.where(defined, square, np.nan)))
 
 
 def _magnitude_statistic(statistic: str, statistics: FloatArray, slots: Indices) -> FloatArray:

@@ -4,9 +4,24 @@ import numpy as np
 from numba import types
 
 from explore.compiling import CLOSE_SIGNATURE, FILL_SIGNATURE, LANES, compiled, function_type
+from explore.subroutines import subroutine
 
 _CLOSE, _FILL = function_type(CLOSE_SIGNATURE), function_type(FILL_SIGNATURE)
 _F1, _F2 = types.float64[::1], types.float64[:, ::1]
+
+
+@subroutine()
+def load_tile(parameters, start, tile):
+    """Fill the rows of parameters of a tile with those of the designs from `start` on, the last one repeated."""
+    lanes = min(LANES, parameters.shape[1] - start)
+    for p in range(parameters.shape[0]):
+        row = tile[p * LANES :]
+        if lanes == LANES:
+            for lane in range(LANES):
+                row[lane] = parameters[p, start + lane]
+        else:
+            for lane in range(LANES):
+                row[lane] = parameters[p, start + min(lane, lanes - 1)]
 
 
 @compiled(
@@ -31,14 +46,7 @@ def close_all(close, parameters, record_rows, first_parameter, first_metric, sta
     n = parameters.shape[1]
     for start in range(0, n, LANES):
         lanes = min(LANES, n - start)
-        for p in range(parameters.shape[0]):
-            row = record[(first_parameter + p) * LANES :]
-            if lanes == LANES:
-                for lane in range(LANES):
-                    row[lane] = parameters[p, start + lane]
-            else:
-                for lane in range(LANES):
-                    row[lane] = parameters[p, start + min(lane, lanes - 1)]
+        load_tile(parameters, start, record[first_parameter * LANES :])
         close(record)
         for m in range(metrics.shape[0]):
             row = record[(first_metric + m) * LANES :]
@@ -59,9 +67,7 @@ def constants_of(close, parameters, record_rows, first_parameter, constants):
     n = parameters.shape[1]
     for start in range(0, n, LANES):
         lanes = min(LANES, n - start)
-        for p in range(parameters.shape[0]):
-            for lane in range(LANES):
-                record[(first_parameter + p) * LANES + lane] = parameters[p, start + min(lane, lanes - 1)]
+        load_tile(parameters, start, record[first_parameter * LANES :])
         close(record)
         for k in range(constants.shape[0]):
             for lane in range(lanes):

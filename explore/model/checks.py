@@ -107,6 +107,9 @@ def _columns(declaration: Declaration) -> Iterator[str]:
             yield f"rows has '{name}' at {row}, the declaration at absent"
     if not 0 <= declaration.n_fill_constants <= declaration.n_constants:
         yield f"fill reads {declaration.n_fill_constants} constants of {declaration.n_constants}"
+    for row in declaration.integrated_rows:
+        if not 0 <= row < declaration.signal_rows:
+            yield f"integrated_rows names the row {row}, which is not one of the {declaration.signal_rows} signal rows"
     constants = [("marks", row, 0) for row in declaration.marks.values()]
     constants += [("singularities", row, 0) for row, _ in declaration.singularities]
     constants += [(name, getattr(declaration, name), -1) for name in ("noise_row", "phases_row", "variant_row")]

@@ -54,6 +54,8 @@ class Declaration:
     marks
         Rows of the constants that hold the angles where windows end or laws change, by name: half-tangents of the angle
         from the anchor, input angle 0.
+    integrated_rows
+        Rows of signals whose mean and variance over any window `Mechanism.integrals` gives in closed form.
     breaks
         Marks where the law of a signal changes, each forwards from the one before.
     quadrature
@@ -95,6 +97,7 @@ class Declaration:
     rows: type[IntEnum]
     signal_rows: int
     marks: Mapping[str, int] = field(default_factory=dict)
+    integrated_rows: tuple[int, ...] = ()
     breaks: tuple[str, ...] = ()
     quadrature: Quadrature = field(default_factory=Adaptive)
     n_fill_constants: int = 0

@@ -16,7 +16,7 @@ from explore.model.quantities import FloatArray
 
 @dataclass(frozen=True, kw_only=True)
 class Mechanism(Declaration):
-    """A declaration and two compiled functions; everything else is generic.
+    """A declaration and two or three compiled functions; everything else is generic.
 
     A declaration that contradicts itself or the kernel raises ValueError when the mechanism is made.
 
@@ -30,10 +30,16 @@ class Mechanism(Declaration):
         each lane: ``out[(node * signal_rows + row) * LANES + lane]`` from ``tangents[node * LANES + lane]``, the
         half-tangent of the node's angle from the anchor (0) or its opposite (1). `law` and `variant` are the same in
         all lanes.
+    integrals
+        ``integrals(constants, starts, stops, out)`` fills mean, variance and bounds of their absolute errors for unit
+        speed, the row ``out[(k * INTEGRALS + j) * LANES + lane]`` for each number k of `integrated_rows`, over the
+        window between two half-tangents from the anchor, ``starts[lane]`` and ``stops[lane]``, or over the full turn
+        where both are half a turn off. A bound is NaN where there is no closed form. None where there is no function.
     """
 
     close: Callable[..., None]
     fill: Callable[..., None]
+    integrals: Callable[..., None] | None = None
 
     def __post_init__(self) -> None:
         for name in ("close", "fill"):
@@ -42,6 +48,8 @@ class Mechanism(Declaration):
                     f"mechanism '{self.name}': {name} is not compiled; decorate it with explore.compiling.compiled"
                 )
         check_declaration(self)
+        if (self.integrals is None) != (not self.integrated_rows):
+            raise ValueError(f"mechanism '{self.name}': integrals and integrated_rows are given together or not at all")
 
     def evaluate_closed_form(self, parameters: FloatArray) -> ClosedFormResult:
         """Evaluate the closed form.

@@ -13,6 +13,8 @@ FloatArray = npt.NDArray[np.float64]
 Sense = Literal["min", "max"]
 
 STATISTICS = ("mean", "variance", "std", "cv", "min", "max", "peak", "rms", "peak_to_peak")
+#: Statistics that follow from mean and variance.
+MOMENT_STATISTICS = ("mean", "variance", "std", "cv", "rms")
 #: Statistics that follow from the smallest and the largest value; "peak" is the largest magnitude.
 EXTREME_STATISTICS = ("min", "max", "peak", "peak_to_peak")
 #: Statistics that are names of metrics by themselves: those of the mechanism's output.

@@ -121,17 +121,14 @@ def _add_interval(panels, k, start, stop, breaks, count):
 @subroutine(inlined=True)
 def orient(kind, start, stop):
     """The ends of the longer or shorter of an arc and its complement; those of an ARC as they are."""
-    if kind == ARC:
-        return start, stop
     # Without the rounding of angles: about the anchor inside the arc the product of the half-tangents of its ends is
     # below -1 where the arc exceeds half a turn. An arc between ends on the same side of the anchor goes past both
     # anchors or past neither.
     product = -start * stop if start < stop else -1.0 / (start * stop)
     same_side = start * stop >= 0.0
     first_is_longer = start > stop if same_side else product > 1.0 + TIE
-    if first_is_longer != (kind == LONGER):
-        return stop, start
-    return start, stop
+    swap = (kind != ARC) & (first_is_longer != (kind == LONGER))
+    return stop if swap else start, start if swap else stop
 
 
 @compiled("void(int64, float64[::1], float64[::1], float64[::1])")

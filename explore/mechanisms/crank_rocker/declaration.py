@@ -1,6 +1,6 @@
 """The crank-rocker of a pulsating stepless transmission: its declaration."""
 
-from explore.mechanisms import four_bar, rocking
+from explore.mechanisms import four_bar, four_bar_integrals, rocking
 from explore.mechanisms.crank_rocker import kernel
 from explore.mechanisms.crank_rocker.columns import Row
 from explore.model.mechanism import Mechanism
@@ -168,6 +168,8 @@ CRANK_ROCKER = Mechanism(
     signal_rows=four_bar.SIGNAL_ROWS,
     close=kernel.close,
     fill=kernel.fill,
+    integrals=four_bar_integrals.integrals,
+    integrated_rows=four_bar_integrals.ROWS,
     loop_lengths=("crank", "coupler", "rocker", "ground"),
     statuses=rocking.STATUSES,
 )

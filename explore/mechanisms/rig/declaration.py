@@ -2,7 +2,7 @@
 
 import math
 
-from explore.mechanisms import four_bar, rocking
+from explore.mechanisms import four_bar, four_bar_integrals, rocking
 from explore.mechanisms.rig import columns, forces, kernel
 from explore.mechanisms.rig.columns import Row
 from explore.mechanisms.rig.formulas import FORMULAS, SIZING_PARAMETERS
@@ -166,6 +166,8 @@ TEST_RIG = Mechanism(
     signal_rows=columns.SIGNAL_ROWS,
     close=kernel.close,
     fill=forces.fill,
+    integrals=four_bar_integrals.integrals,
+    integrated_rows=four_bar_integrals.ROWS,
     default_window="cycle",
     default_drive="none",
 )
