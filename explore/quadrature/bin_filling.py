@@ -4,17 +4,17 @@ from explore.compiling import LANES
 from explore.quadrature.bounds import FLAG_EXTREMES
 from explore.quadrature.chunks import gather_constants
 from explore.quadrature.extremes import RESULT, find_minimum
-from explore.quadrature.panels import ANCHOR, COUNT, DECAY, LAW, PANEL_CAPACITY, VARIANT
+from explore.quadrature.panels import ANCHOR, COUNT, LAW, PANEL_CAPACITY, VARIANT
 from explore.quadrature.slots import MAXIMUM, MINIMUM
 from explore.quadrature.tails import fill_roots, place_factors
 from explore.quadrature.tiles import (
     DEVIATIONS,
     FIRST_TAIL,
     INTEGRAL,
-    SECOND_TAIL,
     SUMS_SIZE,
     fill_moments,
     gather_shapes,
+    join_tails,
     place_nodes,
 )
 from explore.subroutines import subroutine
@@ -56,8 +56,8 @@ def _fill_extremes(fill, sizes, tables, w, anchor, law, variant, count, lanes, t
 
 
 @subroutine()
-def _store_sums(rows, flags, w, lanes, is_adaptive, panels, tile, sums):
-    """Store the sums of the tile's rows for its panels; tails as `explore.quadrature.tails` describes them."""
+def _store_sums(rows, flags, w, lanes, tile, sums):
+    """Store the sums of the tile's rows for its panels."""
     for lane in range(lanes):
         sums.masses[tile.lane_panels[lane]] = tile.node[lane]
     for s in range(rows):
@@ -66,11 +66,7 @@ def _store_sums(rows, flags, w, lanes, is_adaptive, panels, tile, sums):
             for lane in range(lanes):
                 sums.integrals[base + tile.lane_panels[lane]] = tile.sums[row + INTEGRAL + lane]
                 sums.deviations[base + tile.lane_panels[lane]] = tile.sums[row + DEVIATIONS + lane]
-                first, second = tile.sums[row + FIRST_TAIL + lane], tile.sums[row + SECOND_TAIL + lane]
-                # to the order N of the error; the polynomials have the orders N - 1 and N - 2
-                decay = panels[DECAY + tile.lane_panels[lane]]
-                square = decay * (first * first + decay * second * second)
-                sums.tails[base + tile.lane_panels[lane]] = abs(first) + abs(second) if is_adaptive else square
+                sums.tails[base + tile.lane_panels[lane]] = tile.sums[row + FIRST_TAIL + lane]
 
 
 @subroutine()
@@ -97,6 +93,7 @@ def fill_bin(fill, sizes, tables, w, begin, end, ends, work, tile, sums):
             tile.signals, sizes.rows, tables.flags[w], samples, tile.weights, tile.roots, tile.factors, tile.node,
             tile.sums,
         )  # fmt: skip
-        _store_sums(sizes.rows, tables.flags, w, lanes, tables.is_adaptive, panels, tile, sums)
+        join_tails(tile.sums, sizes.rows, tables.is_adaptive, tile.shape)
+        _store_sums(sizes.rows, tables.flags, w, lanes, tile, sums)
         if ends:
             _fill_extremes(fill, sizes, tables, w, anchor, law, variant, count, lanes, tile, sums)

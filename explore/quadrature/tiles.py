@@ -2,7 +2,7 @@
 
 from explore.compiling import FILL_SIGNATURE, LANES, function_type
 from explore.lanes.elementary import exponential
-from explore.quadrature.panels import CENTRE, HALF, SCALE
+from explore.quadrature.panels import CENTRE, DECAY, HALF, SCALE
 from explore.quadrature.rules import LARGEST_NODE_COUNT
 from explore.subroutines import subroutine
 
@@ -10,11 +10,11 @@ FILL_TYPE = function_type(FILL_SIGNATURE)
 #: Most nodes of a tile: a rule and the two ends of the panel.
 NODE_CAPACITY = LARGEST_NODE_COUNT + 2
 
-# Rows of a tile's shape: half length in t, T e^c/2 and T e^-c/2 (c the centre), centre, T, and how
-# finely extremes are looked for.
-TILE_HALF, TILE_UP, TILE_DOWN, TILE_CENTRE, TILE_SCALE, TILE_RESOLUTION = (row * LANES for row in range(6))
-_LOW_TANGENT, _HIGH_TANGENT, _LOW_WEIGHT, _HIGH_WEIGHT = (row * LANES for row in range(6, 10))
-SHAPE_SIZE = 10 * LANES
+# Rows of a tile's shape: half length in t, T e^c/2 and T e^-c/2 (c the centre), centre, T, how finely extremes are
+# looked for, and rho^-2.
+TILE_HALF, TILE_UP, TILE_DOWN, TILE_CENTRE, TILE_SCALE, TILE_RESOLUTION, _DECAY = (row * LANES for row in range(7))
+_LOW_TANGENT, _HIGH_TANGENT, _LOW_WEIGHT, _HIGH_WEIGHT = (row * LANES for row in range(7, 11))
+SHAPE_SIZE = 11 * LANES
 # Rows of the sums over a tile's nodes of one signal: integrals, mean, the two parts of its tail.
 INTEGRAL, DEVIATIONS, _MEAN, FIRST_TAIL, SECOND_TAIL = (row * LANES for row in range(5))
 SUMS_SIZE = 5 * LANES
@@ -36,7 +36,7 @@ def gather_shapes(panels, lane_panels, is_adaptive, shape):
     for lane in range(LANES):
         k = lane_panels[lane]
         shape[TILE_HALF + lane], shape[TILE_CENTRE + lane] = panels[HALF + k], panels[CENTRE + k]
-        shape[TILE_SCALE + lane] = panels[SCALE + k]
+        shape[TILE_SCALE + lane], shape[_DECAY + lane] = panels[SCALE + k], panels[DECAY + k]
         shape[TILE_RESOLUTION + lane] = max(panels[HALF + k], _FINEST) if is_adaptive else 1.0
     _scale_exponentials(shape)
 
@@ -159,3 +159,18 @@ def fill_moments(signals, rows, flags, count, weights, roots, factors, masses, s
     for j in range(0, count, 2):
         present = 1.0 if j + 1 < count else 0.0
         _add_deviations(signals, rows, flags, j, min(j + 1, count - 1), present, weights, roots, factors, sums, width)
+
+
+@subroutine(fast=True)
+def join_tails(sums, rows, is_adaptive, shape):
+    """Replace the first parts of tails by the tails, which `explore.quadrature.tails` describes."""
+    decay = shape[_DECAY:]
+    for s in range(rows):
+        first, second = sums[s * SUMS_SIZE + FIRST_TAIL :], sums[s * SUMS_SIZE + SECOND_TAIL :]
+        if is_adaptive:
+            for lane in range(LANES):
+                first[lane] = abs(first[lane]) + abs(second[lane])
+        else:
+            # to the order N of the error; the polynomials have the orders N - 1 and N - 2
+            for lane in range(LANES):
+                first[lane] = decay[lane] * (first[lane] * first[lane] + decay[lane] * second[lane] * second[lane])
