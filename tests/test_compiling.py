@@ -14,12 +14,12 @@ REPORT = """
 import json
 from explore.evaluation.evaluate import compile_kernels
 from explore.lanes.designs import close_all
-from explore.quadrature.loop import sample
+from explore.quadrature.loop import sample_plain
 from explore.mechanisms.registry import MECHANISMS
 from explore.request.requests import make_request
 mechanism = MECHANISMS["crank-rocker"]
 compile_kernels(make_request(mechanism))
-functions = {"sample": sample, "close_all": close_all, "close": mechanism.close, "fill": mechanism.fill}
+functions = {"sample_plain": sample_plain, "close_all": close_all, "close": mechanism.close, "fill": mechanism.fill}
 stats = {name: [f.stats.cache_hits.total(), f.stats.cache_misses.total()] for name, f in functions.items()}
 """
 
@@ -76,6 +76,7 @@ def test_a_sweep_compiles_its_own_mechanism_only(first):
 
     assert "kernel.close" in compiled
     assert len(list(first[0].rglob("kernel.close-*.nbi"))) == 1
+    assert len(list(first[0].rglob("loop._sample-*.nbc"))) == 1  # without what few requests need
     assert not any(name.startswith("forces.") for name in compiled), compiled
 
 

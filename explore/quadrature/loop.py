@@ -48,7 +48,7 @@ def _demands(tables, w):
 
 
 @subroutine(allocates=True)
-def _open_window(fill, sizes, tables, w, begin, n_designs, headroom, work, tile, sums):
+def _open_window(fill, sizes, tables, w, begin, n_designs, headroom, rare, work, tile, sums):
     """Fill the panels of a window of the designs of the chunk from `begin` on, as many as fit; one, if adaptive.
 
     Returns
@@ -69,11 +69,12 @@ def _open_window(fill, sizes, tables, w, begin, n_designs, headroom, work, tile,
         work.averaging[i], work.rest[i], work.live[i - begin] = total, 0.0, i
         noise = sizes.noise_row
         work.noise[i] = constant(work.constants, sizes.n_constants, noise, i) if noise >= 0 else 0.0
-    if tables.windows[w, CLUTCH]:
-        shorten_to_clutches(fill, sizes, tables.windows[w], count, work, tile)
-        map_panels(work.panels, count, tables.singular_anchors)
-    if tables.is_adaptive:
-        return until, cut_panels(work, sums, sizes.rows, count), stride
+    if rare is not None:
+        if tables.windows[w, CLUTCH]:
+            shorten_to_clutches(fill, sizes, tables.windows[w], count, work, tile)
+            map_panels(work.panels, count, tables.singular_anchors)
+        if tables.is_adaptive:
+            return until, cut_panels(work, sums, sizes.rows, count), stride
     target = math.log(tables.tolerance)
     for k in range(count):
         # The errors of a design's panels add up.
@@ -100,11 +101,11 @@ def _merge_rows(n, regular, stride, flags, w, work, sums):
 
 @subroutine(allocates=True)
 def _sample_window(
-    fill, sizes, tables, parameters, w, begin, here, statistics, nodes, error, excess, work, tile, sums
+    fill, sizes, tables, parameters, w, begin, here, statistics, nodes, error, excess, rare, work, tile, sums
 ):  # fmt: skip
     """Statistics of a window of the designs of the chunk from `begin` on, as many as fit; return the first left."""
     ends, powers, pole_order, headroom = _demands(tables, w)
-    until, count, stride = _open_window(fill, sizes, tables, w, begin, len(here), headroom, work, tile, sums)
+    until, count, stride = _open_window(fill, sizes, tables, w, begin, len(here), headroom, rare, work, tile, sums)
     n, n_todo = until - begin, count
     regular = begin == 0 and stride > 1 and until == len(here)
     for number in range(MOST_HALVINGS if tables.is_adaptive else MOST_ROUNDS):
@@ -126,8 +127,9 @@ def _sample_window(
         )  # fmt: skip
         _merge_rows(n, regular and number == 0, stride, tables.flags, w, work, sums)
         if tables.is_adaptive:
-            work.bounds[bounds.TOTAL] = n_todo * (ADAPTIVE_NODES + 2)
-            estimate_errors(work, sums, w, tables.flags, count)
+            if rare is not None:
+                work.bounds[bounds.TOTAL] = n_todo * (ADAPTIVE_NODES + 2)
+                estimate_errors(work, sums, w, tables.flags, count)
         else:
             check_model(
                 work.bounds, n, regular and number == 0, work.live, work.first_panel, work.panel_count, stride, w,
@@ -146,23 +148,48 @@ def _sample_window(
         elif work.bounds[bounds.IMPROVABLE] == 0.0:
             break
         else:
-            count, n_todo = halve_panels(work, sums, w, tables.flags, tables.tolerance, count)
+            if rare is not None:
+                count, n_todo = halve_panels(work, sums, w, tables.flags, tables.tolerance, count)
             n = min(n_todo, 1)
     for i in range(begin, until):
         error[here[i]] = max(error[here[i]], work.worst[i])
         excess[here[i]] = max(excess[here[i]], work.excess[i])
-        if powers:
-            fill_powers(fill, sizes, tables, w, i, here[i], stride, statistics, nodes, error, work, tile)
+        if rare is not None:  # noqa: SIM102  (alone, so that Numba leaves out the block)
+            if powers:
+                fill_powers(fill, sizes, tables, w, i, here[i], stride, statistics, nodes, error, work, tile)
     return until
 
 
-@compiled(
-    types.void(
-        CLOSE_TYPE, FILL_TYPE, SIZES_TYPE, TABLES_TYPE, _F2, _I1, _F2, _I1, _F1, _F1, CHUNK_WORK_TYPE, TILE_WORK_TYPE,
-        PANEL_SUMS_TYPE,
-    ), allocates=True)  # fmt: skip
-def sample(close, fill, sizes, tables, parameters, designs, statistics, nodes, error, excess, work, tile, sums):
+def _sample(close, fill, sizes, tables, parameters, designs, statistics, nodes, error, excess, rare, work, tile, sums):
+    """Like `sample`; None for `rare` leaves out of the compiled code what few requests need."""
+    for start in range(0, len(designs), CHUNK):
+        here = designs[start : start + CHUNK]
+        close_chunk(close, parameters, here, sizes.first_parameter, sizes.n_constants, work.record, work.constants)
+        for w in range(tables.windows.shape[0]):
+            begin = 0
+            while begin < len(here):
+                begin = _sample_window(
+                    fill, sizes, tables, parameters, w, begin, here, statistics, nodes, error, excess, rare, work,
+                    tile, sums,
+                )  # fmt: skip
+
+
+def _signature(rare):
+    return types.void(
+        CLOSE_TYPE, FILL_TYPE, SIZES_TYPE, TABLES_TYPE, _F2, _I1, _F2, _I1, _F1, _F1, rare, CHUNK_WORK_TYPE,
+        TILE_WORK_TYPE, PANEL_SUMS_TYPE,
+    )  # fmt: skip
+
+
+sample_plain = compiled(_signature(types.none), allocates=True)(_sample)
+sample_all = compiled(_signature(types.int64), allocates=True)(_sample)
+
+
+def sample(close, fill, sizes, tables, parameters, designs, statistics, nodes, error, excess, work, tile, sums) -> None:
     """Statistics of designs over every window.
+
+    Clutches, means of powers and the adaptive rule are compiled when a request needs one of them: together they take a
+    third of the time of a compilation.
 
     Parameters
     ----------
@@ -180,12 +207,9 @@ def sample(close, fill, sizes, tables, parameters, designs, statistics, nodes, e
     work, tile, sums
         From `explore.quadrature.work_space.make_work_space`.
     """
-    for start in range(0, len(designs), CHUNK):
-        here = designs[start : start + CHUNK]
-        close_chunk(close, parameters, here, sizes.first_parameter, sizes.n_constants, work.record, work.constants)
-        for w in range(tables.windows.shape[0]):
-            begin = 0
-            while begin < len(here):
-                begin = _sample_window(
-                    fill, sizes, tables, parameters, w, begin, here, statistics, nodes, error, excess, work, tile, sums
-                )  # fmt: skip
+    has_powers = (tables.slots[:, :, ROOT_MEAN : ROOT_POWER_MEAN + 1] >= 0).any()
+    needs_all = tables.is_adaptive or has_powers or tables.windows[:, CLUTCH].any()
+    loop, rare = (sample_all, 1) if needs_all else (sample_plain, None)
+    loop(
+        close, fill, sizes, tables, parameters, designs, statistics, nodes, error, excess, rare, work, tile, sums
+    )  # fmt: skip
