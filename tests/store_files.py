@@ -15,13 +15,14 @@ from pathlib import Path
 import numpy as np
 
 from explore.errors import ResultsError
+from explore.mechanisms.registry import MECHANISMS
 from explore.model.columns import Column
 from explore.model.status import Status
 from explore.store.all_designs_writer import AllDesignsWriter
 from explore.store.open_results import open_results
 
 CRANK_BLOCKED = 3
-LABELS = {int(status): status.label for status in Status} | {CRANK_BLOCKED: "crank_blocked"}
+LABELS = MECHANISMS["crank-rocker"].status_labels
 COLUMNS = (
     Column("design", "", "design number", "index", "<i8"),
     Column("crank", "mm", "crank length", "parameter"),
