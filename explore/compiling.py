@@ -13,6 +13,7 @@ from typing import Any
 
 from numba import njit, types
 from numba.core import sigutils
+from numba.core.compiler_lock import global_compiler_lock
 from numba.core.event import Event, Listener, register
 
 #: Designs, or nodes, that compiled functions work on at once: rows of tiles have this length, a constant, so that loops
@@ -61,10 +62,14 @@ def compiled(
 
 
 def _compile_and_call(dispatcher: Any, signature: Any, *_arguments: object) -> Any:
-    """Compile for the signature, at the first call, and return what is to be called: the dispatcher, as if it was."""
-    del dispatcher._compile_for_args
-    dispatcher.compile(signature)
-    dispatcher.disable_compile()
+    """Compile for the signature, at the first call, and return what is to be called: the dispatcher, as if it was.
+
+    Other threads wait: a second compilation, for the types of their arguments, would be refused.
+    """
+    with global_compiler_lock:
+        if not dispatcher.overloads:
+            dispatcher.compile(signature)
+            dispatcher.disable_compile()
     return dispatcher
 
 

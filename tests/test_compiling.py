@@ -185,3 +185,18 @@ rig = MECHANISMS["test-rig"]
 print(json.dumps([names, imported, [len(function.signatures) for function in (rig.close, rig.fill)]]))
 """
     assert report(first[0], script) == [["crank-rocker", "test-rig"], [], [0, 0]]
+
+
+def test_threads_that_compile_at_once_wait_for_each_other(tmp_path):
+    """As on the threads of a dask worker, which finds an empty cache."""
+    script = """
+import json
+from concurrent.futures import ThreadPoolExecutor
+import explore
+lengths = {"crank": 100, "coupler": 1083.4236, "rocker": 541.7118, "ground": 691.7118}
+with ThreadPoolExecutor(4) as pool:
+    runs = [pool.submit(explore.evaluate, "crank-rocker", lengths, metrics="rocker_velocity_max") for _ in range(4)]
+print(json.dumps([int(run.result()["status"].iloc[0]) for run in runs]))
+"""
+
+    assert report(tmp_path, script) == [1, 1, 1, 1]
