@@ -212,7 +212,7 @@ def simulate(
     method: str = "closed-form",
     tolerance: float = 1e-9,
 ) -> pd.DataFrame:
-    """Simulate one design: all signals of its motion at crank angles.
+    """Simulate one design: all signals of its motion at angles of its input link, the crank.
 
     Parameters
     ----------
@@ -222,7 +222,7 @@ def simulate(
         Parameters of the design by name, in declared units or as strings with a unit. Forces follow from the load
         parameters and are 0 without.
     angles
-        Crank angles in degrees, or the number of evenly spaced ones from 0.
+        Input angles in degrees, or the number of evenly spaced ones from 0.
     method
         The exact closed form, or a method to see its errors, such as "newton", "rk45" or "rk45(rtol=0.001)";
         ``explore precision`` compares them.
@@ -233,8 +233,9 @@ def simulate(
     Returns
     -------
     DataFrame
-        Index ``crank_angle`` (deg), one column for each signal in its declared unit; NaN where the method has no
-        solution. ``attrs["units"]`` has the unit of each column, ``attrs["method"]`` the method with its setting.
+        Index ``crank_angle``, or the name of another input angle (deg); one column for each signal in its declared
+        unit, NaN where the method has no solution. ``attrs["units"]`` has the unit of each column, ``attrs["method"]``
+        the method with its setting.
 
     Raises
     ------
@@ -255,13 +256,13 @@ def simulate(
         sentence = declared.status_sentences[declared.status_labels[status]]
         raise MotionError(f"no full turn to simulate: {sentence}")
     count = int(angles) if isinstance(angles, (int, np.integer)) and not isinstance(angles, bool) else None
-    crank_angle: npt.NDArray[np.float64] = np.asarray(
+    input_angle: npt.NDArray[np.float64] = np.asarray(
         angles if count is None else np.arange(count) * (360.0 / max(count, 1)), dtype=np.float64
     )
-    if crank_angle.ndim != 1 or len(crank_angle) == 0 or not np.isfinite(crank_angle).all():
+    if input_angle.ndim != 1 or len(input_angle) == 0 or not np.isfinite(input_angle).all():
         raise RequestError("angles must be a positive number of angles or a list of finite angles in degrees")
-    signals, label = motion_signals(declared, columns, crank_angle, method, tolerance)
-    frame = pd.DataFrame(signals, index=pd.Index(crank_angle, name="crank_angle"))
+    signals, label = motion_signals(declared, columns, input_angle, method, tolerance)
+    frame = pd.DataFrame(signals, index=pd.Index(input_angle, name=declared.input_angle.replace(" ", "_")))
     frame.attrs["units"] = {signal.name: signal.unit for signal in declared.signals if signal.name in frame}
     frame.attrs["method"] = label
     return frame

@@ -24,7 +24,7 @@ _LINKS = ("crank", "coupler", "rocker", "ground")
 
 
 def motion_signals(
-    mechanism: Mechanism, columns: Arrays, crank_angle: FloatArray, method: str, tolerance: float
+    mechanism: Mechanism, columns: Arrays, input_angle: FloatArray, method: str, tolerance: float
 ) -> tuple[Arrays, str]:
     """Solve the motion of one design by a method.
 
@@ -32,8 +32,8 @@ def motion_signals(
     ----------
     columns
         Parameters of one design that can make a full turn, each of shape (1,).
-    crank_angle : (t,) array
-        Crank angles, deg.
+    input_angle : (t,) array
+        Angles of the input link, deg.
     method, tolerance
         As in `explore.simulate`.
 
@@ -55,9 +55,9 @@ def motion_signals(
     inputs |= {name: float(column[0]) for name, column in columns.items()}
     solver = find_method(method)
     if isinstance(solver, ClosedForm):
-        rows = _closed_form(mechanism, inputs, crank_angle)
+        rows = _closed_form(mechanism, inputs, input_angle)
     elif mechanism is CRANK_ROCKER:
-        rows = _by_method(solver, inputs, np.deg2rad(crank_angle), tolerance)
+        rows = _by_method(solver, inputs, np.deg2rad(input_angle), tolerance)
     else:
         raise RequestError(f"{mechanism.name} has only the closed form; leave out method={method!r}")
     speed = inputs[mechanism.speed.name] if mechanism.speed else 1.0
@@ -69,18 +69,19 @@ def motion_signals(
     return signals, method_label(solver)
 
 
-def _closed_form(mechanism: Mechanism, inputs: dict[str, float], crank_angle: FloatArray) -> FloatArray:
-    """Rows of the signals at crank angles in degrees, shape (s, t)."""
+def _closed_form(mechanism: Mechanism, inputs: dict[str, float], input_angle: FloatArray) -> FloatArray:
+    """Rows of the signals at input angles in degrees, shape (s, t)."""
     geometry = np.array([[inputs[p.name]] for p in mechanism.kernel_parameters])
     constants = np.ascontiguousarray(mechanism.constants(geometry)[:, 0])
-    # The offset from the nearest anchor keeps all digits of sine and cosine.
-    half_turns = np.round(crank_angle / 180.0)
-    tangents = np.tan(0.5 * np.deg2rad(crank_angle - 180.0 * half_turns))
+    # The offset from the anchor or its opposite, whichever is nearer, keeps all digits of sine and cosine.
+    offsets = input_angle - np.rad2deg(mechanism.anchor_angle)
+    half_turns = np.round(offsets / 180.0)
+    tangents = np.tan(0.5 * np.deg2rad(offsets - 180.0 * half_turns))
     anchors = (half_turns % 2.0).astype(np.int64)
-    signals = np.zeros((mechanism.signal_rows, len(crank_angle)))
+    signals = np.zeros((mechanism.signal_rows, len(input_angle)))
     needs = int(np.bitwise_or.reduce([signal.needs for signal in mechanism.signals]))
     variant = int(constants[mechanism.variant_row]) if mechanism.variant_row >= 0 else 0
-    laws = find_laws(mechanism, constants, np.deg2rad(crank_angle))
+    laws = find_laws(mechanism, constants, np.deg2rad(input_angle))
     fill_motion_of_design(
         mechanism.fill, constants, anchors, laws, tangents, variant, needs, mechanism.signal_rows, signals
     )
@@ -117,7 +118,7 @@ def _warn(name: str, verdict: Verdict, outcome: Outcome, errors: FloatArray, tol
 
 
 def window_limits(mechanism: Mechanism, columns: Arrays, window: str, drive: str) -> tuple[float, float] | None:
-    """First and last crank angle of a stroke, deg, ascending; None if the output has no strokes.
+    """First and last input angle of a stroke, deg, ascending; None if the output has no strokes.
 
     Parameters
     ----------

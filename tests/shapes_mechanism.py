@@ -55,7 +55,6 @@ SHAPES = Mechanism(
         Window("cycle", "the full turn", "turn", needs_stroke=False),
         Window("interval", "an explicit interval", "interval", needs_stroke=False),
     ),
-    drives=("none",),
     output_signals={"": "peak"},
     zero_mean=frozenset(),
     default_metrics={"": ("height",)},
@@ -67,5 +66,4 @@ SHAPES = Mechanism(
     close=close,
     fill=fill,
     default_window="cycle",
-    default_drive="none",
 )

@@ -36,7 +36,7 @@ def exact_peak(distance):
     return 1.0 / root, (1.0 + distance) / root**3, 1.0 / (2.0 + distance), 1.0 / distance
 
 
-def evaluate(mechanism, designs, names, tolerance, window="cycle", drive="none"):
+def evaluate(mechanism, designs, names, tolerance, window="cycle", drive=None):
     request = make_request(mechanism, metrics=names, window=window, drive=drive, tolerance=tolerance)
     return evaluate_columns(request, designs).columns
 

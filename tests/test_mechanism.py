@@ -241,6 +241,7 @@ def test_windows_end_at_marks():
 def test_a_drive_needs_two_strokes():
     assert problem(MECHANISM, strokes=()) == "the window 'drive' needs two strokes"
     assert problem(RIG, strokes=("cycle", RIG.strokes[0])) == "the stroke 'cycle' is not an arc"
+    assert problem(MECHANISM, drives=()) == "the window 'drive' needs drives"
 
 
 def test_a_clutch_needs_the_number_of_linkages_and_the_derivative_of_its_output():
@@ -304,7 +305,6 @@ def test_rows_are_shared_only_where_declared():
         ({"default_window": "stroke"}, "default_window names the window 'stroke'"),
         ({"strokes": ("drive", "stroke")}, "strokes names the window 'stroke'"),
         ({"breaks": ("extended", "top")}, "breaks names the mark 'top'"),
-        ({"default_drive": "quick"}, "default_drive names the drive 'quick'"),
         ({"zero_mean": frozenset([("velocity", "cycle")])}, "zero_mean names the signal 'velocity'"),
         ({"zero_mean": frozenset([("rocker_velocity", "turn")])}, "zero_mean names the window 'turn'"),
         ({"output_signals": {"": "output"}}, "output_signals names the signal 'output'"),

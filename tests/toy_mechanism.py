@@ -55,7 +55,6 @@ PEAK = Mechanism(
     signals=(Signal("height", "1", "height of the peak", 0, 1),),
     metrics=(Metric("peak", "1", "largest height", "min"),),
     windows=(Window("cycle", "the full turn", "turn", needs_stroke=False),),
-    drives=("none",),
     output_signals={"": "height"},
     zero_mean=frozenset(),
     default_metrics={"": ("peak", "height_mean")},
@@ -67,7 +66,6 @@ PEAK = Mechanism(
     close=close,
     fill=fill,
     default_window="cycle",
-    default_drive="none",
 )
 
 #: The same with a wrong declaration: that the only singularity is far away.

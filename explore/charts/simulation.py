@@ -103,7 +103,7 @@ def simulate_design(results: Results, design: int | None = None) -> SimulatedDes
 
 def _drive_name(results: Results, mechanism: Mechanism) -> str:
     name = results.drive
-    if name not in mechanism.drives:
+    if mechanism.drives and name not in mechanism.drives:
         raise ResultsError(f"{results.path} is damaged: a {mechanism.name} has no drive stroke {format_value(name)}")
     return name
 

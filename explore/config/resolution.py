@@ -153,7 +153,7 @@ def _identity(request: Request, space: DesignSpace) -> str:
         **space_content(space),
         "evaluate": {
             "window": _window_content(request.window),
-            "drive": request.drive,
+            "drive": request.drive or "none",
             "metrics": [metric.name for metric in request.metrics],
             "tolerance": request.tolerance,
         },

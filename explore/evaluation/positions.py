@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from explore.evaluation.windows import specify_window
+from explore.evaluation.windows import interval_ends, specify_window
 from explore.lanes.designs import fill_row
 from explore.model.declaration import ANCHORS
 from explore.model.mechanism import Mechanism
@@ -57,7 +57,7 @@ class WindowPositions:
         kind, start_row, stop_row, *_ = specify_window(mechanism, window, drive)
         self._is_turn, self._end_rows = kind == TURN, (start_row, stop_row)
         if kind in (TURN, INTERVAL):
-            ends = (window.start, window.stop) if kind == INTERVAL else (0.0, 2.0 * np.pi)
+            ends = interval_ends(mechanism, window) if kind == INTERVAL else (0.0, 2.0 * np.pi)
             self.start, self.stop = (self._fixed(angle) for angle in ends)
             self.length = np.full(self._count, ends[1] - ends[0])
         else:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from explore.evaluation.windows import specify_window
+from explore.evaluation.windows import interval_ends, specify_window
 from explore.model.mechanism import Mechanism
 from explore.model.quadrature import MOST_SINGULARITIES, Adaptive, Quadrature
 from explore.model.quantities import MOMENT_STATISTICS, FloatArray, SampledMetric, Signal, Window
@@ -180,7 +180,7 @@ def _loop_arguments(
     size_of, row_of, rules = gauss_legendre_rules()
     return sizes, Tables(
         np.array([specify_window(mechanism, window, request.drive) for window in windows], dtype=np.int64),
-        np.array([(window.start, window.stop) for window in windows]),
+        np.array([interval_ends(mechanism, window) for window in windows]),
         np.array([mechanism.marks[name] for name in mechanism.breaks], dtype=np.int64),
         singular_rows, singular_anchors, tables.needs, tables.flags, tables.orders, tables.term_rows,
         tables.references, tables.slots, float(tolerance), isinstance(quadrature, Adaptive), size_of, row_of, rules,

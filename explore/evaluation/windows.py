@@ -55,6 +55,11 @@ def _rows(mechanism: Mechanism, window: Window) -> tuple[int, int]:
     return mechanism.marks[start], mechanism.marks[stop]
 
 
+def interval_ends(mechanism: Mechanism, window: Window) -> tuple[float, float]:
+    """First and last angle of an explicit interval from the anchor, rad; of no use for other windows."""
+    return window.start - mechanism.anchor_angle, window.stop - mechanism.anchor_angle
+
+
 def map_window(mechanism: Mechanism, constants: FloatArray, window: Window, drive: str) -> list[FloatArray]:
     """Panels of a window of some designs; see `explore.quadrature.panels` for the rows.
 
@@ -74,7 +79,7 @@ def map_window(mechanism: Mechanism, constants: FloatArray, window: Window, driv
     panels = np.zeros(PANELS_SIZE)
     result = []
     for design in constants.T:
-        start, stop = (window.start, window.stop) if start_row < 0 else design[[start_row, stop_row]]
+        start, stop = interval_ends(mechanism, window) if start_row < 0 else design[[start_row, stop_row]]
         count = add_window(panels, 0, kind, start, stop, design[breaks], len(breaks))
         for k, (row, _) in enumerate(mechanism.singularities):
             panels[SINGULAR + k * PANEL_CAPACITY : SINGULAR + k * PANEL_CAPACITY + count] = design[row]
@@ -84,18 +89,18 @@ def map_window(mechanism: Mechanism, constants: FloatArray, window: Window, driv
 
 
 def window_ends(mechanism: Mechanism, constants: FloatArray, window: Window, drive: str) -> npt.NDArray[np.float64]:
-    """First and last angle of a window from the anchor, rad, ascending, shape (n, 2); see `map_window`."""
+    """First and last input angle of a window, rad, ascending, shape (n, 2); see `map_window`."""
     ends = []
     for panels in map_window(mechanism, constants, window, drive):
         anchor, first, last = (panels[row // PANEL_CAPACITY] for row in (ANCHOR, FIRST, LAST))
-        start = np.pi * anchor[0] + 2.0 * np.arctan(first[0])
+        start = mechanism.anchor_angle + np.pi * anchor[0] + 2.0 * np.arctan(first[0])
         length = 2.0 * np.sum(np.arctan(last) - np.arctan(first))
         ends.append((start, start + length))
     return np.array(ends).reshape(-1, 2)
 
 
 def find_laws(mechanism: Mechanism, constants: FloatArray, angles: FloatArray) -> npt.NDArray[np.int64]:
-    """Number of the law that holds at each angle (rad, from the anchor): that of the break before it.
+    """Number of the law that holds at each input angle (rad): that of the break before it.
 
     Parameters
     ----------
@@ -104,7 +109,8 @@ def find_laws(mechanism: Mechanism, constants: FloatArray, angles: FloatArray) -
     """
     if not mechanism.breaks:
         return np.zeros(len(angles), dtype=np.int64)
-    positions = 2.0 * np.arctan(constants[[mechanism.marks[name] for name in mechanism.breaks]])
+    marks = constants[[mechanism.marks[name] for name in mechanism.breaks]]
+    positions = mechanism.anchor_angle + 2.0 * np.arctan(marks)
     offsets = np.remainder(positions - positions[0], 2.0 * np.pi)
     laws = np.searchsorted(offsets, np.remainder(angles - positions[0], 2.0 * np.pi), side="right") - 1
     return np.asarray(np.clip(laws, 0, None), dtype=np.int64)

@@ -200,7 +200,6 @@ def _windows(declaration: Declaration) -> Iterator[str]:
     for signal in declaration.signals:
         yield from _unknown("window", signal.only_in, windows, f"only_in of '{signal.name}'")
     yield from _unknown("window", [declaration.default_window], windows, "default_window")
-    yield from _unknown("drive", [declaration.default_drive], declaration.drives, "default_drive")
     for signal_name, window_name in sorted(declaration.zero_mean):
         yield from _unknown("signal", [signal_name], signals, "zero_mean")
         yield from _unknown("window", [window_name], windows, "zero_mean")
@@ -221,6 +220,8 @@ def _strokes(declaration: Declaration) -> Iterator[str]:
     if len(strokes) == 2 and strokes[0].ends != strokes[1].ends[::-1]:
         yield f"the strokes '{strokes[0].name}' and '{strokes[1].name}' do not make up the turn"
     dependent = [window for window in declaration.windows if window.kind in ("drive", "return", "clutch")]
+    if dependent and not declaration.drives:
+        yield f"the window '{dependent[0].name}' needs drives"
     for window in dependent:
         if len(declaration.strokes) != 2:
             yield f"the window '{window.name}' needs two strokes"
@@ -231,7 +232,7 @@ def _strokes(declaration: Declaration) -> Iterator[str]:
             for signal in declaration.signals:
                 if signal.name == name and declaration.derivative(signal) is None:
                     yield f"the window '{window.name}' needs a signal that is the derivative of '{name}'"
-    for drive in declaration.drives if dependent else ():
+    for drive in declaration.drives:
         if drive not in ("slow", "fast", *declaration.strokes):
             yield f"the drive '{drive}' is neither slow nor fast nor a stroke"
 

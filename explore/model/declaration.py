@@ -10,7 +10,7 @@ from explore.model.quadrature import Adaptive, Graded, Quadrature
 from explore.model.quantities import OUTPUT_STATISTICS, Formula, Metric, Parameter, Signal, Window
 from explore.model.status import OwnStatus, Status
 
-#: Names of the input angles 0 and half a turn in `Signal.extremes_at`.
+#: Names of the anchor and of its opposite, half a turn on, in `Signal.extremes_at`.
 ANCHORS = ("anchor", "opposite")
 
 
@@ -31,7 +31,8 @@ class Declaration:
     windows
         Parts of the turn that statistics are taken over.
     drives
-        Names that a study's `drive` can have: "slow" and "fast", which choose among the strokes by length, and strokes.
+        Names that a study's `drive` can have, first that of a study that names none: "slow" and "fast", which choose
+        among the strokes by length, and strokes; empty where there are no strokes.
     strokes
         Names of the two windows between limit positions that together are the turn; empty where there are none.
     output_signals
@@ -53,7 +54,11 @@ class Declaration:
         Number of rows of the signal array.
     marks
         Rows of the constants that hold the angles where windows end or laws change, by name: half-tangents of the angle
-        from the anchor, input angle 0.
+        from the anchor.
+    anchor_angle
+        The input angle of the anchor, rad: where singularities of a graded quadrature stand above it and its opposite.
+    input_angle
+        Name of the angle of the input link, in degrees the index of a simulated motion.
     integrated_rows
         Rows of signals whose mean and variance over any window `Mechanism.integrals` gives in closed form.
     breaks
@@ -68,8 +73,8 @@ class Declaration:
         Row of the constant that holds the number of mechanisms behind clutches; -1 for none.
     variant_row
         Row of the constant that tells kinds of designs apart which `fill` treats differently; -1 for none.
-    default_window, default_drive
-        Names of the window and the drive of a study that names none.
+    default_window
+        Name of the window of a study that names none.
     formulas
         Declarations of the derived metrics.
     loop_lengths
@@ -87,7 +92,6 @@ class Declaration:
     signals: tuple[Signal, ...]
     metrics: tuple[Metric, ...]
     windows: tuple[Window, ...]
-    drives: tuple[str, ...]
     output_signals: Mapping[str, str]
     zero_mean: frozenset[tuple[str, str]]
     default_metrics: Mapping[str, tuple[str, ...]]
@@ -97,6 +101,8 @@ class Declaration:
     rows: type[IntEnum]
     signal_rows: int
     marks: Mapping[str, int] = field(default_factory=dict)
+    anchor_angle: float = 0.0
+    input_angle: str = "crank angle"
     integrated_rows: tuple[int, ...] = ()
     breaks: tuple[str, ...] = ()
     quadrature: Quadrature = field(default_factory=Adaptive)
@@ -105,12 +111,17 @@ class Declaration:
     phases_row: int = -1
     variant_row: int = -1
     strokes: tuple[str, ...] = ()
+    drives: tuple[str, ...] = ()
     default_window: str = "drive"
-    default_drive: str = "slow"
     formulas: tuple[Formula, ...] = ()
     loop_lengths: tuple[str, ...] = ()
     starter: str = ""
     statuses: Mapping[int, OwnStatus] = field(default_factory=dict)
+
+    @property
+    def default_drive(self) -> str:
+        """Name of the drive of a study that names none; empty where there are no strokes."""
+        return self.drives[0] if self.drives else ""
 
     @property
     def singularities(self) -> tuple[tuple[int, int], ...]:

@@ -121,7 +121,7 @@ class Signal:
         speed powers, angles in rad; empty for none. That signal has no jumps, and is the same after a turn unless it
         has `needs_stroke` and the output does not rock.
     extremes_at
-        Marks, or "anchor" (angle 0) and "opposite" (half a turn), between which the signal is monotonic; empty where
+        Marks, or "anchor" and "opposite" (half a turn from it), between which the signal is monotonic; empty where
         nothing is known of its extremes.
     """
 

@@ -75,7 +75,7 @@ def make_window(mechanism: Mechanism, window: str | Mapping[str, object] | None)
     windows = _named_windows(mechanism)
     if not isinstance(window, str) or window not in windows:
         if window == "interval":
-            raise RequestError("an interval needs crank angles; give { from, to } in degrees")
+            raise RequestError(f"an interval needs {mechanism.input_angle}s; give {{ from, to }} in degrees")
         hint = suggestion(str(window), [*windows, "{ from, to }"])
         raise RequestError(f"unknown window {format_value(window)}; {hint}")
     return windows[window]

@@ -109,10 +109,9 @@ def resolve_request(mechanism: Mechanism, arguments: RequestArguments) -> tuple[
         problems.append((("window",), str(error)))
         window = closest_window(mechanism, arguments.window)
     drive = mechanism.default_drive if arguments.drive is None else arguments.drive
-    if drive not in mechanism.drives:
-        problems.append(
-            (("drive",), f"unknown drive {format_value(drive)}; {suggestion(str(drive), mechanism.drives)}")
-        )
+    if drive not in (mechanism.drives or ("",)):
+        hint = suggestion(str(drive), mechanism.drives) if mechanism.drives else f"{mechanism.name} has no strokes"
+        problems.append((("drive",), f"unknown drive {format_value(drive)}; {hint}"))
     metrics = _metrics(mechanism, arguments.metrics, window, problems)
     constraints = _constraints(mechanism, arguments.constraints or {}, window, problems)
     tolerance = _tolerance(arguments.tolerance, problems)

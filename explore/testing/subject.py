@@ -52,11 +52,14 @@ class Subject:
         return tuple(signal for signal in self.mechanism.signals if not signal.only_in)
 
     def windows(self) -> Iterator[tuple[WindowArgument, str]]:
-        """Each window with the name of a drive: the default drive, and for the default window every drive."""
+        """Each window with the name of a drive: the default drive, and for the default window every drive.
+
+        The name is empty where there are no strokes.
+        """
         mechanism = self.mechanism
         for window in mechanism.named_windows:
             is_default = window.name == mechanism.default_window
-            for drive in mechanism.drives if is_default else (mechanism.default_drive,):
+            for drive in (is_default and mechanism.drives) or (mechanism.default_drive,):
                 yield window.name, drive
         if mechanism.named_windows != mechanism.windows:
             for start, stop in _INTERVALS:

@@ -55,7 +55,7 @@ def _print_mechanism(mechanism: Mechanism, *, as_json: bool) -> None:
             for p in mechanism.parameters
         ],
     )
-    _print_quantities("signals, functions of the crank angle", "signal", mechanism.signals)
+    _print_quantities(f"signals, functions of the {mechanism.input_angle}", "signal", mechanism.signals)
     _print_quantities("closed-form metrics, of the design in any window", "metric", mechanism.metrics)
     if mechanism.formulas:
         _print_quantities("derived metrics, functions of others", "metric", mechanism.formulas)
@@ -96,7 +96,7 @@ def _print_notes(mechanism: Mechanism) -> None:
     if any(signal.is_magnitude for signal in mechanism.signals):
         say(f"of a magnitude, statistics are {', '.join(MAGNITUDE_STATISTICS)}", data=True)
     say(f"mean, variance and cv alone are those of the output, {mechanism.output_signals['']}", data=True)
-    if len(mechanism.drives) > 1:
+    if mechanism.drives:
         say(f"drive is one of {', '.join(mechanism.drives)}", data=True)
     say(f"default objectives are {', '.join(mechanism.objectives)}", data=True)
 

@@ -135,4 +135,4 @@ def _write(motion: pd.DataFrame, output: Path | None, *, as_json: bool) -> None:
             unfinished.write_text(json.dumps(columns), encoding="utf-8")
         else:
             motion.to_csv(unfinished)
-    say(f"wrote {len(motion)} crank angles to {output}")
+    say(f"wrote {len(motion)} {str(motion.index.name).replace('_', ' ')}s to {output}")

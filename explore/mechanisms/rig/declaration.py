@@ -146,7 +146,6 @@ TEST_RIG = Mechanism(
         Window(_STROKES[1], "from coupler in line with crank to coupler over it", "arc", ("extended", "overlapped")),
     ),
     strokes=_STROKES,
-    drives=("none",),
     marks={"overlapped": rocking.OVERLAPPED, "extended": rocking.EXTENDED},
     # A torque against the motion jumps between the strokes.
     breaks=("overlapped", "extended"),
@@ -169,5 +168,4 @@ TEST_RIG = Mechanism(
     integrals=four_bar_integrals.integrals,
     integrated_rows=four_bar_integrals.ROWS,
     default_window="cycle",
-    default_drive="none",
 )
