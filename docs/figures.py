@@ -17,7 +17,7 @@ from PIL import Image
 
 import explore
 from explore.charts.averages import averages_chart
-from explore.charts.mechanism import draw_linkage
+from explore.charts.mechanism import draw_mechanism
 from explore.charts.pareto import draw_designs
 from explore.charts.precision import overview_chart, scene_chart
 from explore.charts.simulation import simulate_design
@@ -37,7 +37,7 @@ def draw_first_study() -> None:
     chart, sketch = figure.subplots(1, 2, width_ratios=[1.15, 1])
     ranking = draw_designs(figure, chart, results)
     simulated = simulate_design(results, int(ranking.frame.index[0]))
-    draw_linkage(sketch, simulated)
+    draw_mechanism(sketch, simulated)
     chart.set_ylabel(chart.get_ylabel().replace(", ", ",\n"))
     chart.set_title(f"{results.n_designs:,} designs")
     sketch.set_title("the steadiest, in both limit positions")

@@ -129,9 +129,21 @@ def window_limits(mechanism: Mechanism, columns: Arrays, window: str, drive: str
     drive
         The stroke that "drive" means.
     """
-    inputs = [columns[p.name] if p.name in columns else np.array([p.default]) for p in mechanism.kernel_parameters]
-    geometry = np.stack(inputs)
+    geometry = _geometry(mechanism, columns)
     if mechanism.evaluate_closed_form(geometry).status[0] != Status.OK:
         return None
     start, stop = np.rad2deg(window_ends(mechanism, mechanism.constants(geometry), mechanism.window(window), drive)[0])
     return float(start), float(stop)
+
+
+def mark_angles(mechanism: Mechanism, columns: Arrays) -> dict[str, float]:
+    """Input angles of the marks of one design by name, deg; those that the design does not have are left out."""
+    constants = mechanism.constants(_geometry(mechanism, columns))[:, 0]
+    offsets = {name: 2.0 * np.arctan(constants[row]) for name, row in mechanism.marks.items()}
+    angles = {name: float(np.rad2deg(mechanism.anchor_angle + offset)) for name, offset in offsets.items()}
+    return {name: angle for name, angle in angles.items() if np.isfinite(angle)}
+
+
+def _geometry(mechanism: Mechanism, columns: Arrays) -> FloatArray:
+    """What the closed form takes of one design, shape (p, 1)."""
+    return np.stack([columns.get(p.name, np.array([p.default])) for p in mechanism.kernel_parameters])

@@ -13,6 +13,7 @@ from explore.charts.motion import motion_chart
 from explore.charts.simulation import simulate_design
 from explore.charts.turn import spans_in_turn
 from explore.errors import ResultsError
+from explore.mechanisms.crank_rocker.declaration import CRANK_ROCKER
 from explore.reporting.contents import collect_contents
 from explore.request.names import find_mechanism
 
@@ -129,7 +130,7 @@ def test_a_bound_far_from_the_curve_does_not_extend_the_axis(sweep):
 )
 def test_strokes_and_clutches_are_shown_only_where_the_study_uses_them(sweep, window, metrics, has_clutch):
     results = sweep(window, metrics)
-    assert uses_clutch(results) == has_clutch
+    assert uses_clutch(results, CRANK_ROCKER) == has_clutch
     charts = charts_of(motion_chart(results, design=0))
     assert len(charts) == (6 if has_clutch else 4)
     assert ("output velocity [rad/s]" in charts) == has_clutch
@@ -142,7 +143,8 @@ def test_strokes_and_clutches_are_shown_only_where_the_study_uses_them(sweep, wi
 
 
 def test_a_constraint_on_a_stroke_counts_as_use(sweep):
-    assert uses_clutch(sweep("cycle", constraints="rocker_velocity_mean_drive = { min = 0.01 }"))
+    results = sweep("cycle", constraints="rocker_velocity_mean_drive = { min = 0.01 }")
+    assert uses_clutch(results, CRANK_ROCKER)
 
 
 @pytest.mark.parametrize("window", [(300, 400), (-780, -680), (1020, 1120)])
@@ -167,6 +169,7 @@ def test_bounds_on_the_worst_angle_and_on_peaks_of_the_test_rig(sweep):
         ("drive_torque", "min"): -500.0, ("drive_torque", "max"): 500.0,
     }  # fmt: skip
     charts = charts_of(motion_chart(results, design=0))
+    assert {height for height, _ in limit_lines(charts["transmission angle [deg]"])} == {40.0, 140.0}
     assert {height for height, _ in limit_lines(charts["pin forces [kN]"])} == {90.0}
     assert {height for height, _ in limit_lines(charts["drive torque [N m]"])} == {-500.0, 500.0}
 

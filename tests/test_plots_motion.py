@@ -4,15 +4,15 @@ import numpy as np
 import pytest
 
 import explore
-from explore.charts.forces import forces_figure
 from explore.charts.labels import unit_text
-from explore.charts.mechanism import joint_paths, mechanism_figure
+from explore.charts.mechanism import mechanism_figure
 from explore.charts.motion import clutch_output, motion_figure
 from explore.charts.simulation import SimulatedDesign
 from explore.charts.style import new_figure, save_figure, write_heading
-from explore.charts.turn import crank_angles
+from explore.charts.turn import turn_angles
 from explore.mechanisms.crank_rocker.declaration import CRANK_ROCKER
-from explore.motions import window_limits
+from explore.mechanisms.rig.declaration import TEST_RIG
+from explore.motions import mark_angles, window_limits
 
 LINKAGE = {"crank": 100.0, "coupler": 1083.4236, "rocker": 541.7118, "ground": 691.7118}
 #: The slow stroke of the first passes crank angle 0, the fast stroke of the second does; each in both branches.
@@ -21,6 +21,12 @@ DESIGNS = [
     for lengths in (LINKAGE, {"crank": 50.0, "coupler": 200.0, "rocker": 180.0, "ground": 300.0})
     for branch in (1.0, -1.0)
 ]
+
+
+def simulated_design(design, **facts):
+    """The motion of one design over a turn, as charts take it."""
+    motion = explore.simulate("crank-rocker", design, angles=turn_angles())
+    return SimulatedDesign(CRANK_ROCKER, design, motion, **facts)
 
 
 def limits_of(design, window, drive="slow"):
@@ -43,10 +49,12 @@ def test_strokes_end_where_the_rocker_turns_back(design):
 def test_output_through_clutches_has_the_mean_of_the_clutch_window(design, phases):
     angles = np.arange(0.0, 360.0, 0.05)
     motion = explore.simulate("crank-rocker", design, angles=angles)
+    simulated = SimulatedDesign(CRANK_ROCKER, design, motion)
     exact = explore.evaluate(
         "crank-rocker", {**design, "phases": phases}, metrics=["output_velocity_mean"], window="clutch"
     )
-    mean = clutch_output(motion, limits_of(design, "drive"), phases).mean()
+    output = CRANK_ROCKER.signal("output_velocity")
+    mean = clutch_output(simulated, output, limits_of(design, "drive"), phases).mean()
     # Corners and linear interpolation cost the square of the step, 7.6e-7 rad^2.
     assert mean == pytest.approx(exact["output_velocity_mean"].iloc[0], rel=3e-6)
 
@@ -56,28 +64,33 @@ def test_the_curves_resolve_sharp_peaks():
     design = {"crank": 150.0, "coupler": 1083.5, "rocker": 541.75, "ground": 691.75 + 2.0**-20}
     metrics = ["rocker_acceleration_max", "rocker_acceleration_min"]
     exact = explore.evaluate("crank-rocker", design, metrics=metrics, window="cycle").iloc[0]
-    acceleration = explore.simulate("crank-rocker", design, angles=crank_angles())["rocker_acceleration"]
+    acceleration = explore.simulate("crank-rocker", design, angles=turn_angles())["rocker_acceleration"]
     # Neighbouring angles differ by a quarter of their distance from the peak's foot.
     assert acceleration.max() == pytest.approx(exact["rocker_acceleration_max"], rel=0.02)
     assert acceleration.min() == pytest.approx(exact["rocker_acceleration_min"], rel=0.02)
 
 
 @pytest.mark.parametrize("design", DESIGNS)
-def test_joint_paths_keep_the_coupler_length(design):
-    motion = explore.simulate("crank-rocker", design, angles=crank_angles())
-    pin, joint = joint_paths(motion, design)
-    assert np.abs(np.hypot(*(joint - pin).T) / design["coupler"] - 1.0).max() < 1e-13
-    angle = np.deg2rad(motion["coupler_angle"].to_numpy())
+def test_links_keep_their_lengths_and_directions(design):
+    simulated = simulated_design(design)
+    points = simulated.pose().points(CRANK_ROCKER.drawing)
+    for link in CRANK_ROCKER.drawing.links:
+        first, last = (points[name] for name in link.points)
+        assert np.abs(np.hypot(*(last - first).T) / design[link.name] - 1.0).max() < 1e-13
+    angle = np.deg2rad(simulated.motion["coupler_angle"].to_numpy())
     along = design["coupler"] * np.column_stack([np.cos(angle), np.sin(angle)])
-    assert np.abs(joint - pin - along).max() < 1e-12 * design["coupler"]
+    coupler = points["rocker joint"] - points["crank joint"]
+    assert np.abs(coupler - along).max() < 1e-12 * design["coupler"]
 
 
 @pytest.mark.parametrize("design", DESIGNS)
 def test_figures_of_one_design_show_its_limits(design):
-    motion = explore.simulate("crank-rocker", design, angles=crank_angles())
     drive = limits_of(design, "drive")
-    limits = dict(zip(("overlapped", "extended"), limits_of(design, "overlapped_to_extended"), strict=True))
-    simulated = SimulatedDesign(motion, design, "title", limits, drive, phases=3)
+    limits = mark_angles(CRANK_ROCKER, {name: np.array([value]) for name, value in design.items()})
+    assert np.exp(1j * np.deg2rad(list(limits.values()))) == pytest.approx(
+        np.exp(1j * np.deg2rad(limits_of(design, "overlapped_to_extended"))), abs=1e-15
+    )
+    simulated = simulated_design(design, title="title", marks=limits, drive=drive, phases=3)
     figure = motion_figure(simulated)
     for chart in figure.axes:
         shaded = sum(patch.get_width() for patch in chart.patches)
@@ -87,21 +100,19 @@ def test_figures_of_one_design_show_its_limits(design):
     assert texts == {f"{name} {angle % 360.0:.1f}°" for name, angle in limits.items()}
 
     (chart,) = mechanism_figure(simulated).axes
-    chains = {line.get_label().split(" ")[0]: np.array(line.get_data()) for line in chart.get_lines()}
-    for name, reach in (("overlapped", -design["crank"]), ("extended", design["crank"])):
-        a, b, c, d = chains[name].T
-        assert np.array_equal(d, [design["ground"], 0.0])
-        # Interpolated within half a degree: the square of it, over 8, of the crank.
-        assert np.hypot(*(c - a)) == pytest.approx(design["coupler"] + reach, rel=1e-5)
-        assert np.hypot(*(b - a)) == pytest.approx(design["crank"], rel=1e-5)
+    links = [np.array(line.get_data()).T for line in chart.get_lines() if line.get_zorder() == 4]
+    assert len(links) == 2 * len(CRANK_ROCKER.drawing.links)
+    for (crank, coupler, rocker), reach in ((links[:3], -design["crank"]), (links[3:], design["crank"])):
+        assert np.array_equal(rocker[1], [design["ground"], 0.0])
+        assert np.hypot(*(coupler[1] - crank[0])) == pytest.approx(design["coupler"] + reach, rel=1e-14)
+        assert np.hypot(*(crank[1] - crank[0])) == pytest.approx(design["crank"], rel=1e-14)
     assert chart.get_aspect() == 1.0
 
 
 def test_a_double_crank_has_no_strokes(tmp_path):
     design = {"crank": 500.0, "coupler": 450.0, "rocker": 480.0, "ground": 100.0}
     assert limits_of(design, "drive") is None
-    motion = explore.simulate("crank-rocker", design, angles=crank_angles())
-    simulated = SimulatedDesign(motion, design)
+    simulated = simulated_design(design, phases=3)
     save_figure(motion_figure(simulated), tmp_path / "motion.png")
     save_figure(mechanism_figure(simulated), tmp_path / "mechanism.png")
 
@@ -109,8 +120,8 @@ def test_a_double_crank_has_no_strokes(tmp_path):
 def test_pin_forces_start_at_0_and_the_mean_torque_is_0():
     """The published rig at its shortest crank, where forces hardly vary; a constant load torque does no net work."""
     rig = {"crank": 5.0, "coupler": 460.0, "rocker": 595.0, "ground": 751.0, "speed": 60.0, "constant_torque": 25000.0}
-    motion = explore.simulate("test-rig", rig, angles=crank_angles())
-    figure = forces_figure(SimulatedDesign(motion, rig))
+    motion = explore.simulate("test-rig", rig, angles=turn_angles())
+    figure = motion_figure(SimulatedDesign(TEST_RIG, rig, motion))
     (pins,) = (chart for chart in figure.axes if "pin forces" in chart.get_ylabel())
     low, high = pins.get_ylim()
     largest = max(line.get_ydata().max() for line in pins.get_lines())

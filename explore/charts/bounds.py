@@ -19,10 +19,10 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 Side = Literal["min", "max"]
-#: Windows that mean something only where one-way clutches transmit; names of metrics end with them.
-_CLUTCH_WINDOWS = ("drive", "return", "clutch")
-#: Windows whose crank angles differ from design to design.
-_STROKE_WINDOWS = ("drive", "return", "overlapped_to_extended", "extended_to_overlapped")
+#: Kinds of windows that mean something only where one-way clutches transmit.
+_CLUTCH_KINDS = ("drive", "return", "clutch")
+#: Kinds of windows whose input angles differ from design to design.
+_STROKE_KINDS = ("drive", "return", "arc")
 
 
 @dataclass(frozen=True)
@@ -38,9 +38,9 @@ class SignalBound:
     value
         The bound, in the unit of the signal.
     span
-        First and last crank angle where the bound holds, deg.
+        First and last input angle where the bound holds, deg.
     stroke
-        Name of the stroke where the bound holds, empty if it holds over the same crank angles in all designs; `span` is
+        Name of the stroke where the bound holds, empty if it holds over the same input angles in all designs; `span` is
         the whole turn until those of a design are known.
     """
 
@@ -51,11 +51,11 @@ class SignalBound:
     stroke: str = ""
 
 
-def uses_clutch(results: Results) -> bool:
+def uses_clutch(results: Results, mechanism: Mechanism) -> bool:
     """Whether the window of the study, a metric or a constraint needs one-way clutches."""
+    windows = [window.name for window in mechanism.windows if window.kind in _CLUTCH_KINDS]
     names = [*(column.name for column in results.columns), *results.constraints]
-    endings = tuple(f"_{window}" for window in _CLUTCH_WINDOWS)
-    return results.window in _CLUTCH_WINDOWS or any(name.endswith(endings) for name in names)
+    return results.window in windows or any(name.endswith(tuple(f"_{window}" for window in windows)) for name in names)
 
 
 def signal_bounds(results: Results, mechanism: Mechanism) -> list[SignalBound]:
@@ -75,9 +75,10 @@ def _bounds_of_metric(
     mechanism: Mechanism, metric: AnyMetric, sides: Mapping[Side, float | None]
 ) -> Iterator[SignalBound]:
     low, high = sides["min"], sides["max"]
-    if metric.name == "transmission_angle_worst" and low is not None:
-        yield SignalBound("transmission_angle", "min", low)
-        yield SignalBound("transmission_angle", "max", 180.0 - low)
+    if isinstance(metric, Metric) and metric.worst_of:
+        if low is not None:
+            yield SignalBound(metric.worst_of, "min", low)
+            yield SignalBound(metric.worst_of, "max", 180.0 - low)
     elif isinstance(metric, DerivedMetric) and "_peak" in metric.name and high is not None:
         for part in metric.sampled:  # a peak is the largest magnitude
             yield from _bounds_of_extreme(part, {"min": -high, "max": high})
@@ -93,12 +94,12 @@ def _bounds_of_metric(
 def _bounds_of_extreme(metric: SampledMetric, sides: Mapping[Side, float | None]) -> Iterator[SignalBound]:
     """The bounds that hold for a whole curve: a lower one on its minimum, an upper one on its maximum."""
     window, span = metric.window, TURN
-    if window.name == "interval":  # may begin at any crank angle, but is drawn in the turn that begins at 0
+    if window.name == "interval":  # may begin at any input angle, but is drawn in the turn that begins at 0
         start = math.degrees(window.start)
         span = (start % 360.0, start % 360.0 + math.degrees(window.stop - window.start))
     for side, value in sides.items():
         if metric.statistic == side and value is not None:
-            stroke = window.name if window.name in _STROKE_WINDOWS else ""
+            stroke = window.name if window.kind in _STROKE_KINDS else ""
             yield SignalBound(metric.signal.name, side, value, span, stroke)
 
 

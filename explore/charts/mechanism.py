@@ -1,30 +1,38 @@
-"""One linkage in true proportions: its limit positions and the paths of its joints."""
+"""One mechanism in true proportions: its limit positions, the paths of its points, the curves of its bodies."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from explore.charts.simulation import SimulatedDesign, simulate_design
 from explore.charts.style import BLUE, GREEN, INK, MUTED, ORANGE, PURPLE, new_figure, write_heading
+from explore.errors import RequestError
+from explore.model.drawing import Drawing, Pose, Profile
 from explore.model.quantities import FloatArray
 from explore.store.open_results import ResultsOrPath, results_of
 
 if TYPE_CHECKING:
-    import pandas as pd
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-_LIMITS = {"overlapped": (BLUE, "-", "o"), "extended": (ORANGE, "--", "s")}
+#: Colour, line and mark of each position that is drawn, in the order of the marks.
+_POSITIONS = ((BLUE, "-", "o"), (ORANGE, "--", "s"))
+#: Lines of paths: those of joints, the output's to and fro, those of points of interest.
+_PATHS: dict[str, dict[str, Any]] = {
+    "joint": {"color": MUTED, "lw": 1.1},
+    "output": {"color": MUTED, "lw": 4.5, "alpha": 0.6, "solid_capstyle": "butt"},
+    "point": {"color": PURPLE, "lw": 1.4, "ls": "-."},
+}
+_PROFILES = (GREEN, BLUE)
 
 
 def mechanism_chart(results: ResultsOrPath, *, design: int | None = None) -> Figure:
-    """Draw the linkage of one design in true proportions.
+    """Draw the mechanism of one design in true proportions.
 
-    Both limit positions, the paths of the joints and of the middle of the coupler, and the drive stroke where the study
-    uses clutches; without limit positions the linkage at crank angle 0.
+    Its limit positions, the paths of its points, and the drive stroke where the study uses clutches; without limit
+    positions the mechanism at input angle 0.
 
     Parameters
     ----------
@@ -36,9 +44,9 @@ def mechanism_chart(results: ResultsOrPath, *, design: int | None = None) -> Fig
     Raises
     ------
     MotionError
-        If the crank of the design cannot make a full turn.
+        If the design has no motion over a full turn.
     RequestError
-        If no number is given and no design is feasible.
+        If no number is given and no design is feasible, or the mechanism declares no drawing.
     ResultsError
         If the design is not in the file, or the window of the study cannot be read.
     """
@@ -46,59 +54,34 @@ def mechanism_chart(results: ResultsOrPath, *, design: int | None = None) -> Fig
 
 
 def mechanism_figure(simulated: SimulatedDesign) -> Figure:
-    """Draw the linkage with a heading and a legend."""
+    """Draw the mechanism with a heading and a legend."""
     figure = new_figure(9.0, 6.6)
-    draw_linkage(figure.subplots(), simulated)
+    draw_mechanism(figure.subplots(), simulated)
     write_heading(figure, simulated.title, 80)
     figure.legend(loc="outside lower center", ncols=2, frameon=False, fontsize=10, handlelength=3.5)
     return figure
 
 
-def joint_paths(motion: pd.DataFrame, parameters: Mapping[str, float]) -> tuple[FloatArray, FloatArray]:
-    """Paths of the joint between crank and coupler and of that between coupler and rocker.
-
-    The origin is the pivot of the crank; the pivot of the rocker lies to its right.
-
-    Parameters
-    ----------
-    motion
-        A motion of `explore.simulate`, at t crank angles.
-    parameters
-        Lengths of the design, mm.
-
-    Returns
-    -------
-    pair of (t, 2) arrays
-        x and y, mm.
-    """
-    crank, rocker = np.deg2rad(motion.index.to_numpy()), np.deg2rad(motion["rocker_angle"].to_numpy())
-    crank_path = parameters["crank"] * np.column_stack([np.cos(crank), np.sin(crank)])
-    rocker_path = parameters["rocker"] * np.column_stack([np.cos(rocker), np.sin(rocker)])
-    rocker_path[:, 0] += parameters["ground"]
-    return crank_path, rocker_path
-
-
-def draw_linkage(panel: Axes, simulated: SimulatedDesign) -> None:
-    """Draw the linkage of `mechanism_chart` into existing axes."""
-    motion, parameters, limits = simulated.motion, simulated.parameters, simulated.limits
-    ground = parameters["ground"]
-    crank_path, rocker_path = joint_paths(motion, parameters)
-    panel.plot(*crank_path.T, color=MUTED, lw=1.1, label="path of the joint of crank and coupler")
-    panel.plot(*rocker_path.T, color=MUTED, lw=4.5, alpha=0.6, solid_capstyle="butt",
-               label="path of the joint of coupler and rocker")  # fmt: skip
-    panel.plot(*((crank_path + rocker_path) / 2.0).T, color=PURPLE, lw=1.4, ls="-.",
-               label="path of the middle of the coupler")  # fmt: skip
-    if simulated.drive is not None:
-        _draw_stroke(panel, parameters["crank"], simulated.drive)
-    for name, angle in (limits or {"crank angle": 0.0}).items():
-        colour, style, marker = _LIMITS.get(name, (INK, "-", "o"))
-        joints = [_point_at(motion, path, angle) for path in (crank_path, rocker_path)]
-        chain = np.array([[0.0, 0.0], *joints, [ground, 0.0]])
-        panel.plot(*chain.T, style, color=colour, lw=2.2, marker=marker, ms=6, mfc="white", mew=1.5, zorder=4,
-                   label=f"{name}{' position, crank at' if limits else ''} {angle % 360.0:.1f}°")  # fmt: skip
-    size = 0.035 * max(np.ptp(np.vstack([crank_path, rocker_path, [[ground, 0.0]]]), axis=0))
-    for x in (0.0, ground):
-        _draw_pivot(panel, x, size)
+def draw_mechanism(panel: Axes, simulated: SimulatedDesign) -> None:
+    """Draw the mechanism of `mechanism_chart` into existing axes."""
+    drawing = simulated.mechanism.drawing
+    if drawing is None:
+        raise RequestError(f"the mechanism '{simulated.mechanism.name}' declares no drawing; draw its motion instead")
+    turn = simulated.pose()
+    points = turn.points(drawing)
+    for path in drawing.paths:
+        panel.plot(*points[path.point].T, **_PATHS[path.role], label=path.long_name)
+    if simulated.drive is not None and drawing.stroke_point:
+        _draw_stroke(panel, simulated, drawing, simulated.drive)
+    size = 0.035 * max(np.ptp(np.vstack(list(points.values())), axis=0))
+    _draw_positions(panel, simulated, drawing)
+    for profile, colour in zip(drawing.profiles, _PROFILES, strict=False):
+        curve = profile_curve(turn, simulated.pose([0.0]), profile, drawing)
+        panel.plot(*curve.T, color=colour, lw=2.2, label=profile.name)
+    for guide in drawing.guides:
+        _draw_guide(panel, points[guide.point], guide.angle, size)
+    for pivot in drawing.pivots:
+        _draw_pivot(panel, points[pivot][0], size)
     panel.set_aspect("equal", adjustable="datalim")
     panel.margins(0.06)
     panel.grid(color=MUTED, alpha=0.2, lw=0.5)
@@ -106,27 +89,65 @@ def draw_linkage(panel: Axes, simulated: SimulatedDesign) -> None:
     panel.set_ylabel("y [mm]")
 
 
-def _point_at(motion: pd.DataFrame, path: FloatArray, angle: float) -> FloatArray:
-    """Interpolate the point of a path at a crank angle, deg; shape (2,)."""
-    angles = motion.index.to_numpy()
-    return np.array([np.interp(angle, angles, coordinate, period=360.0) for coordinate in path.T])
+def profile_curve(turn: Pose, now: Pose, profile: Profile, drawing: Drawing) -> FloatArray:
+    """The curve of a body at one input angle, mm.
+
+    Parameters
+    ----------
+    turn
+        The values over a turn, at t input angles.
+    now
+        Those at one input angle.
+
+    Returns
+    -------
+    (t, 2) array
+    """
+    angle = np.deg2rad(profile.sense * now.angle(profile.angle)[0])
+    cosine, sine = np.cos(angle), np.sin(angle)
+    rotated = turn.sum(profile.vectors) @ np.array([[cosine, sine], [-sine, cosine]])
+    return np.asarray(rotated + now.sum(drawing.points[profile.centre]))
 
 
-def _draw_stroke(panel: Axes, crank: float, drive: tuple[float, float]) -> None:
-    """Draw the part of the crank's circle that is the drive stroke, with an arrow in the sense of rotation."""
-    angle = np.deg2rad(np.linspace(*drive, 200))
-    arc = crank * np.column_stack([np.cos(angle), np.sin(angle)])
+def _draw_positions(panel: Axes, simulated: SimulatedDesign, drawing: Drawing) -> None:
+    """Draw the links at the limit positions, or without any at input angle 0."""
+    limits = dict(simulated.marks) if simulated.mechanism.strokes else {}
+    names = {name: f"{name} position, {simulated.mechanism.input_angle} {angle % 360.0:.1f}°"
+             for name, angle in limits.items()} or {"": f"{simulated.mechanism.input_angle} 0.0°"}  # fmt: skip
+    points = simulated.pose(list(limits.values()) or [0.0]).points(drawing)
+    for k, (label, (colour, style, mark)) in enumerate(zip(names.values(), _POSITIONS, strict=False)):
+        for number, link in enumerate(drawing.links):
+            chain = np.array([points[name][k] for name in link.points])
+            panel.plot(*chain.T, style, color=colour if limits else INK, lw=2.2, marker=mark, ms=6, mfc="white",
+                       mew=1.5, zorder=4, label=label if number == 0 else None)  # fmt: skip
+
+
+def _draw_stroke(panel: Axes, simulated: SimulatedDesign, drawing: Drawing, drive: tuple[float, float]) -> None:
+    """Draw the drive stroke on the path of its point, with an arrow in the sense of rotation."""
+    arc = simulated.pose(list(np.linspace(*drive, 200))).sum(drawing.points[drawing.stroke_point])
     panel.plot(*arc.T, color=GREEN, lw=3.5, solid_capstyle="butt", zorder=2, label="crank on the drive stroke")
     panel.annotate("", arc[110], arc[95], zorder=3,
                    arrowprops={"arrowstyle": "-|>", "color": GREEN, "lw": 2.0, "mutation_scale": 20})  # fmt: skip
 
 
-def _draw_pivot(panel: Axes, x: float, size: float) -> None:
+def _draw_guide(panel: Axes, path: FloatArray, degrees: float, size: float) -> None:
+    """Draw a guide along the path of its point, a little longer, as a pair of lines."""
+    along = np.array([np.cos(np.deg2rad(degrees)), np.sin(np.deg2rad(degrees))])
+    across = np.array([-along[1], along[0]])
+    places = (path - path[0]) @ along
+    for side in (-size, size):
+        ends = [path[0] + place * along + side * across for place in (places.min() - 2 * size, places.max() + 2 * size)]
+        panel.plot(*np.array(ends).T, color=INK, lw=1.4, zorder=3)
+
+
+def _draw_pivot(panel: Axes, place: FloatArray, size: float) -> None:
     """Draw a pivot on the ground: a triangle on a hatched strip."""
     from matplotlib.patches import Polygon, Rectangle
 
-    corners = [(x, 0.0), (x - 0.7 * size, -size), (x + 0.7 * size, -size)]
+    x, y = place
+    corners = [(x, y), (x - 0.7 * size, y - size), (x + 0.7 * size, y - size)]
     panel.add_patch(Polygon(corners, closed=True, fc="white", ec=INK, lw=1.4, zorder=3))
-    strip = Rectangle((x - 1.2 * size, -1.55 * size), 2.4 * size, 0.55 * size, fc="none", ec=INK, hatch="/////", lw=0)
+    strip = Rectangle((x - 1.2 * size, y - 1.55 * size), 2.4 * size, 0.55 * size, fc="none", ec=INK, hatch="/////",
+                      lw=0)  # fmt: skip
     panel.add_patch(strip)
-    panel.plot([x - 1.2 * size, x + 1.2 * size], [-size, -size], color=INK, lw=1.4, zorder=3)
+    panel.plot([x - 1.2 * size, x + 1.2 * size], [y - size, y - size], color=INK, lw=1.4, zorder=3)

@@ -1,35 +1,44 @@
-"""The motion of one design over the crank angle, with its drive stroke and limit positions."""
+"""The motion of one design over the input angle, in the panels that its mechanism declares."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from explore.charts.bounds import SignalBound, draw_bounds
-from explore.charts.forces import forces_figure
+from explore.charts.bounds import draw_bounds
+from explore.charts.labels import unit_text
 from explore.charts.simulation import SimulatedDesign, simulate_design
 from explore.charts.style import BLUE, GREEN, INK, MUTED, ORANGE, PURPLE, SKY, new_figure, write_heading
-from explore.charts.turn import label_limits, set_turn_axis
-from explore.model.quantities import FloatArray
+from explore.charts.turn import label_marks, set_turn_axis
+from explore.model.drawing import Panel
+from explore.model.quantities import FloatArray, Signal
 from explore.store.open_results import ResultsOrPath, results_of
 
 if TYPE_CHECKING:
-    import pandas as pd
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-_LINKS = {"coupler": (ORANGE, "--"), "rocker": (BLUE, "-")}
-_UNITS = {"angle": "deg", "velocity": "rad/s", "acceleration": "rad/s²"}
+#: A mean below this share of the largest value is the error of the sum over input angles, and is written as 0.
+_ROUNDING = 1e-6
+#: Colours of panels with one curve, in turn.
+_SINGLE = (GREEN, PURPLE, BLUE, ORANGE, INK)
+#: Colour, line and width of curves that share a panel: of two, and of more, which may coincide. Bounds are red.
+_PAIR = ((ORANGE, "--", 1.8), (BLUE, "-", 1.8))
+_SEVERAL = (
+    (ORANGE, "-", 3.6),
+    (SKY, "-", 2.6),
+    (GREEN, "--", 2.0),
+    (INK, ":", 2.0),
+    (PURPLE, "-.", 1.6),
+)
 
 
 def motion_chart(results: ResultsOrPath, *, design: int | None = None) -> Figure:
-    """Draw the motion of one design over the crank angle.
+    """Draw the motion of one design over the input angle.
 
-    Angles, angular velocities and accelerations of coupler and rocker, and the transmission angle; where the study uses
-    clutches also the velocity ratio and the output. Of a mechanism under load: rocker, pin forces, drive torque, power.
-    The study's bounds on signals are drawn as lines.
+    The panels are those that the mechanism declares, such as angles, velocities, forces and torques; where the study
+    uses clutches also the output behind them. The study's bounds on signals are drawn as lines.
 
     Parameters
     ----------
@@ -41,100 +50,145 @@ def motion_chart(results: ResultsOrPath, *, design: int | None = None) -> Figure
     Raises
     ------
     MotionError
-        If the crank of the design cannot make a full turn.
+        If the design has no motion over a full turn.
     RequestError
         If no number is given and no design is feasible.
     ResultsError
         If the design is not in the file, or the window of the study cannot be read.
     """
-    simulated = simulate_design(results_of(results), design)
-    return forces_figure(simulated) if "drive_torque" in simulated.motion else motion_figure(simulated)
+    return motion_figure(simulate_design(results_of(results), design))
 
 
 def motion_figure(simulated: SimulatedDesign) -> Figure:
-    """Draw the motion without forces."""
-    phases, motion = simulated.phases, simulated.motion
-    figure = new_figure(11.0, 9.2 if phases else 6.4)
-    panels = figure.subplots(3 if phases else 2, 2, sharex=True)
-    (angles, transmission), (velocities, accelerations) = panels[:2]
-    for panel, quantity in ((angles, "angle"), (velocities, "velocity"), (accelerations, "acceleration")):
-        _draw_links(panel, motion, quantity, simulated.bounds)
-    if simulated.drive is not None:
-        angles.fill_between([], [], color=MUTED, alpha=0.17, lw=0, label="drive stroke")
-    angles.legend(loc="best", frameon=True, framealpha=0.85, edgecolor="none")
-    transmission.set_ylim(0, 180)
-    transmission.set_yticks(range(0, 181, 30))
-    _draw_signal(transmission, motion["transmission_angle"], "transmission angle [deg]", GREEN, simulated.bounds)
-    if phases:
-        ratio, output = panels[2]
-        _draw_signal(ratio, motion["velocity_ratio"], "rocker over crank velocity [1]", PURPLE, simulated.bounds)
-        _draw_output(output, motion, simulated.drive, phases, simulated.bounds)
-    for panel in panels.ravel():
-        set_turn_axis(panel, simulated.drive, simulated.limits)
-    label_limits(panels[0], simulated.limits)
-    for panel in panels[-1]:
-        panel.set_xlabel("crank angle [deg]")
+    """Draw the panels in two columns with a heading."""
+    panels = [panel for panel in _panels(simulated) if _applies(panel, simulated)]
+    rows = -(-len(panels) // 2)
+    figure = new_figure(11.0, 0.8 + 2.8 * rows)
+    axes = figure.subplots(rows, 2, sharex=True, squeeze=False)
+    for chart, panel, colour in zip(axes.ravel(), panels, _SINGLE * len(panels), strict=False):
+        _draw_panel(chart, simulated, panel, colour)
+        set_turn_axis(chart, simulated.drive, simulated.marks)
+    label_marks(axes[0][: len(panels)], simulated.marks)
+    for chart in axes.ravel()[len(panels) :]:
+        chart.remove()
+    for chart in axes.ravel()[max(0, len(panels) - 2) : len(panels)]:
+        chart.set_xlabel(f"{simulated.mechanism.input_angle} [deg]")
+        chart.tick_params(labelbottom=True)
     write_heading(figure, simulated.title, 100)
     return figure
 
 
-def clutch_output(motion: pd.DataFrame, drive: tuple[float, float], phases: int) -> FloatArray:
-    """Output velocity of equal linkages, evenly phased, behind one-way clutches.
+def _panels(simulated: SimulatedDesign) -> tuple[Panel, ...]:
+    """The declared panels, or one for each signal."""
+    return simulated.mechanism.panels or tuple(
+        Panel(signal.long_name, (signal.name,)) for signal in simulated.mechanism.signals if not signal.only_in
+    )
+
+
+def _applies(panel: Panel, simulated: SimulatedDesign) -> bool:
+    """Whether the study uses clutches, for a panel with them, and the design has a load, for forces."""
+    loads = {load for name in panel.signals for load in simulated.mechanism.signal(name).required_loads}
+    loaded = not loads or any(simulated.parameters.get(load, 0.0) for load in loads)
+    return loaded and (simulated.phases is not None or not panel.with_clutch)
+
+
+def clutch_output(simulated: SimulatedDesign, signal: Signal, drive: tuple[float, float], phases: int) -> FloatArray:
+    """A rectified signal of equal mechanisms, evenly phased, behind one-way clutches.
 
     Parameters
     ----------
-    motion
-        The motion of one turn, from `explore.simulate`.
+    signal
+        The signal; it is computed from the one whose row it shares.
     drive
-        Crank angles between which the clutches transmit, deg.
+        Input angles between which the clutches transmit, deg.
     phases
-        Number of linkages.
+        Number of mechanisms.
 
     Returns
     -------
     (t,) array
-        rad/s, at the crank angles of the motion.
+        At the input angles of the motion.
     """
-    angle, velocity = motion.index.to_numpy(), motion["rocker_velocity"].to_numpy()
-    sense = np.sign(np.interp(sum(drive) / 2.0, angle, velocity, period=360.0))
+    motion = simulated.motion
+    angle, values = motion.index.to_numpy(), motion[signal.shares_row_with].to_numpy()
+    sense = np.sign(np.interp(sum(drive) / 2.0, angle, values, period=360.0))
     shifts = 360.0 * np.arange(phases) / phases
-    velocities = [sense * np.interp(angle + shift, angle, velocity, period=360.0) for shift in shifts]
-    output: FloatArray = np.maximum(0.0, np.max(velocities, axis=0))
+    shifted = [sense * np.interp(angle + shift, angle, values, period=360.0) for shift in shifts]
+    output: FloatArray = np.maximum(0.0, np.max(shifted, axis=0))
     return output
 
 
-def _draw_links(panel: Axes, motion: pd.DataFrame, quantity: str, bounds: Sequence[SignalBound]) -> None:
-    """Draw one quantity of coupler and rocker."""
-    angle = motion.index.to_numpy()
-    curves = {f"{link}_{quantity}": motion[f"{link}_{quantity}"].to_numpy() for link in _LINKS}
-    if quantity == "angle":
-        curves = {name: np.unwrap(values, period=360.0) for name, values in curves.items()}
-    for values, (link, (colour, style)) in zip(curves.values(), _LINKS.items(), strict=True):
-        panel.plot(angle, values, style, color=colour, lw=1.8, label=link)
-    panel.set_ylabel(f"{'' if quantity == 'angle' else 'angular '}{quantity} [{_UNITS[quantity]}]")
-    draw_bounds(panel, angle, curves, bounds)
-
-
-def _draw_signal(panel: Axes, signal: pd.Series, label: str, colour: str, bounds: Sequence[SignalBound]) -> None:
-    """Draw one signal with its bounds."""
-    panel.plot(signal.index, signal, color=colour, lw=1.8)
-    panel.set_ylabel(label)
-    draw_bounds(panel, signal.index.to_numpy(), {str(signal.name): signal.to_numpy()}, bounds)
-
-
-def _draw_output(
-    panel: Axes, motion: pd.DataFrame, drive: tuple[float, float] | None, phases: int, bounds: Sequence[SignalBound]
-) -> None:
-    """Draw the output of all linkages in bold over that of one."""
-    panel.set_ylabel("output velocity [rad/s]")
-    if drive is None:
-        panel.text(0.5, 0.5, "the output turns fully:\nno stroke to drive a clutch", ha="center", va="center",
-                   color=MUTED, transform=panel.transAxes)  # fmt: skip
+def _draw_panel(chart: Axes, simulated: SimulatedDesign, panel: Panel, colour: str) -> None:
+    """Draw the curves of a panel with the study's bounds on them."""
+    signals = [simulated.mechanism.signal(name) for name in panel.signals]
+    unit = panel.unit or signals[0].unit
+    chart.set_ylabel(f"{panel.label} [{unit_text(unit)}]")
+    if any(signal.is_rectified for signal in signals):
+        _draw_output(chart, simulated, signals[0])
         return
+    motion = simulated.motion
+    curves = {signal.name: _values(simulated, signal) * panel.factor for signal in signals}
+    looks = ((colour, "-", 1.8),) if len(signals) == 1 else _PAIR if len(signals) == 2 else _SEVERAL
+    for (name, values), (hue, style, width) in zip(curves.items(), looks, strict=False):
+        chart.plot(motion.index, values, style, color=hue, lw=width, label=name.replace("_", " "))
+    if panel.shows_mean:
+        _draw_mean(chart, motion.index.to_numpy(), *curves.values())
+    _set_value_axis(chart, panel, unit, any(signal.is_magnitude for signal in signals))
+    draw_bounds(chart, motion.index.to_numpy(), curves, simulated.bounds, panel.factor)
+    shades_drive = simulated.drive is not None and panel is _panels(simulated)[0]
+    if shades_drive:
+        chart.fill_between([], [], color=MUTED, alpha=0.17, lw=0, label="drive stroke")
+    if len(signals) > 1 or shades_drive or panel.shows_mean:
+        _add_legend(chart, "", 2 if len(signals) > 3 else 1)
+
+
+def _values(simulated: SimulatedDesign, signal: Signal) -> FloatArray:
+    """A signal over the turn; angles go on past 180 deg."""
+    values = simulated.motion[signal.name].to_numpy()
+    return np.unwrap(values, period=360.0) if signal.unit == "deg" else values
+
+
+def _set_value_axis(chart: Axes, panel: Panel, unit: str, is_magnitude: bool) -> None:
+    """Ticks of angles at multiples of 30 deg, magnitudes from 0, a line at 0 where the sign changes."""
+    from matplotlib.ticker import MaxNLocator
+
+    if panel.limits:
+        chart.set_ylim(*panel.limits)
+    if unit == "deg":
+        chart.yaxis.set_major_locator(MaxNLocator(nbins=7, steps=[1, 1.5, 3, 6, 9, 10]))
+    bottom, top = chart.get_ylim()
+    if is_magnitude:
+        # Forces that hardly vary lie below the top of the axis, and the legend above them.
+        largest = max((float(np.max(line.get_ydata())) for line in chart.get_lines()), default=0.0)
+        chart.set_ylim(0.0, 1.25 * largest or 1.0)
+    elif bottom < 0.0 < top and unit != "deg":
+        chart.axhline(0.0, color=INK, lw=0.6)
+
+
+def _draw_mean(chart: Axes, angle: FloatArray, *curves: FloatArray) -> None:
+    for values in curves:
+        mean = float(np.trapezoid(values, angle) / (angle[-1] - angle[0]))
+        if abs(mean) < _ROUNDING * np.abs(values).max():
+            mean = 0.0
+        chart.axhline(mean, color=MUTED, lw=1.2, ls="--", label=f"mean {mean:.4g}")
+
+
+def _draw_output(chart: Axes, simulated: SimulatedDesign, signal: Signal) -> None:
+    """Draw the output of all mechanisms in bold over that of one."""
+    if simulated.drive is None or simulated.phases is None:
+        chart.text(0.5, 0.5, "the output turns fully:\nno stroke to drive a clutch", ha="center", va="center",
+                   color=MUTED, transform=chart.transAxes)  # fmt: skip
+        return
+    angle, phases = simulated.motion.index.to_numpy(), simulated.phases
     if phases > 1:
-        panel.plot(motion.index, clutch_output(motion, drive, 1), "--", color=SKY, lw=1.4, label="1 linkage")
-    output = clutch_output(motion, drive, phases)
-    panel.plot(motion.index, output, color=INK, lw=2.0, label=f"{phases} linkage{'s' * (phases > 1)}")
-    panel.set_ylim(bottom=0.0)
-    draw_bounds(panel, motion.index.to_numpy(), {"output_velocity": output}, bounds)
-    panel.legend(loc="best", frameon=True, framealpha=0.85, edgecolor="none", title="through clutches")
+        one = clutch_output(simulated, signal, simulated.drive, 1)
+        chart.plot(angle, one, "--", color=SKY, lw=1.4, label="1 linkage")
+    output = clutch_output(simulated, signal, simulated.drive, phases)
+    chart.plot(angle, output, color=INK, lw=2.0, label=f"{phases} linkage{'s' * (phases > 1)}")
+    chart.set_ylim(bottom=0.0)
+    draw_bounds(chart, angle, {signal.name: output}, simulated.bounds)
+    _add_legend(chart, "through clutches")
+
+
+def _add_legend(chart: Axes, title: str = "", columns: int = 1) -> None:
+    chart.legend(loc="best", frameon=True, framealpha=0.85, edgecolor="none", title=title or None, ncols=columns)

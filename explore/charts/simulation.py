@@ -12,10 +12,11 @@ from explore.api import simulate
 from explore.charts.bounds import SignalBound, signal_bounds, uses_clutch
 from explore.charts.labels import results_name
 from explore.charts.queries import choose_design
-from explore.charts.turn import crank_angles
-from explore.errors import RequestError, ResultsError
+from explore.charts.turn import turn_angles
+from explore.errors import ResultsError
+from explore.model.drawing import Pose
 from explore.model.mechanism import Mechanism
-from explore.motions import window_limits
+from explore.motions import mark_angles, window_limits
 from explore.request.names import find_mechanism
 from explore.suggest import format_value
 
@@ -31,30 +32,41 @@ class SimulatedDesign:
 
     Attributes
     ----------
-    motion
-        Signals at crank angles of one turn, from `explore.simulate`.
+    mechanism
+        The declaration of its mechanism.
     parameters
         Parameters of the design, in declared units, defaults included.
+    motion
+        Signals at input angles of one turn, from `explore.simulate`.
     title
         Study, number and parameters of the design.
-    limits
-        Crank angles of the limit positions by name, deg; empty where the output turns fully.
+    marks
+        Input angles of the marks by name, such as limit positions, deg; empty where the output turns fully.
     drive
-        First and last crank angle of the drive stroke, deg, the last the larger; None without strokes, or where the
+        First and last input angle of the drive stroke, deg, the last the larger; None without strokes, or where the
         study uses no clutches.
     phases
-        Number of linkages that share the output through one-way clutches; None where the study uses no clutches.
+        Number of mechanisms that share the output through one-way clutches; None where the study uses no clutches.
     bounds
-        Bounds of the study on signals, at the crank angles where they hold for this design.
+        Bounds of the study on signals, at the input angles where they hold for this design.
     """
 
-    motion: pd.DataFrame
+    mechanism: Mechanism
     parameters: Mapping[str, float]
+    motion: pd.DataFrame
     title: str = ""
-    limits: Mapping[str, float] = field(default_factory=dict)
+    marks: Mapping[str, float] = field(default_factory=dict)
     drive: tuple[float, float] | None = None
     phases: int | None = None
     bounds: Sequence[SignalBound] = ()
+
+    def pose(self, input_angles: Sequence[float] | None = None) -> Pose:
+        """The values that a drawing needs, at input angles in deg; by default those of the motion."""
+        motion = self.motion
+        if input_angles is not None:
+            motion = simulate(self.mechanism.name, self.parameters, angles=input_angles)
+        signals = {str(name): motion[name].to_numpy() for name in motion}
+        return Pose.of(self.mechanism.signals, self.parameters, signals, motion.index.to_numpy())
 
 
 def simulate_design(results: Results, design: int | None = None) -> SimulatedDesign:
@@ -70,31 +82,28 @@ def simulate_design(results: Results, design: int | None = None) -> SimulatedDes
     Raises
     ------
     MotionError
-        If the crank cannot make a full turn.
+        If the design has no motion over a full turn.
     RequestError
-        If no number is given and no design is feasible, or the mechanism has no rocker.
+        If no number is given and no design is feasible.
     ResultsError
         If the design is not in the file, or the window of the study cannot be read.
     """
     mechanism = find_mechanism(results.mechanism)
-    if "rocker_angle" not in {signal.name for signal in mechanism.signals}:
-        raise RequestError(
-            f"a {mechanism.name} has no rocker, which this figure shows; `explore simulate` gives its motion"
-        )
     chosen = choose_design(results, design)
     row = results.design(chosen)
     values = {p.name: float(row[p.name]) if p.name in row else p.default for p in mechanism.parameters}
     parameters = {name: value for name, value in values.items() if value is not None}
-    motion = simulate(mechanism.name, parameters, angles=crank_angles())
-    strokes = _Strokes(mechanism, parameters, _drive_name(results, mechanism))
-    clutched = uses_clutch(results) and any(window.name == "drive" for window in mechanism.windows)
-    ends = strokes.limits("overlapped_to_extended")
+    motion = simulate(mechanism.name, parameters, angles=turn_angles(np.rad2deg(mechanism.anchor_angle)))
+    columns = {name: np.array([value]) for name, value in parameters.items()}
+    strokes = _Strokes(mechanism, columns, _drive_name(results, mechanism))
+    clutched = uses_clutch(results, mechanism)
     swept = ", ".join(f"{p.name} {parameters[p.name]:.6g} {p.unit}" for p in mechanism.parameters if p.name in row)
     return SimulatedDesign(
-        motion,
+        mechanism,
         parameters,
+        motion,
         title=f"{results_name(results)}, design {chosen:,}: {swept}",
-        limits=dict(zip(("overlapped", "extended"), ends, strict=True)) if ends else {},
+        marks=mark_angles(mechanism, columns),
         drive=strokes.limits("drive") if clutched else None,
         phases=int(parameters.get("phases", 1)) if clutched else None,
         bounds=strokes.located(signal_bounds(results, mechanism)),
@@ -113,15 +122,14 @@ class _Strokes:
     """The strokes of one design."""
 
     mechanism: Mechanism
-    parameters: Mapping[str, float]
+    columns: Mapping[str, np.ndarray]
     drive: str
 
     def limits(self, window: str) -> tuple[float, float] | None:
-        """First and last crank angle of a stroke, deg; None when the output has no strokes."""
-        columns = {name: np.array([value]) for name, value in self.parameters.items()}
-        return window_limits(self.mechanism, columns, window, self.drive)
+        """First and last input angle of a stroke, deg; None when the output has no strokes."""
+        return window_limits(self.mechanism, dict(self.columns), window, self.drive)
 
     def located(self, bounds: Sequence[SignalBound]) -> list[SignalBound]:
-        """The bounds with the crank angles of this design; those on strokes that it does not have are left out."""
+        """The bounds with the input angles of this design; those on strokes that it does not have are left out."""
         spans = [self.limits(bound.stroke) if bound.stroke else bound.span for bound in bounds]
         return [replace(bound, span=span) for bound, span in zip(bounds, spans, strict=True) if span]

@@ -8,6 +8,7 @@ from collections.abc import Collection, Iterable, Iterator
 from typing import TypeVar
 
 from explore.model.declaration import ANCHORS, Declaration
+from explore.model.drawing_checks import check_drawing
 from explore.model.quadrature import MOST_SINGULARITIES, Adaptive
 from explore.model.status import OWN_CODES, Status
 
@@ -30,7 +31,10 @@ def check_declaration(declaration: Declaration) -> None:
     ValueError
         With the first problem, in one sentence.
     """
-    for problems in (_names, _parameters, _columns, _statuses, _signals, _references, _windows, _formulas, _defaults):
+    checks = (
+        _names, _parameters, _columns, _statuses, _signals, _references, _windows, _formulas, _defaults, check_drawing
+    )  # fmt: skip
+    for problems in checks:
         for problem in problems(declaration):
             raise ValueError(f"mechanism '{declaration.name}': {problem}")
 

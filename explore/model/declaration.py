@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from enum import IntEnum
 
+from explore.model.drawing import Drawing, Panel
 from explore.model.quadrature import Adaptive, Graded, Quadrature
 from explore.model.quantities import OUTPUT_STATISTICS, Formula, Metric, Parameter, Signal, Window
 from explore.model.status import OwnStatus, Status
@@ -84,6 +85,10 @@ class Declaration:
         Text of a commented study of the mechanism, ready to run; empty for one in the folder `data` of this package.
     statuses
         The statuses that `close` gives to designs without a motion or without strokes, by code.
+    drawing
+        How figures show the mechanism in its plane; None for a mechanism without a picture.
+    panels
+        Which signals share an axis in charts of a motion; without them each has its own.
     """
 
     name: str
@@ -117,6 +122,8 @@ class Declaration:
     loop_lengths: tuple[str, ...] = ()
     starter: str = ""
     statuses: Mapping[int, OwnStatus] = field(default_factory=dict)
+    drawing: Drawing | None = None
+    panels: tuple[Panel, ...] = ()
 
     @property
     def default_drive(self) -> str:

@@ -165,6 +165,8 @@ class Metric:
         Words for the values of an integer code; empty for numbers.
     lower, upper
         Bounds of all possible values, so that a study cannot solve for a value outside.
+    worst_of
+        Name of the signal, an angle, of which this is the smallest value of it and of 180 deg less it; empty for none.
     """
 
     name: str
@@ -174,6 +176,7 @@ class Metric:
     labels: tuple[str, ...] = ()
     lower: float = -np.inf
     upper: float = np.inf
+    worst_of: str = ""
 
 
 @dataclass(frozen=True)

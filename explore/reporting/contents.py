@@ -124,7 +124,7 @@ def _describe_study(results: Results, mechanism: Mechanism | None, ranking: Rank
         "mechanism": results.mechanism,
         "summary": mechanism.summary if mechanism else "",
         "defaults": {p.name: p.default for p in parameters if p.default is not None},
-        **_window_and_drive(results),
+        **_window_and_drive(results, mechanism),
         "studied": results.n_studied,
         "committed": results.n_committed,
         "complete": results.is_complete,
@@ -140,12 +140,12 @@ def _describe_study(results: Results, mechanism: Mechanism | None, ranking: Rank
     }
 
 
-def _window_and_drive(results: Results) -> dict[str, str]:
+def _window_and_drive(results: Results, mechanism: Mechanism | None) -> dict[str, str]:
     """The window of the study, and the drive stroke if its clutches have one, as far as it names them."""
     window = results.window
     if not isinstance(window, str):
         window = f"{window['from']:g} to {window['to']:g} deg"
-    return {"window": window, "drive": results.drive if uses_clutch(results) else "none"}
+    return {"window": window, "drive": results.drive if mechanism and uses_clutch(results, mechanism) else "none"}
 
 
 def _bounds(results: Results, mechanism: Mechanism | None) -> list[list[Any]]:

@@ -14,6 +14,7 @@ from explore.model.mechanism import Mechanism
 from explore.request.parameters import parameter_columns
 from explore.testing.commands import failing_commands
 from explore.testing.derivatives import wrong_derivatives
+from explore.testing.drawing import broken_links
 from explore.testing.drawn_designs import draw_designs
 from explore.testing.invariance import changes_with_the_block, changes_with_units
 from explore.testing.statistics import wrong_statistics, wrong_zero_means
@@ -27,6 +28,7 @@ _CHECKS = (
     wrong_zero_means,
     changes_with_units,
     changes_with_the_block,
+    broken_links,
 )
 
 
@@ -67,6 +69,7 @@ def check_mechanism(
       `error` of those by dense sampling, which uses the signals at plain input angles alone;
     - all columns change as their units say when lengths, times and masses are given in other units, also the speed;
     - no bit depends on the block of a design or its place in it;
+    - links of the drawing keep their lengths;
     - the study loads and sweeps, and every command works on its results.
 
     Signals that exist only in some windows, as behind clutches, and derived metrics are not sampled densely.

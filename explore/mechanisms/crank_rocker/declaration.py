@@ -1,8 +1,9 @@
 """The crank-rocker of a pulsating stepless transmission: its declaration."""
 
-from explore.mechanisms import four_bar, four_bar_integrals, rocking
+from explore.mechanisms import four_bar, four_bar_drawing, four_bar_integrals, rocking
 from explore.mechanisms.crank_rocker import kernel
 from explore.mechanisms.crank_rocker.columns import Row
+from explore.model.drawing import Panel
 from explore.model.mechanism import Mechanism
 from explore.model.quadrature import Graded
 from explore.model.quantities import Metric, Parameter, Signal, Window
@@ -172,4 +173,13 @@ CRANK_ROCKER = Mechanism(
     integrated_rows=four_bar_integrals.ROWS,
     loop_lengths=("crank", "coupler", "rocker", "ground"),
     statuses=rocking.STATUSES,
+    drawing=four_bar_drawing.DRAWING,
+    panels=(
+        Panel("angle", ("coupler_angle", "rocker_angle")),
+        Panel("transmission angle", ("transmission_angle",), limits=(0.0, 180.0)),
+        Panel("angular velocity", ("coupler_velocity", "rocker_velocity")),
+        Panel("angular acceleration", ("coupler_acceleration", "rocker_acceleration")),
+        Panel("rocker over crank velocity", ("velocity_ratio",), with_clutch=True),
+        Panel("output velocity", ("output_velocity",), with_clutch=True),
+    ),
 )

@@ -2,10 +2,11 @@
 
 import math
 
-from explore.mechanisms import four_bar, four_bar_integrals, rocking
+from explore.mechanisms import four_bar, four_bar_drawing, four_bar_integrals, rocking
 from explore.mechanisms.rig import columns, forces, kernel
 from explore.mechanisms.rig.columns import Row
 from explore.mechanisms.rig.formulas import FORMULAS, SIZING_PARAMETERS
+from explore.model.drawing import Panel
 from explore.model.mechanism import Mechanism
 from explore.model.quadrature import Graded
 from explore.model.quantities import Metric, Parameter, Signal, Window
@@ -75,6 +76,8 @@ _SIGNALS = (
            derivative_of="rocker_angle"),
     Signal("rocker_acceleration", "rad/s^2", "rocker angular acceleration", four_bar.ROCKER_ACCELERATION,
            four_bar.ACCELERATIONS, 2, pole_order=4, derivative_of="rocker_velocity"),
+    Signal("transmission_angle", "deg", "transmission angle", four_bar.TRANSMISSION_ANGLE, four_bar.TRANSMISSION,
+           extremes_at=("anchor", "opposite")),
     *(
         Signal(f"velocity_deviation{suffix}", "rad/s", f"deviation of the rocker's velocity from a sine{factor}", row,
                columns.HARMONICS, 1, order, terms_row=four_bar.ROCKER_VELOCITY, is_residual=True)
@@ -108,7 +111,7 @@ _METRICS = (
     Metric("mid_angle", "deg", "mean of the rocker's two limit angles", lower=-180.0, upper=180.0),
     Metric("time_ratio", "1", "time ratio: longer crank interval over shorter", "min", lower=1.0),
     Metric("transmission_angle_worst", "deg", "smallest of transmission angle and 180 deg less it in a turn", "max",
-           lower=0.0, upper=90.0),
+           lower=0.0, upper=90.0, worst_of="transmission_angle"),
     Metric("size", "mm", "coupler and rocker length together", "min"),
     *(
         Metric(f"swing_sensitivity_{link}", "deg/mm", f"change of the swing with the {word}")
@@ -168,4 +171,15 @@ TEST_RIG = Mechanism(
     integrals=four_bar_integrals.integrals,
     integrated_rows=four_bar_integrals.ROWS,
     default_window="cycle",
+    drawing=four_bar_drawing.DRAWING,
+    panels=(
+        Panel("rocker angle", ("rocker_angle",)),
+        Panel("transmission angle", ("transmission_angle",), limits=(0.0, 180.0)),
+        Panel("rocker velocity", ("rocker_velocity",)),
+        Panel("pin forces", tuple(f"pin_force_{pin}" for pin in "abcd"), "kN", 1e-3),
+        Panel("rocker acceleration", ("rocker_acceleration",)),
+        Panel("drive torque", ("drive_torque",), shows_mean=True),
+        Panel("coupler force", ("coupler_force",), "kN", 1e-3),
+        Panel("power", ("power",), "kW", 1e-3, shows_mean=True),
+    ),
 )

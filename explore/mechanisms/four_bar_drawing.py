@@ -1,0 +1,27 @@
+"""How a four-bar is drawn: the ground's pivots on the x axis, that of the crank at the origin."""
+
+from explore.model.drawing import INPUT, Drawing, Link, Path, Vector
+
+_CRANK, _GROUND, _ROCKER = Vector("crank", INPUT), Vector("ground"), Vector("rocker", "rocker_angle")
+
+DRAWING = Drawing(
+    points={
+        "crank pivot": (),
+        "crank joint": (_CRANK,),
+        "rocker joint": (_GROUND, _ROCKER),
+        "rocker pivot": (_GROUND,),
+        "middle": tuple(Vector(v.length, v.angle, 0.5) for v in (_CRANK, _GROUND, _ROCKER)),
+    },
+    links=(
+        Link("crank", ("crank pivot", "crank joint")),
+        Link("coupler", ("crank joint", "rocker joint")),
+        Link("rocker", ("rocker joint", "rocker pivot")),
+    ),
+    pivots=("crank pivot", "rocker pivot"),
+    paths=(
+        Path("crank joint", "path of the joint of crank and coupler"),
+        Path("rocker joint", "path of the joint of coupler and rocker", "output"),
+        Path("middle", "path of the middle of the coupler", "point"),
+    ),
+    stroke_point="crank joint",
+)
