@@ -16,6 +16,8 @@ from numba.core import sigutils
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.event import Event, Listener, register
 
+from explore.compiler import PlainCompiler, quick_compilation
+
 #: Designs, or nodes, that compiled functions work on at once: rows of tiles have this length, a constant, so that loops
 #: over it vectorise.
 LANES = 16
@@ -53,7 +55,7 @@ def compiled(
     settings = options(fast=fast, contract=contract, inlined=inlined, allocates=allocates)
 
     def decorate(function: Callable[..., Any]) -> Any:
-        dispatcher = cached(njit(cache=True, **settings)(function))
+        dispatcher = cached(njit(cache=True, pipeline_class=PlainCompiler, **settings)(function))
         if signature is not None:
             dispatcher._compile_for_args = partial(_compile_and_call, dispatcher, signature)
         return dispatcher
@@ -66,7 +68,7 @@ def _compile_and_call(dispatcher: Any, signature: Any, *_arguments: object) -> A
 
     Other threads wait: a second compilation, for the types of their arguments, would be refused.
     """
-    with global_compiler_lock:
+    with global_compiler_lock, quick_compilation():
         if not dispatcher.overloads:
             dispatcher.compile(signature)
             dispatcher.disable_compile()

@@ -12,10 +12,10 @@ from typing import Any
 
 from numba import njit, types
 from numba.core.codegen import JITCodeLibrary
-from numba.core.compiler import CompilerBase, DefaultPassBuilder
 from numba.core.compiler_machinery import LoweringPass, register_pass
-from numba.core.typed_passes import AnnotateTypes
+from numba.core.typed_passes import NativeLowering
 
+from explore.compiler import PlainCompiler
 from explore.compiling import cached, options
 
 
@@ -30,7 +30,7 @@ def subroutine(*, fast: bool = False, contract: bool = False, inlined: bool = Fa
         dispatcher = njit(
             pipeline_class=_TranslatingCompiler, no_cpython_wrapper=True, no_cfunc_wrapper=True, **settings
         )(function)
-        dispatcher.alone = cached(njit(cache=True, **settings)(function))
+        dispatcher.alone = cached(njit(cache=True, pipeline_class=PlainCompiler, **settings)(function))
         dispatcher._insert = _skip
         dispatcher._compile_for_args = lambda *_, **__: dispatcher.alone
         resolve = dispatcher.get_call_template
@@ -95,11 +95,8 @@ class _TranslateOnly(LoweringPass):  # type: ignore[misc]
         return True
 
 
-class _TranslatingCompiler(CompilerBase):  # type: ignore[misc]
-    """Numba's compiler with `_TranslateOnly` in place of its choice of the library."""
+class _TranslatingCompiler(PlainCompiler):
+    """The compiler with the choice of the library before the passes that fill it."""
 
-    def define_pipelines(self) -> list[Any]:
-        passes = DefaultPassBuilder.define_nopython_pipeline(self.state)
-        passes.add_pass_after(_TranslateOnly, AnnotateTypes)
-        passes.finalize()
-        return [passes]
+    _lowering = PlainCompiler.passes.index(NativeLowering)
+    passes = (*PlainCompiler.passes[:_lowering], _TranslateOnly, *PlainCompiler.passes[_lowering:])

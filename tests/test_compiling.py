@@ -1,5 +1,6 @@
 """The compiled kernels: vectorised, found in the cache by a second process, announced when they are compiled."""
 
+import gc
 import json
 import os
 import platform
@@ -8,18 +9,21 @@ import sys
 import time
 
 import pytest
+from numba import types
 from studies import GOOD
+
+from explore.compiler import quick_compilation
 
 REPORT = """
 import json
 from explore.evaluation.evaluate import compile_kernels
 from explore.lanes.designs import close_all
-from explore.quadrature.loop import sample_plain
+from explore.quadrature.loop import sample_moments
 from explore.mechanisms.registry import MECHANISMS
 from explore.request.requests import make_request
 mechanism = MECHANISMS["crank-rocker"]
 compile_kernels(make_request(mechanism))
-functions = {"sample_plain": sample_plain, "close_all": close_all, "close": mechanism.close, "fill": mechanism.fill}
+functions = {"sample_moments": sample_moments, "close_all": close_all, "close": mechanism.close, "fill": mechanism.fill}
 stats = {name: [f.stats.cache_hits.total(), f.stats.cache_misses.total()] for name, f in functions.items()}
 """
 
@@ -155,6 +159,16 @@ def test_a_wrong_name_is_reported_before_anything_is_compiled(tmp_path, command)
     assert process.returncode == 2
     assert process.stderr == "error: typo.toml: no such file; `explore init` writes one to start from\n"
     assert not list(tmp_path.iterdir())
+
+
+def test_a_failed_compilation_leaves_numba_and_the_garbage_collector_as_they_were():
+    with pytest.raises(TypeError), quick_compilation():
+        assert not gc.isenabled()
+        assert "get_call_type" in vars(types.Function)
+        raise TypeError
+
+    assert gc.isenabled()
+    assert "get_call_type" not in vars(types.Function)
 
 
 def test_a_change_in_any_module_is_noticed(first):

@@ -70,7 +70,7 @@ def _store_sums(rows, flags, w, lanes, tile, sums):
 
 
 @subroutine()
-def fill_bin(fill, sizes, tables, w, begin, end, ends, work, tile, sums):
+def fill_bin(fill, sizes, tables, w, begin, end, ends, extremes, work, tile, sums):
     """Fill moments and extremes of the panels ``order[begin:end]``, which share rule, anchor, law and variant."""
     panels, first = work.panels, work.order[begin]
     count, anchor = int(panels[COUNT + first]), int(panels[ANCHOR + first])
@@ -95,5 +95,5 @@ def fill_bin(fill, sizes, tables, w, begin, end, ends, work, tile, sums):
         )  # fmt: skip
         join_tails(tile.sums, sizes.rows, tables.is_adaptive, tile.shape)
         _store_sums(sizes.rows, tables.flags, w, lanes, tile, sums)
-        if ends:
+        if extremes is not None:
             _fill_extremes(fill, sizes, tables, w, anchor, law, variant, count, lanes, tile, sums)
