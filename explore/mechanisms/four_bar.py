@@ -110,7 +110,7 @@ def classify(crank, coupler, rocker, ground):
     return 1.0 * CHANGE_POINT if equal else linkage_class, 0.0 if equal else margin
 
 
-@subroutine(inlined=True)
+@subroutine(contract=True, inlined=True)
 def prepare(crank, coupler, rocker, ground, branch, constants, lane):
     """Fill the constants that `fill` needs, the first FOUR_BAR_SIZE rows, of one lane."""
     four_crank_ground = 4.0 * crank * ground
@@ -132,7 +132,7 @@ def prepare(crank, coupler, rocker, ground, branch, constants, lane):
     constants[BRANCH * LANES + lane] = branch
 
 
-@subroutine(inlined=True)
+@subroutine(contract=True, inlined=True)
 def factors(constants, anchor, lane, square):
     """P, Q and D at one node, and w; `square` is u^2."""
     p_least, p_largest = constants[P_LEAST * LANES + lane], constants[P_LARGEST * LANES + lane]
@@ -142,6 +142,12 @@ def factors(constants, anchor, lane, square):
     q_here, q_there = (q_largest, q_least) if anchor == 0 else (q_least, q_largest)
     d_here, d_there = (d_least, d_largest) if anchor == 0 else (d_largest, d_least)
     return p_here + p_there * square, q_here + q_there * square, d_here + d_there * square, 1.0 + square
+
+
+@subroutine(contract=True, inlined=True)
+def transmission_angle(p, q):
+    """Twice the angle whose tangent is the root of p/q, rad, by one root."""
+    return arctangent(2.0 * math.sqrt(p * q), q - p)
 
 
 @subroutine(fast=True)
@@ -201,7 +207,7 @@ def _fill_transmission(constants, tangents, anchor, out):
     """Fill the transmission angle, rad, at one node of each lane."""
     for lane in range(LANES):
         p, q, _, _ = factors(constants, anchor, lane, tangents[lane] * tangents[lane])
-        out[TRANSMISSION_ANGLE * LANES + lane] = 2.0 * arctangent(math.sqrt(p), math.sqrt(q))
+        out[TRANSMISSION_ANGLE * LANES + lane] = transmission_angle(p, q)
 
 
 @subroutine()

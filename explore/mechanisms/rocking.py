@@ -39,7 +39,7 @@ STATUSES = {
 _OK = float(Status.OK)
 
 
-@subroutine(inlined=True)
+@subroutine(contract=True, inlined=True)
 def prepare(crank, coupler, rocker, ground, branch, constants, lane):
     """Fill the rows of the four-bar, the singularities and the noise of one lane.
 
@@ -52,16 +52,16 @@ def prepare(crank, coupler, rocker, ground, branch, constants, lane):
     """
     linkage_class, margin = four_bar.classify(crank, coupler, rocker, ground)
     four_bar.prepare(crank, coupler, rocker, ground, branch, constants, lane)
+    p_least, p_largest = constants[four_bar.P_LEAST * LANES + lane], constants[four_bar.P_LARGEST * LANES + lane]
+    q_least, q_largest = constants[four_bar.Q_LEAST * LANES + lane], constants[four_bar.Q_LARGEST * LANES + lane]
+    difference, total = abs(ground - crank), ground + crank
+    over_p_and_q, over_lengths = 1.0 / (p_largest * q_largest), 1.0 / (difference * total)
     # tanh(distance/2) of p = 0 and q = 0 from the real axis, and of d = 0 (a pole beside p = 0).
-    constants[SINGULAR_P * LANES + lane] = math.sqrt(
-        constants[four_bar.P_LEAST * LANES + lane] / constants[four_bar.P_LARGEST * LANES + lane]
-    )
-    constants[SINGULAR_Q * LANES + lane] = math.sqrt(
-        constants[four_bar.Q_LEAST * LANES + lane] / constants[four_bar.Q_LARGEST * LANES + lane]
-    )
-    constants[SINGULAR_D * LANES + lane] = abs(ground - crank) / (ground + crank)
+    constants[SINGULAR_P * LANES + lane] = math.sqrt(p_least * q_largest * over_p_and_q)
+    constants[SINGULAR_Q * LANES + lane] = math.sqrt(q_least * p_largest * over_p_and_q)
+    constants[SINGULAR_D * LANES + lane] = difference * difference * over_lengths
     # The largest d.B/d^2: where d is short the two terms of the velocities are large and may cancel.
-    constants[NOISE * LANES + lane] = crank / abs(ground - crank)
+    constants[NOISE * LANES + lane] = crank * total * over_lengths
     status = 1.0 * CRANK_BLOCKED
     status = _OK if linkage_class == four_bar.CRANK_ROCKER else status
     status = 1.0 * NO_STROKE if linkage_class == four_bar.DOUBLE_CRANK else status
@@ -70,7 +70,7 @@ def prepare(crank, coupler, rocker, ground, branch, constants, lane):
     return linkage_class, margin, status
 
 
-@subroutine(inlined=True)
+@subroutine(contract=True, inlined=True)
 def solve_limit_positions(crank, coupler, rocker, ground, branch, constants, lane):
     """Fill the limit positions of one lane; they are NaN where the rocker does not swing.
 
@@ -87,17 +87,21 @@ def solve_limit_positions(crank, coupler, rocker, ground, branch, constants, lan
     e1 = exact_sum(ground, -crank, -coupler, rocker)
     e2 = exact_sum(ground, -crank, coupler, -rocker)
     e3 = exact_sum(coupler, rocker, -ground, -crank)
-    # tan(A/2) at the crank pivot, and tan(psi/2) at the rocker pivot, in both limit positions.
-    extended = math.sqrt(e1 * less_ground / (sum_of_all * less_rocker))
-    overlapped = math.sqrt(less_coupler * e3 / (less_crank * e2))
-    psi_extended = math.sqrt(less_ground * less_rocker / (sum_of_all * e1))
-    psi_overlapped = math.sqrt(e2 * e3 / (less_crank * less_coupler))
+    # tan(A/2) at the crank pivot, and tan(psi/2) at the rocker pivot, in both limit positions: with the square roots of
+    # the products of all four sums, two roots and one division serve all.
+    square = less_crank * e2 * (less_coupler * e3)
+    root_extended, root = math.sqrt(sum_of_all * less_rocker * (e1 * less_ground)), math.sqrt(square)
+    divisor = sum_of_all * less_rocker * e1
+    inverse = 1.0 / (divisor * square)
+    over_divisor, over_root = root_extended * (inverse * square), root * (inverse * divisor)
+    extended, psi_extended = e1 * over_divisor, less_rocker * over_divisor
+    overlapped, psi_overlapped = less_coupler * e3 * over_root, e2 * e3 * over_root
     # Half the swing is half the difference of the two psi. The law of sines gives its sine without cancellation.
-    scale = math.sqrt((1.0 + psi_extended * psi_extended) * (1.0 + psi_overlapped * psi_overlapped))
-    sine_half_swing = crank * coupler * scale / (rocker * ground * (psi_extended + psi_overlapped))
-    swing = 2.0 * arctangent(sine_half_swing, (1.0 + psi_extended * psi_overlapped) / scale)
-    half_sum = arctangent(psi_extended + psi_overlapped, 1.0 - psi_extended * psi_overlapped)
+    psi_sum, psi_product = psi_extended + psi_overlapped, psi_extended * psi_overlapped
+    scale = (1.0 + psi_extended * psi_extended) * (1.0 + psi_overlapped * psi_overlapped)
+    swing = 2.0 * arctangent(crank * coupler * scale, (1.0 + psi_product) * (rocker * ground * psi_sum))
+    half_sum = arctangent(psi_sum, 1.0 - psi_product)
     imbalance = 2.0 * abs(arctangent(extended - overlapped, 1.0 + extended * overlapped))
     constants[EXTENDED * LANES + lane] = branch * extended
-    constants[OVERLAPPED * LANES + lane] = -branch / overlapped
+    constants[OVERLAPPED * LANES + lane] = -branch * (less_crank * e2 * over_root)
     return swing, branch * (math.pi - half_sum), (math.pi + imbalance) / (math.pi - imbalance)

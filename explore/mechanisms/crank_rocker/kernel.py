@@ -3,7 +3,6 @@
 import math
 
 from explore.compiling import CLOSE_SIGNATURE, FILL_SIGNATURE, LANES, compiled
-from explore.lanes.arctangent import arctangent
 from explore.mechanisms import four_bar, rocking
 from explore.mechanisms.crank_rocker.columns import Row
 
@@ -11,7 +10,7 @@ _DEGREES = 180.0 / math.pi
 _NAN = math.nan
 
 
-@compiled(CLOSE_SIGNATURE)
+@compiled(CLOSE_SIGNATURE, contract=True)
 def close(record):
     """Fill class, margins, limit positions and transmission angles; see `explore.model.mechanism.Mechanism`.
 
@@ -26,8 +25,8 @@ def close(record):
         rocks, turns = linkage_class == four_bar.CRANK_ROCKER, linkage_class <= four_bar.DOUBLE_CRANK
         p_least, p_largest = record[four_bar.P_LEAST * LANES + lane], record[four_bar.P_LARGEST * LANES + lane]
         q_least, q_largest = record[four_bar.Q_LEAST * LANES + lane], record[four_bar.Q_LARGEST * LANES + lane]
-        smallest = 2.0 * arctangent(math.sqrt(p_least), math.sqrt(q_largest))
-        largest = 2.0 * arctangent(math.sqrt(p_largest), math.sqrt(q_least))
+        smallest = four_bar.transmission_angle(p_least, q_largest)
+        largest = four_bar.transmission_angle(p_largest, q_least)
         record[Row.N_LINKAGES * LANES + lane] = record[Row.PHASES * LANES + lane]
         record[Row.STATUS * LANES + lane] = status
         record[Row.LINKAGE_CLASS * LANES + lane] = linkage_class

@@ -10,7 +10,6 @@ Its forces are in `explore.mechanisms.rig.forces`.
 import math
 
 from explore.compiling import CLOSE_SIGNATURE, LANES, compiled
-from explore.lanes.arctangent import arctangent
 from explore.mechanisms import four_bar, rocking
 from explore.mechanisms.rig.columns import (
     HAS_DAMPING,
@@ -96,8 +95,8 @@ def close(record):
         rocks, turns = linkage_class == four_bar.CRANK_ROCKER, linkage_class <= four_bar.DOUBLE_CRANK
         p_least, p_largest = record[four_bar.P_LEAST * LANES + lane], record[four_bar.P_LARGEST * LANES + lane]
         q_least, q_largest = record[four_bar.Q_LEAST * LANES + lane], record[four_bar.Q_LARGEST * LANES + lane]
-        smallest = 2.0 * arctangent(math.sqrt(p_least), math.sqrt(q_largest))
-        from_straight = 2.0 * arctangent(math.sqrt(q_least), math.sqrt(p_largest))
+        smallest = four_bar.transmission_angle(p_least, q_largest)
+        from_straight = four_bar.transmission_angle(q_least, p_largest)
         worst = smallest if smallest < from_straight else from_straight
         record[Row.STATUS * LANES + lane] = status
         record[Row.MIDDLE * LANES + lane] = middle
