@@ -162,10 +162,14 @@ def test_a_wrong_name_is_reported_before_anything_is_compiled(tmp_path, command)
 
 
 def test_a_failed_compilation_leaves_numba_and_the_garbage_collector_as_they_were():
-    with pytest.raises(TypeError), quick_compilation():
-        assert not gc.isenabled()
-        assert "get_call_type" in vars(types.Function)
-        raise TypeError
+    def fail():
+        with quick_compilation():
+            assert not gc.isenabled()
+            assert "get_call_type" in vars(types.Function)
+            raise TypeError
+
+    with pytest.raises(TypeError):
+        fail()
 
     assert gc.isenabled()
     assert "get_call_type" not in vars(types.Function)
