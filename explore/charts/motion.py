@@ -61,7 +61,7 @@ def motion_chart(results: ResultsOrPath, *, design: int | None = None) -> Figure
 
 def motion_figure(simulated: SimulatedDesign) -> Figure:
     """Draw the panels in two columns with a heading."""
-    panels = [panel for panel in _panels(simulated) if _applies(panel, simulated)]
+    panels = [panel for panel in simulated.mechanism.declared_panels if _applies(panel, simulated)]
     rows = -(-len(panels) // 2)
     figure = new_figure(11.0, 0.8 + 2.8 * rows)
     axes = figure.subplots(rows, 2, sharex=True, squeeze=False)
@@ -76,13 +76,6 @@ def motion_figure(simulated: SimulatedDesign) -> Figure:
         chart.tick_params(labelbottom=True)
     write_heading(figure, simulated.title, 100)
     return figure
-
-
-def _panels(simulated: SimulatedDesign) -> tuple[Panel, ...]:
-    """The declared panels, or one for each signal."""
-    return simulated.mechanism.panels or tuple(
-        Panel(signal.long_name, (signal.name,)) for signal in simulated.mechanism.signals if not signal.only_in
-    )
 
 
 def _applies(panel: Panel, simulated: SimulatedDesign) -> bool:
@@ -135,7 +128,7 @@ def _draw_panel(chart: Axes, simulated: SimulatedDesign, panel: Panel, colour: s
         _draw_mean(chart, motion.index.to_numpy(), *curves.values())
     _set_value_axis(chart, panel, unit, any(signal.is_magnitude for signal in signals))
     draw_bounds(chart, motion.index.to_numpy(), curves, simulated.bounds, panel.factor)
-    shades_drive = simulated.drive is not None and panel is _panels(simulated)[0]
+    shades_drive = simulated.drive is not None and panel == simulated.mechanism.declared_panels[0]
     if shades_drive:
         chart.fill_between([], [], color=MUTED, alpha=0.17, lw=0, label="drive stroke")
     if len(signals) > 1 or shades_drive or panel.shows_mean:

@@ -160,6 +160,12 @@ class Declaration:
         return tuple(metric.name for metric in self.metrics if metric.name in statistics)
 
     @property
+    def declared_panels(self) -> tuple[Panel, ...]:
+        """The panels, or one for each signal."""
+        signals = (signal for signal in self.signals if not signal.only_in)
+        return self.panels or tuple(Panel(signal.long_name, (signal.name,)) for signal in signals)
+
+    @property
     def kernel(self) -> str:
         """Name and version of the formulas, by which results that differ are told apart."""
         return f"{self.name} {self.kernel_version}"

@@ -18,6 +18,7 @@ from explore.model.columns import Column
 from explore.model.mechanism import Mechanism
 from explore.ranking.rankings import Ranking, rank_source
 from explore.reporting.density import count_densities
+from explore.reporting.motion import describe_motion, translate_functions
 from explore.reporting.packing import ColumnPacker
 from explore.reporting.rows import FEASIBLE, FRONT, INFEASIBLE, ReportRows, choose_rows
 from explore.store.results import Results
@@ -43,10 +44,13 @@ class Contents:
         Facts of the study, and where the columns are among `texts`; can be written as JSON.
     texts
         Packed columns, see `ColumnPacker`.
+    kernel
+        The mechanism's functions in JavaScript; empty where the page draws no motion.
     """
 
     study: dict[str, Any]
     texts: list[str]
+    kernel: str = ""
 
 
 def collect_contents(results: Results, mechanism: Mechanism | None, command: str, step: ReportStep) -> Contents:
@@ -94,7 +98,7 @@ def collect_contents(results: Results, mechanism: Mechanism | None, command: str
     study["density"] = (
         count_densities(results, objectives, frame, rows, packer) if feasible.held < feasible.total else None
     )
-    return Contents(study, packer.texts)
+    return Contents(study, packer.texts, translate_functions(mechanism) if mechanism else "")
 
 
 #: Number of steps of `collect_contents`.
@@ -123,6 +127,7 @@ def _describe_study(results: Results, mechanism: Mechanism | None, ranking: Rank
         "version": __version__,
         "mechanism": results.mechanism,
         "summary": mechanism.summary if mechanism else "",
+        "motion": describe_motion(mechanism) if mechanism else None,
         "defaults": {p.name: p.default for p in parameters if p.default is not None},
         **_window_and_drive(results, mechanism),
         "studied": results.n_studied,

@@ -40,9 +40,11 @@ def _fill_template(contents: Contents) -> Iterator[str]:
     parts = {
         # A file name may hold bytes that are not UTF-8.
         "title": html.escape(f"{contents.study['name']}: report".encode(errors="replace").decode()),
+        "kernel": contents.kernel,
         "script": script,
         "style": style,
-        # The content security policy allows this script and style only, and no network.
+        # The content security policy allows these scripts and this style only, and no network.
+        "kernel_hash": _hash(contents.kernel),
         "script_hash": _hash(script),
         "style_hash": _hash(style),
         "licences": html.escape(_read_part("bundle/THIRD_PARTY.txt")),

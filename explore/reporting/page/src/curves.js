@@ -1,8 +1,8 @@
-/** Small charts of a motion over the crank angle, all with the same cursor. */
+/** Small charts of a motion over the input angle, all with the same cursor. */
 
 import { el, resizeCanvas } from "./dom.js";
-import { countOf, number, tickText } from "./format.js";
-import { strokeOf } from "./motion.js";
+import { number, tickText } from "./format.js";
+import { strokeOf } from "./mechanism.js";
 import { axisScale } from "./scales.js";
 import { colours } from "./theme.js";
 
@@ -11,10 +11,10 @@ const MARGIN = { left: 42, right: 8, top: 6, bottom: 18 };
 
 /**
  * Make a chart.
- * @param {{title: string, unit: string, lines: Array}} kind
+ * @param {{title: string, unit: string, factor: number, fromZero: boolean, lines: Array}} kind from `panelsOf`
  * @param {Array<[string, string, number, string|[number, number]]>} bounds of the study on signals: name, side, value, and
- *   the stroke or the crank angles where it holds
- * @param {(degrees: number) => void} onPoint called with the crank angle under the pointer
+ *   the stroke or the input angles where it holds
+ * @param {(degrees: number) => void} onPoint called with the input angle under the pointer
  */
 export function curveChart(kind, bounds, onPoint) {
   const canvas = el("canvas", { role: "img" });
@@ -29,7 +29,7 @@ export function curveChart(kind, bounds, onPoint) {
   };
   canvas.addEventListener("pointerdown", point);
   canvas.addEventListener("pointermove", point);
-  const drawn = { ...kind, bounds: bounds.filter(([signal]) => kind.lines.some(([name]) => name === signal)) };
+  const drawn = { ...kind, bounds: bounds.filter(([signal]) => kind.lines.some(({ name }) => name === signal)) };
   return { node, draw: (motion, turn, degrees, width) => draw(drawn, canvas, value, motion, turn, degrees, width) };
 }
 
@@ -37,7 +37,8 @@ function draw(kind, canvas, value, motion, turn, degrees, width) {
   const context = resizeCanvas(canvas, width, HEIGHT);
   const colour = colours();
   const x = axisScale([0, 360], [MARGIN.left, width - MARGIN.right]);
-  const all = kind.lines.flatMap(([name]) => [...turn.series[name]]).filter(Number.isFinite);
+  const curves = kind.lines.map((line) => curveOf(line, turn).map((one) => kind.factor * one));
+  const all = curves.flatMap((values) => [...values]).filter(Number.isFinite);
   if (!all.length) {
     context.fillStyle = colour.muted;
     context.font = "12px system-ui, sans-serif";
@@ -46,37 +47,39 @@ function draw(kind, canvas, value, motion, turn, degrees, width) {
     return;
   }
   const span = [all.reduce((a, b) => Math.min(a, b)), all.reduce((a, b) => Math.max(a, b))];
-  if (kind.lines[0][0] === "one_clutch") span[0] = 0;
+  if (kind.fromZero) span[0] = 0;
   const y = axisScale(span, [HEIGHT - MARGIN.bottom, MARGIN.top], { room: 0.08 });
   frame(context, x, y, motion, colour, width);
-  drawBounds(context, kind.bounds, motion, x, y, colour);
-  for (const [name, hue] of kind.lines) {
+  drawBounds(context, kind, motion, x, y, colour);
+  kind.lines.forEach(({ hue }, i) => {
     context.strokeStyle = colour[hue];
     context.lineWidth = 1.7;
     context.beginPath();
-    turn.angles.forEach((angle, k) => context.lineTo(x(angle), y(turn.series[name][k])));
+    turn.angles.forEach((angle, k) => context.lineTo(x(angle), y(curves[i][k])));
     context.stroke();
-  }
-  cursor(context, kind, motion, degrees, x, y, colour);
-  const now = motion.at(degrees);
+  });
+  const state = motion.at(degrees);
+  const now = kind.lines.map((line) => kind.factor * (line.at ? line.at(degrees) : state[line.name]));
+  cursor(context, kind, now, degrees, x, y, colour);
   const largest = Math.max(...span.map(Math.abs));
   const shown = (one) => number(Math.abs(one) < 1e-9 * largest ? 0 : one, 4);
   value.replaceChildren(
-    ...kind.lines.map(([name, hue, label]) =>
-      el(
-        "span",
-        { class: `hue-${hue}` },
-        `${label ? `${label === "all" ? countOf(motion.phases, "linkage") : label} ` : ""}${shown(now[name])}`,
-      ),
-    ),
+    ...kind.lines.map(({ hue, label }, i) => el("span", { class: `hue-${hue}` }, `${label} ${shown(now[i])}`.trim())),
   );
   canvas.setAttribute(
     "aria-label",
-    `${kind.title} over the crank angle, ${number(span[0], 4)} to ${number(span[1], 4)} ${kind.unit}`,
+    `${kind.title} over the input angle, ${number(span[0], 4)} to ${number(span[1], 4)} ${kind.unit}`,
   );
 }
 
-/** Drive stroke, limit positions, grid and ticks. */
+/** The values of a line over the turn; a line that is no signal is computed once. */
+function curveOf(line, turn) {
+  if (!line.at) return turn.series[line.name];
+  line.values ??= Float64Array.from(turn.angles, line.at);
+  return line.values;
+}
+
+/** Drive stroke, marks, grid and ticks. */
 function frame(context, x, y, motion, colour, width) {
   const [bottom, top] = y.range();
   context.fillStyle = colour.stroke;
@@ -105,7 +108,7 @@ function frame(context, x, y, motion, colour, width) {
   }
   context.strokeStyle = colour.muted;
   context.setLineDash([1.5, 3]);
-  for (const angle of Object.values(motion.limits ?? {})) {
+  for (const angle of Object.values(motion.marks)) {
     const place = x(((angle % 360) + 360) % 360);
     context.beginPath();
     context.moveTo(place, top);
@@ -115,13 +118,14 @@ function frame(context, x, y, motion, colour, width) {
   context.setLineDash([]);
 }
 
-/** Lines at the study's bounds, over the crank angles where they hold. */
-function drawBounds(context, bounds, motion, x, y, colour) {
+/** Lines at the study's bounds, over the input angles where they hold. */
+function drawBounds(context, { bounds, factor }, motion, x, y, colour) {
   const [low, high] = y.domain();
   context.strokeStyle = colour.red;
   context.lineWidth = 1.2;
   context.setLineDash([7, 3, 2, 3]);
-  for (const [, , value, over] of bounds) {
+  for (const [, , bound, over] of bounds) {
+    const value = factor * bound;
     if (value < low || value > high) continue;
     for (const [start, stop] of turns(typeof over === "string" ? strokeOf(motion, over) : over)) {
       context.beginPath();
@@ -133,14 +137,13 @@ function drawBounds(context, bounds, motion, x, y, colour) {
   context.setLineDash([]);
 }
 
-/** The parts of a span of crank angles that lie between 0 and 360 deg; none for null. */
+/** The parts of a span of input angles that lie between 0 and 360 deg; none for null. */
 const turns = (over) =>
   [-720, -360, 0, 360]
     .map((turn) => (over ?? [0, 0]).map((angle) => Math.min(360, Math.max(0, angle + turn))))
     .filter(([start, stop]) => stop > start);
 
-function cursor(context, kind, motion, degrees, x, y, colour) {
-  const now = motion.at(degrees);
+function cursor(context, kind, now, degrees, x, y, colour) {
   const [bottom, top] = y.range();
   context.strokeStyle = colour.ink;
   context.lineWidth = 1;
@@ -148,12 +151,12 @@ function cursor(context, kind, motion, degrees, x, y, colour) {
   context.moveTo(x(degrees), top);
   context.lineTo(x(degrees), bottom);
   context.stroke();
-  for (const [name, hue] of kind.lines) {
+  kind.lines.forEach(({ hue }, i) => {
     // The drawn angle may differ from that of the formula by whole turns.
-    const turns = kind.unit === "deg" ? Math.round(((y.domain()[0] + y.domain()[1]) / 2 - now[name]) / 360) : 0;
+    const turns = kind.unit === "deg" ? Math.round(((y.domain()[0] + y.domain()[1]) / 2 - now[i]) / 360) : 0;
     context.fillStyle = colour[hue];
     context.beginPath();
-    context.arc(x(degrees), y(now[name] + 360 * turns), 3.2, 0, 2 * Math.PI);
+    context.arc(x(degrees), y(now[i] + 360 * turns), 3.2, 0, 2 * Math.PI);
     context.fill();
-  }
+  });
 }

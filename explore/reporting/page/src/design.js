@@ -4,10 +4,12 @@ import { el, onWidth, resizeCanvas } from "./dom.js";
 import { cell, count, words } from "./format.js";
 import { curveChart } from "./curves.js";
 import { KINDS, glyph } from "./marks.js";
-import { drawingOf } from "./mechanisms.js";
+import { DASHES, HUES, drawMechanism, drawingOf, heightOf } from "./drawing.js";
+import { hasMotion, motionOf, overTheTurn } from "./mechanism.js";
+import { panelsOf } from "./panels.js";
 import { onTheme } from "./theme.js";
 
-/** Seconds of a turn on the screen, whatever the speed of the crank. */
+/** Seconds of a turn on the screen, whatever the speed of the mechanism. */
 const TURN = 5;
 
 /**
@@ -19,7 +21,7 @@ export function designPanel(root, model, chosen) {
   const state = { degrees: 0, playing: false, motion: null, turn: null, drawing: null, size: { width: 0, height: 0 } };
   const canvas = el("canvas", { class: "linkage", role: "img" });
   const stage = el("div", { class: "stage" }, canvas);
-  const controls = player(state, () => draw());
+  const controls = player(state, model.study.motion?.input ?? "input angle", () => draw());
   const curves = el("div", { class: "curves" });
   const head = el("div", { class: "panel-head" });
   const message = el("p", { class: "message", hidden: true });
@@ -35,20 +37,22 @@ export function designPanel(root, model, chosen) {
 
   function show(row) {
     const parameters = parametersOf(model, row);
-    state.drawing = drawingOf(model.study.mechanism, parameters);
-    state.motion = state.drawing ? state.drawing.motion(parameters, model.study.drive) : null;
-    state.turn = state.motion && state.drawing.over(state.motion);
+    const { motion: declared, drive } = model.study;
+    state.motion = hasMotion(declared) ? motionOf(declared, parameters, drive) : null;
+    state.turn = state.motion && overTheTurn(state.motion);
+    state.drawing = state.motion && declared.drawing ? drawingOf(state.motion) : null;
     heading(head, model, row);
     listValues(values, model, row);
-    const why = missingMotionReason(model, row, state);
+    const why = missingMotionReason(model, row, state.motion);
     message.hidden = !why;
     message.textContent = why;
     root.classList.toggle("still", !state.motion);
-    legendOf(legend, state.motion);
+    legendOf(legend, state.drawing);
+    stage.hidden = !state.drawing;
     if (!state.motion) return controls.pause();
     state.degrees = (((state.motion.stroke?.[0] ?? 0) % 360) + 360) % 360;
     canvas.setAttribute("aria-label", `the mechanism of design ${model.designs[row]} in true proportions`);
-    charts = state.drawing.curves(model.study.drive).map((kind) =>
+    charts = panelsOf(state.motion).map((kind) =>
       curveChart(kind, model.study.bounds, (degrees) => {
         controls.pause();
         controls.set(degrees);
@@ -60,9 +64,12 @@ export function designPanel(root, model, chosen) {
 
   function draw() {
     controls.show();
-    if (!state.motion || !state.size.width) return;
-    state.size.height = state.drawing.height(state.motion, state.size.width);
-    state.drawing.draw(resizeCanvas(canvas, state.size.width, state.size.height), state.motion, state.degrees, state.size);
+    if (!state.motion) return;
+    if (state.drawing && state.size.width) {
+      state.size.height = heightOf(state.drawing, state.size.width);
+      const context = resizeCanvas(canvas, state.size.width, state.size.height);
+      drawMechanism(context, state.drawing, state.degrees, state.size);
+    }
     const width = charts[0].node.clientWidth;
     for (const chart of charts) chart.draw(state.motion, state.turn, state.degrees, width);
   }
@@ -79,15 +86,15 @@ export function designPanel(root, model, chosen) {
   if (chosen.row >= 0) show(chosen.row);
 }
 
-/** Play and pause, and the crank angle as a slider. */
-function player(state, draw) {
+/** Play and pause, and the input angle as a slider. */
+function player(state, angle, draw) {
   const button = el("button", { type: "button", class: "play", onclick: () => (state.playing ? pause() : play()) });
   const slider = el("input", {
     type: "range",
     min: 0,
     max: 360,
     step: 0.1,
-    "aria-label": "crank angle in degrees",
+    "aria-label": `${angle} in degrees`,
     oninput: () => {
       const degrees = Number(slider.value);
       pause();
@@ -121,7 +128,7 @@ function player(state, draw) {
   function show() {
     button.textContent = state.playing ? "❚❚ Pause" : "▶ Play";
     slider.value = state.degrees;
-    reading.textContent = `crank ${state.degrees.toFixed(1)}°`;
+    reading.textContent = `${angle} ${state.degrees.toFixed(1)}°`;
   }
   return { node: el("div", { class: "player" }, button, slider, reading), play, pause, set, show };
 }
@@ -143,28 +150,27 @@ function heading(head, model, row) {
 }
 
 /** The reason why no motion is drawn; empty if one is. */
-function missingMotionReason(model, row, { drawing, motion }) {
+function missingMotionReason(model, row, motion) {
   if (motion) return "";
-  if (!drawing)
+  if (!hasMotion(model.study.motion))
     return `This page has no drawing of the mechanism “${model.study.mechanism}”; its designs are shown in numbers.`;
   const status = model.byName.get("status");
   const label = status?.labels?.[status.values[row]];
-  return `No full turn to draw: ${model.study.sentences[label] ?? "the crank of this design does not turn"}.`;
+  return `No full turn to draw: ${model.study.sentences[label] ?? "this design does not turn"}.`;
 }
 
-function legendOf(legend, motion) {
-  if (!motion) return legend.replaceChildren();
-  const item = (name, text) => el("span", { class: "item" }, el("i", { class: `swatch ${name}` }), text);
-  const items = [
-    item("crank", "crank"),
-    item("coupler", "coupler"),
-    item("rocker", "rocker"),
-    item("middle", "path of the coupler’s middle"),
-  ];
+/** Name what is drawn. */
+function legendOf(legend, drawn) {
+  if (!drawn) return legend.replaceChildren();
+  const { drawing, motion } = drawn;
+  const item = (look, text) => el("span", { class: "item" }, el("i", { class: `swatch ${look}` }), text);
+  const items = [...drawing.links, ...drawing.profiles].map(({ name }, k) => item(`hue-${HUES[k % HUES.length]}`, name));
+  for (const path of drawing.paths) if (path.role === "point") items.push(item("point", path.long_name));
   if (motion.stroke) items.push(item("drive", "drive stroke"));
-  for (const [name, angle] of Object.entries(motion.limits ?? {})) {
-    items.push(item(name, `${name} ${(((angle % 360) + 360) % 360).toFixed(1)}°`));
-  }
+  const marks = motion.declared.shows_marks ? Object.entries(motion.marks) : [];
+  marks.forEach(([name, angle], k) => {
+    items.push(item(`limit-${k % DASHES.length}`, `${name} ${(((angle % 360) + 360) % 360).toFixed(1)}°`));
+  });
   legend.replaceChildren(...items);
 }
 

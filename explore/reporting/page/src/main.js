@@ -3,7 +3,7 @@
 import { readDensity } from "./density.js";
 import { designPanel } from "./design.js";
 import { opacity } from "./marks.js";
-import { fourBarMotion } from "./motion.js";
+import { motionOf, strokeOf } from "./mechanism.js";
 import { parallel } from "./parallel.js";
 import { readModel } from "./payload.js";
 import { scatter } from "./scatter.js";
@@ -43,7 +43,7 @@ async function start() {
 
 /** The state of the page, for the browser's console and for tests. */
 export const page = {};
-export { fourBarMotion, opacity };
+export { motionOf, opacity, strokeOf };
 
 start().catch((error) => {
   root("notices").textContent = `This page cannot be shown: ${error.message}. A browser of 2023 or later is needed.`;

@@ -1,0 +1,72 @@
+"""What a page needs to compute and draw the motion of a design: the mechanism's declaration and its functions."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from typing import Any
+
+import numpy as np
+
+from explore.charts.labels import unit_text
+from explore.model.drawing import Panel
+from explore.model.mechanism import Mechanism
+from explore.model.status import Status
+from explore.quadrature.windows import LONGER, SHORTER, orient
+from explore.reporting.javascript import TranslationError, translate
+
+
+def describe_motion(mechanism: Mechanism) -> dict[str, Any]:
+    """The declaration of a mechanism as far as a page needs it; can be written as JSON."""
+    moving = [int(Status.OK), *(code for code, status in mechanism.statuses.items() if status.lacks_strokes)]
+    return {
+        "input": mechanism.input_angle,
+        "anchor": float(np.rad2deg(mechanism.anchor_angle)),
+        "parameters": [p.name for p in mechanism.kernel_parameters],
+        "speed": mechanism.speed.name if mechanism.speed else "",
+        "record_rows": mechanism.record_rows,
+        "first_parameter": mechanism.first_parameter,
+        "status_row": mechanism.status_row,
+        "moving": moving,
+        "signal_rows": mechanism.signal_rows,
+        "variant_row": mechanism.variant_row,
+        "phases_row": mechanism.phases_row,
+        "needs": int(np.bitwise_or.reduce([signal.needs for signal in mechanism.signals])),
+        "signals": [
+            {
+                "name": signal.name, "unit": signal.unit, "row": signal.row, "power": signal.speed_power,
+                "magnitude": signal.is_magnitude, "rectified": signal.is_rectified, "shares": signal.shares_row_with,
+            }
+            for signal in mechanism.signals
+        ],
+        "marks": dict(mechanism.marks),
+        "breaks": list(mechanism.breaks),
+        "strokes": {name: list(mechanism.window(name).ends) for name in mechanism.strokes},
+        "longer": LONGER,
+        "shorter": SHORTER,
+        "shows_marks": bool(mechanism.strokes),
+        "panels": [_describe_panel(mechanism, panel) for panel in mechanism.declared_panels],
+        "drawing": asdict(mechanism.drawing) if mechanism.drawing else None,
+    }  # fmt: skip
+
+
+def _describe_panel(mechanism: Mechanism, panel: Panel) -> dict[str, Any]:
+    signals = [mechanism.signal(name) for name in panel.signals]
+    unit = panel.unit or signals[0].unit
+    return {
+        "label": panel.label,
+        "signals": list(panel.signals),
+        "unit": "" if unit == "1" else unit_text(unit),
+        "factor": panel.factor,
+        "clutch": panel.with_clutch,
+        "magnitude": any(signal.is_magnitude for signal in signals),
+        "loads": sorted({load for signal in signals for load in signal.required_loads}),
+    }
+
+
+def translate_functions(mechanism: Mechanism) -> str:
+    """A statement of JavaScript that gives a page the mechanism's functions; empty where they have no translation."""
+    try:
+        functions = translate(close=mechanism.close, fill=mechanism.fill, orient=orient)
+    except TranslationError:
+        return ""
+    return f"globalThis.exploreMechanism = {functions};"

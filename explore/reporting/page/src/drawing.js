@@ -1,0 +1,216 @@
+/** A mechanism in true proportions, from its declared drawing: links, guides, pivots, paths, curves, drive stroke. */
+
+import { colours } from "./theme.js";
+
+const STEPS = 360;
+/** Colours of the links and of the curves of bodies, in turn. */
+export const HUES = ["green", "orange", "blue", "purple", "sky"];
+
+/** Pixels between the mechanism and the border. */
+const MARGIN = 30;
+const LEAST_HEIGHT = 190,
+  MOST_HEIGHT = 330;
+
+/** The values that vectors name, at an input angle: parameters and signals. */
+const poseAt = (motion, degrees) => ({ ...motion.values, ...motion.at(degrees), input: degrees });
+
+/** The sum of vectors, [x, y]. */
+function sum(vectors, pose) {
+  const named = (value) => (typeof value === "string" ? pose[value] : value);
+  let [x, y] = [0, 0];
+  for (const { length, angle, factor, sense } of vectors) {
+    const turn = (sense * named(angle) * Math.PI) / 180;
+    x += factor * named(length) * Math.cos(turn);
+    y += factor * named(length) * Math.sin(turn);
+  }
+  return [x, y];
+}
+
+/** A drawing of a motion: its paths are computed once. */
+export function drawingOf(motion) {
+  const { drawing } = motion.declared;
+  const poses = Array.from({ length: STEPS + 1 }, (_, k) => poseAt(motion, k));
+  const turn = Object.fromEntries(
+    Object.entries(drawing.points).map(([name, vectors]) => [name, poses.map((pose) => sum(vectors, pose))]),
+  );
+  const curves = drawing.profiles.map((profile) => poses.map((pose) => sum(profile.vectors, pose)));
+  const drawn = { motion, drawing, turn, curves };
+  drawn.reach = reach(drawn);
+  return drawn;
+}
+
+/** Smallest and largest x and y over a turn. */
+function reach({ drawing, turn, curves }) {
+  const all = Object.values(turn).flat();
+  drawing.profiles.forEach(({ centre }, k) => {
+    const radius = curves[k].reduce((most, [x, y]) => Math.max(most, Math.hypot(x, y)), 0);
+    const [x, y] = turn[centre][0];
+    all.push([x - radius, y - radius], [x + radius, y + radius]);
+  });
+  const [xs, ys] = [all.map(([x]) => x), all.map(([, y]) => y)];
+  return [Math.min(...xs), Math.max(...xs), Math.min(...ys), Math.max(...ys)];
+}
+
+/** Height of a drawing of this width. */
+export function heightOf({ reach: [left, right, low, high] }, width) {
+  const needed = ((width - 2 * MARGIN) * (high - low)) / (right - left) + 2 * MARGIN;
+  return Math.round(Math.min(MOST_HEIGHT, Math.max(LEAST_HEIGHT, needed)));
+}
+
+/** Scale both axes equally so that the whole motion fits into the canvas. */
+function fitView({ reach: [left, right, low, high] }, { width, height }) {
+  const scale = Math.min((width - 2 * MARGIN) / (right - left), (height - 2 * MARGIN) / (high - low));
+  const [x0, y0] = [(width - scale * (left + right)) / 2, (height + scale * (low + high)) / 2];
+  return ([x, y]) => [x0 + scale * x, y0 - scale * y];
+}
+
+/**
+ * Draw a mechanism.
+ * @param {CanvasRenderingContext2D} context
+ * @param {Object} drawn from `drawingOf`
+ * @param {number} degrees input angle
+ * @param {{width: number, height: number}} size
+ */
+export function drawMechanism(context, drawn, degrees, size) {
+  const { motion, drawing, turn } = drawn;
+  const view = { context, place: fitView(drawn, size), colour: colours() };
+  context.clearRect(0, 0, size.width, size.height);
+  context.lineCap = context.lineJoin = "round";
+  for (const { point, role } of drawing.paths) pathOf(view, turn[point], role);
+  if (motion.stroke && drawing.stroke_point) driveStrokeArc(view, motion, drawing.points[drawing.stroke_point]);
+  if (motion.declared.shows_marks) limitPositions(view, motion, drawing);
+  const pose = poseAt(motion, degrees);
+  const points = Object.fromEntries(Object.entries(drawing.points).map(([name, vectors]) => [name, sum(vectors, pose)]));
+  for (const guide of drawing.guides) guideMark(view, turn[guide.point], guide.angle);
+  drawn.curves.forEach((curve, k) => bodyCurve(view, curve, drawing.profiles[k], points, pose, HUES[k]));
+  drawing.links.forEach((link, k) => chain(view, link.points.map((name) => points[name]), HUES[k % HUES.length], 5));
+  for (const pivot of drawing.pivots) pivotMark(view, points[pivot]);
+  const joints = new Set([...drawing.links.flatMap((link) => link.points), ...drawing.pivots]);
+  for (const name of joints) jointMark(view, points[name]);
+}
+
+function trace({ context, place }, points) {
+  context.beginPath();
+  for (const point of points) context.lineTo(...place(point));
+  context.stroke();
+}
+
+function pathOf(view, points, role) {
+  const { context, colour } = view;
+  context.lineWidth = { joint: 1, output: 4, point: 1.3 }[role];
+  context.strokeStyle = role === "point" ? colour.purple : colour.line;
+  context.setLineDash(role === "point" ? [6, 3, 1.5, 3] : []);
+  trace(view, points);
+  context.setLineDash([]);
+}
+
+/** Draw the drive stroke on the path of its point, with the sense of rotation. */
+function driveStrokeArc(view, motion, vectors) {
+  const { context, place, colour } = view;
+  const [start, stop] = motion.stroke;
+  const at = (share) => sum(vectors, poseAt(motion, start + share * (stop - start)));
+  context.strokeStyle = context.fillStyle = colour.green;
+  context.globalAlpha = 0.55;
+  context.lineWidth = 3;
+  context.lineCap = "butt";
+  trace(view, Array.from({ length: 121 }, (_, k) => at(k / 120)));
+  context.globalAlpha = 1;
+  const [x, y] = place(at(0.5)),
+    [bx, by] = place(at(0.49));
+  context.save();
+  context.translate(x, y);
+  context.rotate(Math.atan2(y - by, x - bx));
+  context.beginPath();
+  context.moveTo(7, 0);
+  context.lineTo(-4, -5);
+  context.lineTo(-4, 5);
+  context.closePath();
+  context.fill();
+  context.restore();
+  context.lineCap = "round";
+}
+
+/** Dashes of the limit positions, in turn. */
+export const DASHES = [
+  [2, 4],
+  [7, 4],
+];
+
+function limitPositions(view, motion, drawing) {
+  const { context } = view;
+  Object.values(motion.marks).forEach((angle, k) => {
+    const pose = poseAt(motion, angle);
+    context.setLineDash(DASHES[k % DASHES.length]);
+    context.globalAlpha = 0.75;
+    for (const { points } of drawing.links) chain(view, points.map((name) => sum(drawing.points[name], pose)), "muted", 1.4);
+    context.globalAlpha = 1;
+  });
+  context.setLineDash([]);
+}
+
+function chain(view, points, hue, width) {
+  view.context.strokeStyle = view.colour[hue];
+  view.context.lineWidth = width;
+  trace(view, points);
+}
+
+/** The curve of a body, turned about its centre. */
+function bodyCurve(view, curve, { centre, angle, sense }, points, pose, hue) {
+  const turn = (sense * pose[angle] * Math.PI) / 180;
+  const [cosine, sine] = [Math.cos(turn), Math.sin(turn)];
+  const [x0, y0] = points[centre];
+  chain(view, curve.map(([x, y]) => [x0 + x * cosine - y * sine, y0 + x * sine + y * cosine]), hue, 2);
+  // A spoke shows how far the body has turned.
+  const [x, y] = curve[0];
+  chain(view, [points[centre], [x0 + x * cosine - y * sine, y0 + x * sine + y * cosine]], hue, 1);
+}
+
+/** A guide along the path of its point, a little longer, as a pair of lines. */
+function guideMark(view, path, degrees) {
+  const [cosine, sine] = [Math.cos((degrees * Math.PI) / 180), Math.sin((degrees * Math.PI) / 180)];
+  const places = path.map(([x, y]) => x * cosine + y * sine);
+  const ends = [path[places.indexOf(Math.min(...places))], path[places.indexOf(Math.max(...places))]].map(view.place);
+  view.context.strokeStyle = view.colour.ink;
+  view.context.lineWidth = 1.3;
+  for (const side of [-9, 9]) {
+    view.context.beginPath();
+    const beyond = [-14, 14];
+    ends.forEach(([x, y], k) =>
+      view.context.lineTo(x + beyond[k] * cosine - side * sine, y - beyond[k] * sine - side * cosine),
+    );
+    view.context.stroke();
+  }
+}
+
+function jointMark({ context, place, colour }, point) {
+  context.beginPath();
+  context.arc(...place(point), 4.5, 0, 2 * Math.PI);
+  context.fillStyle = colour.panel;
+  context.strokeStyle = colour.ink;
+  context.lineWidth = 1.8;
+  context.fill();
+  context.stroke();
+}
+
+/** A pivot on the ground: a triangle on a hatched line. */
+function pivotMark({ context, place, colour }, point) {
+  const [x, y] = place(point);
+  context.strokeStyle = colour.ink;
+  context.fillStyle = colour.panel;
+  context.lineWidth = 1.3;
+  context.beginPath();
+  context.moveTo(x, y);
+  context.lineTo(x - 8, y + 13);
+  context.lineTo(x + 8, y + 13);
+  context.closePath();
+  context.fill();
+  context.stroke();
+  context.beginPath();
+  context.moveTo(x - 13, y + 13);
+  context.lineTo(x + 13, y + 13);
+  for (let k = -12; k <= 12; k += 5) {
+    context.moveTo(x + k, y + 13);
+    context.lineTo(x + k - 4, y + 18);
+  }
+  context.stroke();
+}
