@@ -9,7 +9,7 @@ from scipy.optimize import brentq, minimize_scalar
 
 from explore.compiling import FILL_SIGNATURE, LANES, function_type
 from explore.quadrature.extremes import RESULT, STATE_SIZE, find_minimum
-from explore.quadrature.hand_over import find_hand_overs
+from explore.quadrature.hand_over import HAND_OVER_SIZE, find_hand_overs
 from explore.quadrature.panels import (
     ANCHOR,
     FIRST,
@@ -58,10 +58,10 @@ def find_minima(fill, constants, shape, anchor, sign, count, table, rule, sample
     )
 
 
-@njit(void(_FILL, _F1, int64, _F1, _F1, _F1, _F1, _F1))
-def hand_over(fill, constants, anchor, rising, scale, periods, first, last):
+@njit(void(_FILL, _F1, int64, _F1, _F1, _F1))
+def hand_over(fill, constants, anchor, state, tangents, signals):
     """`find_hand_overs` of the first row."""
-    find_hand_overs(fill, constants, anchor, 0, 0, 0, 2, 0, 1, rising, scale, periods, first, last)
+    find_hand_overs(fill, constants, anchor, 0, 0, 0, 2, 0, 1, state, tangents, signals)
 
 
 def value(constants, angle):
@@ -224,8 +224,11 @@ def test_clutches_hand_over_where_the_rates_are_equal():
     rising = np.where(np.arange(LANES) % 2, 1.0, -1.0)
     periods = rng.uniform(0.5, 3.0, LANES)
     first, last = np.tan(0.5 * (centre - 0.5 * np.pi)), np.tan(0.5 * (centre + 0.5 * np.pi))
-    strokes = first.copy(), last.copy()
-    hand_over(fill_harmonics, constants.reshape(-1), 0, rising, singular, periods, first, last)
+    strokes = first, last
+    state = np.zeros((HAND_OVER_SIZE // LANES, LANES))
+    state[:5] = first, last, singular, rising, periods
+    hand_over(fill_harmonics, constants.reshape(-1), 0, state.reshape(-1), np.empty(2 * LANES), np.empty(4 * LANES))
+    first, last = state[:2]
     for lane in range(LANES):
         c = constants[:, lane]
         exact = brentq(

@@ -2,9 +2,9 @@
 
 import math
 
-import numpy as np
-
 from explore.compiling import LANES
+from explore.lanes.elementary import exponential
+from explore.quadrature import hand_over
 from explore.quadrature.chunks import constant, gather_constants
 from explore.quadrature.hand_over import find_hand_overs
 from explore.quadrature.panels import ANCHOR, CENTRE, FIRST, LAST, LENGTH, SCALE
@@ -12,10 +12,9 @@ from explore.quadrature.slots import PHASES, RATE, RATE_DERIVATIVE, RATE_NEEDS
 from explore.subroutines import subroutine
 
 
-@subroutine(allocates=True)
+@subroutine()
 def shorten_to_clutches(fill, sizes, window, count, work, tile):
     """Cut each stroke, one panel, to the part that drives the output; fill the lengths that it is averaged over."""
-    pending = np.empty(count, np.int64)
     for anchor in range(2):
         n = 0
         for k in range(count):
@@ -26,33 +25,41 @@ def shorten_to_clutches(fill, sizes, window, count, work, tile):
             length = work.panels[LENGTH + k]
             work.averaging[i], work.rest[i] = period, max(period - length, 0.0)
             if period < length:
-                pending[n] = k
+                work.order[n] = k
                 n += 1
         for start in range(0, n, LANES):
-            _cut_tile(fill, sizes, window, anchor, pending[start : min(start + LANES, n)], work, tile)
+            _cut_tile(fill, sizes, window, anchor, work.order[start : min(start + LANES, n)], work, tile)
 
 
-@subroutine(allocates=True)
+@subroutine(contract=True)
+def _place_middles(state, tangents):
+    """Replace the middles of strokes, in t, by their half-tangents."""
+    for lane in range(LANES):
+        growth = exponential(tangents[lane])
+        tangents[lane] = 0.5 * state[hand_over.SCALE + lane] * (growth - 1.0 / growth)
+
+
+@subroutine()
 def _cut_tile(fill, sizes, window, anchor, chosen, work, tile):
     """Cut the chosen panels, at most a tile of them."""
-    panels, needs = work.panels, window[RATE_NEEDS]
-    scale, periods, rising = np.empty(LANES), np.empty(LANES), np.empty(LANES)
-    first, last = np.empty(LANES), np.empty(LANES)
+    panels, needs, state = work.panels, window[RATE_NEEDS], tile.state
     for lane in range(LANES):
         k = chosen[min(lane, len(chosen) - 1)]
         tile.lane_panels[lane], tile.lane_designs[lane] = k, work.owner[k]
-        scale[lane], periods[lane] = panels[SCALE + k], work.averaging[work.owner[k]]
-        first[lane], last[lane] = panels[FIRST + k], panels[LAST + k]
-        tile.tangents[lane] = scale[lane] * math.sinh(panels[CENTRE + k])
+        state[hand_over.SCALE + lane], state[hand_over.PERIOD + lane] = panels[SCALE + k], work.averaging[work.owner[k]]
+        state[hand_over.FIRST + lane], state[hand_over.LAST + lane] = panels[FIRST + k], panels[LAST + k]
+        tile.tangents[lane] = panels[CENTRE + k]
+    _place_middles(state, tile.tangents)
     gather_constants(
         work.constants, sizes.n_constants, sizes.n_fill_constants, tile.lane_designs, tile.offsets, tile.constants
     )  # fmt: skip
     fill(tile.constants, tile.tangents, anchor, 0, 0, 1, needs, tile.signals)
     for lane in range(LANES):
-        rising[lane] = 1.0 if tile.signals[window[RATE] * LANES + lane] > 0.0 else -1.0
+        state[hand_over.RISING + lane] = 1.0 if tile.signals[window[RATE] * LANES + lane] > 0.0 else -1.0
     find_hand_overs(
-        fill, tile.constants, anchor, 0, 0, needs, sizes.rows, window[RATE], window[RATE_DERIVATIVE], rising, scale,
-        periods, first, last,
+        fill, tile.constants, anchor, 0, 0, needs, sizes.rows, window[RATE], window[RATE_DERIVATIVE], state,
+        tile.tangents, tile.signals,
     )  # fmt: skip
     for lane in range(LANES):
-        panels[FIRST + tile.lane_panels[lane]], panels[LAST + tile.lane_panels[lane]] = first[lane], last[lane]
+        k = tile.lane_panels[lane]
+        panels[FIRST + k], panels[LAST + k] = state[hand_over.FIRST + lane], state[hand_over.LAST + lane]

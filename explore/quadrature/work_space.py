@@ -15,6 +15,7 @@ from explore.compiling import LANES
 from explore.quadrature.bounds import BOUNDS_SIZE, CHUNK
 from explore.quadrature.chunks import CODES, MOST_KINDS
 from explore.quadrature.extremes import STATE_SIZE
+from explore.quadrature.hand_over import HAND_OVER_SIZE
 from explore.quadrature.panels import PANEL_CAPACITY, PANELS_SIZE
 from explore.quadrature.tiles import NODE_CAPACITY, SHAPE_SIZE, SUMS_SIZE
 
@@ -203,7 +204,7 @@ def make_work_space(sizes: Sizes, n_breaks: int) -> tuple[ChunkWork, TileWork, P
         constants=np.empty(n * LANES), shape=np.zeros(SHAPE_SIZE), tangents=np.empty(NODE_CAPACITY * LANES),
         weights=np.empty(NODE_CAPACITY * LANES), roots=np.empty(NODE_CAPACITY * LANES),
         factors=np.empty(2 * NODE_CAPACITY), signals=np.empty(rows * NODE_CAPACITY * LANES),
-        sums=np.empty(rows * SUMS_SIZE), state=np.zeros(STATE_SIZE), node=np.empty(LANES),
+        sums=np.empty(rows * SUMS_SIZE), state=np.zeros(max(STATE_SIZE, HAND_OVER_SIZE)), node=np.empty(LANES),
         node_signals=np.empty(rows * LANES),
     )  # fmt: skip
     of_rows = rows * PANEL_CAPACITY
