@@ -3,6 +3,7 @@
 import math
 import shutil
 import subprocess
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -81,7 +82,7 @@ def test_what_has_no_translation_is_refused_with_its_place(function, line):
         translate(f=function)
     place, _, _ = str(refusal.value).partition(": `")
     number = int(place.rpartition(":")[2])
-    with open(__file__, encoding="utf-8") as file:
+    with Path(__file__).open(encoding="utf-8") as file:
         assert line in file.readlines()[number - 1]
 
 
