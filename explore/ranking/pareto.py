@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
@@ -13,6 +14,11 @@ from explore.model.columns import Arrays
 from explore.model.quantities import FloatArray
 from explore.model.request import Objective
 from explore.ranking.tallies import Tally
+
+#: Cells of the grid that finds most dominated rows: more find more, but 32 KiB of minima stay in the first cache.
+_CELLS = 4096
+#: Fewer rows than this are sorted as they are.
+_FEW_ROWS = 2048
 
 
 def is_nondominated(values: FloatArray) -> npt.NDArray[np.bool_]:
@@ -34,7 +40,54 @@ def is_nondominated(values: FloatArray) -> npt.NDArray[np.bool_]:
         raise RequestError("objectives must be finite; leave out the other designs first")
     if len(values) == 0:
         return np.zeros(0, dtype=np.bool_)
-    return np.asarray(moocore.is_nondominated(np.ascontiguousarray(values), keep_weakly=True), dtype=np.bool_)
+    if len(values) < _FEW_ROWS:
+        return np.asarray(moocore.is_nondominated(np.ascontiguousarray(values), keep_weakly=True), dtype=np.bool_)
+    # A dominated row is dominated by one that no row dominates, which is a candidate.
+    candidates = np.flatnonzero(_may_be_nondominated(values))
+    mask = np.zeros(len(values), dtype=np.bool_)
+    mask[candidates] = moocore.is_nondominated(values.take(candidates, axis=0), keep_weakly=True)
+    return mask
+
+
+def _may_be_nondominated(values: FloatArray) -> npt.NDArray[np.bool_]:
+    """Mask of rows, shape (n,): false only where a row dominates. It takes a tenth of the time of sorting.
+
+    The objectives but the last divide the rows into the cells of a grid. A row is dominated if a cell that is lower in
+    all of them has a row that is not worse in the last.
+    """
+    *divided, last = values.T
+    if not divided:
+        return np.asarray(last == last.min())
+    count = int(_CELLS ** (1 / len(divided)))
+    cells, is_above = np.zeros(len(last), dtype=np.intp), np.ones(len(last), dtype=np.bool_)
+    for column in divided:
+        steps = _steps(column, count)
+        cells = cells * count + steps
+        is_above &= steps > 0
+    least = np.full(count ** len(divided), np.inf)
+    np.minimum.at(least, cells, last)
+    least = least.reshape((count,) * len(divided))
+    for axis in range(len(divided)):
+        np.minimum.accumulate(least, axis=axis, out=least)
+    one_step = sum(count**k for k in range(len(divided)))  # in all directions at once
+    return np.asarray(~is_above | (last < least.ravel()[cells - one_step]))
+
+
+def _steps(column: FloatArray, count: int) -> npt.NDArray[np.intp]:
+    """Steps 0 … count - 1 that do not descend where the values ascend, shape (n,).
+
+    The highest tenth of the values is in the last step and the lowest 500th in the first, because a few large values
+    would leave the other steps empty.
+    """
+    sample = column[:: max(len(column) // _CELLS, 1)]
+    ends = len(sample) // 500, len(sample) - len(sample) // 10 - 1
+    low, high = np.partition(sample, ends)[list(ends)]
+    with np.errstate(over="ignore", divide="ignore"):
+        scale = (count - 1) / (high - low)
+        if not 0.0 < scale < math.inf:
+            return np.zeros(len(column), dtype=np.intp)
+        steps: npt.NDArray[np.intp] = np.clip((column - low) * scale, 0.0, count - 1).astype(np.intp)
+    return steps
 
 
 def front_numbers(values: FloatArray, n_fronts: int) -> npt.NDArray[np.int64]:
@@ -58,7 +111,7 @@ def front_numbers(values: FloatArray, n_fronts: int) -> npt.NDArray[np.int64]:
     for number in range(1, n_fronts + 1):
         if len(remaining) == 0:
             break
-        best = is_nondominated(values[remaining])
+        best = is_nondominated(values if number == 1 else values[remaining])
         numbers[remaining[best]] = number
         remaining = remaining[~best]
     return numbers
@@ -66,8 +119,11 @@ def front_numbers(values: FloatArray, n_fronts: int) -> npt.NDArray[np.int64]:
 
 def objectives_to_minimise(columns: Arrays, objectives: Sequence[Objective]) -> FloatArray:
     """Values of the objectives, negated where the larger value is better, shape (n, m)."""
-    signs = [1.0 if objective.sense == "min" else -1.0 for objective in objectives]
-    return np.column_stack([np.asarray(columns[o.metric], dtype=np.float64) for o in objectives]) * signs
+    values = np.empty((len(columns[objectives[0].metric]), len(objectives)))
+    for k, objective in enumerate(objectives):
+        sign = 1.0 if objective.sense == "min" else -1.0
+        np.multiply(columns[objective.metric], sign, out=values[:, k])
+    return values
 
 
 @dataclass(frozen=True)
@@ -145,11 +201,13 @@ def find_fronts(
         n = len(values)
         rows = np.asarray(columns["design"]) if "design" in columns else np.arange(offset, offset + n)
         feasible = np.asarray(columns["feasible"]).astype(bool) if "feasible" in columns else np.ones(n, dtype=bool)
-        finite: npt.NDArray[np.bool_] = np.logical_and.reduce(np.isfinite(values), axis=1)
+        finite = np.ones(n, dtype=np.bool_)
+        for column in values.T:  # short rows are slow to reduce
+            finite &= np.isfinite(column)
         if tally is not None:
             tally.count(columns, feasible, finite)
-        is_ranked = feasible & finite
-        merger.add(values[is_ranked], rows[is_ranked])
+        ranked = np.flatnonzero(feasible & finite)
+        merger.add(values.take(ranked, axis=0), rows[ranked])
         offset += n
     fronts = merger.merge()
     order = np.argsort(fronts.rows)

@@ -97,10 +97,9 @@ class Tally:
         if "status" not in columns:
             return
         status = columns["status"]
-        for code, count in zip(*np.unique(status, return_counts=True), strict=True):
-            if code not in (_OK, Status.SCREENED):
-                self.by_status[self.status_labels.get(int(code), f"status {code}")] += int(count)
         has_margins = (status == _OK) | (status == Status.SCREENED)
+        for code, count in zip(*np.unique(status[~has_margins], return_counts=True), strict=True):
+            self.by_status[self.status_labels.get(int(code), f"status {code}")] += int(count)
         for name in self.margins:
             # Screening stops before the sampled metrics, so their margins are NaN there and count neither way.
             self.by_constraint[name] += int(np.count_nonzero(has_margins & (columns[name] < 0.0)))
