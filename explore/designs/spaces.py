@@ -212,12 +212,24 @@ class Grid(DesignSpace):
 
     def designs(self, start: int, stop: int) -> Arrays:
         """Parameters of the designs start … stop - 1 by name, each of shape (stop - start,)."""
-        remaining = np.arange(start, stop, dtype=np.int64)
         columns: Arrays = {}
+        period = 1  # designs in a row with the same value of the axis
         for axis in reversed(self.axes):
-            remaining, index = np.divmod(remaining, len(axis)) if axis.varies else (remaining, remaining * 0)
-            columns[axis.name] = axis.values_at(index)
+            columns[axis.name] = _values_in_rows(axis, period, start, stop)
+            period *= len(axis)
         return {axis.name: columns[axis.name] for axis in self.axes}
+
+
+def _values_in_rows(axis: ListedAxis | SpacedAxis, period: int, start: int, stop: int) -> FloatArray:
+    """Values of an axis that changes after each `period` designs, shape (stop - start,)."""
+    first, last = start // period, max(start, stop - 1) // period
+    values = axis.values_at(np.arange(first, last + 1) % len(axis))
+    if first == last:  # the period may be more than an integer of NumPy
+        return np.full(stop - start, values[0])
+    if period == 1:
+        return values
+    edges = np.arange((first + 1) * period, stop, period)
+    return np.repeat(values, np.diff(edges, prepend=start, append=stop))
 
 
 @dataclass(frozen=True)
