@@ -1,1 +1,1 @@
-"""A run of a study: pending blocks to dask, results to the store as they finish. The client is the only writer."""
+"""A run of a study: pending blocks to threads or dask, results to the store as they finish, by a single writer."""

@@ -6,11 +6,12 @@ import logging
 import os
 import re
 from collections.abc import Iterator
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from typing import TYPE_CHECKING, Any
 
 from explore.errors import ClusterError, RequestError
 from explore.sweeping.blocks import VERSIONS_THAT_MUST_AGREE, environment_of
+from explore.sweeping.threads import LocalThreads
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -29,45 +30,42 @@ _LOG_NOTHING = logging.CRITICAL + 1
 _IGNORE_CTRL_C = "import signal; signal.signal(signal.SIGINT, signal.SIG_IGN)"
 
 
-@contextmanager
-def local_cluster(workers: int | None, *, processes: bool) -> Iterator[Client]:
-    """A cluster on this machine: threads of this process (the kernels release the GIL), or processes.
+def local_cluster(workers: int | None, *, processes: bool) -> AbstractContextManager[Client | LocalThreads]:
+    """Threads of this process, or a cluster of processes of this machine; one for each processor by default."""
+    count = workers or processors()
+    return _process_cluster(count) if processes else nullcontext(LocalThreads(count))
 
-    Threads communicate within the process and open no port. Processes listen on the loopback address, where every user
-    of the machine can connect; TLS with a key of this sweep keeps others out.
-    """
+
+@contextmanager
+def _process_cluster(count: int) -> Iterator[Client]:
+    """Processes listen on the loopback address, where every user of the machine can connect; TLS keeps others out."""
     import dask
     from distributed import Client, Nanny, Security, SpecCluster
 
     from explore.sweeping.local_nodes import LocalScheduler, LocalWorker
 
-    count = workers or processors()
-    if processes:
-        node: dict[str, Any] = {"protocol": "tls://", "host": "127.0.0.1", "security": Security.temporary()}
-        worker = {
-            "cls": Nanny,
-            "options": {**node, "worker_class": LocalWorker, "nthreads": 1, "silence_logs": _LOG_NOTHING},
-        }
-    else:
-        node = {"protocol": "inproc://"}
-        worker = {"cls": LocalWorker, "options": {**node, "nthreads": count}}
+    node: dict[str, Any] = {"protocol": "tls://", "host": "127.0.0.1", "security": Security.temporary()}
+    worker = {
+        "cls": Nanny,
+        "options": {**node, "worker_class": LocalWorker, "nthreads": 1, "silence_logs": _LOG_NOTHING},
+    }
     with (
-        dask.config.set(_settings(processes=processes)),
+        dask.config.set(_settings()),
         _quiet(),
         SpecCluster(
             scheduler={"cls": LocalScheduler, "options": {**node, "port": 0, "dashboard": False}},
-            workers=dict.fromkeys(range(count if processes else 1), worker),
-            security=node.get("security"),
+            workers=dict.fromkeys(range(count), worker),
+            security=node["security"],
             silence_logs=_LOG_NOTHING,
         ) as cluster,
         # Results come directly from the workers, so that each block is encrypted once, not twice.
-        Client(cluster, set_as_default=False, direct_to_workers=processes) as client,
+        Client(cluster, set_as_default=False, direct_to_workers=True) as client,
     ):
         yield client
 
 
-def _settings(*, processes: bool) -> dict[str, Any]:
-    """Dask's settings for a cluster on this machine."""
+def _settings() -> dict[str, Any]:
+    """Dask's settings for a cluster of processes on this machine."""
     # The number of blocks in flight bounds the memory, so a worker must not pause on a small machine. A forked worker
     # would inherit the lock of the results file and keep it when this process ends. A worker with a second block
     # queued would lose both when it dies.
@@ -79,7 +77,7 @@ def _settings(*, processes: bool) -> dict[str, Any]:
     # sweep would wait forever.
     settings |= {"distributed.deploy.lost-worker-timeout": _NO_TIMEOUT}
     # Loading the modules takes seconds without heartbeats, so a worker loads them before it joins.
-    settings |= {"distributed.worker.preload": [_IGNORE_CTRL_C, "explore.sweeping.blocks"] if processes else []}
+    settings |= {"distributed.worker.preload": [_IGNORE_CTRL_C, "explore.sweeping.blocks"]}
     return settings
 
 

@@ -7,20 +7,17 @@ import concurrent.futures
 import itertools
 import queue
 import time
-from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from explore.sweeping.attempts import Attempts
+from explore.sweeping.threads import SPARE_BLOCKS
 from explore.sweeping.watch import LOOK_INTERVAL, Watch, cluster_lost
 
 if TYPE_CHECKING:
     from distributed import Client, Future
 
-#: Blocks in flight beyond one for each worker thread: they keep the threads busy while a block is committed.
-SPARE_BLOCKS = 2
-#: Attempts before a block is rejected. dask itself retries blocks whose worker died.
-MAX_ATTEMPTS = 2
 #: The blocks of a silent worker are restarted elsewhere after this many mean block times.
 PATIENCE = 3
 
@@ -60,11 +57,10 @@ class BlocksInFlight:
         note: Callable[..., None],
     ) -> None:
         self._client, self._submit = client, submit
-        self._accept, self._reject, self._note = accept, reject, note
+        self._attempts, self._reject, self._note = Attempts(accept, reject, note), reject, note
         self._arrived: queue.SimpleQueue[Future] = queue.SimpleQueue()
         self._blocks: dict[str, _InFlight] = {}
         self._stuck: set[str] = set()
-        self._attempts: Counter[int] = Counter()
         self._watch = Watch(client, note)
         self._n_arrived, self._seconds = 0, 0.0
 
@@ -89,7 +85,6 @@ class BlocksInFlight:
         self._look()
         room = self._watch.threads + SPARE_BLOCKS - len(self._blocks.keys() - self._stuck)
         for number in itertools.islice(waiting, max(room, 0)):
-            self._attempts[number] += 1
             self._start(number)
         return bool(self._blocks)
 
@@ -143,15 +138,11 @@ class BlocksInFlight:
             fetch.cancel()
 
     def _settle(self, number: int, result: Any, problem: Exception | None) -> None:
-        if problem is None:
-            del self._attempts[number]
-            self._accept(number, result)
-        elif self._attempts[number] < MAX_ATTEMPTS and not _is_deadly(problem):
-            self._note("retry", block=number, problem=_describe(problem))
-            self._attempts[number] += 1
+        if problem is not None and _is_deadly(problem):
+            workers = problem.allowed_failures + 1  # type: ignore[attr-defined]  # dask has no types
+            self._reject(number, f"KilledWorker: {workers} workers died while they computed it")
+        elif self._attempts.settle(number, result, problem):
             self._start(number)
-        else:
-            self._reject(number, _describe(problem))
 
 
 def _is_deadly(problem: Exception) -> bool:
@@ -159,9 +150,3 @@ def _is_deadly(problem: Exception) -> bool:
     from distributed.scheduler import KilledWorker
 
     return isinstance(problem, KilledWorker)
-
-
-def _describe(problem: Exception) -> str:
-    if _is_deadly(problem):
-        return f"KilledWorker: {problem.allowed_failures + 1} workers died while they computed it"  # type: ignore[attr-defined]  # dask
-    return f"{type(problem).__name__}: {problem}"

@@ -1,11 +1,11 @@
-"""Run a study: compute the pending blocks on a cluster, collect them, log, and return a summary."""
+"""Run a study: compute the pending blocks on threads or a cluster, collect them, log, and return a summary."""
 
 from __future__ import annotations
 
 import os
 import platform
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import AbstractContextManager, contextmanager, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -21,6 +21,7 @@ from explore.sweeping.clusters import check_environment
 from explore.sweeping.collectors import AllDesignsCollector, FrontCollector
 from explore.sweeping.in_flight import BlocksInFlight
 from explore.sweeping.log import Listener, Log
+from explore.sweeping.threads import BlocksOnThreads, LocalThreads
 
 if TYPE_CHECKING:
     from distributed import Client, Future
@@ -72,7 +73,7 @@ class Summary:
 def run_study(
     study: Study,
     path: Path | str,
-    cluster: AbstractContextManager[Client],
+    cluster: AbstractContextManager[Client | LocalThreads],
     *,
     keep: Keep = "all",
     max_failures: int | None = None,
@@ -85,7 +86,7 @@ def run_study(
     Parameters
     ----------
     cluster
-        Yields the client; entered only if blocks are pending.
+        Yields threads or a cluster's client; entered only if blocks are pending.
     listener
         Called with every event that is logged.
     """
@@ -96,8 +97,8 @@ def run_study(
         summary = Summary(path, study.space.n_designs, n_resumed=collector.n_committed)
         if collector.n_pending:
             run = _Run(study, collector, summary, log, max_failures, progress)
-            with run.logged(), cluster as client:
-                run.compute(client)
+            with run.logged(), cluster as workers:
+                run.compute(workers)
         if not summary.failures:
             collector.finish()
     summary.seconds = time.monotonic() - start
@@ -121,9 +122,22 @@ class _Run:
         self._processors: set[str] = set()
         self._mechanism = study.request.mechanism.name
 
-    def compute(self, client: Client) -> None:
+    def compute(self, workers: Client | LocalThreads) -> None:
         """Compute the pending blocks."""
+        pending = self._collector.pending
+        if isinstance(workers, LocalThreads):
+            BlocksOnThreads(workers, self._evaluate, self._accept, self._reject, self._log).run(pending)
+        else:
+            self._compute_on_cluster(workers, pending)
+        # The commits in the file decide which blocks are done, not the number of results received.
+        missing = set(self._collector.pending) - set(self._summary.failures)
+        if missing:
+            raise ClusterError(f"blocks {sorted(missing)[:5]} never came back from the workers; run the sweep again")
 
+    def _evaluate(self, number: int) -> BlockResult:
+        return evaluate_block(self._study.request, self._study.space, number, self._collector.objectives)
+
+    def _compute_on_cluster(self, client: Client, numbers: Iterable[int]) -> None:
         def submit(number: int, workers: list[str] | None) -> Future:
             study, objectives = self._study, self._collector.objectives
             space = study.space.space_for_block(number)
@@ -134,11 +148,7 @@ class _Run:
             )
             return future
 
-        BlocksInFlight(client, submit, self._accept, self._reject, self._log).run(self._collector.pending)
-        # The commits in the file decide which blocks are done, not the number of results received.
-        missing = set(self._collector.pending) - set(self._summary.failures)
-        if missing:
-            raise ClusterError(f"blocks {sorted(missing)[:5]} never came back from the workers; run the sweep again")
+        BlocksInFlight(client, submit, self._accept, self._reject, self._log).run(numbers)
 
     def _accept(self, number: int, block: BlockResult) -> None:
         check_environment(block.environment, f"that computed block {number}", self._mechanism)

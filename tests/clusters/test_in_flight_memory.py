@@ -9,7 +9,7 @@ import pytest
 
 _PROGRAM = """
 import resource, sys, time
-from explore.sweeping.clusters import local_cluster
+from distributed import Client
 from explore.sweeping.in_flight import BlocksInFlight
 
 def resident():
@@ -18,7 +18,7 @@ def resident():
 
 if __name__ == "__main__":
     count, results = int(sys.argv[1]), []
-    with local_cluster(2, processes=False) as client:
+    with Client(processes=False, n_workers=1, threads_per_worker=2, dashboard_address=None) as client:
         submit = lambda number, _: client.submit(abs, number, pure=False, retries=0)
         run = lambda blocks: BlocksInFlight(
             client, submit, lambda number, result: results.append(number == result), print, lambda *_, **__: None

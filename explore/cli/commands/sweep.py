@@ -25,6 +25,9 @@ if TYPE_CHECKING:
 
     from explore.config.study import Study
     from explore.sweeping.runs import Summary
+    from explore.sweeping.threads import LocalThreads
+
+    Workers = AbstractContextManager[Client | LocalThreads]
 
 
 class KeepOption(StrEnum):
@@ -109,7 +112,7 @@ class SweepOptions:
         words += ["--quiet"] if self.quiet else []
         return shlex.join(words)
 
-    def cluster(self, mechanism: str) -> AbstractContextManager[Client]:
+    def cluster(self, mechanism: str) -> Workers:
         """The workers, for a mechanism of this name."""
         from explore.sweeping.clusters import local_cluster, remote_cluster
 
@@ -153,7 +156,7 @@ def _sweep(options: SweepOptions, *, dry_run: bool) -> int:
     return 3 if summary.failures else 0
 
 
-def _run(study: Study, options: SweepOptions, cluster: AbstractContextManager[Client]) -> Summary:
+def _run(study: Study, options: SweepOptions, cluster: Workers) -> Summary:
     """Compute the study into the results file, with progress and events on stderr."""
     from explore.sweeping.runs import run_study
 
@@ -177,7 +180,7 @@ def _run(study: Study, options: SweepOptions, cluster: AbstractContextManager[Cl
 
 
 @contextmanager
-def _connected(cluster: AbstractContextManager[Client], *, at_once: bool) -> Iterator[AbstractContextManager[Client]]:
+def _connected(cluster: Workers, *, at_once: bool) -> Iterator[Workers]:
     """The cluster, connected at once where that may fail: before anything is written."""
     if not at_once:
         yield cluster
