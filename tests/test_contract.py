@@ -145,6 +145,17 @@ def test_dense_sampling_finds_jumps():
         assert values.max[0] == pytest.approx(1.0, abs=1e-12)
 
 
+def test_dense_sampling_knows_what_it_misses_beside_a_jump():
+    """An extreme at a jump, on a slope: it is on a panel where none is looked for."""
+    for place in np.random.default_rng(0).uniform(1.0, 359.0, 100):
+
+        def motion(angle, place=place):
+            return np.where(angle < place, 1.0, np.exp(0.02 * (place - angle)) + 1.0)[None]
+
+        values, errors = dense_statistics.measure(motion, dense_statistics.sample(motion, 0.0, 360.0))
+        assert abs(values.max[0] - 2.0) <= errors.max[0] <= 1e-11  # some panels of 1e-11 deg
+
+
 def test_designs_are_drawn_around_those_of_the_study(load):
     study = load(starter(CRANK_ROCKER))
     drawn = draw_designs(study, 2_000, 0)

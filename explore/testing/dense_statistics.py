@@ -153,11 +153,32 @@ def measure(motion: Motion, panels: Panels) -> tuple[Statistics, Statistics]:
     # a few roundings of the samples
     rounding = dict.fromkeys(vars(fine), fine.rms)
     rounding |= {"variance": fine.rms**2, "min": fine.magnitude, "max": fine.magnitude}
+    beside_jumps = _change_beside_jumps(panels)
+    missed = {"min": beside_jumps, "max": beside_jumps}
     errors = {
-        name: _SAFETY * np.abs(value - getattr(coarse, name)) + _ROUNDING * rounding[name]
+        name: _SAFETY * (np.abs(value - getattr(coarse, name)) + missed.get(name, 0.0)) + _ROUNDING * rounding[name]
         for name, value in vars(fine).items()
     }
     return fine, Statistics(**errors)
+
+
+def _change_beside_jumps(panels: Panels) -> FloatArray:
+    """Largest changes of the signals on panels with jumps, up to the jumps, by their slopes beside them, shape (s,).
+
+    On a panel with a jump no extreme is looked for.
+    """
+    jumps, lengths = _has_jump(panels.values, panels.values @ _TRANSFORM.T), np.diff(panels.edges)
+    slopes = np.abs(panels.values[:, :, -1] - panels.values[:, :, 0]) / lengths
+    slopes[jumps] = 0.0
+    beside = np.pad(slopes, ((0, 0), (1, 1)))
+    changes = lengths * np.maximum(beside[:, :-2], beside[:, 2:])
+    return np.asarray(np.where(jumps, changes, 0.0).max(axis=1))
+
+
+def _has_jump(values: FloatArray, coefficients: FloatArray) -> npt.NDArray[np.bool_]:
+    """Whether each signal has a jump on each panel, shape (s, p)."""
+    tails = np.abs(coefficients[:, :, -_TAIL:]).sum(axis=2)
+    return np.asarray(tails > _JUMP * np.abs(values).max(axis=(1, 2))[:, None])
 
 
 def _statistics(panels: Panels) -> Statistics:
@@ -166,8 +187,7 @@ def _statistics(panels: Panels) -> Statistics:
     variance = (weights * (values - mean[:, None, None]) ** 2).sum(axis=(1, 2))
     power_mean = (weights * np.abs(values) ** (10.0 / 3.0)).sum(axis=(1, 2)) ** 0.3
     coefficients = values @ _TRANSFORM.T
-    tails = np.abs(coefficients[:, :, -_TAIL:]).sum(axis=2)
-    jumps = tails > _JUMP * np.abs(values).max(axis=(1, 2))[:, None]
+    jumps = _has_jump(values, coefficients)
     return Statistics(mean, variance, -_largest(-coefficients, jumps), _largest(coefficients, jumps), power_mean)
 
 
