@@ -13,6 +13,7 @@ GROUP = "explore.mechanisms"
 _OWN = {
     "crank-rocker": "explore.mechanisms.crank_rocker.declaration:CRANK_ROCKER",
     "test-rig": "explore.mechanisms.rig.declaration:TEST_RIG",
+    "gears": "explore.mechanisms.gears.declaration:GEARS",
 }
 
 

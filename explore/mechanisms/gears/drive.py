@@ -1,0 +1,113 @@
+"""A stepless drive of trains of two gear pairs, whose gears 1 turn together, with a phase shift between the pairs.
+
+The input turns gear 2 of the first pair of each train, and gear 2 of the second pair turns the output: the ratio of a
+train is i(phi)/i(phi + shift), and m^shift as long as both pairs are in the working sector. The trains follow each
+other by equal input angles, and overrunning clutches let the fastest drive the output.
+
+i m^phi is constant in the working sector. Where it never falls in the return, as by the sine law on branch 1 and by all
+log-smoothstep laws, m^shift is the largest ratio of a train.
+"""
+
+import math
+
+from explore.compiling import LANES
+from explore.mechanisms.gears.columns import CONSTANT, LOG_GROWTH, N_TRAINS, SECTOR_ANGLE, SHIFT
+from explore.mechanisms.gears.law import driven_angle_at, driver_angle_at, ratio_in_turn
+from explore.subroutines import subroutine
+
+#: Angles of each train among which the lowest ratio is looked for, and steps of its refinement.
+_GRID, _MOST_STEPS = 32, 75
+_GOLDEN = 0.6180339887498949
+
+
+@subroutine()
+def train_ratio_at(constants, lane, angle):
+    """Output over input velocity of one train at an angle of its gears 1 between 0 and a full turn."""
+    shifted = angle + constants[SHIFT * LANES + lane]
+    return ratio_in_turn(constants, lane, angle) / ratio_in_turn(constants, lane, shifted)
+
+
+@subroutine()
+def overall_ratio_at(constants, lane, angle, driven_angle):
+    """Output over input velocity of all trains, at the angles of the first train's gear 1 and input, rad."""
+    largest = train_ratio_at(constants, lane, angle)
+    trains = int(constants[N_TRAINS * LANES + lane])
+    for train in range(1, trains):
+        other = driven_angle + 2.0 * math.pi * train / trains
+        other = other - 2.0 * math.pi if other >= 2.0 * math.pi else other
+        largest = max(largest, train_ratio_at(constants, lane, driver_angle_at(constants, lane, other)))
+    return largest
+
+
+@subroutine()
+def solve_shift(log_growth, sector, constant, trains):
+    """The largest phase shift without ripple, rad, and the ratio of the drive at it.
+
+    A train has the ratio of the plateau over an input angle of k (m^(sector - shift) - 1), and must keep it until the
+    next train has it. Without a shift the drive runs at 1 and has no ripple.
+    """
+    shift = sector - math.log1p(2.0 * math.pi / (trains * constant)) / log_growth
+    shift = max(shift, 0.0)
+    return shift, math.exp(log_growth * shift)
+
+
+@subroutine()
+def ripple_of(constants, lane, branch, largest_shift):
+    """The change of the ratio of all trains over the turn, over its largest value."""
+    shift, sector = constants[SHIFT * LANES + lane], constants[SECTOR_ANGLE * LANES + lane]
+    if shift == 0.0 or (branch == 1.0 and shift <= largest_shift):
+        return 0.0
+    spacing = 2.0 * math.pi / constants[N_TRAINS * LANES + lane]
+    log_growth = constants[LOG_GROWTH * LANES + lane]
+    if branch == 1.0 and shift < sector:
+        # between the end of one train's plateau and the start of the next one's
+        highest = math.exp(log_growth * shift)
+        first = constants[CONSTANT * LANES + lane] * math.expm1(log_growth * (sector - shift))
+    else:
+        highest, first = -_least(constants, lane, 0.0, 2.0 * math.pi, True), 0.0
+    lowest, trains = highest, int(constants[N_TRAINS * LANES + lane])
+    # The trains in turn: where one turns much faster than the input, its own angles resolve the ratio.
+    for train in range(trains):
+        low = driver_angle_at(constants, lane, first + train * spacing)
+        high = 2.0 * math.pi if train == trains - 1 else driver_angle_at(constants, lane, (train + 1) * spacing)
+        lowest = min(lowest, _least(constants, lane, low, high, False))
+    return (highest - lowest) / highest
+
+
+@subroutine()
+def _value(constants, lane, angle, of_one):
+    """Minus the ratio of one train, or the ratio of all, at an angle of the first train's gear 1."""
+    if of_one:
+        return -train_ratio_at(constants, lane, angle)
+    driven_angle = driven_angle_at(constants, lane, angle, angle > constants[SECTOR_ANGLE * LANES + lane])
+    return overall_ratio_at(constants, lane, angle, driven_angle)
+
+
+@subroutine()
+def _least(constants, lane, start, stop, of_one):
+    """The least `_value` between two angles: golden sections about each lowest angle of a grid."""
+    step = (stop - start) / _GRID
+    here = _value(constants, lane, start, of_one)
+    before, least = math.inf, here
+    for j in range(_GRID + 1):
+        after = math.inf if j == _GRID else _value(constants, lane, start + (j + 1) * step, of_one)
+        if here <= before and here <= after:
+            low, high = start + max(j - 1, 0) * step, start + min(j + 1, _GRID) * step
+            least = min(least, _refine(constants, lane, low, high, of_one))
+        before, here = here, after
+    return least
+
+
+@subroutine()
+def _refine(constants, lane, low, high, of_one):
+    """The least `_value` on a short interval; golden sections converge also onto the corner between two trains."""
+    least = math.inf
+    for _ in range(_MOST_STEPS):
+        left, right = high - _GOLDEN * (high - low), low + _GOLDEN * (high - low)
+        at_left, at_right = _value(constants, lane, left, of_one), _value(constants, lane, right, of_one)
+        least = min(least, min(at_left, at_right))
+        if at_left < at_right:
+            high = right
+        else:
+            low = left
+    return least

@@ -1,0 +1,140 @@
+"""Pitch curves of a gear pair: radii, tilt, curvature, and how convex they are.
+
+With the ratio i and its derivatives by the angle of gear 1, the radii are r1 = a/(1 + i) and r2 = a i/(1 + i). The
+tangent is tilted against the circumferential direction by chi, tan chi = i'/(1 + i), the same for both gears. With
+c = sqrt(1 + tan^2 chi) the curvatures, positive where convex, are (1 + i + i'')/(a c^3) and
+(1 + i + i'^2 - i i'')/(a i c^3); their numerators are the convexities.
+"""
+
+import math
+
+from explore.compiling import LANES
+from explore.mechanisms.gears import columns
+from explore.mechanisms.gears.columns import (
+    AMPLITUDE,
+    DISTANCE,
+    FREQUENCY,
+    LOG_GROWTH,
+    LOWEST,
+    ORDER,
+    SECTOR_ANGLE,
+    START,
+)
+from explore.mechanisms.gears.law import ratio_at
+from explore.mechanisms.gears.smoothstep_law import steepness
+from explore.subroutines import subroutine
+
+#: What `_least_in_return` searches: the convexities of both gears, and minus the tilt's tangent's magnitude.
+_DRIVER, _DRIVEN, _TILT = 0, 1, 2
+_GRID, _MOST_STEPS = 64, 50
+_GOLDEN = 0.6180339887498949
+
+
+@subroutine()
+def fill_pitch_curves(distance, ratio, rate, acceleration, out, lane):
+    """Fill the signals of the pitch curves at one node of one lane."""
+    tangent = rate / (1.0 + ratio)
+    square = 1.0 + tangent * tangent
+    length = math.sqrt(square)
+    driver_radius = distance / (1.0 + ratio)
+    factor = 1.0 / (distance * square * length)
+    out[columns.DRIVER_RADIUS * LANES + lane] = driver_radius
+    out[columns.DRIVEN_RADIUS * LANES + lane] = driver_radius * ratio
+    out[columns.PITCH_TILT * LANES + lane] = math.atan(tangent)
+    out[columns.PITCH_LENGTH * LANES + lane] = driver_radius * length
+    bend, factor_2 = ratio * acceleration, factor / ratio
+    out[columns.DRIVER_CURVATURE * LANES + lane] = (1.0 + ratio + acceleration) * factor
+    out[columns.DRIVEN_CURVATURE * LANES + lane] = (1.0 + ratio + rate * rate - bend) * factor_2
+    out[columns.DRIVER_TERMS * LANES + lane] = (1.0 + ratio + abs(acceleration)) * factor
+    out[columns.DRIVEN_TERMS * LANES + lane] = (1.0 + ratio + rate * rate + abs(bend)) * factor_2
+
+
+@subroutine()
+def _jump_at(constants, lane, angle, angle_in_return):
+    """The jump of curvature at a joint, whose angle is given in both sectors, 1/mm."""
+    ratio, rate, working = ratio_at(constants, lane, angle, False)
+    _, _, returning = ratio_at(constants, lane, angle_in_return, True)
+    square = 1.0 + (rate / (1.0 + ratio)) ** 2
+    return abs(returning - working) / (constants[DISTANCE * LANES + lane] * square * math.sqrt(square))
+
+
+@subroutine()
+def jump_of_curvature(constants, lane):
+    """The larger of the jumps of curvature at both joints, the same in both gears, 1/mm."""
+    if constants[ORDER * LANES + lane] >= 2.0:
+        return 0.0
+    sector = constants[SECTOR_ANGLE * LANES + lane]
+    return max(_jump_at(constants, lane, 0.0, 2.0 * math.pi), _jump_at(constants, lane, sector, sector))
+
+
+@subroutine()
+def extremes_of_ratio(constants, lane):
+    """The smallest and the largest ratio of the turn, both in the return sector."""
+    order = constants[ORDER * LANES + lane]
+    if order == 0.0:
+        lowest = constants[LOWEST * LANES + lane]
+        return lowest, lowest + 2.0 * constants[AMPLITUDE * LANES + lane]
+    # where 2 pi S' = w
+    sector = constants[SECTOR_ANGLE * LANES + lane]
+    width = 2.0 * math.pi - sector
+    product = (width / (2.0 * math.pi * steepness(order))) ** (1.0 / order)
+    sigma = 2.0 * product / (1.0 + math.sqrt(1.0 - 4.0 * product))
+    lowest, _, _ = ratio_at(constants, lane, sector + width * sigma, True)
+    highest, _, _ = ratio_at(constants, lane, sector + width * (1.0 - sigma), True)
+    return lowest, highest
+
+
+@subroutine()
+def _measure(constants, lane, angle, quantity):
+    """One of the quantities that `_least_in_return` searches."""
+    ratio, rate, acceleration = ratio_at(constants, lane, angle, True)
+    if quantity == _DRIVER:
+        return 1.0 + ratio + acceleration
+    if quantity == _DRIVEN:
+        return 1.0 + ratio + rate * rate - ratio * acceleration
+    return -abs(rate) / (1.0 + ratio)
+
+
+@subroutine()
+def _least_in_return(constants, lane, quantity):
+    """The least value of a quantity in the return sector of a log-smoothstep law: a grid, then golden sections."""
+    sector = constants[SECTOR_ANGLE * LANES + lane]
+    step = (2.0 * math.pi - sector) / _GRID
+    best, least = 0, math.inf
+    for j in range(_GRID + 1):
+        value = _measure(constants, lane, sector + j * step, quantity)
+        best, least = (j, value) if value < least else (best, least)
+    low, high = sector + max(best - 1, 0) * step, sector + min(best + 1, _GRID) * step
+    for _ in range(_MOST_STEPS):
+        left, right = high - _GOLDEN * (high - low), low + _GOLDEN * (high - low)
+        at_left, at_right = _measure(constants, lane, left, quantity), _measure(constants, lane, right, quantity)
+        least = min(least, min(at_left, at_right))
+        if at_left < at_right:
+            high = right
+        else:
+            low = left
+    return least
+
+
+@subroutine()
+def least_convexities(constants, lane):
+    """The least convexity of gear 1 and of gear 2, and the largest tilt, rad, over the turn.
+
+    The working sector is convex. In the return by the sine law the convexities are linear in cos tau.
+    """
+    log_growth, start = constants[LOG_GROWTH * LANES + lane], constants[START * LANES + lane]
+    end = start * math.exp(-log_growth * constants[SECTOR_ANGLE * LANES + lane])
+    if constants[ORDER * LANES + lane] == 0.0:
+        amplitude, square = constants[AMPLITUDE * LANES + lane], constants[FREQUENCY * LANES + lane] ** 2
+        lowest = constants[LOWEST * LANES + lane]
+        highest = lowest + 2.0 * amplitude
+        excess = amplitude * (square - 1.0)
+        driver = 1.0 + lowest + amplitude - abs(excess)
+        driven = 1.0 + lowest * (1.0 - amplitude * square)
+        tangent = math.sqrt(amplitude * square) * math.sqrt(amplitude / ((1.0 + lowest) * (1.0 + highest)))
+    else:
+        driver, driven = _least_in_return(constants, lane, _DRIVER), _least_in_return(constants, lane, _DRIVEN)
+        tangent = -_least_in_return(constants, lane, _TILT)
+    driver = min(driver, 1.0 + end * (1.0 + log_growth * log_growth))
+    driven = min(driven, 1.0 + end)
+    return driver, driven, math.atan(max(tangent, log_growth * start / (1.0 + start)))

@@ -1,0 +1,141 @@
+"""The gear pair, compiled. Its laws are in `law`, its pitch curves in `geometry`, trains of pairs in `drive`."""
+
+import math
+
+from explore.compiling import CLOSE_SIGNATURE, FILL_SIGNATURE, LANES, compiled
+from explore.mechanisms.gears import columns
+from explore.mechanisms.gears.columns import Row
+from explore.mechanisms.gears.drive import overall_ratio_at, ripple_of, solve_shift, train_ratio_at
+from explore.mechanisms.gears.geometry import (
+    extremes_of_ratio,
+    fill_pitch_curves,
+    jump_of_curvature,
+    least_convexities,
+)
+from explore.mechanisms.gears.law import driven_angle_at, ratio_at
+from explore.mechanisms.gears.sine_law import solve_sine_law
+from explore.mechanisms.gears.smoothstep_law import solve_smoothstep_law
+from explore.model.status import OwnStatus, Status
+from explore.subroutines import subroutine
+
+#: Largest ln m^b: the ratio grows by a factor of 1e100, and products of ratios stay finite.
+_LARGEST_LOGARITHM = 100.0 * math.log(10.0)
+_DEGREES = 180.0 / math.pi
+_OK, _FIRST_METRIC, _LAST_METRIC = int(Status.OK), int(Row.LAW_CONSTANT), int(Row.RIPPLE)
+
+NO_GROWTH, NO_RETURN, BROKEN_BRANCH, OVERFLOW, NO_BRANCH = 20, 21, 22, 23, 24
+STATUSES = {
+    NO_GROWTH: OwnStatus("no_growth", "the growth per radian is not above 1"),
+    NO_RETURN: OwnStatus("no_return", "the working sector takes a full turn, 2 pi rad, or more: no return is left"),
+    BROKEN_BRANCH: OwnStatus("broken_branch", "the branch is not a whole number"),
+    OVERFLOW: OwnStatus("ratio_overflow", "the ratio would change by more than a factor of 1e100 over the sector"),
+    NO_BRANCH: OwnStatus("no_branch", "the log-smoothstep law of the return has no branch but 1"),
+}
+
+
+@subroutine()
+def _status_of(growth, sector, order, branch):
+    """The status of a design."""
+    if growth <= 1.0:
+        return NO_GROWTH
+    if sector >= 2.0 * math.pi:
+        return NO_RETURN
+    if branch != math.floor(branch):
+        return BROKEN_BRANCH
+    if math.log(growth) * sector > _LARGEST_LOGARITHM:
+        return OVERFLOW
+    if order > 0.0 and branch != 1.0:
+        return NO_BRANCH
+    return _OK
+
+
+@subroutine()
+def _fill_constants(record, lane):
+    """Fill the constants and their metrics of one lane."""
+    growth, sector = record[Row.GROWTH * LANES + lane], record[Row.SECTOR * LANES + lane]
+    order = record[Row.RETURN_ORDER * LANES + lane]
+    record[columns.LOG_GROWTH * LANES + lane], record[columns.SECTOR_ANGLE * LANES + lane] = math.log(growth), sector
+    record[columns.ORDER * LANES + lane] = order
+    record[columns.DISTANCE * LANES + lane] = record[Row.CENTRE_DISTANCE * LANES + lane]
+    record[columns.N_TRAINS * LANES + lane] = record[Row.TRAINS * LANES + lane]
+    record[columns.SHIFT * LANES + lane] = record[Row.PHASE_SHIFT * LANES + lane]
+    record[columns.START_JOINT * LANES + lane] = 0.0
+    record[columns.END_JOINT * LANES + lane] = math.tan(0.5 * sector)
+    if order > 0.0:
+        solve_smoothstep_law(record, lane)
+        return
+    record[Row.RETURN_SHIFT * LANES + lane] = solve_sine_law(record[Row.BRANCH * LANES + lane], record, lane)
+    amplitude = record[columns.AMPLITUDE * LANES + lane]
+    record[Row.RETURN_AMPLITUDE * LANES + lane] = amplitude
+    record[Row.RETURN_FREQUENCY * LANES + lane] = record[columns.FREQUENCY * LANES + lane]
+    record[Row.RETURN_MEAN * LANES + lane] = record[columns.LOWEST * LANES + lane] + amplitude
+
+
+@subroutine()
+def _fill_metrics(record, lane):
+    """Fill the metrics of one lane from its constants."""
+    log_growth, constant = record[columns.LOG_GROWTH * LANES + lane], record[columns.CONSTANT * LANES + lane]
+    sector, start = record[columns.SECTOR_ANGLE * LANES + lane], record[columns.START * LANES + lane]
+    record[Row.LAW_CONSTANT * LANES + lane] = constant
+    record[Row.RATIO_START * LANES + lane] = start
+    record[Row.RATIO_END * LANES + lane] = start * math.exp(-log_growth * sector)
+    lowest, highest = extremes_of_ratio(record, lane)
+    record[Row.RATIO_MIN * LANES + lane], record[Row.RATIO_MAX * LANES + lane] = lowest, highest
+    record[Row.DRIVEN_SECTOR * LANES + lane] = record[columns.DRIVEN_SECTOR * LANES + lane] * _DEGREES
+    driver, driven, tilt = least_convexities(record, lane)
+    record[Row.CONVEXITY_DRIVER * LANES + lane], record[Row.CONVEXITY_DRIVEN * LANES + lane] = driver, driven
+    record[Row.TANGENT_TILT_MAX * LANES + lane] = tilt * _DEGREES
+    record[Row.CURVATURE_JUMP * LANES + lane] = jump_of_curvature(record, lane)
+    shift, ratio = solve_shift(log_growth, sector, constant, record[columns.N_TRAINS * LANES + lane])
+    record[Row.PHASE_SHIFT_MAX * LANES + lane], record[Row.DRIVE_RATIO_MAX * LANES + lane] = shift, ratio
+    record[Row.RIPPLE * LANES + lane] = ripple_of(record, lane, record[Row.BRANCH * LANES + lane], shift)
+
+
+@compiled(CLOSE_SIGNATURE)
+def close(record):
+    """Fill constants, status and metrics; see `explore.model.mechanism.Mechanism`. Metrics are NaN where undefined."""
+    for lane in range(LANES):
+        status = _status_of(
+            record[Row.GROWTH * LANES + lane], record[Row.SECTOR * LANES + lane],
+            record[Row.RETURN_ORDER * LANES + lane], record[Row.BRANCH * LANES + lane],
+        )  # fmt: skip
+        record[Row.STATUS * LANES + lane] = float(status)
+        for metric in range(_FIRST_METRIC, _LAST_METRIC + 1):
+            record[metric * LANES + lane] = math.nan
+        if status == _OK:
+            _fill_constants(record, lane)
+            _fill_metrics(record, lane)
+
+
+@subroutine()
+def _fill_node(constants, lane, angle, is_return, needs, out):
+    """Fill the signals at one node of one lane."""
+    ratio, rate, acceleration = ratio_at(constants, lane, angle, is_return)
+    if needs & columns.RATIOS:
+        out[columns.RATIO * LANES + lane], out[columns.RATIO_RATE * LANES + lane] = ratio, rate
+        out[columns.RATIO_ACCELERATION * LANES + lane] = acceleration
+        out[columns.SPEED_RATIO * LANES + lane] = 1.0 / ratio
+        out[columns.SPEED_RATIO_RATE * LANES + lane] = -rate / (ratio * ratio)
+    if needs & columns.PITCH_CURVES:
+        fill_pitch_curves(constants[columns.DISTANCE * LANES + lane], ratio, rate, acceleration, out, lane)
+    if needs & columns.TRAIN:
+        out[columns.TRAIN_RATIO * LANES + lane] = train_ratio_at(constants, lane, angle)
+    if needs & (columns.ANGLES | columns.DRIVE):
+        driven_angle = driven_angle_at(constants, lane, angle, is_return)
+        out[columns.DRIVEN_ANGLE * LANES + lane] = driven_angle
+        if needs & columns.DRIVE:
+            out[columns.OVERALL_RATIO * LANES + lane] = overall_ratio_at(constants, lane, angle, driven_angle)
+
+
+@compiled(FILL_SIGNATURE)
+def fill(constants, tangents, anchor, law, _variant, count, needs, out):
+    """Fill the signals, in rad and mm; law 0 is the working sector, 1 the return; see `Mechanism.fill`."""
+    for j in range(count):
+        signals = out[j * columns.SIGNAL_ROWS * LANES :]
+        for lane in range(LANES):
+            angle = 2.0 * math.atan(tangents[j * LANES + lane]) + (math.pi if anchor == 1 else 0.0)
+            # an angle before the anchor is one at the end of the turn, if its law holds there
+            sector = constants[columns.SECTOR_ANGLE * LANES + lane]
+            if angle < (0.5 * sector if law == 1 else 0.5 * sector - math.pi):
+                angle += 2.0 * math.pi
+            _fill_node(constants, lane, angle, law == 1, needs, signals)

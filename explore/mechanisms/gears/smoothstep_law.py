@@ -1,0 +1,113 @@
+"""The log-smoothstep law of the return sector: the ratio's logarithm follows a smoothstep of order 1 to 3.
+
+With s = phi - b, w = 2 pi - b and sigma = s/w
+
+    ln i = ln i(0) - L (b + s) + 2 pi L S(sigma),  S' = c (sigma (1 - sigma))^order,  c = 6, 30 or 140,
+
+so that all derivatives of i up to the order join the working sector. Only the law constant is unknown, and explicit;
+its integral, and that of the driven angle, are by the Gauss-Legendre rule.
+"""
+
+import math
+
+import numpy as np
+
+from explore.compiling import LANES
+from explore.mechanisms.gears.columns import CONSTANT, DRIVEN_SECTOR, LOG_GROWTH, ORDER, SECTOR_ANGLE, START
+from explore.subroutines import subroutine
+
+#: Panels of 16 nodes over the whole return: enough for the sharpest ratio, m^b = 1e100.
+_PANELS, _NODES = 8, 16
+_X, _WEIGHTS = (tuple(map(float, values)) for values in np.polynomial.legendre.leggauss(_NODES))
+_MOST_STEPS = 60
+
+
+@subroutine()
+def steepness(order):
+    """The factor c of the smoothstep's slope."""
+    return 6.0 if order == 1.0 else 30.0 if order == 2.0 else 140.0
+
+
+@subroutine()
+def _smoothstep(sigma, order):
+    """The smoothstep of an order at sigma, and its first and second derivatives."""
+    p, c = sigma * (1.0 - sigma), steepness(order)
+    square = sigma * sigma
+    if order == 1.0:
+        return square * (3.0 - 2.0 * sigma), c * p, c * (1.0 - 2.0 * sigma)
+    if order == 2.0:
+        value = square * sigma * (10.0 + sigma * (6.0 * sigma - 15.0))
+        return value, c * p * p, 2.0 * c * p * (1.0 - 2.0 * sigma)
+    value = square * square * (35.0 + sigma * (sigma * (70.0 - 20.0 * sigma) - 84.0))
+    return value, c * p * p * p, 3.0 * c * p * p * (1.0 - 2.0 * sigma)
+
+
+@subroutine()
+def _turned(log_growth, sector, order, first, last):
+    """The integral of i(0)/i over the return sector between two sigmas, rad."""
+    width, total = 2.0 * math.pi - sector, 0.0
+    panels = max(1, math.ceil(_PANELS * abs(last - first)))
+    half = 0.5 * (last - first) / panels
+    for panel in range(panels):
+        for node in range(_NODES):
+            at = first + half * (2 * panel + 1 + _X[node])
+            step, _, _ = _smoothstep(at, order)
+            total += _WEIGHTS[node] * math.exp(log_growth * (sector + width * at - 2.0 * math.pi * step))
+    return total * half * width
+
+
+@subroutine()
+def solve_smoothstep_law(constants, lane):
+    """Fill the constants of one lane from LOG_GROWTH, SECTOR_ANGLE and ORDER."""
+    log_growth, sector = constants[LOG_GROWTH * LANES + lane], constants[SECTOR_ANGLE * LANES + lane]
+    working = math.expm1(log_growth * sector)
+    whole = working + log_growth * _turned(log_growth, sector, constants[ORDER * LANES + lane], 0.0, 1.0)
+    constant = 2.0 * math.pi / whole
+    constants[CONSTANT * LANES + lane] = constant
+    constants[START * LANES + lane] = 1.0 / (constant * log_growth)
+    constants[DRIVEN_SECTOR * LANES + lane] = constant * working
+
+
+@subroutine()
+def smoothstep_ratio(constants, lane, angle):
+    """The ratio at an angle in the return sector, and its first and second derivatives by the angle."""
+    log_growth, sector = constants[LOG_GROWTH * LANES + lane], constants[SECTOR_ANGLE * LANES + lane]
+    width = 2.0 * math.pi - sector
+    value, slope, bend = _smoothstep((angle - sector) / width, constants[ORDER * LANES + lane])
+    ratio = constants[START * LANES + lane] * math.exp(log_growth * (2.0 * math.pi * value - angle))
+    rate = log_growth * (2.0 * math.pi * slope / width - 1.0)
+    return ratio, ratio * rate, ratio * (rate * rate + 2.0 * math.pi * log_growth * bend / (width * width))
+
+
+@subroutine()
+def smoothstep_driven_angle(constants, lane, angle):
+    """The driven angle at an angle in the return sector, rad."""
+    log_growth, sector = constants[LOG_GROWTH * LANES + lane], constants[SECTOR_ANGLE * LANES + lane]
+    sigma = (angle - sector) / (2.0 * math.pi - sector)
+    turned = _turned(log_growth, sector, constants[ORDER * LANES + lane], 0.0, sigma)
+    return constants[DRIVEN_SECTOR * LANES + lane] + turned / constants[START * LANES + lane]
+
+
+@subroutine()
+def smoothstep_driver_angle(constants, lane, driven_angle):
+    """The angle in the return sector at a driven angle, rad: Newton's method, kept inside by bisection."""
+    log_growth, sector = constants[LOG_GROWTH * LANES + lane], constants[SECTOR_ANGLE * LANES + lane]
+    order, width = constants[ORDER * LANES + lane], 2.0 * math.pi - sector
+    low, high, sigma = 0.0, 1.0, 0.5
+    target = (driven_angle - constants[DRIVEN_SECTOR * LANES + lane]) * constants[START * LANES + lane]
+    excess = _turned(log_growth, sector, order, 0.0, sigma) - target
+    for _ in range(_MOST_STEPS):
+        if excess > 0.0:
+            high = sigma
+        else:
+            low = sigma
+        step, _, _ = _smoothstep(sigma, order)
+        slope = width * math.exp(log_growth * (sector + width * sigma - 2.0 * math.pi * step))
+        following = sigma - excess / slope
+        following = following if low <= following <= high else 0.5 * (low + high)
+        excess += _turned(log_growth, sector, order, sigma, following)
+        change, sigma = abs(following - sigma), following
+        # the next step would be of the size of the square of this one
+        if change <= 1e-9:
+            break
+    return sector + width * sigma

@@ -1,0 +1,93 @@
+"""Trains of gear pairs as a stepless drive: plateau, ripple, and the branches where clutches miss the plateau."""
+
+import numpy as np
+import pytest
+from test_gears import TURN, both_sectors, one_of, random_designs
+
+import explore
+from explore.mechanisms.gears import columns
+
+BASE = {"growth": 1.5, "sector": 4.2, "centre_distance": 150.0}
+
+
+def evaluate(design, metrics, **more):
+    return explore.evaluate("gears", design, metrics=metrics, **more)
+
+
+def brute_force_ripple(design, count=20_000):
+    """Ripple of samples: ratios over the input angle of each train, interpolated, and the fastest at each."""
+    angles, rows = both_sectors(design, count)
+    ratio, driven = rows[columns.RATIO], rows[columns.DRIVEN_ANGLE]
+    train = ratio / np.interp(angles + design["phase_shift"], np.append(angles, angles + TURN), np.tile(ratio, 2))
+    period = TURN / design["trains"]
+    places = np.linspace(0.0, period, 40_001)
+    fastest = np.max([np.interp(places + k * period, driven, train) for k in range(int(design["trains"]))], axis=0)
+    return 1.0 - fastest.min() / max(fastest.max(), train.max())
+
+
+@pytest.mark.parametrize("order", [0, 1, 2, 3])
+def test_the_plateau_is_growth_to_the_shift(order):
+    for shift in (0.3, 1.0, 1.2):
+        design = BASE | {"phase_shift": shift, "return_order": order, "trains": 4.0}
+        motion = explore.simulate("gears", design, angles=np.rad2deg(np.linspace(0.0, 4.2 - shift, 50)[:-1]))
+        np.testing.assert_allclose(motion["train_ratio"], 1.5**shift, rtol=1e-14)
+        names = ["train_ratio_max", "overall_ratio_max", "overall_ratio_min"]
+        row = evaluate(design, names).iloc[0]
+        # the plateau is the largest ratio, so that the clutches choose it, and four trains have it all the time
+        np.testing.assert_allclose(row[names].to_numpy(dtype=float), 1.5**shift, rtol=1e-14)
+
+
+@pytest.mark.parametrize("trains", [2, 3, 4, 6])
+def test_no_ripple_up_to_the_largest_shift(trains):
+    largest = evaluate(BASE | {"trains": trains}, ["phase_shift_max", "drive_ratio_max"]).iloc[0]
+    shift = largest["phase_shift_max"]
+    shifts = shift * np.array([0.2, 0.9, 1.0, 1.0 + 1e-6, 1.02, 1.1])
+    table = evaluate(BASE | {"trains": trains, "phase_shift": shifts}, ["ripple"])
+    assert (table["ripple"][:3] == 0.0).all()
+    assert (np.diff(table["ripple"][2:]) > 0.0).all()
+    assert table["ripple"][3] < 1e-8
+    assert largest["drive_ratio_max"] == pytest.approx(1.5**shift, rel=1e-14)
+    # what is computed by the sampled ratio, within its bound
+    names = ["overall_ratio_max", "overall_ratio_min"]
+    sampled = evaluate(BASE | {"trains": trains, "phase_shift": shifts}, names, tolerance=1e-8)
+    ripple = 1.0 - sampled["overall_ratio_min"] / sampled["overall_ratio_max"]
+    np.testing.assert_allclose(ripple, table["ripple"], rtol=0, atol=1e-8)
+    np.testing.assert_allclose(ripple[:3], 0.0, atol=2e-15)
+
+
+def test_ripple_beyond_the_largest_shift_of_three_trains():
+    """0.10 % at 1.02 and 2.5 % at 1.10 times the largest shift."""
+    shift = evaluate(BASE, ["phase_shift_max"])["phase_shift_max"][0]
+    ripple = evaluate(BASE | {"phase_shift": [1.02 * shift, 1.1 * shift]}, ["ripple"])["ripple"]
+    assert [f"{100.0 * value:.2g}" for value in ripple] == ["0.099", "2.5"]
+
+
+@pytest.mark.parametrize(("branch", "order"), [(1, 0), (2, 0), (3, 0), (1, 1), (1, 2), (1, 3)])
+def test_ripple_is_that_of_brute_force(branch, order):
+    random = np.random.default_rng(branch + 10 * order)
+    designs = random_designs(6, branch + order, branch=branch, return_order=order)
+    designs["trains"] = random.integers(1, 7, 6).astype(float)
+    designs["phase_shift"] = random.uniform(0.2, 5.0, 6)
+    table = evaluate(designs, ["ripple"])
+    for k in range(6):
+        expected = brute_force_ripple(one_of(designs, k))
+        # samples miss a corner by the slope times their distance
+        assert expected - 1e-9 <= table["ripple"][k] <= expected + 2e-4, one_of(designs, k)
+
+
+def test_on_branch_2_the_plateau_is_not_the_largest_ratio():
+    """The plateau would be 1.2247."""
+    row = evaluate(BASE | {"branch": 2, "phase_shift": 0.5}, ["train_ratio_max", "overall_ratio_max", "ripple"]).iloc[0]
+    assert row["train_ratio_max"] == row["overall_ratio_max"] == pytest.approx(4.9364, abs=5e-5)
+    assert row["ripple"] > 0.7
+
+
+def test_one_train_and_no_shift():
+    table = evaluate(
+        BASE | {"trains": [1.0, 3.0], "phase_shift": 0.0}, ["phase_shift_max", "drive_ratio_max", "ripple"]
+    )
+    assert table["phase_shift_max"][0] == 0.0, "a single train has no ripple only without a shift"
+    assert table["drive_ratio_max"][0] == 1.0
+    assert (table["ripple"] == 0.0).all()
+    row = evaluate(BASE, ["overall_ratio_min", "overall_ratio_max"]).iloc[0]
+    assert row["overall_ratio_min"] == row["overall_ratio_max"] == 1.0
