@@ -132,7 +132,8 @@ class AllDesignsWriter(SweepWriter):
         if not 0 <= number < self._layout.n_blocks or self._committed[number]:
             raise ValueError(f"block {number} is not pending")
         start, stop = self._layout.row_range(number)
-        arrays = {INDEX: np.arange(start, stop, dtype="<i8"), **arrays}
+        numbers = np.arange(start, stop, dtype="<i8")
+        arrays = {INDEX: numbers, **arrays}
         if arrays.keys() != {column.name for column in self._layout.columns}:
             difference = sorted(arrays.keys() ^ {column.name for column in self._layout.columns})
             raise ValueError(f"block {number}: missing or unknown columns {difference}")
@@ -143,7 +144,7 @@ class AllDesignsWriter(SweepWriter):
                 raise ValueError(
                     f"block {number}: {column.name} has {values.shape}, {values.dtype.str}, not {expected}"
                 )
-        if arrays[INDEX][0] != start or np.any(np.diff(arrays[INDEX]) != 1):
+        if not np.array_equal(arrays[INDEX], numbers):
             raise ValueError(f"block {number}: its designs are {start} to {stop - 1}")
         return [np.ascontiguousarray(arrays[column.name]) for column in self._layout.columns]
 

@@ -6,7 +6,6 @@ HDF5 may return bytes that it cached earlier, and would run any filter that a fo
 from __future__ import annotations
 
 import io
-import zlib
 from collections.abc import Iterable
 from typing import Any
 
@@ -16,6 +15,7 @@ import numpy.typing as npt
 from explore.errors import ResultsError
 from explore.model.columns import Column
 from explore.model.progress import ReportProgress
+from explore.store.checksums import crc32
 from explore.store.chunks import chunk_length, decompress_chunk
 from explore.store.layout import KEEP_FRONT, Layout
 
@@ -85,7 +85,7 @@ def commit_word(arrays: Iterable[npt.NDArray[Any]]) -> int:
     """The commit word of a block: `COMMITTED` and the CRC-32 of its columns in order."""
     checksum = 0
     for values in arrays:
-        checksum = zlib.crc32(values.data.cast("B"), checksum)
+        checksum = crc32(values.data.cast("B"), checksum)
     return COMMITTED | checksum
 
 

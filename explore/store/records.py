@@ -9,7 +9,6 @@ from __future__ import annotations
 import contextlib
 import json
 import struct
-import zlib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -17,6 +16,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from explore.store.checksums import crc32
 from explore.store.layout import PAGE
 from explore.store.sidecar_files import JOURNAL, JOURNAL_1
 
@@ -64,7 +64,7 @@ def align_offset(end: int, alignment: int) -> int:
 
 def checksum_of(content: bytes) -> int:
     """CRC-32 of length and content: without the length, zeros would be an empty record with the right checksum, 0."""
-    return zlib.crc32(content, zlib.crc32(LENGTH.pack(len(content))))
+    return crc32(content, crc32(LENGTH.pack(len(content))))
 
 
 def frame_record(content: bytes) -> bytes:
