@@ -25,7 +25,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from explore.errors import RequestError
+from explore.grammar import NAME, NUMBER, Descent
 from explore.model.columns import Arrays
 from explore.suggest import format_value, suggestion
 
@@ -33,18 +33,12 @@ Mask = npt.NDArray[np.bool_]
 _Test = Callable[[Arrays], Mask]
 _Operand = Callable[[Arrays], Any]
 
-_TOKEN = re.compile(
-    r"\s*(?:(?P<number>[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)(?!\w)"
-    r"|(?P<name>[^\W\d]\w*)|(?P<sign><=|>=|==|!=|<|>)|(?P<bracket>[()])|(?P<end>$))"
-)
 _SIGNS: dict[str, Callable[[Any, Any], Any]] = {
     "<": operator.lt, "<=": operator.le, ">": operator.gt, ">=": operator.ge, "==": operator.eq, "!=": operator.ne,
 }  # fmt: skip
 _KEYWORDS = ("and", "or", "not")
 #: Notations of other languages, and what to write here.
 _REPLACEMENTS = (("=", "=="), (",", "0.5, not 0,5"), ("&", "and"), ("|", "or"), ("!", "not or !="), ("~", "not"))
-#: Largest depth of nested brackets; the parser recurses once for each.
-_MAX_DEPTH = 50
 _UNIT_HINT = "write numbers in the column's unit, without the unit"
 _EXPECTED_COMPARISON = "expected a comparison here, such as swing_angle > 20"
 
@@ -87,22 +81,34 @@ def parse_condition(text: str, columns: Sequence[str]) -> Condition:
     return _Parser(text, columns).parse()
 
 
-class _Parser:
-    """Recursive descent over the tokens; `_next` is the index of the next one."""
+class _Parser(Descent):
+    _PATTERN = re.compile(
+        rf"\s*(?:(?P<number>[+-]?{NUMBER})(?!\w)|(?P<name>{NAME})|(?P<sign><=|>=|==|!=|<|>)|(?P<bracket>[()])|(?P<end>$))"
+    )
+    _SUBJECT = "where: "
 
     def __init__(self, text: str, columns: Sequence[str]) -> None:
-        self._text, self._columns = text, columns
+        super().__init__(text)
+        self._columns = columns
         self._names: dict[str, None] = {}
-        self._tokens, self._next, self._depth = self._tokenize(), 0, 0
 
     def parse(self) -> Condition:
         test = self._disjunction()
         if self._tokens[self._next][0] != "end":
-            raise self._error(self._explain_extra_token())
+            raise self._error(self._explain_extra())
         return Condition(self._text, tuple(self._names), test)
 
-    def _explain_extra_token(self) -> str:
-        """Why the next token cannot follow a complete condition."""
+    def _explain_unknown(self, rest: str) -> str:
+        for wrong, right in _REPLACEMENTS:
+            if rest.startswith(wrong):
+                return f"{format_value(wrong)} is not supported; write {right}"
+        if rest[0].isdigit():
+            word = re.match(r"\w*", rest)
+            return f"{format_value(word[0] if word else rest)} is not a number; {_UNIT_HINT}"
+        vocabulary = "names of columns, numbers, comparisons, and, or, not, ()"
+        return f"unexpected {format_value(rest[0])}; a condition has {vocabulary}"
+
+    def _explain_extra(self) -> str:
         kind, word, _ = self._tokens[self._next]
         if word == ")":
             return "this closing bracket has no opening one"
@@ -111,32 +117,6 @@ class _Parser:
         if kind == "name" and word not in self._columns and self._tokens[self._next - 1][0] == "number":
             return f"unexpected {format_value(word)}; {_UNIT_HINT}"
         return "expected 'and' or 'or' here"
-
-    def _tokenize(self) -> list[tuple[str, str, int]]:
-        """The tokens as (kind, text, position)."""
-        tokens: list[tuple[str, str, int]] = []
-        position = 0
-        while not tokens or tokens[-1][0] != "end":
-            match = _TOKEN.match(self._text, position)
-            if match is None:
-                position += len(self._text[position:]) - len(self._text[position:].lstrip())
-                raise self._error(_explain_unknown_token(self._text[position:]), position)
-            kind = str(match.lastgroup)
-            tokens.append((kind, match[kind], match.start(kind)))
-            position = match.end()
-        return tokens
-
-    def _error(self, reason: str, position: int | None = None) -> RequestError:
-        position = self._tokens[self._next][2] if position is None else position
-        where = f"character {position + 1}" if position < len(self._text.rstrip()) else "the end"
-        return RequestError(f"where: at {where}: {reason}")
-
-    def _take(self, *words: str) -> bool:
-        """Consume the next token if it is one of these keywords or brackets; return whether it was."""
-        kind, word, _ = self._tokens[self._next]
-        is_match = kind in ("name", "bracket") and word in words
-        self._next += is_match
-        return is_match
 
     def _disjunction(self) -> _Test:
         parts = [self._conjunction()]
@@ -154,26 +134,14 @@ class _Parser:
         negated = False
         while self._take("not"):
             negated = not negated
-        test = self._bracket() if self._take("(") else self._comparison()
+        test = self._in_brackets(self._disjunction) if self._take("(") else self._comparison()
         return (lambda columns: ~test(columns)) if negated else test
-
-    def _bracket(self) -> _Test:
-        self._depth += 1
-        if self._depth > _MAX_DEPTH:
-            raise self._error(f"brackets are nested more than {_MAX_DEPTH} deep")
-        test = self._disjunction()
-        if not self._take(")"):
-            is_end = self._tokens[self._next][0] == "end"
-            raise self._error("a closing bracket is missing" if is_end else self._explain_extra_token())
-        self._depth -= 1
-        return test
 
     def _comparison(self) -> _Test:
         operands = [self._operand()]
         signs = []
-        while self._tokens[self._next][0] == "sign":
-            signs.append(_SIGNS[self._tokens[self._next][1]])
-            self._next += 1
+        while sign := self._take(*_SIGNS):
+            signs.append(_SIGNS[sign])
             operands.append(self._operand())
         if not signs:
             raise self._error("expected a comparison here: < <= > >= == or != and a second operand")
@@ -220,15 +188,3 @@ def _combine(parts: Sequence[_Test], operation: Callable[[Any, Any], Any]) -> _T
         return mask
 
     return test
-
-
-def _explain_unknown_token(rest: str) -> str:
-    """Why `rest` does not begin with a token, and what to write instead."""
-    for wrong, right in _REPLACEMENTS:
-        if rest.startswith(wrong):
-            return f"{format_value(wrong)} is not supported; write {right}"
-    if rest[0].isdigit():
-        word = re.match(r"\w*", rest)
-        return f"{format_value(word[0] if word else rest)} is not a number; {_UNIT_HINT}"
-    vocabulary = "names of columns, numbers, comparisons, and, or, not, ()"
-    return f"unexpected {format_value(rest[0])}; a condition has {vocabulary}"
