@@ -141,6 +141,7 @@ def evaluate(
     drive: str | None = None,
     constraints: Mapping[str, Mapping[str, float | str]] | None = None,
     tolerance: float = 1e-9,
+    formulas: Mapping[str, Mapping[str, str]] | None = None,
 ) -> pd.DataFrame:
     """Evaluate designs, each with as few samples of its motion as the tolerance allows.
 
@@ -162,6 +163,9 @@ def evaluate(
     tolerance
         Bound on the error of every sampled statistic, relative: of a mean to the rms, of a variance to the square of
         the rms, of an extreme to the largest magnitude, of a cv to itself. Column ``error`` is the bound reached.
+    formulas
+        Metrics of your own by name, such as ``{"reach": {"formula": "coupler + ground", "unit": "mm"}}``: arithmetic
+        with parameters, metrics and each other. Each is a column.
 
     Returns
     -------
@@ -181,8 +185,9 @@ def evaluate(
 
     declared = find_mechanism(mechanism)
     request = make_request(
-        declared, metrics=metrics, window=window, drive=drive, constraints=constraints, tolerance=tolerance
-    )
+        declared, metrics=metrics, window=window, drive=drive, constraints=constraints, tolerance=tolerance,
+        formulas=formulas,
+    )  # fmt: skip
     columns = parameter_columns(declared, designs)
     defaults = {parameter.name: parameter.default for parameter in declared.parameters}
     unavailable = unavailable_metrics(request, lambda name: name in columns or bool(defaults[name]))

@@ -5,7 +5,7 @@ import pytest
 
 import explore
 from explore.evaluation import evaluate
-from explore.evaluation.derived import _evaluate
+from explore.evaluation.derived import Derivation
 from explore.model.quantities import DerivedMetric, Formula, Metric
 from explore.model.status import Status
 
@@ -17,7 +17,8 @@ def bound_of(function, values, errors, **kind):
     inputs = tuple(Metric(name, "1", name) for name in "ab"[: len(values)])
     formula = Formula("f", "1", "f", None, tuple("ab"[: len(values)]), function, **kind)
     arrays = ({name: np.array([x]) for name, x in zip("ab", numbers, strict=False)} for numbers in (values, errors))
-    value, error = _evaluate(DerivedMetric("f", "1", "f", None, formula, inputs), {}, *arrays)
+    metric = DerivedMetric("f", "1", "f", None, formula, inputs)
+    value, error, _ = Derivation({}, *arrays, tolerance=1e-9).evaluate(metric)
     assert value[0] == function(*map(np.array, values))
     return error[0]
 

@@ -63,11 +63,14 @@ def signal_bounds(results: Results, mechanism: Mechanism) -> list[SignalBound]:
     bounds: list[SignalBound] = []
     try:
         window = make_window(mechanism, results.window)
-        for name, sides in results.constraints.items():
-            metric = find_metric(mechanism, name, window)
-            bounds += _bounds_of_metric(mechanism, metric, cast(dict[Side, float | None], sides))
     except RequestError:  # the file is of another version, with names that this one does not have
         return bounds
+    for name, sides in results.constraints.items():
+        try:
+            metric = find_metric(mechanism, name, window)
+        except RequestError:  # as above, or a formula of the study
+            continue
+        bounds += _bounds_of_metric(mechanism, metric, cast(dict[Side, float | None], sides))
     return [bound for bound in bounds if math.isfinite(bound.value)]
 
 

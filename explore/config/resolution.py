@@ -12,7 +12,7 @@ from explore.config.designs import check_sampling, read_space, space_content
 from explore.config.schema import Evaluate, Rank, Sampling, SceneTable, StudyFile, read
 from explore.designs.solved_lengths import SolvedSpace
 from explore.designs.spaces import BLOCK_SIZE, DesignSpace
-from explore.errors import Problems, RequestError
+from explore.errors import KeyPath, Problems, RequestError
 from explore.evaluation.derived import unavailable_metrics
 from explore.model.mechanism import Mechanism
 from explore.model.quantities import Window
@@ -58,7 +58,7 @@ def resolve_study(
     if mechanism is None:
         return None
     space = read_space(mechanism, study.parameters, sampling, folder, problems, table_problems)
-    request = _request(mechanism, evaluate, study.constraints, problems)
+    request = _request(mechanism, evaluate, study, problems)
     objectives = _objectives(request, rank, space, problems)
     if space is not None:
         problems += _unavailable(request, space)
@@ -79,12 +79,21 @@ def _mechanism(study: StudyFile, *, has_key: bool, problems: Problems) -> Mechan
         return None
 
 
-def _request(mechanism: Mechanism, evaluate: Evaluate, bounds: Mapping[str, Any], problems: Problems) -> Request:
+def _request(mechanism: Mechanism, evaluate: Evaluate, study: StudyFile, problems: Problems) -> Request:
     """The request, valid only when there are no problems."""
-    arguments = RequestArguments(evaluate.metrics, evaluate.window, evaluate.drive, bounds, evaluate.tolerance)
+    arguments = RequestArguments(
+        evaluate.metrics, evaluate.window, evaluate.drive, study.constraints, evaluate.tolerance, study.metrics
+    )
     request, request_problems = resolve_request(mechanism, arguments)
-    problems += [(key if key[0] == "constraints" else ("evaluate", *key), reason) for key, reason in request_problems]
+    problems += [(_key(key), reason) for key, reason in request_problems]
     return request
+
+
+def _key(key: KeyPath) -> KeyPath:
+    """The key in a study file of an argument of a request."""
+    if key[0] == "formulas":
+        return ("metrics", *key[1:])
+    return key if key[0] == "constraints" else ("evaluate", *key)
 
 
 def _unavailable(request: Request, space: DesignSpace) -> Problems:
@@ -92,8 +101,10 @@ def _unavailable(request: Request, space: DesignSpace) -> Problems:
     defaults = {parameter.name: parameter.default for parameter in request.mechanism.parameters}
     has_nonzero = {axis.name: axis.has_nonzero for axis in space.axes}
     columns = [metric.name for metric in request.metrics]
+    keys: dict[str, KeyPath] = {name: ("evaluate", "metrics", columns.index(name)) for name in columns}
+    keys |= {formula.name: ("metrics", formula.name) for formula in request.formulas}
     return [
-        (("evaluate", "metrics", columns.index(name)) if name in columns else ("constraints", name), reason)
+        (keys.get(name, ("constraints", name)), reason)
         for name, reason in unavailable_metrics(request, lambda name: has_nonzero.get(name, bool(defaults[name])))
     ]
 
@@ -160,6 +171,8 @@ def _identity(request: Request, space: DesignSpace) -> str:
         "constraints": {c.metric.name: {"min": c.minimum, "max": c.maximum} for c in request.constraints},
         "block_size": BLOCK_SIZE,
     }
+    if request.formulas:
+        content["formulas"] = {f.name: {"formula": f.long_name, "unit": f.unit} for f in request.formulas}
     return json.dumps(content, sort_keys=True, separators=(",", ":"), allow_nan=False)
 
 

@@ -33,6 +33,7 @@ class StudyFile(Section):
     parameters: Entries = {}
     sampling: dict[str, Any] = {}
     evaluate: dict[str, Any] = {}
+    metrics: Entries = {}
     constraints: Entries = {}
     rank: dict[str, Any] = {}
     scene: dict[str, Any] | None = None

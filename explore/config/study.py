@@ -48,6 +48,8 @@ class Study:
         Names of metrics; None for the mechanism's default list.
     constraints
         Bounds by metric, such as ``{"transmission_angle_min": {"min": "30 deg"}}``.
+    formulas
+        Metrics of your own, ``[metrics]`` in a file: ``{"reach": {"formula": "coupler + ground", "unit": "mm"}}``.
     objectives
         Objectives of the ranking, such as ``["cv", "swing_angle:max"]``; None for the mechanism's defaults.
     tolerance
@@ -97,6 +99,7 @@ class Study:
         drive: str | None = None,
         metrics: Sequence[str] | str | None = None,
         constraints: Mapping[str, Mapping[str, NumberOrText]] | None = None,
+        formulas: Mapping[str, Mapping[str, str]] | None = None,
         objectives: Sequence[str] | str | None = None,
         tolerance: float = 1e-9,
     ) -> None:
@@ -105,6 +108,7 @@ class Study:
             "parameters": parameters,
             "sampling": sampling,
             "evaluate": {"window": window, "drive": drive, "metrics": _as_list(metrics), "tolerance": tolerance},
+            "metrics": formulas,
             "constraints": constraints,
             "rank": {"metrics": _as_list(objectives)},
         }
@@ -171,4 +175,6 @@ def _argument(key: KeyPath) -> KeyPath:
     """The argument of `Study` for a key of a study file."""
     if key[0] == "evaluate":
         return key[1:]
+    if key[0] == "metrics":
+        return ("formulas", *key[1:])
     return ("objectives", *key[2:]) if key[0] == "rank" else key

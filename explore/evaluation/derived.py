@@ -2,18 +2,23 @@
 
 The error bound is the largest change of the value when one input moves up or down by its own bound, summed over the
 inputs, plus the rounding of the function. For smooth functions it is a bound to first order. For a formula that selects
-one of its inputs it is the largest change, not the sum. A parameter that a design does not give is NaN.
+one of its inputs it is the largest change, not the sum. That of a formula that a user writes is propagated through its
+operations (`explore.evaluation.propagation`). Parameters and closed-form metrics count as exact. A parameter that a
+design does not give is NaN.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 import numpy.typing as npt
 
+from explore.evaluation.propagation import Bounded, propagate
 from explore.model.columns import Arrays
-from explore.model.quantities import OMITTED, DerivedMetric, FloatArray, Parameter, SampledMetric
+from explore.model.expressions import Expression
+from explore.model.quantities import OMITTED, AnyMetric, DerivedMetric, FloatArray, Formula, Parameter, SampledMetric
 from explore.model.request import Request
 
 #: Rounding of a formula of a few operations, relative.
@@ -21,7 +26,11 @@ _ROUNDING = 1e-15
 
 
 def derive(
-    request: Request, inputs: Arrays, values: dict[str, FloatArray], errors: dict[str, FloatArray]
+    request: Request,
+    inputs: Arrays,
+    values: Mapping[str, FloatArray],
+    errors: Mapping[str, FloatArray],
+    tolerance: float,
 ) -> tuple[dict[str, FloatArray], FloatArray]:
     """Evaluate the derived metrics of designs.
 
@@ -31,57 +40,91 @@ def derive(
         All parameters by name, each of shape (n,).
     values, errors
         Closed-form and sampled metrics, and bounds of the absolute errors of the sampled ones, each of shape (n,).
+    tolerance
+        Largest relative error of the sampled metrics.
 
     Returns
     -------
     tuple
         The metrics by name, and the largest of their relative error bounds, each of shape (n,).
     """
+    derivation = Derivation(inputs, values, errors, tolerance)
     metrics: dict[str, FloatArray] = {}
     largest = np.zeros(len(next(iter(inputs.values()))))
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         for metric in request.derived:
-            value, error = _evaluate(metric, inputs, values, errors)
+            value, error, scale = derivation.evaluate(metric)
             metrics[metric.name] = value
-            relative = np.where(error == 0.0, 0.0, error / np.abs(value))
+            relative = np.where(error == 0.0, 0.0, error / scale)
             np.maximum(largest, np.where(np.isfinite(value), relative, 0.0), out=largest)
     return metrics, largest
 
 
-def _evaluate(
-    metric: DerivedMetric, inputs: Arrays, values: dict[str, FloatArray], errors: dict[str, FloatArray]
-) -> tuple[FloatArray, FloatArray]:
-    """Value and bound of the absolute error of a derived metric; where a change is undefined the bound is infinite."""
-    arguments: list[FloatArray] = []
-    bounds: list[FloatArray | None] = []
-    for source in metric.inputs:
-        bound: FloatArray | None = None
+@dataclass
+class Derivation:
+    """Derived metrics of n designs, each evaluated once.
+
+    Attributes
+    ----------
+    inputs, values, errors, tolerance
+        As for `derive`.
+    """
+
+    inputs: Arrays
+    values: Mapping[str, FloatArray]
+    errors: Mapping[str, FloatArray]
+    tolerance: float
+    _evaluated: dict[str, Bounded] = field(default_factory=dict)
+
+    def evaluate(self, metric: DerivedMetric) -> Bounded:
+        """Value, bound of the absolute error and scale; where a change is undefined the bound is infinite."""
+        if metric.name not in self._evaluated:
+            sources = [self._input(source) for source in metric.inputs]
+            function = metric.formula.function
+            if isinstance(function, Expression):
+                value, bound, scale = propagate(function, sources)
+            else:
+                value, bound = _moved(metric.formula, function, sources)
+                scale = np.abs(value)
+            bound = np.where(np.isfinite(value), bound, 0.0)
+            self._evaluated[metric.name] = Bounded(value, bound, scale)
+        return self._evaluated[metric.name]
+
+    def _input(self, source: AnyMetric | Parameter) -> Bounded:
         if isinstance(source, DerivedMetric):
-            argument, bound = _evaluate(source, inputs, values, errors)
-        elif isinstance(source, Parameter):
-            column = inputs[source.name]
-            argument = np.where((column == 0.0) & (source.zero_meaning == OMITTED), np.nan, column)
-        else:
-            argument, bound = values[source.name], errors.get(source.name)
-        arguments.append(argument)
-        bounds.append(bound)
-
-    def function(*arguments: FloatArray) -> FloatArray:
-        return np.asarray(metric.formula.function(*arguments), dtype=np.float64)
-
-    value = function(*arguments)
-    total = np.zeros(value.shape)
-    for k, bound in enumerate(bounds):
+            return self.evaluate(source)
+        if isinstance(source, Parameter):
+            column = self.inputs[source.name]
+            return Bounded.exact(np.where((column == 0.0) & (source.zero_meaning == OMITTED), np.nan, column))
+        value, bound = self.values[source.name], self.errors.get(source.name)
         if bound is None:
+            return Bounded.exact(value)
+        # The bound is relative to a scale, such as the rms for a mean, that is at least this.
+        return Bounded(value, bound, np.maximum(np.abs(value), bound / self.tolerance))
+
+
+def _moved(
+    formula: Formula, function: Callable[..., npt.ArrayLike], inputs: Sequence[Bounded]
+) -> tuple[FloatArray, FloatArray]:
+    """Value of a function and bound of its absolute error, from the changes by inputs that move."""
+    arguments = [source.value for source in inputs]
+
+    def evaluate(*arguments: FloatArray) -> FloatArray:
+        return np.asarray(function(*arguments), dtype=np.float64)
+
+    value = evaluate(*arguments)
+    total = np.zeros(value.shape)
+    for k, source in enumerate(inputs):
+        if not source.bound.any():
             continue
         change = np.zeros(value.shape)
         # Many inputs are magnitudes: the lower end of one that is not negative is at least 0.
-        lower = np.where(arguments[k] >= 0.0, np.maximum(arguments[k] - bound, 0.0), arguments[k] - bound)
-        for moved in (lower, arguments[k] + bound):
-            np.maximum(change, np.abs(function(*arguments[:k], moved, *arguments[k + 1 :]) - value), out=change)
-        total = np.maximum(total, change) if metric.formula.selects_one else total + change
-    rounding = _ROUNDING * np.abs(value)
-    return value, np.where(np.isfinite(value), np.nan_to_num(total + rounding, nan=np.inf), 0.0)
+        lower = arguments[k] - source.bound
+        lower = np.where(arguments[k] >= 0.0, np.maximum(lower, 0.0), lower)
+        for moved in (lower, arguments[k] + source.bound):
+            np.maximum(change, np.abs(evaluate(*arguments[:k], moved, *arguments[k + 1 :]) - value), out=change)
+        total = np.maximum(total, change) if formula.selects_one else total + change
+    return value, np.nan_to_num(total + _ROUNDING * np.abs(value), nan=np.inf)
 
 
 def has_required_parameters(request: Request, inputs: Arrays) -> npt.NDArray[np.bool_]:

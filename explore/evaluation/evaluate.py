@@ -1,12 +1,13 @@
 """Evaluate designs, doing only the work that the request needs.
 
-1. Closed form of the whole block; 2. screening by constraints on closed-form metrics, then on statistics that are known
-without samples; 3. sampling of the signals that the request uses, with the nodes that each design's geometry needs;
-4. exact scaling with the speed: designs that differ only in speed share one kinematic evaluation, because velocities
-are proportional to the speed and accelerations to its square; 5. derived metrics.
+1. Closed form of the whole block; 2. screening by constraints on closed-form metrics, then on statistics and formulas
+that are known without samples; 3. sampling of the signals that the request uses, with the nodes that each design's
+geometry needs; 4. exact scaling with the speed: designs that differ only in speed share one kinematic evaluation,
+because velocities are proportional to the speed and accelerations to its square; 5. derived metrics.
 
 The bound `error` of a row is over all statistics requested of it: |error of mean|/rms, |error of variance|/rms^2, of
-std and rms over rms, of extremes over the largest |signal|, of cv and derived metrics relative.
+std and rms over rms, of extremes over the largest |signal|, of cv and derived metrics relative; of a formula of the
+user's own over the size that it has if no terms cancel.
 
 Signals under load are not proportional to a power of the speed. Where a request uses them, designs share an evaluation
 only if their loads and, for dynamic loads, their speeds are equal.
@@ -23,6 +24,7 @@ import numpy.typing as npt
 from explore.evaluation import constraints
 from explore.evaluation.derived import derive, has_any_of, has_required_parameters
 from explore.evaluation.kinematics import evaluate_kinematics
+from explore.evaluation.sampled import statistics_tolerance
 from explore.model.columns import Arrays, Column
 from explore.model.mechanism import Mechanism
 from explore.model.quantities import FloatArray, Metric
@@ -87,12 +89,14 @@ def evaluate_columns(request: Request, parameters: Arrays) -> Evaluation:
     speed = inputs[mechanism.speed.name] if mechanism.speed else np.ones(len(usable))
     first_rows, inverse = _find_distinct(geometry, speed)
     distinct = geometry if first_rows is None else np.ascontiguousarray(geometry[:, first_rows])
-    kinematics = evaluate_kinematics(request, distinct, inverse, np.where(usable, speed, np.nan))
+    usable_inputs = (
+        {name: np.where(usable, column, np.nan) for name, column in inputs.items()} if request.derived else {}
+    )
+    kinematics = evaluate_kinematics(request, distinct, inverse, np.where(usable, speed, np.nan), usable_inputs)
     values, errors, error, status = kinematics.values, kinematics.errors, kinematics.error, kinematics.status
     _remove_forces_without_load(request, inputs, values)
     if request.derived:
-        usable_inputs = {name: np.where(usable, column, np.nan) for name, column in inputs.items()}
-        derived, bound = derive(request, usable_inputs, values, errors)
+        derived, bound = derive(request, usable_inputs, values, errors, statistics_tolerance(request))
         values |= derived
         error = np.maximum(error, bound)
         status[(status == Status.OK) & (error > request.tolerance)] = Status.TOLERANCE_NOT_MET

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TypeVar
 
@@ -9,8 +10,10 @@ import numpy as np
 import numpy.typing as npt
 
 from explore.evaluation import constraints
+from explore.evaluation.derived import Derivation
 from explore.evaluation.known import KnownStatistics, evaluate_known
 from explore.evaluation.sampled import SampledStatistics, sample_metrics
+from explore.model.columns import Arrays
 from explore.model.quantities import AnyMetric, DerivedMetric, FloatArray, Metric, Parameter, SampledMetric
 from explore.model.request import Request
 from explore.model.status import Status
@@ -43,7 +46,7 @@ class Kinematics:
 
 
 def evaluate_kinematics(
-    request: Request, geometry: FloatArray, inverse: _Indices | None, speed: FloatArray
+    request: Request, geometry: FloatArray, inverse: _Indices | None, speed: FloatArray, inputs: Arrays
 ) -> Kinematics:
     """Closed form, screening and sampling of distinct geometries, scaled with the speeds of the designs.
 
@@ -54,6 +57,8 @@ def evaluate_kinematics(
     inverse : (n,) array
         The geometry of each design; None where each design has its own.
     speed : (n,) array
+    inputs
+        All parameters of the designs by name, each of shape (n,), where the request has derived metrics.
     """
     mechanism = request.mechanism
     result = mechanism.evaluate_closed_form(geometry)
@@ -64,6 +69,7 @@ def evaluate_kinematics(
     _screen(request, closed, result.status)
     known = evaluate_known(request, geometry, result.status == Status.OK, has_stroke)
     is_screened = _violates_known(request, known, inverse, speed)
+    is_screened |= _violates_formulas(request, closed, result.status, inverse, inputs)
     active = result.status == Status.OK
     if is_screened.any():
         active &= _has_any(~is_screened, inverse, len(active))
@@ -105,6 +111,29 @@ def _violates_known(request: Request, known: KnownStatistics, inverse: _Indices 
             values = _per_design(known.values[metric.name], inverse) * speed ** _scaling_power(metric)
             violates |= constraints.margin(constraint, values) < 0.0  # not where it is not known
     return violates
+
+
+def _violates_formulas(
+    request: Request,
+    closed: Mapping[str, FloatArray],
+    status: npt.NDArray[np.int8],
+    inverse: _Indices | None,
+    inputs: Arrays,
+) -> BoolArray:
+    """Whether each design violates a constraint on a formula of the user's that needs no samples, shape (n,).
+
+    `status` is that of the distinct geometries.
+    """
+    is_ok: BoolArray = _per_design(status, inverse) == Status.OK
+    violates = np.zeros(len(is_ok), dtype=np.bool_)
+    for constraint in request.constraints:
+        metric = constraint.metric
+        if isinstance(metric, DerivedMetric) and metric in request.formulas and not metric.sampled:
+            parts = {part.name for part in metric.parts if isinstance(part, Metric)}
+            values = {name: _per_design(closed[name], inverse) for name in parts}
+            value = Derivation(inputs, values, {}, request.tolerance).evaluate(metric).value
+            violates |= constraints.margin(constraint, value) < 0.0  # not where it is undefined
+    return violates & is_ok
 
 
 def _has_any(designs: BoolArray, inverse: _Indices | None, count: int) -> BoolArray:

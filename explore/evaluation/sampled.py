@@ -161,7 +161,7 @@ def sample_metrics(
 
 def statistics_tolerance(request: Request) -> float:
     """The tolerance of statistics, which is smaller where derived metrics depend on them."""
-    return request.tolerance * (_INPUT_TOLERANCE_FACTOR if request.derived else 1.0)
+    return request.tolerance * (_INPUT_TOLERANCE_FACTOR if any(m.sampled for m in request.derived) else 1.0)
 
 
 def _loop_arguments(

@@ -9,6 +9,8 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
+from explore.model.expressions import Expression
+
 FloatArray = npt.NDArray[np.float64]
 Sense = Literal["min", "max"]
 
@@ -243,7 +245,8 @@ class Formula:
     inputs
         Names of the metrics and parameters it is a function of.
     function
-        Takes one array of shape (n,) for each input, NaN where a design has none, and returns the metric.
+        Takes one array of shape (n,) for each input, NaN where a design has none, and returns the metric; or the
+        expression that a user writes.
     alternatives
         Parameters, among the inputs or theirs, of which each design must give at least one.
     optional
@@ -257,7 +260,7 @@ class Formula:
     long_name: str
     sense: Sense | None
     inputs: tuple[str, ...]
-    function: Callable[..., npt.ArrayLike]
+    function: Callable[..., npt.ArrayLike] | Expression
     alternatives: tuple[str, ...] = ()
     optional: tuple[str, ...] = ()
     selects_one: bool = False

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 
+from explore.model.expressions import Expression
 from explore.model.mechanism import Mechanism
 from explore.model.quantities import AnyMetric, DerivedMetric, Metric, Parameter, SampledMetric, Sense, Window
 
@@ -91,3 +92,8 @@ class Request:
     def derived(self) -> tuple[DerivedMetric, ...]:
         """The metrics that are functions of others."""
         return tuple(m for m in self.all_metrics if isinstance(m, DerivedMetric))
+
+    @cached_property
+    def formulas(self) -> tuple[DerivedMetric, ...]:
+        """The metrics that the user wrote."""
+        return tuple(metric for metric in self.derived if isinstance(metric.formula.function, Expression))

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
+from types import MappingProxyType
 
 from explore.errors import RequestError
 from explore.mechanisms.registry import MECHANISMS
+from explore.model.expressions import FUNCTIONS
 from explore.model.mechanism import Mechanism
 from explore.model.quantities import (
     OUTPUT_STATISTICS,
@@ -23,6 +25,7 @@ from explore.model.quantities import (
 from explore.request.units import quantity
 from explore.suggest import closest_name, format_value, suggestion
 
+_NO_FORMULAS: Mapping[str, DerivedMetric] = MappingProxyType({})
 #: Statistics of which smaller values are better.
 _MINIMISED = {"variance", "std", "cv", "max", "peak", "rms", "peak_to_peak", "power_mean"}
 _LONG_NAMES = {
@@ -111,7 +114,9 @@ def closest_window(mechanism: Mechanism, name: object) -> Window:
     return windows[closest_name(str(name), windows) or mechanism.default_window]
 
 
-def find_metric(mechanism: Mechanism, name: str, window: Window) -> AnyMetric:
+def find_metric(
+    mechanism: Mechanism, name: str, window: Window, formulas: Mapping[str, DerivedMetric] = _NO_FORMULAS
+) -> AnyMetric:
     """Find a metric by name.
 
     Parameters
@@ -125,12 +130,39 @@ def find_metric(mechanism: Mechanism, name: str, window: Window) -> AnyMetric:
         with the window in its name.
     window
         The study's window.
+    formulas
+        Those of the study, by name.
 
     Raises
     ------
     RequestError
         If it does not exist or is undefined for every design.
     """
+    metric = formulas.get(name) or _declared_metric(mechanism, name, window)
+    if metric is None:
+        raise _unknown(mechanism, "metric", name, [*formulas, *mechanism.metric_names()])
+    return metric
+
+
+def find_input(
+    mechanism: Mechanism, name: str, window: Window, formulas: Mapping[str, DerivedMetric]
+) -> AnyMetric | Parameter:
+    """Find what a name in a formula means: a parameter, a formula, or a metric as for `find_metric`."""
+    parameters = {parameter.name: parameter for parameter in mechanism.parameters}
+    source = parameters.get(name) or formulas.get(name) or _declared_metric(mechanism, name, window)
+    if source is None:
+        raise _unknown(mechanism, "name", name, [*parameters, *formulas, *FUNCTIONS, "pi", *mechanism.metric_names()])
+    return source
+
+
+def _unknown(mechanism: Mechanism, kind: str, name: str, names: Iterable[str]) -> RequestError:
+    match = closest_name(name, names)
+    hint = f"did you mean '{match}'?" if match else f"`explore mechanisms {mechanism.name}` lists them"
+    return RequestError(f"unknown {kind} {format_value(name)}; {hint}")
+
+
+def _declared_metric(mechanism: Mechanism, name: str, window: Window) -> AnyMetric | None:
+    """A metric that the mechanism declares, or None; see `find_metric`."""
     for closed_form in mechanism.metrics:
         if closed_form.name == name:
             return closed_form
@@ -139,9 +171,7 @@ def find_metric(mechanism: Mechanism, name: str, window: Window) -> AnyMetric:
         return _derived(mechanism, formula, window)
     parsed = _parse(mechanism, name, window)
     if parsed is None:
-        match = closest_name(name, mechanism.metric_names())
-        hint = f"did you mean '{match}'?" if match else f"`explore mechanisms {mechanism.name}` lists them"
-        raise RequestError(f"unknown metric {format_value(name)}; {hint}")
+        return None
     signal, statistic, metric_window = parsed
     if statistic not in signal.statistics:
         raise RequestError(

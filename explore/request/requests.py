@@ -7,9 +7,10 @@ from dataclasses import dataclass
 
 from explore.errors import KeyPath, Problems, RequestError
 from explore.model.mechanism import Mechanism
-from explore.model.quantities import AnyMetric, Metric, Sense, Window
+from explore.model.quantities import AnyMetric, DerivedMetric, Metric, Sense, Window
 from explore.model.request import Constraint, Objective, Request
 from explore.ranking.objectives import read_objective
+from explore.request.formulas import resolve_formulas
 from explore.request.names import closest_window, find_metric, make_window
 from explore.request.units import quantity
 from explore.suggest import format_value, suggestion
@@ -34,11 +35,12 @@ def make_objective(source: Request | tuple[Mechanism, Window], text: str) -> Obj
         If there is no such metric or parameter, it is a label, or neither it nor the text has a sense.
     """
     mechanism, window = (source.mechanism, source.window) if isinstance(source, Request) else source
+    formulas = {formula.name: formula for formula in source.formulas} if isinstance(source, Request) else {}
 
     def default_sense(name: str) -> Sense | None:
         if name in {parameter.name for parameter in mechanism.parameters}:
             return None
-        metric = find_metric(mechanism, name, window)
+        metric = find_metric(mechanism, name, window, formulas)
         _refuse_label(metric, "ranked")
         return metric.sense
 
@@ -59,6 +61,7 @@ class RequestArguments:
     drive: str | None = None
     constraints: Mapping[str, Mapping[str, object]] | None = None
     tolerance: object = 1e-9
+    formulas: Mapping[str, object] | None = None
 
 
 def make_request(
@@ -69,6 +72,7 @@ def make_request(
     drive: str | None = None,
     constraints: Mapping[str, Mapping[str, object]] | None = None,
     tolerance: float = 1e-9,
+    formulas: Mapping[str, Mapping[str, str]] | None = None,
 ) -> Request:
     """Resolve the names of a request.
 
@@ -86,13 +90,16 @@ def make_request(
         ``{"min": …, "max": …}`` by metric, in its unit or as a string with a unit.
     tolerance
         Relative error of the sampled metrics, as `explore.evaluate` defines it.
+    formulas
+        ``{"formula": …, "unit": …}`` by the name of the metric that it defines.
 
     Raises
     ------
     RequestError
         One line ``argument: reason; suggestion`` for each problem.
     """
-    request, problems = resolve_request(mechanism, RequestArguments(metrics, window, drive, constraints, tolerance))
+    arguments = RequestArguments(metrics, window, drive, constraints, tolerance, formulas)
+    request, problems = resolve_request(mechanism, arguments)
     if problems:
         raise RequestError(
             "\n".join(f"{'.'.join(k for k in key if isinstance(k, str))}: {text}" for key, text in problems)
@@ -112,18 +119,30 @@ def resolve_request(mechanism: Mechanism, arguments: RequestArguments) -> tuple[
     if drive not in (mechanism.drives or ("",)):
         hint = suggestion(str(drive), mechanism.drives) if mechanism.drives else f"{mechanism.name} has no strokes"
         problems.append((("drive",), f"unknown drive {format_value(drive)}; {hint}"))
-    metrics = _metrics(mechanism, arguments.metrics, window, problems)
-    constraints = _constraints(mechanism, arguments.constraints or {}, window, problems)
+    names = _Names(mechanism, window, resolve_formulas(mechanism, arguments.formulas or {}, window, problems))
+    metrics = _metrics(names, arguments.metrics, problems)
+    constraints = _constraints(names, arguments.constraints or {}, problems)
     tolerance = _tolerance(arguments.tolerance, problems)
     return Request(mechanism, metrics, constraints, window, drive, tolerance), problems
 
 
-def _metrics(
-    mechanism: Mechanism, names: Sequence[object] | None, window: Window, problems: Problems
-) -> tuple[AnyMetric, ...]:
-    """The metrics by name, in the order of the names."""
+@dataclass(frozen=True)
+class _Names:
+    """What the names of a request mean."""
+
+    mechanism: Mechanism
+    window: Window
+    formulas: Mapping[str, DerivedMetric]
+
+    def find(self, name: str) -> AnyMetric:
+        return find_metric(self.mechanism, name, self.window, self.formulas)
+
+
+def _metrics(known: _Names, names: Sequence[object] | None, problems: Problems) -> tuple[AnyMetric, ...]:
+    """The metrics by name, in the order of the names; then the formulas that are not among them."""
     if names is None:
-        names = mechanism.default_metrics.get(window.name, mechanism.default_metrics[""])
+        defaults = known.mechanism.default_metrics
+        names = defaults.get(known.window.name, defaults[""])
     names = [names] if isinstance(names, str) else list(names)
     if not names:
         problems.append((("metrics",), "the list is empty; leave it out to compute the default metrics"))
@@ -134,24 +153,24 @@ def _metrics(
             problems.append((key, f"must be a string in quotes, got {format_value(name)}"))
             continue
         try:
-            metric = find_metric(mechanism, name, window)
+            metric = known.find(name)
         except RequestError as error:
             problems.append((key, str(error)))
             continue
         if metric in metrics:
             problems.append((key, f"{name} is listed twice; remove one"))
         metrics.append(metric)
-    return tuple(metrics)
+    return tuple(dict.fromkeys((*metrics, *known.formulas.values())))
 
 
 def _constraints(
-    mechanism: Mechanism, bounds: Mapping[str, Mapping[str, object]], window: Window, problems: Problems
+    known: _Names, bounds: Mapping[str, Mapping[str, object]], problems: Problems
 ) -> tuple[Constraint, ...]:
     """The constraints, sorted by name so that their order in the study does not change its hash."""
     constraints = []
     for name in sorted(bounds):
         try:
-            metric = find_metric(mechanism, name, window)
+            metric = known.find(name)
             _refuse_label(metric, "constrained")
         except RequestError as error:
             problems.append((("constraints", name), str(error)))

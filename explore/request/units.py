@@ -92,6 +92,15 @@ def _convert(text: str, unit: str) -> float:
         raise RequestError(f"{format_value(text)} is too large") from None
 
 
+def check_unit(unit: str) -> None:
+    """Raise `RequestError` unless this is a unit that quantities can be converted to, or "1" for a plain number."""
+    if unit == "1" or unit in _COMMON_UNITS:
+        return
+    if len(unit) > _MOST_CHARACTERS or not re.fullmatch(_UNIT, unit):
+        raise RequestError(f'{format_value(unit)} is not a unit; write one such as "mm", or "1" for a plain number')
+    _root_units(unit, '; write "1" for a plain number')
+
+
 @functools.cache
 def dimension(unit: str) -> tuple[int, int, int]:
     """The powers of length, time and mass in a declared unit: (1, -2, 1) for "N"."""
@@ -113,23 +122,27 @@ def _registry() -> pint.UnitRegistry[Fraction]:
 @functools.lru_cache  # a table of designs repeats its units
 def _factor(source: str, target: str) -> Fraction:
     """The factor from one unit to another, exact except for pint's 50 digits of pi."""
-    import pint
-
-    registry = _registry()
-    try:
-        factor, root = registry.get_root_units(source.replace("·", "*"))
-    except pint.UndefinedUnitError as error:
-        unknown = error.unit_names[0]
-        match = closest_name(source, _COMMON_UNITS) or closest_name(unknown, _COMMON_UNITS)
-        hint = f"; did you mean '{match}'?" if match else _unit_hint(target)
-        raise RequestError(f"unknown unit '{unknown}'{hint}") from None
-    except Exception:  # pint's parser raises many kinds for a malformed unit
-        raise RequestError(f"cannot read the unit '{source}'{_unit_hint(target)}") from None
-    target_factor, target_root = registry.get_root_units(target or "1")
+    factor, root = _root_units(source, _unit_hint(target))
+    target_factor, target_root = _root_units(target or "1", "")
     # Root units, not dimensions: they keep the radian, so that "1 Hz" is not taken for 1 rad/s.
     if root != target_root:
         raise RequestError(f"'{source}' cannot be converted to '{target or '1'}'{_unit_hint(target)}")
-    return Fraction(str(factor)) / Fraction(str(target_factor))
+    return factor / target_factor
+
+
+def _root_units(unit: str, hint: str) -> tuple[Fraction, pint.Unit]:
+    """The factor of a unit to its root unit, and that; `hint` ends the message about a unit that is none."""
+    import pint
+
+    try:
+        factor, root = _registry().get_root_units(unit.replace("·", "*"))
+    except pint.UndefinedUnitError as error:
+        unknown = error.unit_names[0]
+        match = closest_name(unit, _COMMON_UNITS) or closest_name(unknown, _COMMON_UNITS)
+        raise RequestError(f"unknown unit '{unknown}'" + (f"; did you mean '{match}'?" if match else hint)) from None
+    except Exception:  # pint's parser raises many kinds for a malformed unit
+        raise RequestError(f"cannot read the unit '{unit}'{hint}") from None
+    return Fraction(str(factor)), root
 
 
 def _unit_hint(unit: str) -> str:

@@ -1,0 +1,35 @@
+"""Arithmetic expressions of the formulas that users write, as data."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+
+#: The functions of a formula, with their smallest and largest number of values; None for any number.
+#: Angles are in degrees, as in all columns.
+FUNCTIONS: Mapping[str, tuple[int, int | None]] = MappingProxyType(
+    {
+        "abs": (1, 1), "sqrt": (1, 1), "min": (2, None), "max": (2, None), "log": (1, 1), "exp": (1, 1),
+        "sin": (1, 1), "cos": (1, 1), "tan": (1, 1), "atan2": (2, 2), "hypot": (2, 2),
+    }
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Expression:
+    """An expression in postfix order.
+
+    Attributes
+    ----------
+    text
+        The expression with even spaces.
+    steps
+        Pairs of an operation and its operand, in the order in which a stack computes them: "number" with its value,
+        "input" with the position of the input among those of the formula, "negate", "+", "-", "*", "/", "**" and the
+        names of `FUNCTIONS`, the operand of which is 0. All but the first three take two values, or one where the
+        function takes no more.
+    """
+
+    text: str
+    steps: tuple[tuple[str, float], ...]
