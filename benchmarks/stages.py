@@ -21,6 +21,7 @@ from explore.compiling import LANES
 from explore.designs.spaces import BLOCK_SIZE, Grid, SpacedAxis
 from explore.evaluation.evaluate import evaluate_columns, output_columns
 from explore.evaluation.windows import specify_window
+from explore.model.request import Objective
 from explore.quadrature import panels as panel
 from explore.quadrature.bounds import BOUNDS_SIZE, CHUNK, FLAG_CV, FLAG_MOMENTS
 from explore.quadrature.chunks import (
@@ -49,6 +50,7 @@ from explore.quadrature.tiles import (
     gather_shapes,
     place_nodes,
 )
+from explore.ranking.pareto import find_front
 from explore.request.names import find_mechanism
 from explore.request.requests import make_request
 from explore.store.all_designs_writer import AllDesignsWriter
@@ -239,6 +241,9 @@ def main() -> None:
     with tempfile.TemporaryDirectory(dir=sys.argv[1] if len(sys.argv) > 1 else ".") as folder:
         wall, cpu = commit(folder, output_columns(request, designs), columns)
     print(f"{'commit':44s}{cpu:6.0f} ns of CPU, {wall:.0f} ns until durable")
+    objectives = [Objective("cv", "min"), Objective("transmission_angle_min", "max")]
+    front = least_times({"front": lambda: find_front([columns], objectives)})["front"]
+    print(f"{'front of a block, two objectives':44s}{front:6.0f} ns")
     size = sum(values.itemsize for values in columns.values())
     inner = 8 * (2 * mechanism.record_rows - mechanism.n_constants + PANELS_SIZE // PANEL_CAPACITY + 15)
     rate = 2 * source.nbytes / (nanoseconds["copy"] * BLOCK_SIZE)
