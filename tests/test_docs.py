@@ -98,17 +98,38 @@ def test_gallery_is_true(tmp_path, monkeypatch, capsys):
 
 
 def run_commands(page, folder, monkeypatch):
-    """Run the commands of a page one after the other, which must print what it says; their names."""
+    """Run the commands of a page, or of its text, one after the other, which must print what it says; their names."""
     (folder / "configs").symlink_to(ROOT / "configs")
     (folder / "results").mkdir()
     monkeypatch.chdir(folder)
-    commands = COMMANDS.findall((ROOT / "docs" / page).read_text(encoding="utf-8"))
+    text = (ROOT / "docs" / page).read_text(encoding="utf-8") if page.endswith(".md") else page
+    commands = COMMANDS.findall(text)
     for line, expected in commands:
         code, out, err = call(*shlex.split(line.replace("\\\n", " ")), seconds=120)
         # slow machines print lines of progress first
         assert TIMES.sub("", err + out).rstrip().endswith(TIMES.sub("", expected).rstrip()), line
         assert code == 0
     return {line.split()[0] for line, _ in commands}
+
+
+def test_formulas_of_sweeps_are_true(tmp_path, monkeypatch):
+    """The commands print what the section says, and so do the mistakes in its study."""
+    page = (ROOT / "docs/sweeps.md").read_text(encoding="utf-8")
+    (section,) = re.findall(r"^## Metrics of your own\n(.*?)^## ", page, re.MULTILINE | re.DOTALL)
+    (study,) = re.findall(r"^```toml\n(# own.toml\n.*?)^```", section, re.MULTILINE | re.DOTALL)
+    (tmp_path / "own.toml").write_text(study)
+    assert run_commands(section, tmp_path, monkeypatch) == {"sweep", "rank"}
+    mistakes = (
+        ("coupler + ground", "couplr + ground"),
+        ("swing_angle / 2)", "swing_angle / 2 * pi / 180)"),
+        ("rocker_velocity_peak_cycle / chord", "rocker_velocity_peak_cycle / haste"),
+    )
+    for right, wrong in mistakes:
+        assert right in study
+        study = study.replace(right, wrong)
+    (tmp_path / "own.toml").write_text(study)
+    code, _, err = call("sweep", "own.toml")
+    assert (code, err.removeprefix("error: ")) == (2, section.split("```text\n")[2].split("```")[0])
 
 
 def test_test_rig_is_true(tmp_path, monkeypatch, capsys):

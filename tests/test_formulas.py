@@ -115,14 +115,17 @@ def test_all_mistakes_are_reported_at_once_and_once(problems):
         'b = { formula = "c + 1", unit = "mm" }',
         'c = { formula = "a + lost", unit = "mm" }',
         'lost = { formula = "crnk", unit = "mm" }',
+        'unitless = { formula = "crank", unit = "mmm" }',
         'user = { formula = "a + lost", unit = "mm" }',
         "[constraints]",
         "a = { max = 3 }",
         "lost = { min = 3 }",
+        'unitless = { max = "3 mm" }',
     ]
     assert problems(f"{GOOD}[metrics]\n" + "\n".join(lines)) == [
         "study.toml:8: metrics.a.formula: a is a function of itself: a -> b -> c -> a",
         "study.toml:11: metrics.lost.formula: at character 1: unknown name 'crnk'; did you mean 'crank'?",
+        "study.toml:12: metrics.unitless.unit: unknown unit 'mmm'; did you mean 'mm'?",
     ]
 
 

@@ -22,6 +22,11 @@ from explore.mechanisms.registry import MECHANISMS
 CONFIGS = Path(__file__).parent.parent / "configs"
 STUDIES = [path.read_text(encoding="utf-8") for path in sorted(CONFIGS.rglob("*.toml"))]
 STUDIES += [starter(mechanism) for mechanism in MECHANISMS.values()]
+STUDIES.append(f"""{STUDIES[0]}
+[metrics]
+reach = {{ formula = "coupler + ground - min(crank, rocker)**2 / 100", unit = "mm" }}
+chord = {{ formula = "2 * rocker * sin(swing_angle / 2) + reach", unit = "mm" }}
+""")
 TOKEN = re.compile(r'"[^"\n]*"|#[^\n]*|[\w.+-]+|\s+|.', re.DOTALL)
 #: Memory that planning any study may take beyond what the packages do, bytes.
 MEMORY = 1 << 30
@@ -40,6 +45,8 @@ VALUES = [
     "{ min = 5e-324, max = 1e308, log = true }", "{ min = 1 }", "{ from = 0, to = 90 }", "{ from = 90, to = 0 }",
     "{ from = -1e300, to = 1e300 }", "{ a = { b = { c = 1 } } }", "[" * 300 + "]" * 300,
     '{ solve = "swing_angle", value = 20 }', '{ solve = "time_ratio", value = 1e300 }', '{ solve = "swing_angle" }',
+    '{ formula = "crank", unit = "mm" }', '"reach"', '"chord + 1"', '"("', '"1 / 0 + crank"', '"9**9**9**9 * crank"',
+    '"__import__(\'os\')"', '"' + "(" * 400 + '"', '"' + "-" * 900 + 'crank"', '"lambda: 0"', '"sin(pi)"', '"N m"',
     '{ solve = "grashof_margin", value = 1, min = 5e-324, max = 1e308 }', '{ solve = "cv", value = nan }',
 ]  # fmt: skip
 PIECES = ["=", "[", "]", "[[", "{", "}", ",", ".", "#", '"', "'", '"""', "\\", "\n", "\r", "\r\n", "\t", "\0", "\ufeff",
@@ -80,7 +87,8 @@ def mutated_texts(draw):
 KEYS = st.sampled_from([
     "crank", "crnak", "speed", "phases", "branch", "start", "stop", "num", "min", "max", "log", "from", "to", "method",
     "count", "seed", "file", "metrics", "window", "drive", "tolerance", "cv", "swing_angle", "rocker_velocity_mean",
-    "rank", "sampling", "evaluate", "constraints", "parameters", "mechanism", "", "a b", "ω", "x" * 200, "a\nb",
+    "rank", "sampling", "evaluate", "formula", "unit", "reach", "chord", "sqrt", "constraints",
+    "parameters", "mechanism", "", "a b", "ω", "x" * 200, "a\nb",
 ])  # fmt: skip
 SCALARS = st.one_of(
     st.floats(), st.floats(1, 1000), st.integers(-3, 10), st.integers(-(2**70), 2**70), st.booleans(),

@@ -31,8 +31,8 @@ _TINY = 2.0**-1022
 _OWN_ROUNDING = 1.0 + 1e-11
 #: Largest whole exponent of a power that is computed by multiplications.
 _LARGEST_EXPONENT = 64
-#: Designs that are evaluated at once.
-_PIECE = 8192
+#: Designs that are evaluated at once: 128 kB for each intermediate result.
+_PIECE = 16_384
 _RADIAN = math.pi / 180.0
 
 
@@ -64,7 +64,7 @@ def propagate(expression: Expression, inputs: Sequence[Bounded]) -> Bounded:
     """
     count = len(inputs[0].value)
     result = Bounded(*np.empty((3, count)))
-    # A few thousand designs at a time: their intermediate results stay in the processor's cache.
+    # In pieces, so that intermediate results stay in the processor's cache.
     for start in range(0, count, _PIECE):
         piece = slice(start, start + _PIECE)
         pieces = [Bounded(*(array[piece] if array.ndim else array for array in source)) for source in inputs]
@@ -127,12 +127,16 @@ def _magnitude(a: Bounded) -> Bounded:
 
 
 def _add(a: Bounded, b: Bounded) -> Bounded:
-    value = _defined(a.value + b.value)
-    return Bounded(value, a.bound + b.bound + _UNIT * np.abs(value), a.scale + b.scale)
+    return _sum(a, b, a.value + b.value)
 
 
 def _subtract(a: Bounded, b: Bounded) -> Bounded:
-    return _add(a, _negate(b))
+    return _sum(a, b, a.value - b.value)
+
+
+def _sum(a: Bounded, b: Bounded, total: FloatArray) -> Bounded:
+    value = _defined(total)
+    return Bounded(value, a.bound + b.bound + _UNIT * np.abs(value), a.scale + b.scale)
 
 
 def _multiply(a: Bounded, b: Bounded) -> Bounded:
@@ -146,10 +150,10 @@ def _multiply(a: Bounded, b: Bounded) -> Bounded:
 
 def _divide(a: Bounded, b: Bounded) -> Bounded:
     value, size = _defined(a.value / b.value), np.abs(b.value)
-    change = a.bound
-    if not b.is_exact:
-        change, size = change + np.abs(value) * b.bound, _positive(size - b.bound)
-    return Bounded(value, _or_infinite(change / size) + _rounding(value, _UNIT, a.value), a.scale / np.abs(b.value))
+    bound = _rounding(value, _UNIT, a.value)
+    if not (a.is_exact and b.is_exact):
+        bound = bound + _or_infinite((a.bound + np.abs(value) * b.bound) / _positive(size - b.bound))
+    return Bounded(value, bound, a.scale / size)
 
 
 def _positive(value: FloatArray) -> FloatArray:

@@ -161,7 +161,7 @@ def _read_entry(name: str, entry: object, problems: Problems) -> _Draft | None:
     except RequestError as error:
         problems.append(((*key, "formula"), str(error)))
         return None
-    return _Draft(text, unit)
+    return _Draft(text, unit) if len(problems) == n_before else None
 
 
 def _check_meaning(text: FormulaText, unit: str) -> None:

@@ -169,6 +169,8 @@ def _constraints(
     """The constraints, sorted by name so that their order in the study does not change its hash."""
     constraints = []
     for name in sorted(bounds):
+        if name in known.formulas and not known.formulas[name].inputs:
+            continue  # a formula with a mistake of its own
         try:
             metric = known.find(name)
             _refuse_label(metric, "constrained")
