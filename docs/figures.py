@@ -1,7 +1,7 @@
 """Make the pictures of the documentation from real runs: ``python docs/figures.py`` in the repository's root.
 
-Needs the results of ``explore sweep`` of configs/grid.toml, optimum.toml, published.toml and rig_20deg.toml, and
-those of ``explore precision`` and ``explore stability``.
+Needs the results of ``explore sweep`` of configs/grid.toml, optimum.toml, published.toml, slider_crank.toml and
+rig_20deg.toml, and those of ``explore precision`` and ``explore stability``.
 """
 
 import io
@@ -103,18 +103,19 @@ GALLERY = {
 }
 #: Arguments of ``explore plot`` for the picture of the tutorial, the motion of the chosen design.
 TUTORIAL = ["motion", "results/optimum.h5", "--design", "22418"]
-#: Commands for the pictures of ``test-rig.md``: all designs of 20 deg, and the coverage of the eccentrics.
-RIG = {
+#: Commands for the pictures of ``slider-crank.md`` and ``test-rig.md``.
+PAGES = {
+    "slider-crank-pareto": "plot pareto results/slider_crank.h5 --x cv --y time_ratio",
     "rig-pareto": "plot pareto results/rig_20deg.h5 --x pin_force_peak --y velocity_thd --design 28",
     "rig-coverage": "coverage configs/rig_coverage.toml",
 }
 
 
 def draw_gallery() -> None:
-    """The pictures of the pages ``gallery.md``, ``tutorial.md`` and ``test-rig.md``."""
+    """The pictures of the pages ``gallery.md``, ``tutorial.md``, ``slider-crank.md`` and ``test-rig.md``."""
     commands = {HERE / "gallery" / f"{name}.png": ["plot", *arguments] for name, arguments in GALLERY.items()}
     commands[HERE / "tutorial-motion.png"] = ["plot", *TUTORIAL]
-    commands |= {HERE / f"{name}.png": command.split() for name, command in RIG.items()}
+    commands |= {HERE / f"{name}.png": command.split() for name, command in PAGES.items()}
     for output, arguments in commands.items():
         subprocess.run([sys.executable, "-m", "explore", *arguments, "-o", str(output)], check=True)
         compress(output)

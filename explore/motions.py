@@ -73,10 +73,11 @@ def _closed_form(mechanism: Mechanism, inputs: dict[str, float], input_angle: Fl
     """Rows of the signals at input angles in degrees, shape (s, t)."""
     geometry = np.array([[inputs[p.name]] for p in mechanism.kernel_parameters])
     constants = np.ascontiguousarray(mechanism.constants(geometry)[:, 0])
-    # The offset from the anchor or its opposite, whichever is nearer, keeps all digits of sine and cosine.
-    offsets = input_angle - np.rad2deg(mechanism.anchor_angle)
-    half_turns = np.round(offsets / 180.0)
-    tangents = np.tan(0.5 * np.deg2rad(offsets - 180.0 * half_turns))
+    # The offset from the anchor or its opposite, whichever is nearer, keeps all digits of sine and cosine; half turns
+    # are taken off first, because the offset of an angle beside the opposite would be rounded.
+    anchor = np.rad2deg(mechanism.anchor_angle)
+    half_turns = np.round((input_angle - anchor) / 180.0)
+    tangents = np.tan(0.5 * np.deg2rad((input_angle - 180.0 * half_turns) - anchor))
     anchors = (half_turns % 2.0).astype(np.int64)
     signals = np.zeros((mechanism.signal_rows, len(input_angle)))
     needs = int(np.bitwise_or.reduce([signal.needs for signal in mechanism.signals]))

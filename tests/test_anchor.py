@@ -34,6 +34,18 @@ def test_a_motion_shifts_with_the_anchor():
         assert shifted[name] == pytest.approx(values, rel=1e-15), name
 
 
+@pytest.mark.parametrize("opposite", [0.0, 180.0, -180.0])
+def test_angles_beside_the_anchor_and_its_opposite_keep_their_digits(opposite):
+    """A linkage 1e-12 from its change points, as far from the anchor as a double near 200 is from the next."""
+    columns = {"crank": 100.0, "coupler": 300.0, "rocker": 300.0, "ground": 100.0 * (1.0 + 1e-12)}
+    columns = {name: np.array([value]) for name, value in columns.items()}
+    offsets = np.array([2.0**-k for k in (10, 20, 30, 40, 44)])
+    plain, _ = motion_signals(CRANK_ROCKER, columns, offsets + opposite, "closed-form", 1e-9)
+    shifted, _ = motion_signals(SHIFTED, columns, offsets + (opposite + SHIFT), "closed-form", 1e-9)
+    for name, values in plain.items():
+        assert shifted[name] == pytest.approx(values, rel=1e-15), name
+
+
 @pytest.mark.parametrize("window", ["drive", "return", "overlapped_to_extended", "extended_to_overlapped"])
 def test_the_ends_of_a_stroke_shift_with_the_anchor(window):
     plain, shifted = (window_limits(m, COLUMNS, window, "slow") for m in (CRANK_ROCKER, SHIFTED))

@@ -5,7 +5,7 @@ import math
 from dataclasses import replace
 
 import pytest
-from slider_crank import SLIDER_CRANK
+from simple_slider import SIMPLE_SLIDER
 from studies import GOOD
 
 from explore.designs.solved_lengths import SolvedSpace
@@ -78,7 +78,7 @@ def test_objectives_leave_out_the_prescribed_metric(load, problems):
     ]
 
 
-SLIDER_STUDY = """mechanism = "slider-crank"
+SLIDER_STUDY = """mechanism = "simple-slider"
 [parameters]
 crank = 50
 rod = [120, 150]
@@ -89,7 +89,7 @@ metrics = ["stroke"]
 
 
 def test_a_length_may_be_negative_where_its_range_says_so(load, problems):
-    with MECHANISMS.including(SLIDER_CRANK):
+    with MECHANISMS.including(SIMPLE_SLIDER):
         study = load(SLIDER_STUDY)
         assert (study.space.solved_length.low, study.space.solved_length.high) == (-math.inf, math.inf)
         content = json.loads(study.identity, parse_constant=pytest.fail)  # no infinities, which are not JSON
@@ -103,10 +103,10 @@ def test_a_length_may_be_negative_where_its_range_says_so(load, problems):
         (problem,) = problems(rod.replace('{ solve = "stroke", value = 105 }', "0"))
         assert problem == "study.toml:4: parameters.rod.min: must be greater than 0 mm, got -5"
         (problem,) = problems(SLIDER_STUDY.replace("rod = [120, 150]\n", ""))
-        assert problem == "study.toml:2: parameters: missing rod; a slider-crank needs crank, rod"
-    with MECHANISMS.including(replace(SLIDER_CRANK, loop_lengths=())):
+        assert problem == "study.toml:2: parameters: missing rod; a simple-slider needs crank, rod"
+    with MECHANISMS.including(replace(SIMPLE_SLIDER, loop_lengths=())):
         (problem,) = problems(SLIDER_STUDY)
-        assert problem.endswith("cannot be solved for; a slider-crank can be solved for no parameter")
+        assert problem.endswith("cannot be solved for; a simple-slider can be solved for no parameter")
 
 
 SOLVABLE = ", ".join(metric.name for metric in MECHANISMS["crank-rocker"].metrics[1:])

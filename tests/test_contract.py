@@ -5,9 +5,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from slider_crank import SLIDER_CRANK
+from command_line import run
+from pandas.testing import assert_frame_equal
+from simple_slider import SIMPLE_SLIDER
 from toy_mechanism import PEAK, STUDY, WRONG_PEAK
 
+import explore
 from explore.config.study_file import starter
 from explore.evaluation import sampled
 from explore.mechanisms.registry import MECHANISMS
@@ -88,6 +91,18 @@ def test_registered_mechanisms_keep_their_promises(name):
     check_mechanism(MECHANISMS[name])
 
 
+@pytest.mark.parametrize("name", sorted(MECHANISMS))
+def test_every_mechanism_sweeps_in_processes(name, tmp_path):
+    """The study of `explore init`, on processes that load the mechanism by its name, gives the same columns."""
+    run("init", "study.toml", "--mechanism", name, cwd=tmp_path)
+    run("sweep", "study.toml", "-o", "processes.h5", "--processes", "--workers", "1", "--quiet", cwd=tmp_path)
+    run("sweep", "study.toml", "-o", "threads.h5", "--quiet", cwd=tmp_path)
+    ranked = [run("rank", f"{kind}.h5", "--top", "3", cwd=tmp_path).stdout for kind in ("processes", "threads")]
+    assert ranked[0] == ranked[1] != ""
+    tables = [explore.open_results(tmp_path / f"{kind}.h5").to_pandas() for kind in ("processes", "threads")]
+    assert_frame_equal(*tables, check_exact=True)
+
+
 def test_the_test_rig_keeps_its_promises_under_all_loads():
     check_mechanism(MECHANISMS["test-rig"], study=LOADED_RIG, designs=16)
 
@@ -100,7 +115,7 @@ def test_a_mechanism_with_nothing_known_of_its_singularities_keeps_its_promises(
 
 def test_a_mechanism_of_lengths_without_a_speed_keeps_its_promises():
     """Signals in mm, an offset of either sign, statuses of its own, and a starter that is no file of the package."""
-    check_mechanism(SLIDER_CRANK, designs=12)
+    check_mechanism(SIMPLE_SLIDER, designs=12)
 
 
 def test_a_singularity_where_none_is_expected(monkeypatch):

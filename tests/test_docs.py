@@ -42,10 +42,10 @@ def test_page_is_true(page, capsys):
     run_page(page, capsys)
 
 
-def test_mechanisms_shows_the_slider_crank():
+def test_mechanisms_shows_the_simple_slider():
     shown = [source for source, _ in BLOCKS.findall((ROOT / "docs/mechanisms.md").read_text(encoding="utf-8"))]
-    source = (ROOT / "tests/slider_crank.py").read_text(encoding="utf-8")
-    assert len(shown) == 3
+    source = (ROOT / "tests/simple_slider.py").read_text(encoding="utf-8")
+    assert len(shown) == 4
     assert [block for block in shown if block not in source] == []
 
 
@@ -135,6 +135,11 @@ def test_formulas_of_sweeps_are_true(tmp_path, monkeypatch):
 def test_test_rig_is_true(tmp_path, monkeypatch, capsys):
     assert run_commands("test-rig.md", tmp_path, monkeypatch) == {"sweep", "rank", "coverage"}
     run_page("test-rig.md", capsys)
+
+
+def test_slider_crank_is_true(tmp_path, monkeypatch, capsys):
+    assert run_commands("slider-crank.md", tmp_path, monkeypatch) == {"sweep", "rank"}
+    run_page("slider-crank.md", capsys)
 
 
 def test_tutorial_is_true(tmp_path, monkeypatch, capsys):

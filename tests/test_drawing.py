@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from slider_crank import SLIDER_CRANK
+from simple_slider import SIMPLE_SLIDER
 
 import explore
 from explore.charts.mechanism import mechanism_figure, profile_curve
@@ -84,36 +84,30 @@ def test_a_panel_names_signals_of_one_unit():
         replace(CRANK_ROCKER, panels=(Panel("both", ("rocker_angle", "rocker_velocity")),))
 
 
-def slider_crank(**changes):
+def sliders(**changes):
     """A slider-crank over a turn, its signals in the registry for a while."""
-    mechanism = replace(SLIDER_CRANK, **changes)
+    mechanism = replace(SIMPLE_SLIDER, **changes)
     with MECHANISMS.including(mechanism):
         design = {"crank": 50.0, "rod": 120.0, "offset": 20.0}
         yield SimulatedDesign(mechanism, design, explore.simulate(mechanism.name, design))
 
 
 def test_a_mechanism_without_panels_has_one_for_each_signal():
-    (figure,) = (motion_figure(simulated) for simulated in slider_crank())
+    (figure,) = (motion_figure(simulated) for simulated in sliders())
     assert [chart.get_ylabel() for chart in figure.axes] == [
         "position of the slider [mm]", "its rate by the crank angle [mm]"
     ]  # fmt: skip
 
 
 def test_a_mechanism_without_a_drawing_says_so():
-    for simulated in slider_crank():
-        with pytest.raises(RequestError, match="the mechanism 'slider-crank' declares no drawing"):
+    for simulated in sliders(drawing=None):
+        with pytest.raises(RequestError, match="the mechanism 'simple-slider' declares no drawing"):
             mechanism_figure(simulated)
 
 
 def test_a_slider_has_its_guide():
-    points = {
-        "pivot": (),
-        "pin": (Vector("crank", INPUT),),
-        "slider": (Vector("position"), Vector("offset", 90.0)),
-    }
-    drawing = Drawing(points, (Link("crank", ("pivot", "pin")), Link("rod", ("pin", "slider"))), ("pivot",),
-                      (Guide("slider"),))  # fmt: skip
-    for simulated in slider_crank(drawing=drawing):
+    for simulated in sliders():
+        drawing = simulated.mechanism.drawing
         places = simulated.pose().points(drawing)
         assert np.hypot(*(places["slider"] - places["pin"]).T) == pytest.approx(120.0, rel=1e-14)
         (chart,) = mechanism_figure(simulated).axes

@@ -22,22 +22,24 @@ build-backend = "hatchling.build"
 name = "sliders"
 version = "1.0"
 [project.entry-points."explore.mechanisms"]
-slider-crank = "slider_crank:SLIDER_CRANK"
+simple-slider = "simple_slider:SIMPLE_SLIDER"
 [tool.hatch.build.targets.wheel]
-include = ["slider_crank.py"]
+include = ["simple_slider.py"]
 """
+#: The mechanisms of this package.
+OWN = [name for name, (entry, *_) in registered_entries().items() if entry.dist is None]
 #: With cranks of 40, 100 and 160 mm 8, 5 and none of 8 designs have a long enough rod.
 TOO_SHORT = ("stop = 60, num = 3", "stop = 160, num = 3")
 
 
 @pytest.fixture(scope="module")
 def installed(tmp_path_factory):
-    """A folder in which pip installed a package that registers the mechanism of slider_crank.py."""
+    """A folder in which pip installed a package that registers the mechanism of simple_slider.py."""
     folder = tmp_path_factory.mktemp("sliders")
     source, target = folder / "source", folder / "installed"
     source.mkdir()
     (source / "pyproject.toml").write_text(PROJECT)
-    (source / "slider_crank.py").write_text((HERE / "slider_crank.py").read_text())
+    (source / "simple_slider.py").write_text((HERE / "simple_slider.py").read_text())
     offline = ["--no-build-isolation", "--no-deps", "--no-index", "--disable-pip-version-check", "--quiet"]
     subprocess.run([sys.executable, "-m", "pip", "install", *offline, "--target", target, source], check=True)
     return target
@@ -76,10 +78,10 @@ def run(folder, *words):
 
 def test_an_installed_mechanism_is_like_any_other(installed, tmp_path):
     listed = run(installed, "mechanisms", "--json")
-    assert json.loads(listed.stdout)["slider-crank"] == "a crank that moves a slider to and fro"
+    assert json.loads(listed.stdout)["simple-slider"] == "a crank that moves a slider to and fro"
     assert listed.stderr == ""
     study, results = tmp_path / "study.toml", tmp_path / "a.h5"
-    assert run(installed, "init", study, "--mechanism", "slider-crank").returncode == 0
+    assert run(installed, "init", study, "--mechanism", "simple-slider").returncode == 0
     study.write_text(study.read_text().replace(*TOO_SHORT))
     swept = run(installed, "sweep", study, "-o", results, "--processes", "--workers", "1", "--quiet")
     assert (swept.returncode, swept.stderr) == (0, "")
@@ -87,17 +89,20 @@ def test_an_installed_mechanism_is_like_any_other(installed, tmp_path):
     assert ranked.returncode == 0, ranked.stderr
     assert "11 too_short: the rod is too short for the crank to turn" in ranked.stderr
     # without the package: the file itself has the words of its statuses
-    assert "slider-crank" not in MECHANISMS
+    assert "simple-slider" not in MECHANISMS
     assert explore.open_results(results).counts == {"ok": 13, "too_short": 11}
     code, out, _ = call("show", str(results), "--design", "23")
     assert (code, "too_short: the rod is too short" in out) == (0, True)
 
 
 def test_an_unknown_mechanism_is_one_line(tmp_path):
-    code, _, err = call("mechanisms", "slider-crank")
-    assert (code, err) == (2, "error: unknown mechanism 'slider-crank'; available: crank-rocker, test-rig\n")
-    with pytest.raises(explore.RequestError, match="^the mechanism 'slider-crank' is not installed here$"):
-        mechanism_by_name("slider-crank")
+    code, _, err = call("mechanisms", "simple-slider")
+    assert (code, err) == (
+        2,
+        f"error: unknown mechanism 'simple-slider'; available: {', '.join(OWN)}\n",
+    )
+    with pytest.raises(explore.RequestError, match="^the mechanism 'simple-slider' is not installed here$"):
+        mechanism_by_name("simple-slider")
 
 
 BROKEN = {
@@ -120,9 +125,9 @@ def test_a_broken_mechanism_is_one_line_and_stops_no_other(registry, tmp_path, n
     line = f"the mechanism '{name}' of clumsy cannot be loaded: {reason}"
     code, out, err = call("mechanisms", "--json")
     assert (code, err) == (0, f"warning: {line}\n")
-    assert list(json.loads(out)) == ["crank-rocker", "test-rig"]
+    assert list(json.loads(out)) == OWN
     with pytest.warns(RuntimeWarning) as caught:
-        assert set(explore.list_mechanisms()) == {"crank-rocker", "test-rig"}
+        assert set(explore.list_mechanisms()) == set(OWN)
     assert [str(warning.message) for warning in caught] == [line]
     code, _, err = call("mechanisms", name)
     assert (code, err) == (2, f"error: {line}\n")
@@ -135,7 +140,7 @@ def test_a_name_that_is_taken_twice_is_an_error(registry, tmp_path):
     line = "the mechanism 'twin' is registered by first and by second; uninstall all but one of them"
     own = "the mechanism 'crank-rocker' is registered by explore and by first; uninstall all but one of them"
     code, out, err = call("mechanisms", "--json")
-    assert (code, list(json.loads(out))) == (0, ["test-rig"])
+    assert (code, list(json.loads(out))) == (0, OWN[1:])
     assert err.splitlines() == [f"warning: {own}", f"warning: {line}"]
     with pytest.raises(explore.RequestError) as caught:
         explore.evaluate("crank-rocker", {"crank": 1.0, "coupler": 3.0, "rocker": 3.0, "ground": 3.0})
@@ -144,8 +149,8 @@ def test_a_name_that_is_taken_twice_is_an_error(registry, tmp_path):
 
 def test_names_are_known_without_loading_anything(registry, tmp_path):
     register(tmp_path, "clumsy", missing="no_such_module:X")
-    assert list(Registry()) == ["crank-rocker", "test-rig", "missing"]
-    assert len(Registry()) == 3
+    assert list(Registry()) == [*OWN, "missing"]
+    assert len(Registry()) == len(OWN) + 1
 
 
 def test_a_mechanism_is_pickled_as_its_name():

@@ -5,13 +5,15 @@ from enum import IntEnum
 
 import numpy as np
 import pytest
-from slider_crank import SLIDER_CRANK
+from simple_slider import SIMPLE_SLIDER
 
 from explore.compiling import LANES
+from explore.config.study_file import starter
 from explore.mechanisms.registry import MECHANISMS
 from explore.model.quadrature import Graded
 from explore.model.quantities import Metric, Window
 from explore.model.status import OwnStatus, Status
+from explore.testing.drawn_designs import draw_designs
 
 MECHANISM = MECHANISMS["crank-rocker"]
 RIG = MECHANISMS["test-rig"]
@@ -261,12 +263,12 @@ def test_rows_exist(field, row):
 
 
 def test_lengths_say_what_they_are_relative_to():
-    position, velocity = SLIDER_CRANK.signals
-    assert SLIDER_CRANK.reference(replace(velocity, relative_to="")).name == "rod"
-    assert problem(SLIDER_CRANK, signals=(replace(position, relative_to=""), velocity)) == (
+    position, velocity = SIMPLE_SLIDER.signals
+    assert SIMPLE_SLIDER.reference(replace(velocity, relative_to="")).name == "rod"
+    assert problem(SIMPLE_SLIDER, signals=(replace(position, relative_to=""), velocity)) == (
         "the signal 'position' is in mm; relative_to names the length that it grows with"
     )
-    assert problem(SLIDER_CRANK, signals=(replace(position, relative_to="road"), velocity)) == (
+    assert problem(SIMPLE_SLIDER, signals=(replace(position, relative_to="road"), velocity)) == (
         "relative_to of 'position' names the length 'road', which does not exist"
     )
     assert problem(RIG, signals=changed(RIG.signals, "rocker_angle", relative_to="bearing_rating")) == (
@@ -279,8 +281,8 @@ def test_lengths_say_what_they_are_relative_to():
 
 
 def test_no_signal_is_its_own_derivative():
-    position, velocity = SLIDER_CRANK.signals
-    assert problem(SLIDER_CRANK, signals=(replace(position, derivative_of="velocity"), velocity)) == (
+    position, velocity = SIMPLE_SLIDER.signals
+    assert problem(SIMPLE_SLIDER, signals=(replace(position, derivative_of="velocity"), velocity)) == (
         "the signal 'position' is, by derivative_of, a derivative of itself"
     )
 
@@ -354,19 +356,20 @@ def test_senses_of_objectives():
 
 
 @pytest.mark.parametrize("mechanism", MECHANISMS.values(), ids=MECHANISMS)
-def test_no_closed_form_depends_on_the_neighbours_of_a_design(mechanism):
+def test_no_closed_form_depends_on_the_neighbours_of_a_design(mechanism, load):
     """Designs alone, and in tiles with others that cannot turn or are no numbers, which are filled up at the end."""
-    count, rng = 2 * LANES + 3, np.random.default_rng(0)
-    designs = np.ones((len(mechanism.kernel_parameters), count))
-    designs[:4] = rng.uniform((40, 800, 300, 500), (220, 1200, 700, 900), (count, 4)).T
-    designs[1, 5], designs[0, 20], designs[:4, 30] = np.nan, 2000.0, 0.0
+    count = 2 * LANES + 3
+    drawn = draw_designs(load(starter(mechanism)), count, 0)
+    designs = np.array([drawn.get(p.name, np.full(count, p.default)) for p in mechanism.kernel_parameters])
+    designs[1, 5], designs[0, 20], designs[:, 30] = np.nan, 1e5, 0.0
     together, constants = mechanism.evaluate_closed_form(designs), mechanism.constants(designs)
     alone = [mechanism.evaluate_closed_form(designs[:, [k]]) for k in range(count)]
-    assert len(set(together.status.tolist())) > 2
+    assert len(set(together.status.tolist())) > 1
     assert np.array_equal(together.status, np.concatenate([one.status for one in alone]))
     assert np.array_equal(together.metrics, np.concatenate([one.metrics for one in alone], axis=1), equal_nan=True)
     alone = np.concatenate([mechanism.constants(designs[:, [k]]) for k in range(count)], axis=1)
-    assert np.array_equal(constants, alone, equal_nan=True)
+    moves = (together.status == Status.OK) & np.isfinite(designs).all(axis=0)
+    assert np.array_equal(constants[:, moves], alone[:, moves])
 
 
 def test_the_closed_form_takes_any_real_array():

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from slider_crank import SLIDER_CRANK
+from simple_slider import SIMPLE_SLIDER
 
 import explore
 from explore.mechanisms.registry import MECHANISMS
@@ -16,8 +16,8 @@ DESIGNS = {"crank": 1.0, "rod": [1e6, 3.0, 1.6], "offset": [0.0, 0.5, -0.5]}
 def bounds(*metrics, factor=1.0):
     """The bounds of designs whose lengths grow by a factor, where the nodes leave little more than rounding."""
     designs = {name: factor * np.broadcast_to(lengths, 3) for name, lengths in DESIGNS.items()}
-    with MECHANISMS.including(SLIDER_CRANK):
-        return explore.evaluate("slider-crank", designs, metrics=metrics, tolerance=1e-13)["error"].to_numpy()
+    with MECHANISMS.including(SIMPLE_SLIDER):
+        return explore.evaluate("simple-slider", designs, metrics=metrics, tolerance=1e-13)["error"].to_numpy()
 
 
 @pytest.mark.parametrize("statistic", STATISTICS)

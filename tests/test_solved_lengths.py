@@ -11,7 +11,7 @@ from command_line import call
 from distributed import Client, LocalCluster
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from slider_crank import SLIDER_CRANK
+from simple_slider import SIMPLE_SLIDER
 
 import explore
 from explore.designs.solved_lengths import SolvedSpace, solve
@@ -185,10 +185,10 @@ def test_a_design_does_not_depend_on_its_neighbours():
 
 def slider(name, metric, value, low=-np.inf, high=np.inf, **others):
     """A length of slider-cranks, from the others in mm; an offset that is not given is at its default, 0."""
-    target = next(each for each in SLIDER_CRANK.metrics if each.name == metric)
+    target = next(each for each in SIMPLE_SLIDER.metrics if each.name == metric)
     arrays = np.broadcast_arrays(*[np.atleast_1d(np.asarray(v, float)) for v in others.values()])
     solved_length = SolvedLength(name, target, value, low, high)
-    return solve(SLIDER_CRANK, solved_length, dict(zip(others, arrays, strict=True)))
+    return solve(SIMPLE_SLIDER, solved_length, dict(zip(others, arrays, strict=True)))
 
 
 def stroke(crank, rod, offset):

@@ -12,6 +12,7 @@ GROUP = "explore.mechanisms"
 #: The mechanisms of this package; a new one adds a line here.
 _OWN = {
     "crank-rocker": "explore.mechanisms.crank_rocker.declaration:CRANK_ROCKER",
+    "slider-crank": "explore.mechanisms.slider_crank.declaration:SLIDER_CRANK",
     "test-rig": "explore.mechanisms.rig.declaration:TEST_RIG",
     "gears": "explore.mechanisms.gears.declaration:GEARS",
 }

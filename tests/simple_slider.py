@@ -7,6 +7,7 @@ import math
 from enum import IntEnum
 
 from explore.compiling import CLOSE_SIGNATURE, FILL_SIGNATURE, LANES, compiled
+from explore.model.drawing import INPUT, Drawing, Guide, Link, Vector
 from explore.model.mechanism import Mechanism
 from explore.model.quantities import Metric, Parameter, Signal, Window
 from explore.model.status import OwnStatus
@@ -25,7 +26,17 @@ STATUSES = {
     TOO_SHORT: OwnStatus("too_short", "the rod is too short for the crank to turn"),
     LINED_UP: OwnStatus("lined_up", "crank and rod fall onto one line across that of the slider"),
 }
-STUDY = """mechanism = "slider-crank"
+DRAWING = Drawing(
+    points={
+        "pivot": (),
+        "pin": (Vector("crank", INPUT),),
+        "slider": (Vector("position"), Vector("offset", 90.0)),
+    },
+    links=(Link("crank", ("pivot", "pin")), Link("rod", ("pin", "slider"))),
+    pivots=("pivot",),
+    guides=(Guide("slider"),),
+)
+STUDY = """mechanism = "simple-slider"
 [parameters]
 crank = { start = 40, stop = 60, num = 3 }
 rod = [110, 150]
@@ -86,8 +97,8 @@ def fill(constants, tangents, anchor, _law, _variant, count, _needs, out):
             out[(2 * j + 1) * LANES + lane] = -crank * sine - height * crank * cosine / along
 
 
-SLIDER_CRANK = Mechanism(
-    name="slider-crank",
+SIMPLE_SLIDER = Mechanism(
+    name="simple-slider",
     summary="a crank that moves a slider to and fro",
     parameters=PARAMETERS,
     signals=SIGNALS,
@@ -111,4 +122,5 @@ SLIDER_CRANK = Mechanism(
     loop_lengths=("crank", "rod", "offset"),
     starter=STUDY,
     statuses=STATUSES,
+    drawing=DRAWING,
 )

@@ -1,0 +1,1 @@
+"""The slider-crank: declaration and kernel."""

@@ -1,0 +1,163 @@
+"""The slider-crank of presses, pumps and slicers: its declaration."""
+
+import math
+
+from explore.mechanisms.slider_crank import columns, kernel
+from explore.mechanisms.slider_crank.columns import Row
+from explore.model.drawing import INPUT, Drawing, Guide, Link, Panel, Path, Vector
+from explore.model.mechanism import Mechanism
+from explore.model.quadrature import Graded
+from explore.model.quantities import Metric, Parameter, Signal, Window
+
+_STROKES = ("outer_to_inner", "inner_to_outer")
+_METRICS = (
+    Metric("stroke", "mm", "stroke of the slider", lower=0.0),
+    Metric("time_ratio", "1", "time ratio: longer crank interval over shorter", lower=1.0),
+    Metric("outer_angle", "deg", "crank angle of the outer dead centre", lower=-90.0, upper=90.0),
+    Metric("inner_angle", "deg", "crank angle of the inner dead centre", lower=90.0, upper=270.0),
+    Metric(
+        "pressure_angle_max",
+        "deg",
+        "largest angle between the rod and the slider's line over the turn",
+        "min",
+        lower=0.0,
+        upper=90.0,
+    ),
+    Metric(
+        "transmission_angle_min",
+        "deg",
+        "smallest angle between the rod and the normal of the slider's line over the turn",
+        "max",
+        lower=0.0,
+        upper=90.0,
+    ),
+    Metric("turning_margin", "mm", "length of the rod beyond crank plus offset", "max"),
+)
+_CLOSED_NAMES = tuple(metric.name for metric in _METRICS)
+_SAMPLED_DEFAULTS = ("slider_velocity_mean", "slider_velocity_peak", "slider_acceleration_peak")
+_DRAWING = Drawing(
+    points={
+        "crank pivot": (),
+        "crank pin": (Vector("crank", INPUT),),
+        "slider pin": (Vector("slider_position"), Vector("offset", 90.0)),
+    },
+    links=(Link("crank", ("crank pivot", "crank pin")), Link("rod", ("crank pin", "slider pin"))),
+    pivots=("crank pivot",),
+    guides=(Guide("slider pin"),),
+    paths=(
+        Path("crank pin", "path of the joint of crank and rod"),
+        Path("slider pin", "path of the slider", "output"),
+    ),
+    stroke_point="crank pin",
+)
+
+SLIDER_CRANK = Mechanism(
+    name="slider-crank",
+    summary="crank that drives a slider to and fro through a rod: presses, pumps, slicers",
+    parameters=(
+        Parameter("crank", "mm", "crank length"),
+        Parameter("rod", "mm", "length of the connecting rod"),
+        Parameter(
+            "offset", "mm", "distance of the slider's line from the crank's pivot, to either side", 0.0, -math.inf
+        ),
+        Parameter("speed", "rad/s", "constant crank velocity", default=1.0, scales_speed=True),
+    ),
+    signals=(
+        Signal(
+            "slider_position",
+            "mm",
+            "position of the slider along its line, from the crank's pivot",
+            columns.POSITION,
+            columns.SLIDER,
+            relative_to="rod",
+            extremes_at=("outer", "inner"),
+        ),
+        Signal(
+            "slider_velocity",
+            "mm/s",
+            "velocity of the slider",
+            columns.VELOCITY,
+            columns.SLIDER,
+            speed_power=1,
+            derivative_of="slider_position",
+        ),
+        Signal(
+            "slider_acceleration",
+            "mm/s^2",
+            "acceleration of the slider",
+            columns.ACCELERATION,
+            columns.SLIDER_ACCELERATION,
+            speed_power=2,
+            pole_order=4,
+            derivative_of="slider_velocity",
+        ),
+        Signal(
+            "rod_angle",
+            "deg",
+            "angle of the rod from the slider's line",
+            columns.ROD_ANGLE,
+            columns.ANGLE,
+            extremes_at=("anchor", "opposite"),
+        ),
+        Signal(
+            "rod_velocity",
+            "rad/s",
+            "angular velocity of the rod",
+            columns.ROD_VELOCITY,
+            columns.ROD_RATES,
+            speed_power=1,
+            derivative_of="rod_angle",
+        ),
+        Signal(
+            "rod_acceleration",
+            "rad/s^2",
+            "angular acceleration of the rod",
+            columns.ROD_ACCELERATION,
+            columns.ROD_RATES,
+            speed_power=2,
+            pole_order=4,
+            derivative_of="rod_velocity",
+        ),
+    ),
+    metrics=_METRICS,
+    windows=(
+        Window("cycle", "the full turn", "turn"),
+        Window("drive", "the stroke that works (setting `drive`)", "drive"),
+        Window("return", "the other stroke", "return"),
+        Window(_STROKES[0], "from the outer to the inner dead centre", "arc", ("outer", "inner")),
+        Window(_STROKES[1], "from the inner to the outer dead centre", "arc", ("inner", "outer")),
+        Window("interval", "an explicit interval of crank angles, { from = 0, to = 90 }", "interval"),
+    ),
+    strokes=_STROKES,
+    drives=("slow", "fast", *_STROKES),
+    marks={"outer": Row.OUTER, "inner": Row.INNER},
+    anchor_angle=0.5 * math.pi,
+    quadrature=Graded(((Row.SINGULAR_ABOVE, 0), (Row.SINGULAR_BELOW, 1))),
+    noise_row=Row.NOISE,
+    output_signals={"": "slider_velocity"},
+    zero_mean=frozenset(
+        [(f"{link}_{rate}", "cycle") for link in ("slider", "rod") for rate in ("velocity", "acceleration")]
+        + [("slider_acceleration", window) for window in ("drive", "return", *_STROKES)]
+    ),
+    default_metrics={
+        "": (*_CLOSED_NAMES, *_SAMPLED_DEFAULTS, "cv"),
+        "cycle": (*_CLOSED_NAMES, *_SAMPLED_DEFAULTS[1:], "slider_velocity_rms"),
+    },
+    objectives=("cv", "slider_acceleration_peak", "pressure_angle_max"),
+    kernel_version="1",
+    n_constants=Row.STATUS,
+    n_fill_constants=columns.FILL_SIZE,
+    rows=Row,
+    signal_rows=columns.SIGNAL_ROWS,
+    close=kernel.close,
+    fill=kernel.fill,
+    loop_lengths=("crank", "rod", "offset"),
+    statuses=kernel.STATUSES,
+    drawing=_DRAWING,
+    panels=(
+        Panel("slider position", ("slider_position",)),
+        Panel("slider velocity", ("slider_velocity",)),
+        Panel("slider acceleration", ("slider_acceleration",)),
+        Panel("rod angle", ("rod_angle",)),
+    ),
+)

@@ -1,0 +1,248 @@
+"""The slider-crank: reference values, closed forms with 60 digits, identities, statuses, bad input."""
+
+import json
+import math
+from pathlib import Path
+
+import mpmath
+import numpy as np
+import pytest
+from command_line import call, run
+from exact_slider_crank import SIGNALS, ExactSliderCrank
+from mpmath import mpf
+
+import explore
+
+FIXED = json.loads((Path(__file__).parent / "reference" / "slider_crank.json").read_text())["cases"]
+#: Ordinary designs, then some with margins of 2^-40, tiny cranks, offsets nearly as long as the rod.
+DESIGNS = (
+    (50.0, 150.0, 40.0),
+    (50.0, 150.0, -40.0),
+    (1.0, 1.0 + 2.0**-40, 0.0),
+    (1.0, 1.5 + 2.0**-40, 0.5),
+    (1.0, 1.5 + 2.0**-40, -0.5),
+    (1.0, 1.0 + 2.0**-10 + 2.0**-45, 2.0**-10),
+    (1e-6, 1.0, 0.3),
+    (1e-6, 1.0, -0.9999989),
+    (1.0, 1e6, 1.0),
+)
+CLOSED = ("stroke", "time_ratio", "pressure_angle_max", "transmission_angle_min", "turning_margin")
+DEGREES = 180.0 / math.pi
+RANDOM = np.random.default_rng(0)
+DRAWN = {
+    "crank": RANDOM.uniform(10.0, 100.0, 300),
+    "rod": RANDOM.uniform(150.0, 500.0, 300),
+    "offset": RANDOM.uniform(0.0, 49.0, 300),
+}
+
+
+def columns(design):
+    return dict(zip(("crank", "rod", "offset"), design, strict=True))
+
+
+def evaluate(designs, metrics, **options):
+    return explore.evaluate("slider-crank", designs, metrics=list(metrics), **options)
+
+
+@pytest.mark.parametrize("case", FIXED, ids=lambda case: case["id"])
+def test_fixed_cranks_of_the_reference(case):
+    inputs, outputs = case["inputs"], case["outputs"]
+    names = {
+        "stroke_mm": "stroke",
+        "v_max_mm_s": "slider_velocity_peak",
+        "v_rms_mm_s": "slider_velocity_rms",
+        "a_max_mm_s2": "slider_acceleration_peak",
+        "a_rms_mm_s2": "slider_acceleration_rms",
+    }
+    design = {"crank": float(inputs["r_mm"]), "rod": inputs["L2_mm"], "speed": f"{inputs['rpm']} rpm"}
+    row = evaluate(design, names.values(), window="cycle", tolerance=1e-12).iloc[0]
+    assert row["error"] <= 1e-12
+    for key, name in names.items():
+        # the speed in rad/s is rounded; then like the sums over nodes
+        assert row[name] == pytest.approx(float(outputs[key]), rel=4e-15), name
+    samples = case["samples"]
+    motion = explore.simulate("slider-crank", design, angles=[sample["phi_deg"] for sample in samples])
+    for key, name in (("X_mm", "position"), ("v_mm_s", "velocity"), ("a_mm_s2", "acceleration")):
+        values = np.array([float(sample[key]) for sample in samples])
+        # a few roundings of the largest value; angles such as 210 degrees are rounded too
+        assert motion[f"slider_{name}"].to_numpy() == pytest.approx(values, rel=0, abs=1e-15 * np.abs(values).max())
+
+
+@pytest.mark.parametrize("design", DESIGNS)
+def test_closed_forms_with_60_digits(design):
+    exact = ExactSliderCrank(*design)
+    row = evaluate(columns(design), (*CLOSED, "outer_angle", "inner_angle")).iloc[0]
+    assert row["status"] == 1
+    for name in CLOSED:
+        value = getattr(exact, name) * (180 / mpmath.pi if "angle" in name else 1)
+        # arctangents are good to two ulp, the rest is a few roundings
+        assert abs(mpf(row[name]) / value - 1) <= 5e-16, name
+    assert abs(mpf(row["outer_angle"]) - exact.outer * 180 / mpmath.pi) <= 5e-16 * abs(exact.outer * 180 / mpmath.pi)
+    # beyond 180 degrees one ulp is 2.8e-14
+    assert abs(mpf(row["inner_angle"]) - exact.inner * 180 / mpmath.pi) <= 5.7e-14
+
+
+@pytest.mark.parametrize("design", DESIGNS)
+def test_the_motion_with_60_digits(design):
+    """At any angle and as near to +-90 degrees as doubles are, to ten ulp of the value or to 1e-16 of the largest."""
+    exact = ExactSliderCrank(*design)
+    near = 10.0 ** -np.arange(14.0)
+    angles = np.concatenate(
+        [np.linspace(-90.0, 270.0, 37), *(a + s * near for a in (-90.0, 90.0) for s in (-1.0, 1.0))]
+    )
+    motion = explore.simulate("slider-crank", columns(design), angles=angles)
+    true = [exact.motion(mpf(angle) * mpmath.pi / 180) for angle in angles.tolist()]
+    for s, name in enumerate(SIGNALS):
+        values = np.array([float(sample[s]) for sample in true]) * (DEGREES if name == "rod_angle" else 1.0)
+        largest = np.abs(values).max()
+        assert motion[name].to_numpy() == pytest.approx(values, rel=2.5e-15, abs=1e-15 * largest), name
+
+
+def test_the_mirror_image():
+    """The other sign of the offset is the same motion backwards."""
+    names = ("stroke", "time_ratio", "pressure_angle_max", "transmission_angle_min", "turning_margin")
+    sampled = [f"slider_{s}_peak_{w}" for s in ("velocity", "acceleration") for w in ("drive", "return", "cycle")]
+    mirrored = DRAWN | {"offset": -DRAWN["offset"]}
+    one, other = (evaluate(designs, (*names, *sampled, "outer_angle")) for designs in (DRAWN, mirrored))
+    for name in names:
+        assert (one[name] == other[name]).all(), name
+    assert (one["outer_angle"] == -other["outer_angle"]).all()
+    for name in sampled:
+        np.testing.assert_allclose(one[name], other[name], rtol=1e-13, err_msg=name)
+    design = columns((50.0, 150.0, 40.0))
+    angles = np.arange(0.0, 360.0, 7.5)
+    forwards = explore.simulate("slider-crank", design, angles=angles)
+    backwards = explore.simulate("slider-crank", design | {"offset": -40.0}, angles=-angles)
+    for name, sign in zip(SIGNALS, (1.0, -1.0, 1.0, -1.0, 1.0, -1.0), strict=True):
+        values = forwards[name].to_numpy()
+        # half-way between the anchors the half-tangent is that of 45 degrees, or one over it
+        assert sign * backwards[name].to_numpy() == pytest.approx(values, rel=0, abs=1e-15 * np.abs(values).max()), name
+
+
+def test_without_offset_both_strokes_are_equal():
+    names = ("stroke", "time_ratio", "outer_angle", "inner_angle", "pressure_angle_max")
+    table = evaluate(DRAWN | {"offset": np.zeros(300)}, names)
+    assert (table["time_ratio"] == 1.0).all()
+    assert (table["outer_angle"] == 0.0).all()
+    assert (table["inner_angle"] == 180.0).all()
+    np.testing.assert_allclose(table["stroke"], 2.0 * DRAWN["crank"], rtol=3e-16)
+    np.testing.assert_allclose(
+        np.sin(np.deg2rad(table["pressure_angle_max"])), DRAWN["crank"] / DRAWN["rod"], rtol=1e-15
+    )
+
+
+def test_the_mean_velocity_of_a_stroke_is_the_stroke_over_its_time():
+    """Sampled, because the largest acceleration of the same stroke is; the sign is that of the direction."""
+    sampled = [f"slider_velocity_mean_{name}" for name in ("outer_to_inner", "inner_to_outer")]
+    others = [f"slider_acceleration_peak_{name}" for name in ("outer_to_inner", "inner_to_outer")]
+    names = ("stroke", "outer_angle", "inner_angle", *sampled, *others)
+    table = evaluate(DRAWN | {"speed": np.full(300, 2.0)}, names, tolerance=1e-12)
+    inwards = np.deg2rad(table["inner_angle"] - table["outer_angle"]) / 2.0
+    np.testing.assert_allclose(table[sampled[0]] * inwards, -table["stroke"], rtol=1e-12)
+    np.testing.assert_allclose(table[sampled[1]] * (math.pi - inwards), table["stroke"], rtol=1e-12)
+
+
+def test_the_slow_stroke_is_the_longer_one():
+    """With an offset the slider moves inwards slowly where the offset is on the side that the crank goes to first."""
+    design = {"crank": 50.0, "rod": 150.0, "offset": [40.0, -40.0]}
+    means = {
+        drive: evaluate(design, ["slider_velocity_mean"], drive=drive)["slider_velocity_mean"].to_numpy()
+        for drive in ("slow", "fast", "outer_to_inner", "inner_to_outer")
+    }
+    assert (np.sign(means["slow"]) == [-1.0, 1.0]).all()
+    assert means["slow"].tolist() == [means["outer_to_inner"][0], means["inner_to_outer"][1]]
+    assert means["fast"].tolist() == [means["inner_to_outer"][0], means["outer_to_inner"][1]]
+    ratio = evaluate(design, ["time_ratio"])["time_ratio"]
+    assert -means["fast"] / means["slow"] == pytest.approx(ratio.to_numpy(), rel=1e-14)
+
+
+def test_extremes_of_position_and_rod_angle_are_known():
+    names = ("stroke", "pressure_angle_max", "slider_position_peak_to_peak", "rod_angle_peak")
+    table = evaluate(DRAWN, names, window="cycle", tolerance=1e-12)
+    assert (table["error"] <= 1e-12).all()
+    np.testing.assert_allclose(table["slider_position_peak_to_peak"], table["stroke"], rtol=1e-13)
+    np.testing.assert_allclose(table["rod_angle_peak"], table["pressure_angle_max"], rtol=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("design", "label"),
+    [
+        ((50.0, 150.0, 99.0), "ok"),
+        ((50.0, 150.0, 101.0), "crank_blocked"),
+        ((50.0, 150.0, -101.0), "crank_blocked"),
+        ((50.0, 40.0, 0.0), "crank_blocked"),
+        ((50.0, 150.0, 199.0), "crank_blocked"),
+        ((50.0, 150.0, 201.0), "cannot_assemble"),
+        ((50.0, 150.0, -201.0), "cannot_assemble"),
+        ((50.0, 150.0, 100.0), "change_point"),
+        ((50.0, 150.0, -100.0), "change_point"),
+        ((50.0, 50.0, 0.0), "change_point"),
+        # in decimals, whose doubles do not add up: 0.1 + 0.2 > 0.3
+        ((0.1, 0.3, 0.2), "change_point"),
+        ((50.0, math.inf, 0.0), "not_finite"),
+        ((-50.0, 150.0, 0.0), "not_finite"),
+    ],
+)
+def test_statuses(design, label):
+    row = evaluate(columns(design), (*CLOSED, "outer_angle", "slider_velocity_peak")).iloc[0]
+    labels = {status: word for word, status in explore_labels().items()}
+    assert labels[row["status"]] == label
+    is_ok = label == "ok"
+    assert row["feasible"] == is_ok
+    for name in ("stroke", "time_ratio", "pressure_angle_max", "outer_angle", "slider_velocity_peak"):
+        assert np.isfinite(row[name]) == is_ok, name
+
+
+def explore_labels():
+    """Codes of the statuses by their words."""
+    from explore.mechanisms.registry import MECHANISMS
+
+    return {label: code for code, label in MECHANISMS["slider-crank"].status_labels.items()}
+
+
+@pytest.mark.parametrize(
+    ("setting", "line"),
+    [
+        ("ofset=5", "error: --set ofset=5: unknown parameter; did you mean 'offset'?"),
+        (
+            "rod=55",
+            "error: no full turn to simulate: the crank cannot turn fully: the rod is shorter than crank plus offset",
+        ),
+    ],
+)
+def test_bad_input_is_one_line(setting, line):
+    settings = [word for text in ("crank=50", "rod=150", "offset=20") for word in ("--set", text)]
+    code, out, err = call("simulate", "--mechanism", "slider-crank", *settings, "--set", setting)
+    assert (code > 0, out, err.count("\n")) == (True, "", 1), err
+    assert err.startswith(line)
+
+
+STUDY = """mechanism = "slider-crank"
+[parameters]
+crank = {crank}
+rod = [150, 400]
+offset = [-30, 0, 30]
+[evaluate]
+{evaluate}
+"""
+
+
+def test_mistakes_in_a_study_are_one_line_each(tmp_path):
+    text = STUDY.format(crank="{ start = 0, stop = 50, num = 3 }", evaluate='drive = "forwards"\nmetrics = ["strok"]')
+    (tmp_path / "study.toml").write_text(text)
+    lines = run("sweep", "study.toml", cwd=tmp_path, code=2).stderr.splitlines()
+    assert lines == [
+        "error: study.toml:3: parameters.crank.start: must be greater than 0 mm, got 0",
+        "study.toml:7: evaluate.drive: unknown drive 'forwards'; available: slow, fast, outer_to_inner, inner_to_outer",
+        "study.toml:8: evaluate.metrics: unknown metric 'strok'; did you mean 'stroke'?",
+    ]
+
+
+def test_a_crank_is_solved_for_the_stroke(tmp_path):
+    text = STUDY.format(crank='{ solve = "stroke", value = "120 mm" }', evaluate='metrics = ["stroke", "cv"]')
+    (tmp_path / "study.toml").write_text(text)
+    results = explore.sweep(explore.load_study(tmp_path / "study.toml"), tmp_path / "study.h5")
+    table = results.to_pandas()
+    assert len(table) == 6
+    np.testing.assert_allclose(table["stroke"], 120.0, rtol=1e-12)
+    np.testing.assert_allclose(table["crank"][table["offset"] == 0.0], 60.0, rtol=1e-12)
