@@ -17,6 +17,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 import numpy.typing as npt
@@ -33,6 +34,8 @@ from explore.model.status import Status
 
 #: Parameters of other magnitudes are not usable, because products of four of them would leave the range of doubles.
 SMALLEST_PARAMETER, LARGEST_PARAMETER = 1e-30, 1e30
+#: glibc's largest size, with its header, of a block that changes its limits.
+_LARGEST_KEPT = 2**25 - 2**16
 
 
 @dataclass(frozen=True)
@@ -82,6 +85,7 @@ def evaluate_columns(request: Request, parameters: Arrays) -> Evaluation:
     Evaluation
         Its columns are those of `output_columns`, without "design".
     """
+    _keep_freed_memory()
     mechanism = request.mechanism
     inputs = _complete(mechanism, parameters)
     usable = _is_usable(mechanism, inputs, parameters)
@@ -111,6 +115,15 @@ def evaluate_columns(request: Request, parameters: Arrays) -> Evaluation:
 def compile_kernels(request: Request) -> None:
     """Compile what the request needs, or load it from Numba's cache, so that workers need not do it at once."""
     evaluate_columns(request, {p.name: np.array([np.nan]) for p in request.mechanism.parameters})
+
+
+@cache
+def _keep_freed_memory() -> None:
+    """Let the C library keep up to 64 MB of freed memory: mapping arrays anew for each block takes up to 100 ns a design.
+
+    glibc raises its limits to the size of a mapped block that is freed, up to 32 MB, and to twice that.
+    """
+    np.empty(_LARGEST_KEPT, dtype=np.uint8)
 
 
 def _complete(mechanism: Mechanism, parameters: Arrays) -> Arrays:
@@ -171,7 +184,9 @@ def _is_usable(mechanism: Mechanism, inputs: Arrays, names: Iterable[str]) -> np
                 & (np.abs(column) <= LARGEST_PARAMETER)
             )
         else:
-            usable &= (column > max(p.lower, SMALLEST_PARAMETER)) & (column <= min(p.upper, LARGEST_PARAMETER))
+            lower, upper = max(p.lower, SMALLEST_PARAMETER), min(p.upper, LARGEST_PARAMETER)
+            if not (column.min(initial=np.inf) > lower and column.max(initial=-np.inf) <= upper):  # or one is NaN
+                usable &= (column > lower) & (column <= upper)
     return usable
 
 

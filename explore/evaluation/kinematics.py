@@ -63,7 +63,10 @@ def evaluate_kinematics(
     mechanism = request.mechanism
     result = mechanism.evaluate_closed_form(geometry)
     closed = {metric.name: result.metrics[k] for k, metric in enumerate(mechanism.metrics)}
-    has_stroke = ~np.isin(result.status, [code for code, own in mechanism.statuses.items() if own.lacks_strokes])
+    has_stroke = np.ones(len(result.status), dtype=np.bool_)
+    for code, own in mechanism.statuses.items():
+        if own.lacks_strokes:
+            has_stroke &= result.status != code
     if not _needs_stroke(request):
         result.status[~has_stroke] = Status.OK
     _screen(request, closed, result.status)

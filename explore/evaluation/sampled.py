@@ -266,10 +266,12 @@ def moment_statistic(statistic: str, mean: FloatArray, variance: FloatArray, tol
             return np.asarray(np.sqrt(variance))
         case "rms":
             return np.asarray(np.sqrt(mean * mean + variance))
-    # A mean that its error bound cannot distinguish from 0 would give a meaningless quotient.
-    square = mean * mean
-    defined = (square > 0.0) & (square >= (1e3 * tolerance) ** 2 * (square + variance))
-    return np.asarray(np.sqrt(variance / np.where(defined, square, np.nan)))
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        ratio = variance / (mean * mean)
+        # A mean that its error bound cannot distinguish from 0 would give a meaningless quotient.
+        is_defined = ratio <= (1e3 * tolerance) ** -2 - 1.0
+        result = np.sqrt(ratio, out=ratio)
+    return result if is_defined.all() else np.where(is_defined, result, np.nan)
 
 
 def _magnitude_statistic(statistic: str, statistics: FloatArray, slots: Indices) -> FloatArray:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
@@ -227,9 +227,10 @@ class SampledMetric:
     unit: str
     long_name: str
     sense: Sense | None
-    signal: Signal
+    # the name tells metrics apart; the hashes of all fields of a signal would take a third of a small evaluation
+    signal: Signal = field(hash=False)
     statistic: str
-    window: Window
+    window: Window = field(hash=False)
 
 
 @dataclass(frozen=True)
@@ -284,8 +285,8 @@ class DerivedMetric:
     unit: str
     long_name: str
     sense: Sense | None
-    formula: Formula
-    inputs: tuple[Metric | SampledMetric | DerivedMetric | Parameter, ...]
+    formula: Formula = field(hash=False)
+    inputs: tuple[Metric | SampledMetric | DerivedMetric | Parameter, ...] = field(hash=False)
 
     @property
     def parts(self) -> tuple[Metric | SampledMetric | Parameter, ...]:

@@ -75,11 +75,13 @@ def _open_window(fill, sizes, tables, w, begin, n_designs, headroom, rare, work,
             map_panels(work.panels, count, tables.singular_anchors)
         if tables.is_adaptive:
             return until, cut_panels(work, sums, sizes.rows, count), stride
-    target = math.log(tables.tolerance)
+    target, per_design, share = math.log(tables.tolerance), 0, 0.0
     for k in range(count):
-        # The errors of a design's panels add up.
-        share = HEADROOM + math.log(work.panel_count[work.owner[k]])
-        work.panels[TARGET + k], work.todo[k] = target - max(headroom, share), k
+        if work.panel_count[work.owner[k]] != per_design:
+            # The errors of a design's panels add up.
+            per_design = work.panel_count[work.owner[k]]
+            share = max(headroom, HEADROOM + math.log(per_design))
+        work.panels[TARGET + k], work.todo[k] = target - share, k
     return until, count, stride
 
 
