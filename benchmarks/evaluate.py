@@ -7,9 +7,9 @@ Run with ``python benchmarks/evaluate.py``. The same run measures the closed for
 from __future__ import annotations
 
 import statistics
-import time
 
 import numpy as np
+from timing import cpu_times
 
 from explore.evaluation.evaluate import evaluate_columns
 from explore.request.names import find_mechanism
@@ -29,14 +29,7 @@ def main() -> None:
         "default columns, 1e-12": lambda: evaluate_columns(make_request(mechanism, tolerance=1e-12), designs),
         "closed form only": lambda: evaluate_columns(make_request(mechanism, metrics=closed), designs),
     }
-    seconds: dict[str, list[float]] = {name: [] for name in jobs}
-    for repetition in range(REPETITIONS + 1):
-        for name, job in jobs.items():
-            start = time.process_time()
-            job()
-            if repetition:  # the first run warms up
-                seconds[name].append(time.process_time() - start)
-    for name, times in seconds.items():
+    for name, times in cpu_times(jobs, REPETITIONS).items():
         print(f"{name:24s}{DESIGNS / statistics.median(times) / 1e6:8.2f} million designs per CPU-second")
 
 

@@ -9,9 +9,9 @@ from them.
 from __future__ import annotations
 
 import statistics
-import time
 
 import numpy as np
+from timing import cpu_times
 
 from explore.evaluation.evaluate import evaluate_columns
 from explore.evaluation.integrals import integrate_window
@@ -42,14 +42,7 @@ def main() -> None:
         "cv alone": lambda: evaluate_columns(alone, designs),
         "cv and largest velocity, sampled": lambda: evaluate_columns(sampled, designs),
     }
-    seconds: dict[str, list[float]] = {name: [] for name in jobs}
-    for repetition in range(REPETITIONS + 1):
-        for name, job in jobs.items():
-            start = time.process_time()
-            job()
-            if repetition:  # the first run warms up
-                seconds[name].append(time.process_time() - start)
-    for name, times in seconds.items():
+    for name, times in cpu_times(jobs, REPETITIONS).items():
         print(f"{name:34s}{DESIGNS / statistics.median(times) / 1e6:8.2f} million designs per CPU-second")
     print(f"\n{'designs of a box':34s}{'1e-6':>8s}{'1e-9':>8s}{'1e-12':>8s}  without nodes")
     for box, inside in boxes.items():

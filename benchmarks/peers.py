@@ -9,10 +9,10 @@ the worst of all designs has an error up to the tolerance; `explore` chooses it 
 from __future__ import annotations
 
 import statistics
-import time
 from importlib.util import find_spec
 
 import numpy as np
+from timing import cpu_times
 
 import explore
 
@@ -126,14 +126,7 @@ def worst_error(values, exact):
 
 def cpu_seconds(jobs):
     """Median CPU time of each job, all threads together; the jobs alternate."""
-    seconds = {name: [] for name in jobs}
-    for repetition in range(REPETITIONS + 1):
-        for name, job in jobs.items():
-            start = time.process_time()
-            job()
-            if repetition:  # the first run compiles
-                seconds[name].append(time.process_time() - start)
-    return {name: statistics.median(times) for name, times in seconds.items()}
+    return {name: statistics.median(times) for name, times in cpu_times(jobs, REPETITIONS).items()}
 
 
 def compare(window, designs, has_jax):

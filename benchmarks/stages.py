@@ -16,6 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit, types
+from timing import cpu_times
 
 from explore.compiling import LANES
 from explore.designs.spaces import BLOCK_SIZE, Grid, SpacedAxis
@@ -172,14 +173,8 @@ def sampled(
 
 
 def least_times(jobs):
-    """CPU nanoseconds per design of a block, by job; interleaved, so that a busy moment harms all alike."""
-    seconds = {name: [] for name in jobs}
-    for repetition in range(REPETITIONS + 1):
-        for name, job in jobs.items():
-            start = time.process_time()
-            job()
-            if repetition:  # the first run warms up
-                seconds[name].append(time.process_time() - start)
+    """CPU nanoseconds per design of a block, by job."""
+    seconds = cpu_times(jobs, REPETITIONS)
     return {name: min(times) / BLOCK_SIZE * 1e9 for name, times in seconds.items()}
 
 

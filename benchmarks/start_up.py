@@ -34,7 +34,7 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         (folder / "one.toml").write_text(STUDY)
-        _, cold = run(folder, "-c", MAIN, "sweep", "one.toml", NUMBA_CACHE_DIR=str(folder / "cache"))
+        cold_cpu, cold = run(folder, "-c", MAIN, "sweep", "one.toml", NUMBA_CACHE_DIR=str(folder / "cache"))
         (folder / "results/one.h5").unlink()
         jobs = {
             "bare interpreter": ("-c", "pass"),
@@ -52,7 +52,7 @@ def main() -> None:
     bare = statistics.median(cpu["bare interpreter"])
     for job in jobs:
         print(f"{job:28s}{statistics.median(cpu[job]) - bare:6.3f} s CPU, {statistics.median(wall[job]):6.3f} s wall")
-    print(f"{'the same, first compile ever':28s}{cold:22.3f} s wall")
+    print(f"{'the same, first compile ever':28s}{cold_cpu - bare:6.3f} s CPU, {cold:6.3f} s wall")
 
 
 if __name__ == "__main__":

@@ -43,9 +43,16 @@ _PASSES = (
 
 
 class PlainCompiler(CompilerBase):  # type: ignore[misc]  # Numba has no types
-    """Numba's compiler with few passes."""
+    """Numba's compiler with few passes.
+
+    Attributes
+    ----------
+    arrays_are_apart
+        Whether the arrays that the function is called with share no memory, so that loops need not test for that.
+    """
 
     passes: tuple[Any, ...] = _PASSES
+    arrays_are_apart = False
 
     def define_pipelines(self) -> list[PassManager]:
         """One pipeline, of `passes`."""
@@ -53,7 +60,14 @@ class PlainCompiler(CompilerBase):  # type: ignore[misc]  # Numba has no types
         for each in self.passes:
             manager.add_pass(each)
         manager.finalize()
+        self.state.flags.noalias = self.arrays_are_apart
         return [manager]
+
+
+class CompilerApart(PlainCompiler):
+    """The compiler of functions whose arrays share no memory."""
+
+    arrays_are_apart = True
 
 
 @contextmanager

@@ -16,7 +16,7 @@ from numba.core import sigutils
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.event import Event, Listener, register
 
-from explore.compiler import PlainCompiler, quick_compilation
+from explore.compiler import CompilerApart, PlainCompiler, quick_compilation
 
 #: Designs, or nodes, that compiled functions work on at once: rows of tiles have this length, a constant, so that loops
 #: over it vectorise.
@@ -33,7 +33,13 @@ _FASTMATH = {"contract", "reassoc", "nsz", "arcp"}
 
 
 def compiled(
-    signature: Any = None, *, fast: bool = False, contract: bool = False, inlined: bool = False, allocates: bool = False
+    signature: Any = None,
+    *,
+    fast: bool = False,
+    contract: bool = False,
+    inlined: bool = False,
+    allocates: bool = False,
+    apart: bool = False,
 ) -> Callable[..., Any]:
     """Decorator: compile by Numba, cached on disk, without the GIL, with IEEE division.
 
@@ -51,11 +57,15 @@ def compiled(
     allocates
         Whether the function makes arrays. Other functions do without Numba's runtime, because its atomic reference
         counts of array arguments cost a quarter of the time of a sweep.
+    apart
+        Whether the arrays that the function is called with share no memory, unless it only reads them. Short loops then
+        need not test for that, which would take longer than the loops.
     """
     settings = options(fast=fast, contract=contract, inlined=inlined, allocates=allocates)
 
     def decorate(function: Callable[..., Any]) -> Any:
-        dispatcher = cached(njit(cache=True, pipeline_class=PlainCompiler, **settings)(function))
+        compiler = CompilerApart if apart else PlainCompiler
+        dispatcher = cached(njit(cache=True, pipeline_class=compiler, **settings)(function))
         if signature is not None:
             dispatcher._compile_for_args = partial(_compile_and_call, dispatcher, signature)
         return dispatcher

@@ -15,11 +15,13 @@ from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler_machinery import LoweringPass, register_pass
 from numba.core.typed_passes import NativeLowering
 
-from explore.compiler import PlainCompiler
+from explore.compiler import CompilerApart, PlainCompiler
 from explore.compiling import cached, options
 
 
-def subroutine(*, fast: bool = False, contract: bool = False, inlined: bool = False, allocates: bool = False) -> Any:
+def subroutine(
+    *, fast: bool = False, contract: bool = False, inlined: bool = False, allocates: bool = False, apart: bool = False
+) -> Any:
     """Decorator: compile as part of the compiled functions that call this one; see `compiled` for the arguments.
 
     The function must not raise exceptions. Called from Python, it is compiled once more by itself.
@@ -27,10 +29,11 @@ def subroutine(*, fast: bool = False, contract: bool = False, inlined: bool = Fa
 
     def decorate(function: Callable[..., Any]) -> Any:
         settings = options(fast=fast, contract=contract, inlined=inlined, allocates=allocates)
-        dispatcher = njit(
-            pipeline_class=_TranslatingCompiler, no_cpython_wrapper=True, no_cfunc_wrapper=True, **settings
-        )(function)
-        dispatcher.alone = cached(njit(cache=True, pipeline_class=PlainCompiler, **settings)(function))
+        translating, alone = (_TranslatingApart, CompilerApart) if apart else (_TranslatingCompiler, PlainCompiler)
+        dispatcher = njit(pipeline_class=translating, no_cpython_wrapper=True, no_cfunc_wrapper=True, **settings)(
+            function
+        )
+        dispatcher.alone = cached(njit(cache=True, pipeline_class=alone, **settings)(function))
         dispatcher._insert = _skip
         dispatcher._compile_for_args = lambda *_, **__: dispatcher.alone
         resolve = dispatcher.get_call_template
@@ -100,3 +103,7 @@ class _TranslatingCompiler(PlainCompiler):
 
     _lowering = PlainCompiler.passes.index(NativeLowering)
     passes = (*PlainCompiler.passes[:_lowering], _TranslateOnly, *PlainCompiler.passes[_lowering:])
+
+
+class _TranslatingApart(_TranslatingCompiler):
+    arrays_are_apart = True

@@ -96,7 +96,8 @@ from explore.quadrature import panels, tiles
 functions = {
     four_bar._fill_rates: "f8[::1], f8[::1], i8, i8, f8[::1]", four_bar._fill_angles: "f8[::1], f8[::1], i8, f8[::1]",
     forces._fill_forces_with_masses: "f8[::1], f8[::1], i8, f8[::1]", panels.map_panels: "f8[::1], i8, i8[::1]",
-    panels.count_nodes: "f8[::1], i8, i8", panels.model_errors: "f8[::1], i8", tiles._place_pair: "f8[::1], f8, f8",
+    panels.count_nodes: "f8[::1], i8, i8", panels.model_errors: "f8[::1], i8",
+    tiles._place_pair: "f8[::1], f8, f8, f8[::1], f8[::1], f8[::1], f8[::1]",
 }
 kernel.close.compile(CLOSE_SIGNATURE)
 assembly = {kernel.close.__name__: kernel.close.inspect_asm()}

@@ -119,7 +119,7 @@ def compile_kernels(request: Request) -> None:
 
 @cache
 def _keep_freed_memory() -> None:
-    """Let the C library keep up to 64 MB of freed memory: mapping arrays anew for each block takes up to 100 ns a design.
+    """Let the C library keep up to 64 MB of freed memory: mapping arrays anew takes up to 100 ns a design.
 
     glibc raises its limits to the size of a mapped block that is freed, up to 32 MB, and to twice that.
     """

@@ -150,7 +150,7 @@ def transmission_angle(p, q):
     return arctangent(2.0 * math.sqrt(p * q), q - p)
 
 
-@subroutine(fast=True)
+@subroutine(fast=True, apart=True)
 def _fill_rates(constants, tangents, anchor, needs, out):
     """Fill velocities, and accelerations if needed, at one node of each lane."""
     sign = 1.0 if anchor == 0 else -1.0
@@ -185,7 +185,7 @@ def _fill_rates(constants, tangents, anchor, needs, out):
             out[ROCKER_ACCELERATION * LANES + lane] = k * f_rate + common
 
 
-@subroutine(fast=True)
+@subroutine(fast=True, apart=True)
 def _fill_angles(constants, tangents, anchor, out):
     """Fill the angles of coupler and rocker, rad, at one node of each lane."""
     for lane in range(LANES):
@@ -202,7 +202,7 @@ def _fill_angles(constants, tangents, anchor, out):
         out[ROCKER_ANGLE * LANES + lane] = arctangent(along * dy + across * dx, along * dx - across * dy)
 
 
-@subroutine(fast=True)
+@subroutine(fast=True, apart=True)
 def _fill_transmission(constants, tangents, anchor, out):
     """Fill the transmission angle, rad, at one node of each lane."""
     for lane in range(LANES):

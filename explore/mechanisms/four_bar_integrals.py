@@ -221,31 +221,32 @@ def _angle_changes(shape, first, last, start, stop):
 
 
 @subroutine(contract=True, inlined=True)
-def _bounds(shape, start, stop, length, angles):
-    """Bounds of the errors of mean and mean square; `angles` is the sum of magnitudes of `_angle_changes`."""
+def _bounds(shape, start, stop, length, over_length, share, angles):
+    """Bounds of the errors of mean and mean square; `share` is z_D/(4 d_root), `angles` the sum of `_angle_changes`."""
     rho, over_rho, turn = abs(shape.rho), abs(shape.over_rho), abs(stop.phi) + abs(start.phi)
-    g = 0.25 * shape.z_d / shape.d_root * (length + 2.0 * turn) + 0.5 * (stop.h_size + start.h_size)
+    g = share * (length + 2.0 * turn) + 0.5 * (stop.h_size + start.h_size)
     of_p, of_q, of_d = 1.0 + over_rho, 1.0 + rho, 2.0 * (rho + over_rho) + rho * rho + over_rho * over_rho
     rational = of_p * of_p * (shape.z_p * length + stop.p_size + start.p_size)
     rational += of_q * of_q * (shape.z_q * length + stop.q_size + start.q_size)
     rational += of_d * (shape.z_d * length + stop.d_size + start.d_size) + 4.0 * shape.reach * (1.0 + rho * rho) * g
     k_terms = 0.5 * abs(shape.d_root) * (stop.k1 + start.k1 + abs(shape.m) * (stop.k2 + start.k2))
-    unit = _ROUNDING / length
+    unit = _ROUNDING * over_length
     # A crank longer than the ground takes z beyond 1.
     of_mean = unit * (angles + turn) if shape.d_root > 0.0 else math.nan
     return of_mean, unit * (0.25 * shape.over_p_and_q * rational + g + angles + k_terms)
 
 
-@compiled(INTEGRALS_SIGNATURE)
+@compiled(INTEGRALS_SIGNATURE, contract=True, apart=True)
 def integrals(constants, starts, stops, out):
     """Fill mean and variance of the velocities for unit speed; see `explore.model.mechanism.Mechanism.integrals`."""
     for lane in range(LANES):
         shape = _shape(constants, lane)
         start, stop = _end(shape, starts[lane]), _end(shape, stops[lane])
         length, of_transmission, of_difference = _angle_changes(shape, starts[lane], stops[lane], start, stop)
-        of_mean, of_square = _bounds(shape, start, stop, length, abs(of_transmission) + abs(of_difference))
         over_length, turn, harmonic = 1.0 / length, stop.phi - start.phi, stop.h - start.h
-        poisson = 0.5 * shape.z_d / shape.d_root * (length + 2.0 * turn)
+        share, angles = 0.25 * shape.z_d / shape.d_root, abs(of_transmission) + abs(of_difference)
+        of_mean, of_square = _bounds(shape, start, stop, length, over_length, share, angles)
+        poisson = 2.0 * share * (length + 2.0 * turn)
         s_p, s_q = shape.z_p * length + (stop.p - start.p), shape.z_q * length + (stop.q - start.q)
         s_d, s_dd = shape.z_d * length + (stop.d - start.d), 2.0 * (poisson - harmonic)
         of_k1 = 0.25 * shape.d_root * (stop.k1 - start.k1)

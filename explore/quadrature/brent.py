@@ -27,7 +27,7 @@ LOW, HIGH, BEST, SECOND, THIRD, AT_BEST, AT_SECOND, AT_THIRD, STEP, PREVIOUS, TR
 BRENT_ROWS = 12
 
 
-@subroutine(fast=True)
+@subroutine(fast=True, apart=True)
 def fill_trial_tangents(shape, state, tangents):
     """Fill the half-tangents of the trial points."""
     for lane in range(LANES):
@@ -35,83 +35,93 @@ def fill_trial_tangents(shape, state, tangents):
         tangents[lane] = 0.5 * shape[TILE_SCALE + lane] * (growth - 1.0 / growth)
 
 
-@subroutine()
-def _propose(state, lane, last_step):
-    """Fill the trial point of one lane: the parabola's vertex, or a golden section."""
-    low, high, best = state[LOW + lane], state[HIGH + lane], state[BEST + lane]
-    tolerance = last_step * (1.0 + abs(best))
-    previous = state[PREVIOUS + lane]
-    golden = True
-    if abs(previous) > tolerance:
-        second, third = state[SECOND + lane], state[THIRD + lane]
+@subroutine(apart=True)
+def _propose(state, resolutions):
+    """Fill the trial points: the parabola's vertex, or a golden section; the best points of lanes that rest.
+
+    Without branches, like `_accept`, so that loops over lanes vectorise.
+    """
+    for lane in range(LANES):
+        low, high, best = state[LOW + lane], state[HIGH + lane], state[BEST + lane]
+        second, third, previous = state[SECOND + lane], state[THIRD + lane], state[PREVIOUS + lane]
+        tolerance = _LAST_STEP * resolutions[lane] * (1.0 + abs(best))
         r = (best - second) * (state[AT_BEST + lane] - state[AT_THIRD + lane])
         q = (best - third) * (state[AT_BEST + lane] - state[AT_SECOND + lane])
         p = (best - third) * q - (best - second) * r
         q = 2.0 * (q - r)
         p = -p if q > 0.0 else p
         q = abs(q)
-        if abs(p) < abs(0.5 * q * previous) and p > q * (low - best) and p < q * (high - best):
-            state[PREVIOUS + lane], state[STEP + lane] = state[STEP + lane], p / q
-            golden = False
-    if golden:
-        previous = (low if best >= 0.5 * (low + high) else high) - best
-        state[PREVIOUS + lane], state[STEP + lane] = previous, _GOLDEN * previous
-    step = state[STEP + lane]
-    # A vertex much nearer to the best point than steps shrink is a coincidence.
-    least = max(0.1 * tolerance, _SHRINKAGE * abs(state[PREVIOUS + lane]))
-    if abs(step) < least:
-        step = least if step > 0.0 else -least
-        step = -step if not low < best + step < high else step
-        state[STEP + lane] = step
-    state[TRIAL + lane] = best + step
+        is_inside = (p > q * (low - best)) & (p < q * (high - best))
+        is_parabola = (abs(previous) > tolerance) & (abs(p) < abs(0.5 * q * previous)) & is_inside
+        larger_part = (low if best >= 0.5 * (low + high) else high) - best
+        step, before = (p / q, state[STEP + lane]) if is_parabola else (_GOLDEN * larger_part, larger_part)
+        # A vertex much nearer to the best point than steps shrink is a coincidence.
+        shrunk, finest = _SHRINKAGE * abs(before), 0.1 * tolerance
+        least = shrunk if shrunk > finest else finest
+        least_step = least if step > 0.0 else -least
+        stays = (low < best + least_step) & (best + least_step < high)
+        least_step = least_step if stays else -least_step
+        step = least_step if abs(step) < least else step
+        is_active = state[ACTIVE + lane] != 0.0
+        state[PREVIOUS + lane] = before if is_active else previous
+        state[STEP + lane] = step if is_active else state[STEP + lane]
+        state[TRIAL + lane] = best + step if is_active else best
 
 
-@subroutine()
-def _accept(state, lane, value, last_step):
-    """Update one lane by the value at its trial point; the lane rests after a step at the limit of precision."""
-    trial, best, at_best = state[TRIAL + lane], state[BEST + lane], state[AT_BEST + lane]
-    if abs(trial - best) <= last_step * (1.0 + abs(best)):
-        state[AT_BEST + lane], state[ACTIVE + lane] = min(value, at_best), 0.0
-        return
-    if value <= at_best:
-        if trial >= best:
-            state[LOW + lane] = best
-        else:
-            state[HIGH + lane] = best
-        state[THIRD + lane], state[AT_THIRD + lane] = state[SECOND + lane], state[AT_SECOND + lane]
-        state[SECOND + lane], state[AT_SECOND + lane] = best, at_best
-        state[BEST + lane], state[AT_BEST + lane] = trial, value
-        return
-    if trial < best:
-        state[LOW + lane] = trial
-    else:
-        state[HIGH + lane] = trial
-    if value <= state[AT_SECOND + lane] or state[SECOND + lane] == best:
-        state[THIRD + lane], state[AT_THIRD + lane] = state[SECOND + lane], state[AT_SECOND + lane]
-        state[SECOND + lane], state[AT_SECOND + lane] = trial, value
-    elif value <= state[AT_THIRD + lane] or state[THIRD + lane] == best or state[THIRD + lane] == state[SECOND + lane]:
-        state[THIRD + lane], state[AT_THIRD + lane] = trial, value
+@subroutine(apart=True)
+def _accept(state, signal, sign, resolutions):
+    """Update the lanes at work by the signal at their trial points.
+
+    A lane rests after a step at the limit of precision.
+    """
+    for lane in range(LANES):
+        value, trial = sign * signal[lane], state[TRIAL + lane]
+        best, second, third = state[BEST + lane], state[SECOND + lane], state[THIRD + lane]
+        at_best, at_second, at_third = state[AT_BEST + lane], state[AT_SECOND + lane], state[AT_THIRD + lane]
+        is_active = state[ACTIVE + lane] != 0.0
+        is_last = is_active & (abs(trial - best) <= _LAST_STEP * resolutions[lane] * (1.0 + abs(best)))
+        goes_on = is_active & (not is_last)
+        is_better, is_right = value <= at_best, trial >= best
+        inner = best if is_better else trial
+        replaces_low = goes_on & (is_better == is_right)
+        replaces_high = goes_on & (is_better != is_right)
+        is_best = goes_on & is_better
+        is_second = goes_on & (not is_better) & ((value <= at_second) | (second == best))
+        is_third = goes_on & (not is_better) & (not is_second)
+        is_third = is_third & ((value <= at_third) | (third == best) | (third == second))
+        moves = is_best | is_second
+        state[LOW + lane] = inner if replaces_low else state[LOW + lane]
+        state[HIGH + lane] = inner if replaces_high else state[HIGH + lane]
+        new_third, new_at_third = (trial, value) if is_third else (third, at_third)
+        state[THIRD + lane] = second if moves else new_third
+        state[AT_THIRD + lane] = at_second if moves else new_at_third
+        new_second, new_at_second = (trial, value) if is_second else (second, at_second)
+        state[SECOND + lane] = best if is_best else new_second
+        state[AT_SECOND + lane] = at_best if is_best else new_at_second
+        state[BEST + lane] = trial if is_best else best
+        state[AT_BEST + lane] = value if is_best | (is_last & (value < at_best)) else at_best
+        state[ACTIVE + lane] = 0.0 if is_last else state[ACTIVE + lane]
+
+
+@subroutine(fast=True)
+def _count_active(state):
+    total = 0.0
+    for lane in range(LANES):
+        total += state[ACTIVE + lane]
+    return total
 
 
 @subroutine()
 def minimise(fill, constants, shape, anchor, law, variant, needs, row, sign, state, tangents, signals):
     """Run Brent's method in all active lanes; BEST and AT_BEST hold the minimum of ``sign * signal``."""
+    resolutions = shape[TILE_RESOLUTION:]
     for _ in range(_MOST_STEPS):
-        working = False
-        for lane in range(LANES):
-            if state[ACTIVE + lane] != 0.0:
-                _propose(state, lane, _LAST_STEP * shape[TILE_RESOLUTION + lane])
-                working = True
-            else:
-                state[TRIAL + lane] = state[BEST + lane]
-        if not working:
+        if _count_active(state) == 0.0:
             break
+        _propose(state, resolutions)
         fill_trial_tangents(shape, state, tangents)
         fill(constants, tangents, anchor, law, variant, 1, needs, signals)
-        for lane in range(LANES):
-            if state[ACTIVE + lane] != 0.0:
-                value = sign * signals[row * LANES + lane]
-                _accept(state, lane, value, _LAST_STEP * shape[TILE_RESOLUTION + lane])
+        _accept(state, signals[row * LANES :], sign, resolutions)
 
 
 @subroutine()

@@ -131,6 +131,14 @@ def _next_candidate(shape, samples, rows, row, sign, count, table, rule, state, 
     state[BEST + lane], state[AT_BEST + lane] = centre, math.inf
 
 
+@subroutine(apart=True)
+def _lower(state, samples, sign):
+    """Lower the least samples to those of one node."""
+    for lane in range(LANES):
+        value, least = sign * samples[lane], state[LEAST + lane]
+        state[LEAST + lane] = value if value < least else least
+
+
 @subroutine()
 def find_minimum(
     fill, constants, shape, anchor, law, variant, needs, rows, row, sign, count, table, rule, samples, state, tangents,
@@ -138,10 +146,11 @@ def find_minimum(
 ):  # fmt: skip
     """Fill RESULT with the least ``sign * signal`` over each panel of a tile, from its samples, the ends included."""
     for lane in range(LANES):
-        least = math.inf
-        for j in range(count + 2):
-            least = min(least, sign * samples[(j * rows + row) * LANES + lane])
-        state[LEAST + lane], state[RESULT + lane], state[NEXT + lane] = least, least, 0.0
+        state[LEAST + lane], state[NEXT + lane] = math.inf, 0.0
+    for j in range(count + 2):
+        _lower(state, samples[(j * rows + row) * LANES :], sign)
+    for lane in range(LANES):
+        state[RESULT + lane] = state[LEAST + lane]
     while True:
         working, at_end = False, False
         for lane in range(LANES):

@@ -13,7 +13,7 @@ from explore.subroutines import subroutine
 _F1, _I1, _I2 = types.float64[::1], types.int64[::1], types.int64[:, ::1]
 
 
-@subroutine()
+@subroutine(apart=True)
 def copy_numbers(to, source, n):
     """Copy n numbers; assigning a slice would need Numba's runtime."""
     for j in range(n):
@@ -44,7 +44,7 @@ def collect(b, panels, total, n, live, first_panel, panel_count, stride, ends, a
         b[bounds.TOTAL + j], b[bounds.IS_FINEST + j] = nodes, finest
 
 
-@subroutine()
+@subroutine(apart=True)
 def merge_regular(b, n, per_design, row, masses, integrals, deviations, means, variances):
     """Like `merge` where every design has `per_design` panels, all of them live."""
     base, to = row * PANEL_CAPACITY, row * CHUNK

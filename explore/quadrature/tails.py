@@ -52,7 +52,7 @@ def place_factors(count, ends, is_adaptive, row_of, table, factors):
             factors[high], factors[high + 1] = root * q, ratio * root * x * q
 
 
-@subroutine()
+@subroutine(apart=True)
 def fill_roots(weights, count, is_adaptive, roots):
     """Fill what samples are multiplied by in tails: the roots of their weights, or 1 with the adaptive rule."""
     if is_adaptive:
@@ -63,7 +63,7 @@ def fill_roots(weights, count, is_adaptive, roots):
             roots[j] = math.sqrt(weights[j])
 
 
-@subroutine()
+@subroutine(apart=True)
 def check_model(b, n, regular, live, first_panel, panel_count, stride, w, tables, tails, means, variances):
     """Fill how many times the shares of tails exceed the modelled error, for the worst row of each live design.
 

@@ -7,14 +7,13 @@ from explore.quadrature.rules import LARGEST_NODE_COUNT
 from explore.subroutines import subroutine
 
 FILL_TYPE = function_type(FILL_SIGNATURE)
-#: Most nodes of a tile: a rule and the two ends of the panel.
-NODE_CAPACITY = LARGEST_NODE_COUNT + 2
+#: Most nodes of a tile, a rule and the two ends of the panel, rounded up to a multiple of four.
+NODE_CAPACITY = LARGEST_NODE_COUNT + 4
 
 # Rows of a tile's shape: half length in t, T e^c/2 and T e^-c/2 (c the centre), centre, T, how finely extremes are
 # looked for, and rho^-2.
 TILE_HALF, TILE_UP, TILE_DOWN, TILE_CENTRE, TILE_SCALE, TILE_RESOLUTION, _DECAY = (row * LANES for row in range(7))
-_LOW_TANGENT, _HIGH_TANGENT, _LOW_WEIGHT, _HIGH_WEIGHT = (row * LANES for row in range(7, 11))
-SHAPE_SIZE = 11 * LANES
+SHAPE_SIZE = 7 * LANES
 # Rows of the sums over a tile's nodes of one signal: integrals, mean, the two parts of its tail.
 INTEGRAL, DEVIATIONS, _MEAN, FIRST_TAIL, SECOND_TAIL = (row * LANES for row in range(5))
 SUMS_SIZE = 5 * LANES
@@ -30,7 +29,7 @@ def _scale_exponentials(shape):
         shape[TILE_UP + lane], shape[TILE_DOWN + lane] = half_scale * growth, half_scale / growth
 
 
-@subroutine()
+@subroutine(apart=True)
 def gather_shapes(panels, lane_panels, is_adaptive, shape):
     """Fill the shapes of the panels of a tile. A panel of the adaptive rule may be as narrow as its signal."""
     for lane in range(LANES):
@@ -41,8 +40,8 @@ def gather_shapes(panels, lane_panels, is_adaptive, shape):
     _scale_exponentials(shape)
 
 
-@subroutine(fast=True, inlined=True)
-def _place_pair(shape, abscissa, rule_weight):
+@subroutine(fast=True, apart=True)
+def _place_pair(shape, abscissa, rule_weight, low_tangents, high_tangents, low_weights, high_weights):
     """Fill half-tangents and weights (rad) of a symmetric pair of nodes: one exponential serves both."""
     for lane in range(LANES):
         half = shape[TILE_HALF + lane]
@@ -52,22 +51,9 @@ def _place_pair(shape, abscissa, rule_weight):
         low, high = up * decay - down * growth, up * growth - down * decay
         low_square, high_square = 1.0 + low * low, 1.0 + high * high
         share = 2.0 * half * rule_weight / (low_square * high_square)
-        shape[_LOW_TANGENT + lane], shape[_HIGH_TANGENT + lane] = low, high
-        shape[_LOW_WEIGHT + lane] = share * high_square * (up * decay + down * growth)
-        shape[_HIGH_WEIGHT + lane] = share * low_square * (up * growth + down * decay)
-
-
-@subroutine(inlined=True)
-def _store_pair(shape, tangents, weights, low, high):
-    for lane in range(LANES):
-        tangents[low * LANES + lane], weights[low * LANES + lane] = (
-            shape[_LOW_TANGENT + lane],
-            shape[_LOW_WEIGHT + lane],
-        )
-        tangents[high * LANES + lane], weights[high * LANES + lane] = (
-            shape[_HIGH_TANGENT + lane],
-            shape[_HIGH_WEIGHT + lane],
-        )
+        low_tangents[lane], high_tangents[lane] = low, high
+        low_weights[lane] = share * high_square * (up * decay + down * growth)
+        high_weights[lane] = share * low_square * (up * growth + down * decay)
 
 
 @subroutine()
@@ -80,52 +66,74 @@ def place_nodes(shape, count, ends, row_of, table, tangents, weights):
     begin = 1 if ends else 0
     last = begin + count - 1
     for j in range(pairs):
-        _place_pair(shape, table[row + j, 0], table[row + j, 1])
-        _store_pair(shape, tangents, weights, begin + j, last - j)
+        # the node in the middle is its own counterpart
+        low, high = (begin + j) * LANES, (last - j) * LANES
+        _place_pair(
+            shape, table[row + j, 0], table[row + j, 1], tangents[low:], tangents[high:], weights[low:], weights[high:]
+        )
     if ends:
-        _place_pair(shape, 1.0, 0.0)
-        _store_pair(shape, tangents, weights, 0, last + 1)
+        high = (last + 1) * LANES
+        _place_pair(shape, 1.0, 0.0, tangents, tangents[high:], weights, weights[high:])
 
 
-@subroutine(fast=True)
-def _add_integrals(signals, rows, flags, first, second, present, weights, masses, sums):
-    """Add two nodes to the weights and integrals; `present` is 0 for a second one that is none, else 1."""
+@subroutine(inlined=True)
+def _four_nodes(signals, rows, s, j, last):
+    """One signal at four nodes from node j on; at the last one instead of those that are none."""
+    first, second = signals[(j * rows + s) * LANES :], signals[(min(j + 1, last) * rows + s) * LANES :]
+    return (
+        first, second, signals[(min(j + 2, last) * rows + s) * LANES :],
+        signals[(min(j + 3, last) * rows + s) * LANES :],
+    )  # fmt: skip
+
+
+@subroutine(fast=True, apart=True)
+def _add_integrals(signals, rows, flags, j, last, weights, masses, sums):
+    """Add four nodes to the weights and integrals."""
     # LLVM would unroll a loop of constant length with so short a body instead of vectorising it.
     width = len(masses)
-    first_weight, second_weight = weights[first * LANES :], weights[second * LANES :]
+    w1, w2, w3, w4 = _four_nodes(weights, 1, 0, j, j + 3)
     for lane in range(width):
-        masses[lane] = masses[lane] + first_weight[lane] + present * second_weight[lane]
+        masses[lane] = masses[lane] + ((w1[lane] + w2[lane]) + (w3[lane] + w4[lane]))
     for s in range(rows):
         if not flags[s]:
             continue
-        one, other = signals[(first * rows + s) * LANES :], signals[(second * rows + s) * LANES :]
+        x1, x2, x3, x4 = _four_nodes(signals, rows, s, j, last)
         row = sums[s * SUMS_SIZE :]
         for lane in range(width):
-            row[INTEGRAL + lane] = (
-                row[INTEGRAL + lane] + first_weight[lane] * one[lane] + present * second_weight[lane] * other[lane]
-            )
+            pairs = (w1[lane] * x1[lane] + w2[lane] * x2[lane]) + (w3[lane] * x3[lane] + w4[lane] * x4[lane])
+            row[INTEGRAL + lane] = row[INTEGRAL + lane] + pairs
 
 
-@subroutine(fast=True)
-def _add_deviations(signals, rows, flags, first, second, present, weights, roots, factors, sums, width):
-    """Add two nodes to the sums of squared deviations and to the parts of tails; see `_add_integrals`."""
-    first_weight, second_weight = weights[first * LANES :], weights[second * LANES :]
-    first_root, second_root = roots[first * LANES :], roots[second * LANES :]
-    a, b = factors[2 * first], factors[2 * first + 1]
-    c, d = present * factors[2 * second], present * factors[2 * second + 1]
+@subroutine(fast=True, apart=True)
+def _add_deviations(signals, rows, flags, j, last, weights, roots, factors, sums, width):
+    """Add four nodes to the sums of squared deviations and to the parts of tails."""
+    w1, w2, w3, w4 = _four_nodes(weights, 1, 0, j, j + 3)
+    r1, r2, r3, r4 = _four_nodes(roots, 1, 0, j, j + 3)
+    a1, b1, a2, b2 = factors[2 * j], factors[2 * j + 1], factors[2 * j + 2], factors[2 * j + 3]
+    a3, b3, a4, b4 = factors[2 * j + 4], factors[2 * j + 5], factors[2 * j + 6], factors[2 * j + 7]
     for s in range(rows):
         if not flags[s]:
             continue
-        one, other = signals[(first * rows + s) * LANES :], signals[(second * rows + s) * LANES :]
+        x1, x2, x3, x4 = _four_nodes(signals, rows, s, j, last)
         row = sums[s * SUMS_SIZE :]
         for lane in range(width):
-            x, y = one[lane] - row[_MEAN + lane], other[lane] - row[_MEAN + lane]
-            row[DEVIATIONS + lane] = (
-                row[DEVIATIONS + lane] + first_weight[lane] * x * x + present * second_weight[lane] * y * y
-            )
-            u, v = first_root[lane] * x, second_root[lane] * y
-            row[FIRST_TAIL + lane] = row[FIRST_TAIL + lane] + a * u + c * v
-            row[SECOND_TAIL + lane] = row[SECOND_TAIL + lane] + b * u + d * v
+            mean = row[_MEAN + lane]
+            y1, y2, y3, y4 = x1[lane] - mean, x2[lane] - mean, x3[lane] - mean, x4[lane] - mean
+            squares = (w1[lane] * y1 * y1 + w2[lane] * y2 * y2) + (w3[lane] * y3 * y3 + w4[lane] * y4 * y4)
+            row[DEVIATIONS + lane] = row[DEVIATIONS + lane] + squares
+            u1, u2, u3, u4 = r1[lane] * y1, r2[lane] * y2, r3[lane] * y3, r4[lane] * y4
+            row[FIRST_TAIL + lane] = row[FIRST_TAIL + lane] + ((a1 * u1 + a2 * u2) + (a3 * u3 + a4 * u4))
+            row[SECOND_TAIL + lane] = row[SECOND_TAIL + lane] + ((b1 * u1 + b2 * u2) + (b3 * u3 + b4 * u4))
+
+
+@subroutine()
+def _pad(count, weights, roots, factors):
+    """Let the nodes that fill up the last four add nothing."""
+    padded = (count + 3) // 4 * 4
+    for k in range(count * LANES, padded * LANES):
+        weights[k] = roots[k] = 0.0
+    for k in range(2 * count, 2 * padded):
+        factors[k] = 0.0
 
 
 @subroutine(fast=True)
@@ -133,15 +141,15 @@ def fill_moments(signals, rows, flags, count, weights, roots, factors, masses, s
     """Fill weights, integrals, those of squared deviations from the mean, and the two parts of tails.
 
     The deviations are summed in a second pass, so that a swing of a fraction of a degree loses no digits. The loops
-    over rows are inside those over nodes, because one sum alone would wait for its own last addition. Two nodes at once
-    halve the loads and stores of sums.
+    over rows are inside those over nodes, because one sum alone would wait for its own last addition. Four nodes at
+    once save loads and stores of sums.
 
     Parameters
     ----------
     flags : (rows,) array
         The rows whose sums are needed have flags other than 0.
-    roots, factors
-        From `explore.quadrature.tails`.
+    weights, roots, factors
+        Of the nodes; `roots` and `factors` from `explore.quadrature.tails`. There is room for three more nodes.
     masses : (LANES,), sums : (rows, SUMS_SIZE)
         Filled.
     """
@@ -149,16 +157,15 @@ def fill_moments(signals, rows, flags, count, weights, roots, factors, masses, s
     for lane in range(width):
         masses[lane] = 0.0
     sums[: rows * SUMS_SIZE] = 0.0
-    for j in range(0, count, 2):
-        present = 1.0 if j + 1 < count else 0.0
-        _add_integrals(signals, rows, flags, j, min(j + 1, count - 1), present, weights, masses, sums)
+    _pad(count, weights, roots, factors)
+    for j in range(0, count, 4):
+        _add_integrals(signals, rows, flags, j, count - 1, weights, masses, sums)
     for s in range(rows):
         row = sums[s * SUMS_SIZE :]
         for lane in range(width):
             row[_MEAN + lane] = row[INTEGRAL + lane] / masses[lane]
-    for j in range(0, count, 2):
-        present = 1.0 if j + 1 < count else 0.0
-        _add_deviations(signals, rows, flags, j, min(j + 1, count - 1), present, weights, roots, factors, sums, width)
+    for j in range(0, count, 4):
+        _add_deviations(signals, rows, flags, j, count - 1, weights, roots, factors, sums, width)
 
 
 @subroutine(fast=True)
