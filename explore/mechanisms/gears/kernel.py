@@ -100,6 +100,9 @@ def close(record):
             record[Row.RETURN_ORDER * LANES + lane], record[Row.BRANCH * LANES + lane],
         )  # fmt: skip
         record[Row.STATUS * LANES + lane] = float(status)
+        # a law fills the constants that it needs
+        for constant in range(columns.GEARS_SIZE):
+            record[constant * LANES + lane] = 0.0
         for metric in range(_FIRST_METRIC, _LAST_METRIC + 1):
             record[metric * LANES + lane] = math.nan
         if status == _OK:
