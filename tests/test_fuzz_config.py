@@ -22,7 +22,7 @@ from explore.mechanisms.registry import MECHANISMS
 CONFIGS = Path(__file__).parent.parent / "configs"
 STUDIES = [path.read_text(encoding="utf-8") for path in sorted(CONFIGS.rglob("*.toml"))]
 STUDIES += [starter(mechanism) for mechanism in MECHANISMS.values()]
-STUDIES.append(f"""{STUDIES[0]}
+STUDIES.append(f"""{starter(MECHANISMS["crank-rocker"])}
 [metrics]
 reach = {{ formula = "coupler + ground - min(crank, rocker)**2 / 100", unit = "mm" }}
 chord = {{ formula = "2 * rocker * sin(swing_angle / 2) + reach", unit = "mm" }}
