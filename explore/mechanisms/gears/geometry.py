@@ -120,10 +120,11 @@ def _least_in_return(constants, lane, quantity):
 def least_convexities(constants, lane):
     """The least convexity of gear 1 and of gear 2, and the largest tilt, rad, over the turn.
 
-    The working sector is convex. In the return by the sine law the convexities are linear in cos tau.
+    All are in the return, but the convexity of gear 1 may be less at the end of the working sector, which is convex.
+    In the return by the sine law the convexities are linear in cos tau.
     """
-    log_growth, start = constants[LOG_GROWTH * LANES + lane], constants[START * LANES + lane]
-    end = start * math.exp(-log_growth * constants[SECTOR_ANGLE * LANES + lane])
+    log_growth = constants[LOG_GROWTH * LANES + lane]
+    end = constants[START * LANES + lane] * math.exp(-log_growth * constants[SECTOR_ANGLE * LANES + lane])
     if constants[ORDER * LANES + lane] == 0.0:
         amplitude, square = constants[AMPLITUDE * LANES + lane], constants[FREQUENCY * LANES + lane] ** 2
         lowest = constants[LOWEST * LANES + lane]
@@ -136,5 +137,4 @@ def least_convexities(constants, lane):
         driver, driven = _least_in_return(constants, lane, _DRIVER), _least_in_return(constants, lane, _DRIVEN)
         tangent = -_least_in_return(constants, lane, _TILT)
     driver = min(driver, 1.0 + end * (1.0 + log_growth * log_growth))
-    driven = min(driven, 1.0 + end)
-    return driver, driven, math.atan(max(tangent, log_growth * start / (1.0 + start)))
+    return driver, driven, math.atan(tangent)
