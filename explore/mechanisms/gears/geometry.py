@@ -129,8 +129,8 @@ def least_convexities(constants, lane):
         amplitude, square = constants[AMPLITUDE * LANES + lane], constants[FREQUENCY * LANES + lane] ** 2
         lowest = constants[LOWEST * LANES + lane]
         highest = lowest + 2.0 * amplitude
-        excess = amplitude * (square - 1.0)
-        driver = 1.0 + lowest + amplitude - abs(excess)
+        # C1 is above 1, its limit for a short sector, so that the ratio's peak is least convex
+        driver = 1.0 + lowest + amplitude * (2.0 - square)
         driven = 1.0 + lowest * (1.0 - amplitude * square)
         tangent = math.sqrt(amplitude * square) * math.sqrt(amplitude / ((1.0 + lowest) * (1.0 + highest)))
     else:
