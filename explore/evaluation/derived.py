@@ -95,7 +95,7 @@ class Derivation:
             return self.evaluate(source)
         if isinstance(source, Parameter):
             column = self.inputs[source.name]
-            return Bounded.exact(np.where((column == 0.0) & (source.zero_meaning == OMITTED), np.nan, column))
+            return Bounded.exact(np.where(column == 0.0, np.nan, column) if source.zero_meaning == OMITTED else column)
         value, bound = self.values[source.name], self.errors.get(source.name)
         if bound is None:
             return Bounded.exact(value)

@@ -93,9 +93,9 @@ def evaluate_columns(request: Request, parameters: Arrays) -> Evaluation:
     speed = inputs[mechanism.speed.name] if mechanism.speed else np.ones(len(usable))
     first_rows, inverse = _find_distinct(geometry, speed)
     distinct = geometry if first_rows is None else np.ascontiguousarray(geometry[:, first_rows])
-    usable_inputs = (
-        {name: np.where(usable, column, np.nan) for name, column in inputs.items()} if request.derived else {}
-    )
+    usable_inputs = inputs
+    if request.derived and not usable.all():
+        usable_inputs = {name: np.where(usable, column, np.nan) for name, column in inputs.items()}
     kinematics = evaluate_kinematics(request, distinct, inverse, np.where(usable, speed, np.nan), usable_inputs)
     values, errors, error, status = kinematics.values, kinematics.errors, kinematics.error, kinematics.status
     _remove_forces_without_load(request, inputs, values)

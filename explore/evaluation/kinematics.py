@@ -58,7 +58,7 @@ def evaluate_kinematics(
         The geometry of each design; None where each design has its own.
     speed : (n,) array
     inputs
-        All parameters of the designs by name, each of shape (n,), where the request has derived metrics.
+        All parameters of the designs by name, each of shape (n,).
     """
     mechanism = request.mechanism
     result = mechanism.evaluate_closed_form(geometry)
