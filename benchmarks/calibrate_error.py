@@ -1,8 +1,9 @@
-"""Measure LOG_CONSTANT_2 and LOG_CONSTANT_4, the constants of the error model in explore/quadrature/panels.py.
+"""Measure the constants of the error models, in explore/quadrature/panels.py and equispaced.py.
 
 Over random crank-rockers of all kinds and double cranks, with the node counts for random tolerances: the natural
 logarithm of the ratio of the true error of mean and variance, against the largest rule, to the model
-((2N + 1)/h)^order rho^(-2N). The constant must exceed the 0.999 quantile of every line, and may be below the maximum by
+((2N + 1)/h)^order rho^(-2N), or (1 + N delta)^(order - 1) exp(-(N - 2) delta) of a turn with equispaced nodes, where
+these are chosen. The constant must exceed the 0.999 quantile of every line, and may be below the maximum by
 at most ln 10. ``python benchmarks/calibrate_error.py [--designs 150000]``; about a minute.
 """
 
@@ -19,8 +20,10 @@ from explore.evaluation.windows import specify_window
 from explore.mechanisms import four_bar, rocking
 from explore.mechanisms.crank_rocker.declaration import CRANK_ROCKER
 from explore.model.status import Status
+from explore.quadrature import equispaced as equispaced_rule
 from explore.quadrature.bounds import ROUNDING
 from explore.quadrature.clutches import shorten_to_clutches
+from explore.quadrature.equispaced import choose_equispaced, place_equispaced
 from explore.quadrature.panels import (
     ANCHOR,
     COUNT,
@@ -30,6 +33,7 @@ from explore.quadrature.panels import (
     LOG_CONSTANT_4,
     PANEL_CAPACITY,
     RATE,
+    SCALE,
     SINGULAR,
     TARGET,
     count_nodes,
@@ -69,8 +73,11 @@ def statistics(fill, tile, panels, count, length, rest, row_of, table, out):
     total = 0
     for p in range(count):
         nodes, anchor = int(panels[COUNT + p]), int(panels[ANCHOR + p])
-        gather_shapes(panels, np.full(LANES, p), False, shape)
-        place_nodes(shape, nodes, False, row_of, table, tangents, weights)
+        if panels[SCALE + p] == 0.0:
+            place_equispaced(nodes, tangents, weights)
+        else:
+            gather_shapes(panels, np.full(LANES, p), False, shape)
+            place_nodes(shape, nodes, False, row_of, table, tangents, weights)
         tiles = (nodes + LANES - 1) // LANES
         for j in range(tiles * LANES):  # here the lanes are nodes
             node[j] = tangents[min(j, nodes - 1) * LANES]
@@ -88,12 +95,14 @@ def statistics(fill, tile, panels, count, length, rest, row_of, table, out):
 
 @njit(
     types.void(
-        FILL_TYPE, SIZES_TYPE, _F2, _I1, _F2, _F1, _I1, _I1, _F2, _INT, _I1, _F2, CHUNK_WORK_TYPE, TILE_WORK_TYPE
+        FILL_TYPE, SIZES_TYPE, _F2, _I1, _F2, _F1, _I1, _I1, _F2, _INT,
+        types.boolean, _I1, _F2, CHUNK_WORK_TYPE, TILE_WORK_TYPE,
     ),
     error_model="numpy",
 )  # fmt: skip
 def ratios(
-    fill, sizes, constants, window, intervals, log_tolerance, size_of, row_of, table, order, rows, out, work, lanes
+    fill, sizes, constants, window, intervals, log_tolerance, size_of, row_of, table, order, equispaced, rows, out,
+    work, lanes,
 ):  # fmt: skip
     """Fill ln(true error/model) of the rows of one pole order, NaN where rounding dominates the error."""
     # One chunk of one design, in all lanes.
@@ -117,12 +126,21 @@ def ratios(
             map_panels(panels, count, anchors)
         panels[TARGET : TARGET + count] = log_tolerance[i]
         count_nodes(panels, count, order)
+        if equispaced:
+            choose_equispaced(panels, 1, order, log_tolerance[i])
+            if panels[SCALE] != 0.0:
+                continue
         model = 0.0
-        for p in range(count):
+        for p in range(1 if equispaced else count):
             nodes, half, rate = size_of[int(panels[COUNT + p])], panels[HALF + p], panels[RATE + p]
             panels[COUNT + p] = nodes
-            model += math.exp(order * math.log((2.0 * nodes + 1.0) / half) - 2.0 * nodes * rate)
-        statistics(fill, tile, panels, count, averaging[0], rest[0], row_of, table, computed)
+            if equispaced:
+                model = math.exp((order - 1) * math.log(1.0 + nodes * rate) - (nodes - 2) * rate)
+            else:
+                model += math.exp(order * math.log((2.0 * nodes + 1.0) / half) - 2.0 * nodes * rate)
+        statistics(fill, tile, panels, 1 if equispaced else count, averaging[0], rest[0], row_of, table, computed)
+        if equispaced:
+            map_panels(panels, count, anchors)
         panels[COUNT : COUNT + count] = LARGEST_NODE_COUNT
         statistics(fill, tile, panels, count, averaging[0], rest[0], row_of, table, exact)
         largest = 0.0
@@ -176,13 +194,15 @@ def main():
     tables = gauss_legendre_rules()
     start = rng.uniform(-math.pi, math.pi, len(parameters))
     intervals = np.column_stack([start, start + rng.uniform(0.05, 2 * math.pi, len(parameters))])
-    print(f"now: order 2 {LOG_CONSTANT_2}, others {LOG_CONSTANT_4}; ln(true error / model):")
+    print(f"now: order 2 {LOG_CONSTANT_2}, others {LOG_CONSTANT_4}; of a turn with equispaced nodes")
+    print(f"{equispaced_rule.LOG_CONSTANT_2}, {equispaced_rule.LOG_CONSTANT_4}; ln(true error / model):")
     sizes = Sizes(CRANK_ROCKER.record_rows, CRANK_ROCKER.first_parameter, _CONSTANTS, _CONSTANTS, _ROWS, -1, -1)
     work, lanes, _ = make_work_space(sizes, 0)
     print("order, window, class, measured designs; quantiles .5 .99 .999, largest; .999 by kind; the worst design")
     for order in (2, 4):
         rows = np.array([row for row, o in zip(ROWS, ORDERS, strict=True) if o == order])
-        for window in WINDOWS:
+        for label in ("turn", *WINDOWS):
+            window = "cycle" if label == "turn" else label
             columns = np.array(specify_window(CRANK_ROCKER, CRANK_ROCKER.window(window), "slow"))
             for name, status in (("crank-rocker", Status.OK), ("double crank", rocking.NO_STROKE)):
                 if name == "double crank" and window not in ("cycle", "interval"):
@@ -193,12 +213,12 @@ def main():
                 of_selected = np.ascontiguousarray(constants[:, selected])
                 ratios(
                     CRANK_ROCKER.fill, sizes, of_selected, columns, intervals[selected], tolerance, *tables, order,
-                    rows, out, work, lanes,
+                    label == "turn", rows, out, work, lanes,
                 )  # fmt: skip
                 inputs = np.column_stack([parameters[selected], intervals[selected]])
-                report(order, window, name + (" velocities" if order == 2 else ""), out[:, :2], kinds[selected], inputs)
+                report(order, label, name + (" velocities" if order == 2 else ""), out[:, :2], kinds[selected], inputs)
                 if order == 2 and name == "crank-rocker":  # the rocker of a double crank turns: its angle jumps
-                    report(order, window, name + " angles", out[:, 2:], kinds[selected], inputs)
+                    report(order, label, name + " angles", out[:, 2:], kinds[selected], inputs)
 
 
 if __name__ == "__main__":

@@ -20,13 +20,16 @@ CRANK, COUPLER, ROCKER, GROUND = 150.0, 1083.5, 541.75, 691.75
 MARGINS = 2.0 ** -np.arange(-7, 31, 4)
 
 
-def node_counts(window, tolerance=TOLERANCE):
-    """Nodes and variance at each margin."""
+def evaluate(metrics, window):
+    """Evaluate the designs of all margins."""
     fixed = np.ones(len(MARGINS))
     designs = {"crank": CRANK * fixed, "coupler": COUPLER * fixed, "rocker": ROCKER * fixed, "ground": GROUND + MARGINS}
-    metric = "rocker_velocity_variance"
-    table = explore.evaluate("crank-rocker", designs, metrics=[metric], window=window, tolerance=tolerance)
-    return table["nodes"].to_numpy(), table[metric].to_numpy()
+    return explore.evaluate("crank-rocker", designs, metrics=metrics, window=window, tolerance=TOLERANCE)
+
+
+def node_counts(window):
+    """Nodes at each margin, where the other mean makes the designs be sampled for both."""
+    return evaluate(["rocker_velocity_variance", "transmission_angle_mean"], window)["nodes"].to_numpy()
 
 
 def equispaced_variance(margin, count):
@@ -51,13 +54,13 @@ def equispaced_count(margin, variance):
 
 def measure():
     """Relative margin, nodes of the drive stroke and of the turn, equispaced samples, error of 360 samples."""
-    exact = node_counts("cycle", 1e-12)[1]
+    exact = evaluate(["rocker_velocity_variance"], "cycle")["rocker_velocity_variance"].to_numpy()
     samples = [equispaced_count(margin, variance) for margin, variance in zip(MARGINS, exact, strict=True)]
     errors = [
         abs(equispaced_variance(margin, 360) / variance - 1.0) for margin, variance in zip(MARGINS, exact, strict=True)
     ]
     relative_margins = MARGINS / np.maximum(COUPLER, GROUND + MARGINS)
-    return zip(relative_margins, node_counts("drive")[0], node_counts("cycle")[0], samples, errors, strict=True)
+    return zip(relative_margins, node_counts("drive"), node_counts("cycle"), samples, errors, strict=True)
 
 
 def main() -> None:

@@ -163,12 +163,12 @@ def sampled(
             continue
         for i in range(n):
             averaging[i], live[i] = panels[panel.LENGTH + first_panel[i]], i
-        collect(b, panels, count, n, live, first_panel, panel_count, stride, 0, averaging, rest, noise)
+        collect(b, panels, count, False, n, live, first_panel, panel_count, stride, 0, averaging, rest, noise)
         for s in range(SAMPLED_ROWS):
             merge_regular(b, n, 1, s, masses, integrals, deviations, means, variances)
         if stage >= BOUNDS:
             bound_rows(b, n, 0, tables, parameters, here, live, terms, means, variances, row_bounds, terms)
-            check_model(b, n, True, live, first_panel, panel_count, stride, 0, tables, tails, means, variances)
+            check_model(b, n, True, 1, live, first_panel, panel_count, stride, 0, tables, tails, means, variances)
     return sum_
 
 

@@ -92,12 +92,12 @@ from explore.compiling import CLOSE_SIGNATURE
 from explore.mechanisms import four_bar
 from explore.mechanisms.crank_rocker import kernel
 from explore.mechanisms.rig import forces
-from explore.quadrature import panels, tiles
+from explore.quadrature import equispaced, panels, tiles
 functions = {
     four_bar._fill_rates: "f8[::1], f8[::1], i8, i8, f8[::1]", four_bar._fill_angles: "f8[::1], f8[::1], i8, f8[::1]",
     forces._fill_forces_with_masses: "f8[::1], f8[::1], i8, f8[::1]", panels.map_panels: "f8[::1], i8, i8[::1]",
-    panels.count_nodes: "f8[::1], i8, i8", panels.model_errors: "f8[::1], i8",
-    tiles._place_pair: "f8[::1], f8, f8, f8[::1], f8[::1], f8[::1], f8[::1]",
+    equispaced.choose_equispaced: "f8[::1], i8, i8, f8", panels.count_nodes: "f8[::1], i8, i8",
+    panels.model_errors: "f8[::1], i8", tiles._place_pair: "f8[::1], f8, f8, f8[::1], f8[::1], f8[::1], f8[::1]",
 }
 kernel.close.compile(CLOSE_SIGNATURE)
 assembly = {kernel.close.__name__: kernel.close.inspect_asm()}
@@ -109,10 +109,12 @@ print(json.dumps({name: "".join(versions.values()) for name, versions in assembl
     assembly = report(tmp_path, script)
 
     # packed square roots and divisions of doubles, not only the scalar ones of a loop's remainder
-    assert len(assembly) == 8
+    assert len(assembly) == 9
     for name, code in assembly.items():
         assert "divpd" in code, name
-        assert ("sqrtpd" in code) == (name not in ("count_nodes", "model_errors", "_place_pair")), name
+        assert ("sqrtpd" in code) == (
+            name not in ("choose_equispaced", "count_nodes", "model_errors", "_place_pair")
+        ), name
 
 
 def test_compiling_is_announced_once_and_the_next_start_is_silent(first, tmp_path):

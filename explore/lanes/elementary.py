@@ -1,4 +1,4 @@
-"""Exponential, logarithm and hyperbolic inverses without calls or branches, so that loops over lanes vectorise.
+"""Exponential, logarithm, tangent and hyperbolic inverses without calls or branches: loops over lanes vectorise.
 
 The C library's functions take one number at a time: a loop that calls them stays scalar. The exponent and mantissa of a
 double are read as the bits of an integer.
@@ -23,6 +23,8 @@ _MANTISSA_BITS = 52
 _ROOT_HALF_BITS = 0x3FE6A09E667F3BCD
 _EXPONENT_MASK = 0x7FF0000000000000
 _INTEGER_OF_SHIFT = 0x4338000000000000
+#: pi/2 minus its nearest double.
+_HALF_PI_ERROR = 6.123233995736766e-17
 
 
 @intrinsic
@@ -115,3 +117,23 @@ def inverse_sinh(x):
     )
     value = small if magnitude < 0.04 else large
     return -value if x < 0.0 else value
+
+
+@subroutine(contract=True, inlined=True)
+def tangent(x):
+    """Tangent, for arguments between -2 and 2; within 3 units in the last place.
+
+    Beyond pi/4, minus the inverse of the tangent of the distance from the pole. The rational function is that of
+    S. L. Moshier (Cephes Math Library, tan.c, 1995).
+    """
+    is_steep = abs(x) > 0.25 * math.pi
+    pole = 0.5 * math.pi if x > 0.0 else -0.5 * math.pi
+    pole_error = _HALF_PI_ERROR if x > 0.0 else -_HALF_PI_ERROR
+    y = (x - pole) - pole_error if is_steep else x
+    z = y * y
+    numerator = (-1.30936939181383734205e4 * z + 1.15351664838587416140e6) * z - 1.79565251976484877988e7
+    denominator = (
+        ((z + 1.36812963470692954678e4) * z - 1.32089234440210967447e6) * z + 2.50083801823357915839e7
+    ) * z - 5.38695755929454629881e7
+    value = y + y * (z * numerator / denominator)
+    return -1.0 / value if is_steep else value

@@ -15,7 +15,8 @@ from explore.subroutines import subroutine
 
 #: Nodes of each panel beside its two ends.
 ADAPTIVE_NODES = 16
-#: Most times that panels are halved.
+#: Most panels of one design and window; most times that panels are halved.
+MOST_PIECES = 2048
 MOST_HALVINGS = 48
 #: Shortest half length of a panel in t, relative to 1 + |t|: below, rounding moves the nodes.
 _SHORTEST = 1e-12
@@ -127,7 +128,7 @@ def halve_panels(work, sums, w, flags, tolerance, count):
         if panels[HALF + k] < _SHORTEST * (1.0 + abs(panels[CENTRE + k])):
             work.codes[k] = 0
         marked += work.codes[k]
-    if count + marked > PANEL_CAPACITY:
+    if count + marked > MOST_PIECES:
         return count, 0
     to, position = count, 0
     for k in range(count):

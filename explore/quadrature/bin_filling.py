@@ -3,8 +3,9 @@
 from explore.compiling import LANES
 from explore.quadrature.bounds import FLAG_EXTREMES
 from explore.quadrature.chunks import gather_constants
+from explore.quadrature.equispaced import place_equispaced, place_equispaced_factors, repeat_turn
 from explore.quadrature.extremes import RESULT, find_minimum
-from explore.quadrature.panels import ANCHOR, COUNT, LAW, PANEL_CAPACITY, VARIANT
+from explore.quadrature.panels import ANCHOR, COUNT, LAW, PANEL_CAPACITY, SCALE, VARIANT
 from explore.quadrature.slots import MAXIMUM, MINIMUM
 from explore.quadrature.tails import fill_roots, place_factors
 from explore.quadrature.tiles import (
@@ -75,8 +76,16 @@ def fill_bin(fill, sizes, tables, w, begin, end, ends, extremes, work, tile, sum
     panels, first = work.panels, work.order[begin]
     count, anchor = int(panels[COUNT + first]), int(panels[ANCHOR + first])
     law, variant = int(panels[LAW + first]), int(panels[VARIANT + first])
-    samples = count + 2 if ends else count
-    place_factors(count, ends, tables.is_adaptive, tables.row_of, tables.rules, tile.factors)
+    is_turn = panels[SCALE + first] == 0.0
+    samples = count + 2 if ends and not is_turn else count
+    # A turn has no ends: the neighbours of its first and last node are copies.
+    signals = tile.signals[sizes.rows * LANES if ends and is_turn else 0 :]
+    if is_turn:
+        place_equispaced(count, tile.tangents, tile.weights)
+        place_equispaced_factors(count, tile.factors)
+        fill_roots(tile.weights, count, True, tile.roots)
+    else:
+        place_factors(count, ends, tables.is_adaptive, tables.row_of, tables.rules, tile.factors)
     for start in range(begin, end, LANES):
         lanes = min(LANES, end - start)
         for lane in range(LANES):
@@ -86,14 +95,16 @@ def fill_bin(fill, sizes, tables, w, begin, end, ends, extremes, work, tile, sum
             work.constants, sizes.n_constants, sizes.n_fill_constants, tile.lane_designs, tile.offsets, tile.constants
         )  # fmt: skip
         gather_shapes(panels, tile.lane_panels, tables.is_adaptive, tile.shape)
-        place_nodes(tile.shape, count, ends, tables.row_of, tables.rules, tile.tangents, tile.weights)
-        fill(tile.constants, tile.tangents, anchor, law, variant, samples, tables.needs[w], tile.signals)
-        fill_roots(tile.weights, samples, tables.is_adaptive, tile.roots)
+        if not is_turn:
+            place_nodes(tile.shape, count, ends, tables.row_of, tables.rules, tile.tangents, tile.weights)
+            fill_roots(tile.weights, samples, tables.is_adaptive, tile.roots)
+        fill(tile.constants, tile.tangents, anchor, law, variant, samples, tables.needs[w], signals)
         fill_moments(
-            tile.signals, sizes.rows, tables.flags[w], samples, tile.weights, tile.roots, tile.factors, tile.node,
-            tile.sums,
+            signals, sizes.rows, tables.flags[w], samples, tile.weights, tile.roots, tile.factors, tile.node, tile.sums,
         )  # fmt: skip
         join_tails(tile.sums, sizes.rows, tables.is_adaptive, tile.shape)
         _store_sums(sizes.rows, tables.flags, w, lanes, tile, sums)
         if extremes is not None:
+            if is_turn:
+                repeat_turn(tile.signals, sizes.rows, count)
             _fill_extremes(fill, sizes, tables, w, anchor, law, variant, count, lanes, tile, sums)

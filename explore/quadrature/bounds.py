@@ -8,7 +8,7 @@ import math
 from explore.subroutines import subroutine
 
 #: Designs of one chunk.
-CHUNK = 1024
+CHUNK = 2048
 #: Rounding error of one statistic relative to the rms of its signal, from the accuracy campaign.
 ROUNDING = 4e-15
 

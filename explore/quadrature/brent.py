@@ -8,7 +8,7 @@ half length: the value is then exact to rounding.
 import math
 
 from explore.compiling import LANES
-from explore.lanes.elementary import exponential
+from explore.lanes.elementary import exponential, tangent
 from explore.quadrature.tiles import TILE_RESOLUTION, TILE_SCALE
 from explore.subroutines import subroutine
 
@@ -30,6 +30,10 @@ BRENT_ROWS = 12
 @subroutine(fast=True, apart=True)
 def fill_trial_tangents(shape, state, tangents):
     """Fill the half-tangents of the trial points."""
+    if shape[TILE_SCALE] == 0.0:
+        for lane in range(LANES):
+            tangents[lane] = tangent(state[TRIAL + lane])
+        return
     for lane in range(LANES):
         growth = exponential(state[TRIAL + lane])
         tangents[lane] = 0.5 * shape[TILE_SCALE + lane] * (growth - 1.0 / growth)

@@ -16,6 +16,7 @@ from explore.quadrature.panels import (
     LAST,
     LAW,
     PANEL_CAPACITY,
+    SCALE,
     SINGULAR,
     VARIANT,
 )
@@ -25,7 +26,7 @@ from explore.subroutines import subroutine
 
 #: Most panels of one design and window.
 MOST_PANELS = 24
-#: Most combinations of variant, law and anchor in one chunk.
+#: Most combinations of variant, law, anchor and kind of nodes in one chunk.
 MOST_KINDS = 64
 CODES = LARGEST_NODE_COUNT + 1
 
@@ -178,14 +179,16 @@ def gather_constants(constants, constant_count, rows, designs, offsets, tile):
 def sort_by_rule(panels, todo, count, size_of, kinds, codes, histogram, order, starts):
     """Round node counts up to rules; sort the panels ``todo[:count]``; return the number of bins.
 
-    Bin b, ``order[starts[b] : starts[b + 1]]``, has panels of one kind (variant, law and anchor) and one rule.
+    Bin b, ``order[starts[b] : starts[b + 1]]``, has panels of one kind (variant, law, anchor, and whether the nodes are
+    equispaced) and one rule.
     """
     n_kinds = 0
     for t in range(count):
         k = todo[t]
         size = size_of[int(panels[COUNT + k])]
         panels[COUNT + k] = size
-        kind = (int(panels[VARIANT + k]) * 64 + int(panels[LAW + k])) * 2 + int(panels[ANCHOR + k])
+        rule = 1 if panels[SCALE + k] == 0.0 else 0
+        kind = ((int(panels[VARIANT + k]) * 64 + int(panels[LAW + k])) * 2 + int(panels[ANCHOR + k])) * 2 + rule
         number = 0
         while number < n_kinds and kinds[number] != kind:
             number += 1

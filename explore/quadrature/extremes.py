@@ -15,7 +15,8 @@ from explore.quadrature.brent import (
     minimise,
     start_lane,
 )
-from explore.quadrature.tiles import TILE_CENTRE, TILE_HALF
+from explore.quadrature.equispaced import abscissa
+from explore.quadrature.tiles import TILE_CENTRE, TILE_HALF, TILE_SCALE
 from explore.subroutines import subroutine
 
 #: A local minimum can win if its parabola's drop below the sample, times this, reaches below the least sample.
@@ -80,6 +81,7 @@ def _slope_at_end(signals, rows, row, lane, sign, count, side, table, rule):
 def _next_candidate(shape, samples, rows, row, sign, count, table, rule, state, lane):
     """Start the lane at its next local minimum that may win, from sample NEXT on; the lane rests if there is none."""
     half, centre = shape[TILE_HALF + lane], shape[TILE_CENTRE + lane]
+    is_turn = shape[TILE_SCALE + lane] == 0.0
     j = int(state[NEXT + lane])
     last = count + 1
     while j <= last:
@@ -88,11 +90,14 @@ def _next_candidate(shape, samples, rows, row, sign, count, table, rule, state, 
         right = sign * samples[((j + 1) * rows + row) * LANES + lane] if j < last else math.inf
         if value <= left and value <= right and (value < left or value < right):  # no plateau
             if 0 < j < last:
-                x, a, b = (
-                    _abscissa(table, rule, count, j),
-                    _abscissa(table, rule, count, j - 1),
-                    _abscissa(table, rule, count, j + 1),
-                )
+                if is_turn:
+                    x, a, b = abscissa(count, j - 1), abscissa(count, j - 2), abscissa(count, j)
+                else:
+                    x, a, b = (
+                        _abscissa(table, rule, count, j),
+                        _abscissa(table, rule, count, j - 1),
+                        _abscissa(table, rule, count, j + 1),
+                    )
                 before, after = (value - left) / (x - a), (right - value) / (b - x)
                 curvature = (after - before) / (b - a)
                 slope = (before * (b - x) + after * (x - a)) / (b - a)
@@ -111,7 +116,7 @@ def _next_candidate(shape, samples, rows, row, sign, count, table, rule, state, 
                     )
                     state[NEXT + lane] = j + 1.0
                     return
-            else:
+            elif not is_turn:
                 side = 0 if j == 0 else 1
                 slope, curvature = _slope_at_end(samples, rows, row, lane, sign, count, side, table, rule)
                 inner = 1.0 + _abscissa(table, rule, count, 1)
@@ -144,7 +149,10 @@ def find_minimum(
     fill, constants, shape, anchor, law, variant, needs, rows, row, sign, count, table, rule, samples, state, tangents,
     signals,
 ):  # fmt: skip
-    """Fill RESULT with the least ``sign * signal`` over each panel of a tile, from its samples, the ends included."""
+    """Fill RESULT with the least ``sign * signal`` over each panel of a tile, from its samples.
+
+    The first and the last sample are the ends of the panel; of a turn, which has no ends, those before and after it.
+    """
     for lane in range(LANES):
         state[LEAST + lane], state[NEXT + lane] = math.inf, 0.0
     for j in range(count + 2):

@@ -15,13 +15,15 @@ from explore.quadrature.bin_filling import fill_bin
 from explore.quadrature.bounds import CHUNK, FLAG_CV, FLAG_EXTREMES, FLAG_STD
 from explore.quadrature.chunks import CLOSE_TYPE, add_panels, close_chunk, constant, sort_by_rule
 from explore.quadrature.clutches import shorten_to_clutches
+from explore.quadrature.equispaced import choose_equispaced, count_equispaced
 from explore.quadrature.magnitudes import fill_powers
 from explore.quadrature.merging import bound_rows, choose_next, collect, merge, merge_regular
-from explore.quadrature.panels import LENGTH, TARGET, count_nodes, map_panels
-from explore.quadrature.slots import CLUTCH, ROOT_MEAN, ROOT_POWER_MEAN
+from explore.quadrature.panels import LENGTH, PANEL_CAPACITY, SCALE, TARGET, count_nodes, map_panels
+from explore.quadrature.slots import CLUTCH, KIND, ROOT_MEAN, ROOT_POWER_MEAN
 from explore.quadrature.storing import store
 from explore.quadrature.tails import check_model
 from explore.quadrature.tiles import FILL_TYPE
+from explore.quadrature.windows import TURN
 from explore.quadrature.work_space import CHUNK_WORK_TYPE, PANEL_SUMS_TYPE, SIZES_TYPE, TABLES_TYPE, TILE_WORK_TYPE
 from explore.subroutines import subroutine
 
@@ -48,13 +50,13 @@ def _demands(tables, w):
 
 
 @subroutine(allocates=True)
-def _open_window(fill, sizes, tables, w, begin, n_designs, headroom, rare, work, tile, sums):
+def _open_window(fill, sizes, tables, w, begin, n_designs, demands, rare, work, tile, sums):
     """Fill the panels of a window of the designs of the chunk from `begin` on, as many as fit; one, if adaptive.
 
     Returns
     -------
     tuple
-        First design that is left, number of panels, stride.
+        First design that is left, number of panels, stride, number of panels to sample, whether some are whole turns.
     """
     until, count, stride = add_panels(
         work.constants, sizes.n_constants, begin, begin + 1 if tables.is_adaptive else n_designs, tables.windows[w],
@@ -74,7 +76,9 @@ def _open_window(fill, sizes, tables, w, begin, n_designs, headroom, rare, work,
             shorten_to_clutches(fill, sizes, tables.windows[w], count, work, tile)
             map_panels(work.panels, count, tables.singular_anchors)
         if tables.is_adaptive:
-            return until, cut_panels(work, sums, sizes.rows, count), stride
+            count = cut_panels(work, sums, sizes.rows, count)
+            return until, count, stride, count, False
+    _, powers, pole_order, headroom = demands
     target, per_design, share = math.log(tables.tolerance), 0, 0.0
     for k in range(count):
         if work.panel_count[work.owner[k]] != per_design:
@@ -82,16 +86,40 @@ def _open_window(fill, sizes, tables, w, begin, n_designs, headroom, rare, work,
             per_design = work.panel_count[work.owner[k]]
             share = max(headroom, HEADROOM + math.log(per_design))
         work.panels[TARGET + k], work.todo[k] = target - share, k
-    return until, count, stride
+    count_nodes(work.panels, count, pole_order)
+    if tables.windows[w, KIND] != TURN or len(tables.breaks) > 0 or powers:
+        return until, count, stride, count, False
+    choose_equispaced(work.panels, until, pole_order, target - headroom)
+    return until, count, stride, _drop_second_halves(until, sizes.rows, tables.flags[w], work, sums), True
 
 
 @subroutine()
-def _merge_rows(n, regular, stride, flags, w, work, sums):
+def _drop_second_halves(n, rows, flags, work, sums):
+    """Leave designs whose turn is one panel without their second one; return the number of panels to sample."""
+    for i in range(n):
+        if work.panels[SCALE + i] == 0.0:
+            work.panel_count[i], sums.masses[n + i] = 1, 0.0
+    for s in range(rows):
+        if flags[s]:
+            for i in range(n):
+                if work.panels[SCALE + i] == 0.0:
+                    at = s * PANEL_CAPACITY + n + i
+                    sums.integrals[at] = sums.deviations[at] = sums.tails[at] = 0.0
+    n_todo = n
+    for k in range(n, 2 * n):
+        if work.panel_count[k - n] == 2:
+            work.todo[n_todo] = k
+            n_todo += 1
+    return n_todo
+
+
+@subroutine()
+def _merge_rows(n, regular, per_design, stride, flags, w, work, sums):
     """Fill means and variances of all flagged rows of the live designs."""
     for s in range(flags.shape[1]):
         if flags[w, s] and regular:
             merge_regular(
-                work.bounds, n, work.panel_count[0], s, sums.masses, sums.integrals, sums.deviations, work.means,
+                work.bounds, n, per_design, s, sums.masses, sums.integrals, sums.deviations, work.means,
                 work.variances,
             )  # fmt: skip
         elif flags[w, s]:
@@ -107,17 +135,22 @@ def _sample_window(
     sums,
 ):  # fmt: skip
     """Statistics of a window of the designs of the chunk from `begin` on, as many as fit; return the first left."""
-    ends, powers, pole_order, headroom = _demands(tables, w)
-    until, count, stride = _open_window(fill, sizes, tables, w, begin, len(here), headroom, rare, work, tile, sums)
-    n, n_todo = until - begin, count
-    regular = begin == 0 and stride > 1 and until == len(here)
+    demands = _demands(tables, w)
+    ends, powers, pole_order, _ = demands
+    until, count, stride, n_todo, has_turns = _open_window(
+        fill, sizes, tables, w, begin, len(here), demands, rare, work, tile, sums
+    )
+    n = until - begin
+    regular, per_design = begin == 0 and stride > 1 and until == len(here), count // n
     for number in range(MOST_HALVINGS if tables.is_adaptive else MOST_ROUNDS):
         if n == 0:
             break
         if tables.is_adaptive:
             work.panel_count[begin] = count
-        else:
+        elif number > 0:
             count_nodes(work.panels, count, pole_order)
+            if has_turns:
+                count_equispaced(work.panels, count, pole_order)
         n_bins = sort_by_rule(
             work.panels, work.todo, n_todo, tables.size_of, work.kinds, work.codes, work.histogram, work.order,
             work.starts,
@@ -125,18 +158,18 @@ def _sample_window(
         for k in range(n_bins):
             fill_bin(fill, sizes, tables, w, work.starts[k], work.starts[k + 1], ends, extremes, work, tile, sums)
         collect(
-            work.bounds, work.panels, 0 if tables.is_adaptive else count, n, work.live, work.first_panel,
+            work.bounds, work.panels, 0 if tables.is_adaptive else count, has_turns, n, work.live, work.first_panel,
             work.panel_count, stride, 2 if ends else 0, work.averaging, work.rest, work.noise,
         )  # fmt: skip
-        _merge_rows(n, regular and number == 0, stride, tables.flags, w, work, sums)
+        _merge_rows(n, regular and number == 0, per_design, stride, tables.flags, w, work, sums)
         if tables.is_adaptive:
             if rare is not None:
                 work.bounds[bounds.TOTAL] = n_todo * (ADAPTIVE_NODES + 2)
                 estimate_errors(work, sums, w, tables.flags, count)
         else:
             check_model(
-                work.bounds, n, regular and number == 0, work.live, work.first_panel, work.panel_count, stride, w,
-                tables, sums.tails, work.means, work.variances,
+                work.bounds, n, regular and number == 0, per_design, work.live, work.first_panel, work.panel_count,
+                stride, w, tables, sums.tails, work.means, work.variances,
             )  # fmt: skip
         bound_rows(
             work.bounds, n, w, tables, parameters, here, work.live, work.estimates, work.means, work.variances,

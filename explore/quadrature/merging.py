@@ -6,7 +6,8 @@ from numba import types
 
 from explore.quadrature import bounds
 from explore.quadrature.bounds import CHUNK, FLAG_RESIDUAL, FLAG_TERMS, bound_row, bound_sum_of_terms, collect_rms
-from explore.quadrature.panels import COUNT, FOURTH, PANEL_CAPACITY, SECOND, SIXTH, TARGET, model_errors
+from explore.quadrature.equispaced import model_equispaced
+from explore.quadrature.panels import COUNT, FOURTH, PANEL_CAPACITY, SCALE, SECOND, SIXTH, TARGET, model_errors
 from explore.quadrature.rules import LARGEST_NODE_COUNT
 from explore.subroutines import subroutine
 
@@ -21,9 +22,11 @@ def copy_numbers(to, source, n):
 
 
 @subroutine()
-def collect(b, panels, total, n, live, first_panel, panel_count, stride, ends, averaging, rest, noise):
+def collect(b, panels, total, has_turns, n, live, first_panel, panel_count, stride, ends, averaging, rest, noise):
     """Fill lengths, noise, node counts and the model's errors of the live designs."""
     model_errors(panels, total)
+    if has_turns:
+        model_equispaced(panels, total // 2)
     for j in range(n):
         i = live[j]
         length = averaging[i] - rest[i]
@@ -32,13 +35,13 @@ def collect(b, panels, total, n, live, first_panel, panel_count, stride, ends, a
         b[bounds.AVERAGING + j], b[bounds.REST + j] = averaging[i], rest[i]
         b[bounds.NOISE + j] = noise[i] * math.sqrt(min(1.0, width))
         second = fourth = sixth = 0.0
-        nodes, finest = ends * panel_count[i], 1.0
+        nodes, finest = 0.0, 1.0
         for p in range(panel_count[i]):
             k = first_panel[i] + p * stride
             second += panels[SECOND + k]
             fourth += panels[FOURTH + k]
             sixth += panels[SIXTH + k]
-            nodes += panels[COUNT + k]
+            nodes += panels[COUNT + k] + (ends if panels[SCALE + k] > 0.0 else 0)
             finest = finest if panels[COUNT + k] == LARGEST_NODE_COUNT else 0.0
         b[bounds.SECOND + j], b[bounds.FOURTH + j], b[bounds.SIXTH + j] = second, fourth, sixth
         b[bounds.TOTAL + j], b[bounds.IS_FINEST + j] = nodes, finest
@@ -46,7 +49,7 @@ def collect(b, panels, total, n, live, first_panel, panel_count, stride, ends, a
 
 @subroutine(apart=True)
 def merge_regular(b, n, per_design, row, masses, integrals, deviations, means, variances):
-    """Like `merge` where every design has `per_design` panels, all of them live."""
+    """Like `merge` where every design has `per_design` panels, all of them live; those of mass 0 count for nothing."""
     base, to = row * PANEL_CAPACITY, row * CHUNK
     mean, variance = means[to : to + n], variances[to : to + n]
     length, rest = b[bounds.AVERAGING : bounds.AVERAGING + n], b[bounds.REST : bounds.REST + n]
@@ -62,7 +65,7 @@ def merge_regular(b, n, per_design, row, masses, integrals, deviations, means, v
         integral, deviation = integrals[base + p * n : base + p * n + n], deviations[base + p * n : base + p * n + n]
         mass = masses[p * n : p * n + n]
         for j in range(n):
-            difference = integral[j] / mass[j] - mean[j]
+            difference = integral[j] / mass[j] - mean[j] if mass[j] > 0.0 else 0.0
             variance[j] += deviation[j] + mass[j] * difference * difference
     for j in range(n):
         variance[j] /= length[j]

@@ -32,11 +32,12 @@ LOG_CONSTANT_2, LOG_CONSTANT_4 = 3.5, 5.3
 LARGEST_SCALE = 0.9
 _FACTOR_4 = math.exp(LOG_CONSTANT_4 - LOG_CONSTANT_2)
 #: Most panels at once.
-PANEL_CAPACITY = 2048
+PANEL_CAPACITY = 4096
 
 # Rows of the panels' buffer: anchor (0, or 1 for its opposite), half-tangents of the ends from the anchor, number of
-# the law that holds between two breaks, variant of the design; centre and half length in t, T, logarithm of rho, length
-# in rad, node count; the model's errors for pole orders 2, 4 and 6; rho^-2; the singularities of the design.
+# the law that holds between two breaks, variant of the design; centre and half length in t, T (0: equispaced nodes),
+# logarithm of rho (of equispaced nodes delta), length in rad, node count; the model's errors for pole orders 2, 4, 6;
+# rho^-2; the singularities of the design.
 ANCHOR, FIRST, LAST, LAW, VARIANT, CENTRE, HALF, SCALE, RATE, LENGTH, COUNT, TARGET = (
     row * PANEL_CAPACITY for row in range(12)
 )

@@ -53,9 +53,9 @@ def place_factors(count, ends, is_adaptive, row_of, table, factors):
 
 
 @subroutine(apart=True)
-def fill_roots(weights, count, is_adaptive, roots):
-    """Fill what samples are multiplied by in tails: the roots of their weights, or 1 with the adaptive rule."""
-    if is_adaptive:
+def fill_roots(weights, count, are_ones, roots):
+    """Fill what samples are multiplied by in tails: the roots of their weights, or 1: adaptive, equispaced nodes."""
+    if are_ones:
         for j in range(count * LANES):
             roots[j] = 1.0
     else:
@@ -64,10 +64,10 @@ def fill_roots(weights, count, is_adaptive, roots):
 
 
 @subroutine(apart=True)
-def check_model(b, n, regular, live, first_panel, panel_count, stride, w, tables, tails, means, variances):
+def check_model(b, n, regular, per_design, live, first_panel, panel_count, stride, w, tables, tails, means, variances):
     """Fill how many times the shares of tails exceed the modelled error, for the worst row of each live design.
 
-    `regular` tells that panel p of the live design j has the number ``p * n + j``.
+    `regular` tells that panel p of the live design j has the number ``p * n + j``, and each has `per_design`.
     """
     flags, orders, term_rows = tables.flags, tables.orders, tables.term_rows
     b[bounds.EXCESS : bounds.EXCESS + n] = 0.0
@@ -77,7 +77,7 @@ def check_model(b, n, regular, live, first_panel, panel_count, stride, w, tables
             continue
         base, at = s * PANEL_CAPACITY, (term_rows[s] if flags[w, s] & FLAG_RESIDUAL else s) * CHUNK
         total[:] = 0.0
-        for p in range(panel_count[0] if regular else 0):
+        for p in range(per_design if regular else 0):
             tail = tails[base + p * n : base + p * n + n]
             for j in range(n):
                 total[j] += tail[j]
