@@ -103,11 +103,12 @@ GALLERY = {
 }
 #: Arguments of ``explore plot`` for the picture of the tutorial, the motion of the chosen design.
 TUTORIAL = ["motion", "results/optimum.h5", "--design", "22418"]
-#: Commands for the pictures of ``slider-crank.md`` and ``test-rig.md``.
+#: Commands for the pictures of ``slider-crank.md``, ``test-rig.md`` and ``variable-crank.md``.
 PAGES = {
     "slider-crank-pareto": "plot pareto results/slider_crank.h5 --x cv --y time_ratio",
     "rig-pareto": "plot pareto results/rig_20deg.h5 --x pin_force_peak --y velocity_thd --design 28",
     "rig-coverage": "coverage configs/rig_coverage.toml",
+    "variable-crank": "plot motion results/variable_crank.h5 --design 0",
 }
 
 

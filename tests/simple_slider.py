@@ -21,6 +21,16 @@ SIGNALS = (
     Signal("position", "mm", "position of the slider", 0, 1, relative_to="rod"),
     Signal("velocity", "mm", "its rate by the crank angle", 1, 1, relative_to="crank", derivative_of="position"),
 )
+DRAWING = Drawing(
+    points={
+        "pivot": (),
+        "pin": (Vector("crank", INPUT),),
+        "slider": (Vector("position"), Vector("offset", 90.0)),
+    },
+    links=(Link("crank", ("pivot", "pin")), Link("rod", ("pin", "slider"))),
+    pivots=("pivot",),
+    guides=(Guide("slider"),),
+)
 TOO_SHORT, LINED_UP = 20, 21
 STATUSES = {
     TOO_SHORT: OwnStatus("too_short", "the rod is too short for the crank to turn"),

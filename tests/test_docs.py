@@ -36,7 +36,16 @@ def run_page(name, capsys, **names):
 
 
 @pytest.mark.parametrize(
-    "page", ["physics.md", "numerics.md", "published-study.md", "published-simulation.md", "methods.md", "gears.md"]
+    "page",
+    [
+        "physics.md",
+        "numerics.md",
+        "published-study.md",
+        "published-simulation.md",
+        "methods.md",
+        "gears.md",
+        "variable-crank.md",
+    ],
 )
 def test_page_is_true(page, capsys):
     run_page(page, capsys)

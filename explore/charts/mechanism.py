@@ -111,7 +111,7 @@ def profile_curve(turn: Pose, now: Pose, profile: Profile, drawing: Drawing) -> 
 
 def _draw_positions(panel: Axes, simulated: SimulatedDesign, drawing: Drawing) -> None:
     """Draw the links at the limit positions, or without any at input angle 0."""
-    limits = dict(simulated.marks) if simulated.mechanism.strokes else {}
+    limits = simulated.limits
     names = {name: f"{name} position, {simulated.mechanism.input_angle} {angle % 360.0:.1f}°"
              for name, angle in limits.items()} or {"": f"{simulated.mechanism.input_angle} 0.0°"}  # fmt: skip
     points = simulated.pose(list(limits.values()) or [0.0]).points(drawing)

@@ -68,7 +68,7 @@ def motion_figure(simulated: SimulatedDesign) -> Figure:
     for chart, panel, colour in zip(axes.ravel(), panels, _SINGLE * len(panels), strict=False):
         _draw_panel(chart, simulated, panel, colour)
         set_turn_axis(chart, simulated.drive, simulated.marks)
-    label_marks(axes[0][: len(panels)], simulated.marks)
+    label_marks(axes[0][: len(panels)], simulated.limits or simulated.marks)
     for chart in axes.ravel()[len(panels) :]:
         chart.remove()
     for chart in axes.ravel()[max(0, len(panels) - 2) : len(panels)]:

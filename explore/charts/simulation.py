@@ -41,7 +41,7 @@ class SimulatedDesign:
     title
         Study, number and parameters of the design.
     marks
-        Input angles of the marks by name, such as limit positions, deg; empty where the output turns fully.
+        Input angles of the marks by name, deg; those of limit positions are absent where the output turns fully.
     drive
         First and last input angle of the drive stroke, deg, the last the larger; None without strokes, or where the
         study uses no clutches.
@@ -59,6 +59,12 @@ class SimulatedDesign:
     drive: tuple[float, float] | None = None
     phases: int | None = None
     bounds: Sequence[SignalBound] = ()
+
+    @property
+    def limits(self) -> dict[str, float]:
+        """Input angles of the limit positions by name, deg; empty where there are none."""
+        names = [end for stroke in self.mechanism.strokes[:1] for end in self.mechanism.window(stroke).ends]
+        return {name: angle for name, angle in self.marks.items() if name in names}
 
     def pose(self, input_angles: Sequence[float] | None = None) -> Pose:
         """The values that a drawing needs, at input angles in deg; by default those of the motion."""
@@ -97,7 +103,11 @@ def simulate_design(results: Results, design: int | None = None) -> SimulatedDes
     columns = {name: np.array([value]) for name, value in parameters.items()}
     strokes = _Strokes(mechanism, columns, _drive_name(results, mechanism))
     clutched = uses_clutch(results, mechanism)
-    swept = ", ".join(f"{p.name} {parameters[p.name]:.6g} {p.unit}" for p in mechanism.parameters if p.name in row)
+    swept = ", ".join(
+        f"{p.name} {parameters[p.name]:.6g} {p.unit if p.unit != '1' else ''}".rstrip()
+        for p in mechanism.parameters
+        if p.name in row
+    )
     return SimulatedDesign(
         mechanism,
         parameters,

@@ -15,6 +15,7 @@ _OWN = {
     "slider-crank": "explore.mechanisms.slider_crank.declaration:SLIDER_CRANK",
     "test-rig": "explore.mechanisms.rig.declaration:TEST_RIG",
     "gears": "explore.mechanisms.gears.declaration:GEARS",
+    "variable-crank": "explore.mechanisms.variable_crank.declaration:VARIABLE_CRANK",
 }
 
 

@@ -43,7 +43,7 @@ def describe_motion(mechanism: Mechanism) -> dict[str, Any]:
         "strokes": {name: list(mechanism.window(name).ends) for name in mechanism.strokes},
         "longer": LONGER,
         "shorter": SHORTER,
-        "shows_marks": bool(mechanism.strokes),
+        "limits": [end for stroke in mechanism.strokes[:1] for end in mechanism.window(stroke).ends],
         "panels": [_describe_panel(mechanism, panel) for panel in mechanism.declared_panels],
         "drawing": asdict(mechanism.drawing) if mechanism.drawing else None,
     }  # fmt: skip

@@ -149,17 +149,30 @@ def halve(motion: Motion, panels: Panels) -> Panels:
 
 def measure(motion: Motion, panels: Panels) -> tuple[Statistics, Statistics]:
     """Statistics of the signals over a window, and bounds of their errors."""
-    coarse, fine = _statistics(panels), _statistics(halve(motion, panels))
+    halves = halve(motion, panels)
+    coarse, fine = _statistics(panels), _statistics(halves)
     # a few roundings of the samples
     rounding = dict.fromkeys(vars(fine), fine.rms)
     rounding |= {"variance": fine.rms**2, "min": fine.magnitude, "max": fine.magnitude}
     beside_jumps = _change_beside_jumps(panels)
-    missed = {"min": beside_jumps, "max": beside_jumps}
+    missed = {
+        "min": beside_jumps + _above(-halves.values, -fine.min),
+        "max": beside_jumps + _above(halves.values, fine.max),
+    }
     errors = {
         name: _SAFETY * (np.abs(value - getattr(coarse, name)) + missed.get(name, 0.0)) + _ROUNDING * rounding[name]
         for name, value in vars(fine).items()
     }
     return fine, Statistics(**errors)
+
+
+def _above(values: FloatArray, largest: FloatArray) -> FloatArray:
+    """How far the signals may exceed their largest values by the tails of their series, as beside corners, (s,)."""
+    coefficients = values @ _TRANSFORM.T
+    tails = np.abs(coefficients[:, :, -_TAIL:]).sum(axis=2)
+    highest = (coefficients @ _ON_GRID.T).max(axis=2) + tails
+    highest[_has_jump(values, coefficients)] = -np.inf
+    return np.asarray(np.maximum(highest.max(axis=1) - largest, 0.0))
 
 
 def _change_beside_jumps(panels: Panels) -> FloatArray:

@@ -79,7 +79,8 @@ class _Dense:
             case "std":
                 return std, std_error, rms
             case "rms":
-                return rms, float(abs(values.mean) * errors.mean + 0.5 * errors.variance) / rms, rms
+                of_rms = float(abs(values.mean) * errors.mean + 0.5 * errors.variance)
+                return rms, of_rms / rms if rms > 0.0 else 0.0, rms
             case "cv":
                 mean = float(abs(values.mean)) or np.nan
                 return std / mean, (std_error + std / mean * float(errors.mean)) / mean, std / mean
@@ -162,8 +163,9 @@ def _compare(metric: SampledMetric, result: Arrays, design: int, tolerance: floa
 
 def _sentence(subject: Subject, deviation: _Deviation, window: WindowArgument, drive: str) -> str:
     over = name_of(window) + (f" (drive {drive})" if len(subject.mechanism.drives) > 1 else "")
+    relative = deviation.error / deviation.scale if deviation.scale > 0.0 else np.inf
     return (
         f"{deviation.metric} over {over} is {deviation.value!r}, by dense sampling {deviation.dense!r}: "
-        f"relative error {deviation.error / deviation.scale:.1e}, stated bound {deviation.bound:.1e}, "
+        f"relative error {relative:.1e}, stated bound {deviation.bound:.1e}, "
         f"for {subject.describe(deviation.design)}"
     )

@@ -4,7 +4,7 @@ import { el, onWidth, resizeCanvas } from "./dom.js";
 import { cell, count, words } from "./format.js";
 import { curveChart } from "./curves.js";
 import { KINDS, glyph } from "./marks.js";
-import { DASHES, HUES, drawMechanism, drawingOf, heightOf } from "./drawing.js";
+import { DASHES, HUES, drawMechanism, drawingOf, heightOf, limitsOf } from "./drawing.js";
 import { hasMotion, motionOf, overTheTurn } from "./mechanism.js";
 import { panelsOf } from "./panels.js";
 import { onTheme } from "./theme.js";
@@ -167,8 +167,7 @@ function legendOf(legend, drawn) {
   const items = [...drawing.links, ...drawing.profiles].map(({ name }, k) => item(`hue-${HUES[k % HUES.length]}`, name));
   for (const path of drawing.paths) if (path.role === "point") items.push(item("point", path.long_name));
   if (motion.stroke) items.push(item("drive", "drive stroke"));
-  const marks = motion.declared.shows_marks ? Object.entries(motion.marks) : [];
-  marks.forEach(([name, angle], k) => {
+  limitsOf(motion).forEach(([name, angle], k) => {
     items.push(item(`limit-${k % DASHES.length}`, `${name} ${(((angle % 360) + 360) % 360).toFixed(1)}°`));
   });
   legend.replaceChildren(...items);

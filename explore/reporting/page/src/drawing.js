@@ -78,7 +78,7 @@ export function drawMechanism(context, drawn, degrees, size) {
   context.lineCap = context.lineJoin = "round";
   for (const { point, role } of drawing.paths) pathOf(view, turn[point], role);
   if (motion.stroke && drawing.stroke_point) driveStrokeArc(view, motion, drawing.points[drawing.stroke_point]);
-  if (motion.declared.shows_marks) limitPositions(view, motion, drawing);
+  limitPositions(view, motion, drawing);
   const pose = poseAt(motion, degrees);
   const points = Object.fromEntries(Object.entries(drawing.points).map(([name, vectors]) => [name, sum(vectors, pose)]));
   for (const guide of drawing.guides) guideMark(view, turn[guide.point], guide.angle);
@@ -136,9 +136,12 @@ export const DASHES = [
   [7, 4],
 ];
 
+/** Limit positions: name and input angle of each. */
+export const limitsOf = ({ declared, marks }) => Object.entries(marks).filter(([name]) => declared.limits.includes(name));
+
 function limitPositions(view, motion, drawing) {
   const { context } = view;
-  Object.values(motion.marks).forEach((angle, k) => {
+  limitsOf(motion).forEach(([, angle], k) => {
     const pose = poseAt(motion, angle);
     context.setLineDash(DASHES[k % DASHES.length]);
     context.globalAlpha = 0.75;

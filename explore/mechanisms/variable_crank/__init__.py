@@ -1,0 +1,1 @@
+"""The slider-crank with a variable crank length: declaration and kernel."""

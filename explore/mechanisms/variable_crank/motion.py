@@ -1,0 +1,142 @@
+"""The motion of the variable crank: slider, crank length and groove, for many lanes.
+
+With d, G of `series`, D the slider's lag in a reversal (+ about the outer dead centre, - about the inner one),
+
+    X = X* - c d -+ D,    r = sqrt((G +- D sin(phi)/d^2) (l + X sin(phi))),    L = X cos(phi) + d r,
+
+and where the two terms differ in sign L = (X^2 - l^2)/(X cos(phi) - d r). The derivatives of L are those of this form,
+so that nothing is singular where crank and rod are perpendicular. The way back is the mirror image of the way there.
+"""
+
+import math
+
+from explore.compiling import FILL_SIGNATURE, LANES, compiled
+from explore.lanes.arctangent import arctangent
+from explore.mechanisms.variable_crank.blend import blend
+from explore.mechanisms.variable_crank.columns import (
+    ACCELERATION,
+    ACCELERATION_TERMS,
+    CRANK,
+    CRANK_LENGTH,
+    CRANK_RATE,
+    CURVATURE,
+    CURVATURE_TERMS,
+    FIRST_LAW_BACK,
+    FORCES,
+    GROOVE,
+    POSITION,
+    PRESSURE_ANGLE,
+    PRESSURE_TERMS,
+    RATE_TERMS,
+    ROD_ANGLE,
+    SIGNAL_ROWS,
+    STEADY_LAW,
+    VELOCITY,
+    Row,
+)
+from explore.mechanisms.variable_crank.forces import fill_forces
+from explore.mechanisms.variable_crank.series import separation
+from explore.subroutines import subroutine
+
+
+@subroutine(inlined=True)
+def half_turn_tangent(u, anchor, law):
+    """Half-tangent, from 90 degrees, of the angle on the way to the inner dead centre with the same crank length."""
+    if law < FIRST_LAW_BACK:
+        return u if anchor == 0 else -1.0 / u
+    return 1.0 / u if anchor == 0 else -u
+
+
+@subroutine(inlined=True)
+def state(constants, lane, u, steady):
+    """Sine and cosine of the angle, d, and the slider's position, excess over the rod, and rates by the angle.
+
+    Then the side of the lag, z, and the lag with two derivatives; it is 0 where the law is that of a steady speed.
+    """
+    w = 1.0 / (1.0 + u * u)
+    sine, cosine = (1.0 - u * u) * w, -2.0 * u * w
+    offset = 2.0 * arctangent(u, 1.0)
+    d = offset - constants[Row.REGULAR_OFFSET * LANES + lane]
+    travel, width = constants[Row.TRAVEL * LANES + lane], constants[Row.WIDTH * LANES + lane]
+    from_dead_centre = 0.5 * math.pi - abs(offset)
+    z = 0.5 - from_dead_centre / width
+    z = 0.0 if steady or z < 0.0 else z
+    lag, double, slope = blend(constants[Row.ORDER * LANES + lane], z)
+    side = 1.0 if u < 0.0 else -1.0
+    lag, first, second = travel * width * lag, -side * travel * double, travel * slope / width
+    along = travel * d + side * lag
+    position = constants[Row.REGULAR_POSITION * LANES + lane] - along
+    excess = constants[Row.REGULAR_EXCESS * LANES + lane] - along
+    return sine, cosine, d, position, excess, -travel - side * first, -side * second, side, z, lag, first, second
+
+
+@subroutine(fast=True)
+def _fill_slider(constants, tangents, anchor, law, out):
+    """Fill the slider's position, velocity and acceleration at one node of each lane."""
+    back, steady = law >= FIRST_LAW_BACK, law % FIRST_LAW_BACK == STEADY_LAW
+    for lane in range(LANES):
+        u = half_turn_tangent(tangents[lane], anchor, law)
+        _, _, _, position, _, rate, second, _, _, _, _, _ = state(constants, lane, u, steady)
+        speed = constants[Row.CRANK_SPEED * LANES + lane]
+        out[POSITION * LANES + lane] = position
+        out[VELOCITY * LANES + lane] = -speed * rate if back else speed * rate
+        out[ACCELERATION * LANES + lane] = speed * speed * second
+        out[ACCELERATION_TERMS * LANES + lane] = abs(speed * speed * second)
+
+
+@subroutine(fast=True)
+def _fill_crank(constants, tangents, anchor, law, out):
+    """Fill the crank's length and its rate, the rod's angle and the groove at one node of each lane."""
+    back, steady = law >= FIRST_LAW_BACK, law % FIRST_LAW_BACK == STEADY_LAW
+    for lane in range(LANES):
+        u = half_turn_tangent(tangents[lane], anchor, law)
+        sine, cosine, d, position, excess, rate, second, side, z, lag, lag1, lag2 = state(constants, lane, u, steady)
+        rod, travel = constants[Row.LENGTH * LANES + lane], constants[Row.TRAVEL * LANES + lane]
+        g, g1, g2 = separation(
+            rod,
+            travel * constants[Row.REGULAR_COSINE * LANES + lane],
+            travel * constants[Row.REGULAR_SINE * LANES + lane],
+            d,
+        )
+        k, k1 = side * lag * sine, side * (lag1 * sine + lag * cosine)
+        k2 = side * (lag2 * sine + 2.0 * lag1 * cosine - lag * sine)
+        inverse = 1.0 / (d if z > 0.0 else 1.0)  # d is 0 where there is no lag
+        square = inverse * inverse
+        g, g1 = g + k * square, g1 + (k1 - 2.0 * k * inverse) * square
+        g2 = g2 + (k2 + (-4.0 * k1 + 6.0 * k * inverse) * inverse) * square
+        b, b1 = rod + position * sine, rate * sine + position * cosine
+        b2 = second * sine + 2.0 * rate * cosine - position * sine
+        r = math.sqrt(g * b)
+        half = 0.5 / r
+        r1 = (g1 * b + g * b1) * half
+        r2 = (g2 * b + 2.0 * g1 * b1 + g * b2) * half - r1 * r1 / r
+        along, along1 = position * cosine, rate * cosine - position * sine
+        along2 = second * cosine - 2.0 * rate * sine - position * cosine
+        root = d * r
+        opposite = (d < 0.0) | (cosine < 0.0)
+        crank = excess * (position + rod) / (along - root) if opposite else along + root
+        crank1 = along1 + r + d * r1
+        crank2 = along2 + 2.0 * r1 + d * r2
+        sign = -1.0 if back else 1.0
+        hypotenuse = crank * crank + crank1 * crank1
+        one_over = 1.0 / (hypotenuse * math.sqrt(hypotenuse))
+        out[CRANK_LENGTH * LANES + lane] = crank
+        speed = constants[Row.CRANK_SPEED * LANES + lane]
+        out[CRANK_RATE * LANES + lane], out[RATE_TERMS * LANES + lane] = sign * speed * crank1, speed * rod
+        out[ROD_ANGLE * LANES + lane] = arctangent(-sign * crank * sine, position - crank * cosine)
+        out[PRESSURE_ANGLE * LANES + lane] = arctangent(sign * crank1, crank)
+        out[PRESSURE_TERMS * LANES + lane] = rod / crank
+        out[CURVATURE * LANES + lane] = (hypotenuse + crank1 * crank1 - crank * crank2) * one_over
+        out[CURVATURE_TERMS * LANES + lane] = (hypotenuse + crank1 * crank1 + crank * (abs(crank2) + rod)) * one_over
+
+
+@compiled(FILL_SIGNATURE)
+def fill(constants, tangents, anchor, law, _variant, count, needs, out):
+    """Fill the signals in declared units but for angles, rad; see `explore.model.mechanism.Mechanism`."""
+    for j in range(count):
+        node, signals = tangents[j * LANES :], out[j * SIGNAL_ROWS * LANES :]
+        _fill_slider(constants, node, anchor, law, signals)
+        if needs & (CRANK | GROOVE | FORCES):
+            _fill_crank(constants, node, anchor, law, signals)
+        if needs & FORCES:
+            fill_forces(constants, node, anchor, law, signals)

@@ -1,0 +1,240 @@
+"""The variable crank: published and 40-digit values, identities, hard designs, statuses."""
+
+import json
+from pathlib import Path
+
+import mpmath as mp
+import numpy as np
+import pytest
+from exact_variable_crank import DIGITS, ExactVariableCrank
+
+import explore
+from explore.mechanisms.registry import MECHANISMS
+
+REFERENCE = json.loads((Path(__file__).parent / "reference/variable_crank.json").read_text(encoding="utf-8"))
+CASES = [case for case in REFERENCE["cases"] if case["id"].startswith("vc")]
+NAMES = {
+    "rod": "L2_mm",
+    "slider_speed": "V_mm_s",
+    "speed": "rpm",
+    "reversal_time": "t_rev_s",
+    "blend_order": "blend_order",
+}
+PLAIN = {"rod": 500.0, "slider_speed": 800.0, "speed": 100.0 * np.pi / 30.0, "reversal_time": 0.1}
+#: Travel per radian over rod, width of the reversals (rad), order: ordinary designs, then those next to a limit: a tiny
+#: and a long crank, reversals of next to nothing and up to next to the regular angle.
+HARD = [
+    (0.15, 1.05, 2), (0.15, 2.1, 1), (0.1, 1.0, 3), (0.5, 1.05, 2), (0.02, 1.0, 2), (1e-4, 0.7, 3), (0.55, 0.3, 1),
+    (0.15, 1e-3, 2), (0.15, 2.8417, 2), (0.3, 2.5769, 3), (0.3, 2.5769, 1),
+]  # fmt: skip
+
+
+def design_of(case):
+    values = {name: float(case["inputs"][key]) for name, key in NAMES.items()}
+    return {**values, "speed": values["speed"] * np.pi / 30.0}
+
+
+def hard_design(ratio, width, order):
+    speed = 7.0
+    return {"rod": 400.0, "slider_speed": 400.0 * ratio * speed, "speed": speed, "reversal_time": width / speed,
+            "blend_order": float(order)}  # fmt: skip
+
+
+def evaluate(design, metrics, **more):
+    row = explore.evaluate("variable-crank", design, metrics=metrics, **more).iloc[0]
+    assert row["status"] == 1
+    return row
+
+
+@pytest.mark.parametrize("case", CASES, ids=lambda case: case["id"])
+def test_closed_form_of_the_reference(case):
+    outputs = case["outputs"]
+    keys = {
+        "stroke": "stroke_mm", "regular_angle": "phi_star_deg", "regular_crank": "L1_star_mm",
+        "crank_outer": "L1_at_0_mm", "crank_inner": "L1_at_pi_mm", "slider_acceleration_max": "a_max_mm_s2",
+        "steady_share": "time_fraction_exact_speed", "speed_share_1": "time_fraction_within_0.01",
+        "speed_share_5": "time_fraction_within_0.05",
+    }  # fmt: skip
+    row = evaluate(design_of(case), list(keys))
+    assert row["nodes"] == 0
+    for name, key in keys.items():
+        # the speed in rad/s is rounded, and a few operations follow
+        assert row[name] == pytest.approx(float(outputs[key]), rel=2e-15), name
+    assert row["crank_outer"] + row["crank_inner"] == pytest.approx(row["stroke"], rel=2e-15)
+
+
+@pytest.mark.parametrize("case", CASES, ids=lambda case: case["id"])
+def test_motion_of_the_reference(case):
+    design, samples = design_of(case), case["samples"]
+    motion = explore.simulate("variable-crank", design, angles=[sample["phi_deg"] for sample in samples])
+    keys = {"slider_position": "X_mm", "slider_velocity": "v_mm_s", "slider_acceleration": "a_mm_s2", "crank": "L1_mm"}
+    for name, key in keys.items():
+        exact = np.array([float(sample[key]) for sample in samples])
+        # rounding of the angle, of the order of 1e-16, times the largest slope over the largest value, below 10
+        assert np.abs(motion[name] - exact).max() <= 5e-15 * np.abs(exact).max(), name
+    slope = np.array([float(sample["dL1_mm_per_rad"]) for sample in samples])
+    # sums of terms of the rod's size, up to 17 times as large as the slope
+    assert np.abs(motion["crank_rate"] / design["speed"] - slope).max() <= 2e-14 * np.abs(slope).max()
+
+
+@pytest.mark.parametrize("case", CASES, ids=lambda case: case["id"])
+def test_statistics_of_the_reference(case):
+    outputs = case["outputs"]
+    keys = {
+        "crank_min": ("L1_min_mm", 1e-14), "groove_pressure_angle_max": ("groove_pressure_angle_max_deg", 1e-12),
+        "drive_torque_max": ("T_peak_Nm_per_kg", 1e-13), "drive_torque_rms": ("T_rms_Nm_per_kg", 1e-13),
+        "positive_work": ("W_pos_J_per_kg_per_rev", 1e-12), "slider_acceleration_rms": ("a_rms_mm_s2", 1e-14),
+    }  # fmt: skip  # the reference has 12 to 16 digits of extremes
+    row = evaluate(design_of(case), list(keys))
+    for name, (key, tolerance) in keys.items():
+        assert row[name] == pytest.approx(float(outputs[key]), rel=tolerance), name
+
+
+def test_the_slope_at_the_regular_angle():
+    """There the quotient of the velocity loop is 0/0; its limit is that of the specification."""
+    row = evaluate(PLAIN, ["regular_angle", "regular_crank"])
+    at = row["regular_angle"] + np.array([-1e-3, -1e-9, 0.0, 1e-9, 1e-3])
+    motion = explore.simulate("variable-crank", PLAIN, angles=at)
+    slopes = motion["crank_rate"].to_numpy() / PLAIN["speed"]
+    assert slopes[2] == pytest.approx(-0.127337834452418, abs=1e-12)  # terms of the rod's size, 500
+    assert slopes[1:4] == pytest.approx(-0.127337834452418, abs=1e-9)  # 1e-9 deg times a second derivative of 27
+    assert motion["crank"].to_numpy()[2] == pytest.approx(row["regular_crank"], rel=1e-15)
+    rod = motion["rod_angle"].to_numpy()[2]
+    assert row["regular_angle"] - rod == pytest.approx(90.0, rel=1e-15)  # crank and rod are perpendicular
+
+
+@pytest.mark.parametrize("hard", HARD, ids=str)
+def test_signals_against_40_digits(hard):
+    design = {**hard_design(*hard), "mass": 2.0, "friction": 0.12}
+    angles = np.array([1.0, 17.0, 44.0, 63.0, 80.9, 84.0, 89.3, 90.0, 112.0, 158.0, 179.5])
+    angles = np.concatenate([angles, 360.0 - angles])
+    motion = explore.simulate("variable-crank", design, angles=angles)
+    rod, wanted, travel = design["rod"], design["slider_speed"], design["slider_speed"] / design["speed"]
+    # Size of what a signal is a sum of: rounding is that of a few operations on numbers of this size.
+    acceleration = np.abs(motion["slider_acceleration"]).max()
+    weight = design["mass"] * (9.80665 + 1e-3 * acceleration)
+    sizes = {
+        "slider_position": rod, "slider_velocity": wanted, "slider_acceleration": acceleration,
+        "crank": travel, "crank_rate": design["speed"] * rod, "thrust": weight, "guide_force": weight,
+    }  # fmt: skip
+    with mp.workdps(DIGITS):
+        exact = ExactVariableCrank(**design)
+        for k, degrees in enumerate(angles):
+            angle = mp.mpf(float(degrees)) * mp.pi / 180
+            row, slope = motion.iloc[k], exact.crank_slope(angle)
+            crank, (thrust, guide, groove, torque) = exact.crank(angle), exact.forces(angle)
+            true = {
+                "slider_position": exact.position(angle), "slider_velocity": exact.velocity(angle),
+                "slider_acceleration": exact.acceleration(angle), "crank": crank, "crank_rate": slope * exact.speed,
+                "thrust": thrust, "guide_force": guide,
+            }  # fmt: skip
+            # In short reversals an angle's rounding is a larger share of the reversal.
+            room = 4e-15 * (1.0 + 1.0 / hard[1])
+            for name, value in true.items():
+                assert abs(row[name] - value) <= room * sizes[name], (name, degrees)
+            lever = float(mp.sqrt(crank**2 + slope**2) / crank)
+            assert abs(row["groove_force"] - groove) <= 10.0 * room * weight * lever * (1.0 + lever * rod / travel)
+            assert abs(row["drive_torque"] - torque) <= room * 1e-3 * weight * travel
+            assert row["drive_power"] == pytest.approx(
+                float(thrust * exact.velocity(angle)) / 1000, rel=1e-11, abs=1e-12
+            )
+
+
+@pytest.mark.parametrize("hard", HARD[:8], ids=str)
+def test_the_groove_against_40_digits(hard):
+    design = hard_design(*hard)
+    angles = np.array([10.0, 71.0, 95.0, 170.0, 230.0])
+    motion = explore.simulate("variable-crank", design, angles=angles)
+    with mp.workdps(DIGITS):
+        exact = ExactVariableCrank(**design)
+        for k, degrees in enumerate(angles):
+            angle = mp.mpf(float(degrees)) * mp.pi / 180
+            crank, slope = exact.crank(angle), exact.crank_slope(angle)
+            pressure = float(mp.degrees(mp.atan(slope / crank)))
+            # the slope is a sum of terms of the rod's size, the curvature one of its second derivative
+            terms = design["rod"] / float(crank)
+            assert motion["groove_pressure_angle"].iloc[k] == pytest.approx(pressure, abs=2e-13 * (1.0 + terms))
+            curvature = float(exact.curvature(angle))
+            assert motion["groove_curvature"].iloc[k] == pytest.approx(
+                curvature, abs=1e-13 * (1.0 + 1.0 / hard[1]) * (1.0 + terms) / float(crank)
+            )
+
+
+@pytest.mark.parametrize("hard", HARD, ids=str)
+def test_without_friction_no_net_work_is_done(hard):
+    """Positive work is m V^2 for any law with one largest speed in each half-turn."""
+    design = {**hard_design(*hard), "mass": 3.0}
+    row = evaluate(design, ["positive_work", "net_work", "drive_torque_rms"])
+    work = 3.0 * (1e-3 * design["slider_speed"]) ** 2
+    assert row["positive_work"] == pytest.approx(work, rel=1e-9)
+    assert abs(row["net_work"]) <= 1e-9 * work
+
+
+def test_net_work_is_that_of_friction():
+    """With a light rod angle the guide force is close to the weight: stroke twice, times friction and weight."""
+    design = {**PLAIN, "mass": 5.0, "friction": 0.1, "gravity": 9.81}
+    row = evaluate(design, ["stroke", "net_work", "positive_work"])
+    assert row["net_work"] == pytest.approx(2.0 * 1e-3 * row["stroke"] * 0.1 * 5.0 * 9.81, rel=0.02)
+    # the sums of 7,200 points of the specification have 5 digits
+    assert row["net_work"] == pytest.approx(2.0851, rel=3e-5)
+    assert row["positive_work"] == pytest.approx(5.0268, rel=3e-5)
+
+
+def test_strokes_and_lengths_only_scale():
+    """Only travel over rod and the width of the reversals matter."""
+    names = ["crank_min", "crank_max", "groove_pressure_angle_max", "speed_share_1", "stroke"]
+    one = evaluate(PLAIN, names)
+    other = evaluate({**PLAIN, "rod": 1500.0, "slider_speed": 4800.0, "speed": 2 * PLAIN["speed"],
+                      "reversal_time": 0.05}, names)  # fmt: skip
+    for name in names:
+        factor = 3.0 if name in ("crank_min", "crank_max", "stroke") else 1.0
+        assert other[name] == pytest.approx(factor * one[name], rel=1e-12), name
+
+
+def test_the_longest_crank_is_at_a_dead_centre():
+    for ratio, width, order in HARD:
+        row = evaluate(hard_design(ratio, width, order), ["crank_max", "crank_outer", "crank_inner"])
+        assert row["crank_max"] == pytest.approx(max(row["crank_outer"], row["crank_inner"]), rel=1e-12)
+
+
+def test_statuses_of_designs_without_a_motion():
+    designs = {"rod": [500.0, 500.0, 100.0], "slider_speed": 800.0, "speed": PLAIN["speed"],
+               "reversal_time": [0.1, 0.28, 0.1]}  # fmt: skip
+    table = explore.evaluate("variable-crank", designs, metrics=["stroke", "crank_min"])
+    labels = MECHANISMS["variable-crank"].status_labels
+    assert [labels[status] for status in table["status"]] == ["ok", "reversal_too_long", "shaft_reached"]
+    assert np.isnan(table.loc[1:, ["stroke", "crank_min"]]).all(axis=None)
+    with pytest.raises(explore.MotionError, match="no start length is regular"):
+        explore.simulate("variable-crank", {**PLAIN, "reversal_time": 0.28})
+
+
+def test_the_roller_needs_room():
+    row = evaluate({**PLAIN, "roller_radius": 12.0}, ["groove_clearance", "groove_curvature_peak"])
+    assert row["groove_clearance"] == pytest.approx(1.0 / row["groove_curvature_peak"] - 12.0, rel=1e-15)
+    assert row["groove_curvature_peak"] == pytest.approx(0.0244, abs=5e-5)
+
+
+def test_a_wrong_start_length_has_no_motion():
+    """Integrating the velocity loop is unstable: from a length wrong by 1e-3 mm it ends before the regular angle."""
+    from scipy.integrate import solve_ivp
+
+    with mp.workdps(20):
+        exact = ExactVariableCrank(**PLAIN)
+        rod, travel, start = float(exact.rod), float(exact.travel), float(exact.start)
+        regular = float(exact.regular_angle)
+
+    def position(angle):
+        return start - travel * float(exact._path(mp.mpf(float(angle))))
+
+    def slope(angle, crank):
+        x, rate = position(angle), -travel * float(exact.share(mp.mpf(float(angle))))
+        return (crank * (rate * np.cos(angle) - x * np.sin(angle)) - x * rate) / (crank - x * np.cos(angle))
+
+    def lost(angle, crank):
+        return crank[0] - position(angle) * np.cos(angle) + 1e-2
+
+    lost.terminal = True
+    for error, ahead in ((1e-3, 1.94439e-3), (1.0, 6.099e-2)):
+        crank = start - rod + error
+        run = solve_ivp(slope, (0.0, regular), [crank], rtol=1e-10, atol=1e-10, events=lost, max_step=0.02)
+        assert regular - run.t[-1] == pytest.approx(ahead, rel=0.05), "the specification's measured angle"
