@@ -5,7 +5,7 @@ import math
 from explore.mechanisms.gears import columns, kernel
 from explore.mechanisms.gears.columns import Row
 from explore.mechanisms.gears.formulas import FORMULAS
-from explore.model.drawing import Panel
+from explore.model.drawing import INPUT, Drawing, Panel, Path, Profile, Vector
 from explore.model.mechanism import Mechanism
 from explore.model.quantities import OMITTED, Metric, Parameter, Signal, Window
 
@@ -90,6 +90,21 @@ _DEFAULT_METRICS = (
     "tangent_tilt_max", "curvature_jump", "phase_shift_max", "drive_ratio_max",
 )  # fmt: skip
 
+#: Both pitch curves in mesh: the pitch point of an angle of gear 1 is on the line of centres at that angle.
+_DRAWING = Drawing(
+    points={
+        "driver axis": (),
+        "driven axis": (Vector("centre_distance"),),
+        "pitch point": (Vector("driver_radius"),),
+    },
+    pivots=("driver axis", "driven axis"),
+    paths=(Path("pitch point", "path of the pitch point", "output"),),
+    profiles=(
+        Profile("gear 1", (Vector("driver_radius", INPUT, sense=-1),), "driver axis", INPUT),
+        Profile("gear 2", (Vector("driven_radius", "driven_angle", -1.0),), "driven axis", "driven_angle", sense=-1),
+    ),
+)
+
 GEARS = Mechanism(
     name="gears",
     summary="pair of non-circular gears whose ratio is exponential over a sector: a stepless drive from shifted pairs",
@@ -113,6 +128,7 @@ GEARS = Mechanism(
     fill=kernel.fill,
     default_window="cycle",
     formulas=FORMULAS,
+    drawing=_DRAWING,
     panels=(
         Panel("ratio", ("ratio",)),
         Panel("driven angle", ("driven_angle",)),

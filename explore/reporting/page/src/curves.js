@@ -60,7 +60,11 @@ function draw(kind, canvas, value, motion, turn, degrees, width) {
   });
   const state = motion.at(degrees);
   const now = kind.lines.map((line) => kind.factor * (line.at ? line.at(degrees) : state[line.name]));
-  cursor(context, kind, now, degrees, x, y, colour);
+  const place = Math.max(0, turn.angles.findIndex((angle) => angle >= degrees));
+  // The drawn angle may differ from that of the formula by whole turns.
+  const turnsOff = (one, i) => (kind.unit === "deg" ? Math.round((curves[i][place] - one) / 360) : 0);
+  const drawn = now.map((one, i) => one + 360 * turnsOff(one, i));
+  cursor(context, kind, drawn, degrees, x, y, colour);
   const largest = Math.max(...span.map(Math.abs));
   const shown = (one) => number(Math.abs(one) < 1e-9 * largest ? 0 : one, 4);
   value.replaceChildren(
@@ -152,11 +156,9 @@ function cursor(context, kind, now, degrees, x, y, colour) {
   context.lineTo(x(degrees), bottom);
   context.stroke();
   kind.lines.forEach(({ hue }, i) => {
-    // The drawn angle may differ from that of the formula by whole turns.
-    const turns = kind.unit === "deg" ? Math.round(((y.domain()[0] + y.domain()[1]) / 2 - now[i]) / 360) : 0;
     context.fillStyle = colour[hue];
     context.beginPath();
-    context.arc(x(degrees), y(now[i] + 360 * turns), 3.2, 0, 2 * Math.PI);
+    context.arc(x(degrees), y(now[i]), 3.2, 0, 2 * Math.PI);
     context.fill();
   });
 }
