@@ -85,10 +85,10 @@ function signals(motion, degrees) {
 
 function plainSignals(motion, degrees) {
   const { declared, record, out, speed } = motion;
-  const offset = degrees - declared.anchor;
-  // The offset from the anchor or its opposite, whichever is nearer, keeps all digits of sine and cosine.
-  const halfTurns = Math.round(offset / 180);
-  const tangent = Math.tan((offset - 180 * halfTurns) / (2 * DEGREES));
+  // The offset from the anchor or its opposite, whichever is nearer, keeps all digits of sine and cosine; half turns are
+  // taken off first, because the offset of an angle beside the opposite would be rounded.
+  const halfTurns = Math.round((degrees - declared.anchor) / 180);
+  const tangent = Math.tan((degrees - 180 * halfTurns - declared.anchor) / (2 * DEGREES));
   const anchor = ((halfTurns % 2) + 2) % 2;
   const variant = declared.variant_row < 0 ? 0 : record[declared.variant_row];
   const law = lawAt(motion, degrees);
