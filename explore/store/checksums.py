@@ -1,8 +1,11 @@
-"""CRC-32, computed by isal where it is installed: eight times as fast as by zlib, the same numbers."""
+"""CRC-32 of bytes: that of zlib, or the same number from isal, which takes an eighth of the time."""
+
+from collections.abc import Callable
 
 try:
-    from isal.isal_zlib import crc32
+    from isal.isal_zlib import crc32 as _crc32
 except ImportError:
-    from zlib import crc32
+    from zlib import crc32 as _crc32
 
-__all__ = ["crc32"]
+#: Takes bytes, or what has them as its buffer, and the checksum of what came before.
+crc32: Callable[..., int] = _crc32
