@@ -1,7 +1,7 @@
 """Make the pictures of the documentation from real runs: ``python docs/figures.py`` in the repository's root.
 
-Needs the results of ``explore sweep`` of configs/grid.toml, optimum.toml, published.toml, slider_crank.toml and
-rig_20deg.toml, and those of ``explore precision`` and ``explore stability``.
+Needs the results of ``explore sweep`` of configs/grid.toml, optimum.toml, published.toml, slider_crank.toml,
+variable_crank.toml and rig_20deg.toml, and those of ``explore precision`` and ``explore stability``.
 """
 
 import io
@@ -113,7 +113,7 @@ PAGES = {
 
 
 def draw_gallery() -> None:
-    """The pictures of the pages ``gallery.md``, ``tutorial.md``, ``slider-crank.md`` and ``test-rig.md``."""
+    """The pictures of ``gallery.md``, ``tutorial.md`` and of the pages on mechanisms but ``gears.md``."""
     commands = {HERE / "gallery" / f"{name}.png": ["plot", *arguments] for name, arguments in GALLERY.items()}
     commands[HERE / "tutorial-motion.png"] = ["plot", *TUTORIAL]
     commands |= {HERE / f"{name}.png": command.split() for name, command in PAGES.items()}

@@ -36,16 +36,6 @@ STATUSES = {
     TOO_SHORT: OwnStatus("too_short", "the rod is too short for the crank to turn"),
     LINED_UP: OwnStatus("lined_up", "crank and rod fall onto one line across that of the slider"),
 }
-DRAWING = Drawing(
-    points={
-        "pivot": (),
-        "pin": (Vector("crank", INPUT),),
-        "slider": (Vector("position"), Vector("offset", 90.0)),
-    },
-    links=(Link("crank", ("pivot", "pin")), Link("rod", ("pin", "slider"))),
-    pivots=("pivot",),
-    guides=(Guide("slider"),),
-)
 STUDY = """mechanism = "simple-slider"
 [parameters]
 crank = { start = 40, stop = 60, num = 3 }
