@@ -1,4 +1,4 @@
-"""Sweep the dimensions of linkages, simulate every design exactly, keep and rank the results.
+"""Sweep the dimensions of mechanisms, simulate every design exactly, keep and rank the results.
 
 The public names are listed in the stub beside this file and are loaded on first use, so that `import explore` and the
 command line start at once.

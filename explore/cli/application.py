@@ -46,7 +46,7 @@ def _without_flag_placeholders(parameters: list[Any]) -> list[Any]:
 app = typer.Typer(
     name="explore",
     cls=_Commands,
-    help="Sweep the dimensions of linkages, simulate every design exactly, keep and rank the results.",
+    help="Sweep the dimensions of mechanisms, simulate every design exactly, keep and rank the results.",
     epilog="Exit codes: 0 done, 1 failed, 2 wrong usage or study, 3 done but some blocks failed, 130 interrupted.",
     no_args_is_help=True,
     pretty_exceptions_enable=False,

@@ -34,16 +34,16 @@ def simulate(
         typer.Option("--set", metavar="NAME=VALUE", help="A parameter, in place of the study's; a unit may follow."),
     ] = None,
     design: Annotated[int, typer.Option(min=0, help="The number of the design in the study.")] = 0,
-    angles: Annotated[int, typer.Option(min=1, help="The number of equispaced crank angles.")] = 360,
+    angles: Annotated[int, typer.Option(min=1, help="The number of equispaced input angles.")] = 360,
     method: Annotated[
-        str, typer.Option(help="Solver: closed-form, newton, rk45 …; `explore precision` compares them.")
+        str, typer.Option(help="Solver: closed-form; of crank-rockers also newton, rk45 …, see `explore precision`.")
     ] = "closed-form",
     output: Annotated[
         Path | None, typer.Option("-o", "--output", help="The file, CSV unless it ends in .json; by default stdout.")
     ] = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Print the motion of one design over a turn: angles, velocities, accelerations."""
+    """Print all signals of one design over a turn, such as angles, velocities and forces."""
     from explore.config import toml_text
 
     if (config is None) == (mechanism is None):

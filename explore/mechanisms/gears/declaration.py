@@ -13,9 +13,9 @@ _PARAMETERS = (
     Parameter("growth", "1", "factor by which the driven gear speeds up per radian in the working sector, above 1"),
     Parameter("sector", "rad", "angle of gear 1 over the working sector, below a full turn", 4.2),
     Parameter("centre_distance", "mm", "distance of the axes", 150.0),
-    Parameter("return_order", "1", "law of the return: 0: a sine; 1 to 3: the logarithm follows a smoothstep of that "
-              "order", 0.0, -1.0, choices=(0.0, 1.0, 2.0, 3.0)),
-    Parameter("branch", "1", "solution of the sine law, a whole number; only 1 is smooth", 1.0, upper=100.0),
+    Parameter("return_order", "1", "law of the return: 0: a sine; 1 to 3: the ratio's logarithm follows a smoothstep "
+              "of that order", 0.0, -1.0, choices=(0.0, 1.0, 2.0, 3.0)),
+    Parameter("branch", "1", "solution of the sine law, whole; above 1 the ratio oscillates", 1.0, upper=100.0),
     Parameter("trains", "1", "trains of two pairs that share the output through clutches", 3.0,
               choices=tuple(map(float, range(1, 13)))),
     Parameter("phase_shift", "rad", "angle between the gears 1 of a train", 0.0, upper=2.0 * math.pi,

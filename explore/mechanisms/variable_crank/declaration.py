@@ -97,7 +97,7 @@ VARIABLE_CRANK = Mechanism(
         Parameter("slider_speed", "mm/s", "wanted speed of the slider"),
         Parameter("speed", "rad/s", "constant speed of the disc"),
         Parameter("reversal_time", "s", "duration of each reversal, about a dead centre"),
-        Parameter("blend_order", "1", "order of the reversal's smoothstep: of so many derivatives the velocity's are "
+        Parameter("blend_order", "1", "order of the reversal's smoothstep: so many derivatives of the velocity are "
                   "continuous", 2.0, choices=(1.0, 2.0, 3.0)),
         Parameter("mass", "kg", "mass of the slider", 1.0, affects="load", zero_meaning="none"),
         Parameter("friction", "1", "coefficient of friction of the slider's guide", 0.0, upper=1.0, affects="load",
@@ -114,7 +114,7 @@ VARIABLE_CRANK = Mechanism(
         Window("cycle", "the full turn", "turn"),
         Window(_STROKES[0], "from the outer to the inner dead centre", "arc", ("outer", "inner")),
         Window(_STROKES[1], "from the inner to the outer dead centre", "arc", ("inner", "outer")),
-        Window("steady", "the part at constant speed of the way to the inner dead centre", "arc",
+        Window("steady", "the part of the way to the inner dead centre at constant speed", "arc",
                ("steady_start", "steady_stop")),
         Window("interval", "an explicit interval of crank angles, { from = 0, to = 90 }", "interval"),
     ),
