@@ -5,9 +5,11 @@ A cluster of threads by dask takes 4 ms of its event loop for each block, which 
 
 from __future__ import annotations
 
+import itertools
 import queue
 import threading
 from collections.abc import Callable, Iterable, Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
@@ -58,20 +60,25 @@ class BlocksOnThreads:
 
     def run(self, numbers: Iterable[int]) -> None:
         """Run all blocks; return when each is accepted or rejected. After an error, blocks that run are awaited."""
+        remaining = iter(numbers)
+        first = list(itertools.islice(remaining, self._count))  # no more threads than blocks
         # Python does not wait for daemons when it ends, so that a second Ctrl-C ends the process at once.
-        threads = [threading.Thread(target=self._compute_all, daemon=True) for _ in range(self._count)]
-        for thread in threads:
-            thread.start()
-        self._note("workers", joined=[thread.name for thread in threads], left=[], threads=self._count)
+        threads = [threading.Thread(target=self._compute_all, daemon=True) for _ in first]
+        self._note("workers", joined=[thread.name for thread in threads], left=[], threads=len(threads))
         try:
-            self._run(iter(numbers))
+            for thread in threads:
+                thread.start()
+            self._run(itertools.chain(first, remaining))
         finally:
-            while not self._waiting.empty():
-                self._waiting.get()
+            # A thread may take the last block between a look at the queue and a wait for its next item.
+            with suppress(queue.Empty):
+                while True:
+                    self._waiting.get_nowait()
             for _ in threads:
                 self._waiting.put(None)
             for thread in threads:
-                thread.join()
+                if thread.is_alive():
+                    thread.join()
 
     def _run(self, numbers: Iterator[int]) -> None:
         n_running = 0
