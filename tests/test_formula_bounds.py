@@ -125,6 +125,11 @@ def check(seed):
             true = true_value(text, moved)
 
 
+@pytest.mark.parametrize("text", ["1**(a / b)", "(a / b)**b", "min(2, 1**(a / b))", "(1 + 0 * b)**log(b - 1)"])
+def test_a_power_of_what_is_undefined_is_undefined(text):
+    assert np.isnan(evaluate(text, np.array([[1.0], [0.0], [0.0], [0.0]])).value[0])
+
+
 def test_no_true_error_is_above_its_bound():
     for seed in range(1000):
         check(seed)

@@ -171,7 +171,9 @@ def _power(a: Bounded, b: Bounded) -> Bounded:
     if b.value.ndim == 0 and b.is_exact and abs(b.value) <= _LARGEST_EXPONENT and float(b.value).is_integer():
         power = _whole_power(a, abs(int(b.value)))
         return power if float(b.value) >= 0.0 else _divide(_number(1.0), power)
-    value, size = _defined(np.power(a.value, b.value)), np.abs(a.value)
+    # 1 to any power, and any number to the power 0, is 1 for NumPy, also where the other one is undefined
+    is_undefined = np.isnan(a.value) | np.isnan(b.value)
+    value, size = _defined(np.where(is_undefined, np.nan, np.power(a.value, b.value))), np.abs(a.value)
     # The logarithm of the base changes by at most this; where the base may be 0 it is infinite.
     change = a.bound / _positive(size - a.bound)
     exponent = np.abs(b.value) * change
