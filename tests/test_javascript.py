@@ -4,13 +4,14 @@ import math
 import shutil
 import subprocess
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from explore.compiling import LANES, compiled
 from explore.mechanisms.registry import MECHANISMS
-from explore.reporting.javascript import TranslationError, translate
+from explore.reporting.javascript import TranslationError, _Program, translate
 from explore.subroutines import subroutine
 
 TABLE = (0.5, -2.0)
@@ -91,3 +92,13 @@ def test_all_mechanisms_have_a_translation():
         text = translate(close=mechanism.close, fill=mechanism.fill)
         assert "undefined" not in text
         assert text.count("{") == text.count("}")
+
+
+def test_functions_of_one_name_have_names_of_their_own():
+    class Compiled:
+        def __init__(self, name):
+            self.py_func = SimpleNamespace(__module__="module", __name__=name)
+
+    program = _Program()
+    names = [program.name_of(Compiled(name)) for name in ("f", "f", "f1", "f1")]
+    assert len(set(names)) == 4, names

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import ast
 import inspect
+import itertools
 import math
 import textwrap
 from collections.abc import Callable, Iterable
@@ -93,8 +94,8 @@ class _Program:
         if dispatcher not in self._names:
             function = dispatcher.py_func
             words = f"${function.__module__.split('.')[-1]}_{function.__name__}"
-            taken = sum(name.rstrip("0123456789") == words for name in self._names.values())
-            self._names[dispatcher] = f"{words}{taken or ''}"
+            names = (f"{words}{number or ''}" for number in itertools.count())
+            self._names[dispatcher] = next(name for name in names if name not in self._names.values())
         return self._names[dispatcher]
 
     def sources(self) -> Iterable[str]:
