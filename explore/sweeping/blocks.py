@@ -22,8 +22,6 @@ from explore.ranking.tallies import Tally
 
 #: Entries of `environment_of` that must be equal on all workers and the client, because values depend on them.
 VERSIONS_THAT_MUST_AGREE = ("explore", "kernel", "numpy", "numba", "scipy")
-#: glibc ignores pieces of 32 MiB and more, bytes.
-_LARGEST_PIECE = 31 << 20
 
 
 @dataclass(frozen=True)
@@ -63,7 +61,6 @@ def evaluate_block(
 
     Called on threads, and submitted to clusters, by `explore.sweeping.runs._Run.compute`.
     """
-    _keep_freed_memory()
     evaluation = evaluate_columns(request, space.block(number).columns)
     arrays = evaluation.columns
     status = arrays["status"]
@@ -81,16 +78,6 @@ def evaluate_block(
     return BlockResult(
         number, arrays, len(status), n_feasible, evaluation.kinematic_evaluations, environment, counts, tally
     )
-
-
-@cache
-def _keep_freed_memory() -> None:
-    """Let the C library keep the memory of a block for the next one, which otherwise takes 100 ns a design more.
-
-    Freed memory goes back to the system and comes again as pages that the system must clear, unless it is less than
-    twice the largest piece that was ever allocated of its own and freed. Other libraries than glibc do as they like.
-    """
-    np.empty(_LARGEST_PIECE, dtype=np.uint8)  # never written, so it takes no memory
 
 
 @cache
