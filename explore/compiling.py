@@ -58,8 +58,8 @@ def compiled(
         Whether the function makes arrays. Other functions do without Numba's runtime, because its atomic reference
         counts of array arguments cost a quarter of the time of a sweep.
     apart
-        Whether the arrays that the function is called with share no memory, unless it only reads them. Short loops then
-        need not test for that, which would take longer than the loops.
+        Whether the arrays that the function is called with share no memory, unless it only reads them, or writes the
+        same numbers to both. Short loops then need not test for that, which would take longer than the loops.
     """
     settings = options(fast=fast, contract=contract, inlined=inlined, allocates=allocates)
 

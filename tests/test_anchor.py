@@ -88,6 +88,6 @@ def test_a_motion_names_its_input_angle():
 
 def test_a_mechanism_without_strokes_has_no_drive():
     assert PEAK.default_drive == ""
-    with pytest.raises(explore.RequestError, match=r"^drive: unknown drive 'slow'; peak has no strokes$"):
+    with pytest.raises(explore.RequestError, match=r"^drive: unknown drive 'slow'; no window of peak depends on one$"):
         make_request(PEAK, drive="slow")
     assert make_request(PEAK).drive == ""

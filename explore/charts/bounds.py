@@ -114,7 +114,7 @@ def draw_bounds(
     Parameters
     ----------
     angle
-        Crank angles of the curves, deg, shape (t,).
+        Input angles of the curves, deg, shape (t,).
     curves
         Signals by name as they are drawn, each of shape (t,).
     bounds

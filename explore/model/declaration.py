@@ -33,7 +33,7 @@ class Declaration:
         Parts of the turn that statistics are taken over.
     drives
         Names that a study's `drive` can have, first that of a study that names none: "slow" and "fast", which choose
-        among the strokes by length, and strokes; empty where there are no strokes.
+        among the strokes by length, and strokes; empty where no window depends on the drive.
     strokes
         Names of the two windows between limit positions that together are the turn; empty where there are none.
     output_signals
@@ -127,7 +127,7 @@ class Declaration:
 
     @property
     def default_drive(self) -> str:
-        """Name of the drive of a study that names none; empty where there are no strokes."""
+        """Name of the drive of a study that names none; empty where there are no drives."""
         return self.drives[0] if self.drives else ""
 
     @property

@@ -66,7 +66,7 @@ def place_nodes(shape, count, ends, row_of, table, tangents, weights):
     begin = 1 if ends else 0
     last = begin + count - 1
     for j in range(pairs):
-        # the node in the middle is its own counterpart
+        # the node in the middle is its own counterpart, with the same numbers
         low, high = (begin + j) * LANES, (last - j) * LANES
         _place_pair(
             shape, table[row + j, 0], table[row + j, 1], tangents[low:], tangents[high:], weights[low:], weights[high:]

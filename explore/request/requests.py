@@ -115,9 +115,9 @@ def resolve_request(mechanism: Mechanism, arguments: RequestArguments) -> tuple[
     except RequestError as error:
         problems.append((("window",), str(error)))
         window = closest_window(mechanism, arguments.window)
-    drive = mechanism.default_drive if arguments.drive is None else arguments.drive
-    if drive not in (mechanism.drives or ("",)):
-        hint = suggestion(str(drive), mechanism.drives) if mechanism.drives else f"{mechanism.name} has no strokes"
+    drives, drive = mechanism.drives, mechanism.default_drive if arguments.drive is None else arguments.drive
+    if drive not in (drives or ("",)):
+        hint = suggestion(str(drive), drives) if drives else f"no window of {mechanism.name} depends on one"
         problems.append((("drive",), f"unknown drive {format_value(drive)}; {hint}"))
     names = _Names(mechanism, window, resolve_formulas(mechanism, arguments.formulas or {}, window, problems))
     metrics = _metrics(names, arguments.metrics, problems)

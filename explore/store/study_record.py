@@ -37,7 +37,7 @@ class StudyRecord:
     window
         Part of the turn that the statistics run over: a name, or "from" and "to" in degrees.
     drive
-        Stroke that the window "drive" means; "none" for a mechanism without strokes.
+        Stroke that the window "drive" means; "none" for a mechanism without drives.
     """
 
     objectives: tuple[str, ...] = ()

@@ -55,7 +55,7 @@ class Panels:
     Attributes
     ----------
     edges : (p + 1,) array
-        Crank angles between the panels, deg, ascending.
+        Input angles between the panels, deg, ascending.
     values : (s, p, n) array
         Signals at the Gauss-Legendre nodes of each panel.
     """
@@ -138,7 +138,7 @@ def _at_nodes(motion: Motion, lows: FloatArray, highs: FloatArray) -> tuple[Floa
 def halve(motion: Motion, panels: Panels) -> Panels:
     """Sample all panels in halves.
 
-    The ends of the window move inwards by one rounding of a input angle, so that the change of a statistic includes
+    The ends of the window move inwards by one rounding of an input angle, so that the change of a statistic includes
     what that rounding does.
     """
     edges: FloatArray = np.sort(np.concatenate([panels.edges, 0.5 * (panels.edges[:-1] + panels.edges[1:])]))

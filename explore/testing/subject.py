@@ -54,7 +54,7 @@ class Subject:
     def windows(self) -> Iterator[tuple[WindowArgument, str]]:
         """Each window with the name of a drive: the default drive, and for the default window every drive.
 
-        The name is empty where there are no strokes.
+        The name is empty where there are no drives.
         """
         mechanism = self.mechanism
         for window in mechanism.named_windows:
