@@ -99,6 +99,7 @@ def entry(formula, unit="mm"):
         ('sqrt = { formula = "rocker", unit = "mm" }', "sqrt: this is the name of a function or a word of form"),
         ('not = { formula = "rocker", unit = "mm" }', "not: this is the name of a function or a word of form"),
         ('cv_margin = { formula = "rocker", unit = "mm" }', "cv_margin: names that end with _margin are of other"),
+        ('reach_drive = { formula = "rocker", unit = "mm" }', "reach_drive: names that end with _drive are of other"),
         ('"a b" = { formula = "rocker", unit = "mm" }', '"a b": a name has letters, digits and _, at most 60, and'),
         ('2nd = { formula = "rocker", unit = "mm" }', "2nd: a name has letters, digits and _, at most 60, and begins"),
     ],
@@ -272,6 +273,8 @@ def test_python_reports_mistakes_by_argument():
     with pytest.raises(explore.ConfigError) as caught:
         explore.Study(mechanism="crank-rocker", parameters=DESIGNS, formulas={"reach": {"formula": "crank"}})
     assert str(caught.value).startswith("formulas.reach: the key 'unit' is missing")
+    with pytest.raises(explore.RequestError, match="a name has letters"):
+        explore.evaluate("crank-rocker", DESIGNS, formulas={1: {"formula": "crank", "unit": "mm"}})
 
 
 # --- studies and files ------------------------------------------------------------------------------------------------

@@ -25,7 +25,8 @@ _COLUMNS = (
     "design", "nodes", "error", "feasible", "status", "front", "results", "knee", "crowding", "hypervolume_share",
     "alike",
 )  # fmt: skip
-#: Endings of names of margins of constraints, of the words of codes, and of statistics over an interval.
+#: Endings of names of margins of constraints, of the words of codes, and of statistics over an interval. Those of
+#: statistics over other windows are the names of these.
 _ENDINGS = ("margin", "label", "interval")
 #: Largest number of steps of a formula with those of the formulas it uses, and of formulas in a row that each use the
 #: next.
@@ -125,13 +126,15 @@ def _reason_against_name(mechanism: Mechanism, name: str) -> str:
         f"a metric or signal of {mechanism.name}": metrics,
         "a function or a word of formulas and conditions": RESERVED,
     }
-    if not _IDENTIFIER.fullmatch(name) or len(name) > _LONGEST_NAME:
+    if not _IDENTIFIER.fullmatch(str(name)) or len(name) > _LONGEST_NAME:
         return f"a name has letters, digits and _, at most {_LONGEST_NAME}, and begins with a letter"
     for kind, names in kinds.items():
         if name in names:
             return f"this is the name of {kind}; choose another"
-    ending = name.rpartition("_")[2]
-    return f"names that end with _{ending} are of other columns; choose another" if ending in _ENDINGS else ""
+    for ending in (*_ENDINGS, *(window.name for window in mechanism.windows)):
+        if name.endswith(f"_{ending}"):
+            return f"names that end with _{ending} are of other columns; choose another"
+    return ""
 
 
 def _read_entry(name: str, entry: object, problems: Problems) -> _Draft | None:
