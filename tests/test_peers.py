@@ -27,8 +27,8 @@ def test_numpy_and_explore_agree(peers, designs, window):
     lengths = np.column_stack(list(designs.values()))
     values, nodes = peers.by_explore(window, designs)
     assert (nodes > 0).all()
-    # both are far more accurate than the tolerance: 128 samples, and nodes for the worst of four signals
-    assert peers.worst_error(peers.by_numpy(window, 128, lengths), values) < 1e-11
+    # both are more accurate than the tolerance of 1e-9: 128 samples, and nodes for the worst of four signals
+    assert peers.worst_error(peers.by_numpy(window, 128, lengths), values) < 1e-10
 
 
 @pytest.mark.parametrize("window", ["cycle", "drive"])

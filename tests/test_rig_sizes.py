@@ -109,10 +109,10 @@ def test_the_error_of_a_derived_metric_follows_from_its_inputs():
     inputs = {p.name: np.full(2, 1.0 if p.default is None else p.default) for p in TEST_RIG.parameters}
     inputs["bearing_rating"] = np.array([44.6e3, 0.0])
     for metric, expected in ((life, 1e-4 * 10.0 / 3.0), (largest, 1e-6), (peak, 1e-6)):
-        metrics, bound = derive(dataclasses.replace(request, metrics=(metric,)), inputs, values, errors)
+        metrics, bound = derive(dataclasses.replace(request, metrics=(metric,)), inputs, values, errors, 1e-9)
         assert bound[0] == pytest.approx(expected, rel=1e-3)
         assert metrics.keys() == {metric.name}
-    metrics, bound = derive(dataclasses.replace(request, metrics=(life,)), inputs, values, errors)
+    metrics, bound = derive(dataclasses.replace(request, metrics=(life,)), inputs, values, errors, 1e-9)
     assert np.isnan(metrics["bearing_life"][1])
     assert bound[1] == 0.0
 

@@ -58,8 +58,8 @@ def test_fixed_cranks_of_the_reference(case):
     row = evaluate(design, names.values(), window="cycle", tolerance=1e-12).iloc[0]
     assert row["error"] <= 1e-12
     for key, name in names.items():
-        # the speed in rad/s is rounded; then like the sums over nodes
-        assert row[name] == pytest.approx(float(outputs[key]), rel=4e-15), name
+        # the speed in rad/s is rounded; the nodes of a turn are as many as 1e-12 needs, and their error is less
+        assert row[name] == pytest.approx(float(outputs[key]), rel=2e-14), name
     samples = case["samples"]
     motion = explore.simulate("slider-crank", design, angles=[sample["phi_deg"] for sample in samples])
     for key, name in (("X_mm", "position"), ("v_mm_s", "velocity"), ("a_mm_s2", "acceleration")):
