@@ -85,7 +85,7 @@ class _CodeGeneratorWithoutEnvironments:
 
 
 @register_pass(mutates_CFG=False, analysis_only=True)
-class _TranslateOnly(LoweringPass):  # type: ignore[misc]
+class _TranslateOnly(LoweringPass):  # type: ignore[misc]  # likewise
     """Choose the kind of library that the function is translated into."""
 
     _name = "translate_only"

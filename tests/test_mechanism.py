@@ -216,6 +216,10 @@ def test_constants_of_marks_and_singularities_exist(row):
     assert problem(RIG, quadrature=Graded(((row, 0),))) == f"singularities {sentence}"
 
 
+def test_breaks_fit_into_the_buffers_of_panels():
+    assert problem(RIG, breaks=("overlapped", "extended") * 4) == "breaks has 8 marks; at most 6 are used"
+
+
 def test_a_graded_quadrature_has_singularities():
     assert problem(RIG, quadrature=Graded(())) == (
         "the quadrature is graded, but names no singularities; without them it is adaptive"

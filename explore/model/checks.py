@@ -9,7 +9,7 @@ from typing import TypeVar
 
 from explore.model.declaration import ANCHORS, Declaration
 from explore.model.drawing_checks import check_drawing
-from explore.model.quadrature import MOST_SINGULARITIES, Adaptive
+from explore.model.quadrature import MOST_BREAKS, MOST_SINGULARITIES, Adaptive
 from explore.model.status import OWN_CODES, Status
 
 _Item = TypeVar("_Item", str, int)
@@ -122,6 +122,8 @@ def _columns(declaration: Declaration) -> Iterator[str]:
             yield f"{field} names the row {row}, which is not one of the {declaration.n_constants} constants"
     if not isinstance(declaration.quadrature, Adaptive) and not declaration.singularities:
         yield "the quadrature is graded, but names no singularities; without them it is adaptive"
+    if len(declaration.breaks) > MOST_BREAKS:
+        yield f"breaks has {len(declaration.breaks)} marks; at most {MOST_BREAKS} are used"
     if len(declaration.singularities) > MOST_SINGULARITIES:
         yield f"singularities has {len(declaration.singularities)} entries; at most {MOST_SINGULARITIES} are used"
     for _, anchor in declaration.singularities:

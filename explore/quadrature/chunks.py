@@ -24,10 +24,10 @@ from explore.quadrature.rules import LARGEST_NODE_COUNT
 from explore.quadrature.windows import ARC, INTERVAL, LARGEST_TANGENT, LONGER, TIE, TURN, add_window
 from explore.subroutines import subroutine
 
-#: Most panels of one design and window.
+#: Most panels of one design and window: three for each part between `MOST_BREAKS` breaks and the ends, rounded up.
 MOST_PANELS = 24
-#: Most combinations of variant, law, anchor and kind of nodes in one chunk.
-MOST_KINDS = 64
+#: Most combinations of variant, law, anchor and kind of nodes in one chunk: each panel may have its own.
+MOST_KINDS = PANEL_CAPACITY
 CODES = LARGEST_NODE_COUNT + 1
 
 CLOSE_TYPE = function_type(CLOSE_SIGNATURE)
