@@ -17,7 +17,7 @@ from explore.methods.contract import Capability, Level, Method, Outcome, Task, m
 from explore.methods.registry import find_method
 from explore.model.columns import Arrays
 from explore.model.mechanism import Mechanism
-from explore.model.quantities import FloatArray
+from explore.model.quantities import FloatArray, Signal
 from explore.model.status import Status
 
 _LINKS = ("crank", "coupler", "rocker", "ground")
@@ -40,7 +40,8 @@ def motion_signals(
     Returns
     -------
     columns
-        Every signal except those that exist only behind clutches, in declared units, each of shape (t,).
+        The signals in declared units, each of shape (t,), except those that exist only behind clutches; and, where a
+        kernel of their own fills them, those under load of a design without one.
     label
         Name and setting of the method.
 
@@ -54,19 +55,24 @@ def motion_signals(
     inputs = {p.name: p.default for p in mechanism.parameters if p.default is not None}
     inputs |= {name: float(column[0]) for name, column in columns.items()}
     solver = find_method(method)
+    filled = [signal for signal in mechanism.signals if mechanism.fills(signal) or _has_load(signal, inputs)]
     if isinstance(solver, ClosedForm):
-        rows = _closed_form(mechanism, inputs, input_angle)
+        rows = _closed_form(mechanism.kernel_of(filled), inputs, input_angle)
     elif mechanism is CRANK_ROCKER:
         rows = _by_method(solver, inputs, np.deg2rad(input_angle), tolerance)
     else:
         raise RequestError(f"{mechanism.name} has only the closed form; leave out method={method!r}")
     speed = inputs[mechanism.speed.name] if mechanism.speed else 1.0
     signals: Arrays = {}
-    for signal in mechanism.signals:
+    for signal in filled if isinstance(solver, ClosedForm) else filter(mechanism.fills, filled):
         if not signal.only_in:
             values = np.sqrt(rows[signal.row]) if signal.is_magnitude else rows[signal.row]
             signals[signal.name] = values * (np.rad2deg(1.0) if signal.unit == "deg" else speed**signal.speed_power)
     return signals, method_label(solver)
+
+
+def _has_load(signal: Signal, inputs: dict[str, float]) -> bool:
+    return not signal.required_loads or any(inputs[name] != 0.0 for name in signal.required_loads)
 
 
 def _closed_form(mechanism: Mechanism, inputs: dict[str, float], input_angle: FloatArray) -> FloatArray:
@@ -80,7 +86,7 @@ def _closed_form(mechanism: Mechanism, inputs: dict[str, float], input_angle: Fl
     tangents = np.tan(0.5 * np.deg2rad((input_angle - 180.0 * half_turns) - anchor))
     anchors = (half_turns % 2.0).astype(np.int64)
     signals = np.zeros((mechanism.signal_rows, len(input_angle)))
-    needs = int(np.bitwise_or.reduce([signal.needs for signal in mechanism.signals]))
+    needs = int(np.bitwise_or.reduce([signal.needs for signal in mechanism.signals if mechanism.fills(signal)]))
     variant = int(constants[mechanism.variant_row]) if mechanism.variant_row >= 0 else 0
     laws = find_laws(mechanism, constants, np.deg2rad(input_angle))
     fill_motion_of_design(

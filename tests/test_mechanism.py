@@ -386,3 +386,15 @@ def test_the_closed_form_takes_any_real_array():
         assert np.array_equal(np.take(two, [0], axis=int(field == "metrics")), one)
     assert np.array_equal(MECHANISM.constants(ordered)[:, :1], MECHANISM.constants(np.array(design)))
     assert MECHANISM.constants(ordered).shape == (MECHANISM.n_constants, 2)
+
+
+@pytest.mark.parametrize(
+    ("changes", "sentence"),
+    [
+        ({}, "its extended mechanism has no more signal rows"),
+        ({"summary": "another"}, "its extended mechanism differs in summary"),
+        ({"signal_rows": 40, "kernel_version": "9"}, "its extended mechanism differs in kernel_version"),
+    ],
+)
+def test_an_extended_mechanism_is_the_same_with_more_signals(changes, sentence):
+    assert problem(SIMPLE_SLIDER, extended=replace(SIMPLE_SLIDER, **changes)) == sentence

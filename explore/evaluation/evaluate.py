@@ -151,7 +151,7 @@ def _kernel_inputs(request: Request, inputs: Arrays, usable: npt.NDArray[np.bool
     Those that no requested metric depends on are at their default, so that designs that differ only in them share one
     evaluation.
     """
-    mechanism, windows, loaded = request.mechanism, {m.window.name for m in request.sampled}, _depends_on_load(request)
+    mechanism, windows, loaded = request.kernel, {m.window.name for m in request.sampled}, _depends_on_load(request)
     n, all_usable = len(usable), bool(usable.all())
     columns = np.empty((len(mechanism.kernel_parameters), n))
     for k, p in enumerate(mechanism.kernel_parameters):

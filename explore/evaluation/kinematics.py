@@ -60,7 +60,7 @@ def evaluate_kinematics(
     inputs
         All parameters of the designs by name, each of shape (n,).
     """
-    mechanism = request.mechanism
+    mechanism = request.kernel
     result = mechanism.evaluate_closed_form(geometry)
     closed = {metric.name: result.metrics[k] for k, metric in enumerate(mechanism.metrics)}
     has_stroke = np.ones(len(result.status), dtype=np.bool_)

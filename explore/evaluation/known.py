@@ -48,7 +48,7 @@ def known_metrics(request: Request) -> tuple[SampledMetric, ...]:
 
     They are the metrics with a constraint, because they screen, and those of windows that nothing else must sample.
     """
-    known = {metric for metric in request.sampled if _is_known(request.mechanism, metric)}
+    known = {metric for metric in request.sampled if _is_known(request.kernel, metric)}
     sampled_windows = {metric.window for metric in request.sampled if metric not in known}
     constrained = {constraint.metric for constraint in request.constraints}
     return tuple(m for m in request.sampled if m in known and (m.window not in sampled_windows or m in constrained))
@@ -146,11 +146,11 @@ class _Work:
     @cached_property
     def constants(self) -> FloatArray:
         """Constants of the designs, shape (k, d)."""
-        return self.request.mechanism.constants(self.parameters)
+        return self.request.kernel.constants(self.parameters)
 
     def statistic(self, metric: SampledMetric) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Value, bound of its error, and the scale of that, in the kernel's units, each of shape (d,)."""
-        mechanism = self.request.mechanism
+        mechanism = self.request.kernel
         if _is_integrated(mechanism, metric) and not _is_zero(mechanism, metric):
             return self._moment(metric)
         return self._mean(metric) if metric.statistic == "mean" else self._extreme(metric)
@@ -161,14 +161,14 @@ class _Work:
         if window not in self.moments:
             rows = {m.signal.row for m in self.metrics if m.window.name == window}
             self.moments[window] = integrate_window(
-                self.request.mechanism, self.parameters, metric.window, self.request.drive, rows
+                self.request.kernel, self.parameters, metric.window, self.request.drive, rows
             )
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             return from_moments(metric.statistic, self.moments[window][metric.signal.row], self.request.tolerance)
 
     def _mean(self, metric: SampledMetric) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Mean of a signal that is a rate of change: from what it is the rate of, at the ends, or 0."""
-        mechanism, signal = self.request.mechanism, metric.signal
+        mechanism, signal = self.request.kernel, metric.signal
         antiderivative = mechanism.signal(signal.derivative_of) if signal.derivative_of else None
         if antiderivative is None or _is_zero(mechanism, metric):
             value, bound, scale = (np.full(self.count, number) for number in (0.0, 0.0, 1.0))
@@ -199,9 +199,7 @@ class _Work:
     def _window(self, metric: SampledMetric) -> WindowPositions:
         name = metric.window.name
         if name not in self.windows:
-            self.windows[name] = WindowPositions(
-                self.request.mechanism, self.constants, metric.window, self.request.drive
-            )
+            self.windows[name] = WindowPositions(self.request.kernel, self.constants, metric.window, self.request.drive)
         return self.windows[name]
 
     def _at(self, signal: Signal, position: Position) -> tuple[FloatArray, FloatArray]:
@@ -210,7 +208,7 @@ class _Work:
         An angle is as exact as a turn, a place as the length that it is relative to, a rate as its terms, which may
         cancel.
         """
-        mechanism = self.request.mechanism
+        mechanism = self.request.kernel
         noise = self.constants[mechanism.noise_row] if mechanism.noise_row >= 0 else 0.0
         value = position.sample(mechanism, self.constants, signal)
         reference = mechanism.reference(signal)

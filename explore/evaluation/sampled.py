@@ -129,9 +129,9 @@ def sample_metrics(
         Parameters of the closed form, of u distinct geometries.
     active, status : (u,) arrays
     """
-    mechanism = request.mechanism
+    mechanism = request.kernel
     bounded = {metric for derived in request.derived for metric in derived.sampled}
-    tables = _make_tables(request.mechanism, metrics, bounded)
+    tables = _make_tables(request.kernel, metrics, bounded)
     tolerance = statistics_tolerance(request)
     statistics = np.full((tables.slots.max() + 1, len(status)), np.nan)
     result, excess = SampledStatistics.empty(len(status)), np.zeros(len(status))
@@ -168,7 +168,7 @@ def _loop_arguments(
     request: Request, tables: _LoopTables, tolerance: float, quadrature: Quadrature
 ) -> tuple[Sizes, Tables]:
     """Arguments of the compiled loop; `explore.quadrature.work_space` describes them."""
-    mechanism, windows = request.mechanism, tables.windows
+    mechanism, windows = request.kernel, tables.windows
     singularities = () if isinstance(quadrature, Adaptive) else quadrature.singularities
     singular = [*singularities, *[(-1, -1)] * (MOST_SINGULARITIES - len(singularities))]
     singular_rows, singular_anchors = np.array(singular, dtype=np.int64).T.copy()

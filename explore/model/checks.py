@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Collection, Iterable, Iterator
+from dataclasses import fields
 from typing import TypeVar
 
 from explore.model.declaration import ANCHORS, Declaration
@@ -32,7 +33,8 @@ def check_declaration(declaration: Declaration) -> None:
         With the first problem, in one sentence.
     """
     checks = (
-        _names, _parameters, _columns, _statuses, _signals, _references, _windows, _formulas, _defaults, check_drawing
+        _names, _parameters, _columns, _statuses, _signals, _references, _windows, _formulas, _defaults, _extended,
+        check_drawing,
     )  # fmt: skip
     for problems in checks:
         for problem in problems(declaration):
@@ -165,10 +167,11 @@ def _references(declaration: Declaration) -> Iterator[str]:
 def _signals(declaration: Declaration) -> Iterator[str]:
     by_name = {signal.name: signal for signal in declaration.signals}
     parameters = {parameter.name for parameter in declaration.parameters}
+    signal_rows = (declaration.extended or declaration).signal_rows
     for signal in declaration.signals:
         for field, row, first in (("row", signal.row, 0), ("terms_row", signal.terms_row, -1)):
-            if not first <= row < declaration.signal_rows:
-                yield f"{field} {row} of the signal '{signal.name}' is not one of the {declaration.signal_rows} rows"
+            if not first <= row < signal_rows:
+                yield f"{field} {row} of the signal '{signal.name}' is not one of the {signal_rows} rows"
         if signal.pole_order not in (2, 4, 6):
             yield f"pole_order of the signal '{signal.name}' is {signal.pole_order}; it is 2, 4 or 6"
         yield from _unknown("parameter", signal.required_loads, parameters, f"the signal '{signal.name}'")
@@ -261,3 +264,19 @@ def _defaults(declaration: Declaration) -> Iterator[str]:
         yield from _unknown("metric", [name], metrics, "objectives")
         if colon and sense not in ("min", "max"):
             yield f"the objective '{objective}' has no sense 'min' or 'max' after its colon"
+
+
+#: Fields in which an extended mechanism may differ: all that its kernel fills or takes.
+_KERNEL_FIELDS = (
+    "rows", "n_constants", "n_fill_constants", "variant_row", "signal_rows", "breaks", "close", "fill", "extended"
+)  # fmt: skip
+
+
+def _extended(declaration: Declaration) -> Iterator[str]:
+    if declaration.extended is None:
+        return
+    for name in (field.name for field in fields(declaration) if field.name not in _KERNEL_FIELDS):
+        if getattr(declaration, name) != getattr(declaration.extended, name):
+            yield f"its extended mechanism differs in {name}"
+    if declaration.extended.signal_rows <= declaration.signal_rows:
+        yield "its extended mechanism has no more signal rows"

@@ -89,6 +89,10 @@ class Declaration:
         How figures show the mechanism in its plane; None for a mechanism without a picture.
     panels
         Which signals share an axis in charts of a motion; without them each has its own.
+    extended
+        The same mechanism with a kernel of more rows, which also fills the signals whose rows this one does not have,
+        such as forces, and takes the parameters that affect these alone. It is compiled and called only for requests
+        that name such a signal. None where one kernel fills all signals.
     """
 
     name: str
@@ -124,6 +128,7 @@ class Declaration:
     statuses: Mapping[int, OwnStatus] = field(default_factory=dict)
     drawing: Drawing | None = None
     panels: tuple[Panel, ...] = ()
+    extended: Declaration | None = None
 
     @property
     def default_drive(self) -> str:
@@ -246,10 +251,17 @@ class Declaration:
     def kernel_parameters(self) -> tuple[Parameter, ...]:
         """The parameters that `closed_form` takes: all but those for sizing; the speed is the last, if one is dynamic.
 
-        The speed is 1 unless a requested metric depends on it other than by scaling.
+        The speed is 1 unless a requested metric depends on it other than by scaling. A mechanism with an extended
+        kernel takes only the parameters of the motion.
         """
+        if self.extended:
+            return tuple(p for p in self.geometry if p.affects == "motion")
         is_dynamic = any(p.is_dynamic for p in self.parameters)
         return tuple(p for p in self.axis_order if p.affects != "sizing" and (is_dynamic or not p.scales_speed))
+
+    def fills(self, signal: Signal) -> bool:
+        """Whether the kernel of the mechanism, not only its extended one, fills a signal."""
+        return max(signal.row, signal.terms_row) < self.signal_rows
 
     @property
     def speed(self) -> Parameter | None:

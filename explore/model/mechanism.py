@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,7 +11,7 @@ from explore.lanes.designs import close_all, constants_of
 from explore.model.checks import check_declaration
 from explore.model.closed_form import ClosedFormResult
 from explore.model.declaration import Declaration
-from explore.model.quantities import FloatArray
+from explore.model.quantities import FloatArray, Signal
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -40,6 +40,7 @@ class Mechanism(Declaration):
     close: Callable[..., None]
     fill: Callable[..., None]
     integrals: Callable[..., None] | None = None
+    extended: Mechanism | None = None
 
     def __post_init__(self) -> None:
         for name in ("close", "fill"):
@@ -50,6 +51,11 @@ class Mechanism(Declaration):
         check_declaration(self)
         if (self.integrals is None) != (not self.integrated_rows):
             raise ValueError(f"mechanism '{self.name}': integrals and integrated_rows are given together or not at all")
+
+    def kernel_of(self, signals: Iterable[Signal]) -> Mechanism:
+        """The mechanism itself, or its extended one if it does not fill all of these signals."""
+        is_enough = self.extended is None or all(self.fills(signal) for signal in signals)
+        return self if is_enough else self.extended or self
 
     def evaluate_closed_form(self, parameters: FloatArray) -> ClosedFormResult:
         """Evaluate the closed form.

@@ -89,6 +89,11 @@ class Request:
         return tuple(part for part in self.parts if isinstance(part, SampledMetric))
 
     @cached_property
+    def kernel(self) -> Mechanism:
+        """The mechanism, or its extended one if a metric depends on signals that only this one fills."""
+        return self.mechanism.kernel_of(metric.signal for metric in self.sampled)
+
+    @cached_property
     def derived(self) -> tuple[DerivedMetric, ...]:
         """The metrics that are functions of others."""
         return tuple(m for m in self.all_metrics if isinstance(m, DerivedMetric))

@@ -18,6 +18,9 @@ from explore.reporting.javascript import TranslationError, translate
 def describe_motion(mechanism: Mechanism) -> dict[str, Any]:
     """The declaration of a mechanism as far as a page needs it; can be written as JSON."""
     moving = [int(Status.OK), *(code for code, status in mechanism.statuses.items() if status.lacks_strokes)]
+    filled = [signal for signal in mechanism.signals if mechanism.fills(signal)]
+    names = {signal.name for signal in filled}
+    panels = [panel for panel in mechanism.declared_panels if names.issuperset(panel.signals)]
     return {
         "input": mechanism.input_angle,
         "anchor": float(np.rad2deg(mechanism.anchor_angle)),
@@ -30,13 +33,13 @@ def describe_motion(mechanism: Mechanism) -> dict[str, Any]:
         "signal_rows": mechanism.signal_rows,
         "variant_row": mechanism.variant_row,
         "phases_row": mechanism.phases_row,
-        "needs": int(np.bitwise_or.reduce([signal.needs for signal in mechanism.signals])),
+        "needs": int(np.bitwise_or.reduce([signal.needs for signal in filled])),
         "signals": [
             {
                 "name": signal.name, "unit": signal.unit, "row": signal.row, "power": signal.speed_power,
                 "magnitude": signal.is_magnitude, "rectified": signal.is_rectified, "shares": signal.shares_row_with,
             }
-            for signal in mechanism.signals
+            for signal in filled
         ],
         "marks": dict(mechanism.marks),
         "breaks": list(mechanism.breaks),
@@ -44,7 +47,7 @@ def describe_motion(mechanism: Mechanism) -> dict[str, Any]:
         "longer": LONGER,
         "shorter": SHORTER,
         "limits": [end for stroke in mechanism.strokes[:1] for end in mechanism.window(stroke).ends],
-        "panels": [_describe_panel(mechanism, panel) for panel in mechanism.declared_panels],
+        "panels": [_describe_panel(mechanism, panel) for panel in panels],
         "drawing": asdict(mechanism.drawing) if mechanism.drawing else None,
     }  # fmt: skip
 
