@@ -180,7 +180,8 @@ def _scale(
     """All metrics but derived ones at the speeds of the designs, and bounds of their errors, each of shape (n,)."""
     values: dict[str, FloatArray] = {}
     errors: dict[str, FloatArray] = {}
-    powers: dict[int, FloatArray | None] = {0: None, 1: speed}
+    is_unit = bool((speed == 1.0).all())  # the statistics are for unit speed
+    powers: dict[int, FloatArray | None] = {0: None, 1: None if is_unit else speed}
     for metric in request.parts:
         if isinstance(metric, Parameter):
             continue
@@ -188,7 +189,7 @@ def _scale(
         column = _per_design(source[metric.name], inverse)
         power = _scaling_power(metric)
         if power not in powers:
-            powers[power] = speed**power
+            powers[power] = None if is_unit else speed**power
         factor = powers[power]
         values[metric.name] = column if factor is None else column * factor
         if metric.name in sampled.errors:

@@ -267,7 +267,8 @@ def moment_statistic(statistic: str, mean: FloatArray, variance: FloatArray, tol
         case "rms":
             return np.asarray(np.sqrt(mean * mean + variance))
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        ratio = variance / (mean * mean)
+        ratio = mean * mean
+        np.divide(variance, ratio, out=ratio)
         # A mean that its error bound cannot distinguish from 0 would give a meaningless quotient.
         is_defined = ratio <= (1e3 * tolerance) ** -2 - 1.0
         result = np.sqrt(ratio, out=ratio)

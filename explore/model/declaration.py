@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from enum import IntEnum
+from functools import cached_property
 
 from explore.model.drawing import Drawing, Panel
 from explore.model.quadrature import Adaptive, Graded, Quadrature
@@ -180,22 +181,22 @@ class Declaration:
         """The windows that a metric's name can end with: all but the explicit interval."""
         return tuple(window for window in self.windows if window.name != "interval")
 
-    @property
+    @cached_property
     def record_rows(self) -> int:
         """Number of rows of a record."""
         return max(self.rows) + 1
 
-    @property
+    @cached_property
     def status_row(self) -> int:
         """Row of a record that holds the status."""
         return int(self.rows["STATUS"])
 
-    @property
+    @cached_property
     def first_parameter(self) -> int:
         """Row of a record that holds the first parameter."""
         return int(self.rows[self.kernel_parameters[0].name.upper()])
 
-    @property
+    @cached_property
     def first_metric(self) -> int:
         """Row of a record that holds the first metric."""
         return int(self.rows[self.metrics[0].name.upper()])
@@ -233,12 +234,12 @@ class Declaration:
         sentences = {status.label: status.sentence for status in (*Status, *self.statuses.values())}
         return {label: sentences[label] for label in self.status_labels.values()}
 
-    @property
+    @cached_property
     def geometry(self) -> tuple[Parameter, ...]:
         """All parameters but the speed: designs that differ in one of them need kinematic evaluations of their own."""
         return tuple(p for p in self.parameters if not p.scales_speed)
 
-    @property
+    @cached_property
     def axis_order(self) -> tuple[Parameter, ...]:
         """All parameters in the order of axes, with the speed last.
 
@@ -247,7 +248,7 @@ class Declaration:
         """
         return (*self.geometry, *((self.speed,) if self.speed else ()))
 
-    @property
+    @cached_property
     def kernel_parameters(self) -> tuple[Parameter, ...]:
         """The parameters that `closed_form` takes: all but those for sizing; the speed is the last, if one is dynamic.
 
@@ -263,7 +264,7 @@ class Declaration:
         """Whether the kernel of the mechanism, not only its extended one, fills a signal."""
         return max(signal.row, signal.terms_row) < self.signal_rows
 
-    @property
+    @cached_property
     def speed(self) -> Parameter | None:
         """The parameter that only scales the motion; None where there is none, and the speed is 1."""
         return next((p for p in self.parameters if p.scales_speed), None)
