@@ -1,6 +1,6 @@
 """Rows of the slider-crank's record and of its signals."""
 
-from enum import IntEnum
+from enum import IntEnum, auto
 
 
 class Row(IntEnum):
@@ -39,3 +39,72 @@ FILL_SIZE = 6
 POSITION, VELOCITY, ACCELERATION, ROD_ANGLE, ROD_VELOCITY, ROD_ACCELERATION = range(6)
 SIGNAL_ROWS = 6
 SLIDER, SLIDER_ACCELERATION, ANGLE, ROD_RATES = 1, 2, 4, 8
+
+
+class ExtendedRow(IntEnum):
+    """Rows of the extended kernel: the constants of `Row`, those of the load, status, parameters, metrics."""
+
+    MINUS_MINUS = 0
+    MINUS_PLUS = auto()
+    PLUS_PLUS = auto()
+    PLUS_MINUS = auto()
+    MOVING_CRANK = auto()
+    MOVING_OFFSET = auto()
+    OUTER = auto()
+    INNER = auto()
+    SINGULAR_ABOVE = auto()
+    SINGULAR_BELOW = auto()
+    NOISE = auto()
+    #: The load in the order of the parameters, and the position at mid-stroke.
+    LOAD_CONSTANT_FORCE = auto()
+    LOAD_OPPOSING_FORCE = auto()
+    LOAD_STIFFNESS = auto()
+    LOAD_DAMPING = auto()
+    LOAD_MASS = auto()
+    LOAD_FRICTION = auto()
+    LOAD_GRAVITY = auto()
+    LOAD_CRANK_MASS = auto()
+    LOAD_CRANK_CENTROID = auto()
+    LOAD_ROD_MASS = auto()
+    LOAD_ROD_CENTROID = auto()
+    LOAD_ROD_INERTIA = auto()
+    LOAD_SPEED = auto()
+    MIDDLE = auto()
+    STATUS = auto()
+    CRANK = auto()
+    ROD = auto()
+    OFFSET = auto()
+    CONSTANT_FORCE = auto()
+    OPPOSING_FORCE = auto()
+    STIFFNESS = auto()
+    DAMPING = auto()
+    MASS = auto()
+    FRICTION = auto()
+    GRAVITY = auto()
+    CRANK_MASS = auto()
+    CRANK_CENTROID = auto()
+    ROD_MASS = auto()
+    ROD_CENTROID = auto()
+    ROD_INERTIA = auto()
+    SPEED = auto()
+    STROKE = auto()
+    TIME_RATIO = auto()
+    OUTER_ANGLE = auto()
+    INNER_ANGLE = auto()
+    PRESSURE_ANGLE_MAX = auto()
+    TRANSMISSION_ANGLE_MIN = auto()
+    TURNING_MARGIN = auto()
+
+
+#: Constants of the load that are parameters.
+LOAD_SIZE = ExtendedRow.MIDDLE - ExtendedRow.LOAD_CONSTANT_FORCE
+
+# Rows of the extended kernel's signals after those of the motion, and the bits of `needs` beside those of the motion.
+# The rows of pins hold squares; those of terms the size of the terms that add up to forces and to torques.
+THRUST, GUIDE_FORCE, CRANK_PIVOT, CRANK_PIN, SLIDER_PIN, FORCE_TERMS = range(SIGNAL_ROWS, SIGNAL_ROWS + 6)
+TORQUE, POSITIVE_TORQUE, LOST_TORQUE, TORQUE_TERMS = range(SIGNAL_ROWS + 6, SIGNAL_ROWS + 10)
+EXTENDED_SIGNAL_ROWS = SIGNAL_ROWS + 10
+FORCES = 16
+
+#: Number of the law that holds from the outer to the inner dead centre.
+INWARD = 0

@@ -1,9 +1,10 @@
 """The slider-crank of presses, pumps and slicers: its declaration."""
 
 import math
+from dataclasses import replace
 
-from explore.mechanisms.slider_crank import columns, kernel
-from explore.mechanisms.slider_crank.columns import Row
+from explore.mechanisms.slider_crank import columns, extended, kernel, loads
+from explore.mechanisms.slider_crank.columns import ExtendedRow, Row
 from explore.model.drawing import INPUT, Drawing, Guide, Link, Panel, Path, Vector
 from explore.model.mechanism import Mechanism
 from explore.model.quadrature import Graded
@@ -51,7 +52,7 @@ _DRAWING = Drawing(
     stroke_point="crank pin",
 )
 
-SLIDER_CRANK = Mechanism(
+_EXTENDED = Mechanism(
     name="slider-crank",
     summary="crank that drives a slider to and fro through a rod: presses, pumps, slicers",
     parameters=(
@@ -61,6 +62,7 @@ SLIDER_CRANK = Mechanism(
             "offset", "mm", "distance of the slider's line from the crank's pivot, to either side", 0.0, -math.inf
         ),
         Parameter("speed", "rad/s", "constant crank velocity", default=1.0, scales_speed=True),
+        *loads.PARAMETERS,
     ),
     signals=(
         Signal(
@@ -118,8 +120,10 @@ SLIDER_CRANK = Mechanism(
             pole_order=4,
             derivative_of="rod_velocity",
         ),
+        *loads.SIGNALS,
     ),
     metrics=_METRICS,
+    formulas=loads.FORMULAS,
     windows=(
         Window("cycle", "the full turn", "turn"),
         Window("drive", "the stroke that works (setting `drive`)", "drive"),
@@ -145,12 +149,13 @@ SLIDER_CRANK = Mechanism(
     },
     objectives=("cv", "slider_acceleration_peak", "pressure_angle_max"),
     kernel_version="1",
-    n_constants=Row.STATUS,
-    n_fill_constants=columns.FILL_SIZE,
-    rows=Row,
-    signal_rows=columns.SIGNAL_ROWS,
-    close=kernel.close,
-    fill=kernel.fill,
+    n_constants=ExtendedRow.STATUS,
+    rows=ExtendedRow,
+    signal_rows=columns.EXTENDED_SIGNAL_ROWS,
+    # Friction and a force against the motion jump between the strokes.
+    breaks=("outer", "inner"),
+    close=extended.close,
+    fill=extended.fill,
     loop_lengths=("crank", "rod", "offset"),
     statuses=kernel.STATUSES,
     drawing=_DRAWING,
@@ -159,5 +164,18 @@ SLIDER_CRANK = Mechanism(
         Panel("slider velocity", ("slider_velocity",)),
         Panel("slider acceleration", ("slider_acceleration",)),
         Panel("rod angle", ("rod_angle",)),
+        *loads.PANELS,
     ),
+)
+
+SLIDER_CRANK = replace(
+    _EXTENDED,
+    n_constants=Row.STATUS,
+    n_fill_constants=columns.FILL_SIZE,
+    rows=Row,
+    signal_rows=columns.SIGNAL_ROWS,
+    breaks=(),
+    close=kernel.close,
+    fill=kernel.fill,
+    extended=_EXTENDED,
 )

@@ -52,14 +52,19 @@ from explore.mechanisms.slider_crank.columns import (
 from explore.model.status import OwnStatus, Status
 from explore.subroutines import subroutine
 
-#: Codes of the statuses of designs whose crank does not turn.
-CANNOT_ASSEMBLE, CRANK_BLOCKED, CHANGE_POINT = 2, 3, 4
+#: Codes of the statuses of designs whose crank does not turn; the last is of designs under load alone.
+CANNOT_ASSEMBLE, CRANK_BLOCKED, CHANGE_POINT, GUIDE_LOCKED = 2, 3, 4, 20
 STATUSES = {
     CANNOT_ASSEMBLE: OwnStatus("cannot_assemble", "the offset is out of reach: longer than crank and rod together"),
     CRANK_BLOCKED: OwnStatus("crank_blocked", "the crank cannot turn fully: the rod is shorter than crank plus offset"),
     CHANGE_POINT: OwnStatus(
         "change_point",
         "the rod is as long as crank plus offset: where they line up the slider may continue in either direction",
+    ),
+    GUIDE_LOCKED: OwnStatus(
+        "guide_locked",
+        "friction can lock the slider in its guide: at the largest pressure angle, whose tangent times the coefficient "
+        "of friction is at least 1, no force of the rod moves it",
     ),
 }
 _OK = float(Status.OK)
@@ -68,7 +73,7 @@ _NAN = math.nan
 
 
 @subroutine(inlined=True)
-def _sums(constants, anchor, lane):
+def sums(constants, anchor, lane):
     """a, b, p, q and the offset as they are seen from the anchor."""
     minus_minus, minus_plus = constants[Row.MINUS_MINUS * LANES + lane], constants[Row.MINUS_PLUS * LANES + lane]
     plus_plus, plus_minus = constants[Row.PLUS_PLUS * LANES + lane], constants[Row.PLUS_MINUS * LANES + lane]
@@ -101,7 +106,7 @@ def _fill_slider(constants, tangents, anchor, needs, out):
     for lane in range(LANES):
         u = mirror * tangents[lane]
         square = u * u
-        a, b, p, q, e = _sums(constants, anchor, lane)
+        a, b, p, q, e = sums(constants, anchor, lane)
         r = constants[Row.MOVING_CRANK * LANES + lane]
         first, second = b + p * square, q + a * square
         root = math.sqrt(first * second)
@@ -129,7 +134,7 @@ def _fill_angle(constants, tangents, anchor, out):
     mirror = 1.0 if anchor == 0 else -1.0
     for lane in range(LANES):
         square = tangents[lane] * tangents[lane]
-        a, b, p, q, e = _sums(constants, anchor, lane)
+        a, b, p, q, e = sums(constants, anchor, lane)
         r = constants[Row.MOVING_CRANK * LANES + lane]
         across = mirror * ((e - r) + (e + r) * square)
         out[ROD_ANGLE * LANES + lane] = arctangent(across, math.sqrt((b + p * square) * (q + a * square)))
@@ -143,7 +148,7 @@ def _fill_rod_rates(constants, tangents, anchor, out):
         u = mirror * tangents[lane]
         square = u * u
         w = 1.0 + square
-        a, b, p, q, _ = _sums(constants, anchor, lane)
+        a, b, p, q, _ = sums(constants, anchor, lane)
         r = constants[Row.MOVING_CRANK * LANES + lane]
         one_over_root = 1.0 / math.sqrt((b + p * square) * (q + a * square))
         rest = (b * q - a * p * square * square) * one_over_root * one_over_root
@@ -151,17 +156,23 @@ def _fill_rod_rates(constants, tangents, anchor, out):
         out[ROD_ACCELERATION * LANES + lane] = mirror * r * w * rest * one_over_root
 
 
-@compiled(FILL_SIGNATURE)
-def fill(constants, tangents, anchor, _law, _variant, count, needs, out):
-    """Fill the signals for unit crank velocity; see `explore.model.mechanism.Mechanism`."""
+@subroutine(inlined=True)
+def fill_motion(constants, tangents, anchor, count, needs, signal_rows, out):
+    """Fill the signals of the motion for unit crank velocity, the first of `signal_rows` rows."""
     for j in range(count):
-        node, signals = tangents[j * LANES :], out[j * SIGNAL_ROWS * LANES :]
+        node, signals = tangents[j * LANES :], out[j * signal_rows * LANES :]
         if needs & (SLIDER | SLIDER_ACCELERATION):
             _fill_slider(constants, node, anchor, needs, signals)
         if needs & ANGLE:
             _fill_angle(constants, node, anchor, signals)
         if needs & ROD_RATES:
             _fill_rod_rates(constants, node, anchor, signals)
+
+
+@compiled(FILL_SIGNATURE)
+def fill(constants, tangents, anchor, _law, _variant, count, needs, out):
+    """Fill the signals of the motion; see `explore.model.mechanism.Mechanism`."""
+    fill_motion(constants, tangents, anchor, count, needs, SIGNAL_ROWS, out)
 
 
 @subroutine(inlined=True)
@@ -173,38 +184,49 @@ def _status(crank, rod, offset, margin):
     return 1.0 * CANNOT_ASSEMBLE if offset - crank > rod else status
 
 
-@compiled(CLOSE_SIGNATURE)
-def close(record):
-    """Fill sums, dead centres, margins and angles; see `explore.model.mechanism.Mechanism`.
+@subroutine(inlined=True)
+def close_design(record, lane, parameters, metrics):
+    """Fill sums, dead centres, margins and angles of one lane, and return the status.
 
     Metrics are in declared units, NaN where undefined.
+
+    Parameters
+    ----------
+    parameters, metrics
+        Rows of the first parameter and of the first metric.
     """
+    crank, rod = record[parameters * LANES + lane], record[(parameters + 1) * LANES + lane]
+    offset = record[(parameters + 2) * LANES + lane]
+    a, b = exact_sum(rod, -crank, -offset, 0.0), exact_sum(rod, -crank, offset, 0.0)
+    p, q = exact_sum(rod, crank, offset, 0.0), exact_sum(rod, crank, -offset, 0.0)
+    margin, width = a if a < b else b, p if p > q else q
+    status = _status(crank, rod, abs(offset), margin)
+    turns = status == _OK
+    outer, inner = math.sqrt(p * q), math.sqrt(a * b)
+    stroke = 4.0 * rod * crank / (outer + inner)
+    imbalance = abs(arctangent(offset * stroke, outer * inner + offset * offset))
+    reach, rise = crank + abs(offset), math.sqrt(margin * width)
+    record[Row.MINUS_MINUS * LANES + lane], record[Row.MINUS_PLUS * LANES + lane] = a, b
+    record[Row.PLUS_PLUS * LANES + lane], record[Row.PLUS_MINUS * LANES + lane] = p, q
+    record[Row.MOVING_CRANK * LANES + lane], record[Row.MOVING_OFFSET * LANES + lane] = crank, offset
+    record[Row.OUTER * LANES + lane], record[Row.INNER * LANES + lane] = -math.sqrt(q / p), math.sqrt(b / a)
+    # tanh(distance/2) of l - h = 0, above the anchor, and of l + h = 0, above its opposite, from the real axis
+    record[Row.SINGULAR_ABOVE * LANES + lane] = math.sqrt(b / p)
+    record[Row.SINGULAR_BELOW * LANES + lane] = math.sqrt(a / q)
+    # The terms of x' exceed it by at most twice r x/y, and x <= 2 y.
+    record[Row.NOISE * LANES + lane] = 4.0 * crank / rod
+    record[metrics * LANES + lane] = stroke if turns else _NAN
+    record[(metrics + 1) * LANES + lane] = (math.pi + imbalance) / (math.pi - imbalance) if turns else _NAN
+    record[(metrics + 2) * LANES + lane] = arctangent(offset, outer) * _DEGREES if turns else _NAN
+    record[(metrics + 3) * LANES + lane] = 180.0 + arctangent(offset, inner) * _DEGREES if turns else _NAN
+    record[(metrics + 4) * LANES + lane] = arctangent(reach, rise) * _DEGREES if turns else _NAN
+    record[(metrics + 5) * LANES + lane] = arctangent(rise, reach) * _DEGREES if turns else _NAN
+    record[(metrics + 6) * LANES + lane] = margin
+    return status
+
+
+@compiled(CLOSE_SIGNATURE)
+def close(record):
+    """Fill constants, status and metrics; see `explore.model.mechanism.Mechanism`."""
     for lane in range(LANES):
-        crank, rod = record[Row.CRANK * LANES + lane], record[Row.ROD * LANES + lane]
-        offset = record[Row.OFFSET * LANES + lane]
-        a, b = exact_sum(rod, -crank, -offset, 0.0), exact_sum(rod, -crank, offset, 0.0)
-        p, q = exact_sum(rod, crank, offset, 0.0), exact_sum(rod, crank, -offset, 0.0)
-        margin, width = a if a < b else b, p if p > q else q
-        status = _status(crank, rod, abs(offset), margin)
-        turns = status == _OK
-        outer, inner = math.sqrt(p * q), math.sqrt(a * b)
-        stroke = 4.0 * rod * crank / (outer + inner)
-        imbalance = abs(arctangent(offset * stroke, outer * inner + offset * offset))
-        reach, rise = crank + abs(offset), math.sqrt(margin * width)
-        record[Row.MINUS_MINUS * LANES + lane], record[Row.MINUS_PLUS * LANES + lane] = a, b
-        record[Row.PLUS_PLUS * LANES + lane], record[Row.PLUS_MINUS * LANES + lane] = p, q
-        record[Row.MOVING_CRANK * LANES + lane], record[Row.MOVING_OFFSET * LANES + lane] = crank, offset
-        record[Row.OUTER * LANES + lane], record[Row.INNER * LANES + lane] = -math.sqrt(q / p), math.sqrt(b / a)
-        # tanh(distance/2) of l - h = 0, above the anchor, and of l + h = 0, above its opposite, from the real axis
-        record[Row.SINGULAR_ABOVE * LANES + lane] = math.sqrt(b / p)
-        record[Row.SINGULAR_BELOW * LANES + lane] = math.sqrt(a / q)
-        # The terms of x' exceed it by at most twice r x/y, and x <= 2 y.
-        record[Row.NOISE * LANES + lane] = 4.0 * crank / rod
-        record[Row.STATUS * LANES + lane] = status
-        record[Row.STROKE * LANES + lane] = stroke if turns else _NAN
-        record[Row.TIME_RATIO * LANES + lane] = (math.pi + imbalance) / (math.pi - imbalance) if turns else _NAN
-        record[Row.OUTER_ANGLE * LANES + lane] = arctangent(offset, outer) * _DEGREES if turns else _NAN
-        record[Row.INNER_ANGLE * LANES + lane] = 180.0 + arctangent(offset, inner) * _DEGREES if turns else _NAN
-        record[Row.PRESSURE_ANGLE_MAX * LANES + lane] = arctangent(reach, rise) * _DEGREES if turns else _NAN
-        record[Row.TRANSMISSION_ANGLE_MIN * LANES + lane] = arctangent(rise, reach) * _DEGREES if turns else _NAN
-        record[Row.TURNING_MARGIN * LANES + lane] = margin
+        record[Row.STATUS * LANES + lane] = close_design(record, lane, Row.CRANK, Row.STROKE)

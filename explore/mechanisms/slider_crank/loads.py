@@ -1,0 +1,93 @@
+"""The slider-crank under load: parameters, signals and derived metrics, declared."""
+
+import math
+
+import numpy as np
+
+from explore.mechanisms.slider_crank import columns
+from explore.model.drawing import Panel
+from explore.model.quantities import FloatArray, Formula, Parameter, Signal
+
+#: In the order of `columns.ExtendedRow`, which has the speed after them.
+PARAMETERS = (
+    Parameter("constant_force", "N", "force on the slider, outward positive", 0.0, -math.inf,
+              affects="load", zero_meaning="none"),
+    Parameter("opposing_force", "N", "force against the slider's motion", 0.0, affects="load", zero_meaning="none"),
+    Parameter("stiffness", "N/m", "spring between slider and ground, relaxed at mid-stroke", 0.0,
+              affects="load", zero_meaning="none"),
+    Parameter("damping", "N s/m", "viscous damper between slider and ground", 0.0,
+              affects="load", zero_meaning="none", is_dynamic=True),
+    Parameter("mass", "kg", "mass of the slider", 0.0, affects="load", zero_meaning="none", is_dynamic=True),
+    Parameter("friction", "1", "coefficient of friction of the slider's guide", 0.0, upper=1.0,
+              affects="load", zero_meaning="none"),
+    Parameter("gravity", "m/s^2", "acceleration of free fall, across the slider's line, towards negative offsets",
+              9.80665, affects="load", zero_meaning="none"),
+    Parameter("crank_mass", "kg", "mass of the crank", 0.0, affects="load", zero_meaning="none", is_dynamic=True),
+    Parameter("crank_centroid", "1", "centroid of the crank as a share of its length from its pivot", 0.5, -math.inf,
+              affects="load", zero_meaning="at the pivot"),
+    Parameter("rod_mass", "kg", "mass of the rod", 0.0, affects="load", zero_meaning="none", is_dynamic=True),
+    Parameter("rod_centroid", "1", "centroid of the rod as a share of its length from the crank pin", 0.5, -math.inf,
+              affects="load", zero_meaning="at the crank pin"),
+    Parameter("rod_inertia", "kg m^2", "moment of inertia of the rod about its centroid", 0.0,
+              affects="load", zero_meaning="none", is_dynamic=True),
+)  # fmt: skip
+#: One of these must not be 0 where a force is requested.
+_REQUIRED_LOADS = (
+    "constant_force", "opposing_force", "stiffness", "damping", "mass", "crank_mass", "rod_mass", "rod_inertia",
+)  # fmt: skip
+
+
+def _force(name: str, long_name: str, row: int, *, squares: bool = False) -> Signal:
+    return Signal(
+        name, "N", long_name, row, columns.FORCES, pole_order=6, depends_on_load=True, required_loads=_REQUIRED_LOADS,
+        is_magnitude=squares, terms_row=columns.FORCE_TERMS,
+    )  # fmt: skip
+
+
+def _torque(name: str, unit: str, long_name: str, row: int, power: int = 1, shares_row_with: str = "") -> Signal:
+    return Signal(
+        name, unit, long_name, row, columns.FORCES, power, pole_order=6, depends_on_load=True,
+        required_loads=_REQUIRED_LOADS, terms_row=columns.TORQUE_TERMS, shares_row_with=shares_row_with,
+    )  # fmt: skip
+
+
+SIGNALS = (
+    _force("thrust", "force of the rod on the slider along its line, outward positive", columns.THRUST),
+    _force("guide_force", "force of the guide on the slider, upward positive", columns.GUIDE_FORCE),
+    _force("crank_pivot_force", "force in the pivot of the crank, its magnitude", columns.CRANK_PIVOT, squares=True),
+    _force("crank_pin_force", "force in the pin of crank and rod, its magnitude", columns.CRANK_PIN, squares=True),
+    _force("slider_pin_force", "force in the pin of rod and slider, its magnitude", columns.SLIDER_PIN, squares=True),
+    _torque("drive_torque", "N m", "torque that turns the crank", columns.TORQUE, 0),
+    _torque("drive_power", "W", "power that turns the crank", columns.TORQUE, shares_row_with="drive_torque"),
+    _torque("positive_power", "W", "power that turns the crank where it drives, else 0", columns.POSITIVE_TORQUE),
+    _torque(
+        "friction_power", "W", "power lost to friction, in the damper and to the opposing force", columns.LOST_TORQUE
+    ),
+)
+
+
+def _work(mean_power: FloatArray, speed: FloatArray) -> FloatArray:
+    return mean_power * (2.0 * math.pi / speed)
+
+
+def _largest(*values: FloatArray) -> FloatArray:
+    largest: FloatArray = np.maximum.reduce(values)
+    return largest
+
+
+FORMULAS = (
+    Formula("positive_work", "N m", "work of the drive in a turn where it drives", "min",
+            ("positive_power_mean_cycle", "speed"), _work),
+    Formula("net_work", "N m", "work of the drive in a turn: what the load dissipates", "min",
+            ("friction_power_mean_cycle", "speed"), _work),
+    Formula("pin_force_peak", "N", "largest force in a pin over the turn, of the three", "min",
+            ("crank_pivot_force_max_cycle", "crank_pin_force_max_cycle", "slider_pin_force_max_cycle"), _largest,
+            selects_one=True),
+)  # fmt: skip
+
+PANELS = (
+    Panel("pin forces", ("crank_pivot_force", "crank_pin_force", "slider_pin_force")),
+    Panel("guide force", ("guide_force",)),
+    Panel("drive torque", ("drive_torque",), shows_mean=True),
+    Panel("drive power", ("drive_power",), shows_mean=True),
+)
