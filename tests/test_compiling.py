@@ -82,7 +82,7 @@ def test_a_sweep_compiles_its_own_mechanism_only(first):
     assert "kernel.close" in compiled
     assert len(list(first[0].rglob("kernel.close-*.nbi"))) == 1
     assert len(list(first[0].rglob("loop._sample-*.nbc"))) == 1  # without what few requests need
-    assert not any(name.startswith("forces.") for name in compiled), compiled
+    assert not any(name.startswith("extended.") for name in compiled), compiled
 
 
 @pytest.mark.skipif(platform.machine() != "x86_64", reason="reads x86-64 assembly")
@@ -90,13 +90,13 @@ def test_the_loops_over_lanes_are_vectorised(tmp_path):
     script = """
 import json
 from explore.compiling import CLOSE_SIGNATURE
-from explore.mechanisms import four_bar
+from explore.mechanisms import four_bar, four_bar_forces
 from explore.mechanisms.crank_rocker import kernel
-from explore.mechanisms.rig import forces
 from explore.quadrature import equispaced, panels, tiles
 functions = {
     four_bar._fill_rates: "f8[::1], f8[::1], i8, i8, f8[::1]", four_bar._fill_angles: "f8[::1], f8[::1], i8, f8[::1]",
-    forces._fill_forces_with_masses: "f8[::1], f8[::1], i8, f8[::1]", panels.map_panels: "f8[::1], i8, i8[::1]",
+    four_bar_forces._fill_forces_with_masses: "f8[::1], f8[::1], i8, f8[::1]",
+    panels.map_panels: "f8[::1], i8, i8[::1]",
     equispaced.choose_equispaced: "f8[::1], i8, i8, f8", panels.count_nodes: "f8[::1], i8, i8",
     panels.model_errors: "f8[::1], i8", tiles._place_pair: "f8[::1], f8, f8, f8[::1], f8[::1], f8[::1], f8[::1]",
 }

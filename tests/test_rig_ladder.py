@@ -5,8 +5,7 @@ import pytest
 
 import explore
 from explore.compiling import LANES
-from explore.mechanisms import four_bar, rocking
-from explore.mechanisms.rig import columns
+from explore.mechanisms import four_bar, four_bar_forces, rocking
 from explore.mechanisms.rig.declaration import TEST_RIG
 from explore.model.status import Status
 
@@ -61,11 +60,11 @@ def test_geometry_samples_nothing(metric):
     ],
 )
 def test_forces_compute_only_the_motion_that_their_load_needs(load, rows):
-    assert filled_rows(columns.FORCES, **load) == rows
+    assert filled_rows(four_bar_forces.FORCES, **load) == rows
 
 
 def test_torque_needs_the_ratio_of_velocities_too():
-    assert filled_rows(columns.TORQUE, constant_torque=1.0) == VELOCITY
+    assert filled_rows(four_bar_forces.TORQUE, constant_torque=1.0) == VELOCITY
 
 
 @pytest.mark.parametrize(

@@ -268,7 +268,8 @@ def _defaults(declaration: Declaration) -> Iterator[str]:
 
 #: Fields in which an extended mechanism may differ: all that its kernel fills or takes.
 _KERNEL_FIELDS = (
-    "rows", "n_constants", "n_fill_constants", "variant_row", "signal_rows", "breaks", "close", "fill", "extended"
+    "rows", "n_constants", "n_fill_constants", "phases_row", "variant_row", "signal_rows", "breaks", "close", "fill",
+    "extended",
 )  # fmt: skip
 
 

@@ -1,7 +1,8 @@
 """Rows of the crank-rocker's record."""
 
-from enum import IntEnum
+from enum import IntEnum, auto
 
+from explore.mechanisms.four_bar_forces import LOADED_SIGNAL_ROWS, LOADED_SIZE
 from explore.mechanisms.rocking import ROCKING_SIZE
 
 
@@ -9,18 +10,61 @@ class Row(IntEnum):
     """Rows of a tile of designs after those of `rocking`: constants, status, parameters, metrics."""
 
     N_LINKAGES = ROCKING_SIZE
-    STATUS = ROCKING_SIZE + 1
-    CRANK = ROCKING_SIZE + 2
-    COUPLER = ROCKING_SIZE + 3
-    ROCKER = ROCKING_SIZE + 4
-    GROUND = ROCKING_SIZE + 5
-    PHASES = ROCKING_SIZE + 6
-    BRANCH = ROCKING_SIZE + 7
-    LINKAGE_CLASS = ROCKING_SIZE + 8
-    GRASHOF_MARGIN = ROCKING_SIZE + 9
-    SWING_ANGLE = ROCKING_SIZE + 10
-    MID_ANGLE = ROCKING_SIZE + 11
-    TIME_RATIO = ROCKING_SIZE + 12
-    MEAN_OUTPUT_RATIO = ROCKING_SIZE + 13
-    TRANSMISSION_ANGLE_MIN = ROCKING_SIZE + 14
-    TRANSMISSION_ANGLE_MAX = ROCKING_SIZE + 15
+    STATUS = auto()
+    CRANK = auto()
+    COUPLER = auto()
+    ROCKER = auto()
+    GROUND = auto()
+    PHASES = auto()
+    BRANCH = auto()
+    LINKAGE_CLASS = auto()
+    GRASHOF_MARGIN = auto()
+    SWING_ANGLE = auto()
+    MID_ANGLE = auto()
+    TIME_RATIO = auto()
+    MEAN_OUTPUT_RATIO = auto()
+    TRANSMISSION_ANGLE_MIN = auto()
+    TRANSMISSION_ANGLE_MAX = auto()
+
+
+class ExtendedRow(IntEnum):
+    """Rows of the extended kernel after those of a four-bar under load: constants, status, parameters, metrics.
+
+    From the last constant to the branch they are in the order of `Row`, and so are the metrics.
+    """
+
+    N_LINKAGES = LOADED_SIZE
+    STATUS = auto()
+    CRANK = auto()
+    COUPLER = auto()
+    ROCKER = auto()
+    GROUND = auto()
+    PHASES = auto()
+    BRANCH = auto()
+    CONSTANT_TORQUE = auto()
+    OPPOSING_TORQUE = auto()
+    STIFFNESS = auto()
+    DAMPING = auto()
+    INERTIA = auto()
+    CRANK_MASS = auto()
+    COUPLER_MASS = auto()
+    ROCKER_MASS = auto()
+    CRANK_CENTROID = auto()
+    COUPLER_CENTROID = auto()
+    ROCKER_CENTROID = auto()
+    COUPLER_INERTIA = auto()
+    ROCKER_INERTIA = auto()
+    GRAVITY = auto()
+    SPEED = auto()
+    LINKAGE_CLASS = auto()
+    GRASHOF_MARGIN = auto()
+    SWING_ANGLE = auto()
+    MID_ANGLE = auto()
+    TIME_RATIO = auto()
+    MEAN_OUTPUT_RATIO = auto()
+    TRANSMISSION_ANGLE_MIN = auto()
+    TRANSMISSION_ANGLE_MAX = auto()
+
+
+#: Rows of the signal array of the extended kernel.
+EXTENDED_SIGNAL_ROWS = LOADED_SIGNAL_ROWS

@@ -1,8 +1,12 @@
 """The crank-rocker of a pulsating stepless transmission: its declaration."""
 
+from dataclasses import replace
+
 from explore.mechanisms import four_bar, four_bar_drawing, four_bar_integrals, rocking
-from explore.mechanisms.crank_rocker import kernel
-from explore.mechanisms.crank_rocker.columns import Row
+from explore.mechanisms.crank_rocker import extended, kernel
+from explore.mechanisms.crank_rocker.columns import EXTENDED_SIGNAL_ROWS, ExtendedRow, Row
+from explore.mechanisms.four_bar_forces import Load
+from explore.mechanisms.four_bar_loads import LOAD_FORMULAS, LOAD_PANELS, LOAD_SIGNALS, LOADS
 from explore.model.drawing import Panel
 from explore.model.mechanism import Mechanism
 from explore.model.quadrature import Graded
@@ -61,7 +65,7 @@ _SAMPLED_DEFAULTS = (
 _CYCLE_DEFAULTS = tuple(name for name in _SAMPLED_DEFAULTS if not name.endswith("cv"))
 _CLUTCH_DEFAULTS = ("output_velocity_mean", "output_velocity_variance", "output_velocity_cv", "cv")
 
-CRANK_ROCKER = Mechanism(
+_EXTENDED = Mechanism(
     name="crank-rocker",
     summary="four-bar whose crank turns and whose rocker swings: the heart of a pulsating stepless transmission",
     parameters=(
@@ -86,6 +90,7 @@ CRANK_ROCKER = Mechanism(
             -2.0,
             choices=(1.0, -1.0),
         ),
+        *LOADS,
     ),
     signals=(
         Signal("coupler_angle", "deg", "coupler angle", four_bar.COUPLER_ANGLE, four_bar.ANGLES, needs_stroke=True),
@@ -128,7 +133,9 @@ CRANK_ROCKER = Mechanism(
             shares_row_with="rocker_velocity",
             derivative_of="rocker_angle",
         ),
+        *LOAD_SIGNALS,
     ),
+    formulas=LOAD_FORMULAS,
     metrics=_GEOMETRY_METRICS,
     windows=(
         Window("cycle", "the full turn", "turn", needs_stroke=False),
@@ -147,9 +154,12 @@ CRANK_ROCKER = Mechanism(
     strokes=_STROKES,
     drives=("slow", "fast", *_STROKES),
     marks={"overlapped": rocking.OVERLAPPED, "extended": rocking.EXTENDED},
+    # A torque against the motion jumps between the strokes.
+    breaks=("overlapped", "extended"),
     quadrature=Graded(((rocking.SINGULAR_P, 0), (rocking.SINGULAR_Q, 1), (rocking.SINGULAR_D, 0))),
     noise_row=rocking.NOISE,
-    phases_row=Row.N_LINKAGES,
+    phases_row=ExtendedRow.N_LINKAGES,
+    variant_row=Load.VARIANT,
     output_signals={"": "rocker_velocity", "clutch": "output_velocity"},
     zero_mean=frozenset(
         [(s.name, "cycle") for s in (*_VELOCITY_SIGNALS, *_ACCELERATION_SIGNALS)]
@@ -163,12 +173,11 @@ CRANK_ROCKER = Mechanism(
     },
     objectives=("cv", "swing_angle:max", "transmission_angle_min:max"),
     kernel_version="3",
-    n_constants=Row.STATUS,
-    n_fill_constants=four_bar.FOUR_BAR_SIZE,
-    rows=Row,
-    signal_rows=four_bar.SIGNAL_ROWS,
-    close=kernel.close,
-    fill=kernel.fill,
+    n_constants=ExtendedRow.STATUS,
+    rows=ExtendedRow,
+    signal_rows=EXTENDED_SIGNAL_ROWS,
+    close=extended.close,
+    fill=extended.fill,
     integrals=four_bar_integrals.integrals,
     integrated_rows=four_bar_integrals.ROWS,
     loop_lengths=("crank", "coupler", "rocker", "ground"),
@@ -181,5 +190,20 @@ CRANK_ROCKER = Mechanism(
         Panel("angular acceleration", ("coupler_acceleration", "rocker_acceleration")),
         Panel("rocker over crank velocity", ("velocity_ratio",), with_clutch=True),
         Panel("output velocity", ("output_velocity",), with_clutch=True),
+        *LOAD_PANELS,
     ),
+)
+
+CRANK_ROCKER = replace(
+    _EXTENDED,
+    breaks=(),
+    phases_row=Row.N_LINKAGES,
+    variant_row=-1,
+    n_constants=Row.STATUS,
+    n_fill_constants=four_bar.FOUR_BAR_SIZE,
+    rows=Row,
+    signal_rows=four_bar.SIGNAL_ROWS,
+    close=kernel.close,
+    fill=kernel.fill,
+    extended=_EXTENDED,
 )

@@ -9,6 +9,7 @@ import math
 import numpy as np
 
 from explore import sizing
+from explore.mechanisms.four_bar_loads import LOAD_FORMULAS
 from explore.model.quantities import OMITTED, FloatArray, Formula, Parameter
 
 _MM = 1e3  # N mm per N m
@@ -42,17 +43,8 @@ SIZING_PARAMETERS = (
 )
 
 
-def _largest(*values: FloatArray) -> FloatArray:
-    largest: FloatArray = np.maximum.reduce(values)
-    return largest
-
-
 def _peak(low: FloatArray, high: FloatArray) -> FloatArray:
     return np.maximum(np.abs(low), np.abs(high))
-
-
-def _identity(value: FloatArray) -> FloatArray:
-    return value
 
 
 def _distortion(variance: FloatArray, deviation: FloatArray, cosine: FloatArray, sine: FloatArray) -> FloatArray:
@@ -121,7 +113,6 @@ def _shear_safety(stress: FloatArray, strength: FloatArray) -> FloatArray:
     return strength / (math.sqrt(3.0) * stress)
 
 
-_PINS = "abcd"
 _PEAKS = tuple(
     Formula(
         f"{name}_peak",
@@ -139,21 +130,6 @@ _PEAKS = tuple(
         ("drive_torque", "N m", "the drive torque"),
     )
 )
-_PIN_FORCES = (
-    *(
-        Formula(f"pin_force_{word}_{pin}", "N", f"{meaning} force in pin {pin}", "min",
-                (f"pin_force_{pin}_{statistic}",), _identity)
-        for word, meaning, statistic in (("peak", "largest", "max"), ("rms", "root mean square", "rms"))
-        for pin in _PINS
-    ),
-    *(
-        Formula(f"pin_force_{word}", "N", f"{meaning} force in a pin, of the four", "min",
-                tuple(f"pin_force_{word}_{pin}" for pin in _PINS), _largest, selects_one=True)
-        for word, meaning in (("peak", "largest"), ("rms", "largest root mean square"))
-    ),
-    Formula("bearing_mean_force", "N", "mean of power 10/3 of the force in pin a, by which bearings are sized", "min",
-            ("pin_force_a_power_mean",), _identity),
-)  # fmt: skip
 _SIZES = (
     Formula("rod_diameter", "mm", "outer diameter of the coupler's rod", "min",
             ("coupler_force_peak", "allowed_stress", "hollow_ratio"), sizing.rod_diameter),
@@ -198,7 +174,7 @@ FORMULAS = (
             ("rocker_velocity_variance_cycle", "velocity_deviation_variance_cycle",
              "velocity_deviation_cosine_mean_cycle", "velocity_deviation_sine_mean_cycle"), _distortion),
     *_PEAKS,
-    *_PIN_FORCES,
+    *LOAD_FORMULAS,
     *_SIZES,
     *_CHECKS,
 )  # fmt: skip

@@ -1,25 +1,11 @@
-"""The oscillating-torque test rig, compiled: closed-form metrics, and the constants of its forces.
-
-The load is the torque on the rocker besides that of the coupler, counter-clockwise positive::
-
-    M = M0 - Mo sign(w3) - k (theta_3 - phi0) - c w3,    phi0 the mid-angle
-
-Its forces are in `explore.mechanisms.rig.forces`.
-"""
+"""The oscillating-torque test rig, compiled: closed-form metrics, the constants of its forces, and its signals."""
 
 import math
 
-from explore.compiling import CLOSE_SIGNATURE, LANES, compiled
-from explore.mechanisms import four_bar, rocking
-from explore.mechanisms.rig.columns import (
-    HAS_DAMPING,
-    HAS_INERTIA,
-    HAS_MASSES,
-    HAS_OPPOSING_TORQUE,
-    HAS_STIFFNESS,
-    LOAD_SIZE,
-    Row,
-)
+from explore.compiling import CLOSE_SIGNATURE, FILL_SIGNATURE, LANES, compiled
+from explore.mechanisms import four_bar, four_bar_forces, rocking
+from explore.mechanisms.four_bar_forces import FORCES, TORQUE, Load
+from explore.mechanisms.rig.columns import DEVIATION, DEVIATION_COSINE, DEVIATION_SINE, HARMONICS, SIGNAL_ROWS, Row
 from explore.subroutines import subroutine
 
 _DEGREES = 180.0 / math.pi
@@ -59,28 +45,6 @@ def _sensitivities(crank, coupler, rocker, ground):
     return at_e + at_o, 4.0 * product / (at_e + at_o), of_rocker, of_ground
 
 
-@subroutine(inlined=True)
-def _fill_load_constants(record, lane):
-    """Fill the constants of the forces of one lane."""
-    for k in range(LOAD_SIZE):
-        record[(Row.LOAD_CONSTANT_TORQUE + k) * LANES + lane] = record[(Row.CONSTANT_TORQUE + k) * LANES + lane]
-    coupler = record[Row.COUPLER * LANES + lane]
-    record[Row.COUPLER_LENGTH * LANES + lane] = 1e-3 * coupler
-    record[Row.ROCKER_LENGTH * LANES + lane] = 1e-3 * record[Row.ROCKER * LANES + lane]
-    record[Row.GROUND_LENGTH * LANES + lane] = 1e-3 * record[Row.GROUND * LANES + lane]
-    # Coupler force over the torque about the rocker's pivot is coupler / (2 area), the area sqrt(p q)/2 in mm^2.
-    record[Row.LEVER * LANES + lane] = 2.0e3 * coupler
-    masses = record[Row.CRANK_MASS * LANES + lane] + record[Row.COUPLER_MASS * LANES + lane]
-    masses += record[Row.ROCKER_MASS * LANES + lane] + record[Row.COUPLER_INERTIA * LANES + lane]
-    inertia = record[Row.INERTIA * LANES + lane] + record[Row.ROCKER_INERTIA * LANES + lane]
-    variant = 1.0 * HAS_STIFFNESS if record[Row.STIFFNESS * LANES + lane] != 0.0 else 0.0
-    variant += 1.0 * HAS_DAMPING if record[Row.DAMPING * LANES + lane] != 0.0 else 0.0
-    variant += 1.0 * HAS_INERTIA if inertia != 0.0 else 0.0
-    variant += 1.0 * HAS_OPPOSING_TORQUE if record[Row.OPPOSING_TORQUE * LANES + lane] != 0.0 else 0.0
-    variant += 1.0 * HAS_MASSES if masses != 0.0 else 0.0
-    record[Row.VARIANT * LANES + lane] = variant
-
-
 @compiled(CLOSE_SIGNATURE)
 def close(record):
     """Fill class, margins, limit positions, sensitivities and load; see `explore.model.mechanism.Mechanism`.
@@ -99,7 +63,7 @@ def close(record):
         from_straight = four_bar.transmission_angle(q_least, p_largest)
         worst = smallest if smallest < from_straight else from_straight
         record[Row.STATUS * LANES + lane] = status
-        record[Row.MIDDLE * LANES + lane] = middle
+        record[Load.MIDDLE * LANES + lane] = middle
         record[Row.LINKAGE_CLASS * LANES + lane] = linkage_class
         record[Row.GRASHOF_MARGIN * LANES + lane] = margin
         record[Row.SIZE * LANES + lane] = coupler + rocker
@@ -118,4 +82,37 @@ def close(record):
         record[Row.SWING_SENSITIVITY_ROCKER * LANES + lane] = of_rocker * _DEGREES if rocks else _NAN
         record[Row.SWING_SENSITIVITY_GROUND * LANES + lane] = of_ground * _DEGREES if rocks else _NAN
     for lane in range(LANES):
-        _fill_load_constants(record, lane)
+        rocks = record[Row.LINKAGE_CLASS * LANES + lane] == four_bar.CRANK_ROCKER
+        four_bar_forces.fill_load_constants(record, lane, Row.CRANK, Row.CONSTANT_TORQUE, Row.SPEED, rocks)
+
+
+@subroutine(fast=True)
+def _fill_deviations(constants, tangents, anchor, out):
+    """Fill the deviation of the rocker's velocity from a sine, and its products with sine and cosine."""
+    sign = 1.0 if anchor == 0 else -1.0
+    for lane in range(LANES):
+        tangent = tangents[lane]
+        one_over_w = sign / (1.0 + tangent * tangent)
+        cosine, sine = (1.0 - tangent * tangent) * one_over_w, 2.0 * tangent * one_over_w
+        deviation = out[four_bar.ROCKER_VELOCITY * LANES + lane]
+        deviation -= constants[Row.COSINE * LANES + lane] * cosine + constants[Row.SINE * LANES + lane] * sine
+        out[DEVIATION * LANES + lane] = deviation
+        out[DEVIATION_COSINE * LANES + lane], out[DEVIATION_SINE * LANES + lane] = (
+            2.0 * deviation * cosine,
+            2.0 * deviation * sine,
+        )
+
+
+@compiled(FILL_SIGNATURE)
+def fill(constants, tangents, anchor, law, variant, count, needs, out):
+    """Fill the signals of a four-bar under load; see `explore.model.mechanism.Mechanism` for the arguments."""
+    motion = four_bar_forces.motion_needs(needs, variant)
+    if needs & HARMONICS:
+        motion |= four_bar.VELOCITIES
+    four_bar.fill_motion(constants, tangents, anchor, count, motion, SIGNAL_ROWS, out)
+    for j in range(count):
+        node, signals = tangents[j * LANES :], out[j * SIGNAL_ROWS * LANES :]
+        if needs & (FORCES | TORQUE):
+            four_bar_forces.fill_forces(constants, node, anchor, law, variant, needs, signals)
+        if needs & HARMONICS:
+            _fill_deviations(constants, node, anchor, signals)

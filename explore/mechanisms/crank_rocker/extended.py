@@ -1,0 +1,33 @@
+"""The extended kernel of the crank-rocker, compiled: its motion, and forces under load."""
+
+from explore.compiling import CLOSE_SIGNATURE, FILL_SIGNATURE, LANES, compiled
+from explore.mechanisms import four_bar, four_bar_forces
+from explore.mechanisms.crank_rocker import kernel
+from explore.mechanisms.crank_rocker.columns import EXTENDED_SIGNAL_ROWS, ExtendedRow, Row
+from explore.mechanisms.four_bar_forces import FORCES, TORQUE, Load
+
+#: How much further down than in `Row` the rows of lengths and those of metrics are.
+_LENGTHS, _METRICS = ExtendedRow.CRANK - Row.CRANK, ExtendedRow.LINKAGE_CLASS - Row.LINKAGE_CLASS
+
+
+@compiled(CLOSE_SIGNATURE, contract=True)
+def close(record):
+    """Fill what `kernel.close` does, and the constants of the forces; see `explore.model.mechanism.Mechanism`."""
+    for lane in range(LANES):
+        record[Load.MIDDLE * LANES + lane] = kernel.fill_closed_form(record, lane, _LENGTHS, _METRICS)
+    for lane in range(LANES):
+        rocks = record[ExtendedRow.LINKAGE_CLASS * LANES + lane] == four_bar.CRANK_ROCKER
+        four_bar_forces.fill_load_constants(
+            record, lane, ExtendedRow.CRANK, ExtendedRow.CONSTANT_TORQUE, ExtendedRow.SPEED, rocks
+        )
+
+
+@compiled(FILL_SIGNATURE)
+def fill(constants, tangents, anchor, law, variant, count, needs, out):
+    """Fill the signals of a four-bar under load; see `explore.model.mechanism.Mechanism`."""
+    motion = four_bar_forces.motion_needs(needs, variant)
+    four_bar.fill_motion(constants, tangents, anchor, count, motion, EXTENDED_SIGNAL_ROWS, out)
+    if needs & (FORCES | TORQUE):
+        for j in range(count):
+            signals = out[j * EXTENDED_SIGNAL_ROWS * LANES :]
+            four_bar_forces.fill_forces(constants, tangents[j * LANES :], anchor, law, variant, needs, signals)

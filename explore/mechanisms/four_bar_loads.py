@@ -1,0 +1,129 @@
+"""Loads of a four-bar: the parameters, signals and formulas that every mechanism with such a rocker declares."""
+
+import math
+
+import numpy as np
+
+from explore.mechanisms import four_bar_forces
+from explore.model.drawing import Panel
+from explore.model.quantities import FloatArray, Formula, Parameter, Signal
+
+_TORQUES = (
+    Parameter("constant_torque", "N m", "torque on the rocker, counter-clockwise positive", 0.0, -math.inf,
+              affects="load", zero_meaning="none"),
+    Parameter("opposing_torque", "N m", "torque against the rocker's motion", 0.0, affects="load", zero_meaning="none"),
+    Parameter("stiffness", "N m/rad", "spring between rocker and ground, relaxed at the mid-angle", 0.0,
+              affects="load", zero_meaning="none"),
+    Parameter("damping", "N m s/rad", "viscous damper between rocker and ground", 0.0,
+              affects="load", zero_meaning="none", is_dynamic=True),
+    Parameter("inertia", "kg m^2", "moment of inertia that turns with the rocker", 0.0,
+              affects="load", zero_meaning="none", is_dynamic=True),
+)  # fmt: skip
+_LINKS = (
+    *(
+        Parameter(f"{link}_mass", "kg", f"mass of the {link}", 0.0,
+                  affects="load", zero_meaning="none", is_dynamic=True)
+        for link in ("crank", "coupler", "rocker")
+    ),
+    *(
+        Parameter(f"{link}_centroid", "1", f"centroid of the {link} as a share of its length from {pin}", 0.5,
+                  -math.inf, affects="load", zero_meaning=f"at {pin}")
+        for link, pin in (("crank", "pin a"), ("coupler", "pin b"), ("rocker", "pin d"))
+    ),
+    Parameter("coupler_inertia", "kg m^2", "moment of inertia of the coupler about its centroid", 0.0,
+              affects="load", zero_meaning="none", is_dynamic=True),
+    Parameter("rocker_inertia", "kg m^2", "moment of inertia of the rocker about pin d", 0.0,
+              affects="load", zero_meaning="none", is_dynamic=True),
+    Parameter("gravity", "m/s^2", "acceleration of free fall, across the line of the ground pivots", 9.80665,
+              affects="load", zero_meaning="none"),
+)  # fmt: skip
+#: The parameters of the load, in the order of `four_bar_forces.Load`, which has the speed after them.
+LOADS = (*_TORQUES, *_LINKS)
+#: One of these must not be 0 where a force is requested.
+_REQUIRED_LOADS = (
+    *(p.name for p in _TORQUES),
+    "crank_mass",
+    "coupler_mass",
+    "rocker_mass",
+    "coupler_inertia",
+    "rocker_inertia",
+)
+
+
+def _force(name: str, unit: str, long_name: str, row: int, *, is_magnitude: bool = False) -> Signal:
+    """Declare a force or moment under load."""
+    return Signal(name, unit, long_name, row, four_bar_forces.FORCES, pole_order=6, needs_stroke=True,
+                  depends_on_load=True, required_loads=_REQUIRED_LOADS, is_magnitude=is_magnitude,
+                  terms_row=four_bar_forces.FORCE_TERMS)  # fmt: skip
+
+
+def _torque(name: str, unit: str, long_name: str, row: int, power: int = 0, shares_row_with: str = "") -> Signal:
+    """Declare a torque on the crank, or with a power of the speed of 1 its power."""
+    return Signal(name, unit, long_name, row, four_bar_forces.TORQUE, power, pole_order=6, needs_stroke=True,
+                  depends_on_load=True, required_loads=_REQUIRED_LOADS, shares_row_with=shares_row_with,
+                  terms_row=four_bar_forces.TORQUE_TERMS)  # fmt: skip
+
+
+LOAD_SIGNALS = (
+    _force("coupler_force", "N", "force along the coupler at its rocker end, compression positive",
+           four_bar_forces.COUPLER_FORCE),
+    *(
+        _force(f"pin_force_{pin}", "N", f"force in the pin of {bodies}, its magnitude", row, is_magnitude=True)
+        for pin, bodies, row in (
+            ("a", "ground and crank", four_bar_forces.PIN_A), ("b", "crank and coupler", four_bar_forces.PIN_B),
+            ("c", "coupler and rocker", four_bar_forces.PIN_C), ("d", "rocker and ground", four_bar_forces.PIN_D),
+        )
+    ),
+    _force("rocker_axial_force", "N", "force of the coupler along the rocker, outward positive",
+           four_bar_forces.ROCKER_FORCE),
+    _force("rocker_moment", "N m", "moment of the coupler's force about pin d", four_bar_forces.ROCKER_MOMENT),
+    _torque("drive_torque", "N m", "torque that turns the crank", four_bar_forces.DRIVE_TORQUE),
+    _torque("power", "W", "power that turns the crank", four_bar_forces.DRIVE_TORQUE, 1, "drive_torque"),
+    _torque("positive_power", "W", "power that turns the crank where it drives, else 0",
+            four_bar_forces.POSITIVE_TORQUE, 1),
+    _torque("friction_power", "W", "power lost to the opposing torque and in the damper",
+            four_bar_forces.FRICTION_TORQUE, 1),
+)  # fmt: skip
+
+
+def _identity(value: FloatArray) -> FloatArray:
+    return value
+
+
+def _largest(*values: FloatArray) -> FloatArray:
+    largest: FloatArray = np.maximum.reduce(values)
+    return largest
+
+
+def _work(mean_power: FloatArray, speed: FloatArray) -> FloatArray:
+    return mean_power * (2.0 * math.pi / speed)
+
+
+_PINS = "abcd"
+LOAD_FORMULAS = (
+    *(
+        Formula(f"pin_force_{word}_{pin}", "N", f"{meaning} force in pin {pin}", "min",
+                (f"pin_force_{pin}_{statistic}",), _identity)
+        for word, meaning, statistic in (("peak", "largest", "max"), ("rms", "root mean square", "rms"))
+        for pin in _PINS
+    ),
+    *(
+        Formula(f"pin_force_{word}", "N", f"{meaning} force in a pin, of the four", "min",
+                tuple(f"pin_force_{word}_{pin}" for pin in _PINS), _largest, selects_one=True)
+        for word, meaning in (("peak", "largest"), ("rms", "largest root mean square"))
+    ),
+    Formula("bearing_mean_force", "N", "mean of power 10/3 of the force in pin a, by which bearings are sized", "min",
+            ("pin_force_a_power_mean",), _identity),
+    Formula("positive_work", "N m", "work of the drive in a turn where it drives", "min",
+            ("positive_power_mean_cycle", "speed"), _work),
+    Formula("net_work", "N m", "work of the drive in a turn: what the load dissipates", "min",
+            ("friction_power_mean_cycle", "speed"), _work),
+)  # fmt: skip
+
+#: Forces of a hand-sized machine; heavier ones have panels in kN of their own.
+LOAD_PANELS = (
+    Panel("drive torque", ("drive_torque",), shows_mean=True),
+    Panel("pin forces", tuple(f"pin_force_{pin}" for pin in _PINS)),
+    Panel("coupler force", ("coupler_force",)),
+    Panel("power", ("power",), shows_mean=True),
+)
