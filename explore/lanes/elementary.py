@@ -1,4 +1,4 @@
-"""Exponential, logarithm, tangent and hyperbolic inverses without calls or branches: loops over lanes vectorise.
+"""Exact sums, exponential, logarithm, tangent and hyperbolic inverses without calls or branches, to vectorise loops.
 
 The C library's functions take one number at a time: a loop that calls them stays scalar. The exponent and mantissa of a
 double are read as the bits of an integer.
@@ -93,6 +93,25 @@ def logarithm(x):
 def spacing(x):
     """Distance from a normal number to the next larger one in magnitude."""
     return double_of((bits_of(x) & _EXPONENT_MASK) - (_MANTISSA_BITS << _MANTISSA_BITS))
+
+
+@subroutine(inlined=True)
+def exact_sum(a, b, c, d):
+    """Sum of four numbers with compensated rounding errors (Ogita, Rump & Oishi 2005, Sum2).
+
+    The result is as if summed in twice the precision and rounded once; plain summation loses the margin of a
+    linkage near the change point.
+    """
+    two = a + b
+    part = two - a
+    compensation = (a - (two - part)) + (b - part)
+    three = two + c
+    part = three - two
+    compensation += (two - (three - part)) + (c - part)
+    four = three + d
+    part = four - three
+    compensation += (three - (four - part)) + (d - part)
+    return four + compensation
 
 
 @subroutine(contract=True, inlined=True)

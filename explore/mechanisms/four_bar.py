@@ -29,7 +29,7 @@ import math
 
 from explore.compiling import LANES
 from explore.lanes.arctangent import arctangent
-from explore.lanes.elementary import spacing
+from explore.lanes.elementary import exact_sum, spacing
 from explore.subroutines import subroutine
 
 # Rows of the constants. Each factor has its least value at one anchor and its largest at the other.
@@ -54,25 +54,6 @@ CLASS_LABELS = (
     "change_point",
     "cannot_assemble",
 )
-
-
-@subroutine(inlined=True)
-def exact_sum(a, b, c, d):
-    """Sum of four numbers with compensated rounding errors (Ogita, Rump & Oishi 2005, Sum2).
-
-    The result is as if summed in twice the precision and rounded once; plain summation loses the margin of a
-    linkage near the change point.
-    """
-    two = a + b
-    part = two - a
-    compensation = (a - (two - part)) + (b - part)
-    three = two + c
-    part = three - two
-    compensation += (two - (three - part)) + (c - part)
-    four = three + d
-    part = four - three
-    compensation += (three - (four - part)) + (d - part)
-    return four + compensation
 
 
 @subroutine(inlined=True)

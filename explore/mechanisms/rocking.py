@@ -10,8 +10,9 @@ import math
 
 from explore.compiling import LANES
 from explore.lanes.arctangent import arctangent
+from explore.lanes.elementary import exact_sum
 from explore.mechanisms import four_bar
-from explore.mechanisms.four_bar import FOUR_BAR_SIZE, exact_sum
+from explore.mechanisms.four_bar import FOUR_BAR_SIZE
 from explore.model.status import OwnStatus, Status
 from explore.subroutines import subroutine
 

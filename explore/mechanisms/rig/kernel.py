@@ -3,6 +3,7 @@
 import math
 
 from explore.compiling import CLOSE_SIGNATURE, FILL_SIGNATURE, LANES, compiled
+from explore.lanes.elementary import exact_sum
 from explore.mechanisms import four_bar, four_bar_forces, rocking
 from explore.mechanisms.four_bar_forces import FORCES, TORQUE, Load
 from explore.mechanisms.rig.columns import DEVIATION, DEVIATION_COSINE, DEVIATION_SINE, HARMONICS, SIGNAL_ROWS, Row
@@ -24,12 +25,12 @@ def _sensitivities(crank, coupler, rocker, ground):
     sum_of_two, difference = ground + rocker, ground - rocker
     # Four times the area of each triangle, by Heron; sums of three lengths and more are exact.
     area_e = math.sqrt(
-        four_bar.exact_sum(ground, rocker, -crank, -coupler) * (sum_of_two + extended)
-        * four_bar.exact_sum(coupler, crank, rocker, -ground) * four_bar.exact_sum(coupler, crank, ground, -rocker)
+        exact_sum(ground, rocker, -crank, -coupler) * (sum_of_two + extended)
+        * exact_sum(coupler, crank, rocker, -ground) * exact_sum(coupler, crank, ground, -rocker)
     )  # fmt: skip
     area_o = math.sqrt(
-        four_bar.exact_sum(ground, rocker, crank, -coupler) * four_bar.exact_sum(ground, rocker, coupler, -crank)
-        * four_bar.exact_sum(coupler, -crank, rocker, -ground) * four_bar.exact_sum(coupler, -crank, ground, -rocker)
+        exact_sum(ground, rocker, crank, -coupler) * exact_sum(ground, rocker, coupler, -crank)
+        * exact_sum(coupler, -crank, rocker, -ground) * exact_sum(coupler, -crank, ground, -rocker)
     )  # fmt: skip
     area_product = area_e * area_o
     at_e, at_o = 2.0 * extended / area_e, 2.0 * overlapped / area_o

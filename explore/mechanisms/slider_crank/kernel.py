@@ -33,8 +33,7 @@ import math
 
 from explore.compiling import CLOSE_SIGNATURE, FILL_SIGNATURE, LANES, compiled
 from explore.lanes.arctangent import arctangent
-from explore.lanes.elementary import spacing
-from explore.mechanisms.four_bar import exact_sum
+from explore.lanes.elementary import exact_sum, spacing
 from explore.mechanisms.slider_crank.columns import (
     ACCELERATION,
     ANGLE,
