@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import explore
-from explore.charts.bounds import SignalBound, signal_bounds, uses_clutch
+from explore.charts.bounds import SignalBound, signal_bounds, uses_drive_stroke
 from explore.charts.mechanism import mechanism_chart
 from explore.charts.motion import motion_chart
 from explore.charts.simulation import simulate_design
@@ -130,21 +130,31 @@ def test_a_bound_far_from_the_curve_does_not_extend_the_axis(sweep):
 )
 def test_strokes_and_clutches_are_shown_only_where_the_study_uses_them(sweep, window, metrics, has_clutch):
     results = sweep(window, metrics)
-    assert uses_clutch(results, CRANK_ROCKER) == has_clutch
+    assert uses_drive_stroke(results, CRANK_ROCKER) == has_clutch
     charts = charts_of(motion_chart(results, design=0))
     assert len(charts) == (6 if has_clutch else 4)
     assert ("output velocity [rad/s]" in charts) == has_clutch
     assert all(bool(chart.patches) == has_clutch for chart in charts.values())
     assert {text.get_text().split()[0] for text in charts["angle [deg]"].texts} == {"overlapped", "extended"}
     (linkage,) = charts_of(mechanism_chart(results, design=0)).values()
-    assert ("crank on the drive stroke" in {line.get_label() for line in linkage.get_lines()}) == has_clutch
+    assert ("input on the drive stroke" in {line.get_label() for line in linkage.get_lines()}) == has_clutch
     study = collect_contents(results, find_mechanism("crank-rocker"), "", lambda _: None).study
     assert study["drive"] == ("slow" if has_clutch else "none")
 
 
+def test_a_mechanism_without_clutches_has_a_drive_stroke_alone(tmp_path):
+    (tmp_path / "study.toml").write_text(
+        'mechanism = "slider-crank"\n[parameters]\ncrank = 50\nrod = 150\noffset = 40\n[evaluate]\nwindow = "drive"\n'
+    )
+    results = explore.sweep(explore.load_study(tmp_path / "study.toml"), tmp_path / "slider.h5")
+    simulated = simulate_design(results, 0)
+    assert simulated.drive is not None
+    assert simulated.phases is None
+
+
 def test_a_constraint_on_a_stroke_counts_as_use(sweep):
     results = sweep("cycle", constraints="rocker_velocity_mean_drive = { min = 0.01 }")
-    assert uses_clutch(results, CRANK_ROCKER)
+    assert uses_drive_stroke(results, CRANK_ROCKER)
 
 
 @pytest.mark.parametrize("window", [(300, 400), (-780, -680), (1020, 1120)])
@@ -201,3 +211,5 @@ def test_a_damaged_window_is_an_error(sweep, key, value, message):
         file.attrs["determines"] = np.bytes_(json.dumps(facts).encode().ljust(length))
     with pytest.raises(ResultsError, match=message):
         simulate_design(explore.open_results(path), 0)
+    with pytest.raises(ResultsError, match=message):
+        collect_contents(explore.open_results(path), CRANK_ROCKER, "", lambda _: None)

@@ -1,4 +1,4 @@
-"""Bounds of a study on signals, and whether it uses the strokes that clutches transmit."""
+"""Bounds of a study on signals, and the drive stroke that it uses."""
 
 from __future__ import annotations
 
@@ -9,18 +9,19 @@ from typing import TYPE_CHECKING, Literal, cast
 
 from explore.charts.style import RED
 from explore.charts.turn import TURN, spans_in_turn
-from explore.errors import RequestError
+from explore.errors import RequestError, ResultsError
 from explore.model.mechanism import Mechanism
 from explore.model.quantities import AnyMetric, DerivedMetric, FloatArray, Metric, SampledMetric
 from explore.request.names import find_metric, make_window
 from explore.store.results import Results
+from explore.suggest import format_value
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 Side = Literal["min", "max"]
-#: Kinds of windows that mean something only where one-way clutches transmit.
-_CLUTCH_KINDS = ("drive", "return", "clutch")
+#: Kinds of windows that depend on the drive stroke.
+_DRIVE_KINDS = ("drive", "return", "clutch")
 #: Kinds of windows whose input angles differ from design to design.
 _STROKE_KINDS = ("drive", "return", "arc")
 
@@ -51,9 +52,23 @@ class SignalBound:
     stroke: str = ""
 
 
-def uses_clutch(results: Results, mechanism: Mechanism) -> bool:
-    """Whether the window of the study, a metric or a constraint needs one-way clutches."""
-    windows = [window.name for window in mechanism.windows if window.kind in _CLUTCH_KINDS]
+def drive_of(results: Results, mechanism: Mechanism) -> str:
+    """Name of the drive of a study; empty where its mechanism has none.
+
+    Raises
+    ------
+    ResultsError
+        If the mechanism has no drive of the name in the file.
+    """
+    if mechanism.drives and results.drive not in mechanism.drives:
+        name = format_value(results.drive)
+        raise ResultsError(f"{results.path} is damaged: a {mechanism.name} has no drive stroke {name}")
+    return results.drive if mechanism.drives else ""
+
+
+def uses_drive_stroke(results: Results, mechanism: Mechanism) -> bool:
+    """Whether the window of the study, a metric or a constraint depends on the drive stroke."""
+    windows = [window.name for window in mechanism.windows if window.kind in _DRIVE_KINDS]
     names = [*(column.name for column in results.columns), *results.constraints]
     return results.window in windows or any(name.endswith(tuple(f"_{window}" for window in windows)) for name in names)
 

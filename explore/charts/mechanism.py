@@ -31,7 +31,7 @@ _PROFILES = (GREEN, BLUE)
 def mechanism_chart(results: ResultsOrPath, *, design: int | None = None) -> Figure:
     """Draw the mechanism of one design in true proportions.
 
-    Its limit positions, the paths of its points, and the drive stroke where the study uses clutches; without limit
+    Its limit positions, the paths of its points, and the drive stroke where the study uses it; without limit
     positions the mechanism at input angle 0.
 
     Parameters
@@ -125,7 +125,7 @@ def _draw_positions(panel: Axes, simulated: SimulatedDesign, drawing: Drawing) -
 def _draw_stroke(panel: Axes, simulated: SimulatedDesign, drawing: Drawing, drive: tuple[float, float]) -> None:
     """Draw the drive stroke on the path of its point, with an arrow in the sense of rotation."""
     arc = simulated.pose(list(np.linspace(*drive, 200))).sum(drawing.points[drawing.stroke_point])
-    panel.plot(*arc.T, color=GREEN, lw=3.5, solid_capstyle="butt", zorder=2, label="crank on the drive stroke")
+    panel.plot(*arc.T, color=GREEN, lw=3.5, solid_capstyle="butt", zorder=2, label="input on the drive stroke")
     panel.annotate("", arc[110], arc[95], zorder=3,
                    arrowprops={"arrowstyle": "-|>", "color": GREEN, "lw": 2.0, "mutation_scale": 20})  # fmt: skip
 

@@ -175,9 +175,9 @@ def _draw_output(chart: Axes, simulated: SimulatedDesign, signal: Signal) -> Non
     angle, phases = simulated.motion.index.to_numpy(), simulated.phases
     if phases > 1:
         one = clutch_output(simulated, signal, simulated.drive, 1)
-        chart.plot(angle, one, "--", color=SKY, lw=1.4, label="1 linkage")
+        chart.plot(angle, one, "--", color=SKY, lw=1.4, label="1 mechanism")
     output = clutch_output(simulated, signal, simulated.drive, phases)
-    chart.plot(angle, output, color=INK, lw=2.0, label=f"{phases} linkage{'s' * (phases > 1)}")
+    chart.plot(angle, output, color=INK, lw=2.0, label=f"{phases} mechanism{'s' * (phases > 1)}")
     chart.set_ylim(bottom=0.0)
     draw_bounds(chart, angle, {signal.name: output}, simulated.bounds)
     _add_legend(chart, "through clutches")

@@ -9,16 +9,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from explore.api import simulate
-from explore.charts.bounds import SignalBound, signal_bounds, uses_clutch
+from explore.charts.bounds import SignalBound, drive_of, signal_bounds, uses_drive_stroke
 from explore.charts.labels import results_name
 from explore.charts.queries import choose_design
 from explore.charts.turn import turn_angles
-from explore.errors import ResultsError
 from explore.model.drawing import Pose
 from explore.model.mechanism import Mechanism
 from explore.motions import mark_angles, window_limits
 from explore.request.names import find_mechanism
-from explore.suggest import format_value
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -44,9 +42,10 @@ class SimulatedDesign:
         Input angles of the marks by name, deg; those of limit positions are absent where the output turns fully.
     drive
         First and last input angle of the drive stroke, deg, the last the larger; None without strokes, or where the
-        study uses no clutches.
+        study does not use it.
     phases
-        Number of mechanisms that share the output through one-way clutches; None where the study uses no clutches.
+        Number of mechanisms that share the output through one-way clutches; None where there are no clutches, or the
+        study does not use the drive stroke.
     bounds
         Bounds of the study on signals, at the input angles where they hold for this design.
     """
@@ -101,8 +100,8 @@ def simulate_design(results: Results, design: int | None = None) -> SimulatedDes
     parameters = {name: value for name, value in values.items() if value is not None}
     motion = simulate(mechanism.name, parameters, angles=turn_angles(np.rad2deg(mechanism.anchor_angle)))
     columns = {name: np.array([value]) for name, value in parameters.items()}
-    strokes = _Strokes(mechanism, columns, _drive_name(results, mechanism))
-    clutched = uses_clutch(results, mechanism)
+    strokes = _Strokes(mechanism, columns, drive_of(results, mechanism))
+    uses_stroke = uses_drive_stroke(results, mechanism)
     swept = ", ".join(
         f"{p.name} {parameters[p.name]:.6g} {p.unit if p.unit != '1' else ''}".rstrip()
         for p in mechanism.parameters
@@ -114,17 +113,18 @@ def simulate_design(results: Results, design: int | None = None) -> SimulatedDes
         motion,
         title=f"{results_name(results)}, design {chosen:,}: {swept}",
         marks=mark_angles(mechanism, columns),
-        drive=strokes.limits("drive") if clutched else None,
-        phases=int(parameters.get("phases", 1)) if clutched else None,
+        drive=strokes.limits("drive") if uses_stroke else None,
+        phases=_count_phases(mechanism, parameters) if uses_stroke else None,
         bounds=strokes.located(signal_bounds(results, mechanism)),
     )
 
 
-def _drive_name(results: Results, mechanism: Mechanism) -> str:
-    name = results.drive
-    if mechanism.drives and name not in mechanism.drives:
-        raise ResultsError(f"{results.path} is damaged: a {mechanism.name} has no drive stroke {format_value(name)}")
-    return name
+def _count_phases(mechanism: Mechanism, parameters: Mapping[str, float]) -> int | None:
+    """The number of mechanisms behind clutches; None where there are no clutches."""
+    if mechanism.phases_row < 0:
+        return None
+    column = np.array([[parameters[parameter.name]] for parameter in mechanism.kernel_parameters])
+    return int(mechanism.constants(column)[mechanism.phases_row, 0])
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from explore._version import __version__
-from explore.charts.bounds import signal_bounds, uses_clutch
+from explore.charts.bounds import drive_of, signal_bounds, uses_drive_stroke
 from explore.charts.labels import results_name, unit_text
 from explore.errors import RequestError
 from explore.model.columns import Column
@@ -146,11 +146,12 @@ def _describe_study(results: Results, mechanism: Mechanism | None, ranking: Rank
 
 
 def _window_and_drive(results: Results, mechanism: Mechanism | None) -> dict[str, str]:
-    """The window of the study, and the drive stroke if its clutches have one, as far as it names them."""
+    """The window of the study, and the drive stroke, "none" where the study does not use it."""
     window = results.window
     if not isinstance(window, str):
         window = f"{window['from']:g} to {window['to']:g} deg"
-    return {"window": window, "drive": results.drive if mechanism and uses_clutch(results, mechanism) else "none"}
+    uses_stroke = mechanism is not None and uses_drive_stroke(results, mechanism)
+    return {"window": window, "drive": drive_of(results, mechanism) if mechanism and uses_stroke else "none"}
 
 
 def _bounds(results: Results, mechanism: Mechanism | None) -> list[list[Any]]:

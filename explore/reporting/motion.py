@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import asdict
 from typing import Any
 
@@ -10,6 +11,7 @@ import numpy as np
 from explore.charts.labels import unit_text
 from explore.model.drawing import Panel
 from explore.model.mechanism import Mechanism
+from explore.model.quantities import Parameter
 from explore.model.status import Status
 from explore.quadrature.windows import LONGER, SHORTER, orient
 from explore.reporting.javascript import TranslationError, translate
@@ -25,6 +27,7 @@ def describe_motion(mechanism: Mechanism) -> dict[str, Any]:
         "input": mechanism.input_angle,
         "anchor": float(np.rad2deg(mechanism.anchor_angle)),
         "parameters": [p.name for p in mechanism.kernel_parameters],
+        "allowed": [_describe_range(p) for p in mechanism.parameters],
         "speed": mechanism.speed.name if mechanism.speed else "",
         "record_rows": mechanism.record_rows,
         "first_parameter": mechanism.first_parameter,
@@ -50,6 +53,22 @@ def describe_motion(mechanism: Mechanism) -> dict[str, Any]:
         "panels": [_describe_panel(mechanism, panel) for panel in panels],
         "drawing": asdict(mechanism.drawing) if mechanism.drawing else None,
     }  # fmt: skip
+
+
+def _describe_range(parameter: Parameter) -> dict[str, Any]:
+    """The values that a parameter can take: a page gives no others to the mechanism's functions."""
+    return {
+        "name": parameter.name,
+        "lower": _finite(parameter.lower),
+        "upper": _finite(parameter.upper),
+        "choices": list(parameter.choices),
+        "zero": bool(parameter.zero_meaning),
+    }
+
+
+def _finite(limit: float) -> float | None:
+    """The limit of a range; None for an infinite one, which JSON has no word for."""
+    return limit if math.isfinite(limit) else None
 
 
 def _describe_panel(mechanism: Mechanism, panel: Panel) -> dict[str, Any]:

@@ -96,33 +96,45 @@ def test_a_linkage_without_a_full_turn_has_no_motion(page):
         assert page_motion(page, values, []) is None
 
 
-def linkage_image(page):
-    return page.evaluate("document.querySelector('canvas.linkage').toDataURL()")
+@pytest.mark.parametrize("change", [{"phases": 13.0}, {"phases": 2.5}, {"branch": 0.5}, {"crank": -100.0}])
+def test_a_value_that_a_parameter_cannot_take_has_no_motion(page, change):
+    """A file that was changed could otherwise make a loop as long as it likes."""
+    assert page_motion(page, DESIGNS[0], []) is not None
+    assert page_motion(page, {**DESIGNS[0], **change}, []) is None
+
+
+def test_a_drive_named_like_a_part_of_every_object_is_none_of_the_strokes(page):
+    fast, odd = (page_motion(page, {**DESIGNS[0], "drive": drive}, [0.0]) for drive in ("fast", "constructor"))
+    assert odd["stroke"] == fast["stroke"] is not None
+
+
+def picture(page):
+    return page.evaluate("document.querySelector('canvas.picture').toDataURL()")
 
 
 def test_a_click_on_a_design_animates_it(page):
     heading = page.locator("#design h2").inner_text()
-    static = linkage_image(page)
+    static = picture(page)
     page.wait_for_timeout(150)
-    assert linkage_image(page) == static
+    assert picture(page) == static
     box = page.locator("#scatter .plot").bounding_box()
     x, y = page.evaluate("exploreReport.page.whereIs(exploreReport.page.rows()[40])")
     page.mouse.click(box["x"] + x, box["y"] + y)
     settle(page)
     assert page.locator("#design h2").inner_text() != heading
-    first = linkage_image(page)
+    first = picture(page)
     page.wait_for_timeout(200)
-    second = linkage_image(page)
+    second = picture(page)
     assert len({static, first, second}) == 3
     page.get_by_role("button", name="Pause").click()
-    paused = linkage_image(page)
+    paused = picture(page)
     page.wait_for_timeout(150)
-    assert linkage_image(page) == paused
+    assert picture(page) == paused
     slider = page.get_by_label("crank angle in degrees")
     slider.focus()
     page.keyboard.press("ArrowRight")
     settle(page)
-    assert linkage_image(page) != paused
+    assert picture(page) != paused
     slider.evaluate("(node) => { node.value = 90; node.dispatchEvent(new Event('input')); }")
     assert "crank angle 90.0°" in page.locator(".reading").inner_text()
 
@@ -151,7 +163,7 @@ def test_a_design_that_cannot_turn_shows_its_status(page, frame):
     )
     text = page.locator("#design").inner_text()
     assert "No full turn to draw: the crank cannot turn fully: the linkage locks before a full turn." in text
-    assert not page.locator("canvas.linkage").is_visible()
+    assert not page.locator("canvas.picture").is_visible()
 
 
 def test_other_mechanisms_are_shown_in_numbers(browser, finished, tmp_path):
@@ -179,10 +191,10 @@ metrics = ["swing_angle:max", "pin_force_peak:min"]
 
 def test_the_test_rig_is_drawn_without_strokes_and_clutches(browser, tmp_path):
     with silent_page(browser, report_of(sweep_study(tmp_path, "rig", RIG).path), reduced_motion="reduce") as page:
-        static = linkage_image(page)
+        static = picture(page)
         page.get_by_role("button", name="Play").click()
         page.wait_for_timeout(200)
-        assert linkage_image(page) != static
+        assert picture(page) != static
         titles = page.locator(".curve .title").all_inner_texts()
         assert titles == [
             "rocker angle [deg]", "transmission angle [deg]", "rocker velocity [rad/s]", "pin forces [kN]",

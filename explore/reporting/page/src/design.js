@@ -5,7 +5,7 @@ import { cell, count, words } from "./format.js";
 import { curveChart } from "./curves.js";
 import { KINDS, glyph } from "./marks.js";
 import { DASHES, HUES, drawMechanism, drawingOf, heightOf, limitsOf } from "./drawing.js";
-import { hasMotion, motionOf, overTheTurn } from "./mechanism.js";
+import { brokenParameter, hasMotion, motionOf, overTheTurn } from "./mechanism.js";
 import { panelsOf } from "./panels.js";
 import { onTheme } from "./theme.js";
 
@@ -19,7 +19,7 @@ const TURN = 5;
  */
 export function designPanel(root, model, chosen) {
   const state = { degrees: 0, playing: false, motion: null, turn: null, drawing: null, size: { width: 0, height: 0 } };
-  const canvas = el("canvas", { class: "linkage", role: "img" });
+  const canvas = el("canvas", { class: "picture", role: "img" });
   const stage = el("div", { class: "stage" }, canvas);
   const controls = player(state, model.study.motion?.input ?? "input angle", () => draw());
   const curves = el("div", { class: "curves" });
@@ -154,9 +154,15 @@ function missingMotionReason(model, row, motion) {
   if (motion) return "";
   if (!hasMotion(model.study.motion))
     return `This page has no drawing of the mechanism “${model.study.mechanism}”; its designs are shown in numbers.`;
+  const { motion: declared, sentences } = model.study;
   const status = model.byName.get("status");
-  const label = status?.labels?.[status.values[row]];
-  return `No full turn to draw: ${model.study.sentences[label] ?? "this design does not turn"}.`;
+  const code = status?.values[row];
+  const broken = brokenParameter(declared, parametersOf(model, row));
+  if (broken && (!status || declared.moving.includes(code)))
+    return `No full turn to draw: the value of ${words(broken)} is none that it can take.`;
+  const label = status?.labels?.[code];
+  const sentence = Object.hasOwn(sentences, label) ? sentences[label] : "this design does not turn";
+  return `No full turn to draw: ${sentence}.`;
 }
 
 /** Name what is drawn. */

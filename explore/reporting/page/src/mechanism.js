@@ -12,16 +12,31 @@ const functions = () => globalThis.exploreMechanism;
 export const hasMotion = (declared) => Boolean(declared && functions());
 
 /**
+ * The first parameter with a value that it cannot take, which only a file that was changed has; undefined for none. The
+ * mechanism's functions may loop as often as a value says.
+ */
+export const brokenParameter = (declared, values) =>
+  declared.allowed.find(({ name, lower, upper, choices, zero }) => {
+    const value = valueOf(values, name);
+    const inRange = Number.isFinite(value) && value > (lower ?? -Infinity) && value <= (upper ?? Infinity);
+    return !((zero && value === 0) || inRange) || (choices.length > 0 && !choices.includes(value));
+  })?.name;
+
+/** The value of a parameter; 1 where neither the study nor the declaration gives one. */
+const valueOf = (values, name) => (Object.hasOwn(values, name) ? values[name] : 1);
+
+/**
  * The motion of one design.
  * @param {Object} declared the mechanism's declaration, `study.motion`
  * @param {Object<string, number>} values parameters by name
- * @param {string} drive the stroke that the clutch transmits; "none" where there is no clutch
- * @returns {?Object} null where the design has no motion over a full turn
+ * @param {string} drive the drive stroke; "none" where the study uses none
+ * @returns {?Object} null where the design has no motion over a full turn, or a parameter is broken
  */
 export function motionOf(declared, values, drive) {
+  if (brokenParameter(declared, values)) return null;
   const record = new Float64Array(declared.record_rows);
   declared.parameters.forEach((name, k) => {
-    record[declared.first_parameter + k] = values[name] ?? 1;
+    record[declared.first_parameter + k] = valueOf(values, name);
   });
   functions().close(record);
   if (!declared.moving.includes(record[declared.status_row])) return null;
@@ -31,7 +46,7 @@ export function motionOf(declared, values, drive) {
       .filter(([, angle]) => Number.isFinite(angle)),
   );
   const motion = { declared, values, record, marks, out: new Float64Array(declared.signal_rows) };
-  motion.speed = declared.speed ? (values[declared.speed] ?? 1) : 1;
+  motion.speed = declared.speed ? valueOf(values, declared.speed) : 1;
   motion.phases = declared.phases_row < 0 ? 1 : Math.max(1, Math.round(record[declared.phases_row]));
   motion.drive = drive;
   motion.stroke = drive === "none" ? null : strokeOf(motion, "drive");
@@ -42,12 +57,11 @@ export function motionOf(declared, values, drive) {
 /** First and last input angle of a stroke by its name, deg; null without strokes. */
 export function strokeOf(motion, name) {
   const { declared, record, drive } = motion;
-  const ends = declared.strokes[name];
-  if (ends) return after(motion, ...ends);
+  if (Object.hasOwn(declared.strokes, name)) return after(motion, ...declared.strokes[name]);
   const strokes = Object.entries(declared.strokes);
   if (strokes.length < 2 || drive === "none") return null;
   const opposite = name === "return";
-  if (declared.strokes[drive]) {
+  if (Object.hasOwn(declared.strokes, drive)) {
     const other = strokes.find(([each]) => each !== drive)[1];
     return after(motion, ...(opposite ? other : declared.strokes[drive]));
   }
@@ -60,7 +74,7 @@ export function strokeOf(motion, name) {
 
 /** From one mark to another, deg, the second larger; null where the design has none. */
 function after({ marks }, start, stop) {
-  if (!(start in marks && stop in marks)) return null;
+  if (!Object.hasOwn(marks, start) || !Object.hasOwn(marks, stop)) return null;
   return [marks[start], marks[start] + ((((marks[stop] - marks[start]) % 360) + 360) % 360)];
 }
 

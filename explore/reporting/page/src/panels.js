@@ -34,7 +34,7 @@ function linesOf(names, place) {
 }
 
 function clutchLines(motion, signal) {
-  const all = { name: signal.name, hue: "ink", label: countOf(motion.phases, "linkage") };
+  const all = { name: signal.name, hue: "ink", label: countOf(motion.phases, "mechanism") };
   if (motion.phases === 1) return [all];
-  return [{ name: signal.name, hue: "sky", label: "1 linkage", at: (angle) => output(motion, signal, angle, 1) }, all];
+  return [{ name: signal.name, hue: "sky", label: "1 mechanism", at: (angle) => output(motion, signal, angle, 1) }, all];
 }
