@@ -12,8 +12,16 @@ import numpy.typing as npt
 
 from explore.errors import FailedBlocksWarning, MotionError, RequestError
 from explore.evaluation.derived import unavailable_metrics
-from explore.evaluation.evaluate import compile_kernels, evaluate_columns, output_columns
+from explore.evaluation.evaluate import (
+    LARGEST_PARAMETER,
+    SMALLEST_PARAMETER,
+    compile_kernels,
+    evaluate_columns,
+    output_columns,
+)
 from explore.mechanisms.registry import MECHANISMS
+from explore.model.columns import Arrays
+from explore.model.mechanism import Mechanism
 from explore.model.progress import ReportProgress
 from explore.model.status import Status
 from explore.motions import motion_signals
@@ -21,7 +29,7 @@ from explore.ranking.joint import RESULTS_COLUMN, rank_sources
 from explore.ranking.limits import Limits
 from explore.ranking.rankings import RankRequest, rank_frame, rank_source
 from explore.request.names import find_mechanism
-from explore.request.parameters import parameter_columns
+from explore.request.parameters import parameter_columns, read_value
 from explore.request.requests import make_objective, make_request
 from explore.store.open_results import open_results, open_several
 from explore.store.results import Results
@@ -257,6 +265,8 @@ def simulate(
     if len(columns[next(iter(columns))]) != 1:
         raise RequestError("simulate takes one design; evaluate takes many")
     status = int(evaluate_columns(request, columns).columns["status"][0])
+    if status == Status.NOT_FINITE:
+        _refuse_unusable(declared, columns)
     if status != Status.OK:
         sentence = declared.status_sentences[declared.status_labels[status]]
         raise MotionError(f"no full turn to simulate: {sentence}")
@@ -271,6 +281,19 @@ def simulate(
     frame.attrs["units"] = {signal.name: signal.unit for signal in declared.signals if signal.name in frame}
     frame.attrs["method"] = label
     return frame
+
+
+def _refuse_unusable(mechanism: Mechanism, columns: Arrays) -> None:
+    """Raise `RequestError` that names the first parameter of a design whose value is out of its range, if one is."""
+    for name, column in columns.items():
+        parameter, value = mechanism.parameter(name), float(column[0])
+        try:
+            read_value(parameter, value)
+        except RequestError as error:
+            raise RequestError(f"{name}: {error}") from None
+        if value != 0.0 and not SMALLEST_PARAMETER < abs(value) <= LARGEST_PARAMETER:
+            limits = f"{SMALLEST_PARAMETER:g} to {LARGEST_PARAMETER:g}"
+            raise RequestError(f"{name}: {value:g} is outside {limits}, the magnitudes that are computed with")
 
 
 def rank(

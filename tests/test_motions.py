@@ -119,3 +119,18 @@ def test_limits_of_a_window_of_several_pieces(name):
     }
     start, stop = window_limits(mechanism, columns, "cycle", mechanism.default_drive)
     assert stop - start == pytest.approx(360.0, rel=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"crank": -100.0}, "crank: must be greater than 0 mm, got -100.0"),
+        ({"branch": 2}, "branch: must be 1 or -1, got 2.0"),
+        ({"rocker": np.nan}, "rocker: nan is not a finite number"),
+        ({"ground": 1e-31}, "ground: 1e-31 is outside 1e-30 to 1e+30, the magnitudes that are computed with"),
+    ],
+)
+def test_a_value_that_a_parameter_cannot_take_is_named(change, message):
+    with pytest.raises(explore.RequestError) as caught:
+        explore.simulate("crank-rocker", SMOOTH | change)
+    assert str(caught.value) == message

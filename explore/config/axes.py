@@ -14,7 +14,7 @@ from explore.designs.spaces import Axis, ContinuousAxis, ListedAxis, SpacedAxis
 from explore.errors import KeyPath, Problems, RequestError
 from explore.model.mechanism import Mechanism
 from explore.model.quantities import Parameter
-from explore.request.units import quantity
+from explore.request.parameters import describe_choices, read_value
 from explore.suggest import closest_name, format_value, suggestion
 
 #: The methods that draw designs, in words.
@@ -63,28 +63,6 @@ def read_axes(
 def is_solved(entry: object) -> bool:
     """Whether the entry of a parameter asks to solve for it."""
     return isinstance(entry, Mapping) and bool({"solve", "value"} & entry.keys())
-
-
-def read_value(parameter: Parameter, entry: object) -> float:
-    """A number in the parameter's unit, within its bounds.
-
-    Raises
-    ------
-    RequestError
-        With the reason alone; the caller adds the key.
-    """
-    value = quantity(entry, parameter.unit)
-    unit = "" if parameter.unit in ("", "1") else f" {parameter.unit}"
-    if parameter.choices and value not in parameter.choices:
-        raise RequestError(f"must be {_describe_choices(parameter)}, got {format_value(entry)}")
-    if parameter.allows(value):
-        return value
-    if value <= parameter.lower:
-        limit = "at least" if parameter.zero_meaning and parameter.lower == 0.0 else "greater than"
-        raise RequestError(f"must be {limit} {parameter.lower:g}{unit}, got {format_value(entry)}")
-    if value > parameter.upper:
-        raise RequestError(f"must be at most {parameter.upper:g}{unit}, got {format_value(entry)}")
-    return value
 
 
 @dataclass(frozen=True)
@@ -161,7 +139,7 @@ class _AxisReader:
             return axis
         if len(axis) <= len(choices) and set(axis.values_at(np.arange(len(axis)))) <= set(choices):
             return axis
-        self.note(f"every value must be {_describe_choices(self.parameter)}; write them as a list")
+        self.note(f"every value must be {describe_choices(self.parameter)}; write them as a list")
         return None
 
     def range(self, entry: Mapping[str, object]) -> ContinuousAxis | None:
@@ -176,7 +154,7 @@ class _AxisReader:
         low, high = self.value(table.min, "min"), self.value(table.max, "max")
         if self.parameter.choices:
             self.note(
-                f"must be {_describe_choices(self.parameter)}, which a range does not ensure; write a list of values"
+                f"must be {describe_choices(self.parameter)}, which a range does not ensure; write a list of values"
             )
         elif low is None or high is None:
             return None
@@ -187,11 +165,3 @@ class _AxisReader:
         else:
             return ContinuousAxis(self.parameter.name, low, high, table.log)
         return None
-
-
-def _describe_choices(parameter: Parameter) -> str:
-    """The values that a parameter can take, in words."""
-    choices = parameter.choices
-    if len(choices) > 3 and choices == tuple(float(n) for n in range(int(choices[0]), int(choices[-1]) + 1)):
-        return f"a whole number from {choices[0]:g} to {choices[-1]:g}"
-    return " or ".join(f"{choice:g}" for choice in choices)

@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from explore.config.axes import is_solved, read_value
+from explore.config.axes import is_solved
 from explore.config.schema import SolveTable, read
 from explore.designs.spaces import SolvedLength
 from explore.errors import KeyPath, Problems, RequestError
 from explore.model.mechanism import Mechanism
 from explore.model.quantities import Metric
 from explore.request.names import find_metric, make_window
+from explore.request.parameters import read_value
 from explore.request.units import quantity
 from explore.suggest import format_value, suggestion
 

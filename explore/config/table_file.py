@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING, TextIO
 
 import numpy as np
 
-from explore.config.axes import read_value
 from explore.config.schema import MOST_PROBLEMS
 from explore.config.toml_text import first_problems, one_line
 from explore.errors import ConfigError, RequestError
 from explore.model.mechanism import Mechanism
 from explore.model.quantities import FloatArray, Parameter
+from explore.request.parameters import read_value
 from explore.suggest import closest_name, suggestion
 
 if TYPE_CHECKING:

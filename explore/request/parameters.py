@@ -1,4 +1,4 @@
-"""Check designs and convert them to columns of numbers."""
+"""Check the values of parameters and convert designs to columns of numbers."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from explore.model.columns import Arrays
 from explore.model.mechanism import Mechanism
 from explore.model.quantities import FloatArray, Parameter
 from explore.request.units import quantity
+from explore.suggest import format_value
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -58,3 +59,33 @@ def _numbers(parameter: Parameter, column: Any) -> FloatArray:
     except RequestError as error:
         raise RequestError(f"{parameter.name}: {error}") from None
     return np.asarray(column, dtype=np.float64)
+
+
+def read_value(parameter: Parameter, entry: object) -> float:
+    """A number in the parameter's unit, within its bounds.
+
+    Raises
+    ------
+    RequestError
+        With the reason alone; the caller adds the key.
+    """
+    value = quantity(entry, parameter.unit)
+    unit = "" if parameter.unit in ("", "1") else f" {parameter.unit}"
+    if parameter.choices and value not in parameter.choices:
+        raise RequestError(f"must be {describe_choices(parameter)}, got {format_value(entry)}")
+    if parameter.allows(value):
+        return value
+    if value <= parameter.lower:
+        limit = "at least" if parameter.zero_meaning and parameter.lower == 0.0 else "greater than"
+        raise RequestError(f"must be {limit} {parameter.lower:g}{unit}, got {format_value(entry)}")
+    if value > parameter.upper:
+        raise RequestError(f"must be at most {parameter.upper:g}{unit}, got {format_value(entry)}")
+    return value
+
+
+def describe_choices(parameter: Parameter) -> str:
+    """The values that a parameter can take, in words."""
+    choices = parameter.choices
+    if len(choices) > 3 and choices == tuple(float(n) for n in range(int(choices[0]), int(choices[-1]) + 1)):
+        return f"a whole number from {choices[0]:g} to {choices[-1]:g}"
+    return " or ".join(f"{choice:g}" for choice in choices)

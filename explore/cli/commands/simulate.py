@@ -95,7 +95,7 @@ def _listed(parameters: dict[str, float]) -> str:
 def _parse_settings(mechanism: str, settings: list[str]) -> dict[str, float]:
     """Parameters from NAME=VALUE, in the units of the mechanism."""
     from explore.request.names import find_mechanism
-    from explore.request.units import quantity
+    from explore.request.parameters import read_value
     from explore.suggest import suggestion
 
     declared = {p.name: p for p in find_mechanism(mechanism).parameters}
@@ -107,7 +107,7 @@ def _parse_settings(mechanism: str, settings: list[str]) -> dict[str, float]:
         if name not in declared:
             raise RequestError(f"--set {setting}: unknown parameter; {suggestion(name, declared)}")
         try:
-            parameters[name] = quantity(_number_or_text(text), declared[name].unit)
+            parameters[name] = read_value(declared[name], _number_or_text(text))
         except RequestError as error:
             raise RequestError(f"--set {name}: {error}") from None
     return parameters
