@@ -33,7 +33,7 @@ STATUSES = {
     ),
     NO_STROKE: OwnStatus(
         "no_stroke",
-        "the output turns fully, so there are no strokes: only the window 'cycle' is defined",
+        "the output turns fully, so there are no strokes: only the window 'cycle' and intervals are defined",
         lacks_strokes=True,
     ),
 }
