@@ -228,6 +228,17 @@ def test_all_problems_at_once():
     ]
 
 
+@pytest.mark.parametrize("argument", ["formulas", "constraints"])
+@pytest.mark.parametrize("value", [["coupler + ground"], [], "coupler + ground", 5])
+def test_what_is_no_table_is_named(argument, value):
+    (line,) = problem(**{argument: value}).splitlines()
+    assert line.startswith(f"{argument}: must be a dict with a name for each of them, got ")
+
+
+def test_metrics_are_a_list():
+    assert problem(metrics=5) == "metrics: must be a list of names, got 5"
+
+
 def test_empty_metrics():
     assert "the list is empty; leave it out" in problem(metrics=[])
 

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from explore.errors import KeyPath, Problems, RequestError
 from explore.model.mechanism import Mechanism
@@ -56,12 +57,12 @@ def _refuse_label(metric: AnyMetric, use: str) -> None:
 class RequestArguments:
     """The arguments of `make_request`, not yet checked."""
 
-    metrics: Sequence[object] | None = None
+    metrics: object = None
     window: str | Mapping[str, object] | None = None
     drive: str | None = None
-    constraints: Mapping[str, Mapping[str, object]] | None = None
+    constraints: object = None
     tolerance: object = 1e-9
-    formulas: Mapping[str, object] | None = None
+    formulas: object = None
 
 
 def make_request(
@@ -119,11 +120,21 @@ def resolve_request(mechanism: Mechanism, arguments: RequestArguments) -> tuple[
     if drive not in (drives or ("",)):
         hint = suggestion(str(drive), drives) if drives else f"no window of {mechanism.name} depends on one"
         problems.append((("drive",), f"unknown drive {format_value(drive)}; {hint}"))
-    names = _Names(mechanism, window, resolve_formulas(mechanism, arguments.formulas or {}, window, problems))
+    entries = _table("formulas", arguments.formulas, problems)
+    names = _Names(mechanism, window, resolve_formulas(mechanism, entries, window, problems))
     metrics = _metrics(names, arguments.metrics, problems)
-    constraints = _constraints(names, arguments.constraints or {}, problems)
+    constraints = _constraints(names, _table("constraints", arguments.constraints, problems), problems)
     tolerance = _tolerance(arguments.tolerance, problems)
     return Request(mechanism, metrics, constraints, window, drive, tolerance), problems
+
+
+def _table(name: str, value: object, problems: Problems) -> Mapping[str, Any]:
+    """A mapping from names; an empty one for None, and after noting that it is something else."""
+    if isinstance(value, Mapping):
+        return value
+    if value is not None:
+        problems.append(((name,), f"must be a dict with a name for each of them, got {format_value(value)}"))
+    return {}
 
 
 @dataclass(frozen=True)
@@ -138,11 +149,14 @@ class _Names:
         return find_metric(self.mechanism, name, self.window, self.formulas)
 
 
-def _metrics(known: _Names, names: Sequence[object] | None, problems: Problems) -> tuple[AnyMetric, ...]:
+def _metrics(known: _Names, names: object, problems: Problems) -> tuple[AnyMetric, ...]:
     """The metrics by name, in the order of the names; then the formulas that are not among them."""
     if names is None:
         defaults = known.mechanism.default_metrics
         names = defaults.get(known.window.name, defaults[""])
+    if not isinstance(names, Iterable):
+        problems.append((("metrics",), f"must be a list of names, got {format_value(names)}"))
+        return ()
     names = [names] if isinstance(names, str) else list(names)
     if not names:
         problems.append((("metrics",), "the list is empty; leave it out to compute the default metrics"))
