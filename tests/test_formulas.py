@@ -78,6 +78,8 @@ def entry(formula, unit="mm"):
         (entry(" "), 'own.formula: is empty; write a formula such as "coupler + ground"'),
         (entry("2 * pi"), "own.formula: names no parameter or metric, so it is the same in all designs"),
         (entry("sin(swing_angle * pi / 180)"), "own.formula: at character 1: sin takes degrees, as all angles of a s"),
+        (entry("sin(swing_angle / (180 / pi))"), "own.formula: at character 1: sin takes degrees, as all angles of a"),
+        (entry("sin(swing_angle / sqrt(2) * pi)"), "own.formula: at character 1: sin takes degrees, as all angles of"),
         (entry("atan2(crank, rocker)", "rad"), 'own.formula: atan2 gives degrees; write unit = "deg", or multiply'),
         (entry("linkage_class"), "own.formula: at character 1: linkage_class is a label, not a quantity, so a formul"),
         (
@@ -190,6 +192,20 @@ def test_formulas_are_columns_after_the_metrics_unless_they_are_listed():
     np.testing.assert_allclose(frame["chord"], chord, rtol=1e-15)  # the same operations but for the order of the angle
     np.testing.assert_array_equal(frame["reach"], 1083.4236 + 691.7118)
     np.testing.assert_array_equal(frame["slack"], frame["reach"] - frame["chord"])
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["cos(360 * crank / (2 * pi * rocker))", "cos(-(360*crank) / -(pi*(rocker+rocker)))", "cos(360*crank/2/pi/rocker)",
+     "cos(180 * crank / sqrt((pi * rocker)**2))", "cos(180 / -pi * (crank / rocker))", "cos(rolled)"],
+)  # fmt: skip
+def test_degrees_may_be_computed_with_pi(text):
+    """The angle that a roller turns while it rolls, its path over its circumference."""
+    formulas = {"own": {"formula": text, "unit": "1"},
+                "rolled": {"formula": "360 * crank * pi / (2 * pi**2 * rocker)", "unit": "deg"}}  # fmt: skip
+    own = explore.evaluate("crank-rocker", DESIGNS, metrics=["swing_angle"], formulas=formulas)["own"]
+    # a few roundings of an angle below 0.3 rad
+    np.testing.assert_allclose(own, np.cos(DESIGNS["crank"] / 541.7118), rtol=4e-16)
 
 
 def test_statistics_of_any_window_are_inputs():

@@ -198,7 +198,18 @@ class _Parser(Descent):
 
     def _refuse_radians(self, name: str, start: int, position: int) -> None:
         """Raise where pi in the values of a function looks like radians; a division by it converts them to degrees."""
-        words = [word for _, word, _ in self._tokens[start : self._next]]
-        if any(word == "pi" and before != "/" for before, word in zip(["(", *words], words, strict=False)):
-            reason = f"{name} takes degrees, as all angles of a study are; write them without a conversion by pi"
-            raise self._error(reason, position)
+        is_divisor, outer, before = False, [False], "("
+        for _, word, _ in self._tokens[start : self._next]:
+            if before not in FUNCTIONS:  # the brackets of a function are divisors if the function is one
+                is_divisor = outer[-1] != (before == "/")
+            if word == "pi" and not is_divisor:
+                raise self._error(
+                    f"{name} takes degrees, as all angles of a study are; write them without a conversion by pi, or "
+                    "name degrees that need pi by a formula of their own",
+                    position,
+                )
+            if word == "(":
+                outer.append(is_divisor)
+            elif word == ")":
+                outer.pop()
+            before = before if word == "-" else word  # x / -pi
