@@ -252,7 +252,27 @@ def test_dry_run_leaves_compiling_out_of_its_estimate(monkeypatch):
     study = explore.load_study(Path(__file__).parents[1] / "configs/optimum.toml")
 
     assert sweep_plan._seconds_per_design(study) < 1e-5  # with that second it is above 1e-4
-    assert counts == [8192, 2048]
+    assert counts == [128, 128, 512, 512, 2048, 2048]
+
+
+@pytest.mark.parametrize(
+    ("text", "seconds", "expected"),
+    [
+        (SMALL, 0.0, [6, 6]),  # a small study once for compiling and once for the time
+        (SMALL.replace("[100, 150, 200]", "{ start = 1, stop = 200, num = 1000 }"), 2e-3, [128, 128]),
+    ],
+)
+def test_dry_run_computes_few_designs_of_small_and_slow_studies(tmp_path, monkeypatch, text, seconds, expected):
+    counts = []
+
+    def evaluate(_, designs):
+        counts.append(len(designs["crank"]))
+        time.sleep(seconds * counts[-1])
+
+    monkeypatch.setattr("explore.evaluation.evaluate.evaluate_columns", evaluate)
+    (tmp_path / "study.toml").write_text(text)
+    sweep_plan._seconds_per_design(explore.load_study(tmp_path / "study.toml"))
+    assert counts == expected
 
 
 def test_a_trillion_designs_can_be_planned_at_once_but_not_swept(tmp_path):
@@ -281,6 +301,11 @@ def test_a_trillion_designs_can_be_planned_at_once_but_not_swept(tmp_path):
         (["simulate", "--mechanism", "crank-rocker", "--set", "crank"], 2, "NAME=VALUE"),
         (["simulate", "--mechanism", "crank-rocker", "--set", "crnak=1"], 2, "crank"),
         (["simulate", "--mechanism", "crank-rocker", *LENGTHS, "--set", "crank=200"], 1, "cannot turn fully"),
+        (
+            ["simulate", "--mechanism", "crank-rocker", *LENGTHS, "--set", "phases=13"],
+            2,
+            "--set phases: must be a whole number from 1 to 12, got 13",
+        ),
         (["mechanisms", "six-bar"], 2, "six-bar"),
         (["sweep"], 2, "STUDY"),
         (["swep"], 2, "No such command"),

@@ -14,10 +14,12 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from explore.config.study import Study
+    from explore.model.columns import Arrays
 
-#: Designs that are timed for the estimate, in pieces spread over the study: a fraction of a second.
-_PIECES = 32
-_PIECE_SIZE = 256
+#: Designs are timed for the estimate in pieces spread over the study, of more designs as long as they take less time
+#: than this. In a piece, designs that differ only in speed share a motion as in the sweep.
+_PIECES, _PIECE_SIZES = 32, (4, 16, 64)
+_LEAST_SECONDS = 0.1
 
 
 def print_plan(study: Study, path: Path, *, keep: str, workers: int | None, on_cluster: bool) -> None:
@@ -52,16 +54,27 @@ def _seconds_per_design(study: Study) -> float:
     """Time of one worker per design, measured on designs spread over the study."""
     from explore.evaluation.evaluate import evaluate_columns
 
-    n_designs = study.space.n_designs
-    firsts = np.unique(np.linspace(0, max(n_designs - _PIECE_SIZE, 0), _PIECES).astype(np.int64)).tolist()
-    pieces = [study.space.designs(first, min(first + _PIECE_SIZE, n_designs)) for first in firsts]
-    designs = {name: np.concatenate([piece[name] for piece in pieces]) for name in pieces[0]}
-    # Functions are compiled or loaded when a design first needs them, which takes longer than all these designs.
-    evaluate_columns(study.request, designs)
-    timed = {name: column[::4] for name, column in designs.items()}
-    start = time.perf_counter()
-    evaluate_columns(study.request, timed)
-    return (time.perf_counter() - start) / len(next(iter(timed.values())))
+    seconds, count = 0.0, 1
+    for size in _PIECE_SIZES:
+        designs = _spread_designs(study, size)
+        # Functions are compiled or loaded when a design first needs them, which takes longer than all these designs.
+        evaluate_columns(study.request, designs)
+        start = time.perf_counter()
+        evaluate_columns(study.request, designs)
+        seconds, count = time.perf_counter() - start, len(next(iter(designs.values())))
+        if seconds >= _LEAST_SECONDS or count == study.space.n_designs:
+            break
+    return seconds / count
+
+
+def _spread_designs(study: Study, size: int) -> Arrays:
+    """The designs of pieces of a study, each once: all where the pieces would overlap."""
+    space = study.space
+    if space.n_designs <= _PIECES * size:
+        return space.designs(0, space.n_designs)
+    firsts = np.linspace(0, space.n_designs - size, _PIECES).astype(np.int64).tolist()
+    pieces = [space.designs(first, first + size) for first in firsts]
+    return {name: np.concatenate([piece[name] for piece in pieces]) for name in pieces[0]}
 
 
 def _duration(seconds: float) -> str:
