@@ -16,7 +16,7 @@ from numba.core import sigutils
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.event import Event, Listener, register
 
-from explore.compiler import CompilerApart, PlainCompiler, quick_compilation
+from explore.compiler_passes import CompilerApart, PlainCompiler, quick_compilation
 
 #: Designs, or nodes, that compiled functions work on at once: rows of tiles have this length, a constant, so that loops
 #: over it vectorise.

@@ -15,7 +15,7 @@ from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler_machinery import LoweringPass, register_pass
 from numba.core.typed_passes import NativeLowering
 
-from explore.compiler import CompilerApart, PlainCompiler
+from explore.compiler_passes import CompilerApart, PlainCompiler
 from explore.compiling import cached, options
 
 

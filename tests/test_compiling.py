@@ -12,7 +12,7 @@ import pytest
 from numba import types
 from studies import GOOD
 
-from explore.compiler import quick_compilation
+from explore.compiler_passes import quick_compilation
 from explore.mechanisms.registry import MECHANISMS
 
 REPORT = """
