@@ -12,12 +12,12 @@ import math
 
 from explore.compiling import LANES
 from explore.mechanisms.gears.columns import CONSTANT, LOG_GROWTH, N_TRAINS, SECTOR_ANGLE, SHIFT
+from explore.mechanisms.gears.golden import narrowed, sections
 from explore.mechanisms.gears.law import driven_angle_at, driver_angle_at, ratio_in_turn
 from explore.subroutines import subroutine
 
 #: Angles of each train among which the lowest ratio is looked for, and steps of its refinement.
 _GRID, _MOST_STEPS = 32, 75
-_GOLDEN = 0.6180339887498949
 
 
 @subroutine()
@@ -103,11 +103,8 @@ def _refine(constants, lane, low, high, of_one):
     """The least `_value` on a short interval; golden sections converge also onto the corner between two trains."""
     least = math.inf
     for _ in range(_MOST_STEPS):
-        left, right = high - _GOLDEN * (high - low), low + _GOLDEN * (high - low)
+        left, right = sections(low, high)
         at_left, at_right = _value(constants, lane, left, of_one), _value(constants, lane, right, of_one)
         least = min(least, min(at_left, at_right))
-        if at_left < at_right:
-            high = right
-        else:
-            low = left
+        low, high = narrowed(low, high, at_left, at_right)
     return least

@@ -20,6 +20,7 @@ from explore.mechanisms.gears.columns import (
     SECTOR_ANGLE,
     START,
 )
+from explore.mechanisms.gears.golden import narrowed, sections
 from explore.mechanisms.gears.law import ratio_at
 from explore.mechanisms.gears.smoothstep_law import steepness
 from explore.subroutines import subroutine
@@ -27,7 +28,6 @@ from explore.subroutines import subroutine
 #: What `_least_in_return` searches: the convexities of both gears, and minus the tilt's tangent's magnitude.
 _DRIVER, _DRIVEN, _TILT = 0, 1, 2
 _GRID, _MOST_STEPS = 64, 50
-_GOLDEN = 0.6180339887498949
 
 
 @subroutine()
@@ -106,13 +106,10 @@ def _least_in_return(constants, lane, quantity):
         best, least = (j, value) if value < least else (best, least)
     low, high = sector + max(best - 1, 0) * step, sector + min(best + 1, _GRID) * step
     for _ in range(_MOST_STEPS):
-        left, right = high - _GOLDEN * (high - low), low + _GOLDEN * (high - low)
+        left, right = sections(low, high)
         at_left, at_right = _measure(constants, lane, left, quantity), _measure(constants, lane, right, quantity)
         least = min(least, min(at_left, at_right))
-        if at_left < at_right:
-            high = right
-        else:
-            low = left
+        low, high = narrowed(low, high, at_left, at_right)
     return least
 
 

@@ -23,21 +23,21 @@ _PLACES = (
 
 
 @subroutine(inlined=True)
+def _by_order(order, first, second, third):
+    """One of three numbers."""
+    return third if order == 3.0 else second if order == 2.0 else first
+
+
+@subroutine(inlined=True)
 def slope_of(order):
     """The largest slope of the speed over a reversal, times width over speed."""
-    return _SLOPES[2] if order == 3.0 else _SLOPES[1] if order == 2.0 else _SLOPES[0]
+    return _by_order(order, _SLOPES[0], _SLOPES[1], _SLOPES[2])
 
 
 @subroutine(inlined=True)
 def lag_of(order):
     """Q at a dead centre."""
-    return _LAGS[2] if order == 3.0 else _LAGS[1] if order == 2.0 else _LAGS[0]
-
-
-@subroutine(inlined=True)
-def place_of(order, first, second, third):
-    """One of three numbers by the order."""
-    return third if order == 3.0 else second if order == 2.0 else first
+    return _by_order(order, _LAGS[0], _LAGS[1], _LAGS[2])
 
 
 @subroutine(inlined=True)
@@ -52,17 +52,14 @@ def blend(order, z):
     q3 = fourth * z * (14.0 + z * (-28.0 + z * (20.0 - 5.0 * z)))
     s3 = fourth * (70.0 + z * (-168.0 + z * (140.0 - 40.0 * z)))
     d3 = 280.0 * square * z * (1.0 - z) * (1.0 - z) * (1.0 - z)
-    q = q3 if order == 3.0 else q2 if order == 2.0 else q1
-    s = s3 if order == 3.0 else s2 if order == 2.0 else s1
-    d = d3 if order == 3.0 else d2 if order == 2.0 else d1
-    return q, s, d
+    return _by_order(order, q1, q2, q3), _by_order(order, s1, s2, s3), _by_order(order, d1, d2, d3)
 
 
 @subroutine(inlined=True)
 def shares(order, width):
     """Shares of the turn with a speed within 1, 2 and 5 % of the wanted one; `width` in rad."""
     reversal = width / math.pi
-    one = place_of(order, _PLACES[0][0], _PLACES[1][0], _PLACES[2][0])
-    two = place_of(order, _PLACES[0][1], _PLACES[1][1], _PLACES[2][1])
-    five = place_of(order, _PLACES[0][2], _PLACES[1][2], _PLACES[2][2])
+    one = _by_order(order, _PLACES[0][0], _PLACES[1][0], _PLACES[2][0])
+    two = _by_order(order, _PLACES[0][1], _PLACES[1][1], _PLACES[2][1])
+    five = _by_order(order, _PLACES[0][2], _PLACES[1][2], _PLACES[2][2])
     return 1.0 - reversal * (1.0 - 2.0 * one), 1.0 - reversal * (1.0 - 2.0 * two), 1.0 - reversal * (1.0 - 2.0 * five)
