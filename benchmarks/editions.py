@@ -6,12 +6,12 @@ Run with ``python benchmarks/editions.py FOLDER``, the folder a checkout of the 
 
 from __future__ import annotations
 
-import os
 import statistics
-import subprocess
 import sys
 import time
-from pathlib import Path
+from collections.abc import Callable
+
+from timing import edition_times, serve
 
 DESIGNS, REPETITIONS = 65_536, 15
 RANGES = {"crank": (60, 140), "coupler": (900, 1000), "rocker": (500, 600), "ground": (700, 800)}
@@ -26,8 +26,8 @@ JOBS = {
 }
 
 
-def serve() -> None:
-    """Run the jobs whose names are read, and print the CPU nanoseconds per design of each."""
+def make_measurement() -> Callable[[str], list[float]]:
+    """A function that gives the CPU nanoseconds per design of a job."""
     import numpy as np
 
     from explore.evaluation.evaluate import evaluate_columns
@@ -41,41 +41,22 @@ def serve() -> None:
         name: make_request(mechanism, **options | ({"metrics": closed} if options.get("metrics") == "closed" else {}))
         for name, (options, _) in JOBS.items()
     }
-    for line in sys.stdin:
+
+    def measure(job: str) -> list[float]:
         start = time.process_time()
-        evaluate_columns(requests[line.rstrip("\n")], designs)
-        print((time.process_time() - start) / DESIGNS * 1e9, flush=True)
+        evaluate_columns(requests[job], designs)
+        return [(time.process_time() - start) / DESIGNS * 1e9]
 
-
-def nanoseconds(process: subprocess.Popen[str], job: str) -> float:
-    process.stdin.write(f"{job}\n")
-    process.stdin.flush()
-    return float(process.stdout.readline())
+    return measure
 
 
 def main() -> None:
-    trees = {"other": Path(sys.argv[1]).resolve(), "here": Path(__file__).resolve().parents[1]}
-    processes = {
-        name: subprocess.Popen(
-            [sys.executable, __file__, "--serve"], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
-            env={**os.environ, "PYTHONPATH": str(tree)},
-        )
-        for name, tree in trees.items()
-    }  # fmt: skip
-    times: dict[tuple[str, str], list[float]] = {(job, name): [] for job in JOBS for name in processes}
-    for repetition in range(REPETITIONS + 1):
-        for job, name in times:
-            spent = nanoseconds(processes[name], job)
-            if repetition:  # the first run compiles
-                times[job, name].append(spent)
-    for process in processes.values():
-        process.stdin.close()
-        process.wait()
+    times = edition_times(__file__, sys.argv[1], {job: job for job in JOBS}, REPETITIONS)
     print(f"{'CPU per design':34s}{'other':>10s}{'here':>10s}{'ratio':>8s}{'asked':>8s}")
     for job, (_, asked) in JOBS.items():
-        other, here = (statistics.median(times[job, name]) for name in processes)
+        other, here = (statistics.median(spent for (spent,) in measured) for measured in times[job])
         print(f"{job:34s}{other:7.0f} ns{here:7.0f} ns{other / here:8.1f}{asked:8d}")
 
 
 if __name__ == "__main__":
-    serve() if "--serve" in sys.argv else main()
+    serve(make_measurement()) if "--serve" in sys.argv else main()

@@ -7,16 +7,16 @@ per design and designs/s until the results are durable. CPU times are less sensi
 
 from __future__ import annotations
 
-import json
 import os
 import statistics
-import subprocess
 import sys
 import tempfile
 import time
 from pathlib import Path
 
-ROOT, REPETITIONS = Path(__file__).resolve().parents[1], 5
+from timing import ROOT, edition_times, serve
+
+REPETITIONS = 5
 DEFAULT = """mechanism = "crank-rocker"
 [parameters]
 crank   = { start = 60, stop = 140, num = 40 }
@@ -31,29 +31,26 @@ GRID = (ROOT / "configs/grid.toml").read_text().replace("num = 21", "num = 50").
 STUDIES = {"default columns": DEFAULT, "columns of grid.toml": GRID}
 
 
-def serve() -> None:
-    """Run the sweeps whose study, folder and kind are read; print nanoseconds per design, of CPU and of a clock."""
-    os.sched_setaffinity(0, {min(os.sched_getaffinity(0))})
+def measure(job: tuple[str, str, str]) -> list[float]:
+    """Nanoseconds per design, of CPU and of a clock, of a sweep of a study that keeps all designs or the front."""
     import explore
 
-    for line in sys.stdin:
-        text, place, keep = json.loads(line)
-        with tempfile.TemporaryDirectory(dir=place) as folder:
-            (Path(folder) / "study.toml").write_text(text)
-            study = explore.load_study(Path(folder) / "study.toml")
-            times: list[tuple[int, float, float]] = []
+    text, place, keep = job
+    with tempfile.TemporaryDirectory(dir=place) as folder:
+        (Path(folder) / "study.toml").write_text(text)
+        study = explore.load_study(Path(folder) / "study.toml")
+        times: list[tuple[int, float, float]] = []
 
-            def note(n_done: int, _: int, times: list = times) -> None:
-                times.append((n_done, time.process_time(), time.perf_counter()))
+        def note(n_done: int, _: int) -> None:
+            times.append((n_done, time.process_time(), time.perf_counter()))
 
-            explore.sweep(study, Path(folder) / "results.h5", workers=1, keep=keep, report_progress=note)
-        (first, *begun), (last, *ended) = times[0], times[-1]
-        print(json.dumps([(b - a) / (last - first) * 1e9 for a, b in zip(begun, ended, strict=True)]), flush=True)
+        explore.sweep(study, Path(folder) / "results.h5", workers=1, keep=keep, report_progress=note)
+    (first, *begun), (last, *ended) = times[0], times[-1]
+    return [(b - a) / (last - first) * 1e9 for a, b in zip(begun, ended, strict=True)]
 
 
 def main() -> None:
     other, disk, memory = [*sys.argv[1:], *(".", "/dev/shm")[len(sys.argv) - 2 :]]
-    trees = {"other": Path(other).resolve(), "here": ROOT}
     jobs = {
         f"{name}, {where}": (text, place, keep)
         for name, text in STUDIES.items()
@@ -61,29 +58,11 @@ def main() -> None:
             ("a file on disk", disk, "all"), ("a file in memory", memory, "all"), ("the front", memory, "front"),
         )
     }  # fmt: skip
-    processes = {
-        name: subprocess.Popen(
-            [sys.executable, __file__, "--serve"], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
-            env={**os.environ, "PYTHONPATH": str(tree)},
-        )
-        for name, tree in trees.items()
-    }  # fmt: skip
-    times: dict[tuple[str, str], list[list[float]]] = {(job, name): [] for job in jobs for name in processes}
-    for repetition in range(REPETITIONS + 1):
-        for job, name in times:
-            process = processes[name]
-            process.stdin.write(json.dumps(jobs[job]) + "\n")
-            process.stdin.flush()
-            spent = json.loads(process.stdout.readline())
-            if repetition:  # the first run compiles
-                times[job, name].append(spent)
-    for process in processes.values():
-        process.stdin.close()
-        process.wait()
+    times = edition_times(__file__, other, jobs, REPETITIONS)
     print(f"{'':40s}{'CPU: other':>12s}{'here':>9s}{'ratio':>7s}{'million/s: other':>18s}{'here':>7s}{'ratio':>7s}")
     for job in jobs:
         (cpu, wall), (our_cpu, our_wall) = (
-            [statistics.median(column) for column in zip(*times[job, name], strict=True)] for name in processes
+            [statistics.median(column) for column in zip(*measured, strict=True)] for measured in times[job]
         )
         print(
             f"{job:40s}{cpu:9.0f} ns{our_cpu:6.0f} ns{cpu / our_cpu:7.1f}"
@@ -92,4 +71,8 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    serve() if "--serve" in sys.argv else main()
+    if "--serve" in sys.argv:
+        os.sched_setaffinity(0, {min(os.sched_getaffinity(0))})
+        serve(measure)
+    else:
+        main()
