@@ -2,6 +2,7 @@
 from ._version import __version__ as __version__
 from .api import evaluate as evaluate
 from .api import list_mechanisms as list_mechanisms
+from .api import nearest as nearest
 from .api import rank as rank
 from .api import read_results as read_results
 from .api import simulate as simulate

@@ -27,6 +27,7 @@ from explore.model.status import Status
 from explore.motions import motion_signals
 from explore.ranking.joint import RESULTS_COLUMN, rank_sources
 from explore.ranking.limits import Limits
+from explore.ranking.nearest import VIOLATION, find_nearest, find_nearest_rows
 from explore.ranking.rankings import RankRequest, rank_frame, rank_source
 from explore.request.names import find_mechanism
 from explore.request.parameters import parameter_columns, read_value
@@ -362,6 +363,55 @@ def rank(
     columns = {column.name: column for source in reversed(sources.values()) for column in source.columns}
     units = {name: column.unit for name, column in columns.items()} | {RESULTS_COLUMN: ""}
     return _with_attrs(ranking.frame, units, {name: dict(c.labels) for name, c in columns.items() if c.labels})
+
+
+def nearest(
+    results: Results | pd.DataFrame | Path | str,
+    count: int = 10,
+    *,
+    where: str | None = None,
+    limits: Limits | None = None,
+) -> pd.DataFrame:
+    """Find the infeasible designs that are nearest to feasible, the nearest first.
+
+    Parameters
+    ----------
+    results
+        Results, the path of a results file, or a table of `evaluate` with constraints.
+    count
+        Number of designs.
+    where
+        Only designs that meet a condition, as of `rank`.
+    limits
+        Constraints narrower than those of the sweep, as of `rank`.
+
+    Returns
+    -------
+    DataFrame
+        The designs with all columns and ``violation``, the sum over the constraints of the distance to the allowed
+        range, each divided by the distance between the quartiles of its margin among all designs. A margin is NaN where
+        a design was screened before the metric was sampled; its violation is then at least the one given. Designs
+        without a motion are left out. ``attrs["scales"]`` has the divisors, ``attrs["combinations"]`` the number of
+        designs by the constraints that they miss, ``attrs["units"]`` and ``attrs["labels"]`` as of `rank`.
+
+    Raises
+    ------
+    RequestError
+        If there is no constraint, or only the Pareto set was kept.
+    """
+    import pandas as pd
+
+    if isinstance(results, pd.DataFrame):
+        nearness = find_nearest_rows(results, count, where=where, limits=limits)
+        units, labels = dict.fromkeys(results, None) | results.attrs.get("units", {}), results.attrs.get("labels", {})
+    else:
+        source = results if isinstance(results, Results) else open_results(results)
+        nearness = find_nearest(source, count, where=where, limits=limits)
+        units, labels = source.units, {c.name: dict(c.labels) for c in source.columns if c.labels}
+    frame = _with_attrs(nearness.frame, {**units, VIOLATION: "1"}, labels)
+    frame.attrs["scales"] = dict(nearness.scales)
+    frame.attrs["combinations"] = dict(nearness.exclusions.combinations)
+    return frame
 
 
 def _with_attrs(

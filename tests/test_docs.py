@@ -90,6 +90,14 @@ def test_ranking_is_true(tmp_path, monkeypatch, capsys):
         assert expected in err + out
 
 
+def test_nearest_of_ranking_is_true(tmp_path, monkeypatch):
+    page = (ROOT / "docs/ranking.md").read_text(encoding="utf-8")
+    (section,) = re.findall(r"^## --nearest.*?\n(.*?)^## ", page, re.MULTILINE | re.DOTALL)
+    (study,) = re.findall(r"^```toml\n(.*?)^```", section, re.MULTILINE | re.DOTALL)
+    (tmp_path / "wiper.toml").write_text(study)
+    assert run_commands(section, tmp_path, monkeypatch) == {"sweep", "rank"}
+
+
 def test_gallery_is_true(tmp_path, monkeypatch, capsys):
     """Each picture is that of the command above it, is there and is small; the Python block runs."""
     monkeypatch.syspath_prepend(ROOT / "docs")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
+from explore.cli.nearness import is_little, summarise_nearest
 from explore.cli.output import count_of, is_or_are, number, say, shown_unit
 
 if TYPE_CHECKING:
@@ -27,9 +28,13 @@ def explain_ranking(results: Results, ranking: Ranking, prefix: str = "") -> Non
     for reason, count in ranking.exclusions.items():
         if count:
             say(f"  left out: {count:,} feasible ones that {reason}")
-    for line in _left_out(ranking.tally, sentences):
+    n_feasible = ranking.tally.n_ranked + ranking.tally.n_not_finite
+    shows_nearest = is_little(n_feasible, results.n_studied) and not ranking.exclusions
+    for line in _left_out(ranking.tally, sentences, with_missed=not shows_nearest or results.keep != "all"):
         say(f"  left out: {line}")
     _say_wasteful_bounds(results, ranking.tally.by_status["unreachable"])
+    if shows_nearest:
+        summarise_nearest(results)
     speed = results.speed
     powers = results.speed_powers
     swept = {c.name for c in results.columns if c.role == "parameter"}
@@ -95,13 +100,13 @@ def _say_counts(results: Results, ranking: Ranking, prefix: str) -> None:
         say(f"  {len(ranking.frame) - first:,} more are in front{'' if last == 2 else 's 2 to'} {last}")
 
 
-def _left_out(tally: Tally, sentences: dict[str, str]) -> list[str]:
+def _left_out(tally: Tally, sentences: dict[str, str], *, with_missed: bool) -> list[str]:
     missed, undefined = (
         [(name.removesuffix("_margin"), count) for name, count in counts.most_common() if count]
         for counts in (tally.by_constraint, tally.by_undefined_constraint)
     )
     return [
-        *(f"{count:,} miss the constraint on {name}" for name, count in missed),
+        *(f"{count:,} miss the constraint on {name}" for name, count in missed if with_missed),
         *(f"{count:,} in which {name}, a constraint, is undefined" for name, count in undefined),
         *(f"{count:,} {label}: {sentences.get(label, '')}" for label, count in tally.by_status.most_common()),
         *([f"{tally.n_not_finite:,} in which an objective is undefined"] if tally.n_not_finite else []),

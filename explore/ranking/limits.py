@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from explore.errors import RequestError
 from explore.model.columns import Arrays
+from explore.model.quantities import FloatArray
 from explore.model.request import Objective
 from explore.suggest import format_value, suggestion
 
@@ -47,6 +48,13 @@ class Limit:
         if self.margin_bound is not None:
             return np.asarray(values >= abs(self.value - self.margin_bound))
         return np.asarray(values >= self.value if self.side == "min" else values <= self.value)
+
+    def margin(self, columns: Arrays) -> FloatArray:
+        """Signed distance to the limit, (n,): >= 0 where it is met, NaN where the metric is undefined."""
+        values = np.asarray(columns[self.column], dtype=np.float64)
+        if self.margin_bound is not None:
+            return np.asarray(values - abs(self.value - self.margin_bound))
+        return np.asarray(values - self.value if self.side == "min" else self.value - values)
 
     def bounds_worse_side_of(self, objectives: Iterable[Objective]) -> bool:
         """Whether it bounds the worse side of an objective, so that no excluded design dominates one that meets it."""

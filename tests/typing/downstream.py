@@ -55,6 +55,8 @@ def sweep_study(study: explore.Study, folder: Path) -> explore.Results:
 
 def choose_design(results: explore.Results) -> dict[str, float]:
     """The steadiest design, evaluated and simulated on its own."""
+    near: pd.DataFrame = explore.nearest(results, 3, where="crank > 60")
+    assert near["violation"].is_monotonic_increasing
     front: pd.DataFrame = explore.rank(results, objectives=["cv", "rocker_acceleration_max"], fronts=1)
     best = front.iloc[0]
     design = {name: float(best[name]) for name in ("crank", "coupler", "rocker", "ground", "speed")}

@@ -12,11 +12,13 @@ import typer
 from explore.cli.completion import complete_objectives
 from explore.cli.explanations import explain_ranking
 from explore.cli.export import check_table, with_labels, write_table
+from explore.cli.nearness import print_nearest
 from explore.cli.options import JsonOption
 from explore.cli.output import count_of, is_or_are, number, print_json, say
 from explore.cli.paths import newest_results, refuse_overwriting
 from explore.cli.progress import block_bar
 from explore.cli.tables import print_table
+from explore.errors import RequestError
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -67,6 +69,14 @@ def rank(
     quality: Annotated[
         bool, typer.Option("--quality", help="Also the knee, crowding distance and share of the hypervolume.")
     ] = False,
+    nearest: Annotated[
+        int | None,
+        typer.Option(
+            min=1,
+            metavar="K",
+            help="List instead the K infeasible designs nearest to feasible, and what each constraint excludes.",
+        ),
+    ] = None,
     top: Annotated[
         int | None, typer.Option(min=0, help="Lines to print, 0 for all; by default 10, with --json all.")
     ] = None,
@@ -86,6 +96,12 @@ def rank(
     for source in sources.values():
         if not source.is_complete:
             say(f"{source.path} is not finished: {source.n_committed:,} of {source.n_designs:,} designs", "yellow")
+    if nearest is not None:
+        if len(sources) > 1 or metric or fronts > 1 or quality or top is not None:
+            raise RequestError("--nearest takes one results file, and no --metric, --fronts, --quality or --top")
+        (source,) = sources.values()
+        _rank_nearest(source, nearest, where, limit or [], output, as_json=as_json)
+        return
     request = _make_request(metric or [], fronts=fronts, where=where, limits=limit or [], quality=quality)
     ranking, parts = _rank_sources(sources, request)
     columns = {column.name: column for source in sources.values() for column in source.columns}
@@ -101,6 +117,27 @@ def rank(
     if not ranking.frame.empty:
         swept = [name for name, column in columns.items() if column.role == "parameter"]
         _print_front(ranking, swept, units, request, DEFAULT_LINES if top is None else top)
+
+
+def _rank_nearest(
+    results: Results, count: int, where: str | None, limits: list[str], output: Path | None, *, as_json: bool
+) -> None:
+    """Print the designs nearest to feasible, and what each constraint excludes."""
+    from explore.ranking.limits import parse_limits
+    from explore.ranking.nearest import find_nearest
+
+    with block_bar("measuring") as report_progress:
+        nearness = find_nearest(
+            results, count, where=where, limits=parse_limits(limits), report_progress=report_progress
+        )
+    table = with_labels(nearness.frame, results.columns)
+    if output is not None:
+        write_table(table, output, results.units)
+        say(f"wrote {count_of(len(table), 'design')} to {output}")
+    if as_json:
+        print_json(table.reset_index().to_dict(orient="records"))
+        return
+    print_nearest(results, nearness)
 
 
 def _make_request(

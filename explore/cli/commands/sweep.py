@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 from explore.cli.explanations import explain_unreachable
+from explore.cli.nearness import is_little, summarise_nearest
 from explore.cli.output import announce_compiling, complain, count_of, number, say
 from explore.cli.paths import refuse_overwriting
 from explore.cli.progress import sweep_progress
@@ -245,6 +246,15 @@ def _report(summary: Summary, study: Study, options: SweepOptions) -> None:
         f"{summary.n_feasible:,} feasible; {evaluations} -> {summary.path}"
     )
     _report_unreachable(summary.path, study)
+    _report_nearest(summary)
+
+
+def _report_nearest(summary: Summary) -> None:
+    """Say which designs are nearest to feasible if few are; a resumed sweep counts only those that it computed."""
+    if not summary.n_resumed and is_little(summary.n_feasible, summary.n_computed):
+        from explore import open_results
+
+        summarise_nearest(open_results(summary.path), with_unmeasured=True)
 
 
 def _report_unreachable(path: Path, study: Study) -> None:
