@@ -62,6 +62,12 @@ def test_help_needs_no_heavy_package():
     assert "sweep" in output.stdout
 
 
+def test_ranking_does_not_load_the_compiler():
+    script = "import sys, explore.ranking.rankings, explore.cli.commands.rank; print('numba' in sys.modules)"
+
+    assert subprocess.run([sys.executable, "-c", script], capture_output=True, text=True).stdout == "False\n"
+
+
 @pytest.mark.parametrize("command", COMMANDS)
 def test_every_command_has_an_example_in_its_help(command, tmp_path):
     text = run(command, "--help", cwd=tmp_path).stdout

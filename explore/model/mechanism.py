@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from explore.lanes.designs import close_all, constants_of
 from explore.model.checks import check_declaration
 from explore.model.closed_form import ClosedFormResult
 from explore.model.declaration import Declaration
@@ -65,6 +64,8 @@ class Mechanism(Declaration):
         parameters : (p, n) array
             Those of `kernel_parameters`, in declared units.
         """
+        from explore.lanes.designs import close_all  # imports Numba, needed only here
+
         result = ClosedFormResult.allocate(len(self.metrics), parameters.shape[1])
         inputs = np.ascontiguousarray(parameters, dtype=np.float64)
         close_all(
@@ -75,6 +76,8 @@ class Mechanism(Declaration):
 
     def constants(self, parameters: FloatArray) -> FloatArray:
         """The constants of designs, shape (k, n); see `evaluate_closed_form`."""
+        from explore.lanes.designs import constants_of
+
         constants = np.empty((self.n_constants, parameters.shape[1]))
         inputs = np.ascontiguousarray(parameters, dtype=np.float64)
         constants_of(self.close, inputs, self.record_rows, self.first_parameter, constants)
