@@ -1,0 +1,1 @@
+"""Refine a Pareto front: draw designs around it, generation by generation."""
