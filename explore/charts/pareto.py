@@ -159,6 +159,7 @@ def _draw_infeasible(panel: Axes, points: FloatArray) -> None:
 def _draw_feasible(figure: Figure, panel: Axes, points: FloatArray, ranking: Ranking) -> None:
     """Draw dots, or of many designs their number in each cell."""
     from matplotlib.colors import LinearSegmentedColormap, LogNorm
+    from matplotlib.ticker import LogFormatter
 
     points = points[np.isfinite(points).all(axis=1)]
     label = f"feasible: {ranking.tally.n_ranked:,}"
@@ -171,7 +172,8 @@ def _draw_feasible(figure: Figure, panel: Axes, points: FloatArray, ranking: Ran
     ink = LinearSegmentedColormap.from_list("ink", ["#b9bfc6", INK])
     image = panel.pcolormesh(x, y, np.ma.masked_equal(counts.T, 0), cmap=ink, norm=LogNorm(1, counts.max()), zorder=2,
                              rasterized=True)  # fmt: skip
-    figure.colorbar(image, ax=panel, label="feasible designs in a cell [1]", pad=0.01)
+    bar = figure.colorbar(image, ax=panel, label="feasible designs in a cell [1]", pad=0.01, format=LogFormatter())
+    bar.minorformatter = LogFormatter()  # by default both write powers as formulas, which `explore plot` turns off
     panel.plot([], [], "s", color=INK, ms=6, ls="", label=f"{label}, darker where there are more")
 
 
