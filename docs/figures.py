@@ -99,7 +99,7 @@ GALLERY = {
     "motion": ["motion", "results/grid.h5"],
     "motion-published": ["motion", "results/published.h5", "--design", "0"],
     "mechanism": ["mechanism", "results/grid.h5"],
-    "ratio": ["ratio", "results/grid.h5", "--design", "199041"],
+    "ratio": ["ratio", "results/grid.h5", "--design", "156168"],
 }
 #: Arguments of ``explore plot`` for the picture of the tutorial, the motion of the chosen design.
 TUTORIAL = ["motion", "results/optimum.h5", "--design", "22418"]
