@@ -16,7 +16,7 @@ from explore.model.status import OWN_CODES, Status
 _Item = TypeVar("_Item", str, int)
 
 #: Fields of signals that share a row: properties of the row, not of the signal.
-_ROW_FIELDS = ("row", "needs", "pole_order", "is_magnitude", "terms_row", "is_residual")
+_ROW_FIELDS = ("row", "needs", "pole_order", "is_magnitude", "terms_row", "is_residual", "has_corners")
 
 #: Columns of results that are neither parameters nor metrics.
 _OWN_COLUMNS = ("design", "nodes", "error", "feasible", "status")
