@@ -1,12 +1,12 @@
 # The public names: read by type checkers, and at run time by lazy_loader.
 from ._version import __version__ as __version__
-from .api.designs import evaluate as evaluate
-from .api.designs import list_mechanisms as list_mechanisms
-from .api.designs import simulate as simulate
-from .api.designs import sweep as sweep
-from .api.results import nearest as nearest
-from .api.results import rank as rank
-from .api.results import read_results as read_results
+from .api import evaluate as evaluate
+from .api import list_mechanisms as list_mechanisms
+from .api import nearest as nearest
+from .api import rank as rank
+from .api import read_results as read_results
+from .api import simulate as simulate
+from .api import sweep as sweep
 from .config.study import Study as Study
 from .config.study_file import load_study as load_study
 from .covering import Coverage as Coverage

@@ -53,7 +53,7 @@ def simulate(
         refuse_overwriting(config, output, "the study")
     if output is not None:
         check_new_file(output)
-    from explore.api.designs import simulate as simulate_motion
+    from explore.api import simulate as simulate_motion
 
     announce_compiling()
     if config:
