@@ -266,10 +266,10 @@ def _defaults(declaration: Declaration) -> Iterator[str]:
             yield f"the objective '{objective}' has no sense 'min' or 'max' after its colon"
 
 
-#: Fields in which an extended mechanism may differ: all that its kernel fills or takes.
+#: Fields in which an extended mechanism may differ: all that its kernel fills or takes, and how that is integrated.
 _KERNEL_FIELDS = (
-    "rows", "n_constants", "n_fill_constants", "phases_row", "variant_row", "signal_rows", "breaks", "close", "fill",
-    "extended",
+    "rows", "n_constants", "n_fill_constants", "phases_row", "variant_row", "signal_rows", "breaks", "quadrature",
+    "close", "fill", "extended",
 )  # fmt: skip
 
 

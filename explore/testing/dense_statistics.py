@@ -171,10 +171,13 @@ def measure(motion: Motion, panels: Panels) -> tuple[Statistics, Statistics]:
 
 
 def _above(values: FloatArray, largest: FloatArray) -> FloatArray:
-    """How far the signals may exceed their largest values by the tails of their series, as beside corners, (s,)."""
+    """How far the signals may exceed their largest values by what follows their series, as beside corners, (s,).
+
+    Beside a corner the coefficients fall with the square of their order, and so does what follows the last ones.
+    """
     coefficients = values @ _TRANSFORM.T
     tails = np.abs(coefficients[:, :, -_TAIL:]).sum(axis=2)
-    highest = (coefficients @ _ON_GRID.T).max(axis=2) + tails
+    highest = (coefficients @ _ON_GRID.T).max(axis=2) + _NODES / _TAIL * tails
     highest[_has_jump(values, coefficients)] = -np.inf
     return np.asarray(np.maximum(highest.max(axis=1) - largest, 0.0))
 
