@@ -1,12 +1,13 @@
 # The public names: read by type checkers, and at run time by lazy_loader.
 from ._version import __version__ as __version__
-from .api import evaluate as evaluate
-from .api import list_mechanisms as list_mechanisms
-from .api import nearest as nearest
-from .api import rank as rank
-from .api import read_results as read_results
-from .api import simulate as simulate
-from .api import sweep as sweep
+from .api.designs import evaluate as evaluate
+from .api.designs import list_mechanisms as list_mechanisms
+from .api.designs import simulate as simulate
+from .api.designs import sweep as sweep
+from .api.refinement import refine as refine
+from .api.results import nearest as nearest
+from .api.results import rank as rank
+from .api.results import read_results as read_results
 from .config.study import Study as Study
 from .config.study_file import load_study as load_study
 from .covering import Coverage as Coverage
@@ -21,5 +22,3 @@ from .errors import ResultsError as ResultsError
 from .store.open_results import open_results as open_results
 from .store.open_results import xarray as xarray
 from .store.results import Results as Results
-from .tuning.control_curve import Tuning as Tuning
-from .tuning.control_curve import tune as tune

@@ -41,7 +41,7 @@ def motion_signals(
     -------
     columns
         The signals in declared units, each of shape (t,), except those that exist only behind clutches; and, where a
-        kernel of their own fills them, those under load of a design without one, or without the strokes they need.
+        kernel of their own fills them, those under load of a design without one.
     label
         Name and setting of the method.
 
@@ -55,13 +55,7 @@ def motion_signals(
     inputs = {p.name: p.default for p in mechanism.parameters if p.default is not None}
     inputs |= {name: float(column[0]) for name, column in columns.items()}
     solver = find_method(method)
-    status = int(mechanism.evaluate_closed_form(_geometry(mechanism, columns)).status[0])
-    has_stroke = status not in mechanism.statuses or not mechanism.statuses[status].lacks_strokes
-    filled = [
-        signal
-        for signal in mechanism.signals
-        if mechanism.fills(signal) or (_has_load(signal, inputs) and (has_stroke or not signal.needs_stroke))
-    ]
+    filled = [signal for signal in mechanism.signals if mechanism.fills(signal) or _has_load(signal, inputs)]
     if isinstance(solver, ClosedForm):
         rows = _closed_form(mechanism.kernel_of(filled), inputs, input_angle)
     elif mechanism is CRANK_ROCKER:

@@ -100,6 +100,32 @@ def test_equal_seeds_draw_equal_designs():
     assert not np.array_equal(first["x"], other["x"])
 
 
+def test_steps_differ_between_generations():
+    generations = sphere_generations()
+    undefined = {"margin": np.full(2000, np.nan), "feasible": np.zeros(2000, dtype=np.int8)}
+    draws = []
+    for _ in range(2):
+        draws.append(generations.draw())
+        generations.include(draws[-1].columns | undefined | {PARENT: draws[-1].parents})
+    first, second = (draw.columns["x"][draw.parents != NO_PARENT] for draw in draws)
+    inside = second[(second > 0.0) & (second < 1.0)]
+    assert len(inside) > 1000
+    assert not np.isin(inside, first).any()
+
+
+def test_a_design_comes_back_twice_at_most():
+    generations = sphere_generations()
+    n_back = []
+    for _ in range(5):
+        draw = generations.draw()
+        n_back.append(len(generations._outside.returns))
+        # All designs break the constraint by as much, wherever they are.
+        outside = {"margin": np.full(2000, -0.5), "feasible": np.zeros(2000, dtype=np.int8)}
+        generations.include(draw.columns | outside | {PARENT: draw.parents})
+    n_start = np.count_nonzero(sphere_generations().draw().parents == NO_PARENT)
+    assert n_back == [0, 2000 - n_start, 2000, n_start, 2000 - n_start]
+
+
 @pytest.mark.parametrize("stop", [1, 4])
 def test_generations_go_on_from_evaluated_ones_bit_by_bit(stop):
     history = run(sphere_generations())

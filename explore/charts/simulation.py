@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from explore.api import simulate
+from explore.api.designs import simulate
 from explore.charts.bounds import SignalBound, drive_of, signal_bounds, uses_drive_stroke
 from explore.charts.labels import results_name
 from explore.charts.queries import choose_design

@@ -13,12 +13,12 @@ from explore.cli.commands.pack import pack
 from explore.cli.commands.plot import plot
 from explore.cli.commands.precision import precision
 from explore.cli.commands.rank import rank
+from explore.cli.commands.refine import refine
 from explore.cli.commands.report import report
 from explore.cli.commands.show import show
 from explore.cli.commands.simulate import simulate
 from explore.cli.commands.stability import stability
 from explore.cli.commands.sweep import sweep
-from explore.cli.commands.tune import tune
 from explore.cli.commands.verify import verify
 
 
@@ -73,6 +73,7 @@ def _options(
 # The help lists the commands in this order.
 app.command(epilog="Example: explore sweep configs/grid.toml")(sweep)
 app.command(epilog="Example: explore rank --metric cv --metric swing_angle:max --top 5")(rank)
+app.command(epilog="Example: explore refine results/optimum.h5 --evaluations 1000000")(refine)
 app.command(epilog="Example: explore show --design 42")(show)
 app.command(epilog="Example: explore plot pareto results/grid.h5 --x cv --y swing_angle -o front.svg")(plot)
 app.command(epilog="Example: explore report results/grid.h5 -o grid.html")(report)
@@ -83,10 +84,6 @@ app.command(
     epilog="Example: explore simulate --mechanism crank-rocker --set crank=100 --set coupler=1083.4236 "
     "--set rocker=541.7118 --set ground=691.7118 -o motion.csv"
 )(simulate)
-app.command(
-    epilog="Example: explore tune results/grid.h5 --design 42 --parameter crank --metric mean_output_ratio "
-    "--from 0.02 --to 0.2 -o curve.svg"
-)(tune)
 app.command(epilog="Example: explore precision smooth almost_change_point")(precision)
 app.command(epilog="Example: explore stability --accuracy 1e-3")(stability)
 app.command(epilog="Example: explore mechanisms crank-rocker")(mechanisms)

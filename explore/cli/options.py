@@ -21,10 +21,6 @@ _OPTIONS = {
     "design": "--design",
     "x": "--x",
     "y": "--y",
-    "low": "--from",
-    "high": "--to",
-    "start": "--start",
-    "stop": "--stop",
 }
 
 

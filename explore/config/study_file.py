@@ -33,10 +33,14 @@ def load_study(path: str | os.PathLike[str]) -> Study:
         of each the first twenty and the number of the others.
     """
     file = os.fspath(path)
-    text = toml_text.read_text(file)
+    return parse_study(toml_text.read_text(file), file, Path(file).parent)
+
+
+def parse_study(text: str, file: str, folder: Path) -> Study:
+    """The study of a text; `file` names it in errors, and a table of designs is looked for in `folder`."""
     problems: Problems = []
     table_problems: list[str] = []
-    resolved = resolve_study(toml_text.parse_toml(file, text), Path(file).parent, problems, table_problems)
+    resolved = resolve_study(toml_text.parse_toml(file, text), folder, problems, table_problems)
     if resolved is None:
         lines = key_lines.locate(text.replace("\r\n", "\n"))
         located = sorted((key_lines.line_of(lines, key), toml_text.dotted(key), reason) for key, reason in problems)

@@ -106,6 +106,31 @@ def _add_one_panel_each(constants, constant_count, count, kind, start_row, stop_
 
 
 @subroutine()
+def _add_regular_panels(
+    constants, constant_count, count, window, singular_rows, variant_row, panels, first_panel, panel_count, owner
+):
+    """Fill two panels for each design of a turn, one for each of a stroke; return their number, 0 for other windows."""
+    kind, per_design = window[0], 0
+    if kind == TURN:
+        per_design = 2
+        for p in range(2):
+            for i in range(count):
+                k = p * count + i
+                panels[ANCHOR + k], panels[FIRST + k], panels[LAST + k], panels[LAW + k] = float(p), -1.0, 1.0, 0.0
+    elif kind != INTERVAL:
+        simple = _add_one_panel_each(constants, constant_count, count, kind, window[1], window[2], panels)
+        per_design = 1 if simple else 0
+    for p in range(per_design):
+        _fill_constant_rows(constants, constant_count, count, p * count, singular_rows, variant_row, panels)
+        for i in range(count):
+            owner[p * count + i] = i
+    if per_design > 0:
+        for i in range(count):
+            first_panel[i], panel_count[i] = i, per_design
+    return per_design
+
+
+@subroutine()
 def add_panels(
     constants, constant_count, begin, count, window, start, stop, breaks, singular_rows, variant_row,
     panels, first_panel, panel_count, owner, positions,
@@ -117,26 +142,13 @@ def add_panels(
     tuple
         First design that is left, number of panels, stride.
     """
-    kind, designs = window[0], count - begin
-    regular = len(breaks) == 0 and begin == 0 and count <= CHUNK
-    per_design = 0
-    if regular and kind == TURN:
-        per_design = 2
-        for p in range(2):
-            for i in range(designs):
-                k = p * designs + i
-                panels[ANCHOR + k], panels[FIRST + k], panels[LAST + k], panels[LAW + k] = float(p), -1.0, 1.0, 0.0
-    elif regular and kind != INTERVAL:
-        simple = _add_one_panel_each(constants, constant_count, count, kind, window[1], window[2], panels)
-        per_design = 1 if simple else 0
-    if per_design > 0:
-        for i in range(designs):
-            first_panel[i], panel_count[i] = i, per_design
-        for p in range(per_design):
-            _fill_constant_rows(constants, constant_count, count, p * designs, singular_rows, variant_row, panels)
-            for i in range(designs):
-                owner[p * designs + i] = i
-        return count, per_design * designs, designs
+    if len(breaks) == 0 and begin == 0 and count <= CHUNK:
+        per_design = _add_regular_panels(
+            constants, constant_count, count, window, singular_rows, variant_row, panels, first_panel, panel_count,
+            owner,
+        )  # fmt: skip
+        if per_design > 0:
+            return count, per_design * count, count
     k = 0
     for i in range(begin, count):
         if k + MOST_PANELS > PANEL_CAPACITY:
@@ -148,7 +160,7 @@ def add_panels(
         for j in range(len(breaks)):
             positions[j] = constant(constants, constant_count, breaks[j], i)
         first = k
-        k = add_window(panels, k, kind, start, stop, positions, len(breaks))
+        k = add_window(panels, k, window[0], start, stop, positions, len(breaks))
         panel_count[i] = k - first
         variant = constant(constants, constant_count, variant_row, i) if variant_row >= 0 else 0.0
         for p in range(first, k):

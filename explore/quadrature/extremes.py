@@ -78,9 +78,38 @@ def _slope_at_end(signals, rows, row, lane, sign, count, side, table, rule):
 
 
 @subroutine()
+def _start_inside(shape, count, table, rule, state, lane, j, left, value, right):
+    """Start the lane at a sample between the ends if its parabola may win; return whether it does."""
+    half, centre = shape[TILE_HALF + lane], shape[TILE_CENTRE + lane]
+    if shape[TILE_SCALE + lane] == 0.0:
+        x, a, b = abscissa(count, j - 1), abscissa(count, j - 2), abscissa(count, j)
+    else:
+        x = _abscissa(table, rule, count, j)
+        a, b = _abscissa(table, rule, count, j - 1), _abscissa(table, rule, count, j + 1)
+    before, after = (value - left) / (x - a), (right - value) / (b - x)
+    curvature = (after - before) / (b - a)
+    slope = (before * (b - x) + after * (x - a)) / (b - a)
+    drop = 0.25 * slope * slope / curvature if curvature > 0.0 else 0.0
+    if value - _DROP_MARGIN * drop <= state[LEAST + lane]:
+        first, middle, last = centre + half * a, centre + half * x, centre + half * b
+        start_lane(state, lane, first, middle, last, left, value, right, 2.0 * half * (b - a))
+        return True
+    return False
+
+
+@subroutine()
+def _choose_end(shape, state, lane, j, inner, value, neighbour):
+    """Make an end of the panel the lane's candidate, from its value, its neighbour's and their distance `inner`."""
+    direction = shape[TILE_HALF + lane] if j == 0 else -shape[TILE_HALF + lane]
+    end = shape[TILE_CENTRE + lane] - direction
+    state[BEST + lane], state[AT_BEST + lane] = end, value
+    state[SECOND + lane], state[AT_SECOND + lane] = end + direction * inner, neighbour
+    state[ACTIVE + lane] = AT_END
+
+
+@subroutine()
 def _next_candidate(shape, samples, rows, row, sign, count, table, rule, state, lane):
     """Start the lane at its next local minimum that may win, from sample NEXT on; the lane rests if there is none."""
-    half, centre = shape[TILE_HALF + lane], shape[TILE_CENTRE + lane]
     is_turn = shape[TILE_SCALE + lane] == 0.0
     j = int(state[NEXT + lane])
     last = count + 1
@@ -88,52 +117,24 @@ def _next_candidate(shape, samples, rows, row, sign, count, table, rule, state, 
         value = sign * samples[(j * rows + row) * LANES + lane]
         left = sign * samples[((j - 1) * rows + row) * LANES + lane] if j > 0 else math.inf
         right = sign * samples[((j + 1) * rows + row) * LANES + lane] if j < last else math.inf
+        starts = False
         if value <= left and value <= right and (value < left or value < right):  # no plateau
             if 0 < j < last:
-                if is_turn:
-                    x, a, b = abscissa(count, j - 1), abscissa(count, j - 2), abscissa(count, j)
-                else:
-                    x, a, b = (
-                        _abscissa(table, rule, count, j),
-                        _abscissa(table, rule, count, j - 1),
-                        _abscissa(table, rule, count, j + 1),
-                    )
-                before, after = (value - left) / (x - a), (right - value) / (b - x)
-                curvature = (after - before) / (b - a)
-                slope = (before * (b - x) + after * (x - a)) / (b - a)
-                drop = 0.25 * slope * slope / curvature if curvature > 0.0 else 0.0
-                if value - _DROP_MARGIN * drop <= state[LEAST + lane]:
-                    start_lane(
-                        state,
-                        lane,
-                        centre + half * a,
-                        centre + half * x,
-                        centre + half * b,
-                        left,
-                        value,
-                        right,
-                        2.0 * half * (b - a),
-                    )
-                    state[NEXT + lane] = j + 1.0
-                    return
+                starts = _start_inside(shape, count, table, rule, state, lane, j, left, value, right)
             elif not is_turn:
-                side = 0 if j == 0 else 1
-                slope, curvature = _slope_at_end(samples, rows, row, lane, sign, count, side, table, rule)
+                slope, curvature = _slope_at_end(samples, rows, row, lane, sign, count, min(j, 1), table, rule)
                 inner = 1.0 + _abscissa(table, rule, count, 1)
-                if slope < _DOUBTFUL * inner * abs(curvature):
-                    direction = half if side == 0 else -half
-                    end = centre - direction
-                    state[BEST + lane], state[AT_BEST + lane] = end, value
-                    state[SECOND + lane], state[AT_SECOND + lane] = (
-                        end + direction * inner,
-                        right if side == 0 else left,
-                    )
-                    state[ACTIVE + lane], state[NEXT + lane] = AT_END, j + 1.0
-                    return
-                state[RESULT + lane] = min(state[RESULT + lane], value)
+                starts = slope < _DOUBTFUL * inner * abs(curvature)
+                if starts:
+                    _choose_end(shape, state, lane, j, inner, value, min(left, right))
+                else:
+                    state[RESULT + lane] = min(state[RESULT + lane], value)
         j += 1
+        if starts:
+            state[NEXT + lane] = j
+            return
     state[NEXT + lane], state[ACTIVE + lane] = j, 0.0
-    state[BEST + lane], state[AT_BEST + lane] = centre, math.inf
+    state[BEST + lane], state[AT_BEST + lane] = shape[TILE_CENTRE + lane], math.inf
 
 
 @subroutine(apart=True)

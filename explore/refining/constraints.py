@@ -69,15 +69,14 @@ def return_positions(generator: np.random.Generator, outside: Outside) -> FloatA
     """
     behind = 10.0 ** generator.uniform(*BEHIND_POWERS, len(outside.members))
     members, parents = outside.members, outside.parents
-    with np.errstate(divide="ignore", invalid="ignore"):
+    rows = np.arange(len(members))
+    with np.errstate(divide="ignore", invalid="ignore"):  # a gradient of 0 gives no straight way
         ways = np.where(members.margins < 0.0, parents.margins / (parents.margins - members.margins), 1.0)
         squares = (members.gradients**2).sum(axis=2)
         needed = np.where(members.margins < 0.0, -members.margins / squares, 0.0)  # times the gradient
-    secant = parents.positions + (ways.min(axis=1, initial=1.0) * (1.0 - behind))[:, None] * (
-        members.positions - parents.positions
-    )
-    rows = np.arange(len(members))
-    hardest = (needed * np.sqrt(squares)).argmax(axis=1) if members.margins.shape[1] else rows
-    straight = ((1.0 + behind) * needed[rows, hardest])[:, None] * members.gradients[rows, hardest]
-    is_short = np.linalg.norm(straight, axis=1) < np.linalg.norm(members.positions - parents.positions, axis=1)
+        hardest = (needed * np.sqrt(squares)).argmax(axis=1) if members.margins.shape[1] else rows
+        straight = ((1.0 + behind) * needed[rows, hardest])[:, None] * members.gradients[rows, hardest]
+        is_short = np.linalg.norm(straight, axis=1) < np.linalg.norm(members.positions - parents.positions, axis=1)
+    way = ways.min(axis=1, initial=1.0) * (1.0 - behind)
+    secant = parents.positions + way[:, None] * (members.positions - parents.positions)
     return np.asarray(np.where(is_short[:, None], np.clip(members.positions + straight, 0.0, 1.0), secant))

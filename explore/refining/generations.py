@@ -89,6 +89,12 @@ class Generations:
         """Number of generations."""
         return -(-self._n_designs // self._size)
 
+    @property
+    def needed_columns(self) -> list[str]:
+        """Names of the columns that `include` reads."""
+        objectives = (objective.metric for objective in self._objectives)
+        return list(dict.fromkeys([*self._coordinates.names, *objectives, *self._margins, "feasible", PARENT]))
+
     def draw(self) -> Draw:
         """Draw the designs of the next generation; the same ones each time."""
         first = self.number * self._size

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import platform
 import time
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -63,6 +63,12 @@ class Summary:
     seconds: float = 0.0
     failures: dict[int, str] = field(default_factory=dict)
 
+    def count(self, block: BlockResult) -> None:
+        """Count the designs of a block that this run computed."""
+        self.n_computed += block.n_designs
+        self.n_feasible += block.n_feasible
+        self.kinematic_evaluations += block.kinematic_evaluations
+
     @property
     def progress(self) -> Progress:
         """Progress so far."""
@@ -97,7 +103,9 @@ def run_study(
         summary = Summary(path, study.space.n_designs, n_resumed=collector.n_committed)
         if collector.n_pending:
             run = _Run(study, collector, summary, log, max_failures, progress)
-            with run.logged(), cluster as workers:
+            facts = {"pending_blocks": collector.n_pending, "damaged_blocks": collector.n_damaged}
+            mechanism = study.request.mechanism.name
+            with logged(log, summary, mechanism, study=collector.sha256, **facts), cluster as workers:
                 run.compute(workers)
         if not summary.failures:
             collector.finish()
@@ -119,8 +127,7 @@ class _Run:
     ) -> None:
         self._study, self._collector, self._summary, self._log = study, collector, summary, log
         self._max_failures, self._progress = max_failures, progress
-        self._processors: set[str] = set()
-        self._mechanism = study.request.mechanism.name
+        self._environments = Environments(study.request.mechanism.name, log)
 
     def compute(self, workers: Client | LocalThreads) -> None:
         """Compute the pending blocks."""
@@ -151,22 +158,12 @@ class _Run:
         BlocksInFlight(client, submit, self._accept, self._reject, self._log).run(numbers)
 
     def _accept(self, number: int, block: BlockResult) -> None:
-        check_environment(block.environment, f"that computed block {number}", self._mechanism)
-        self._note_processor(block.environment["processor"])
+        self._environments.check(block.environment, f"that computed block {number}")
         self._collector.commit(block)
         summary = self._summary
-        summary.n_computed += block.n_designs
-        summary.n_feasible += block.n_feasible
-        summary.kinematic_evaluations += block.kinematic_evaluations
+        summary.count(block)
         if self._progress is not None:
             self._progress(summary.progress)
-
-    def _note_processor(self, processor: str) -> None:
-        """Log when processors differ: their results agree within the tolerance, not to the last bit."""
-        if processor not in self._processors:
-            self._processors.add(processor)
-            if len(self._processors) > 1:
-                self._log("processors", types=sorted(self._processors))
 
     def _reject(self, number: int, problem: str) -> None:
         self._summary.failures[number] = problem
@@ -190,34 +187,46 @@ class _Run:
         first = number * BLOCK_SIZE
         return {"designs": [first, min(first + BLOCK_SIZE, space.n_designs) - 1], "parameters": ranges}
 
-    @contextmanager
-    def logged(self) -> Iterator[None]:
-        """Log the start and the stop of the run, with its outcome."""
-        summary = self._summary
-        self._log(
-            "start",
-            host=platform.node(),
-            process=os.getpid(),
-            study=self._collector.sha256,
-            designs=summary.n_designs,
-            resumed=summary.n_resumed,
-            pending_blocks=self._collector.n_pending,
-            damaged_blocks=self._collector.n_damaged,
-            **environment_of(self._mechanism),
-        )
-        start = time.monotonic()
-        outcome = "failed"
-        try:
-            yield
-            outcome = "incomplete" if summary.failures else "finished"
-        except KeyboardInterrupt:
-            outcome = "interrupted"
-            raise
-        except Exception as problem:
-            outcome = f"failed: {problem}"
-            raise
-        finally:
-            seconds = round(time.monotonic() - start, 3)
-            self._log(
-                "stop", outcome=outcome, computed=summary.n_computed, failed=len(summary.failures), seconds=seconds
-            )
+
+class Environments:
+    """Checks the environments of the workers that computed blocks."""
+
+    def __init__(self, mechanism: str, log: Log) -> None:
+        self._mechanism, self._log = mechanism, log
+        self._processors: set[str] = set()
+
+    def check(self, environment: Mapping[str, str], worker: str) -> None:
+        """Refuse other versions, and log when processors differ: these agree within the tolerance, not to the bit."""
+        check_environment(environment, worker, self._mechanism)
+        if environment["processor"] not in self._processors:
+            self._processors.add(environment["processor"])
+            if len(self._processors) > 1:
+                self._log("processors", types=sorted(self._processors))
+
+
+@contextmanager
+def logged(log: Log, summary: Summary, mechanism: str, **facts: Any) -> Iterator[None]:
+    """Log the start of a run, with more facts about it, and its stop with the outcome."""
+    log(
+        "start",
+        host=platform.node(),
+        process=os.getpid(),
+        designs=summary.n_designs,
+        resumed=summary.n_resumed,
+        **facts,
+        **environment_of(mechanism),
+    )
+    start = time.monotonic()
+    outcome = "failed"
+    try:
+        yield
+        outcome = "incomplete" if summary.failures else "finished"
+    except KeyboardInterrupt:
+        outcome = "interrupted"
+        raise
+    except Exception as problem:
+        outcome = f"failed: {problem}"
+        raise
+    finally:
+        seconds = round(time.monotonic() - start, 3)
+        log("stop", outcome=outcome, computed=summary.n_computed, failed=len(summary.failures), seconds=seconds)

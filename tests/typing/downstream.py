@@ -50,6 +50,8 @@ def sweep_study(study: explore.Study, folder: Path) -> explore.Results:
     table: pd.DataFrame = explore.read_results(results.path, columns=["cv", "feasible"])
     assert len(table) == len(explore.open_results(results.path).to_pandas()) == study.space.n_designs
     assert explore.xarray(results)["cv"].attrs["units"] == "1"
+    refined: explore.Results = explore.refine(results, folder / "refined.h5", evaluations=256, seed=1, workers=1)
+    assert refined.objectives == results.objectives
     return results
 
 
@@ -69,17 +71,7 @@ def choose_design(results: explore.Results) -> dict[str, float]:
     return design
 
 
-def tune_design(design: dict[str, float]) -> explore.Tuning:
-    """The cranks with which the steadiest design swings by 20 to 30 deg."""
-    tuning: explore.Tuning = explore.tune(
-        "crank-rocker", design, parameter="crank", metric="swing_angle", low=20, high="30 deg", also=["cv"]
-    )
-    first: float = tuning.intervals[0].start.parameter
-    assert first < tuning.intervals[0].stop.parameter
-    return tuning
-
-
-def draw_charts(results: explore.Results, cover: explore.Coverage, tuning: explore.Tuning) -> list[Figure]:
+def draw_charts(results: explore.Results, cover: explore.Coverage) -> list[Figure]:
     """Every figure of the results, which may be their path."""
     return [
         charts.pareto_chart(str(results.path), x="cv", y="rocker_acceleration_max"),
@@ -89,7 +81,6 @@ def draw_charts(results: explore.Results, cover: explore.Coverage, tuning: explo
         charts.mechanism_chart(results.path),
         charts.ratio_chart(results.path),
         charts.coverage_chart(cover),
-        charts.tuning_chart(tuning),
     ]
 
 
@@ -127,7 +118,7 @@ def main(folder: Path) -> None:
     cover: explore.Coverage = explore.coverage(
         [13.58, 37.0], rocker=595.0, ground=751.0, coupler=(460.0, 1271.5), transmission_angle=(30.0, 150.0)
     )
-    figures = draw_charts(results, cover, tune_design(design))
+    figures = draw_charts(results, cover)
     print(study, design, cover.gaps, len(figures), *refused(), sep="\n")
 
 

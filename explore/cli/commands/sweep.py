@@ -2,33 +2,33 @@
 
 from __future__ import annotations
 
-import logging
 import shlex
-from collections.abc import Iterator, Mapping
-from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
 from explore.cli.explanations import explain_unreachable
 from explore.cli.nearness import is_little, summarise_nearest
-from explore.cli.output import announce_compiling, complain, count_of, number, say
+from explore.cli.output import announce_compiling, complain, count_of, say
 from explore.cli.paths import refuse_overwriting
-from explore.cli.progress import sweep_progress
-from explore.cli.termination import terminable
-from explore.errors import RequestError, ResultsError
+from explore.cli.workers import (
+    EventPrinter,
+    ProcessesOption,
+    QuietOption,
+    SchedulerOption,
+    VerboseOption,
+    WorkerOptions,
+    WorkersOption,
+)
+from explore.errors import ResultsError
 
 if TYPE_CHECKING:
-    from distributed import Client
-
+    from explore.cli.workers import Workers
     from explore.config.study import Study
     from explore.sweeping.runs import Summary
-    from explore.sweeping.threads import LocalThreads
-
-    Workers = AbstractContextManager[Client | LocalThreads]
 
 
 class KeepOption(StrEnum):
@@ -43,14 +43,9 @@ def sweep(
     output: Annotated[
         Path | None, typer.Option("-o", "--output", help="Results file; by default results/NAME.h5.")
     ] = None,
-    workers: Annotated[
-        int | None,
-        typer.Option(min=1, help="Number of threads (processes with --processes); default: one per processor."),
-    ] = None,
-    processes: Annotated[bool, typer.Option("--processes", help="Work in processes, not in threads.")] = False,
-    scheduler: Annotated[
-        str | None, typer.Option(metavar="ADDRESS", help="Work on a dask cluster, such as tcp://host:8786.")
-    ] = None,
+    workers: WorkersOption = None,
+    processes: ProcessesOption = False,
+    scheduler: SchedulerOption = None,
     keep: Annotated[KeepOption, typer.Option(help="Keep every design, or only the Pareto set.")] = KeepOption.all,
     dry_run: Annotated[
         bool, typer.Option("--dry-run", help="Show what would be computed, and compute nothing.")
@@ -60,21 +55,17 @@ def sweep(
         int | None, typer.Option(min=0, help="Stop when more blocks than this have failed.")
     ] = None,
     fail_fast: Annotated[bool, typer.Option("--fail-fast", help="Stop at the first block that fails.")] = False,
-    verbose: Annotated[bool, typer.Option("--verbose", "-v", help="Show the log as it is written.")] = False,
-    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print only warnings and errors.")] = False,
+    verbose: VerboseOption = False,
+    quiet: QuietOption = False,
 ) -> None:
     """Compute every design of a study; run it again to continue an interrupted sweep."""
     options = SweepOptions(
         config=config,
         output=output,
-        workers=workers,
-        processes=processes,
-        scheduler=scheduler,
         keep=keep.value,
         restart=restart,
         max_failures=0 if fail_fast else max_failures,
-        verbose=verbose,
-        quiet=quiet,
+        work=WorkerOptions(workers, processes, scheduler, verbose, quiet),
     )
     raise typer.Exit(_sweep(options, dry_run=dry_run))
 
@@ -85,14 +76,10 @@ class SweepOptions:
 
     config: Path
     output: Path | None
-    workers: int | None
-    processes: bool
-    scheduler: str | None
     keep: Literal["all", "front"]
     restart: bool
     max_failures: int | None
-    verbose: bool
-    quiet: bool
+    work: WorkerOptions
 
     @property
     def path(self) -> Path:
@@ -104,24 +91,10 @@ class SweepOptions:
         """The command line that continues this sweep: the same without --restart."""
         words = ["explore", "sweep", str(self.config)]
         words += ["-o", str(self.output)] if self.output else []
-        words += ["--workers", str(self.workers)] if self.workers else []
-        words += ["--processes"] if self.processes else []
-        words += ["--scheduler", self.scheduler] if self.scheduler else []
+        words += self.work.places
         words += ["--keep", self.keep] if self.keep != "all" else []
         words += ["--max-failures", str(self.max_failures)] if self.max_failures is not None else []
-        words += ["--verbose"] if self.verbose else []
-        words += ["--quiet"] if self.quiet else []
-        return shlex.join(words)
-
-    def cluster(self, mechanism: str) -> Workers:
-        """The workers, for a mechanism of this name."""
-        from explore.sweeping.clusters import local_cluster, remote_cluster
-
-        if self.scheduler is None:
-            return local_cluster(self.workers, processes=self.processes)
-        if self.workers is not None or self.processes:
-            raise RequestError("--scheduler brings its own workers; leave out --workers and --processes")
-        return remote_cluster(self.scheduler, mechanism)
+        return shlex.join(words + self.work.prints)
 
 
 def _sweep(options: SweepOptions, *, dry_run: bool) -> int:
@@ -133,18 +106,20 @@ def _sweep(options: SweepOptions, *, dry_run: bool) -> int:
     from explore.evaluation.evaluate import compile_kernels
 
     study = load_study(options.config)
-    path, cluster = options.path, options.cluster(study.request.mechanism.name)
+    path, cluster = options.path, options.work.cluster(study.request.mechanism.name)
     if dry_run:
         from explore.cli.sweep_plan import print_plan
 
-        print_plan(study, path, keep=options.keep, workers=options.workers, on_cluster=options.scheduler is not None)
+        print_plan(
+            study, path, keep=options.keep, workers=options.work.workers, on_cluster=options.work.scheduler is not None
+        )
         return 0
     refuse_overwriting(options.config, path, "the study")
     if path.is_dir():
         raise ResultsError(f"{path} is a folder; name another file with -o")
-    if not options.quiet:
+    if not options.work.quiet:
         announce_compiling()
-    if options.scheduler is None:
+    if options.work.scheduler is None:
         compile_kernels(study.request)
     try:
         summary = _run(study, options, cluster)
@@ -161,13 +136,7 @@ def _run(study: Study, options: SweepOptions, cluster: Workers) -> Summary:
     """Compute the study into the results file, with progress and events on stderr."""
     from explore.sweeping.runs import run_study
 
-    # dask's event loops may stop with an unfinished future, which asyncio logs on stderr.
-    logging.getLogger("asyncio").setLevel(logging.CRITICAL + 1)
-    with (
-        terminable(),
-        _connected(cluster, at_once=options.scheduler is not None) as connected,
-        sweep_progress(study.space.n_designs, quiet=options.quiet) as progress,
-    ):
+    with options.work.connected(cluster, study.space.n_designs) as (connected, progress):
         return run_study(
             study,
             options.path,
@@ -176,45 +145,8 @@ def _run(study: Study, options: SweepOptions, cluster: Workers) -> Summary:
             max_failures=options.max_failures,
             restart=options.restart,
             progress=progress,
-            listener=_Listener(verbose=options.verbose),
+            listener=EventPrinter(verbose=options.work.verbose),
         )
-
-
-@contextmanager
-def _connected(cluster: Workers, *, at_once: bool) -> Iterator[Workers]:
-    """The cluster, connected at once where that may fail: before anything is written."""
-    if not at_once:
-        yield cluster
-        return
-    with cluster as client:
-        yield nullcontext(client)
-
-
-class _Listener:
-    """Print events of a sweep: all with -v, otherwise those that the user may have to act on."""
-
-    def __init__(self, *, verbose: bool) -> None:
-        self._verbose = verbose
-
-    def __call__(self, event: str, facts: Mapping[str, Any]) -> None:
-        if event == "failure":
-            complain(_failure(facts))
-        elif event in ("waiting", "silent", "answers"):
-            say(str(facts["reason"]), "yellow")
-        elif self._verbose:
-            words = " ".join(f"{name}={value}" for name, value in facts.items())
-            say(f"{event}: {words}", "dim")
-        if facts.get("damaged_blocks"):
-            say(f"damaged blocks are computed again: {facts['damaged_blocks']:,}; check the disk", "yellow")
-
-
-def _failure(facts: Mapping[str, Any]) -> str:
-    """The message on a failed block."""
-    first, last = facts["designs"]
-    ranges = ", ".join(f"{name} {number(low)} to {number(high)}" for name, (low, high) in facts["parameters"].items())
-    return (
-        f"block {facts['block']} (designs {first:,} to {last:,}: {ranges}) failed and was left out: {facts['problem']}"
-    )
 
 
 def _report_changed_objectives(study: Study, path: Path) -> None:
@@ -233,7 +165,7 @@ def _report(summary: Summary, study: Study, options: SweepOptions) -> None:
         blocks = count_of(len(summary.failures), "block")
         until = "; the front is written when all are computed" if options.keep == "front" else ""
         complain(f"{blocks} failed; run the same command again to compute what is missing{until}")
-    if options.quiet or (summary.failures and options.keep == "front"):
+    if options.work.quiet or (summary.failures and options.keep == "front"):
         return
     if summary.n_computed == 0 and not summary.failures:
         say(f"{summary.path} is complete already: {summary.n_designs:,} designs")

@@ -1,4 +1,4 @@
-"""The public functions: they resolve names, call the packages below and return tables."""
+"""Compute designs: all of a study, several, or the motion of one."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING, get_args
 import numpy as np
 import numpy.typing as npt
 
+from explore.api.workers import find_workers, report_counts
 from explore.errors import FailedBlocksWarning, MotionError, RequestError
 from explore.evaluation.derived import unavailable_metrics
 from explore.evaluation.evaluate import (
     LARGEST_PARAMETER,
     SMALLEST_PARAMETER,
-    compile_kernels,
     evaluate_columns,
     output_columns,
 )
@@ -25,17 +25,12 @@ from explore.model.mechanism import Mechanism
 from explore.model.progress import ReportProgress
 from explore.model.status import Status
 from explore.motions import motion_signals
-from explore.ranking.joint import RESULTS_COLUMN, rank_sources
-from explore.ranking.limits import Limits
-from explore.ranking.nearest import VIOLATION, find_nearest, find_nearest_rows
-from explore.ranking.rankings import RankRequest, rank_frame, rank_source
 from explore.request.names import find_mechanism
 from explore.request.parameters import parameter_columns, read_value
 from explore.request.requests import make_objective, make_request
-from explore.store.open_results import open_results, open_several
+from explore.store.open_results import open_results
 from explore.store.results import Results
-from explore.sweeping.clusters import existing_client, local_cluster
-from explore.sweeping.runs import Keep, Progress, run_study
+from explore.sweeping.runs import Keep, run_study
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -50,24 +45,6 @@ def list_mechanisms() -> dict[str, str]:
     for problem in problems:
         warnings.warn(problem, RuntimeWarning, stacklevel=2)
     return {name: mechanism.summary for name, mechanism in mechanisms.items()}
-
-
-def read_results(path: Path | str, *, columns: Sequence[str] | None = None) -> pd.DataFrame:
-    """Read the committed designs of a results file as a table.
-
-    Parameters
-    ----------
-    path
-        The HDF5 file of a sweep, finished or not.
-    columns
-        Names of the columns to read; None for all.
-
-    Returns
-    -------
-    DataFrame
-        One row for each committed design, index ``design``; ``attrs`` as of `Results.to_pandas`.
-    """
-    return open_results(path).to_pandas(columns)
 
 
 def sweep(
@@ -122,19 +99,8 @@ def sweep(
         raise RequestError(f"keep = {keep!r}: must be {' or '.join(get_args(Keep))}")
     if max_failures is not None and max_failures < 0:
         raise RequestError(f"max_failures = {max_failures}: must be at least 0, or None for no limit")
-    if workers is not None and workers < 1:
-        raise RequestError(f"workers = {workers}: must be at least 1")
-    if client is not None and (workers is not None or processes):
-        raise RequestError("workers and processes cannot be combined with client, which has its own workers")
-    if client is None:
-        compile_kernels(study.request)
-    mechanism = study.request.mechanism.name
-    cluster = existing_client(client, mechanism) if client is not None else local_cluster(workers, processes=processes)
-
-    def report(progress: Progress) -> None:
-        if report_progress is not None:
-            report_progress(progress.n_done, progress.n_designs)
-
+    cluster = find_workers(study.request, client, workers, processes=processes)
+    report = report_counts(report_progress)
     summary = run_study(study, path, cluster, keep=keep, max_failures=max_failures, restart=restart, progress=report)
     if summary.failures:
         warnings.warn(FailedBlocksWarning(summary.failures), stacklevel=2)
@@ -295,130 +261,3 @@ def _refuse_unusable(mechanism: Mechanism, columns: Arrays) -> None:
         if value != 0.0 and not SMALLEST_PARAMETER < abs(value) <= LARGEST_PARAMETER:
             limits = f"{SMALLEST_PARAMETER:g} to {LARGEST_PARAMETER:g}"
             raise RequestError(f"{name}: {value:g} is outside {limits}, the magnitudes that are computed with")
-
-
-def rank(
-    results: Results | pd.DataFrame | Path | str | Sequence[Results | Path | str],
-    *,
-    objectives: Sequence[str] | str | None = None,
-    order_by: str | None = None,
-    fronts: int = 1,
-    where: str | None = None,
-    limits: Limits | None = None,
-    quality: bool = False,
-) -> pd.DataFrame:
-    """Find the Pareto-optimal designs, best first.
-
-    Parameters
-    ----------
-    results
-        Results, the path of a results file, or any table. Several results or paths are ranked together; the column
-        ``results`` has the results of each design.
-    objectives
-        Metrics or parameters, such as ``["cv", "swing_angle:max"]``; None for those of the (first) study.
-    order_by
-        The metric that orders the designs; None for the first objective.
-    fronts
-        Number of fronts to return; column ``front`` numbers them from 1.
-    where
-        Only designs that meet a condition on any columns, such as ``"swing_angle > 20 and not cv >= 0.5"``; see
-        `explore.ranking.conditions`. Comparisons with an undefined value are false.
-    limits
-        Constraints narrower than those of the sweep, by metric in its unit: a number moves the bound of the
-        sweep, ``{"min": 1, "max": 2}`` names the sides.
-    quality
-        Add columns that compare the designs of a front: ``knee``, ``crowding`` and ``hypervolume_share``; see
-        `explore.ranking.quality`.
-
-    Returns
-    -------
-    DataFrame
-        One row for each design of the fronts, under its number, with the columns of the results and those named above.
-        ``attrs["units"]`` has the unit of each column that has one in the results, ``attrs["labels"]`` the words for
-        the codes of columns such as ``status``.
-
-    Raises
-    ------
-    RequestError
-        If a name is unknown, a condition is invalid, or a limit is wider than the constraint of the sweep.
-    """
-    import pandas as pd
-
-    request = RankRequest(objectives, order_by, fronts, where, limits, quality)
-    if isinstance(results, pd.DataFrame):
-        ranked = rank_frame(results, request)
-        units = dict.fromkeys(results, None) | results.attrs.get("units", {})
-        return _with_attrs(ranked, units, results.attrs.get("labels", {}))
-    is_joint = not isinstance(results, (Results, Path, str))
-    sources = open_several(results if is_joint else [results])  # type: ignore[arg-type, list-item]  # checked above
-    if is_joint:
-        joint = rank_sources(sources, request)
-        ranking, parts, caveats = joint.whole, joint.parts, joint.caveats
-    else:
-        ranking = rank_source(next(iter(sources.values())), request)
-        parts, caveats = dict.fromkeys(sources, ranking), ()
-    incomplete = "keeps only the Pareto set of its study: the best in this request may be missing"
-    for text in (*(f"{name} {incomplete}" for name, part in parts.items() if part.is_incomplete), *caveats):
-        warnings.warn(text, RuntimeWarning, stacklevel=2)
-    columns = {column.name: column for source in reversed(sources.values()) for column in source.columns}
-    units = {name: column.unit for name, column in columns.items()} | {RESULTS_COLUMN: ""}
-    return _with_attrs(ranking.frame, units, {name: dict(c.labels) for name, c in columns.items() if c.labels})
-
-
-def nearest(
-    results: Results | pd.DataFrame | Path | str,
-    count: int = 10,
-    *,
-    where: str | None = None,
-    limits: Limits | None = None,
-) -> pd.DataFrame:
-    """Find the infeasible designs that are nearest to feasible, the nearest first.
-
-    Parameters
-    ----------
-    results
-        Results, the path of a results file, or a table of `evaluate` with constraints.
-    count
-        Number of designs.
-    where
-        Only designs that meet a condition, as of `rank`.
-    limits
-        Constraints narrower than those of the sweep, as of `rank`.
-
-    Returns
-    -------
-    DataFrame
-        The designs with all columns and ``violation``, the sum over the constraints of the distance to the allowed
-        range, each divided by the distance between the quartiles of its margin among all designs. A margin is NaN where
-        a design was screened before the metric was sampled; its violation is then at least the one given. Designs
-        without a motion are left out. ``attrs["scales"]`` has the divisors, ``attrs["combinations"]`` the number of
-        designs by the constraints that they miss, ``attrs["units"]`` and ``attrs["labels"]`` as of `rank`.
-
-    Raises
-    ------
-    RequestError
-        If there is no constraint, or only the Pareto set was kept.
-    """
-    import pandas as pd
-
-    if isinstance(results, pd.DataFrame):
-        nearness = find_nearest_rows(results, count, where=where, limits=limits)
-        units, labels = dict.fromkeys(results, None) | results.attrs.get("units", {}), results.attrs.get("labels", {})
-    else:
-        source = results if isinstance(results, Results) else open_results(results)
-        nearness = find_nearest(source, count, where=where, limits=limits)
-        units, labels = source.units, {c.name: dict(c.labels) for c in source.columns if c.labels}
-    frame = _with_attrs(nearness.frame, {**units, VIOLATION: "1"}, labels)
-    frame.attrs["scales"] = dict(nearness.scales)
-    frame.attrs["combinations"] = dict(nearness.exclusions.combinations)
-    return frame
-
-
-def _with_attrs(
-    ranked: pd.DataFrame, units: Mapping[str, str | None], labels: Mapping[str, Mapping[int, str]]
-) -> pd.DataFrame:
-    """The table with the units and labels of its columns; columns that the ranking added are numbers without a unit."""
-    by_name = {str(name): units.get(str(name), "1") for name in ranked.columns}
-    ranked.attrs["units"] = {name: unit for name, unit in by_name.items() if unit is not None}
-    ranked.attrs["labels"] = {name: words for name, words in labels.items() if name in ranked}
-    return ranked

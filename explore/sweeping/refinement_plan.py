@@ -1,0 +1,208 @@
+"""The plan of a refinement: the front to start from, how many designs to draw around it, and what determines them."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from hashlib import sha256
+
+import numpy as np
+
+from explore.config.study import Study
+from explore.config.study_file import parse_study
+from explore.designs.solved_lengths import SolvedSpace
+from explore.designs.spaces import Axis, DesignSpace, Table, TableAxis
+from explore.errors import RequestError, ResultsError
+from explore.model.columns import Arrays, Attribute, Column
+from explore.model.request import Objective
+from explore.ranking.pareto import objectives_to_minimise
+from explore.ranking.quality import REFERENCE_OFFSET
+from explore.ranking.rankings import Ranking, RankRequest, rank_source
+from explore.refining.coordinates import Coordinates
+from explore.refining.generations import NO_PARENT, PARENT, Generations
+from explore.store.results import Results
+from explore.sweeping.collectors import results_columns, study_attributes
+
+#: Number of designs of a refinement without a choice of the user.
+EVALUATIONS = 262_144
+#: Smallest and largest number of designs of a generation; between them as many as make `_GENERATIONS` of all.
+_SMALLEST, _LARGEST, _GENERATIONS = 256, 8192, 16
+#: Renewed when generations are drawn in another way, so that no file is continued in two ways.
+_VERSION = 1
+
+
+@dataclass(frozen=True)
+class RefinementPlan:
+    """What determines the results of a refinement.
+
+    Attributes
+    ----------
+    study
+        The study of the results to refine.
+    objectives
+        At least two.
+    start
+        All columns of the front to refine, in the order of the design numbers.
+    n_designs
+        Number of designs, those of the start included.
+    seed
+        Seed of the random numbers.
+    """
+
+    study: Study
+    objectives: tuple[Objective, ...]
+    start: Arrays
+    n_designs: int
+    seed: int
+
+    @property
+    def size(self) -> int:
+        """Number of designs of each generation, which is a block of the file: a power of two."""
+        size = 1 << max(self.n_designs // _GENERATIONS, 1).bit_length() - 1
+        return min(max(size, _SMALLEST), _LARGEST)
+
+    def generations(self) -> Generations:
+        """The generations, the first one next."""
+        mechanism = self.study.request.mechanism
+        listed = [parameter.name for parameter in mechanism.parameters if parameter.choices]
+        return Generations(
+            Coordinates.over(_free_axes(self.study.space), listed),
+            self.objectives,
+            self.margins,
+            self.start,
+            n_designs=self.n_designs,
+            size=self.size,
+            seed=self.seed,
+        )
+
+    @property
+    def margins(self) -> list[str]:
+        """Names of the columns with the margins of the constraints."""
+        return [f"{constraint.metric.name}_margin" for constraint in self.study.request.constraints]
+
+    def space(self, parameters: Arrays) -> DesignSpace:
+        """The designs with these parameters, and the solved length of the study if it has one."""
+        table: DesignSpace = Table(
+            tuple(TableAxis(name, values) for name, values in parameters.items()), len(next(iter(parameters.values())))
+        )
+        space = self.study.space
+        if isinstance(space, SolvedSpace):
+            return SolvedSpace.over(table, space.solved_length, space.mechanism)
+        return table
+
+    @property
+    def columns(self) -> tuple[Column, ...]:
+        """The columns of the results file: those of a sweep, and the parent."""
+        text = f"design that it was drawn from, {NO_PARENT} for those of the front that was refined"
+        return (*results_columns(self.study), Column(PARENT, "", text, "bookkeeping", "<i8"))
+
+    @property
+    def attributes(self) -> dict[str, Attribute]:
+        """Attributes of the results file; none of them differs between two runs."""
+        objectives = [f"{objective.metric}:{objective.sense}" for objective in self.objectives]
+        values = sha256()
+        for name in sorted(self.start):
+            values.update(self.start[name].tobytes())
+        content = json.loads(self.study.identity) | {
+            "objectives": objectives,
+            "block_size": self.size,
+            "sampling": {
+                "method": "refinement",
+                "version": _VERSION,
+                "seed": self.seed,
+                "start": len(self.start["design"]),
+                "sha256": values.hexdigest(),
+            },
+        }
+        identity = json.dumps(content, sort_keys=True, separators=(",", ":"), allow_nan=False)
+        return study_attributes(self.study) | {
+            "request_sha256": sha256(identity.encode()).hexdigest(),
+            "determines": identity,
+            "sampler": "refinement",
+            "seed": self.seed,
+            "objectives": json.dumps(objectives),
+        }
+
+
+def plan_refinement(
+    results: Results,
+    *,
+    objectives: Sequence[str] | None = None,
+    evaluations: int = EVALUATIONS,
+    seed: int = 0,
+) -> RefinementPlan:
+    """Plan the refinement of the front of results; see `explore.refine`."""
+    if not results.is_complete:
+        raise ResultsError(
+            f"{results.path} is not finished: {results.n_committed:,} of {results.n_designs:,} designs; "
+            "run the sweep again to go on, then refine"
+        )
+    if results.attributes.get("sampler") == "table":
+        raise RequestError(
+            f"{results.path} has the designs of a table, which has no ranges to refine in; sweep ranges or lists"
+        )
+    if seed < 0:
+        raise RequestError(f"seed = {seed}: must be at least 0")
+    study = parse_study(results.config, str(results.path), results.path.parent)
+    ranking = rank_source(results, RankRequest(objectives))
+    if len(ranking.objectives) < 2:
+        name = ranking.objectives[0].metric
+        raise RequestError(
+            f"{name} alone has one best design, not a front; name two or more `objectives`, "
+            f"or improve that design with explore.polish"
+        )
+    if ranking.frame.empty:
+        raise RequestError(_nothing_feasible(results, ranking))
+    coordinates = Coordinates.over(_free_axes(study.space), ())
+    if not coordinates.ranges:
+        raise RequestError(
+            f"{results.path} has only listed values, with nothing between them to refine; "
+            "give a parameter of the study a range and sweep it"
+        )
+    n_start = len(ranking.frame)
+    if evaluations <= n_start:
+        raise RequestError(
+            f"evaluations = {evaluations:,}: the front to refine has {n_start:,} designs; evaluate more than these"
+        )
+    frame = ranking.frame.sort_index().reset_index()
+    names = [column.name for column in results_columns(study)]
+    start = {name: np.ascontiguousarray(frame[name].to_numpy()) for name in names if name in frame}
+    return RefinementPlan(study, ranking.objectives, start, evaluations, seed)
+
+
+def growth(plan: RefinementPlan, ranking: Ranking) -> float | None:
+    """By which share the hypervolume of the front grew, up to the ranking of the refined results.
+
+    The reference point is a tenth of each objective's range on the front at the start beyond its worst value there.
+    None in more than three objectives, where it takes long.
+    """
+    import moocore
+
+    if len(plan.objectives) > 3:
+        return None
+    frame = {objective.metric: ranking.frame[objective.metric].to_numpy() for objective in plan.objectives}
+    before, after = (objectives_to_minimise(columns, plan.objectives) for columns in (plan.start, frame))
+    worst, best = before.max(axis=0), before.min(axis=0)
+    reference = worst + REFERENCE_OFFSET * (worst - best)
+    start, end = (float(moocore.hypervolume(np.ascontiguousarray(values), ref=reference)) for values in (before, after))
+    return end / start - 1.0 if start > 0.0 else None
+
+
+def _free_axes(space: DesignSpace) -> list[Axis]:
+    """The axes of the parameters that are given, not solved for."""
+    base = space.base if isinstance(space, SolvedSpace) else space
+    return [axis for axis in base.axes if not isinstance(axis, TableAxis)]  # type: ignore[misc]  # a solved length is not in the base
+
+
+def _nothing_feasible(results: Results, ranking: Ranking) -> str:
+    """Why there is no design to start from."""
+    tally = ranking.tally
+    counts = tally.by_constraint
+    text = f"no design of {results.path} is feasible, so there is no front to refine"
+    if tally.n_not_finite:
+        return f"{text}: the objectives of the feasible ones are undefined; name other `objectives`"
+    if not counts or not max(counts.values()):
+        return f"{text}; sweep other ranges"
+    name, count = counts.most_common(1)[0]
+    return f"{text}: {count:,} miss {name.removesuffix('_margin')}, more than any other; widen it or sweep other ranges"

@@ -1,1 +1,0 @@
-"""Control curves: a metric of one design over one of its parameters, and where the metric is within a range."""
