@@ -1,7 +1,8 @@
 """Make the pictures of the documentation from real runs: ``python docs/figures.py`` in the repository's root.
 
 Needs the results of ``explore sweep`` of configs/grid.toml, optimum.toml, published.toml, slider_crank.toml,
-variable_crank.toml and rig_20deg.toml, and those of ``explore precision`` and ``explore stability``.
+variable_crank.toml and rig_20deg.toml, and those of ``explore precision`` and of ``explore stability`` with
+crank-rocker, with variable-crank and with gears.
 """
 
 import io
@@ -21,9 +22,10 @@ from explore.charts.mechanism import draw_mechanism
 from explore.charts.pareto import draw_designs
 from explore.charts.precision import overview_chart, scene_chart
 from explore.charts.simulation import simulate_design
-from explore.charts.stability import stability_chart
+from explore.charts.stability import stability_chart, turn_chart
 from explore.charts.style import BLUE, INK, ORANGE, new_figure, save_figure
 from explore.comparison.scenes import bundled_scenes, load_scene
+from explore.comparison.stability_cases import stability_case
 
 mpl.use("Agg")
 HERE = Path(__file__).parent
@@ -69,7 +71,10 @@ def draw_nodes() -> None:
 def draw_comparisons() -> None:
     """The charts of ``explore precision`` and ``explore stability``, from their tables, at a size for a page."""
     motions, averages = (pd.read_csv(f"results/precision/{name}.csv") for name in ("motions", "averages"))
-    verdicts = pd.read_csv("results/stability/map.csv")
+    verdicts, turns = (pd.read_csv(f"results/stability-variable-crank/{name}.csv") for name in ("map", "turn"))
+    change_point = pd.read_csv("results/stability-crank-rocker/map.csv")
+    four_bar, slicer = stability_case("crank-rocker"), stability_case("variable-crank")
+    angles = [float(np.rad2deg(angle)) for angle in slicer.singular_angles]
     scenes = [load_scene(path) for path in bundled_scenes().values()]
     titles = {scene.name: scene.title for scene in scenes}
     smooth = next(scene for scene in scenes if scene.name == "smooth")
@@ -77,7 +82,9 @@ def draw_comparisons() -> None:
         "precision": overview_chart(motions, titles),
         "smooth": scene_chart(motions[motions["scene"] == "smooth"], f"{smooth.title}: {smooth.question}"),
         "averages": averages_chart(averages, titles),
-        "stability": stability_chart(verdicts, 1e-6),
+        "stability": stability_chart(change_point, 1e-6, four_bar.distance, four_bar.beyond),
+        "variable-crank-stability": stability_chart(verdicts, 1e-6, slicer.distance, slicer.beyond),
+        "variable-crank-turn": turn_chart(turns, angles, "variable-crank, every method at its finest setting"),
     }
     for name, figure in charts.items():
         with io.BytesIO() as buffer:

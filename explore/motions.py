@@ -10,17 +10,14 @@ from explore.comparison.verdicts import Verdict, judge
 from explore.errors import RequestError
 from explore.evaluation.windows import find_laws, window_ends
 from explore.lanes.designs import fill_motion_of_design
-from explore.mechanisms import four_bar
-from explore.mechanisms.crank_rocker.declaration import CRANK_ROCKER
-from explore.methods.closed_form import KERNEL_ROWS, ClosedForm
+from explore.methods.closed_form import ClosedForm
 from explore.methods.contract import Capability, Level, Method, Outcome, Task, method_label
-from explore.methods.registry import find_method
+from explore.methods.registry import check_method, find_loop, find_method
+from explore.methods.vector_loop import VectorLoop
 from explore.model.columns import Arrays
 from explore.model.mechanism import Mechanism
 from explore.model.quantities import FloatArray, Signal
 from explore.model.status import Status
-
-_LINKS = ("crank", "coupler", "rocker", "ground")
 
 
 def motion_signals(
@@ -41,14 +38,16 @@ def motion_signals(
     -------
     columns
         The signals in declared units, each of shape (t,), except those that exist only behind clutches; and, where a
-        kernel of their own fills them, those under load of a design without one.
+        kernel of their own fills them, those under load of a design without one. By another method than the closed form
+        those that follow from the unknowns of the mechanism's loop.
     label
         Name and setting of the method.
 
     Raises
     ------
     RequestError
-        If there is no such method, or it needs ascending crank angles and the angles are not.
+        If there is no such method, it does not solve the mechanism, or it needs ascending crank angles and the angles
+        are not.
     """
     if not 0.0 < tolerance < 1.0:
         raise RequestError(f"tolerance = {tolerance:g}; give a number between 0 and 1")
@@ -57,15 +56,13 @@ def motion_signals(
     solver = find_method(method)
     filled = [signal for signal in mechanism.signals if mechanism.fills(signal) or _has_load(signal, inputs)]
     if isinstance(solver, ClosedForm):
-        rows = _closed_form(mechanism.kernel_of(filled), inputs, input_angle)
-    elif mechanism is CRANK_ROCKER:
-        rows = _by_method(solver, inputs, np.deg2rad(input_angle), tolerance)
+        rows = dict(enumerate(_closed_form(mechanism.kernel_of(filled), inputs, input_angle)))
     else:
-        raise RequestError(f"{mechanism.name} has only the closed form; leave out method={method!r}")
+        rows = _by_method(solver, find_loop(mechanism.name), inputs, np.deg2rad(input_angle), tolerance)
     speed = inputs[mechanism.speed.name] if mechanism.speed else 1.0
     signals: Arrays = {}
     for signal in filled if isinstance(solver, ClosedForm) else filter(mechanism.fills, filled):
-        if not signal.only_in:
+        if not signal.only_in and signal.row in rows:
             values = np.sqrt(rows[signal.row]) if signal.is_magnitude else rows[signal.row]
             signals[signal.name] = values * (np.rad2deg(1.0) if signal.unit == "deg" else speed**signal.speed_power)
     return signals, method_label(solver)
@@ -95,22 +92,22 @@ def _closed_form(mechanism: Mechanism, inputs: dict[str, float], input_angle: Fl
     return signals
 
 
-def _by_method(method: Method, inputs: dict[str, float], crank_angle: FloatArray, tolerance: float) -> FloatArray:
-    """Rows of the kernel at crank angles in rad by another method, shape (s, t), with a warning if it is inaccurate."""
+def _by_method(
+    method: Method, loop: VectorLoop, inputs: dict[str, float], crank_angle: FloatArray, tolerance: float
+) -> dict[int, FloatArray]:
+    """Rows of the kernel at crank angles in rad by another method, with a warning if it is inaccurate."""
+    check_method(method, loop)
     if Capability.ANY_ANGLE not in method.capabilities and (np.diff(crank_angle) <= 0.0).any():
         raise RequestError(f"{method_label(method)} proceeds from one crank angle to the next; give ascending angles")
-    lengths = np.array([[inputs[name] for name in _LINKS]])
-    task = Task(lengths, np.array([inputs["branch"]]), crank_angle[None, :], Level.ACCELERATIONS)
+    parameters = np.array([[inputs[name] for name in loop.parameters]])
+    branch = np.array([inputs.get("branch", 1.0)])
+    task = Task(parameters, branch, crank_angle[None, :], Level.ACCELERATIONS, loop=loop)
     motion = method.solve(task)
     judgement = judge(task, motion, ClosedForm().solve(task).signals, tolerance)
     verdict = Verdict(int(judgement.verdict[0]))
     if verdict is not Verdict.ACCURATE:
         _warn(method_label(method), verdict, Outcome(int(motion.outcome[0])), judgement.max_error[:, 0], tolerance)
-    rows = np.empty((four_bar.SIGNAL_ROWS, len(crank_angle)))
-    rows[KERNEL_ROWS] = motion.signals[:, 0]
-    difference = motion.signals[0, 0] - motion.signals[1, 0]
-    rows[four_bar.TRANSMISSION_ANGLE] = np.abs(np.remainder(difference + np.pi, 2.0 * np.pi) - np.pi)
-    return rows
+    return loop.derive(motion.signals[:, 0], parameters[0])
 
 
 def _warn(name: str, verdict: Verdict, outcome: Outcome, errors: FloatArray, tolerance: float) -> None:

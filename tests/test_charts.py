@@ -12,9 +12,9 @@ from explore.methods.registry import METHODS
 
 def rows(**changes):
     row = {"scene": "s", "method": "newton", "setting": "newton(1)", "failed": 0, "silently_wrong": 0,
-             "verdict": "accurate", "cpu_seconds": 1e-3, "evaluations": 100.0, "angle_error_max": 1e-9,
+             "verdict": "accurate", "cpu_seconds": 1e-3, "evaluations": 100.0, "position_error_max": 1e-9,
              "velocity_error_max": 1e-8}  # fmt: skip
-    return pd.DataFrame([row, {**row, "cpu_seconds": 2e-3, "angle_error_max": 0.0, **changes}])
+    return pd.DataFrame([row, {**row, "cpu_seconds": 2e-3, "position_error_max": 0.0, **changes}])
 
 
 def points(chart):
@@ -73,7 +73,7 @@ def cells(verdict, error=1e-9):
 @pytest.mark.parametrize("verdict", list(Verdict))
 def test_every_verdict_is_drawn_in_the_map(verdict, tmp_path):
     assert set(VERDICTS) == {member.label for member in Verdict}
-    figure = stability_chart(pd.DataFrame(cells(verdict.label)), 1e-6)
+    figure = stability_chart(pd.DataFrame(cells(verdict.label)), 1e-6, "margin", "no full turn exists")
     (legend,) = figure.legends
     assert [text.get_text().startswith(verdict.label) for text in legend.get_texts()] == [True]
     assert [len(chart.patches) for chart in figure.axes] == [4, 8]

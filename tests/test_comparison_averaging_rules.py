@@ -20,10 +20,14 @@ from explore.comparison.averaging_rules import (
 from explore.comparison.reference import REFERENCE_SIGNALS, REFERENCE_STATISTICS, REFERENCE_WINDOWS, exact_statistics
 from explore.comparison.scenes import bundled_scenes, load_scene
 from explore.methods.contract import Outcome
+from explore.methods.four_bar_loop import FOUR_BAR
 from explore.methods.geometry import geometric_outcome
 
-SCENES = {name: load_scene(path) for name, path in bundled_scenes().items()}
-SCENES_WITH_MOTION = [name for name, scene in SCENES.items() if (geometric_outcome(scene.lengths) == Outcome.OK).any()]
+ALL_SCENES = [load_scene(path) for path in bundled_scenes().values()]
+SCENES = {scene.name: scene for scene in ALL_SCENES if scene.loop is FOUR_BAR}
+SCENES_WITH_MOTION = [
+    name for name, scene in SCENES.items() if (geometric_outcome(scene.parameters) == Outcome.OK).any()
+]
 ONE = np.ones(1)
 #: 1 um from the change point.
 NEAR_CHANGE_POINT = np.array([[150.0, 1083.4236, 541.7118, 691.7128]])
@@ -50,8 +54,8 @@ def exact():
 def designs(name):
     """Lengths and branch; of the large block a sixteenth, which contains its change point."""
     scene = SCENES[name]
-    rows = slice(None, None, 16 if len(scene.lengths) > 100 else 1)
-    return scene.lengths[rows], scene.branch[rows]
+    rows = slice(None, None, 16 if len(scene.parameters) > 100 else 1)
+    return scene.parameters[rows], scene.branch[rows]
 
 
 def error(rule, name, window, exact):
@@ -86,7 +90,7 @@ def test_the_published_cv_of_the_published_optimum(exact):
 
 def test_the_trapezoidal_rule_converges_at_the_rate_of_the_nearest_singularity(exact):
     """The squared velocity has simple poles at +-0.87679 i, so the error is proportional to exp(-0.87679 N)."""
-    r1, r2, r3, r4 = SCENES["smooth"].lengths[0]
+    r1, r2, r3, r4 = SCENES["smooth"].parameters[0]
     rate = math.acosh((r4**2 + r1**2 - (r2 - r3) ** 2) / (2.0 * r1 * r4))
     assert rate == pytest.approx(0.87679, abs=5e-6)
     counts = np.arange(15, 29)
@@ -160,8 +164,8 @@ def test_nodes_counts_the_solved_crank_angles():
         (OnePassRule(9), 9, 9),
         (GaussRule(7), 7, 28),
     ):
-        assert rule.average(smooth.lengths, smooth.branch, "drive").nodes.tolist() == [stroke]
-        assert rule.average(smooth.lengths, smooth.branch, "cycle").nodes.tolist() == [turn]
+        assert rule.average(smooth.parameters, smooth.branch, "drive").nodes.tolist() == [stroke]
+        assert rule.average(smooth.parameters, smooth.branch, "cycle").nodes.tolist() == [turn]
 
 
 def mirrored(values):
@@ -175,7 +179,7 @@ def mirrored(values):
 @pytest.mark.parametrize("window", REFERENCE_WINDOWS)
 @pytest.mark.parametrize("rule", FINEST_RULES)
 def test_the_other_branch_is_the_mirror_image(rule, window):
-    lengths = SCENES["smooth"].lengths
+    lengths = SCENES["smooth"].parameters
     one, other = (rule.average(lengths, branch, window) for branch in (ONE, -ONE))
     # second differences of 3200 samples: 1e-16 rad over the squared step
     tolerance = 1e-9 if isinstance(rule, PublishedRule) else 1e-14
@@ -185,7 +189,7 @@ def test_the_other_branch_is_the_mirror_image(rule, window):
 
 @pytest.mark.parametrize("window", REFERENCE_WINDOWS)
 def test_the_exact_statistics_of_the_other_branch_are_the_mirror_image(window):
-    lengths = SCENES["smooth"].lengths
+    lengths = SCENES["smooth"].parameters
     one, other = (exact_statistics(lengths, branch, window) for branch in (ONE, -ONE))
     assert np.array_equal(other, mirrored(one), equal_nan=True)
 
@@ -193,11 +197,11 @@ def test_the_exact_statistics_of_the_other_branch_are_the_mirror_image(window):
 @pytest.mark.parametrize("window", REFERENCE_WINDOWS)
 @pytest.mark.parametrize("rule", ALL_RULES)
 def test_linkages_without_a_motion_are_nan_and_do_not_change_others(rule, window):
-    impossible = np.vstack([SCENES[n].lengths for n in ("change_point", "blocked_crank", "unassemblable")])
+    impossible = np.vstack([SCENES[n].parameters for n in ("change_point", "blocked_crank", "unassemblable")])
     impossible = np.vstack(
         [impossible, [[4.0, 5.0, 4.5, 2.0], [np.nan, 1.0, 1.0, 1.0]]]
     )  # a double crank does not rock
-    smooth = SCENES["smooth"].lengths
+    smooth = SCENES["smooth"].parameters
     alone = rule.average(smooth, ONE, window)
     mixed = rule.average(np.vstack([impossible, smooth, impossible]), np.ones(11), window)
     # sums in blocks may be ordered differently

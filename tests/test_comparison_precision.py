@@ -38,13 +38,13 @@ def test_every_setting_has_a_row_with_costs_and_errors(smooth):
         assert row["cpu_seconds"] > 0.0
         assert row["cv_cpu_seconds"] > 0.0
         assert row["evaluations"] >= 1
-        assert row["angle_error_rms"] <= row["angle_error_max"]
+        assert row["position_error_rms"] <= row["position_error_max"]
 
 
 def test_errors_on_the_smooth_scene(smooth):
     closed_form = smooth["closed-form"]
     # rounding of a few operations, and of a sum over 30 nodes
-    assert max(closed_form[f"{name}_error_max"] for name in ("angle", "velocity", "acceleration")) < 2e-15
+    assert max(closed_form[f"{name}_error_max"] for name in ("position", "velocity", "acceleration")) < 2e-15
     assert closed_form["cv_error"] < 3e-15
     assert 1e-3 < smooth["rk45(rtol=0.001)"]["velocity_error_max"] < 1e-2, "wrong in the third digit"
     errors = [smooth[f"rk4(steps={steps})"]["velocity_error_max"] for steps in (72, 180, 360, 1440)]
@@ -54,7 +54,7 @@ def test_errors_on_the_smooth_scene(smooth):
 def test_a_scene_without_a_motion_has_rows_without_errors():
     rows = compare_methods(scene("change_point"))
     assert [row["setting"] for row in rows] == SETTINGS
-    assert all(math.isnan(row["angle_error_max"]) for row in rows)
+    assert all(math.isnan(row["position_error_max"]) for row in rows)
     closed_form = rows[0]
     assert (closed_form["method"], closed_form["verdict"], closed_form["failed"]) == (
         "closed-form",
@@ -68,7 +68,7 @@ def test_a_scene_without_a_motion_has_rows_without_errors():
 def test_a_scene_of_positions_has_no_velocity_errors():
     rows = compare_methods(scene("tiny_swing"))
     assert not any("velocity_error_max" in row or "cv_error" in row for row in rows)
-    assert rows[0]["angle_error_max"] < 1e-15
+    assert rows[0]["position_error_max"] < 1e-15
 
 
 def test_stroke_nodes_give_the_exact_coefficient_of_variation():

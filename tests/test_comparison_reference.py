@@ -143,8 +143,8 @@ def test_the_reference_meets_its_time_limit():
     """An angle takes 0.2 ms and the slowest design 0.15 s; a busy machine takes less than ten times as long."""
     scene = load_scene(bundled_scenes()["almost_change_point"])
     begin = time.process_time()
-    exact_motion(scene.lengths[-1:], scene.branch[-1:], np.linspace(-3, 3, 100)[None])
+    exact_motion(scene.parameters[-1:], scene.branch[-1:], np.linspace(-3, 3, 100)[None])
     middle = time.process_time()
-    exact_statistics(scene.lengths[-1:], scene.branch[-1:], "cycle")
+    exact_statistics(scene.parameters[-1:], scene.branch[-1:], "cycle")
     assert middle - begin < 100 * 2e-3
     assert time.process_time() - middle < 1.5

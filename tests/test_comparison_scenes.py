@@ -33,6 +33,9 @@ EXPECTED = {
     "tiny_swing": (1, Level.POSITIONS, Outcome.OK),
     "extreme_ratios": (4, Level.VELOCITIES, Outcome.OK),
     "large_block": (256, Level.VELOCITIES, None),
+    "slider_crank": (1, Level.ACCELERATIONS, Outcome.OK),
+    "slider_almost_change_point": (5, Level.ACCELERATIONS, Outcome.OK),
+    "variable_crank": (1, Level.ACCELERATIONS, Outcome.OK),
 }
 
 
@@ -44,20 +47,20 @@ def test_the_bundled_scenes_are_the_expected_ones():
 def test_bundled_scenes_have_their_contents(name):
     scene, (count, model, outcome) = SCENES[name], EXPECTED[name]
     assert scene.name == name
-    assert scene.lengths.shape == (count, 4)
+    assert scene.parameters.shape == (count, len(scene.loop.parameters))
     assert scene.branch.tolist() == [1.0] * count
     assert scene.model is model
     assert scene.title
     assert scene.about.endswith(".")
     assert scene.question.endswith("?")
     if outcome is not None:
-        assert geometric_outcome(scene.lengths).tolist() == [outcome] * count
+        assert geometric_outcome(scene.parameters, scene.loop).tolist() == [outcome] * count
 
 
 def test_margins_decrease_to_the_smallest_that_is_not_a_change_point():
     """The margins, summed as fractions, are the powers of two that the file states."""
     margins = [
-        Fraction(c) + Fraction(d) - Fraction(a) - Fraction(b) for a, b, c, d in SCENES["almost_change_point"].lengths
+        Fraction(c) + Fraction(d) - Fraction(a) - Fraction(b) for a, b, c, d in SCENES["almost_change_point"].parameters
     ]
     assert margins == [Fraction(1, 2**k) for k in (7, 13, 20, 27, 33, 39)]
     # the next power of two counts as a change point
@@ -67,12 +70,12 @@ def test_margins_decrease_to_the_smallest_that_is_not_a_change_point():
 
 def test_the_large_block_contains_one_change_point():
     scene = SCENES["large_block"]
-    without_motion = np.flatnonzero(geometric_outcome(scene.lengths) != Outcome.OK)
-    assert scene.lengths[without_motion].tolist() == [[150.0, 1083.5, 541.75, 691.75]]
+    without_motion = np.flatnonzero(geometric_outcome(scene.parameters) != Outcome.OK)
+    assert scene.parameters[without_motion].tolist() == [[150.0, 1083.5, 541.75, 691.75]]
 
 
 def test_the_tiny_swing_is_a_hundredth_of_a_degree():
-    columns = dict(zip(("crank", "coupler", "rocker", "ground"), SCENES["tiny_swing"].lengths.T, strict=True))
+    columns = dict(zip(("crank", "coupler", "rocker", "ground"), SCENES["tiny_swing"].parameters.T, strict=True))
     request = make_request(MECHANISMS["crank-rocker"], metrics=["swing_angle"])
     assert evaluate_columns(request, columns).columns["swing_angle"][0] == pytest.approx(0.01, rel=0.05)
 
@@ -139,7 +142,7 @@ def test_the_branch_of_a_scene(tmp_path):
     scene = load_scene(path)
     assert scene.name == "mirrored"
     assert scene.branch.tolist() == [1.0, -1.0]
-    assert scene.lengths.tolist() == [[100.0, 1000.0, 500.0, 700.0]] * 2
+    assert scene.parameters.tolist() == [[100.0, 1000.0, 500.0, 700.0]] * 2
 
 
 def test_a_wheel_contains_the_scenes(tmp_path):

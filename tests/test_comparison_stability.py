@@ -5,16 +5,18 @@ import math
 import numpy as np
 import pytest
 
-from explore.comparison.stability import map_stability, safe_margins, stability_grid, stability_runs
+from explore.comparison.stability import map_stability, safe_margins, stability_runs
+from explore.comparison.stability_cases import stability_case
 from explore.comparison.verdicts import Verdict
 from explore.methods.geometry import geometric_outcome
 
 ACCURACY = 1e-6
+CASE = stability_case("crank-rocker")
 
 
 @pytest.fixture(scope="module")
 def rows():
-    return map_stability(ACCURACY)
+    return map_stability(CASE, ACCURACY)
 
 
 def turning_rows(rows, setting, angles=72):
@@ -24,11 +26,10 @@ def turning_rows(rows, setting, angles=72):
 
 
 def test_every_method_is_judged_on_every_design(rows):
-    designs = stability_grid()
-    assert len(rows) == len(stability_runs()) * len(designs.margin)
-    assert (np.diff(designs.margin) < 0.0).all()
-    has_motion = geometric_outcome(designs.lengths) == 1
-    assert np.array_equal(has_motion, designs.margin > 0.0), "the margins are exact"
+    assert len(rows) == len(stability_runs(CASE)) * len(CASE.margin)
+    assert (np.diff(CASE.margin) < 0.0).all()
+    has_motion = geometric_outcome(CASE.parameters) == 1
+    assert np.array_equal(has_motion, CASE.margin > 0.0), "the margins are exact"
 
 
 def test_the_closed_form_is_accurate_at_every_margin(rows):

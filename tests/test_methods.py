@@ -9,10 +9,12 @@ import pytest
 from exact_linkage import ExactLinkage
 
 from explore.comparison.scenes import bundled_scenes, load_scene
-from explore.methods import dyads, vector_loop
+from explore.errors import RequestError
+from explore.methods import dyads
 from explore.methods.contract import Capability, Level, Motion, Outcome, Task, method_label
+from explore.methods.four_bar_loop import FOUR_BAR
 from explore.methods.geometry import geometric_outcome, solve_screened
-from explore.methods.registry import METHODS
+from explore.methods.registry import METHODS, check_method, methods_for
 
 #: Marks that skip the methods whose package is not installed.
 SKIPS = {
@@ -111,7 +113,7 @@ def turn(lengths, branch=1.0, count=73, level=Level.ACCELERATIONS, first=np.pi /
 def exact(task):
     """The motion by mpmath with 60 digits, from Freudenstein's equation, shape (6, n, t)."""
     motion = np.empty((6, *task.crank_angle.shape))
-    for i, (lengths, branch) in enumerate(zip(task.lengths, task.branch, strict=True)):
+    for i, (lengths, branch) in enumerate(zip(task.parameters, task.branch, strict=True)):
         linkage = ExactLinkage(*lengths, branch=int(branch))
         for j, angle in enumerate(task.crank_angle[i]):
             theta = mpmath.mpf(angle)
@@ -160,8 +162,8 @@ def test_a_double_crank_is_solved_too(method):
     task = turn([4.0, 5.0, 4.5, 2.0])
     motion, closed = solve_screened(method, task), METHODS["closed-form"][0].solve(task)
     assert motion.outcome.tolist() == [Outcome.OK]
-    assert np.abs(vector_loop.residual(task.lengths.T[:, :, None], task.crank_angle, *closed.signals[:2])).max() < 1e-14
-    assert np.abs(vector_loop.residual(task.lengths.T[:, :, None], task.crank_angle, *motion.signals[:2])).max() < (
+    assert np.abs(FOUR_BAR.gap(task.parameters.T[:, :, None], task.crank_angle, *closed.signals[:2])).max() < 1e-14
+    assert np.abs(FOUR_BAR.gap(task.parameters.T[:, :, None], task.crank_angle, *motion.signals[:2])).max() < (
         20.0 * max(BOUNDS[method_label(method)])
     )
 
@@ -180,16 +182,21 @@ def test_every_method_reports_the_geometric_outcome(method):
 def test_on_every_scene_ok_means_a_closed_loop(method, name):
     """No method reports ok where no motion exists; where it reports ok, the gap in its loop is small."""
     scene = load_scene(bundled_scenes()[name])
-    possible = geometric_outcome(scene.lengths) == Outcome.OK
+    if method not in [other for settings in methods_for(scene.loop).values() for other in settings]:
+        with pytest.raises(RequestError, match="solves four-bar linkages only"):
+            check_method(method, scene.loop)
+        return
+    possible = geometric_outcome(scene.parameters, scene.loop) == Outcome.OK
     rows = np.concatenate([np.flatnonzero(possible)[:3], np.flatnonzero(~possible)[:1]])
-    lengths, branch = scene.lengths[rows], scene.branch[rows]
-    task = Task(lengths, branch, turn(lengths, count=25).crank_angle, Level.VELOCITIES)
+    parameters, branch = scene.parameters[rows], scene.branch[rows]
+    angles = np.tile(np.pi / 2 + np.linspace(0.0, 2.0 * np.pi, 25), (len(rows), 1))
+    task = Task(parameters, branch, angles, Level.VELOCITIES, loop=scene.loop)
     motion = solve_screened(method, task)
     ok = motion.outcome == Outcome.OK
     assert not (ok & ~possible[rows]).any()
-    gap = np.linalg.norm(vector_loop.residual(lengths.T[:, :, None], task.crank_angle, *motion.signals[:2]), axis=0)
+    gap = np.linalg.norm(scene.loop.gap(parameters.T[:, :, None], angles, *motion.signals[:2]), axis=0)
     # integrators accept gaps up to a tenth of the longest link, Newton up to its tolerance
-    assert (gap[ok] <= 0.1 * lengths[ok].max(axis=1, keepdims=True)).all()
+    assert (gap[ok] <= 0.1 * scene.loop.size(parameters.T)[ok, None]).all()
 
 
 @pytest.mark.parametrize("method", ALL)
@@ -224,7 +231,7 @@ def test_evaluations_are_counted(method):
 @pytest.mark.parametrize("method", [p for p in ALL if Capability.ANY_ANGLE in p.values[0].capabilities])
 def test_the_order_of_angles_does_not_matter_to_independent_methods(method):
     task = turn(BENIGN)
-    reversed_task = Task(task.lengths, task.branch, task.crank_angle[:, ::-1].copy(), task.level)
+    reversed_task = Task(task.parameters, task.branch, task.crank_angle[:, ::-1].copy(), task.level)
     assert np.array_equal(
         solve_screened(method, task).signals, solve_screened(method, reversed_task).signals[:, :, ::-1]
     )
@@ -233,12 +240,12 @@ def test_the_order_of_angles_does_not_matter_to_independent_methods(method):
 @pytest.mark.parametrize("method", ALL)
 def test_the_layout_of_the_arrays_in_memory_does_not_matter(method):
     task = turn(BENIGN, count=13)
-    column_major = Task(np.asfortranarray(task.lengths), task.branch, np.asfortranarray(task.crank_angle))
+    column_major = Task(np.asfortranarray(task.parameters), task.branch, np.asfortranarray(task.crank_angle))
     assert np.array_equal(method.solve(task).signals, method.solve(column_major).signals)
 
 
 def test_shapes_are_checked():
-    with pytest.raises(ValueError, match="a task needs lengths"):
+    with pytest.raises(ValueError, match="a task needs parameters"):
         Task(np.ones((2, 4)), np.ones(1), np.ones((2, 3)))
     with pytest.raises(ValueError, match="no method solves the level geometry"):
         Task(np.ones((2, 4)), np.ones(2), np.ones((2, 3)), Level.GEOMETRY)
@@ -253,21 +260,20 @@ def test_derivatives_of_the_loop_agree_with_finite_differences():
     first = [float((a - b) / (2 * step)) for a, b in zip(above, below, strict=True)]
     second = [float((a - 2 * m + b) / step**2) for a, m, b in zip(above, here, below, strict=True)]
     angles = [float(x) for x in here]
-    rates = vector_loop.velocities(lengths, 1.234, *angles)
-    assert rates == pytest.approx(first, rel=1e-14)
-    assert vector_loop.accelerations(lengths, 1.234, *angles, rates) == pytest.approx(second, rel=1e-13)
-    assert np.abs(vector_loop.residual(lengths, 1.234, *angles)).max() < 5e-13  # rounding of 1083
+    signals = np.empty(6)
+    FOUR_BAR.fill_signals(signals, lengths, 1.234, *angles)
+    assert signals[2:4] == pytest.approx(first, rel=1e-14)
+    assert signals[4:] == pytest.approx(second, rel=1e-13)
+    assert np.abs(FOUR_BAR.gap(lengths, 1.234, *angles)).max() < 5e-13  # rounding of 1083
 
 
 def test_newtons_step_solves_the_linear_system():
     lengths, angles = BENIGN[0], (0.3, 0.9)
-    gap = vector_loop.residual(lengths, 1.234, *angles)
+    loop = FOUR_BAR.linearise(lengths, 1.234, *angles)
     _, r2, r3, _ = lengths
     jacobian = np.array([
         [-r2 * np.sin(0.3), r3 * np.sin(0.9)],
         [r2 * np.cos(0.3), -r3 * np.cos(0.9)],
     ])  # fmt: skip
-    assert vector_loop.newton_correction(lengths, gap, *angles) == pytest.approx(
-        np.linalg.solve(jacobian, -gap), rel=1e-12
-    )
-    assert vector_loop.determinant(lengths, *angles) == pytest.approx(np.linalg.det(jacobian), rel=1e-12)
+    assert loop.correction() == pytest.approx(np.linalg.solve(jacobian, -np.array(loop.gap)), rel=1e-12)
+    assert loop.determinant == pytest.approx(np.linalg.det(jacobian), rel=1e-12)

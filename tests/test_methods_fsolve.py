@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from test_methods import BENIGN, turn
 
-from explore.methods import vector_loop
 from explore.methods.closed_form import ClosedForm
 from explore.methods.contract import Level, Outcome, Task
+from explore.methods.four_bar_loop import FOUR_BAR
 from explore.methods.fsolve import Fsolve
 from explore.methods.newton import Newton
 
@@ -16,7 +16,8 @@ def test_it_reports_ok_on_the_other_branch():
     task = turn([150.0 - 2.0**-20, 1083.5, 541.75, 691.75], -1.0, 73, Level.VELOCITIES)
     motion, closed = Fsolve().solve(task), ClosedForm().solve(task)
     assert motion.outcome.tolist() == [Outcome.OK]
-    on_other_branch = vector_loop.determinant(task.lengths.T[:, :, None], *motion.signals[:2]) * task.branch > 0.0
+    loop = FOUR_BAR.linearise(task.parameters.T[:, :, None], task.crank_angle, *motion.signals[:2])
+    on_other_branch = loop.determinant * task.branch > 0.0
     assert on_other_branch.any()
     assert np.abs(motion.signals[2:] - closed.signals[2:]).max() > 0.1
 

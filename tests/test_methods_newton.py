@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from test_methods import BENIGN, differences, turn
 
-from explore.methods import vector_loop
 from explore.methods.closed_form import ClosedForm
 from explore.methods.contract import Capability, Level, Outcome, Task
+from explore.methods.four_bar_loop import FOUR_BAR
 from explore.methods.newton import Newton
 from explore.methods.newton_compiled import CompiledNewton
 
@@ -32,7 +32,7 @@ def from_published_start(crank, start):
 @pytest.mark.parametrize(("crank", "start", "gap_length", "angles"), PUBLISHED)
 def test_an_inexact_start_is_corrected(newton, crank, start, gap_length, angles):
     task = from_published_start(crank, start)
-    gap = vector_loop.residual(task.lengths[0], np.pi / 2, *start)
+    gap = FOUR_BAR.gap(task.parameters[0], np.pi / 2, *start)
     # the angles are printed with four digits: 5e-5 of 1083 mm
     assert np.hypot(*gap) == pytest.approx(gap_length, abs=0.06)
     motion = newton(1e-12).solve(task)
@@ -53,8 +53,8 @@ def test_each_correction_doubles_the_digits(newton, crank, start, gap_length, an
 def test_the_loop_is_closed_to_the_tolerance(newton, tolerance):
     task = turn(BENIGN)
     motion = newton(tolerance).solve(task)
-    gap = np.hypot(*vector_loop.residual(task.lengths.T[:, :, None], task.crank_angle, *motion.signals[:2]))
-    assert (gap <= tolerance * task.lengths.max(axis=1)[:, None]).all()
+    gap = np.hypot(*FOUR_BAR.gap(task.parameters.T[:, :, None], task.crank_angle, *motion.signals[:2]))
+    assert (gap <= tolerance * task.parameters.max(axis=1)[:, None]).all()
     assert (motion.evaluations == 2 * motion.iterations + 73).all()
 
 
@@ -103,7 +103,7 @@ def test_a_linkage_that_cannot_be_assembled_does_not_converge(newton):
 def test_a_start_on_the_other_branch_is_detected(newton):
     mirrored_start = ClosedForm().solve(turn(BENIGN, -1.0)).signals[:2, :, 0].T
     exact_start = turn(BENIGN)
-    task = Task(exact_start.lengths, exact_start.branch, exact_start.crank_angle, exact_start.level, mirrored_start)
+    task = Task(exact_start.parameters, exact_start.branch, exact_start.crank_angle, exact_start.level, mirrored_start)
     assert set(newton().solve(task).outcome) == {Outcome.WRONG_BRANCH}
     assert np.isnan(newton().solve(task).signals).all()
     assert set(Newton(check_branch=False).solve(task).outcome) == {Outcome.OK}

@@ -82,7 +82,7 @@ def test_a_peer_that_is_not_installed_is_named(monkeypatch):
 
 
 def test_other_mechanisms_have_the_closed_form_only():
-    with pytest.raises(explore.RequestError, match="test-rig has only the closed form; leave out method='newton'"):
+    with pytest.raises(explore.RequestError, match="test-rig has only the closed form; other methods solve"):
         explore.simulate("test-rig", SMOOTH, method="newton")
 
 

@@ -204,17 +204,18 @@ def simulate(
     angles
         Input angles in degrees, or the number of evenly spaced ones from 0.
     method
-        The exact closed form, or a method to see its errors, such as "newton", "rk45" or "rk45(rtol=0.001)";
-        ``explore precision`` compares them.
+        The exact closed form, or a method to see its errors, such as "newton", "rk45" or "rk45(rtol=0.001)", for a
+        crank-rocker, a slider-crank or a variable crank; ``explore precision`` compares them.
     tolerance
-        Bound on the errors of angles (rad), and of velocities and accelerations relative to their largest. A method
-        that misses it for this design warns with its measured errors.
+        Bound on the errors of angles (rad), of lengths over the longest link, and of velocities and accelerations
+        relative to their largest. A method that misses it for this design warns with its measured errors.
 
     Returns
     -------
     DataFrame
         Index ``crank_angle``, or the name of another input angle (deg); one column for each signal in its declared
-        unit, NaN where the method has no solution. ``attrs["units"]`` has the unit of each column, ``attrs["method"]``
+        unit, NaN where the method has no solution; by another method those that follow from the mechanism's loop, so
+        that given motions and forces are left out. ``attrs["units"]`` has the unit of each column, ``attrs["method"]``
         the method with its setting.
 
     Raises

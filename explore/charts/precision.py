@@ -18,7 +18,7 @@ FLOOR = 1e-17
 REPORTED_FAILURE, SILENT_FAILURE = 3.0, 100.0
 REJECTED = "correctly rejected"
 _ERRORS = {
-    "angle_error_max": "angles [rad]",
+    "position_error_max": "positions [rad, over the link]",
     "velocity_error_max": "velocities, over the peak",
     "acceleration_error_max": "accelerations, over the peak",
     "cv_error": "cv of the stroke, relative",
@@ -43,7 +43,7 @@ def scene_chart(rows: pd.DataFrame, title: str) -> Figure:
     title
         Heading of the figure.
     """
-    errors = [name for name in _ERRORS if name in rows and rows[name].notna().any()] or ["angle_error_max"]
+    errors = [name for name in _ERRORS if name in rows and rows[name].notna().any()] or ["position_error_max"]
     figure = _figure(2, max(len(errors), 3))
     axes = figure.subplots(2, len(errors), squeeze=False, sharey=True)
     for line, cost in zip(axes, _COSTS, strict=True):
@@ -75,7 +75,7 @@ def overview_chart(rows: pd.DataFrame, titles: dict[str, str]) -> Figure:
     for panel, (scene, title) in zip(axes, titles.items(), strict=False):
         of_scene = rows[rows["scene"] == scene]
         has_velocities = "velocity_error_max" in of_scene and of_scene["velocity_error_max"].notna().any()
-        _draw_panel(panel, of_scene, "cpu_seconds", "velocity_error_max" if has_velocities else "angle_error_max")
+        _draw_panel(panel, of_scene, "cpu_seconds", "velocity_error_max" if has_velocities else "position_error_max")
         panel.set_title(title if has_velocities else f"{title} (angles)", fontsize=9)
     for panel in axes[len(titles) :]:
         panel.set_axis_off()

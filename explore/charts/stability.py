@@ -1,11 +1,25 @@
-"""Maps of the verdicts on methods: distance to the change point over setting."""
+"""Maps of the verdicts on methods, distance to a singular position over setting, and their errors over a turn."""
 
 from __future__ import annotations
 
 import math
+import textwrap
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from explore.charts.style import BLUE, BROWN, GREEN, INK, MUTED, ORANGE, PURPLE, RED, SKY
+from explore.charts.style import (
+    BLUE,
+    BROWN,
+    GREEN,
+    INK,
+    MUTED,
+    ORANGE,
+    PURPLE,
+    RED,
+    SKY,
+    line_style,
+    new_figure,
+)
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -24,6 +38,8 @@ VERDICTS = {
     "false success": (BROWN, "!"),
     "wrong branch": (RED, "B"),
 }
+#: Letters of a line of a panel's label.
+_LABEL_WIDTH = 75
 #: Panel of the methods that have one setting each.
 _SHARED_PANEL = "methods of one setting"
 #: Inches: height of the heading of a panel and of each of its lines, of the frame above and below all panels; left edge
@@ -31,9 +47,11 @@ _SHARED_PANEL = "methods of one setting"
 _HEADING_HEIGHT, _LINE_HEIGHT = 0.3, 0.17
 _ABOVE, _BELOW = 0.45, 0.8
 _LEFT_EDGES, _PANEL_WIDTH, _WIDTH = (1.5, 6.95), 3.95, 11.0
+#: Errors over a turn are drawn between these.
+_SMALLEST_ERROR, _TOP_ERROR = 1e-17, 10.0
 
 
-def stability_chart(rows: pd.DataFrame, goal: float) -> Figure:
+def stability_chart(rows: pd.DataFrame, goal: float, distance: str, beyond: str) -> Figure:
     """Draw a panel per method, with margins as columns and settings as lines; a cell shows the verdict and the digits.
 
     Parameters
@@ -42,6 +60,8 @@ def stability_chart(rows: pd.DataFrame, goal: float) -> Figure:
         The rows of `explore.comparison.stability.map_stability`.
     goal
         Largest error of a motion that counts as accurate.
+    distance, beyond
+        What the margin is, and what is at margins of 0 and less; see `StabilityCase`.
     """
     from matplotlib.figure import Figure
     from matplotlib.patches import Patch
@@ -51,6 +71,7 @@ def stability_chart(rows: pd.DataFrame, goal: float) -> Figure:
     height = _ABOVE + max(sum(column.values()) for column in columns) + _BELOW
     figure = Figure(figsize=(_WIDTH, height))
     margins = rows["margin"].drop_duplicates()
+    label = "\n".join(textwrap.wrap(f"{distance}; right of the bar {beyond}", _LABEL_WIDTH))
     for left, column in zip(_LEFT_EDGES, columns, strict=True):
         bottom = height - _ABOVE
         for name, panel_height in column.items():
@@ -60,7 +81,7 @@ def stability_chart(rows: pd.DataFrame, goal: float) -> Figure:
             ))  # fmt: skip
             _draw_panel(panel, name, lines_of[name])
         panel.set_xticks([x + 0.5 for x in range(len(margins))], map(_margin_text, margins), fontsize=7, rotation=90)
-        panel.set_xlabel("Grashof margin over the longest link; right of the bar no full turn exists", fontsize=8)
+        panel.set_xlabel(label, fontsize=8)
     present = [verdict for verdict in VERDICTS if (rows["verdict"] == verdict).any()]
     patches = [Patch(color=VERDICTS[v][0], label=f"{v} {VERDICTS[v][1]}".strip()) for v in present]
     title = f"Accurate: errors up to {goal:g}. The number in a cell is the number of correct digits."
@@ -146,3 +167,36 @@ def _margin_text(margin: float) -> str:
         return "0"
     digit, exponent = f"{margin:.0e}".replace("-", "−", margin < 0.0).split("e")
     return f"{digit}e{int(exponent)}"
+
+
+def turn_chart(rows: pd.DataFrame, singular_angles: Sequence[float], title: str) -> Figure:
+    """Draw the error of every method over a turn on a logarithmic scale, and the singular positions as bars.
+
+    Parameters
+    ----------
+    rows
+        The rows of `explore.comparison.stability.trace_turn`.
+    singular_angles
+        Crank angles, deg.
+    title
+        Heading of the figure.
+    """
+    figure = new_figure(9.5, 5.0)
+    panel = figure.subplots()
+    for angle in singular_angles:
+        panel.axvline(angle, color=MUTED, lw=5, alpha=0.35)
+        panel.text(angle, _TOP_ERROR, f" {angle:.2f}°", va="top", fontsize=8, color=INK)
+    for name, line in rows.groupby("method", sort=False):
+        look = line_style(str(name))
+        errors = line["error"].clip(_SMALLEST_ERROR, _TOP_ERROR)
+        panel.plot(line["crank_angle"], errors, color=look.colour, ls=look.style, lw=1.2, label=line["setting"].iloc[0])
+        ended = errors.isna().to_numpy().nonzero()[0]
+        if len(ended) and ended[0] > 0:
+            last = ended[0] - 1
+            panel.plot(line["crank_angle"].iloc[last], errors.iloc[last], "x", color=look.colour, ms=8, mew=2)
+    panel.set_yscale("log")
+    panel.set_xlabel("crank angle [deg]; a cross is where a method fails and says so")
+    panel.set_ylabel("error of positions and velocities")
+    panel.set_title(title, fontsize=10, loc="left")
+    figure.legend(loc="outside right upper", frameon=False, fontsize=7.5)
+    return figure

@@ -14,6 +14,7 @@ from scipy.integrate import DOP853, RK45
 from explore.comparison.orders import fit_order
 from explore.methods.closed_form import ClosedForm
 from explore.methods.contract import Level, Task
+from explore.methods.four_bar_loop import FOUR_BAR
 from explore.methods.ode import AdaptiveSolver, LoopEquations, VelocityIntegration
 from explore.methods.runge_kutta import RungeKutta4
 from explore.model.quantities import FloatArray
@@ -89,7 +90,7 @@ def _equal_step_error(solver: Any, count: int) -> float:
     task = _start_and_end(_END)
     (start, exact), (first, last) = ClosedForm().solve(task).signals[:, 0].T, task.crank_angle[0]
     step = _END / count
-    rates = LoopEquations(LENGTHS[0]).rates
+    rates = LoopEquations(FOUR_BAR, LENGTHS[0]).rates
     run = solver(rates, first, start, last, max_step=step, first_step=step, rtol=1.0, atol=1.0)
     while run.status == "running":
         run.step()

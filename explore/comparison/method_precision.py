@@ -9,14 +9,15 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from explore.comparison import reference
+from explore.comparison import slider_reference
 from explore.comparison.scenes import Scene
 from explore.comparison.strokes import coefficient_of_variation, stroke_nodes
 from explore.comparison.timing import measure_cpu_seconds
 from explore.comparison.verdicts import SILENTLY_WRONG, Verdict, judge
 from explore.methods.contract import Capability, Level, Method, MotionRow, Outcome, Task, method_label
+from explore.methods.four_bar_loop import FOUR_BAR
 from explore.methods.geometry import geometric_outcome, solve_screened
-from explore.methods.registry import METHODS
+from explore.methods.registry import methods_for
 from explore.model.quantities import FloatArray
 
 #: Crank angles of a full turn from 90 deg, as in the published simulation.
@@ -25,12 +26,12 @@ ANGLE_COUNT = 73
 BATCH_SIZE, SERIAL_DESIGNS = 64, 8
 #: A motion with an error above this, in the norms of `Judgement`, counts as failed; silently, if it is reported as OK.
 FAILURE_ERROR = 0.1
-_LEVELS = ("angle", "velocity", "acceleration")
+_LEVELS = ("position", "velocity", "acceleration")
 
 
 @dataclass(frozen=True)
 class _Case:
-    """Tasks of a scene with their exact results; `stroke` is None where the scene needs no velocities."""
+    """Tasks of a scene with their exact results; `stroke` is None unless it needs velocities of crank-rockers."""
 
     turn: Task
     exact: FloatArray
@@ -58,7 +59,7 @@ def compare_methods(scene: Scene, progress: Callable[[str], None] | None = None)
     """
     case = _exact_case(scene)
     rows = []
-    for name, settings in METHODS.items():
+    for name, settings in methods_for(scene.loop).items():
         for method in settings:
             if progress is not None:
                 progress(method_label(method))
@@ -69,15 +70,16 @@ def compare_methods(scene: Scene, progress: Callable[[str], None] | None = None)
 
 
 def _exact_case(scene: Scene) -> _Case:
-    lengths, branch = scene.lengths, scene.branch
-    angles = np.tile(0.5 * np.pi + np.linspace(0.0, 2.0 * np.pi, ANGLE_COUNT), (len(lengths), 1))
-    turn = Task(lengths, branch, angles, max(scene.model, Level.POSITIONS))
-    exact = reference.exact_motion(lengths, branch, angles)
-    if scene.model < Level.VELOCITIES or not (geometric_outcome(lengths) == Outcome.OK).any():
+    parameters, branch = scene.parameters, scene.branch
+    angles = np.tile(0.5 * np.pi + np.linspace(0.0, 2.0 * np.pi, ANGLE_COUNT), (len(parameters), 1))
+    turn = Task(parameters, branch, angles, max(scene.model, Level.POSITIONS), loop=scene.loop)
+    exact = slider_reference.exact_motion_of(turn)
+    has_stroke = scene.loop is FOUR_BAR and scene.model >= Level.VELOCITIES
+    if not has_stroke or not (geometric_outcome(parameters) == Outcome.OK).any():
         return _Case(turn, exact, None, np.empty(0), np.empty(0))
-    nodes, weights = stroke_nodes(lengths, branch)
-    velocity = reference.exact_motion(lengths, branch, nodes)[MotionRow.ROCKER_VELOCITY]
-    stroke = Task(lengths, branch, nodes, Level.VELOCITIES)
+    nodes, weights = stroke_nodes(parameters, branch)
+    stroke = Task(parameters, branch, nodes, Level.VELOCITIES)
+    velocity = slider_reference.exact_motion_of(stroke)[MotionRow.ROCKER_VELOCITY]
     return _Case(turn, exact, stroke, weights, coefficient_of_variation(velocity, weights))
 
 
@@ -115,7 +117,7 @@ def _choose_designs(method: Method, task: Task) -> npt.NDArray[np.intp]:
     """Indices of all designs, or, for a method that is not batched, of a few, first those that cannot turn."""
     if Capability.BATCHED in method.capabilities:
         return np.arange(len(task))
-    bad_first = np.argsort(geometric_outcome(task.lengths) == Outcome.OK, kind="stable")
+    bad_first = np.argsort(geometric_outcome(task.parameters, task.loop) == Outcome.OK, kind="stable")
     return np.sort(bad_first[:SERIAL_DESIGNS])
 
 

@@ -33,7 +33,7 @@ _ZERO = 1e-60
 
 
 @cache
-def _mp() -> Any:
+def multiple_precision() -> Any:
     """A private mpmath context, so that the caller's precision does not change."""
     import mpmath  # imported here because it takes a tenth of a second and only a comparison needs it
 
@@ -51,7 +51,7 @@ def _gauss() -> list[tuple[Any, Any]]:
     """
     from mpmath.calculus.quadrature import GaussLegendre
 
-    return sorted(GaussLegendre(_mp()).get_nodes(-1, 1, 4, _mp().prec))
+    return sorted(GaussLegendre(multiple_precision()).get_nodes(-1, 1, 4, multiple_precision().prec))
 
 
 def exact_motion(lengths: FloatArray, branch: FloatArray, crank_angle: FloatArray) -> FloatArray:
@@ -75,7 +75,7 @@ def exact_motion(lengths: FloatArray, branch: FloatArray, crank_angle: FloatArra
     for i in np.flatnonzero(geometric_outcome(lengths) == Outcome.OK):
         linkage = _Linkage.of(lengths[i], branch[i])
         for j, theta in enumerate(crank_angle[i]):
-            signals[:, i, j] = [float(x) for x in linkage.motion(_mp().mpf(float(theta)))]
+            signals[:, i, j] = [float(x) for x in linkage.motion(multiple_precision().mpf(float(theta)))]
     return signals
 
 
@@ -116,12 +116,12 @@ class _Linkage:
 
     @classmethod
     def of(cls, lengths: FloatArray, branch: float) -> _Linkage:
-        r1, r2, r3, r4 = (_mp().mpf(float(length)) for length in lengths)
+        r1, r2, r3, r4 = (multiple_precision().mpf(float(length)) for length in lengths)
         return cls(r1, r2, r3, r4, int(branch))
 
     def rates(self, theta: Any) -> tuple[Any, ...]:
         """Vectors u = BC, v = DC as four numbers, then rates and second rates of coupler and rocker, rocker's third."""
-        mp, r1, r2, r3, r4 = _mp(), self.r1, self.r2, self.r3, self.r4
+        mp, r1, r2, r3, r4 = multiple_precision(), self.r1, self.r2, self.r3, self.r4
         cosine, sine = mp.cos_sin(theta)
         bx, by = r1 * cosine, r1 * sine
         dx, dy = r4 - bx, -by
@@ -153,16 +153,16 @@ class _Linkage:
     def motion(self, theta: Any) -> tuple[Any, ...]:
         """The six signals at a crank angle."""
         ux, uy, vx, vy, w2, w3, a2, a3, _ = self.rates(theta)
-        return _mp().atan2(uy, ux), _mp().atan2(vy, vx), w2, w3, a2, a3
+        return multiple_precision().atan2(uy, ux), multiple_precision().atan2(vy, vx), w2, w3, a2, a3
 
     def rocker(self, theta: Any) -> tuple[Any, ...]:
         """The rocker's angle and its first three derivatives: each signal is followed by its own derivative."""
         _, _, vx, vy, _, w3, _, a3, jerk = self.rates(theta)
-        return _mp().atan2(vy, vx), w3, a3, jerk
+        return multiple_precision().atan2(vy, vx), w3, a3, jerk
 
     def ends(self, window: str) -> tuple[Any, Any]:
         """First and last crank angle of a window."""
-        mp, pi = _mp(), +_mp().pi
+        mp, pi = multiple_precision(), +multiple_precision().pi
         if window == "cycle":
             return -pi, pi
         extended, overlapped = (self._angle_at_crank(reach) for reach in (self.r2 + self.r1, self.r2 - self.r1))
@@ -173,7 +173,7 @@ class _Linkage:
 
     def _angle_at_crank(self, reach: Any) -> Any:
         """Angle at the crank's pivot in the triangle with sides reach, ground, rocker."""
-        return _mp().atan2(4 * _area(reach, self.r4, self.r3), reach**2 + self.r4**2 - self.r3**2)
+        return multiple_precision().atan2(4 * _area(reach, self.r4, self.r3), reach**2 + self.r4**2 - self.r3**2)
 
     def edges(self, first: Any, last: Any) -> list[Any]:
         """Ends of panels whose length grows by a factor of four with the distance from the multiples of pi.
@@ -181,7 +181,7 @@ class _Linkage:
         The complex singularities have these as real parts: 0 where the distance of B and D is r2 - r3, pi where it is
         r2 + r3.
         """
-        mp, r1, r4 = _mp(), self.r1, self.r4
+        mp, r1, r4 = multiple_precision(), self.r1, self.r4
         edges = {first, last}
         for k in range(-2, 4):
             reach = self.r2 - self.r3 if k % 2 == 0 else self.r2 + self.r3
@@ -196,12 +196,12 @@ class _Linkage:
 def _area(a: Any, b: Any, c: Any) -> Any:
     """Area of a triangle, by Heron."""
     s = (a + b + c) / 2
-    return _mp().sqrt(s * (s - a) * (s - b) * (s - c))
+    return multiple_precision().sqrt(s * (s - a) * (s - b) * (s - c))
 
 
 def _statistics(linkage: _Linkage, window: str) -> FloatArray:
     """Statistics of one linkage, shape (3, 5)."""
-    mp = _mp()
+    mp = multiple_precision()
     first, last = linkage.ends(window)
     angles, weights = [first], [mp.zero]  # the ends matter only for the extremes
     for low, high in pairwise(linkage.edges(first, last)):
@@ -234,6 +234,6 @@ def _extrema(linkage: _Linkage, k: int, angles: list[Any], slopes: tuple[Any, ..
     for (low, before), (high, after) in pairwise(zip(angles, slopes, strict=True)):
         if before * after < 0 and min(abs(before), abs(after)) > _ZERO:
             # the error of the value is quadratic in that of the angle
-            angle = _mp().findroot(slope, (low, high), solver="anderson", tol=1e-20, verify=False)
+            angle = multiple_precision().findroot(slope, (low, high), solver="anderson", tol=1e-20, verify=False)
             values.append(linkage.rocker(angle)[k])
     return values

@@ -7,12 +7,14 @@ from functools import partial
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from explore.comparison.averaging_rules import AVERAGING_RULES, relative_errors
 from explore.comparison.reference import REFERENCE_SIGNALS, REFERENCE_WINDOWS, exact_statistics
 from explore.comparison.scenes import Scene
 from explore.comparison.timing import measure_cpu_seconds
 from explore.methods.contract import Level, Outcome, method_label
+from explore.methods.four_bar_loop import FOUR_BAR
 from explore.methods.geometry import geometric_outcome
 from explore.model.quantities import FloatArray
 
@@ -28,7 +30,8 @@ def compare_rules(scene: Scene, progress: Callable[[str], None] | None = None) -
     Parameters
     ----------
     scene
-        Signals above the level of its model are left out.
+        Signals above the level of its model are left out; a scene of another mechanism than the crank-rocker has no
+        rows, because the exact averages are of that.
     progress
         Called with the label of each rule before it is measured.
 
@@ -38,11 +41,8 @@ def compare_rules(scene: Scene, progress: Callable[[str], None] | None = None) -
         Keys scene, window, rule, setting, designs, nodes (mean), cpu_seconds (per design), and
         ``<signal>_<statistic>_error``, the largest over the designs.
     """
-    rocks = np.flatnonzero(
-        (geometric_outcome(scene.lengths) == Outcome.OK) & (scene.lengths[:, 0] < scene.lengths[:, 3])
-    )
-    chosen = rocks[:MAX_RULE_DESIGNS]
-    lengths, branch = scene.lengths[chosen], scene.branch[chosen]
+    chosen = _rocking_designs(scene)[:MAX_RULE_DESIGNS]
+    lengths, branch = scene.parameters[chosen], scene.branch[chosen]
     exact = {window: exact_statistics(lengths, branch, window) for window in REFERENCE_WINDOWS}
     rows: list[dict[str, Any]] = []
     for name, settings in AVERAGING_RULES.items():
@@ -60,6 +60,14 @@ def compare_rules(scene: Scene, progress: Callable[[str], None] | None = None) -
                     **_error_columns(relative_errors(averages, exact[window]), scene.model),
                 })  # fmt: skip
     return rows
+
+
+def _rocking_designs(scene: Scene) -> npt.NDArray[np.intp]:
+    """Numbers of the crank-rockers of a scene."""
+    if scene.loop is not FOUR_BAR:
+        return np.empty(0, dtype=np.intp)
+    lengths = scene.parameters
+    return np.flatnonzero((geometric_outcome(lengths) == Outcome.OK) & (lengths[:, 0] < lengths[:, 3]))
 
 
 def _error_columns(errors: FloatArray, model: Level) -> dict[str, float]:

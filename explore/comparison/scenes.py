@@ -1,4 +1,4 @@
-"""Scenes: studies whose linkages are easy, hard or impossible to solve for a known reason."""
+"""Scenes: studies whose designs are easy, hard or impossible to solve for a known reason."""
 
 from __future__ import annotations
 
@@ -12,18 +12,19 @@ import numpy as np
 
 from explore.config.study import Study
 from explore.config.study_file import load_study
-from explore.errors import ConfigError
+from explore.errors import ConfigError, RequestError
 from explore.methods.contract import Level
+from explore.methods.registry import find_loop
+from explore.methods.vector_loop import VectorLoop
 from explore.model.quantities import FloatArray
 
-#: Most linkages of a scene: the multiple-precision reference is slow.
+#: Most designs of a scene: the multiple-precision reference is slow.
 MAX_SCENE_DESIGNS = 10_000
-_LENGTHS = ("crank", "coupler", "rocker", "ground")
 
 
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """Linkages to compare methods on.
+    """Designs to compare methods on.
 
     Attributes
     ----------
@@ -33,12 +34,14 @@ class Scene:
         Heading, why the scene is included, and the design question that it stands for.
     model
         The lowest level of the motion that answers the question.
-    lengths : (n, 4) array
-        Crank, coupler, rocker, ground (mm).
+    loop
+        The loop of the mechanism.
+    parameters : (n, p) array
+        Those of the loop: of a crank-rocker crank, coupler, rocker, ground (mm).
     branch : (n,) array
         1 or -1.
     study
-        The study that the linkages come from.
+        The study that the designs come from.
     """
 
     name: str
@@ -46,7 +49,8 @@ class Scene:
     about: str
     question: str
     model: Level
-    lengths: FloatArray
+    loop: VectorLoop
+    parameters: FloatArray
     branch: FloatArray
     study: Study
 
@@ -69,14 +73,21 @@ def load_scene(path: str | os.PathLike[str]) -> Scene:
     if study.space.n_designs > MAX_SCENE_DESIGNS:
         reason = f"a scene of {study.space.n_designs:,} designs takes too long; {MAX_SCENE_DESIGNS:,} at most"
         raise ConfigError([f"{os.fspath(path)}:1: scene: {reason}"])
-    designs = study.space.designs(0, study.space.n_designs)
+    try:
+        loop = find_loop(study.request.mechanism.name)
+    except RequestError as error:
+        raise ConfigError([f"{os.fspath(path)}:1: mechanism: {error}"]) from None
+    defaults = {p.name: p.default for p in study.request.mechanism.parameters if p.default is not None}
+    designs = {name: np.full(study.space.n_designs, default) for name, default in defaults.items()}
+    designs |= study.space.designs(0, study.space.n_designs)
     return Scene(
         name=Path(path).stem,
         title=table["title"],
         about=table["about"],
         question=table["question"],
         model=Level[table["model"].upper()],
-        lengths=np.column_stack([designs[name] for name in _LENGTHS]),
+        loop=loop,
+        parameters=np.column_stack([designs[name] for name in loop.parameters]),
         branch=designs.get("branch", np.ones(study.space.n_designs)),
         study=study,
     )

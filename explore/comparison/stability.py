@@ -1,60 +1,37 @@
-"""Accuracy and failures of every method as a linkage approaches its change point."""
+"""Accuracy and failures of every method as a design approaches a singular position, and over its turn."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from itertools import groupby
 from operator import itemgetter
 from typing import Any
 
 import numpy as np
 
-from explore.comparison import reference
-from explore.comparison.verdicts import Verdict, judge
-from explore.methods.contract import Capability, Level, Method, Task, method_label
-from explore.methods.registry import METHODS
+from explore.comparison.slider_reference import exact_motion_of
+from explore.comparison.stability_cases import StabilityCase
+from explore.comparison.verdicts import Verdict, judge, signal_errors
+from explore.methods.contract import Capability, Method, Task, method_label
+from explore.methods.registry import methods_for
 from explore.model.quantities import FloatArray
 
-#: Dyadic lengths (mm) with exact sums and margin 0: all links are collinear at crank angle 0.
-CRANK, COUPLER, ROCKER, GROUND = 150.0, 1083.5, 541.75, 691.75
 #: Crank angles per turn of a task, which are the steps of the methods that go from one to the next.
 STEP_COUNTS = (24, 72, 360)
 DEFAULT_STEP_COUNT = 72
-#: Exponents of the powers of two that are added to the ground (mm), 64 mm to 9e-13 mm in steps of nearly a decade, and
-#: subtracted from it, so that the crank is blocked.
-_MARGIN_EXPONENTS, _GAP_EXPONENTS = (*range(6, -41, -3),), (2, -8, -20, -32)
+#: Number of the design of a case whose turn is traced: neither far from the singular position nor next to it.
+TRACED_DESIGN = 4
 
 
-@dataclass(frozen=True)
-class StabilityGrid:
-    """Designs at several distances from the change point on both sides of it.
-
-    Attributes
-    ----------
-    margin : (n,) array
-        Grashof margin over the longest link, descending; negative where the crank is blocked.
-    lengths : (n, 4) array
-        Crank, coupler, rocker, ground, mm.
-    """
-
-    margin: FloatArray
-    lengths: FloatArray
-
-
-def stability_grid() -> StabilityGrid:
-    """Designs of the comparison: sixteen whose crank turns, the change point, four whose crank is blocked."""
-    margins = np.array([*(2.0**k for k in _MARGIN_EXPONENTS), 0.0, *(-(2.0**k) for k in reversed(_GAP_EXPONENTS))])
-    lengths = np.tile([CRANK, COUPLER, ROCKER, GROUND], (len(margins), 1))
-    lengths[:, 3] += margins
-    return StabilityGrid(margins / lengths.max(axis=1), lengths)
-
-
-def map_stability(goal: float, progress: Callable[[str], None] | None = None) -> list[dict[str, Any]]:
+def map_stability(
+    case: StabilityCase, goal: float, progress: Callable[[str], None] | None = None
+) -> list[dict[str, Any]]:
     """Judge every method at every setting, number of crank angles and margin, a row each.
 
     Parameters
     ----------
+    case
+        The designs.
     goal
         Largest error of positions and velocities of an accurate motion, in the norms of
         `explore.comparison.verdicts.Judgement`.
@@ -64,24 +41,21 @@ def map_stability(goal: float, progress: Callable[[str], None] | None = None) ->
     Returns
     -------
     list of dict
-        Keys method, setting, angles (per turn), margin (over the longest link), verdict, error, evaluations.
+        Keys method, setting, angles (per turn), margin, verdict, error, evaluations.
     """
-    designs = stability_grid()
-    branch = np.ones(len(designs.lengths))
     rows: list[dict[str, Any]] = []
-    for steps, methods in groupby(stability_runs(), key=itemgetter(0)):
-        angles = np.tile(0.5 * np.pi + np.linspace(0.0, 2.0 * np.pi, steps + 1), (len(branch), 1))
-        task = Task(designs.lengths, branch, angles, Level.VELOCITIES)
-        exact = reference.exact_motion(designs.lengths, branch, angles)
+    for steps, methods in groupby(stability_runs(case), key=itemgetter(0)):
+        task = case.task(steps)
+        exact = exact_motion_of(task)
         for _, name, method in methods:
             if progress is not None:
                 progress(method_label(method))
             run = {"method": name, "setting": method_label(method), "angles": steps}
-            rows += [{**run, **row} for row in _verdict_rows(method, task, exact, designs.margin, goal)]
+            rows += [{**run, **row} for row in _verdict_rows(method, task, exact, case.margin, goal)]
     return rows
 
 
-def stability_runs() -> list[tuple[int, str, Method]]:
+def stability_runs(case: StabilityCase) -> list[tuple[int, str, Method]]:
     """Number of crank angles, name and method of every run.
 
     Only methods that step by the crank angles of the task are run at all of `STEP_COUNTS`.
@@ -89,7 +63,7 @@ def stability_runs() -> list[tuple[int, str, Method]]:
     return [
         (steps, name, method)
         for steps in STEP_COUNTS
-        for name, settings in METHODS.items()
+        for name, settings in methods_for(case.loop).items()
         for method in settings
         if steps == DEFAULT_STEP_COUNT or Capability.FOLLOWS_ANGLES in method.capabilities
     ]
@@ -110,6 +84,28 @@ def _verdict_rows(
         }
         for i, verdict in enumerate(judgement.verdict)
     ]
+
+
+def trace_turn(case: StabilityCase) -> list[dict[str, Any]]:
+    """The error of every method at its finest setting over a turn, at each degree.
+
+    Returns
+    -------
+    list of dict
+        Keys method, setting, crank_angle (deg), error: that of positions and velocities, the larger, in the norms of
+        `explore.comparison.verdicts.Judgement`, NaN where the method has no solution.
+    """
+    task = case.task(360, slice(TRACED_DESIGN, TRACED_DESIGN + 1))
+    exact, angles = exact_motion_of(task), np.rad2deg(task.crank_angle[0])
+    rows: list[dict[str, Any]] = []
+    for name, settings in methods_for(case.loop).items():
+        for method in settings[-1:]:
+            errors = signal_errors(task, method.solve(task).signals, exact)[:, 0].max(axis=0)
+            rows += [
+                {"method": name, "setting": method_label(method), "crank_angle": float(angle), "error": float(error)}
+                for angle, error in zip(angles, errors, strict=True)
+            ]
+    return rows
 
 
 def safe_margins(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:

@@ -38,7 +38,7 @@ class Standing:
 
 def ranking_error(row: Row) -> float:
     """Largest error of the velocities, or of the angles where the scene needs no more; NaN if the method failed."""
-    name = "velocity_error_max" if "velocity_error_max" in row else "angle_error_max"
+    name = "velocity_error_max" if "velocity_error_max" in row else "position_error_max"
     return math.nan if row["failed"] else float(row[name])
 
 

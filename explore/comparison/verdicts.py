@@ -8,9 +8,9 @@ from enum import IntEnum
 import numpy as np
 import numpy.typing as npt
 
-from explore.methods.closed_form import ClosedForm
-from explore.methods.contract import Level, Motion, Outcome, Task
+from explore.methods.contract import Motion, Outcome, Task
 from explore.methods.geometry import geometric_outcome
+from explore.methods.vector_loop import UnknownLength
 from explore.model.quantities import FloatArray
 
 #: A motion is on the other branch where it is closer to that branch than to its own by this factor.
@@ -58,8 +58,9 @@ class Judgement:
     verdict : (n,) array
         A `Verdict` for each design.
     max_error, rms_error : (level, n) arrays
-        Errors over the crank angles, a row each for angles (rad), velocities and accelerations (relative to the largest
-        absolute value of the signal in the exact motion); the larger of coupler and rocker; NaN without exact motion.
+        Errors over the crank angles, a row each for positions (angles in rad, lengths over the longest link),
+        velocities and accelerations (relative to the largest absolute value of the signal in the exact motion); the
+        larger of both unknowns, such as coupler and rocker; NaN without exact motion.
     """
 
     verdict: npt.NDArray[np.int8]
@@ -77,37 +78,48 @@ def judge(task: Task, motion: Motion, exact: FloatArray, goal: float) -> Judgeme
     goal
         Largest error of an accurate motion, in the norms of `Judgement`.
     """
-    max_error, rms_error = _errors(motion.signals, exact[: len(motion.signals)])
+    errors = signal_errors(task, motion.signals, exact)
+    pairs = errors.reshape(len(errors) // 2, 2, *errors.shape[1:])
+    max_error, rms_error = pairs.max(axis=(1, 3)), np.sqrt((pairs**2).mean(axis=3)).max(axis=1)
     verdict = np.full(len(task), Verdict.ACCURATE, dtype=np.int8)
     verdict[~(max_error.max(axis=0) <= goal)] = Verdict.INACCURATE
     verdict[(verdict == Verdict.INACCURATE) & _on_the_other_branch(task, motion, exact)] = Verdict.WRONG_BRANCH
     verdict[~np.isfinite(motion.signals).all(axis=(0, 2))] = Verdict.UNREPORTED_NAN
     reported_ok = motion.outcome == Outcome.OK
     verdict[~reported_ok] = Verdict.REPORTED
-    possible = geometric_outcome(task.lengths) == Outcome.OK
+    possible = geometric_outcome(task.parameters, task.loop) == Outcome.OK
     verdict[~possible] = np.where(reported_ok[~possible], Verdict.FALSE_SUCCESS, Verdict.REJECTED)
     verdict[motion.outcome == Outcome.RAISED] = Verdict.RAISED
     return Judgement(verdict, max_error, rms_error)
 
 
-def _errors(signals: FloatArray, exact: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Largest and root-mean-square errors of signals (2 level, n, t), each (level, n)."""
-    difference = signals - exact
-    difference[:2] = _wrapped(difference[:2])
-    peak = np.abs(exact[2:]).max(axis=-1, keepdims=True)
+def signal_errors(task: Task, signals: FloatArray, exact: FloatArray) -> FloatArray:
+    """Absolute errors of all rows of a motion, shape (2 level, n, t), in the norms of `Judgement`."""
+    difference = signals - exact[: len(signals)]
+    difference[:2] = _position_difference(task, signals, exact)
+    peak = np.abs(exact[2 : len(signals)]).max(axis=-1, keepdims=True)
     difference[2:] /= np.where(peak > 0.0, peak, np.nan)
-    pairs = np.abs(difference).reshape(len(signals) // 2, 2, *signals.shape[1:])
-    return pairs.max(axis=(1, 3)), np.sqrt((pairs**2).mean(axis=3)).max(axis=1)
+    return np.abs(difference)
 
 
 def _on_the_other_branch(task: Task, motion: Motion, exact: FloatArray) -> npt.NDArray[np.bool_]:
-    """Whether some angle of a motion lies on the mirrored branch, shape (n,)."""
-    mirrored = Task(task.lengths, -task.branch, task.crank_angle, Level.POSITIONS)
+    """Whether some position of a motion lies on the other branch, shape (n,)."""
     with np.errstate(all="ignore"):
-        other = ClosedForm().solve(mirrored).signals
-    own_distance = np.abs(_wrapped(motion.signals[:2] - exact[:2])).max(axis=0)
-    other_distance = np.abs(_wrapped(motion.signals[:2] - other)).max(axis=0)
-    return np.asarray((own_distance > _BRANCH_FACTOR * other_distance).any(axis=-1))
+        other = task.loop.mirror(task.parameters.T[:, :, None], task.crank_angle, exact[0], exact[1])
+        own_distance = np.abs(_position_difference(task, motion.signals, exact)).max(axis=0)
+        other_distance = np.abs(_position_difference(task, motion.signals, other)).max(axis=0)
+        return np.asarray((own_distance > _BRANCH_FACTOR * other_distance).any(axis=-1))
+
+
+def _position_difference(task: Task, signals: FloatArray, others: FloatArray) -> FloatArray:
+    """Differences of both unknowns, shape (2, n, t): angles from -pi to pi, lengths over the longest link."""
+    difference = signals[:2] - others[:2]
+    if isinstance(task.loop.first, UnknownLength):
+        difference[0] /= task.loop.size(task.parameters.T)[:, None]
+    else:
+        difference[0] = _wrapped(difference[0])
+    difference[1] = _wrapped(difference[1])
+    return difference
 
 
 def _wrapped(angle: FloatArray) -> FloatArray:

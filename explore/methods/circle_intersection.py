@@ -21,12 +21,12 @@ class CircleIntersection:
 
     name: ClassVar[str] = "circles"
     summary: ClassVar[str] = "intersection of two circles by Heron's formula in factors, in NumPy"
-    capabilities: ClassVar[Capability] = Capability.BATCHED | Capability.ANY_ANGLE
+    capabilities: ClassVar[Capability] = Capability.BATCHED | Capability.ANY_ANGLE | Capability.FOUR_BAR_ONLY
 
     def solve(self, task: Task) -> Motion:
         """Solve every crank angle independently; NOT_FINITE where the circles do not meet or touch."""
         motion = Motion.blank(task)
-        r1, r2, r3, r4 = task.lengths.T[:, :, None]
+        r1, r2, r3, r4 = task.parameters.T[:, :, None]
         with np.errstate(all="ignore"):  # values that are not finite become an outcome
             pin = r1 * np.stack([np.cos(task.crank_angle), np.sin(task.crank_angle)])
             dx, dy = r4 - pin[0], -pin[1]

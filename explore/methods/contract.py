@@ -1,7 +1,8 @@
-"""Input and output of a method that solves the motion of four-bar linkages.
+"""Input and output of a method that solves the motion of mechanisms with one loop.
 
 A method is a frozen dataclass whose fields are its settings. It solves a `Task` for many designs and reports an outcome
-for each in place of an exception. The crank turns at 1 rad/s; angles are in rad, for n designs and t crank angles.
+for each in place of an exception. The crank turns at 1 rad/s; angles are in rad, for n designs and t crank angles. The
+loop is that of the four-bar linkage unless a task names another.
 """
 
 from __future__ import annotations
@@ -13,11 +14,13 @@ from typing import Any, Protocol
 import numpy as np
 import numpy.typing as npt
 
+from explore.methods.four_bar_loop import FOUR_BAR
+from explore.methods.vector_loop import VectorLoop
 from explore.model.quantities import FloatArray
 
 
 class MotionRow(IntEnum):
-    """Rows of `Motion.signals`; a level fills the first two, four or six."""
+    """Rows of `Motion.signals` of a four-bar; a level fills the first two, four or six."""
 
     COUPLER_ANGLE = 0
     ROCKER_ANGLE = 1
@@ -54,6 +57,8 @@ class Capability(Flag):
     CHECKS_BRANCH = auto()
     #: The solver is that of another package.
     PEER = auto()
+    #: Only four-bar linkages are solved.
+    FOUR_BAR_ONLY = auto()
 
 
 class Outcome(IntEnum):
@@ -63,6 +68,7 @@ class Outcome(IntEnum):
     CANNOT_ASSEMBLE = 2
     CRANK_BLOCKED = 3
     CHANGE_POINT = 4
+    NO_MOTION = 5
     NOT_FINITE = 8
     NOT_CONVERGED = 40
     WRONG_BRANCH = 41
@@ -86,6 +92,7 @@ _SENTENCES = {
     Outcome.CANNOT_ASSEMBLE: "the links cannot be assembled",
     Outcome.CRANK_BLOCKED: "the crank cannot turn fully",
     Outcome.CHANGE_POINT: "all links fall into one line, from where the motion may continue on either branch",
+    Outcome.NO_MOTION: "no continuous motion exists",
     Outcome.NOT_FINITE: "a value is not a finite number",
     Outcome.NOT_CONVERGED: "the iteration did not converge; a solution may or may not exist",
     Outcome.WRONG_BRANCH: "the iteration converged to the other branch",
@@ -101,43 +108,48 @@ class Task:
 
     Attributes
     ----------
-    lengths : (n, 4) array
-        Crank, coupler, rocker, ground, in any one unit.
+    parameters : (n, p) array
+        Those of the loop, of a four-bar crank, coupler, rocker, ground, in any one unit.
     branch : (n,) array
-        1 or -1: on which side of the line from crank pin to rocker pivot the coupler joint lies.
+        1, or -1 for the other solution of the loop: for a four-bar, on which side of the line from crank pin to rocker
+        pivot the coupler joint lies.
     crank_angle : (n, t) array
         Ascending, rad. An outcome refers to a full turn whatever these angles.
     level
         Positions, velocities or accelerations; each includes those before.
     start : (n, 2) array, optional
-        Approximate coupler and rocker angle at the first crank angle; the exact ones by default.
+        Approximate unknowns, of a four-bar coupler and rocker angle, at the first crank angle; by default the exact
+        ones.
+    loop
+        The loop to solve.
     """
 
-    lengths: FloatArray
+    parameters: FloatArray
     branch: FloatArray
     crank_angle: FloatArray
     level: Level = Level.ACCELERATIONS
     start: FloatArray | None = None
+    loop: VectorLoop = FOUR_BAR
 
     def __post_init__(self) -> None:
         """Check the shapes, because wrong ones would broadcast."""
-        n, angles = len(self.lengths), self.crank_angle
-        shapes = self.lengths.shape == (n, 4) and self.branch.shape == (n,) and angles.shape[:1] == (n,)
+        n, p, angles = len(self.parameters), len(self.loop.parameters), self.crank_angle
+        shapes = self.parameters.shape == (n, p) and self.branch.shape == (n,) and angles.shape[:1] == (n,)
         if not shapes or angles.ndim != 2 or (self.start is not None and self.start.shape != (n, 2)):
-            raise ValueError("a task needs lengths (n, 4), branch (n,), crank_angle (n, t) and start (n, 2)")
+            raise ValueError(f"a task needs parameters (n, {p}), branch (n,), crank_angle (n, t) and start (n, 2)")
         if self.level is Level.GEOMETRY:
             raise ValueError("no method solves the level geometry, which is known in closed form")
 
     def __len__(self) -> int:
         """Number of designs."""
-        return len(self.lengths)
+        return len(self.parameters)
 
     def part(self, which: npt.NDArray[Any] | slice) -> Task:
         """The same task for some of the designs."""
         start = None if self.start is None else self.start[which]
         return replace(
             self,
-            lengths=self.lengths[which],
+            parameters=self.parameters[which],
             branch=self.branch[which],
             crank_angle=self.crank_angle[which],
             start=start,
@@ -151,7 +163,7 @@ class Motion:
     Attributes
     ----------
     signals : (2 level, n, t) array
-        In the order of `MotionRow`: rad, 1, 1/rad.
+        Both unknowns and as many derivatives: for a four-bar in the order of `MotionRow`, rad, 1, 1/rad.
     outcome : (n,) array
         An `Outcome` for each design.
     evaluations : (n,) array

@@ -34,7 +34,7 @@ class PylinkageDyads:
 
     name: ClassVar[str] = "pylinkage"
     summary: ClassVar[str] = "pylinkage: intersection of circles, nearest branch"
-    capabilities: ClassVar[Capability] = Capability.PEER | Capability.FOLLOWS_ANGLES
+    capabilities: ClassVar[Capability] = Capability.PEER | Capability.FOLLOWS_ANGLES | Capability.FOUR_BAR_ONLY
 
     def solve(self, task: Task) -> Motion:
         """Solve design by design from the exact position at the first angle.
@@ -49,7 +49,8 @@ class PylinkageDyads:
         motion, start = Motion.blank(task), initial_guess(task)
         with np.errstate(all="ignore"):
             for i in range(len(task)):
-                motion.outcome[i] = _solve_one(task.lengths[i], task.crank_angle[i], start[i, 1], motion.signals[:, i])
+                rocker, signals = start[i, 1], motion.signals[:, i]
+                motion.outcome[i] = _solve_one(task.parameters[i], task.crank_angle[i], rocker, signals)
         motion.evaluations[:] = task.crank_angle.shape[1]
         return motion
 

@@ -8,9 +8,9 @@ from typing import ClassVar
 import numpy as np
 from scipy import optimize
 
-from explore.methods import vector_loop
 from explore.methods.closed_form import initial_guess
 from explore.methods.contract import Capability, Motion, Outcome, Task
+from explore.methods.vector_loop import VectorLoop
 from explore.model.quantities import FloatArray
 
 #: MINPACK's code for success.
@@ -39,41 +39,41 @@ class Fsolve:
 
         Evaluations are those of the residual, including finite differences.
         """
-        motion, start = Motion.blank(task), initial_guess(task)
+        motion, start, loop = Motion.blank(task), initial_guess(task), task.loop
         with np.errstate(all="ignore"):
-            for i, lengths in enumerate(task.lengths):
+            for i, parameters in enumerate(task.parameters):
                 guess = start[i]
                 for j, crank in enumerate(task.crank_angle[i]):
                     guess, info, code, _ = optimize.fsolve(
-                        _gap, guess, (lengths, crank), full_output=True, xtol=self.tolerance
+                        _gap, guess, (loop, parameters, crank), full_output=True, xtol=self.tolerance
                     )
                     motion.evaluations[i] += info["nfev"]
                     if code == _CONVERGED:
-                        motion.outcome[i] = _fill(lengths, crank, guess, motion.signals[:, i, j])
+                        motion.outcome[i] = _fill(loop, parameters, crank, guess, motion.signals[:, i, j])
                     else:
-                        is_finite = np.isfinite(lengths).all()
+                        is_finite = np.isfinite(parameters).all()
                         motion.outcome[i] = Outcome.NOT_CONVERGED if is_finite else Outcome.NOT_FINITE
                     if motion.outcome[i] != Outcome.OK:
                         break
         return motion
 
 
-def _gap(angles: FloatArray, lengths: FloatArray, crank: FloatArray) -> FloatArray:
-    return vector_loop.residual(lengths, crank, *angles)
+def _gap(unknowns: FloatArray, loop: VectorLoop, parameters: FloatArray, crank: FloatArray) -> tuple[float, float]:
+    return loop.linearise(parameters, crank, *unknowns).gap
 
 
-def _fill(lengths: FloatArray, crank: FloatArray, angles: FloatArray, signals: FloatArray) -> Outcome:
+def _fill(
+    loop: VectorLoop, parameters: FloatArray, crank: FloatArray, unknowns: FloatArray, signals: FloatArray
+) -> Outcome:
     """Fill the signals at one crank angle, shape (2 level,), from linear systems for velocities and accelerations."""
-    r1, r2, r3, _ = lengths
-    links, cosine, sine = np.array([r2, -r3]), np.cos(angles), np.sin(angles)
-    jacobian = np.array([-links * sine, links * cosine])
-    signals[:2] = angles
+    linear = loop.linearise(parameters, crank, *unknowns)
+    jacobian = np.array([linear.first_derivative, linear.second_derivative], dtype=float).T
+    signals[:2] = unknowns
     try:
         if len(signals) > 2:
-            signals[2:4] = np.linalg.solve(jacobian, r1 * np.array([np.sin(crank), -np.cos(crank)]))
+            signals[2:4] = np.linalg.solve(jacobian, loop.rate_terms(parameters, crank, linear))
         if len(signals) > 4:
-            outward = r1 * np.array([np.cos(crank), np.sin(crank)])
-            signals[4:6] = np.linalg.solve(jacobian, outward + np.array([cosine, sine]) @ (links * signals[2:4] ** 2))
+            signals[4:6] = np.linalg.solve(jacobian, loop.acceleration_terms(parameters, crank, linear, signals[2:4]))
     except np.linalg.LinAlgError:
         return Outcome.RAISED
     return Outcome.OK if np.isfinite(signals).all() else Outcome.NOT_FINITE

@@ -5,36 +5,32 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from explore.mechanisms import four_bar
 from explore.methods.contract import Method, Motion, Outcome, Task
-from explore.methods.kernels import classify_all
+from explore.methods.four_bar_loop import FOUR_BAR
+from explore.methods.vector_loop import VectorLoop
 from explore.model.quantities import FloatArray
 
-#: Outcome by linkage class.
-_OUTCOMES = np.full(7, Outcome.CRANK_BLOCKED, dtype=np.int8)
-_OUTCOMES[[four_bar.CRANK_ROCKER, four_bar.DOUBLE_CRANK]] = Outcome.OK
-_OUTCOMES[four_bar.CHANGE_POINT] = Outcome.CHANGE_POINT
-_OUTCOMES[four_bar.CANNOT_ASSEMBLE] = Outcome.CANNOT_ASSEMBLE
+#: Outcome by status code; mechanisms declare others for designs without a motion.
+_OUTCOMES = np.full(128, Outcome.NO_MOTION, dtype=np.int8)
+for _outcome in (Outcome.OK, Outcome.CANNOT_ASSEMBLE, Outcome.CRANK_BLOCKED, Outcome.CHANGE_POINT, Outcome.NOT_FINITE):
+    _OUTCOMES[_outcome] = _outcome
 
 
-def geometric_outcome(lengths: FloatArray) -> npt.NDArray[np.int8]:
-    """Determine whether the crank can make a full turn, from exactly rounded sums of lengths.
+def geometric_outcome(parameters: FloatArray, loop: VectorLoop = FOUR_BAR) -> npt.NDArray[np.int8]:
+    """Determine whether the crank can make a full turn.
 
     Parameters
     ----------
-    lengths : (n, 4) array
-        Crank, coupler, rocker, ground.
+    parameters : (n, p) array
+        Those of the loop; for a four-bar crank, coupler, rocker, ground, compared by exactly rounded sums.
 
     Returns
     -------
     (n,) array
-        An `Outcome` for each: OK, CANNOT_ASSEMBLE, CRANK_BLOCKED, CHANGE_POINT, or NOT_FINITE if a length is no
-        positive number.
+        An `Outcome` for each: OK, CANNOT_ASSEMBLE, CRANK_BLOCKED, CHANGE_POINT, NO_MOTION for another reason that the
+        mechanism declares, or NOT_FINITE if a parameter is not usable.
     """
-    usable: npt.NDArray[np.bool_] = np.all(np.isfinite(lengths) & (lengths > 0.0), axis=1)
-    classes = np.zeros(len(lengths), dtype=np.int64)
-    classify_all(np.ascontiguousarray(np.where(usable[:, None], lengths, 1.0)), classes)
-    return np.where(usable, _OUTCOMES[classes], np.int8(Outcome.NOT_FINITE))
+    return np.asarray(_OUTCOMES[loop.status(parameters)])
 
 
 def solve_screened(method: Method, task: Task) -> Motion:
@@ -42,7 +38,7 @@ def solve_screened(method: Method, task: Task) -> Motion:
 
     ``method.solve`` alone may report OK for designs without a motion; the comparison counts these as failures.
     """
-    possible = geometric_outcome(task.lengths)
+    possible = geometric_outcome(task.parameters, task.loop)
     turns = possible == Outcome.OK
     if turns.all():
         return method.solve(task)

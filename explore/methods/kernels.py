@@ -1,9 +1,15 @@
-"""The four-bar's compiled functions over many linkages at once."""
+"""Compiled functions of mechanisms over many designs at once."""
+
+import math
 
 import numpy as np
+from numba import types
 
-from explore.compiling import LANES, compiled
+from explore.compiling import FILL_SIGNATURE, LANES, compiled, function_type
+from explore.lanes.designs import fill_motion_of_design
 from explore.mechanisms import four_bar
+from explore.mechanisms.variable_crank.blend import blend
+from explore.subroutines import subroutine
 
 
 @compiled("void(float64[:, ::1], int64[::1])")
@@ -40,3 +46,49 @@ def solve_all(lengths, branch, sine, cosine, needs, rows, signals):
                         for lane in range(lanes):
                             signals[k, i, nodes[lane]] = out[rows[k] * LANES + lane]
                     lanes = 0
+
+
+@compiled(
+    types.void(
+        function_type(FILL_SIGNATURE), types.float64[:, ::1], types.int64[:, ::1], types.int64[:, ::1],
+        types.float64[:, ::1], types.int64, types.int64, types.float64[:, :, ::1],
+    ),
+    allocates=True,
+)  # fmt: skip
+def fill_motions(fill, constants, anchors, laws, tangents, needs, rows, signals):
+    """Fill the signals of many designs, shape (n, rows, t), each at its own angles; see `fill_motion_of_design`."""
+    for i in range(constants.shape[0]):
+        fill_motion_of_design(fill, constants[i], anchors[i], laws[i], tangents[i], 0, needs, rows, signals[i])
+
+
+@subroutine()
+def _given_position(rod, slider_speed, speed, time, blend_order, angle, order):
+    """The slider's position, or a derivative by the angle: constant speed between smooth reversals."""
+    travel, width = slider_speed / speed, speed * time
+    turned = angle - 2.0 * math.pi * math.floor(angle / (2.0 * math.pi) + 0.5)
+    folded = abs(turned)
+    side = 1.0 if folded < 0.5 * math.pi else -1.0
+    z = max(0.5 - min(folded, math.pi - folded) / width, 0.0)
+    lag, share, slope = blend(blend_order, z)
+    if order == 1:
+        rate = travel * (share - 1.0)
+        return rate if turned > 0.0 else -rate
+    if order == 2:
+        return -side * travel / width * slope
+    crank = travel * math.sqrt(2.0 * rod / (rod + math.hypot(rod, 2.0 * travel)))
+    return math.hypot(rod, crank) - travel * (folded - math.atan2(rod, crank) + side * width * lag)
+
+
+@compiled("float64(float64, float64, float64, float64, float64, float64, int64)")
+def given_position(rod, slider_speed, speed, time, blend_order, angle, order):
+    """The position of the variable crank's slider, or its derivative of an order up to 2 by the angle."""
+    return _given_position(rod, slider_speed, speed, time, blend_order, angle, order)
+
+
+@compiled("void(float64[:, ::1], int64, float64[::1])")
+def fill_given_positions(inputs, order, positions):
+    """Fill what `given_position` returns for columns of inputs: parameters and angle."""
+    for k in range(inputs.shape[1]):
+        positions[k] = _given_position(
+            inputs[0, k], inputs[1, k], inputs[2, k], inputs[3, k], inputs[4, k], inputs[5, k], order
+        )

@@ -6,9 +6,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from explore.methods import vector_loop
 from explore.methods.closed_form import initial_guess
 from explore.methods.contract import Capability, Motion, Outcome, Task
+from explore.methods.loop_closure import on_other_branch
 from explore.model.quantities import FloatArray
 
 
@@ -56,35 +56,38 @@ class Newton:
 
         Evaluations are those of residuals and corrections; the rates, once per angle, are not counted.
         """
-        motion = Motion.blank(task)
-        lengths, angles = task.lengths.T, initial_guess(task).T.copy()
+        motion, loop = Motion.blank(task), task.loop
+        parameters, unknowns = task.parameters.T, initial_guess(task).T.copy()
         solutions = np.full((2, *task.crank_angle.shape), np.nan)
         with np.errstate(all="ignore"):  # values that are not finite become an outcome
             for j in range(task.crank_angle.shape[1]):
-                self._correct(lengths, task.crank_angle[:, j], angles, motion)
+                crank = task.crank_angle[:, j]
+                self._correct(task, crank, unknowns, motion)
                 if self.check_branch:
-                    is_other_branch = vector_loop.determinant(lengths, *angles) * task.branch > 0.0
+                    determinant = loop.linearise(parameters, crank, *unknowns).determinant
+                    is_other_branch = on_other_branch(task, determinant[:, None], crank[:, None])[:, 0]
                     motion.outcome[is_other_branch & (motion.outcome == Outcome.OK)] = Outcome.WRONG_BRANCH
                 is_ok = motion.outcome == Outcome.OK
-                solutions[:, is_ok, j] = angles[:, is_ok]
-            vector_loop.fill_signals(motion.signals, lengths[:, :, None], task.crank_angle, *solutions)
+                solutions[:, is_ok, j] = unknowns[:, is_ok]
+            loop.fill_signals(motion.signals, parameters[:, :, None], task.crank_angle, *solutions)
         is_ok = motion.outcome == Outcome.OK
         motion.outcome[is_ok & ~np.isfinite(motion.signals).all(axis=(0, 2))] = Outcome.NOT_FINITE
         return motion
 
-    def _correct(self, lengths: FloatArray, crank: FloatArray, angles: FloatArray, motion: Motion) -> None:
-        """Correct the angles, shape (2, n), in place until the loop of every design that is still OK is closed."""
-        max_gap = self.tolerance * lengths.max(axis=0)
+    def _correct(self, task: Task, crank: FloatArray, unknowns: FloatArray, motion: Motion) -> None:
+        """Correct the unknowns, shape (2, n), in place until the loop of every design that is still OK is closed."""
+        parameters = task.parameters.T
+        max_gap = self.tolerance * task.loop.size(parameters)
         active = np.flatnonzero(motion.outcome == Outcome.OK)
         for iteration in range(self.max_iterations + 1):
-            gap = vector_loop.residual(lengths[:, active], crank[active], *angles[:, active])
+            loop = task.loop.linearise(parameters[:, active], crank[active], *unknowns[:, active])
             motion.evaluations[active] += 1
-            is_open = ~(np.hypot(*gap) <= max_gap[active])  # true for NaN as well
-            active, gap = active[is_open], gap[:, is_open]
+            is_open = ~(np.hypot(*loop.gap) <= max_gap[active])  # true for NaN as well
+            active = active[is_open]
             if not active.size or iteration == self.max_iterations:
                 break
-            angles[:, active] += vector_loop.newton_correction(lengths[:, active], gap, *angles[:, active])
+            unknowns[:, active] += np.stack(loop.correction())[:, is_open]
             motion.evaluations[active] += 1
             motion.iterations[active] += 1
-        is_finite = np.isfinite(lengths[:, active]).all(axis=0)
+        is_finite = np.isfinite(parameters[:, active]).all(axis=0)
         motion.outcome[active] = np.where(is_finite, Outcome.NOT_CONVERGED, Outcome.NOT_FINITE)

@@ -9,17 +9,17 @@ from typing import Any, ClassVar, Literal
 import numpy as np
 from scipy.integrate import DOP853, RK45, Radau
 
-from explore.methods import vector_loop
-from explore.methods.closed_form import start_angles
+from explore.methods.closed_form import start_values
 from explore.methods.contract import Capability, Motion, Outcome, Task
 from explore.methods.loop_closure import mark_failures, project_onto_loop
+from explore.methods.vector_loop import VectorLoop
 from explore.model.quantities import FloatArray
 
 #: Names of the solvers.
 AdaptiveSolver = Literal["RK45", "DOP853", "Radau"]
 _SOLVERS: dict[AdaptiveSolver, Any] = {"RK45": RK45, "DOP853": DOP853, "Radau": Radau}
 #: Absolute over relative tolerance, as in SciPy's defaults of 1e-6 and 1e-3. At a constant 1e-6 the absolute tolerance
-#: would dominate all finer relative ones, because the angles are of size 1.
+#: would dominate all finer relative ones, because the angles are of size 1. Lengths are over the longest link.
 _ATOL_BY_RTOL = 1e-3
 
 
@@ -65,31 +65,34 @@ class VelocityIntegration:
     def solve(self, task: Task) -> Motion:
         """Integrate each design from its first crank angle to its last."""
         motion = Motion.blank(task)
-        start, angles = start_angles(task), np.full((2, *task.crank_angle.shape), np.nan)
+        start, unknowns = start_values(task), np.full((2, *task.crank_angle.shape), np.nan)
         for i in range(len(task)):
-            equations = LoopEquations(task.lengths[i])
-            if not all(np.isfinite(values).all() for values in (task.lengths[i], task.crank_angle[i], start[i])):
+            equations = LoopEquations(task.loop, task.parameters[i])
+            if not all(np.isfinite(values).all() for values in (task.parameters[i], task.crank_angle[i], start[i])):
                 motion.outcome[i] = Outcome.NOT_FINITE
                 continue
             try:
                 with np.errstate(divide="raise", over="raise", invalid="raise"):
-                    motion.outcome[i] = self._integrate(equations, task.crank_angle[i], start[i], angles[:, i])
+                    motion.outcome[i] = self._integrate(equations, task.crank_angle[i], start[i], unknowns[:, i])
             except ArithmeticError:
                 motion.outcome[i] = Outcome.NOT_FINITE
             motion.evaluations[i], motion.iterations[i] = equations.evaluations, equations.steps
-        vector_loop.fill_signals(motion.signals, task.lengths.T[:, :, None], task.crank_angle, *angles)
+        task.loop.fill_signals(motion.signals, task.parameters.T[:, :, None], task.crank_angle, *unknowns)
         mark_failures(task, motion, self.gap_tolerance)
         return motion
 
-    def _integrate(self, equations: LoopEquations, crank: FloatArray, start: FloatArray, angles: FloatArray) -> Outcome:
-        """Integrate one design and fill its ``angles[2, t]`` up to where the solver stops."""
+    def _integrate(
+        self, equations: LoopEquations, crank: FloatArray, start: FloatArray, unknowns: FloatArray
+    ) -> Outcome:
+        """Integrate one design and fill its ``unknowns[2, t]`` up to where the solver stops."""
         if self.projected:
             start = equations.project(crank[0], start)
         solver = _SOLVERS[self.solver](
-            equations.rates, crank[0], start, crank[-1], rtol=self.rtol, atol=_ATOL_BY_RTOL * self.rtol
-        )
+            equations.rates, crank[0], start, crank[-1], rtol=self.rtol,
+            atol=_ATOL_BY_RTOL * self.rtol * equations.scales,
+        )  # fmt: skip
         filled = int(np.searchsorted(crank, crank[0], side="right"))
-        angles[:, :filled] = start[:, None]
+        unknowns[:, :filled] = start[:, None]
         while solver.t < crank[-1]:
             solver.step()
             if solver.status == "failed" or equations.steps == self.max_steps:
@@ -98,7 +101,7 @@ class VelocityIntegration:
             reached = int(np.searchsorted(crank, solver.t, side="right"))
             if reached > filled:
                 interpolated = solver.dense_output()(crank[filled:reached])
-                angles[:, filled:reached] = (
+                unknowns[:, filled:reached] = (
                     equations.project(crank[filled:reached], interpolated) if self.projected else interpolated
                 )
             if self.projected:
@@ -111,27 +114,25 @@ class VelocityIntegration:
 
 
 class LoopEquations:
-    """Velocity equations of one linkage in Python floats, with counters of evaluations and steps."""
+    """Velocity equations of one design in Python floats, with counters of evaluations and steps."""
 
-    def __init__(self, lengths: FloatArray) -> None:
-        self.lengths = lengths
-        self.crank, self.coupler, self.rocker, _ = lengths.tolist()
+    def __init__(self, loop: VectorLoop, parameters: FloatArray) -> None:
+        self.loop, self.parameters, self.scales = loop, parameters, loop.scales(parameters)
+        self._floats = parameters.tolist()
         self.evaluations = self.steps = 0
 
-    def rates(self, crank: float, angles: FloatArray) -> tuple[float, float]:
-        """`vector_loop.velocities` for one pair of angles, twenty times faster; ArithmeticError if not finite."""
+    def rates(self, crank: float, unknowns: FloatArray) -> tuple[float, float]:
+        """`VectorLoop.rates` of one pair of unknowns; ArithmeticError if not finite."""
         self.evaluations += 1
-        coupler, rocker = angles.tolist()
-        across = math.sin(coupler - rocker)
-        w2 = self.crank * math.sin(rocker - crank) / (self.coupler * across)
-        w3 = self.crank * math.sin(coupler - crank) / (self.rocker * across)
-        if not math.isfinite(w2 + w3):
+        x, y = unknowns.tolist()
+        first, second = self.loop.rates(self._floats, crank, x, y, math)
+        if not math.isfinite(first + second):
             raise FloatingPointError("the rates are not finite")
-        return w2, w3
+        return first, second
 
-    def project(self, crank: float | FloatArray, angles: FloatArray) -> FloatArray:
-        """Project angles, first axis 2, onto the closed loop."""
-        lengths = self.lengths.reshape(4, *[1] * (angles.ndim - 1))
-        angles, corrections = project_onto_loop(lengths, np.asarray(crank), angles)
+    def project(self, crank: float | FloatArray, unknowns: FloatArray) -> FloatArray:
+        """Project both unknowns, first axis 2, onto the closed loop."""
+        parameters = self.parameters.reshape(-1, *[1] * (unknowns.ndim - 1))
+        unknowns, corrections = project_onto_loop(self.loop, parameters, np.asarray(crank), unknowns)
         self.evaluations += int(corrections.sum())
-        return angles
+        return unknowns

@@ -1,18 +1,22 @@
-"""All methods with the settings at which they are compared."""
+"""All methods with the settings at which they are compared, and the loops that they solve."""
 
 from __future__ import annotations
 
 from explore.errors import RequestError
 from explore.methods.circle_intersection import CircleIntersection
 from explore.methods.closed_form import ClosedForm
-from explore.methods.contract import Method, method_label
+from explore.methods.contract import Capability, Method, method_label
 from explore.methods.dyads import PylinkageDyads, is_pylinkage_installed
+from explore.methods.four_bar_loop import FOUR_BAR
 from explore.methods.fsolve import Fsolve
 from explore.methods.newton import Newton
 from explore.methods.newton_compiled import CompiledNewton
 from explore.methods.ode import VelocityIntegration
 from explore.methods.runge_kutta import RungeKutta4
+from explore.methods.slider_crank_loop import SLIDER_CRANK
 from explore.methods.textbook import TextbookArccos
+from explore.methods.variable_crank_loop import VARIABLE_CRANK
+from explore.methods.vector_loop import VectorLoop
 from explore.suggest import suggestion
 
 _NEWTON_TOLERANCES = (1e-2, 1e-4, 1e-8, 1e-12)
@@ -37,6 +41,32 @@ METHODS: dict[str, tuple[Method, ...]] = {
 }
 
 
+#: Loops that the methods solve, by the name of their mechanism.
+LOOPS = {loop.name: loop for loop in (FOUR_BAR, SLIDER_CRANK, VARIABLE_CRANK)}
+
+
+def methods_for(loop: VectorLoop) -> dict[str, tuple[Method, ...]]:
+    """Of `METHODS`, those that solve a loop."""
+    return {
+        name: settings
+        for name, settings in METHODS.items()
+        if loop is FOUR_BAR or not any(Capability.FOUR_BAR_ONLY in method.capabilities for method in settings)
+    }
+
+
+def find_loop(mechanism: str) -> VectorLoop:
+    """The loop of a mechanism.
+
+    Raises
+    ------
+    RequestError
+        If the methods know no loop of it.
+    """
+    if mechanism not in LOOPS:
+        raise RequestError(f"{mechanism} has only the closed form; other methods solve {', '.join(LOOPS)}")
+    return LOOPS[mechanism]
+
+
 def find_method(name: str) -> Method:
     """The method of a name at its finest setting, or of a name and a setting such as ``rk45(rtol=0.001)``.
 
@@ -53,3 +83,16 @@ def find_method(name: str) -> Method:
     if name not in by_label:
         raise RequestError(f"unknown method {name!r}; {suggestion(name, [*METHODS, *by_label])}")
     return by_label[name]
+
+
+def check_method(method: Method, loop: VectorLoop) -> None:
+    """Check that a method solves a loop.
+
+    Raises
+    ------
+    RequestError
+        If it solves four-bar linkages only, and the loop is another.
+    """
+    if Capability.FOUR_BAR_ONLY in method.capabilities and loop is not FOUR_BAR:
+        others = ", ".join(methods_for(loop))
+        raise RequestError(f"method {method.name!r} solves four-bar linkages only; {loop.name} is solved by {others}")

@@ -11,10 +11,10 @@ from typing import ClassVar
 import numpy as np
 import numpy.typing as npt
 
-from explore.methods import vector_loop
-from explore.methods.closed_form import start_angles
+from explore.methods.closed_form import start_values
 from explore.methods.contract import Capability, Motion, Task
 from explore.methods.loop_closure import mark_failures, project_onto_loop
+from explore.methods.vector_loop import VectorLoop
 from explore.model.quantities import FloatArray
 
 #: Excess over a whole number of steps, from rounding of the angles, that needs no further step.
@@ -55,44 +55,47 @@ class RungeKutta4:
 
     def solve(self, task: Task) -> Motion:
         """Integrate all designs together from the first crank angle to the last, each with its own step."""
-        motion = Motion.blank(task)
-        lengths, crank = np.ascontiguousarray(task.lengths.T), np.ascontiguousarray(task.crank_angle.T)
-        angles = np.ascontiguousarray(start_angles(task).T)
+        motion, loop = Motion.blank(task), task.loop
+        parameters, crank = np.ascontiguousarray(task.parameters.T), np.ascontiguousarray(task.crank_angle.T)
+        unknowns = np.ascontiguousarray(start_values(task).T)
         solutions = np.empty((2, *task.crank_angle.shape))
         with np.errstate(all="ignore"):  # values that are not finite become an outcome
             if self.projected:
-                angles, corrections = project_onto_loop(lengths, crank[0], angles)
+                unknowns, corrections = project_onto_loop(loop, parameters, crank[0], unknowns)
                 motion.evaluations[:] += corrections
-            solutions[:, :, 0] = angles
+            solutions[:, :, 0] = unknowns
             for j in range(1, len(crank)):
-                angles = self._advance(lengths, crank[j - 1], crank[j], angles, motion)
-                solutions[:, :, j] = angles
-        vector_loop.fill_signals(motion.signals, lengths[:, :, None], task.crank_angle, *solutions)
+                unknowns = self._advance(task, parameters, crank[j - 1 : j + 1], unknowns, motion)
+                solutions[:, :, j] = unknowns
+        loop.fill_signals(motion.signals, parameters[:, :, None], task.crank_angle, *solutions)
         mark_failures(task, motion, self.gap_tolerance)
         return motion
 
     def _advance(
-        self, lengths: FloatArray, here: FloatArray, there: FloatArray, angles: FloatArray, motion: Motion
+        self, task: Task, parameters: FloatArray, crank: FloatArray, unknowns: FloatArray, motion: Motion
     ) -> FloatArray:
-        """Integrate from one crank angle of each design to its next."""
+        """Integrate from one crank angle of each design to its next, both in `crank`, shape (2, n)."""
+        here, there = crank
         least = np.ceil((there - here) * (self.steps / (2.0 * np.pi)) - _STEP_ROUNDING)
         steps: npt.NDArray[np.int64] = np.where(least > 1.0, least, 1.0).astype(np.int64)
         step = (there - here) / steps
         motion.iterations[:] += steps
         motion.evaluations[:] += 4 * steps
         for k in range(int(steps.max(initial=0))):
-            advanced = _step(lengths, here + k * step, angles, step)
+            advanced = _step(task.loop, parameters, here + k * step, unknowns, step)
             if self.projected:
-                advanced, corrections = project_onto_loop(lengths, here + (k + 1) * step, advanced)
+                advanced, corrections = project_onto_loop(task.loop, parameters, here + (k + 1) * step, advanced)
                 motion.evaluations[:] += np.where(k < steps, corrections, 0)
-            angles = np.where(k < steps, advanced, angles)
-        return angles
+            unknowns = np.where(k < steps, advanced, unknowns)
+        return unknowns
 
 
-def _step(lengths: FloatArray, crank: FloatArray, angles: FloatArray, step: FloatArray) -> FloatArray:
+def _step(
+    loop: VectorLoop, parameters: FloatArray, crank: FloatArray, unknowns: FloatArray, step: FloatArray
+) -> FloatArray:
     half = 0.5 * step
-    k1 = vector_loop.velocities(lengths, crank, *angles)
-    k2 = vector_loop.velocities(lengths, crank + half, *(angles + half * k1))
-    k3 = vector_loop.velocities(lengths, crank + half, *(angles + half * k2))
-    k4 = vector_loop.velocities(lengths, crank + step, *(angles + step * k3))
-    return np.asarray(angles + step / 6.0 * (k1 + 2.0 * (k2 + k3) + k4))
+    k1 = np.stack(loop.rates(parameters, crank, *unknowns))
+    k2 = np.stack(loop.rates(parameters, crank + half, *(unknowns + half * k1)))
+    k3 = np.stack(loop.rates(parameters, crank + half, *(unknowns + half * k2)))
+    k4 = np.stack(loop.rates(parameters, crank + step, *(unknowns + step * k3)))
+    return np.asarray(unknowns + step / 6.0 * (k1 + 2.0 * (k2 + k3) + k4))

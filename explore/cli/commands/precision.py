@@ -50,15 +50,16 @@ def _compare_precision(names: Sequence[str], folder: Path, *, as_json: bool) -> 
     from explore.comparison.method_precision import compare_methods
     from explore.comparison.rule_precision import compare_rules
     from explore.comparison.timing import describe_machine
-    from explore.methods.registry import METHODS
+    from explore.methods.registry import METHODS, methods_for
 
     announce_compiling()
     scenes = _load_scenes(names)
     tables: dict[str, Rows] = {"motions": [], "averages": [], "levels": []}
     say_missing_peers(METHODS)
-    steps_per_scene = sum(map(len, METHODS.values())) + sum(map(len, AVERAGING_RULES.values()))
+    n_rules = sum(map(len, AVERAGING_RULES.values()))
+    n_steps = [sum(map(len, methods_for(scene.loop).values())) + n_rules for scene in scenes]
     with atomic_files(folder) as place:
-        with progress_bar("comparing", len(scenes) * steps_per_scene) as step:
+        with progress_bar("comparing", sum(n_steps)) as step:
             for scene in scenes:
                 tables["motions"] += compare_methods(scene, step)
                 tables["averages"] += compare_rules(scene, step)

@@ -36,7 +36,7 @@ def simulate(
     design: Annotated[int, typer.Option(min=0, help="The number of the design in the study.")] = 0,
     angles: Annotated[int, typer.Option(min=1, help="The number of equispaced input angles.")] = 360,
     method: Annotated[
-        str, typer.Option(help="Solver: closed-form; of crank-rockers also newton, rk45 …, see `explore precision`.")
+        str, typer.Option(help="Solver: closed-form, or newton, rk45 … of one loop, see `explore precision`.")
     ] = "closed-form",
     output: Annotated[
         Path | None, typer.Option("-o", "--output", help="The file, CSV unless it ends in .json; by default stdout.")

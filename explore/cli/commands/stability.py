@@ -1,66 +1,92 @@
-"""`explore stability`: map how near to the change point each method stays accurate."""
+"""`explore stability`: map how near to a singular position each method stays accurate."""
 
 from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from explore.cli.completion import complete_mechanisms
 from explore.cli.options import JsonOption
 from explore.cli.output import announce_compiling, print_json, say, say_missing_peers
 from explore.cli.paths import atomic_files
 from explore.cli.progress import progress_bar
 from explore.cli.tables import print_table
 
+if TYPE_CHECKING:
+    from explore.comparison.stability_cases import StabilityCase
+
+Rows = list[dict[str, Any]]
+
 
 def stability(
-    output: Annotated[Path, typer.Option("-o", "--output", help="The folder for tables and charts.")] = Path(
-        "results/stability"
-    ),
+    mechanism: Annotated[
+        str,
+        typer.Argument(
+            autocompletion=complete_mechanisms, help="crank-rocker, slider-crank, variable-crank or gears (their law)."
+        ),
+    ] = "crank-rocker",
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "-o", "--output", help="The folder for tables and charts; by default results/stability-MECHANISM."
+        ),
+    ] = None,
     accuracy: Annotated[
         float, typer.Option(min=1e-14, max=0.1, help="Largest error that still counts as accurate.")
     ] = 1e-6,
     as_json: JsonOption = False,
 ) -> None:
-    """Map how near to the change point each method of solving the motion stays accurate."""
+    """Map how near to a singular position each method of solving the motion stays accurate."""
     from explore.comparison.convergence import measure_orders
-    from explore.comparison.stability import map_stability, safe_margins, stability_runs
-    from explore.methods.registry import METHODS
+    from explore.comparison.stability import map_stability, safe_margins, stability_runs, trace_turn
+    from explore.comparison.stability_cases import stability_case
+    from explore.methods.registry import methods_for
 
+    case = stability_case(mechanism)
+    folder = output or Path(f"results/stability-{mechanism}")
     announce_compiling()
-    say_missing_peers(METHODS)
-    with atomic_files(output) as place:
-        with progress_bar("judging methods", len(stability_runs())) as step:
-            rows = map_stability(accuracy, step)
-            orders = measure_orders()
-        safe = safe_margins(rows)
-        _write(place, rows, safe, orders, accuracy)
+    say_missing_peers(methods_for(case.loop))
+    with atomic_files(folder) as place:
+        with progress_bar("judging methods", len(stability_runs(case))) as step:
+            rows = map_stability(case, accuracy, step)
+        tables = {"map": rows, "safe": safe_margins(rows), "turn": trace_turn(case)}
+        if case.has_orders:
+            tables["orders"] = measure_orders()
+        _write(place, case, tables, accuracy)
     if as_json:
-        print_json({"map": rows, "safe": safe, "orders": orders})
+        print_json(tables)
     else:
-        _print_safe(safe, accuracy)
-        _print_orders(orders)
-    say(f"tables and charts are in {output}: map.csv, safe.csv, orders.csv, map.png, map.svg")
+        _print_safe(tables["safe"], case.distance, accuracy)
+        if case.has_orders:
+            _print_orders(tables["orders"])
+    names = ", ".join(f"{name}.csv" for name in tables)
+    say(f"tables and charts are in {folder}: {names}, and map and turn as png, svg")
 
 
-def _write(
-    folder: Path, rows: list[dict[str, Any]], safe: list[dict[str, Any]], orders: list[dict[str, Any]], accuracy: float
-) -> None:
+def _write(folder: Path, case: StabilityCase, tables: dict[str, Rows], accuracy: float) -> None:
     import pandas as pd
 
-    from explore.charts.stability import stability_chart
+    from explore.charts.stability import stability_chart, turn_chart
     from explore.charts.style import save_figure
+    from explore.comparison.stability import TRACED_DESIGN
 
-    for name, table in (("map", rows), ("safe", safe), ("orders", orders)):
-        pd.DataFrame(table).to_csv(folder / f"{name}.csv", index=False)
-    figure = stability_chart(pd.DataFrame(rows), accuracy)
-    for kind in ("png", "svg"):
-        save_figure(figure, folder / f"map.{kind}")
+    frames = {name: pd.DataFrame(rows) for name, rows in tables.items()}
+    for name, frame in frames.items():
+        frame.to_csv(folder / f"{name}.csv", index=False)
+    title = f"{case.loop.name}, methods at their finest setting; {case.distance}: {case.margin[TRACED_DESIGN]:.1g}"
+    charts = {
+        "map": stability_chart(frames["map"], accuracy, case.distance, case.beyond),
+        "turn": turn_chart(frames["turn"], [math.degrees(angle) for angle in case.singular_angles], title),
+    }
+    for name, figure in charts.items():
+        for kind in ("png", "svg"):
+            save_figure(figure, folder / f"{name}.{kind}")
 
 
-def _print_safe(safe: list[dict[str, Any]], accuracy: float) -> None:
+def _print_safe(safe: Rows, distance: str, accuracy: float) -> None:
     """Print a line per setting: its smallest accurate margins, and its verdicts at the default number of angles."""
     from explore.comparison.stability import DEFAULT_STEP_COUNT, STEP_COUNTS
 
@@ -76,7 +102,7 @@ def _print_safe(safe: list[dict[str, Any]], accuracy: float) -> None:
         lines.append([setting, *margins, usual["verdict_below"], usual["worst_verdict"]])
     columns = [("method", ""), *((f"{steps}", "angles") for steps in STEP_COUNTS)]
     columns += [(heading, f"at {DEFAULT_STEP_COUNT} angles") for heading in ("verdict below", "worst verdict")]
-    title = f"Smallest Grashof margin, over the longest link, down to which errors are at most {accuracy:g}"
+    title = f"Smallest {distance}, down to which errors are at most {accuracy:g}"
     print_table(title, columns, lines)
 
 
@@ -84,7 +110,7 @@ def _margin(value: float) -> str:
     return "–" if math.isnan(value) else f"{value:.0e}"
 
 
-def _print_orders(orders: list[dict[str, Any]]) -> None:
+def _print_orders(orders: Rows) -> None:
     lines = [
         [row["method"], row["steps"], str(row["theory"]), f"{row['measured']:.2f}", f"{row['deviation']:.2f}"]
         for row in orders

@@ -1,0 +1,127 @@
+"""Designs of each mechanism that approach a singular position, where the methods lose their accuracy or fail."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from explore.errors import RequestError
+from explore.methods.contract import Level, Task
+from explore.methods.four_bar_loop import FOUR_BAR
+from explore.methods.slider_crank_loop import SLIDER_CRANK
+from explore.methods.variable_crank_loop import VARIABLE_CRANK, regular_position
+from explore.methods.vector_loop import VectorLoop
+from explore.model.quantities import FloatArray
+from explore.suggest import suggestion
+
+#: Exponents of the powers of two that are added to a link (mm), 64 mm to 9e-13 mm in steps of nearly a decade, and
+#: subtracted from it, so that the crank is blocked.
+_MARGIN_EXPONENTS, _GAP_EXPONENTS = (*range(6, -41, -3),), (2, -8, -20, -32)
+#: Dyadic lengths (mm) with exact sums and margin 0: crank, coupler, rocker, ground with all links collinear at crank
+#: angle 0; crank, rod, offset with crank and rod perpendicular to the slider's line at 270 degrees.
+_CHANGE_POINT, _SLIDER_CHANGE_POINT = (150.0, 1083.5, 541.75, 691.75), (150.0, 200.0, 50.0)
+#: A slicer: rod (mm), slider's speed (mm/s), crank's speed, 100 revolutions per minute, reversal time (s), blend order.
+_SLICER = (500.0, 800.0, 100.0 * np.pi / 30.0, 0.1, 2.0)
+#: Distances of a crank angle from the singular one, deg; the last but one is that of eight numbers of this size.
+_DISTANCES = (0.5, *(10.0**-k for k in range(1, 14)), 0.0)
+
+
+@dataclass(frozen=True, eq=False)
+class StabilityCase:
+    """Designs at several distances from a singular position, and on the other side of it where no full turn exists.
+
+    Attributes
+    ----------
+    loop
+        The loop of the mechanism.
+    distance
+        What the margin is, for tables.
+    beyond
+        What is at margins of 0 and less, for charts.
+    margin : (n,) array
+        Descending; 0 or negative beyond the singular position.
+    parameters : (n, p) array
+        Those of the loop.
+    anchor : (n,) array
+        A crank angle, rad, that is among those of every task.
+    first
+        Where a turn begins at the earliest, rad: before the anchor by less than a turn.
+    singular_angles
+        Crank angles of the singular positions, rad, of the design at margin 0.
+    has_orders
+        Whether the orders of convergence of the integrators are measured on this mechanism.
+    """
+
+    loop: VectorLoop
+    distance: str
+    beyond: str
+    margin: FloatArray
+    parameters: FloatArray
+    anchor: FloatArray
+    first: float
+    singular_angles: tuple[float, ...]
+    has_orders: bool = False
+
+    def task(self, steps: int, designs: slice = slice(None)) -> Task:
+        """A turn of some of the designs in so many steps, to velocities."""
+        step = 2.0 * np.pi / steps
+        anchor = self.anchor[designs, None]
+        before = np.floor((anchor - self.first) / step + 1e-9)
+        angles = anchor + (np.arange(steps + 1) - before) * step
+        return Task(self.parameters[designs], np.ones(len(angles)), angles, Level.VELOCITIES, loop=self.loop)
+
+
+def _with_margins(
+    loop: VectorLoop, lengths: tuple[float, ...], link: int, distance: str, toggle: float, *, has_orders: bool
+) -> StabilityCase:
+    """A case of links whose margin is added to one of them; the turn begins a quarter after a dead centre."""
+    margins = np.array([*(2.0**k for k in _MARGIN_EXPONENTS), 0.0, *(-(2.0**k) for k in reversed(_GAP_EXPONENTS))])
+    parameters = np.tile(lengths, (len(margins), 1))
+    parameters[:, link] += margins
+    quarter = 0.5 * np.pi
+    return StabilityCase(
+        loop, distance, "no full turn exists", margins / loop.size(parameters.T), parameters,
+        np.full(len(margins), quarter), quarter, (toggle,), has_orders,
+    )  # fmt: skip
+
+
+def _four_bar() -> StabilityCase:
+    distance = "Grashof margin over the longest link"
+    return _with_margins(FOUR_BAR, _CHANGE_POINT, 3, distance, 2.0 * np.pi, has_orders=True)
+
+
+def _slider_crank() -> StabilityCase:
+    distance = "length of the rod beyond crank plus offset, over the rod"
+    return _with_margins(SLIDER_CRANK, _SLIDER_CHANGE_POINT, 1, distance, 1.5 * np.pi, has_orders=False)
+
+
+def _variable_crank() -> StabilityCase:
+    parameters = np.tile(_SLICER, (len(_DISTANCES), 1))
+    regular, _, _ = regular_position(parameters.T)
+    return StabilityCase(
+        VARIABLE_CRANK, "distance of a crank angle from the singular one, deg", "it is the singular angle",
+        np.array(_DISTANCES), parameters, regular + np.deg2rad(_DISTANCES), 0.0,
+        (float(regular[0]), float(2.0 * np.pi - regular[0])),
+    )  # fmt: skip
+
+
+_CASES: dict[str, Callable[[], StabilityCase]] = {
+    "crank-rocker": _four_bar,
+    "slider-crank": _slider_crank,
+    "variable-crank": _variable_crank,
+}
+
+
+def stability_case(mechanism: str) -> StabilityCase:
+    """The case of a mechanism.
+
+    Raises
+    ------
+    RequestError
+        If there is none.
+    """
+    if mechanism not in _CASES:
+        raise RequestError(f"no stability map of {mechanism!r}; {suggestion(mechanism, [*_CASES, 'gears'])}")
+    return _CASES[mechanism]()

@@ -1,0 +1,316 @@
+"""Methods on the loops with a slider: the slider-crank, and the crank of variable length."""
+
+import re
+import warnings
+
+import mpmath
+import numpy as np
+import pytest
+from exact_slider_crank import ExactSliderCrank
+from exact_variable_crank import ExactVariableCrank
+
+import explore
+from explore.comparison.reference import multiple_precision
+from explore.comparison.slider_reference import _MOTIONS, exact_motion_of
+from explore.comparison.verdicts import Verdict, judge, signal_errors
+from explore.methods.contract import Capability, Level, Outcome, Task, method_label
+from explore.methods.fsolve import Fsolve
+from explore.methods.geometry import geometric_outcome
+from explore.methods.newton import Newton
+from explore.methods.ode import LoopEquations, VelocityIntegration
+from explore.methods.registry import LOOPS, METHODS, find_method, methods_for
+from explore.methods.slider_crank_loop import SLIDER_CRANK
+from explore.methods.variable_crank_loop import VARIABLE_CRANK, regular_position
+
+#: Crank, rod, offset; rod, slider's speed, speed, reversal time, blend order.
+SLIDERS = np.array([[100.0, 260.0, 30.0], [50.0, 180.0, -40.0], [1.0, 3.0, 0.5]])
+SLICERS = np.array([
+    [500.0, 800.0, 100.0 * np.pi / 30.0, 0.1, 2.0],
+    [500.0, 800.0, 100.0 * np.pi / 30.0, 0.2, 1.0],
+    [300.0, 500.0, 8.0, 0.12, 3.0],
+])  # fmt: skip
+CASES = [
+    pytest.param(loop, method, id=f"{loop.name}-{method_label(method)}")
+    for loop in (SLIDER_CRANK, VARIABLE_CRANK)
+    for settings in methods_for(loop).values()
+    for method in settings
+]
+_TOLERANCES = {1e-2: 0, 1e-4: 1, 1e-8: 2, 1e-12: 3}
+_PROJECTED = ("rk4-projected(steps=36)", "rk4-projected(steps=360)", "rk45-projected(rtol=0.001)",
+              "rk45-projected(rtol=1e-06)", "dop853-projected(rtol=0.001)", "dop853-projected(rtol=1e-06)",
+              "radau-projected(rtol=0.001)")  # fmt: skip
+
+
+def _bounds(newton, projected, **others):
+    """Bounds by label; the three Newtons make the same iteration, and after a projection only rounding is left."""
+    bounds = {f"{name}(tolerance={tolerance:g})": newton[k] for tolerance, k in _TOLERANCES.items()
+              for name in ("newton", "newton-unchecked", "newton-compiled")}  # fmt: skip
+    return bounds | dict.fromkeys(_PROJECTED, projected) | others["settings"]
+
+
+#: Largest error of positions (rad, over the longest link), velocities and accelerations (over their peak), by loop and
+#: label: two to three times the measured ones, for the reasons of `test_methods.BOUNDS`. The turn of the slider-crank
+#: is well conditioned. Of the variable crank it is the arc between the singular angles, up to 14 degrees from one,
+#: where the velocity has a thirtieth, the acceleration a two hundredth of the digits' weight in the position.
+BOUNDS = {
+    "slider-crank": _bounds(
+        newton=((2e-3, 4e-4, 2e-4), (2e-4, 6e-5, 1e-4), (2e-8, 6e-9, 4e-9), (2e-12, 5e-14, 4e-13)),
+        projected=(7e-16, 6e-16, 7e-16),
+        settings={
+            "closed-form": (7e-16, 8e-16, 3e-15),
+            "textbook": (5e-16, 6e-16, 6e-16),
+            "fsolve(tolerance=0.0001)": (3e-6, 1.5e-6, 8e-7),
+            "fsolve(tolerance=1e-06)": (1.5e-9, 4e-10, 1.2e-10),
+            "fsolve(tolerance=1.49012e-08)": (4e-10, 1.2e-10, 3e-11),
+            "fsolve(tolerance=1e-10)": (6e-14, 5e-15, 8e-15),
+            "rk4(steps=36)": (1.2e-7, 5e-8, 1.2e-7),
+            "rk4(steps=72)": (1.2e-7, 5e-8, 1.2e-7),
+            "rk4(steps=180)": (1.5e-9, 7e-10, 1.5e-9),
+            "rk4(steps=360)": (2e-10, 9e-11, 2e-10),
+            "rk4(steps=1440)": (1e-12, 4e-13, 9e-13),
+            "rk45(rtol=0.001)": (3e-2, 1.2e-2, 1.2e-2),
+            "rk45(rtol=1e-06)": (3e-5, 1e-5, 1.2e-5),
+            "rk45(rtol=1e-09)": (2e-8, 6e-9, 1e-8),
+            "rk45(rtol=1e-12)": (2.5e-11, 5e-12, 1.5e-11),
+            "dop853(rtol=0.001)": (1.2e-3, 8e-4, 5e-4),
+            "dop853(rtol=1e-06)": (1e-6, 6e-7, 7e-7),
+            "dop853(rtol=1e-09)": (1.2e-9, 8e-10, 5e-10),
+            "dop853(rtol=1e-12)": (3e-12, 1.5e-12, 1.5e-12),
+            "radau(rtol=0.001)": (1.2e-3, 2e-4, 1.5e-4),
+            "radau(rtol=1e-06)": (7e-7, 1.2e-7, 2.5e-7),
+            "radau(rtol=1e-09)": (6e-10, 1.5e-10, 4e-10),
+        },
+    ),
+    "variable-crank": _bounds(
+        newton=((2e-2, 1.5, 8.0), (3e-4, 3e-3, 5e-3), (5e-9, 4e-8, 6e-8), (1.5e-12, 1.5e-10, 9e-10)),
+        projected=(1.5e-15, 1.2e-13, 7e-13),
+        settings={
+            "closed-form": (3e-16, 1.5e-14, 1.5e-14),
+            "textbook": (1.2e-15, 1e-13, 5e-13),
+            "fsolve(tolerance=0.0001)": (5e-4, 2e-3, 1e-3),
+            "fsolve(tolerance=1e-06)": (2e-6, 1e-5, 5e-6),
+            "fsolve(tolerance=1.49012e-08)": (3e-9, 1.5e-7, 5e-7),
+            "fsolve(tolerance=1e-10)": (2e-13, 4e-12, 9e-12),
+            "rk4(steps=36)": (1.5e-6, 5e-6, 2.5e-5),
+            "rk4(steps=72)": (1.5e-6, 5e-6, 2.5e-5),
+            "rk4(steps=180)": (2e-8, 1.2e-7, 6e-7),
+            "rk4(steps=360)": (2e-9, 1.5e-8, 9e-8),
+            "rk4(steps=1440)": (1e-11, 7e-11, 4e-10),
+            "rk45(rtol=0.001)": (9e-3, 0.3, 1.0),
+            "rk45(rtol=1e-06)": (1.5e-5, 8e-4, 2.5e-3),
+            "rk45(rtol=1e-09)": (2e-8, 2e-6, 1e-5),
+            "rk45(rtol=1e-12)": (7e-11, 7e-9, 4e-8),
+            "dop853(rtol=0.001)": (1.5e-3, 0.12, 0.6),
+            "dop853(rtol=1e-06)": (2e-5, 2e-3, 1e-2),
+            "dop853(rtol=1e-09)": (3e-8, 3e-6, 1.5e-5),
+            "dop853(rtol=1e-12)": (1.2e-11, 6e-10, 2e-9),
+            "radau(rtol=0.001)": (2e-3, 9e-2, 0.25),
+            "radau(rtol=1e-06)": (1e-7, 3e-6, 1e-5),
+            "radau(rtol=1e-09)": (1e-10, 6e-9, 4e-8),
+        },
+    ),
+}  # fmt: skip
+
+
+def turn(loop, level=Level.ACCELERATIONS):
+    """A turn of the slider-cranks from 90 degrees on; of the slicers the arc between their singular angles."""
+    if loop is SLIDER_CRANK:
+        parameters, degrees = SLIDERS, np.linspace(90.0, 450.0, 73)
+    else:
+        parameters, degrees = SLICERS, np.linspace(95.0, 265.0, 35)
+    angles = np.tile(np.deg2rad(degrees), (len(parameters), 1))
+    return Task(parameters, np.ones(len(parameters)), angles, level, loop=loop)
+
+
+@pytest.fixture(scope="module")
+def exact():
+    """The exact motions by the name of the loop."""
+    return {loop.name: exact_motion_of(turn(loop)) for loop in (SLIDER_CRANK, VARIABLE_CRANK)}
+
+
+def test_every_setting_has_an_error_bound():
+    for loop in (SLIDER_CRANK, VARIABLE_CRANK):
+        labels = {method_label(method) for settings in methods_for(loop).values() for method in settings}
+        assert BOUNDS[loop.name].keys() == labels
+
+
+@pytest.mark.parametrize(("loop", "method"), CASES)
+def test_errors_are_within_their_bounds(loop, method, exact):
+    task = turn(loop)
+    motion = method.solve(task)
+    assert [Outcome(code) for code in motion.outcome] == [Outcome.OK] * len(task)
+    errors = signal_errors(task, motion.signals, exact[loop.name])
+    largest = [errors[2 * k : 2 * k + 2].max() for k in range(3)]
+    bounds = BOUNDS[loop.name][method_label(method)]
+    assert all(error <= bound for error, bound in zip(largest, bounds, strict=True)), largest
+
+
+@pytest.mark.parametrize("loop", [SLIDER_CRANK, VARIABLE_CRANK], ids=lambda loop: loop.name)
+def test_the_exact_motion_closes_its_loop_and_is_its_own_derivative(loop):
+    """Rates of the reference by central differences with 80 digits; a step of 1e-20 leaves 40 of them."""
+    context, motion = multiple_precision(), _MOTIONS[loop.name]
+    step = context.mpf(10) ** -20
+    for parameters in turn(loop).parameters:
+        design = [context.mpf(float(parameter)) for parameter in parameters]
+        for angle in (0.05, 1.2, 2.0, 3.0, 3.3, 4.5, 6.2):
+            here = motion(context.mpf(angle), *design)
+            below, above = (motion(context.mpf(angle) + k * step, *design) for k in (-1, 1))
+            for k in range(4):
+                difference = (above[k] - below[k]) / (2 * step)
+                assert abs(difference - here[k + 2]) < 1e-30 * (1 + abs(here[k + 2]))
+            gap = loop.gap(parameters, angle, float(here[0]), float(here[1]))
+            assert np.abs(gap).max() < 4e-16 * loop.size(parameters)  # rounding of two sums
+
+
+def test_the_reference_agrees_with_that_of_the_mechanisms():
+    """60 digits of the slider-crank; the variable crank by integrals of its speed."""
+    theta = 2.2
+    slider, slicer = ExactSliderCrank(*SLIDERS[0]), ExactVariableCrank(*SLICERS[0])
+    x, v, a, angle, w, dw = (float(value) for value in slider.motion(mpmath.mpf(theta))[:6])
+    task = Task(SLIDERS[:1], np.ones(1), np.array([[theta]]), loop=SLIDER_CRANK)
+    assert exact_motion_of(task)[:, 0, 0].tolist() == [x, angle, v, w, a, dw]
+    task = Task(SLICERS[:1], np.ones(1), np.array([[theta]]), loop=VARIABLE_CRANK)
+    with mpmath.workdps(40):
+        expected = [float(slicer.crank(mpmath.mpf(theta))), float(slicer.crank_slope(mpmath.mpf(theta)))]
+    assert exact_motion_of(task)[[0, 2], 0, 0] == pytest.approx(expected, rel=1e-15)
+
+
+@pytest.mark.parametrize("loop", [SLIDER_CRANK, VARIABLE_CRANK], ids=lambda loop: loop.name)
+def test_the_rates_of_one_design_are_those_of_all(loop):
+    task = turn(loop)
+    signals = exact_motion_of(task)
+    for i, parameters in enumerate(task.parameters):
+        rates = LoopEquations(loop, parameters).rates(float(task.crank_angle[i, 3]), signals[:2, i, 3])
+        # the rounding of the unknowns, by the condition of the loop at 14 degrees from the singular angle
+        assert rates == pytest.approx(signals[2:4, i, 3], rel=1e-12)
+
+
+@pytest.mark.parametrize("loop", list(LOOPS.values()), ids=lambda loop: loop.name)
+def test_the_other_branch_closes_the_loop_with_the_other_orientation(loop):
+    task = turn(loop) if loop.name != "crank-rocker" else four_bar_turn()
+    parameters = task.parameters.T[:, :, None]
+    signals = METHODS["closed-form"][0].solve(task).signals
+    other = loop.mirror(parameters, task.crank_angle, signals[0], signals[1])
+    gap = np.hypot(*loop.gap(parameters, task.crank_angle, *other))
+    assert (gap <= 2e-15 * loop.size(parameters)).all()
+    orientation = np.broadcast_to(loop.orientation(parameters, task.crank_angle), task.crank_angle.shape)
+    own = loop.linearise(parameters, task.crank_angle, *signals[:2]).determinant
+    mirrored = loop.linearise(parameters, task.crank_angle, *other).determinant
+    assert (own * orientation > 0.0).all()
+    assert (mirrored * orientation < 0.0).all()
+
+
+def four_bar_turn():
+    lengths = np.array([[20.0, 50.0, 45.0, 40.0]])
+    return Task(lengths, np.ones(1), np.linspace(0.0, 6.0, 13)[None])
+
+
+def test_outcomes_known_from_the_geometry():
+    sliders = np.array([[100.0, 260.0, 30.0], [1.0, 2.0, 4.0], [100.0, 120.0, 30.0], [100.0, 130.0, 30.0],
+                        [0.0, 1.0, 0.0], [1.0, np.nan, 0.0]])  # fmt: skip
+    expected = [Outcome.OK, Outcome.CANNOT_ASSEMBLE, Outcome.CRANK_BLOCKED, Outcome.CHANGE_POINT, Outcome.NOT_FINITE,
+                Outcome.NOT_FINITE]  # fmt: skip
+    assert geometric_outcome(sliders, SLIDER_CRANK).tolist() == expected
+    slicers = np.array([SLICERS[0], [500.0, 800.0, 100.0 * np.pi / 30.0, 0.29, 2.0], [60.0, 800.0, 10.0, 0.1, 2.0]])
+    expected = [Outcome.OK, Outcome.NO_MOTION, Outcome.NO_MOTION]
+    assert geometric_outcome(slicers, VARIABLE_CRANK).tolist() == expected
+
+
+@pytest.mark.parametrize(("loop", "method"), CASES)
+def test_a_design_without_motion_gives_an_outcome(loop, method):
+    """Without screening no method raises, or reports NaN as solved."""
+    blocked = [100.0, 120.0, 30.0] if loop is SLIDER_CRANK else [60.0, 800.0, 10.0, 0.1, 2.0]
+    for parameters in (blocked, [np.nan] * len(blocked)):
+        angles = np.linspace(0.0, 2.0 * np.pi, 13)[None]
+        motion = method.solve(Task(np.array([parameters]), np.ones(1), angles, loop=loop))
+        assert motion.outcome[0] != Outcome.OK or np.isfinite(motion.signals).all()
+
+
+def test_the_integrated_equation_ends_at_the_singular_angle_and_the_closed_form_does_not():
+    """The published way: rod and crank are perpendicular at 81.4 degrees; steps of adaptive integrators collapse."""
+    parameters = SLICERS[:1]
+    regular = float(np.rad2deg(regular_position(parameters[0])[0]))
+    assert regular == pytest.approx(81.40903717447330, rel=1e-14)
+    degrees = np.arange(0.0, 361.0)
+    task = Task(parameters, np.ones(1), np.deg2rad(degrees)[None], Level.VELOCITIES, loop=VARIABLE_CRANK)
+    exact_motion = exact_motion_of(task)
+    for solver, rtol in (("RK45", 1e-9), ("DOP853", 1e-9), ("Radau", 1e-6)):
+        motion = VelocityIntegration(solver, rtol).solve(task)
+        assert motion.outcome[0] in (Outcome.GAVE_UP, Outcome.NOT_FINITE, Outcome.WRONG_BRANCH)
+        errors = signal_errors(task, motion.signals, exact_motion)[:, 0].max(axis=0)
+        assert errors[degrees <= 75.0].max() < 1e-4  # 6 degrees ahead the velocity has lost two of its six digits
+        behind = (degrees > regular) & (degrees < 360.0 - regular)  # Radau changes the branch there, and back later
+        assert not (errors[behind] <= 1e-6).any()
+    closed = METHODS["closed-form"][0].solve(task)
+    assert signal_errors(task, closed.signals, exact_motion).max() < 2e-14
+
+
+@pytest.mark.parametrize(("error", "expected"), [(1e-3, 1.94439e-3), (1.0, 6.099e-2)])
+def test_a_start_length_that_is_wrong_ends_ahead_of_the_singular_angle(error, expected):
+    """Ahead by the square root of the error; 1.94439e-3 and 6.099e-2 rad for 1e-3 and 1 mm, from the specification."""
+    parameters = SLICERS[:1]
+    regular = float(regular_position(parameters[0])[0])
+    angles = np.concatenate([[0.0], regular - expected + np.linspace(-1e-3, 1e-3, 401) * expected * 50.0])[None]
+    first = Task(parameters, np.ones(1), angles[:, :1], Level.POSITIONS, loop=VARIABLE_CRANK)
+    start = exact_motion_of(first)[:2, 0, 0] + [error, 0.0]
+    task = Task(parameters, np.ones(1), angles, Level.POSITIONS, start[None], loop=VARIABLE_CRANK)
+    motion = VelocityIntegration("DOP853", 1e-11).solve(task)
+    reached = angles[0, np.isfinite(motion.signals[0, 0])].max()
+    # within a hundredth: the four digits of the specification, and the last output angle before the end
+    assert regular - reached == pytest.approx(expected, rel=1e-2)
+
+
+def test_at_the_singular_angle_newton_stops_and_the_textbook_loses_the_velocity():
+    regular = float(regular_position(SLICERS[0])[0])
+    angles = np.array([[0.5 * regular, 0.75 * regular, regular - 1e-7]])
+    task = Task(SLICERS[:1], np.ones(1), angles, Level.VELOCITIES, loop=VARIABLE_CRANK)
+    reference = exact_motion_of(task)
+    textbook = judge(task, METHODS["textbook"][0].solve(task), reference, 1e-6)
+    assert textbook.verdict.tolist() == [Verdict.INACCURATE]
+    closed = judge(task, METHODS["closed-form"][0].solve(task), reference, 1e-13)
+    assert closed.verdict.tolist() == [Verdict.ACCURATE]
+    # the gap within the tolerance does not determine the length any more
+    assert judge(task, Newton(1e-12).solve(task), reference, 1e-6).verdict[0] != Verdict.ACCURATE
+    assert judge(task, Fsolve(1e-10).solve(task), reference, 1e-6).verdict[0] != Verdict.ACCURATE
+
+
+@pytest.mark.parametrize("method", ["newton", "newton-compiled", "fsolve", "textbook", "rk4-projected"])
+def test_simulate_by_another_method(method):
+    slider = {"crank": 100.0, "rod": 260.0, "offset": 30.0, "speed": 3.0}
+    exact_frame = explore.simulate("slider-crank", slider, angles=72)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        motion = explore.simulate("slider-crank", slider, angles=72, method=method)
+    assert list(motion.columns) == list(exact_frame.columns)
+    for name in exact_frame:
+        assert np.abs(motion[name] - exact_frame[name]).max() <= 1e-9 * exact_frame[name].abs().max(), name
+
+
+def test_simulate_the_variable_crank_by_another_method_gives_what_its_loop_determines():
+    slicer = {"rod": 500.0, "slider_speed": 800.0, "speed": 10.0, "reversal_time": 0.1}
+    angles = np.linspace(95.0, 265.0, 35)
+    exact_frame = explore.simulate("variable-crank", slicer, angles=angles)
+    motion = explore.simulate("variable-crank", slicer, angles=angles, method="textbook")
+    names = ["crank", "crank_rate", "rod_angle", "groove_pressure_angle", "groove_curvature"]
+    assert list(motion.columns) == names
+    for name in names:  # the curvature has the digits of the acceleration
+        assert np.abs(motion[name] - exact_frame[name]).max() <= 1e-11 * exact_frame[name].abs().max(), name
+    assert motion.attrs["units"] == {name: exact_frame.attrs["units"][name] for name in names}
+
+
+def test_simulate_over_the_singular_angle_warns():
+    slicer = {"rod": 500.0, "slider_speed": 800.0, "speed": 10.0, "reversal_time": 0.1}
+    with pytest.warns(RuntimeWarning, match=r"rk45\(rtol=1e-09\) failed for this design: "):
+        motion = explore.simulate("variable-crank", slicer, angles=360, method="rk45(rtol=1e-09)")
+    assert motion["crank"].isna().any()
+    assert motion["crank"].iloc[:75].notna().all()
+
+
+@pytest.mark.parametrize("name", ["circles", "pylinkage"])
+def test_methods_for_four_bars_alone_say_so(name):
+    if not METHODS[name]:
+        pytest.skip("pylinkage is not installed: extra peers")
+    assert Capability.FOUR_BAR_ONLY in find_method(name).capabilities
+    message = f"method {name!r} solves four-bar linkages only; slider-crank is solved by closed-form, textbook, newton"
+    with pytest.raises(explore.RequestError, match=re.escape(message)):
+        explore.simulate("slider-crank", {"crank": 1.0, "rod": 3.0}, method=name)
