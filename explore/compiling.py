@@ -76,10 +76,12 @@ def compiled(
 def _compile_and_call(dispatcher: Any, signature: Any, *_arguments: object) -> Any:
     """Compile for the signature, at the first call, and return what is to be called: the dispatcher, as if it was.
 
-    Other threads wait: a second compilation, for the types of their arguments, would be refused.
+    Other threads wait: a second compilation, for the types of their arguments, would be refused. A function that was
+    compiled for a caller in compiled code has an overload already, but takes no function of another type until it may
+    not be compiled any more.
     """
     with global_compiler_lock, quick_compilation():
-        if not dispatcher.overloads:
+        if dispatcher._can_compile:
             dispatcher.compile(signature)
             dispatcher.disable_compile()
     return dispatcher

@@ -1,6 +1,7 @@
 """The compiled kernels: vectorised, found in the cache by a second process, announced when they are compiled."""
 
 import gc
+import importlib
 import json
 import os
 import platform
@@ -222,3 +223,29 @@ print(json.dumps([int(run.result()["status"].iloc[0]) for run in runs]))
 """
 
     assert report(tmp_path, script) == [1, 1, 1, 1]
+
+
+FUNCTIONS = """
+from numba import types
+from explore.compiling import compiled, function_type
+RULE = "float64(float64)"
+APPLY = types.float64(function_type(RULE), types.float64)
+@compiled(RULE)
+def twice(x):
+    return 2.0 * x
+@compiled(APPLY)
+def inner(function, x):
+    return function(x)
+@compiled(APPLY)
+def outer(function, x):
+    return inner(function, x)
+"""
+
+
+def test_a_function_compiled_for_another_is_also_called_from_python(tmp_path, monkeypatch):
+    """In a process that loads neither from the cache; the compiled caller makes an overload of the inner function."""
+    (tmp_path / "compiled_for_another.py").write_text(FUNCTIONS)
+    monkeypatch.syspath_prepend(tmp_path)
+    module = importlib.import_module("compiled_for_another")
+    assert module.outer(module.twice, 1.5) == 3.0
+    assert module.inner(module.twice, 2.5) == 5.0
