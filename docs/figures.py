@@ -110,12 +110,14 @@ GALLERY = {
 }
 #: Arguments of ``explore plot`` for the picture of the tutorial, the motion of the chosen design.
 TUTORIAL = ["motion", "results/optimum.h5", "--design", "22418"]
-#: Commands for the pictures of ``slider-crank.md``, ``test-rig.md`` and ``variable-crank.md``.
+#: Commands for the pictures of ``slider-crank.md``, ``test-rig.md``, ``tune.md`` and ``variable-crank.md``.
 PAGES = {
     "slider-crank-pareto": "plot pareto results/slider_crank.h5 --x cv --y time_ratio",
     "rig-pareto": "plot pareto results/rig_20deg.h5 --x pin_force_peak --y velocity_thd --design 28",
     "rig-coverage": "coverage configs/rig_coverage.toml",
     "variable-crank": "plot motion results/variable_crank.h5 --design 0",
+    "tune": "tune --mechanism crank-rocker --set crank=50 --set coupler=940.62 --set rocker=211.79 --set ground=869.44 "
+    "--parameter crank --metric mean_output_ratio --metric cv --metric transmission_angle_min --from 0.02 --to 0.2",
 }
 
 

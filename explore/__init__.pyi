@@ -22,3 +22,5 @@ from .errors import ResultsError as ResultsError
 from .store.open_results import open_results as open_results
 from .store.open_results import xarray as xarray
 from .store.results import Results as Results
+from .tuning.control_curve import Tuning as Tuning
+from .tuning.control_curve import tune as tune

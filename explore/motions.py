@@ -38,8 +38,8 @@ def motion_signals(
     -------
     columns
         The signals in declared units, each of shape (t,), except those that exist only behind clutches; and, where a
-        kernel of their own fills them, those under load of a design without one. By another method than the closed form
-        those that follow from the unknowns of the mechanism's loop.
+        kernel of their own fills them, those under load of a design without one, or without the strokes they need. By
+        another method than the closed form those that follow from the unknowns of the mechanism's loop.
     label
         Name and setting of the method.
 
@@ -54,7 +54,13 @@ def motion_signals(
     inputs = {p.name: p.default for p in mechanism.parameters if p.default is not None}
     inputs |= {name: float(column[0]) for name, column in columns.items()}
     solver = find_method(method)
-    filled = [signal for signal in mechanism.signals if mechanism.fills(signal) or _has_load(signal, inputs)]
+    status = int(mechanism.evaluate_closed_form(_geometry(mechanism, columns)).status[0])
+    has_stroke = status not in mechanism.statuses or not mechanism.statuses[status].lacks_strokes
+    filled = [
+        signal
+        for signal in mechanism.signals
+        if mechanism.fills(signal) or (_has_load(signal, inputs) and (has_stroke or not signal.needs_stroke))
+    ]
     if isinstance(solver, ClosedForm):
         rows = dict(enumerate(_closed_form(mechanism.kernel_of(filled), inputs, input_angle)))
     else:

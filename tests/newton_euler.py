@@ -1,4 +1,4 @@
-"""Forces of the test rig by a second method: the nine equations of Newton and Euler of three links.
+"""Forces of a four-bar by a second method: the nine equations of Newton and Euler of three links.
 
 Positions by Freudenstein's equation, velocities and accelerations from the differentiated loop, all in m, N, rad; no
 formula is shared with the package.
@@ -13,18 +13,19 @@ def mid_angle(design):
     """Mean of the rocker's limit angles, by the cosine rule."""
     a, b, c, d = (design[name] for name in ("crank", "coupler", "rocker", "ground"))
     angles = [math.pi - math.acos((d * d + c * c - reach * reach) / (2.0 * c * d)) for reach in (b + a, b - a)]
-    return sum(angles) / 2.0
+    return design.get("branch", 1.0) * sum(angles) / 2.0
 
 
 def kinematics(design, theta):
     """Angles of coupler and rocker, their velocities and accelerations for the design's speed, each of shape (t,)."""
     a, b, c, d = (design[name] for name in ("crank", "coupler", "rocker", "ground"))
     speed = design["speed"]
-    # A cos(th3) + B sin(th3) + C = 0 of the rocker, the solution with C above the ground line
+    # A cos(th3) + B sin(th3) + C = 0 of the rocker, the solution with C above the ground line on branch 1
     cosine, sine = np.cos(theta), np.sin(theta)
     big_a, big_b = 2.0 * c * (d - a * cosine), -2.0 * a * c * sine
     big_c = a * a + c * c + d * d - b * b - 2.0 * a * d * cosine
-    rocker = np.arctan2(big_b, big_a) + np.arccos(np.clip(-big_c / np.hypot(big_a, big_b), -1.0, 1.0))
+    from_diagonal = np.arccos(np.clip(-big_c / np.hypot(big_a, big_b), -1.0, 1.0))
+    rocker = np.arctan2(big_b, big_a) + design.get("branch", 1.0) * from_diagonal
     coupler = np.arctan2(c * np.sin(rocker) - a * sine, d + c * np.cos(rocker) - a * cosine)
     s2, c2, s3, c3 = np.sin(coupler), np.cos(coupler), np.sin(rocker), np.cos(rocker)
     matrix = np.moveaxis(np.array([[-b * s2, c * s3], [b * c2, -c * c3]]), -1, 0)

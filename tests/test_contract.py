@@ -28,8 +28,8 @@ from explore.testing.subject import Subject
 
 CRANK_ROCKER = MECHANISMS["crank-rocker"]
 PLAIN = {"crank": [100.0, 90.0], "coupler": 1083.4236, "rocker": 541.7118, "ground": [691.7118, 700.0]}
-#: All loads that the test rig has, with jumps between the strokes.
-LOADED_RIG = """mechanism = "test-rig"
+#: All loads that a four-bar has, with jumps between the strokes.
+LOADED_FOUR_BAR = """
 [parameters]
 crank = { start = 60, stop = 110, num = 3 }
 coupler = { start = 460, stop = 900, num = 3 }
@@ -47,11 +47,24 @@ rocker_mass = 60
 crank_centroid = [-0.2, 0.6]
 coupler_inertia = 2
 rocker_inertia = 5
+"""
+LOADED_RIG = f"""mechanism = "test-rig"
+{LOADED_FOUR_BAR}
 allowed_stress = 116.7
 allowed_shear = 80
 bearing_rating = "44.6 kN"
 [evaluate]
 metrics = ["swing_angle", "drive_torque_peak", "pin_force_peak"]
+[rank]
+metrics = ["pin_force_peak", "swing_angle:max"]
+"""
+#: Both branches, and a drag link, whose rocker does not swing.
+LOADED_CRANK_ROCKER = f"""mechanism = "crank-rocker"
+{LOADED_FOUR_BAR}
+branch = [1, -1]
+[evaluate]
+window = "cycle"
+metrics = ["swing_angle", "drive_torque_peak", "pin_force_peak", "positive_work"]
 [rank]
 metrics = ["pin_force_peak", "swing_angle:max"]
 """
@@ -69,7 +82,8 @@ def broken_promises(mechanism, **options):
 def plain(mechanism, **changes):
     """Two ordinary designs of a crank-rocker with changes."""
     columns = {name: np.broadcast_to(np.array(values, dtype=float), 2).copy() for name, values in PLAIN.items()}
-    return Subject(replace(mechanism, **changes), columns)
+    extended = mechanism.extended and replace(mechanism.extended, **changes)
+    return Subject(replace(mechanism, extended=extended, **changes), columns)
 
 
 def with_closed_form(monkeypatch, change):
@@ -103,8 +117,11 @@ def test_every_mechanism_sweeps_in_processes(name, tmp_path):
     assert_frame_equal(*tables, check_exact=True)
 
 
-def test_the_test_rig_keeps_its_promises_under_all_loads():
-    check_mechanism(MECHANISMS["test-rig"], study=LOADED_RIG, designs=16)
+@pytest.mark.parametrize("name", ["crank-rocker", "test-rig"])
+def test_four_bars_keep_their_promises_under_all_loads(name):
+    check_mechanism(
+        MECHANISMS[name], study={"crank-rocker": LOADED_CRANK_ROCKER, "test-rig": LOADED_RIG}[name], designs=12
+    )
 
 
 @pytest.mark.parametrize("mechanism", [PEAK, WRONG_PEAK], ids=["adaptive", "wrongly graded"])

@@ -159,6 +159,11 @@ def test_slider_crank_is_true(tmp_path, monkeypatch, capsys):
     run_page("slider-crank.md", capsys)
 
 
+def test_tune_is_true(tmp_path, monkeypatch, capsys):
+    assert run_commands("tune.md", tmp_path, monkeypatch) == {"tune"}
+    run_page("tune.md", capsys)
+
+
 def test_tutorial_is_true(tmp_path, monkeypatch, capsys):
     """Its commands, one after the other, print what it says; so do its Python blocks after them."""
     page = (ROOT / "docs/tutorial.md").read_text(encoding="utf-8")

@@ -79,9 +79,10 @@ def motion_figure(simulated: SimulatedDesign) -> Figure:
 
 
 def _applies(panel: Panel, simulated: SimulatedDesign) -> bool:
-    """Whether the study uses clutches, for a panel with them, and the design has a load, for forces."""
+    """Whether the study uses clutches, for a panel with them, and the design has a load and its forces, for those."""
     loads = {load for name in panel.signals for load in simulated.mechanism.signal(name).required_loads}
-    loaded = not loads or any(simulated.parameters.get(load, 0.0) for load in loads)
+    is_there = all(name in simulated.motion for name in panel.signals)
+    loaded = not loads or (is_there and any(simulated.parameters.get(load, 0.0) for load in loads))
     return loaded and (simulated.phases is not None or not panel.with_clutch)
 
 

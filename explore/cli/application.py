@@ -19,6 +19,7 @@ from explore.cli.commands.show import show
 from explore.cli.commands.simulate import simulate
 from explore.cli.commands.stability import stability
 from explore.cli.commands.sweep import sweep
+from explore.cli.commands.tune import tune
 from explore.cli.commands.verify import verify
 
 
@@ -84,6 +85,10 @@ app.command(
     epilog="Example: explore simulate --mechanism crank-rocker --set crank=100 --set coupler=1083.4236 "
     "--set rocker=541.7118 --set ground=691.7118 -o motion.csv"
 )(simulate)
+app.command(
+    epilog="Example: explore tune results/grid.h5 --design 42 --parameter crank --metric mean_output_ratio "
+    "--from 0.02 --to 0.2 -o curve.svg"
+)(tune)
 app.command(epilog="Example: explore precision smooth almost_change_point")(precision)
 app.command(epilog="Example: explore stability --accuracy 1e-3")(stability)
 app.command(epilog="Example: explore mechanisms crank-rocker")(mechanisms)

@@ -34,6 +34,30 @@ def complete_columns(ctx: typer.Context) -> list[tuple[str, str]]:
     return [(c.name, c.long_name) for c in _columns(ctx) if c.role != "index" and not c.labels]
 
 
+def complete_metrics(ctx: typer.Context) -> list[tuple[str, str]]:
+    """Metrics of the results, or of the mechanism that the line names its closed-form ones, with their meaning."""
+    from explore.mechanisms.registry import MECHANISMS
+
+    name = ctx.params.get("mechanism")
+    if name is None:
+        return [(c.name, c.long_name) for c in _columns(ctx) if c.role == "metric" and not c.labels]
+    with suppress(ExploreError, KeyError):
+        return [(m.name, m.long_name) for m in MECHANISMS[name].metrics if not m.labels]
+    return []
+
+
+def complete_parameters(ctx: typer.Context) -> list[tuple[str, str]]:
+    """Parameters of the mechanism that the line names, else those of the results."""
+    from explore.mechanisms.registry import MECHANISMS
+
+    name = ctx.params.get("mechanism")
+    if name is None:
+        return [(c.name, c.long_name) for c in _columns(ctx) if c.role == "parameter"]
+    with suppress(ExploreError, KeyError):
+        return [(p.name, p.long_name) for p in MECHANISMS[name].parameters]
+    return []
+
+
 def _columns(ctx: typer.Context) -> Iterator[Column]:
     """The columns of the results that the command line names, else of the newest; none if they cannot be read."""
     from explore import open_results

@@ -21,6 +21,10 @@ _OPTIONS = {
     "design": "--design",
     "x": "--x",
     "y": "--y",
+    "low": "--from",
+    "high": "--to",
+    "start": "--start",
+    "stop": "--stop",
 }
 
 

@@ -93,6 +93,14 @@ class SampledStatistics:
         self.error = np.where(designs, others.error, self.error)
         self.evaluations += others.evaluations
 
+    def add(self, others: SampledStatistics) -> None:
+        """Take other metrics of the same designs."""
+        self.values |= others.values
+        self.errors |= others.errors
+        self.nodes = self.nodes + others.nodes
+        self.error = np.maximum(self.error, others.error)
+        self.evaluations = max(self.evaluations, others.evaluations)
+
 
 @dataclass(frozen=True)
 class _LoopTables:
@@ -129,6 +137,29 @@ def sample_metrics(
         Parameters of the closed form, of u distinct geometries.
     active, status : (u,) arrays
     """
+    quadrature, result = request.kernel.quadrature, SampledStatistics.empty(len(status))
+    groups = {quadrature: metrics}
+    if not isinstance(quadrature, Adaptive):
+        # A corner between the nodes of a graded rule may hide from its check.
+        groups = {
+            quadrature: tuple(metric for metric in metrics if not metric.signal.has_corners),
+            Adaptive(): tuple(metric for metric in metrics if metric.signal.has_corners),
+        }
+    for group_quadrature, group in groups.items():
+        if group:
+            result.add(_sample(request, group, group_quadrature, parameters, active, status))
+    return result
+
+
+def _sample(
+    request: Request,
+    metrics: tuple[SampledMetric, ...],
+    quadrature: Quadrature,
+    parameters: FloatArray,
+    active: npt.NDArray[np.bool_],
+    status: npt.NDArray[np.int8],
+) -> SampledStatistics:
+    """Sample metrics by one quadrature; see `sample_metrics`."""
     mechanism = request.kernel
     bounded = {metric for derived in request.derived for metric in derived.sampled}
     tables = _make_tables(request.kernel, metrics, bounded)
@@ -143,8 +174,9 @@ def sample_metrics(
             result.error, excess, *make_work_space(sizes, len(mechanism.breaks)),
         )  # fmt: skip
 
-    run(np.flatnonzero(active), mechanism.quadrature)
-    doubtful = np.flatnonzero(excess > LARGEST_EXCESS)
+    cornered = active & _have_corners(mechanism, metrics, parameters)
+    run(np.flatnonzero(active & ~cornered), quadrature)
+    doubtful = np.flatnonzero(cornered | (excess > LARGEST_EXCESS))
     if len(doubtful):
         result.error[doubtful] = 0.0
         run(doubtful, Adaptive())
@@ -156,6 +188,18 @@ def sample_metrics(
         result.values[metric.name] = _statistic(metric, statistics, slots, request.tolerance)
         if metric in bounded:
             result.errors[metric.name] = _error(metric, statistics, slots, result.values[metric.name])
+    return result
+
+
+def _have_corners(
+    mechanism: Mechanism, metrics: tuple[SampledMetric, ...], parameters: FloatArray
+) -> npt.NDArray[np.bool_]:
+    """Whether a parameter of each design gives these metrics corners, shape (u,)."""
+    result = np.zeros(parameters.shape[1], dtype=np.bool_)
+    if any(metric.signal.depends_on_load for metric in metrics):
+        for parameter, values in zip(mechanism.kernel_parameters, parameters, strict=True):
+            if parameter.adds_corners:
+                result |= values != 0.0
     return result
 
 

@@ -86,6 +86,8 @@ FORCES, TORQUE = 16, 32
 #: clockwise on branch 1.
 OVERLAPPED_TO_EXTENDED = 0
 
+#: Rounding of a torque, relative to its terms.
+_ROUNDING = 1e-14
 _MOTION = four_bar.VELOCITIES | four_bar.ACCELERATIONS | four_bar.ANGLES | four_bar.TRANSMISSION
 
 
@@ -238,7 +240,9 @@ def _fill_work(constants, out):
     for lane in range(LANES):
         torque, velocity = out[DRIVE_TORQUE * LANES + lane], abs(out[ROCKER_VELOCITY * LANES + lane])
         damping = constants[Load.DAMPING * LANES + lane] * constants[Load.SPEED * LANES + lane] * velocity
-        out[POSITIVE_TORQUE * LANES + lane] = 0.0 if torque < 0.0 else torque
+        # What is nothing but rounding, as at the end of a stroke, drives nothing.
+        is_driven = torque < _ROUNDING * out[TORQUE_TERMS * LANES + lane]
+        out[POSITIVE_TORQUE * LANES + lane] = 0.0 if is_driven else torque
         out[FRICTION_TORQUE * LANES + lane] = (abs(constants[Load.OPPOSING_TORQUE * LANES + lane]) + damping) * velocity
 
 

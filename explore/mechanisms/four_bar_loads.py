@@ -57,11 +57,13 @@ def _force(name: str, unit: str, long_name: str, row: int, *, is_magnitude: bool
                   terms_row=four_bar_forces.FORCE_TERMS)  # fmt: skip
 
 
-def _torque(name: str, unit: str, long_name: str, row: int, power: int = 0, shares_row_with: str = "") -> Signal:
-    """Declare a torque on the crank, or with a power of the speed of 1 its power."""
+def _torque(
+    name: str, unit: str, long_name: str, row: int, power: int = 1, shares_row_with: str = "", *, corners: bool = False
+) -> Signal:
+    """Declare the power of a torque on the crank, or with a power of the speed of 0 the torque."""
     return Signal(name, unit, long_name, row, four_bar_forces.TORQUE, power, pole_order=6, needs_stroke=True,
                   depends_on_load=True, required_loads=_REQUIRED_LOADS, shares_row_with=shares_row_with,
-                  terms_row=four_bar_forces.TORQUE_TERMS)  # fmt: skip
+                  terms_row=four_bar_forces.TORQUE_TERMS, has_corners=corners)  # fmt: skip
 
 
 LOAD_SIGNALS = (
@@ -77,12 +79,12 @@ LOAD_SIGNALS = (
     _force("rocker_axial_force", "N", "force of the coupler along the rocker, outward positive",
            four_bar_forces.ROCKER_FORCE),
     _force("rocker_moment", "N m", "moment of the coupler's force about pin d", four_bar_forces.ROCKER_MOMENT),
-    _torque("drive_torque", "N m", "torque that turns the crank", four_bar_forces.DRIVE_TORQUE),
+    _torque("drive_torque", "N m", "torque that turns the crank", four_bar_forces.DRIVE_TORQUE, 0),
     _torque("power", "W", "power that turns the crank", four_bar_forces.DRIVE_TORQUE, 1, "drive_torque"),
     _torque("positive_power", "W", "power that turns the crank where it drives, else 0",
-            four_bar_forces.POSITIVE_TORQUE, 1),
+            four_bar_forces.POSITIVE_TORQUE, corners=True),
     _torque("friction_power", "W", "power lost to the opposing torque and in the damper",
-            four_bar_forces.FRICTION_TORQUE, 1),
+            four_bar_forces.FRICTION_TORQUE),
 )  # fmt: skip
 
 

@@ -16,7 +16,7 @@ from explore.model.status import OWN_CODES, Status
 _Item = TypeVar("_Item", str, int)
 
 #: Fields of signals that share a row: properties of the row, not of the signal.
-_ROW_FIELDS = ("row", "needs", "pole_order", "is_magnitude", "terms_row", "is_residual")
+_ROW_FIELDS = ("row", "needs", "pole_order", "is_magnitude", "terms_row", "is_residual", "has_corners")
 
 #: Columns of results that are neither parameters nor metrics.
 _OWN_COLUMNS = ("design", "nodes", "error", "feasible", "status")
@@ -266,10 +266,10 @@ def _defaults(declaration: Declaration) -> Iterator[str]:
             yield f"the objective '{objective}' has no sense 'min' or 'max' after its colon"
 
 
-#: Fields in which an extended mechanism may differ: all that its kernel fills or takes.
+#: Fields in which an extended mechanism may differ: all that its kernel fills or takes, and how that is integrated.
 _KERNEL_FIELDS = (
-    "rows", "n_constants", "n_fill_constants", "phases_row", "variant_row", "signal_rows", "breaks", "close", "fill",
-    "extended",
+    "rows", "n_constants", "n_fill_constants", "phases_row", "variant_row", "signal_rows", "breaks", "quadrature",
+    "close", "fill", "extended",
 )  # fmt: skip
 
 

@@ -55,6 +55,9 @@ class Parameter:
         only derived metrics, as for allowed stresses.
     is_dynamic
         Whether the parameter, unless 0, makes the signals under load depend on the speed.
+    adds_corners
+        Whether the parameter, unless 0, gives all signals under load corners, as friction does where the force that
+        causes it changes its sign; see `Signal.has_corners`.
     """
 
     name: str
@@ -69,6 +72,7 @@ class Parameter:
     zero_meaning: str = ""
     affects: Literal["motion", "load", "sizing"] = "motion"
     is_dynamic: bool = False
+    adds_corners: bool = False
 
     def allows(self, values: npt.ArrayLike) -> npt.NDArray[np.bool_]:
         """Whether each number is a value that the parameter can take, in the shape of `values`."""
@@ -115,6 +119,9 @@ class Signal:
         Name of the signal whose row this one uses, scaled or windowed differently; empty for a row of its own.
     is_residual
         Whether the signal is small beside the terms in `terms_row` and has their singularities.
+    has_corners
+        Whether the signal has corners at angles that the mechanism does not know, as a power without its negative
+        part: its statistics take the adaptive quadrature.
     relative_to
         Name of the length parameter that the signal is comparable with in size and grows with, by which its rounding
         is bounded; empty for an angle, a number, and where it is that of the signal that this one is the derivative of.
@@ -143,6 +150,7 @@ class Signal:
     terms_row: int = -1
     shares_row_with: str = ""
     is_residual: bool = False
+    has_corners: bool = False
     relative_to: str = ""
     derivative_of: str = ""
     extremes_at: tuple[str, ...] = ()

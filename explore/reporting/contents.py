@@ -18,7 +18,7 @@ from explore.model.columns import Column
 from explore.model.mechanism import Mechanism
 from explore.ranking.rankings import Ranking, rank_source
 from explore.reporting.density import count_densities
-from explore.reporting.motion import describe_motion, translate_functions
+from explore.reporting.motion import describe_motion, kernel_for, translate_functions
 from explore.reporting.packing import ColumnPacker
 from explore.reporting.rows import FEASIBLE, FRONT, INFEASIBLE, ReportRows, choose_rows
 from explore.store.results import Results
@@ -98,7 +98,7 @@ def collect_contents(results: Results, mechanism: Mechanism | None, command: str
     study["density"] = (
         count_densities(results, objectives, frame, rows, packer) if feasible.held < feasible.total else None
     )
-    return Contents(study, packer.texts, translate_functions(mechanism) if mechanism else "")
+    return Contents(study, packer.texts, translate_functions(_kernel(results, mechanism)) if mechanism else "")
 
 
 #: Number of steps of `collect_contents`.
@@ -127,7 +127,7 @@ def _describe_study(results: Results, mechanism: Mechanism | None, ranking: Rank
         "version": __version__,
         "mechanism": results.mechanism,
         "summary": mechanism.summary if mechanism else "",
-        "motion": describe_motion(mechanism) if mechanism else None,
+        "motion": describe_motion(_kernel(results, mechanism)) if mechanism else None,
         "defaults": {p.name: p.default for p in parameters if p.default is not None},
         **_window_and_drive(results, mechanism),
         "studied": results.n_studied,
@@ -143,6 +143,11 @@ def _describe_study(results: Results, mechanism: Mechanism | None, ranking: Rank
         "facts": [[k, str(v)] for k, v in sorted(results.attributes.items()) if k not in _HIDDEN_ATTRIBUTES],
         "config": results.config,
     }
+
+
+def _kernel(results: Results, mechanism: Mechanism) -> Mechanism:
+    """What computes the motions of the page: with forces only where the study has loads."""
+    return kernel_for(mechanism, {column.name for column in results.columns if column.role == "parameter"})
 
 
 def _window_and_drive(results: Results, mechanism: Mechanism | None) -> dict[str, str]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Collection
 from dataclasses import asdict
 from typing import Any
 
@@ -17,8 +18,17 @@ from explore.quadrature.windows import LONGER, SHORTER, orient
 from explore.reporting.javascript import TranslationError, translate
 
 
+def kernel_for(mechanism: Mechanism, given: Collection[str]) -> Mechanism:
+    """The mechanism, or its extended one if the parameters that a study gives are those of its signals."""
+    return mechanism.kernel_of(
+        signal
+        for signal in mechanism.signals
+        if not signal.required_loads or any(load in given for load in signal.required_loads)
+    )
+
+
 def describe_motion(mechanism: Mechanism) -> dict[str, Any]:
-    """The declaration of a mechanism as far as a page needs it; can be written as JSON."""
+    """The declaration of a mechanism, that of `kernel_for`, as far as a page needs it; can be written as JSON."""
     moving = [int(Status.OK), *(code for code, status in mechanism.statuses.items() if status.lacks_strokes)]
     filled = [signal for signal in mechanism.signals if mechanism.fills(signal)]
     names = {signal.name for signal in filled}

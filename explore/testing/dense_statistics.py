@@ -58,10 +58,13 @@ class Panels:
         Input angles between the panels, deg, ascending.
     values : (s, p, n) array
         Signals at the Gauss-Legendre nodes of each panel.
+    ends : (s, p, 2) array
+        Signals at both ends of each panel.
     """
 
     edges: FloatArray
     values: FloatArray
+    ends: FloatArray
 
     @property
     def weights(self) -> FloatArray:
@@ -103,7 +106,7 @@ def sample(motion: Motion, start: float, stop: float) -> Panels:
     # The size of a signal is that on the panel or its rms: a narrow peak hides no errors of what is beside it.
     level = np.sqrt((values**2).mean(axis=(1, 2)))[:, None]
     previous = np.full(values.shape[:2], np.inf)
-    finished: list[tuple[FloatArray, FloatArray]] = []
+    finished: list[tuple[FloatArray, FloatArray, FloatArray]] = []
     for halving in range(_MOST_HALVINGS + 1):
         coefficients = values @ _TRANSFORM.T
         tails = np.abs(coefficients[:, :, -_TAIL:]).sum(axis=2)
@@ -115,7 +118,7 @@ def sample(motion: Motion, start: float, stop: float) -> Panels:
         done = resolved.all(axis=0)
         if halving == _MOST_HALVINGS or len(lows) > _MOST_PANELS:
             done[:] = True
-        finished.append((lows[done], values[:, done]))
+        finished.append((lows[done], values[:, done], ends[:, done]))
         if done.all():
             break
         lows, highs, previous = lows[~done], highs[~done], np.repeat(tails[:, ~done], 2, axis=1)
@@ -123,9 +126,10 @@ def sample(motion: Motion, start: float, stop: float) -> Panels:
         lows = np.column_stack([lows, middles]).ravel()
         highs = np.column_stack([middles, highs]).ravel()
         values, ends = _at_nodes(motion, lows, highs)
-    starts = np.concatenate([lows for lows, _ in finished])
+    starts = np.concatenate([lows for lows, _, _ in finished])
     order = np.argsort(starts)
-    return Panels(np.append(starts[order], stop), np.concatenate([v for _, v in finished], axis=1)[:, order])
+    values, ends = (np.concatenate([panels[k] for panels in finished], axis=1)[:, order] for k in (1, 2))
+    return Panels(np.append(starts[order], stop), values, ends)
 
 
 def _at_nodes(motion: Motion, lows: FloatArray, highs: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -144,7 +148,7 @@ def halve(motion: Motion, panels: Panels) -> Panels:
     edges: FloatArray = np.sort(np.concatenate([panels.edges, 0.5 * (panels.edges[:-1] + panels.edges[1:])]))
     rounding = np.spacing(360.0)
     edges[0], edges[-1] = edges[0] + rounding, edges[-1] - rounding
-    return Panels(edges, _at_nodes(motion, edges[:-1], edges[1:])[0])
+    return Panels(edges, *_at_nodes(motion, edges[:-1], edges[1:]))
 
 
 def measure(motion: Motion, panels: Panels) -> tuple[Statistics, Statistics]:
@@ -154,10 +158,10 @@ def measure(motion: Motion, panels: Panels) -> tuple[Statistics, Statistics]:
     # a few roundings of the samples
     rounding = dict.fromkeys(vars(fine), fine.rms)
     rounding |= {"variance": fine.rms**2, "min": fine.magnitude, "max": fine.magnitude}
-    beside_jumps = _change_beside_jumps(panels)
+    at_ends = _change_beside_jumps(panels) + _error_at_ends(halves)
     missed = {
-        "min": beside_jumps + _above(-halves.values, -fine.min),
-        "max": beside_jumps + _above(halves.values, fine.max),
+        "min": at_ends + _above(-halves.values, -fine.min),
+        "max": at_ends + _above(halves.values, fine.max),
     }
     errors = {
         name: _SAFETY * (np.abs(value - getattr(coarse, name)) + missed.get(name, 0.0)) + _ROUNDING * rounding[name]
@@ -167,10 +171,13 @@ def measure(motion: Motion, panels: Panels) -> tuple[Statistics, Statistics]:
 
 
 def _above(values: FloatArray, largest: FloatArray) -> FloatArray:
-    """How far the signals may exceed their largest values by the tails of their series, as beside corners, (s,)."""
+    """How far the signals may exceed their largest values by what follows their series, as beside corners, (s,).
+
+    Beside a corner the coefficients fall with the square of their order, and so does what follows the last ones.
+    """
     coefficients = values @ _TRANSFORM.T
     tails = np.abs(coefficients[:, :, -_TAIL:]).sum(axis=2)
-    highest = (coefficients @ _ON_GRID.T).max(axis=2) + tails
+    highest = (coefficients @ _ON_GRID.T).max(axis=2) + _NODES / _TAIL * tails
     highest[_has_jump(values, coefficients)] = -np.inf
     return np.asarray(np.maximum(highest.max(axis=1) - largest, 0.0))
 
@@ -186,6 +193,17 @@ def _change_beside_jumps(panels: Panels) -> FloatArray:
     beside = np.pad(slopes, ((0, 0), (1, 1)))
     changes = lengths * np.maximum(beside[:, :-2], beside[:, 2:])
     return np.asarray(np.where(jumps, changes, 0.0).max(axis=1))
+
+
+def _error_at_ends(panels: Panels) -> FloatArray:
+    """Largest errors of the series at ends of panels, as of corners beyond the last node, unless of jumps, shape (s,).
+
+    A jump at an end is one at a mark, on whose other side another law holds.
+    """
+    coefficients = panels.values @ _TRANSFORM.T
+    errors = np.abs(coefficients @ _ON_GRID[[0, -1]].T - panels.ends).max(axis=2)
+    errors[errors > _JUMP * np.abs(panels.values).max(axis=(1, 2))[:, None]] = 0.0
+    return np.asarray(errors.max(axis=1))
 
 
 def _has_jump(values: FloatArray, coefficients: FloatArray) -> npt.NDArray[np.bool_]:

@@ -48,8 +48,14 @@ class Subject:
 
     @property
     def signals(self) -> tuple[Signal, ...]:
-        """The signals that a simulation gives: all but those behind clutches."""
-        return tuple(signal for signal in self.mechanism.signals if not signal.only_in)
+        """The signals that a simulation gives: all but those behind clutches, and those whose loads no design has."""
+        return tuple(signal for signal in self._available_signals if not signal.only_in)
+
+    @cached_property
+    def _available_signals(self) -> tuple[Signal, ...]:
+        given = {name for name, column in self.complete_designs.items() if column.any()}
+        signals = self.mechanism.signals
+        return tuple(s for s in signals if not s.required_loads or not given.isdisjoint(s.required_loads))
 
     def windows(self) -> Iterator[tuple[WindowArgument, str]]:
         """Each window with the name of a drive: the default drive, and for the default window every drive.
@@ -81,9 +87,12 @@ class Subject:
         """All metrics of a window for which the designs give what they need."""
         declared = make_window(self.mechanism, window)
         metrics: list[AnyMetric] = list(self.mechanism.metrics)
-        metrics += self._sampled(declared, self.mechanism.signals)
+        metrics += self._sampled(declared, self._available_signals)
         for formula in self.mechanism.formulas:
-            request = make_request(self.mechanism, metrics=[formula.name], window=window)
+            try:
+                request = make_request(self.mechanism, metrics=[formula.name], window=window)
+            except RequestError:  # of a signal that does not exist in the window
+                continue
             if not unavailable_metrics(request, lambda name: bool(self.complete_designs[name].any())):
                 metrics += request.metrics
         return tuple(metrics)
@@ -124,9 +133,10 @@ class Subject:
         return window_limits(self.mechanism, self._one(design), window, drive)
 
     def motion(self, design: int, input_angle: FloatArray) -> FloatArray:
-        """The signals of one design at input angles in degrees, shape (s, t)."""
+        """The signals of one design at input angles in degrees, shape (s, t); NaN for those that it does not have."""
         signals, _ = motion_signals(self.mechanism, self._one(design), input_angle, "closed-form", 1e-9)
-        return np.array([signals[signal.name] for signal in self.signals])
+        missing = np.full(len(input_angle), np.nan)
+        return np.array([signals.get(signal.name, missing) for signal in self.signals])
 
     def speed(self, design: int) -> float:
         """The speed of one design."""

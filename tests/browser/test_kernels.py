@@ -18,7 +18,7 @@ MOTIONS = """([designs, angles]) => designs.map(values => {
     const motion = exploreReport.motionOf(exploreReport.page.model.study.motion, values, "none");
     return motion && {signals: angles.map(angle => motion.at(angle)), marks: motion.marks};
 })"""
-#: Loads of the test rig, so that every part of its functions is compared.
+#: Loads of four-bars, so that every part of their functions is compared.
 LOADS = {
     "constant_torque": -20e3, "opposing_torque": 5e3, "stiffness": 143e3, "damping": 100.0, "inertia": 8.0,
     "crank_mass": 40.0, "coupler_mass": 25.0, "rocker_mass": 60.0, "coupler_inertia": 2.0, "rocker_inertia": 5.0,

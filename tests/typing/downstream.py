@@ -71,7 +71,17 @@ def choose_design(results: explore.Results) -> dict[str, float]:
     return design
 
 
-def draw_charts(results: explore.Results, cover: explore.Coverage) -> list[Figure]:
+def tune_design(design: dict[str, float]) -> explore.Tuning:
+    """The cranks with which the steadiest design swings by 20 to 30 deg."""
+    tuning: explore.Tuning = explore.tune(
+        "crank-rocker", design, parameter="crank", metric="swing_angle", low=20, high="30 deg", also=["cv"]
+    )
+    first: float = tuning.intervals[0].start.parameter
+    assert first < tuning.intervals[0].stop.parameter
+    return tuning
+
+
+def draw_charts(results: explore.Results, cover: explore.Coverage, tuning: explore.Tuning) -> list[Figure]:
     """Every figure of the results, which may be their path."""
     return [
         charts.pareto_chart(str(results.path), x="cv", y="rocker_acceleration_max"),
@@ -81,6 +91,7 @@ def draw_charts(results: explore.Results, cover: explore.Coverage) -> list[Figur
         charts.mechanism_chart(results.path),
         charts.ratio_chart(results.path),
         charts.coverage_chart(cover),
+        charts.tuning_chart(tuning),
     ]
 
 
@@ -118,7 +129,7 @@ def main(folder: Path) -> None:
     cover: explore.Coverage = explore.coverage(
         [13.58, 37.0], rocker=595.0, ground=751.0, coupler=(460.0, 1271.5), transmission_angle=(30.0, 150.0)
     )
-    figures = draw_charts(results, cover)
+    figures = draw_charts(results, cover, tune_design(design))
     print(study, design, cover.gaps, len(figures), *refused(), sep="\n")
 
 

@@ -15,6 +15,7 @@ from explore.cli.completion import complete_mechanisms
 from explore.cli.options import JsonOption
 from explore.cli.output import announce_compiling, print_json, say
 from explore.cli.paths import check_new_file, refuse_overwriting
+from explore.cli.settings import list_settings, parse_settings
 from explore.errors import MotionError, RequestError
 
 if TYPE_CHECKING:
@@ -59,7 +60,7 @@ def simulate(
     if config:
         name, parameters = _study_design(config, design, settings or [])
     else:
-        name, parameters = mechanism or "", _parse_settings(mechanism or "", settings or [])
+        name, parameters = mechanism or "", parse_settings(mechanism or "", settings or [])
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         motion = simulate_motion(name, parameters, angles=angles, method=method)
@@ -79,45 +80,13 @@ def _study_design(config: Path, design: int, settings: list[str]) -> tuple[str, 
         raise RequestError(f"{config} has {n_designs:,} designs, numbered from 0; there is no design {design}")
     name = study.request.mechanism.name
     own = {key: float(values[0]) for key, values in study.space.designs(design, design + 1).items()}
-    replaced = _parse_settings(name, settings)
+    replaced = parse_settings(name, settings)
     unreachable = [key for key, value in own.items() if math.isnan(value) and key not in replaced]
     if unreachable:
         raise MotionError(f"design {design} of {config} has no {unreachable[0]}: {Status.UNREACHABLE.sentence}")
-    exceptions = f", but {_listed(replaced)}" if replaced else ""
-    say(f"design {design} of {n_designs:,}: {_listed(own)}{exceptions}")
+    exceptions = f", but {list_settings(replaced)}" if replaced else ""
+    say(f"design {design} of {n_designs:,}: {list_settings(own)}{exceptions}")
     return name, own | replaced
-
-
-def _listed(parameters: dict[str, float]) -> str:
-    return ", ".join(f"{name} = {value:.10g}" for name, value in parameters.items())
-
-
-def _parse_settings(mechanism: str, settings: list[str]) -> dict[str, float]:
-    """Parameters from NAME=VALUE, in the units of the mechanism."""
-    from explore.request.names import find_mechanism
-    from explore.request.parameters import read_value
-    from explore.suggest import suggestion
-
-    declared = {p.name: p for p in find_mechanism(mechanism).parameters}
-    parameters: dict[str, float] = {}
-    for setting in settings:
-        name, equals, text = setting.partition("=")
-        if not equals:
-            raise RequestError(f"--set {setting}: write NAME=VALUE, such as {next(iter(declared))}=100")
-        if name not in declared:
-            raise RequestError(f"--set {setting}: unknown parameter; {suggestion(name, declared)}")
-        try:
-            parameters[name] = read_value(declared[name], _number_or_text(text))
-        except RequestError as error:
-            raise RequestError(f"--set {name}: {error}") from None
-    return parameters
-
-
-def _number_or_text(text: str) -> float | str:
-    try:
-        return float(text)
-    except ValueError:
-        return text
 
 
 def _write(motion: pd.DataFrame, output: Path | None, *, as_json: bool) -> None:

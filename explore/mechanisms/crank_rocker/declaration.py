@@ -7,6 +7,7 @@ from explore.mechanisms.crank_rocker import extended, kernel
 from explore.mechanisms.crank_rocker.columns import EXTENDED_SIGNAL_ROWS, ExtendedRow, Row
 from explore.mechanisms.four_bar_forces import Load
 from explore.mechanisms.four_bar_loads import LOAD_FORMULAS, LOAD_PANELS, LOAD_SIGNALS, LOADS
+from explore.mechanisms.four_bar_size import declare_four_bar_size
 from explore.model.drawing import Panel
 from explore.model.mechanism import Mechanism
 from explore.model.quadrature import Graded
@@ -135,7 +136,7 @@ _EXTENDED = Mechanism(
         ),
         *LOAD_SIGNALS,
     ),
-    formulas=LOAD_FORMULAS,
+    formulas=(*LOAD_FORMULAS, *declare_four_bar_size("transmission_angle_min")),
     metrics=_GEOMETRY_METRICS,
     windows=(
         Window("cycle", "the full turn", "turn", needs_stroke=False),

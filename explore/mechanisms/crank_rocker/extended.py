@@ -6,15 +6,16 @@ from explore.mechanisms.crank_rocker import kernel
 from explore.mechanisms.crank_rocker.columns import EXTENDED_SIGNAL_ROWS, ExtendedRow, Row
 from explore.mechanisms.four_bar_forces import FORCES, TORQUE, Load
 
-#: How much further down than in `Row` the rows of lengths and those of metrics are.
-_LENGTHS, _METRICS = ExtendedRow.CRANK - Row.CRANK, ExtendedRow.LINKAGE_CLASS - Row.LINKAGE_CLASS
+#: How much further down than in `Row` the parameters and the metrics are.
+_PARAMETERS, _METRICS = ExtendedRow.CRANK - Row.CRANK, ExtendedRow.LINKAGE_CLASS - Row.LINKAGE_CLASS
 
 
 @compiled(CLOSE_SIGNATURE, contract=True)
 def close(record):
     """Fill what `kernel.close` does, and the constants of the forces; see `explore.model.mechanism.Mechanism`."""
+    parameters, metrics = record[_PARAMETERS * LANES :], record[_METRICS * LANES :]
     for lane in range(LANES):
-        record[Load.MIDDLE * LANES + lane] = kernel.fill_closed_form(record, lane, _LENGTHS, _METRICS)
+        record[Load.MIDDLE * LANES + lane] = kernel.fill_closed_form(record, parameters, metrics, lane)
     for lane in range(LANES):
         rocks = record[ExtendedRow.LINKAGE_CLASS * LANES + lane] == four_bar.CRANK_ROCKER
         four_bar_forces.fill_load_constants(

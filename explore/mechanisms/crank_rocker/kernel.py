@@ -12,17 +12,18 @@ _NAN = math.nan
 
 
 @subroutine(contract=True, inlined=True)
-def fill_closed_form(record, lane, lengths, metrics):
+def fill_closed_form(record, parameters, metrics, lane):
     """Fill the constants of `rocking`, status and metrics of one lane; return the mid-angle, rad.
 
     Parameters
     ----------
-    lengths, metrics
-        How much further down than in `Row` the rows from the number of linkages on are, and those of the metrics.
+    parameters, metrics
+        Parts of the record in which the rows from the number of linkages to the branch, and the metrics, have the
+        numbers of `Row`.
     """
-    crank, coupler = record[(Row.CRANK + lengths) * LANES + lane], record[(Row.COUPLER + lengths) * LANES + lane]
-    rocker, ground = record[(Row.ROCKER + lengths) * LANES + lane], record[(Row.GROUND + lengths) * LANES + lane]
-    branch = record[(Row.BRANCH + lengths) * LANES + lane]
+    crank, coupler = parameters[Row.CRANK * LANES + lane], parameters[Row.COUPLER * LANES + lane]
+    rocker, ground = parameters[Row.ROCKER * LANES + lane], parameters[Row.GROUND * LANES + lane]
+    branch = parameters[Row.BRANCH * LANES + lane]
     linkage_class, margin, status = rocking.prepare(crank, coupler, rocker, ground, branch, record, lane)
     swing, middle, time_ratio = rocking.solve_limit_positions(crank, coupler, rocker, ground, branch, record, lane)
     rocks, turns = linkage_class == four_bar.CRANK_ROCKER, linkage_class <= four_bar.DOUBLE_CRANK
@@ -30,16 +31,16 @@ def fill_closed_form(record, lane, lengths, metrics):
     q_least, q_largest = record[four_bar.Q_LEAST * LANES + lane], record[four_bar.Q_LARGEST * LANES + lane]
     smallest = four_bar.transmission_angle(p_least, q_largest)
     largest = four_bar.transmission_angle(p_largest, q_least)
-    record[(Row.N_LINKAGES + lengths) * LANES + lane] = record[(Row.PHASES + lengths) * LANES + lane]
-    record[(Row.STATUS + lengths) * LANES + lane] = status
-    record[(Row.LINKAGE_CLASS + metrics) * LANES + lane] = linkage_class
-    record[(Row.GRASHOF_MARGIN + metrics) * LANES + lane] = margin
-    record[(Row.SWING_ANGLE + metrics) * LANES + lane] = swing * _DEGREES if rocks else _NAN
-    record[(Row.MID_ANGLE + metrics) * LANES + lane] = middle * _DEGREES if rocks else _NAN
-    record[(Row.TIME_RATIO + metrics) * LANES + lane] = time_ratio if rocks else _NAN
-    record[(Row.MEAN_OUTPUT_RATIO + metrics) * LANES + lane] = swing / (2.0 * math.pi) if rocks else _NAN
-    record[(Row.TRANSMISSION_ANGLE_MIN + metrics) * LANES + lane] = smallest * _DEGREES if turns else _NAN
-    record[(Row.TRANSMISSION_ANGLE_MAX + metrics) * LANES + lane] = largest * _DEGREES if turns else _NAN
+    parameters[Row.N_LINKAGES * LANES + lane] = parameters[Row.PHASES * LANES + lane]
+    parameters[Row.STATUS * LANES + lane] = status
+    metrics[Row.LINKAGE_CLASS * LANES + lane] = linkage_class
+    metrics[Row.GRASHOF_MARGIN * LANES + lane] = margin
+    metrics[Row.SWING_ANGLE * LANES + lane] = swing * _DEGREES if rocks else _NAN
+    metrics[Row.MID_ANGLE * LANES + lane] = middle * _DEGREES if rocks else _NAN
+    metrics[Row.TIME_RATIO * LANES + lane] = time_ratio if rocks else _NAN
+    metrics[Row.MEAN_OUTPUT_RATIO * LANES + lane] = swing / (2.0 * math.pi) if rocks else _NAN
+    metrics[Row.TRANSMISSION_ANGLE_MIN * LANES + lane] = smallest * _DEGREES if turns else _NAN
+    metrics[Row.TRANSMISSION_ANGLE_MAX * LANES + lane] = largest * _DEGREES if turns else _NAN
     return middle
 
 
@@ -50,7 +51,7 @@ def close(record):
     Metrics are in declared units, NaN where undefined.
     """
     for lane in range(LANES):
-        fill_closed_form(record, lane, 0, 0)
+        fill_closed_form(record, record, record, lane)
 
 
 @compiled(FILL_SIGNATURE)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from explore.mechanisms.overall_size import declare_size
 from explore.model.quantities import Formula
 
 _Numbers = npt.NDArray[np.float64]
@@ -26,6 +27,20 @@ def _smallest_radius(driver_curvature: _Numbers, driven_curvature: _Numbers) -> 
     return 1.0 / np.maximum(driver_curvature, driven_curvature)
 
 
+def _largest_radii(centre_distance: _Numbers, ratio_min: _Numbers, ratio_max: _Numbers) -> tuple[_Numbers, _Numbers]:
+    """Largest pitch radii of gears 1 and 2: the radii of the circles that the pitch curves sweep as they turn."""
+    return centre_distance / (1.0 + ratio_min), centre_distance * ratio_max / (1.0 + ratio_max)
+
+
+def _width(centre_distance: _Numbers, ratio_min: _Numbers, ratio_max: _Numbers) -> _Numbers:
+    driver, driven = _largest_radii(centre_distance, ratio_min, ratio_max)
+    return driver + centre_distance + driven
+
+
+def _height(centre_distance: _Numbers, ratio_min: _Numbers, ratio_max: _Numbers) -> _Numbers:
+    return 2.0 * np.maximum(*_largest_radii(centre_distance, ratio_min, ratio_max))
+
+
 FORMULAS = (
     Formula("perimeter", "mm", "length of each pitch curve", None, ("pitch_length_mean_cycle",), _perimeter),
     Formula("curvature_radius_min", "mm", "smallest convex radius of curvature of both pitch curves", "max",
@@ -34,4 +49,5 @@ FORMULAS = (
             ("perimeter", "module"), _tooth_count),
     Formula("fitting_centre_distance", "mm", "centre distance nearest to the given one with a whole number of teeth",
             None, ("centre_distance", "tooth_count"), _fitting_distance),
+    *declare_size("the line of centres", ("centre_distance", "ratio_min", "ratio_max"), _width, _height),
 )  # fmt: skip

@@ -3,6 +3,7 @@
 from explore.mechanisms import four_bar, four_bar_drawing, four_bar_integrals, rocking
 from explore.mechanisms.four_bar_forces import Load
 from explore.mechanisms.four_bar_loads import LOAD_SIGNALS, LOADS
+from explore.mechanisms.four_bar_size import declare_four_bar_size
 from explore.mechanisms.rig import columns, kernel
 from explore.mechanisms.rig.columns import Row
 from explore.mechanisms.rig.formulas import FORMULAS, SIZING_PARAMETERS
@@ -66,7 +67,7 @@ TEST_RIG = Mechanism(
     ),
     signals=_SIGNALS,
     metrics=_METRICS,
-    formulas=FORMULAS,
+    formulas=(*FORMULAS, *declare_four_bar_size("transmission_angle_worst")),
     loop_lengths=("crank", "coupler", "rocker", "ground"),
     statuses=rocking.STATUSES,
     windows=(

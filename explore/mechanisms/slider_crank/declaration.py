@@ -3,12 +3,15 @@
 import math
 from dataclasses import replace
 
+import numpy as np
+
+from explore.mechanisms.overall_size import declare_size
 from explore.mechanisms.slider_crank import columns, extended, kernel, loads
 from explore.mechanisms.slider_crank.columns import ExtendedRow, Row
 from explore.model.drawing import INPUT, Drawing, Guide, Link, Panel, Path, Vector
 from explore.model.mechanism import Mechanism
 from explore.model.quadrature import Graded
-from explore.model.quantities import Metric, Parameter, Signal, Window
+from explore.model.quantities import FloatArray, Metric, Parameter, Signal, Window
 
 _STROKES = ("outer_to_inner", "inner_to_outer")
 _METRICS = (
@@ -36,6 +39,19 @@ _METRICS = (
 )
 _CLOSED_NAMES = tuple(metric.name for metric in _METRICS)
 _SAMPLED_DEFAULTS = ("slider_velocity_mean", "slider_velocity_peak", "slider_acceleration_peak")
+
+
+def _width(crank: FloatArray, rod: FloatArray, offset: FloatArray, stroke: FloatArray) -> FloatArray:
+    """The circle of the crank and the slider at its outer dead centre, which is beyond the circle."""
+    square = (rod + crank - offset) * (rod + crank + offset)
+    return crank + np.sqrt(np.where(np.isnan(stroke), np.nan, square))
+
+
+def _height(crank: FloatArray, _rod: FloatArray, offset: FloatArray, stroke: FloatArray) -> FloatArray:
+    return np.where(np.isnan(stroke), np.nan, crank + np.maximum(crank, np.abs(offset)))
+
+
+_SIZE = declare_size("the slider's line", ("crank", "rod", "offset", "stroke"), _width, _height)
 _DRAWING = Drawing(
     points={
         "crank pivot": (),
@@ -123,7 +139,7 @@ _EXTENDED = Mechanism(
         *loads.SIGNALS,
     ),
     metrics=_METRICS,
-    formulas=loads.FORMULAS,
+    formulas=(*_SIZE, *loads.FORMULAS),
     windows=(
         Window("cycle", "the full turn", "turn"),
         Window("drive", "the stroke that works (setting `drive`)", "drive"),

@@ -19,7 +19,7 @@ PARAMETERS = (
               affects="load", zero_meaning="none", is_dynamic=True),
     Parameter("mass", "kg", "mass of the slider", 0.0, affects="load", zero_meaning="none", is_dynamic=True),
     Parameter("friction", "1", "coefficient of friction of the slider's guide", 0.0, upper=1.0,
-              affects="load", zero_meaning="none"),
+              affects="load", zero_meaning="none", adds_corners=True),
     Parameter("gravity", "m/s^2", "acceleration of free fall, across the slider's line, towards negative offsets",
               9.80665, affects="load", zero_meaning="none"),
     Parameter("crank_mass", "kg", "mass of the crank", 0.0, affects="load", zero_meaning="none", is_dynamic=True),
@@ -44,10 +44,12 @@ def _force(name: str, long_name: str, row: int, *, squares: bool = False) -> Sig
     )  # fmt: skip
 
 
-def _torque(name: str, unit: str, long_name: str, row: int, power: int = 1, shares_row_with: str = "") -> Signal:
+def _torque(
+    name: str, unit: str, long_name: str, row: int, power: int = 1, *, shares: str = "", has_corners: bool = False
+) -> Signal:
     return Signal(
         name, unit, long_name, row, columns.FORCES, power, pole_order=6, depends_on_load=True,
-        required_loads=_REQUIRED_LOADS, terms_row=columns.TORQUE_TERMS, shares_row_with=shares_row_with,
+        required_loads=_REQUIRED_LOADS, terms_row=columns.TORQUE_TERMS, shares_row_with=shares, has_corners=has_corners,
     )  # fmt: skip
 
 
@@ -58,8 +60,14 @@ SIGNALS = (
     _force("crank_pin_force", "force in the pin of crank and rod, its magnitude", columns.CRANK_PIN, squares=True),
     _force("slider_pin_force", "force in the pin of rod and slider, its magnitude", columns.SLIDER_PIN, squares=True),
     _torque("drive_torque", "N m", "torque that turns the crank", columns.TORQUE, 0),
-    _torque("drive_power", "W", "power that turns the crank", columns.TORQUE, shares_row_with="drive_torque"),
-    _torque("positive_power", "W", "power that turns the crank where it drives, else 0", columns.POSITIVE_TORQUE),
+    _torque("drive_power", "W", "power that turns the crank", columns.TORQUE, shares="drive_torque"),
+    _torque(
+        "positive_power",
+        "W",
+        "power that turns the crank where it drives, else 0",
+        columns.POSITIVE_TORQUE,
+        has_corners=True,
+    ),
     _torque(
         "friction_power", "W", "power lost to friction, in the damper and to the opposing force", columns.LOST_TORQUE
     ),

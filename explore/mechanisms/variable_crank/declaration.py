@@ -2,6 +2,7 @@
 
 import math
 
+from explore.mechanisms.overall_size import declare_size
 from explore.mechanisms.variable_crank import columns, kernel, motion
 from explore.mechanisms.variable_crank.columns import Row
 from explore.model.drawing import INPUT, Drawing, Guide, Link, Panel, Path, Vector
@@ -53,6 +54,15 @@ def _clearance(curvature: FloatArray, roller_radius: FloatArray) -> FloatArray:
     return 1.0 / curvature - roller_radius
 
 
+def _width(crank_max: FloatArray, rod: FloatArray, crank_outer: FloatArray) -> FloatArray:
+    """The circle of the longest crank and the slider at its outer dead centre, which is beyond the circle."""
+    return crank_max + rod + crank_outer
+
+
+def _height(crank_max: FloatArray, _rod: FloatArray, _crank_outer: FloatArray) -> FloatArray:
+    return 2.0 * crank_max
+
+
 _FORMULAS = (
     Formula("positive_work", "N m", "work of the drive in a turn where it drives", "min",
             ("positive_power_mean_cycle", "speed"), _work),
@@ -60,6 +70,7 @@ _FORMULAS = (
             ("friction_power_mean_cycle", "speed"), _work),
     Formula("groove_clearance", "mm", "smallest radius of curvature of the groove, less that of the roller", "max",
             ("groove_curvature_peak_cycle", "roller_radius"), _clearance),
+    *declare_size("the slider's line", ("crank_max_cycle", "rod", "crank_outer"), _width, _height),
 )  # fmt: skip
 
 _METRICS = (

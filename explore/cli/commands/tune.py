@@ -1,0 +1,232 @@
+"""`explore tune`: vary one parameter of a design, and find where a metric is within a range."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from explore.cli.completion import complete_mechanisms, complete_metrics, complete_parameters
+from explore.cli.export import ENDINGS, check_table, write_table
+from explore.cli.options import JsonOption
+from explore.cli.output import announce_compiling, number, print_json, say, shown_unit
+from explore.cli.paths import FIGURE_ENDINGS, check_output, newest_results, refuse_overwriting
+from explore.cli.settings import list_settings, number_or_text, parse_settings
+from explore.cli.tables import print_table
+from explore.errors import RequestError
+
+if TYPE_CHECKING:
+    from explore.store.results import Results
+    from explore.tuning.control_curve import Tuning
+    from explore.tuning.intervals import End
+
+#: Lines of the printed table.
+_N_LINES = 11
+
+
+def tune(
+    results: Annotated[
+        Path | None,
+        typer.Argument(metavar="RESULTS", help="A results file with the design; by default the newest results/*.h5."),
+    ] = None,
+    design: Annotated[
+        int | None, typer.Option(min=0, help="The design of the results; by default the best of the Pareto set.")
+    ] = None,
+    mechanism: Annotated[
+        str | None,
+        typer.Option(autocompletion=complete_mechanisms, help="A mechanism, with --set in place of results."),
+    ] = None,
+    settings: Annotated[
+        list[str] | None,
+        typer.Option("--set", metavar="NAME=VALUE", help="A parameter, in place of the design's; a unit may follow."),
+    ] = None,
+    parameter: Annotated[str, typer.Option(autocompletion=complete_parameters, help="The parameter to vary.")] = "",
+    metric: Annotated[
+        list[str] | None,
+        typer.Option(
+            autocompletion=complete_metrics,
+            help="The metric whose range is wanted, by default the first objective. Again: show this one too.",
+        ),
+    ] = None,
+    low: Annotated[
+        str | None, typer.Option("--from", metavar="VALUE", help="The smallest wanted value; a unit may follow.")
+    ] = None,
+    high: Annotated[str | None, typer.Option("--to", metavar="VALUE", help="The largest wanted value.")] = None,
+    start: Annotated[
+        str | None, typer.Option(metavar="VALUE", help="The smallest value of the parameter to look at.")
+    ] = None,
+    stop: Annotated[
+        str | None, typer.Option(metavar="VALUE", help="The largest value of the parameter to look at.")
+    ] = None,
+    output: Annotated[
+        list[Path] | None,
+        typer.Option("-o", "--output", help="Also write the curve: a figure .png, .svg, .pdf; .csv, .json, .md."),
+    ] = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Vary one parameter of a design: its metrics over it, and where one of them is within a range."""
+    if not parameter:
+        raise RequestError("name the parameter to vary: --parameter NAME")
+    if mechanism is not None and (results is not None or design is not None):
+        raise RequestError("--mechanism takes its parameters from --set; leave out RESULTS and --design")
+    for path in output or []:
+        check_output(path, (*FIGURE_ENDINGS, *ENDINGS))
+        if path.suffix.lower() in ENDINGS:
+            check_table(path)
+    if mechanism is not None:
+        name, parameters, arguments = mechanism, parse_settings(mechanism, settings or []), _defaults(mechanism)
+    else:
+        path = results or newest_results()
+        for other in output or []:
+            refuse_overwriting(path, other, "the results file")
+        name, parameters, arguments = _design_of(path, design, parameter, settings or [])
+    announce_compiling()
+    from explore.tuning.control_curve import tune as find_curve
+
+    metrics = metric or arguments.pop("metrics")
+    arguments.pop("metrics", None)
+    texts = {"low": low, "high": high, "start": start, "stop": stop}
+    bounds = {side: number_or_text(text) for side, text in texts.items() if text is not None}
+    arguments |= {"parameter": parameter, "metric": metrics[0], "also": metrics[1:], **bounds}
+    tuning = find_curve(name, parameters, **arguments)
+    say(list_settings(parameters))
+    if as_json:
+        print_json(_as_json(tuning))
+    else:
+        _print(tuning, _sentences(name))
+    for path in output or []:
+        _write(tuning, path)
+        say(f"wrote {path}")
+
+
+def _defaults(mechanism: str) -> dict[str, Any]:
+    """The metrics where none is named: the objectives of the mechanism."""
+    from explore.request.names import find_mechanism
+
+    return {"metrics": [text.partition(":")[0] for text in find_mechanism(mechanism).objectives]}
+
+
+def _sentences(mechanism: str) -> Mapping[str, str]:
+    from explore.request.names import find_mechanism
+
+    return find_mechanism(mechanism).status_sentences
+
+
+def _design_of(
+    path: Path, design: int | None, parameter: str, settings: Sequence[str]
+) -> tuple[str, dict[str, float], dict[str, Any]]:
+    """Mechanism and parameters of a design of results, and the window, drive, formulas and objectives of its study."""
+    import tomllib
+
+    from explore import open_results
+    from explore.charts.queries import choose_design
+
+    results: Results = open_results(path)
+    chosen = choose_design(results, design)
+    row = results.design(chosen)
+    parameters = {column.name: float(row[column.name]) for column in results.columns if column.role == "parameter"}
+    parameters |= parse_settings(results.mechanism, settings)
+    for name, value in list(parameters.items()):
+        if math.isnan(value):
+            if name != parameter:
+                raise RequestError(f"design {chosen} of {path} has no {name}; give one with --set {name}=VALUE")
+            del parameters[name]
+    say(f"design {chosen} of {path}")
+    arguments = {
+        "window": results.window or None,
+        "drive": results.drive or None,
+        "formulas": tomllib.loads(results.config).get("metrics"),
+        "metrics": [text.partition(":")[0] for text in results.objectives],
+    }
+    return results.mechanism, parameters, arguments
+
+
+def _print(tuning: Tuning, sentences: Mapping[str, str]) -> None:
+    """Print the intervals, what is out of reach, and a table of the curve."""
+    for line in _describe(tuning, sentences):
+        say(line, data=True)
+    curve, units = tuning.curve, tuning.curve.attrs["units"]
+    names = [str(name) for name in curve if name != "piece"]
+    rows = [[number(float(curve[name].iloc[line])) for name in names] for line in _table_lines(tuning)]
+    print_table("control curve", [(name, units[name]) for name in names], rows, hint="-o FILE.csv writes all")
+
+
+def _table_lines(tuning: Tuning) -> list[int]:
+    """Rows of the curve that are evenly spread over the intervals, or over all of it where there are none."""
+    places = tuning.curve[tuning.parameter].to_numpy()
+    ends = [end.parameter for interval in tuning.intervals for end in (interval.start, interval.stop)]
+    low, high = (min(ends), max(ends)) if ends else (places.min(), places.max())
+    wanted = [low + (high - low) * k / (_N_LINES - 1) for k in range(_N_LINES)]
+    return sorted({int(abs(places - value).argmin()) for value in wanted})
+
+
+def _describe(tuning: Tuning, sentences: Mapping[str, str]) -> list[str]:
+    """Where the metric is within its bounds, and which of them it does not reach."""
+    lines = []
+    for interval in tuning.intervals:
+        places = [_place(tuning, end, sentences) for end in dict.fromkeys((interval.start, interval.stop))]
+        lines.append(f"{tuning.metric} {_wanted(tuning)}: {tuning.parameter} {' to '.join(places)}")
+    least, most = tuning.reach
+    bounds = [bound for bound in dict.fromkeys(tuning.bounds) if math.isfinite(bound)]
+    for extreme, words, missed in (
+        (most, "at most", [bound for bound in bounds if bound > most.value]),
+        (least, "at least", [bound for bound in bounds if bound < least.value]),
+    ):
+        if missed:
+            names = " and ".join(_amount(tuning, bound) for bound in missed)
+            reason = f"{tuning.metric} is {words} {_amount(tuning, extreme.value)}, at {tuning.parameter}"
+            verb = "is" if len(missed) == 1 else "are"
+            lines.append(f"{names} {verb} not reached: {reason} {_place(tuning, extreme, sentences)}")
+    if not lines:
+        lines.append(f"no {tuning.parameter} gives {tuning.metric} {_wanted(tuning)}: it jumps across")
+    return lines
+
+
+def _wanted(tuning: Tuning) -> str:
+    low, high = tuning.bounds
+    if low == high:
+        return _amount(tuning, low)
+    parts = [f"from {_amount(tuning, low)}"] if math.isfinite(low) else []
+    parts += [f"to {_amount(tuning, high)}"] if math.isfinite(high) else []
+    return " ".join(parts) or "exists"
+
+
+def _amount(tuning: Tuning, value: float) -> str:
+    return f"{number(value)} {shown_unit(tuning.curve.attrs['units'][tuning.metric])}".rstrip()
+
+
+def _place(tuning: Tuning, end: End, sentences: Mapping[str, str]) -> str:
+    """The parameter at an end, and why the curve ends there if it does."""
+    from explore.tuning.curves import END_OF_RANGE
+    from explore.tuning.intervals import JUMP
+
+    place = f"{number(end.parameter, 13)} {shown_unit(tuning.curve.attrs['units'][tuning.parameter])}".rstrip()
+    reasons = {"": "", END_OF_RANGE: "the end of the range looked at", JUMP: "where it jumps"}
+    reason = reasons.get(end.cause, f"where the curve ends: {sentences.get(end.cause, end.cause)}")
+    return f"{place} ({reason})" if reason else place
+
+
+def _as_json(tuning: Tuning) -> dict[str, Any]:
+    return {
+        "parameter": tuning.parameter,
+        "metric": tuning.metric,
+        "bounds": tuning.bounds,
+        "intervals": [asdict(interval) for interval in tuning.intervals],
+        "reach": [asdict(end) for end in tuning.reach],
+        "curve": tuning.curve.to_dict(orient="records"),
+    }
+
+
+def _write(tuning: Tuning, path: Path) -> None:
+    """Write the curve as a figure or as a table, by the ending of the name."""
+    if path.suffix.lower() in ENDINGS:
+        write_table(tuning.curve.set_index(tuning.parameter), path, tuning.curve.attrs["units"])
+        return
+    from explore.charts.style import save_figure
+    from explore.charts.tuning import tuning_chart
+
+    save_figure(tuning_chart(tuning), path)

@@ -1,0 +1,41 @@
+"""Parameters on the command line: `--set NAME=VALUE`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from explore.errors import RequestError
+
+
+def parse_settings(mechanism: str, settings: Sequence[str]) -> dict[str, float]:
+    """Parameters from NAME=VALUE, in the units of the mechanism."""
+    from explore.request.names import find_mechanism
+    from explore.request.units import quantity
+    from explore.suggest import suggestion
+
+    declared = {p.name: p for p in find_mechanism(mechanism).parameters}
+    parameters: dict[str, float] = {}
+    for setting in settings:
+        name, equals, text = setting.partition("=")
+        if not equals:
+            raise RequestError(f"--set {setting}: write NAME=VALUE, such as {next(iter(declared))}=100")
+        if name not in declared:
+            raise RequestError(f"--set {setting}: unknown parameter; {suggestion(name, declared)}")
+        try:
+            parameters[name] = quantity(number_or_text(text), declared[name].unit)
+        except RequestError as error:
+            raise RequestError(f"--set {name}: {error}") from None
+    return parameters
+
+
+def number_or_text(text: str) -> float | str:
+    """A number, or the text where it is none, such as one with a unit."""
+    try:
+        return float(text)
+    except ValueError:
+        return text
+
+
+def list_settings(parameters: dict[str, float]) -> str:
+    """Parameters with their values, as a message lists them."""
+    return ", ".join(f"{name} = {value:.10g}" for name, value in parameters.items())

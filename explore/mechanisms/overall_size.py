@@ -1,0 +1,34 @@
+"""Overall size: the box around all positions of all links, its sides along and across the line of the ground."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from explore.model.quantities import FloatArray, Formula
+
+#: Takes one array of shape (n,) for each input and returns a side of the box, mm, shape (n,).
+Side = Callable[..., FloatArray]
+
+
+def _area(width: FloatArray, height: FloatArray) -> FloatArray:
+    return width * height
+
+
+def declare_size(axis: str, inputs: tuple[str, ...], width: Side, height: Side) -> tuple[Formula, ...]:
+    """Declare the metrics of the overall size.
+
+    Parameters
+    ----------
+    axis
+        Name of the line that the width is along.
+    inputs
+        Names of the metrics and parameters that both sides are functions of.
+    width, height
+        The sides of the box along and across the line.
+    """
+    return (
+        Formula("envelope_width", "mm", f"extent of all positions of all links along {axis}", "min", inputs, width),
+        Formula("envelope_height", "mm", f"extent of all positions of all links across {axis}", "min", inputs, height),
+        Formula("footprint", "mm^2", "area of the box around all positions of all links", "min",
+                ("envelope_width", "envelope_height"), _area),
+    )  # fmt: skip

@@ -1,0 +1,175 @@
+"""A metric over one parameter: the runs of values at which it exists, their ends to the last bit, and its extremes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+import numpy.typing as npt
+
+from explore.evaluation.evaluate import evaluate_columns
+from explore.model.columns import Arrays
+from explore.model.quantities import FloatArray
+from explore.model.request import Request
+from explore.model.status import Status
+
+#: Points in each scan: over the range evenly, and over positive ranges also in equal ratios; then over each run.
+_N_SCAN = 257
+#: Points between a value with the metric and one without, in each step to the end of a run.
+_N_STEP = 64
+#: Difference of neighbours, relative to the largest value, that may be rounding and makes no extreme.
+_NOISE = 1e-12
+#: Statuses of designs with values.
+_WITH_VALUES = (int(Status.OK), int(Status.TOLERANCE_NOT_MET))
+#: Cause of the end of a run at the end of the range that was searched.
+END_OF_RANGE = "end of the range"
+#: Cause of the end of a run where the design is computed but the metric is not defined.
+UNDEFINED = "undefined"
+
+
+@dataclass(frozen=True)
+class MetricOfParameter:
+    """A metric of one design as a function of one of its parameters.
+
+    Attributes
+    ----------
+    request
+        With the metric, and others for `columns`; without constraints, which would leave designs out.
+    design
+        The other parameters by name.
+    parameter, metric
+        Names.
+    """
+
+    request: Request
+    design: Mapping[str, float]
+    parameter: str
+    metric: str
+
+    def columns(self, parameters: FloatArray) -> Arrays:
+        """All columns of the designs with these values of the parameter, each (n,)."""
+        inputs: Arrays = {name: np.full(len(parameters), value) for name, value in self.design.items()}
+        return evaluate_columns(
+            self.request, inputs | {self.parameter: np.asarray(parameters, dtype=np.float64)}
+        ).columns
+
+    def values(self, parameters: FloatArray) -> tuple[FloatArray, npt.NDArray[np.int8]]:
+        """The metric, NaN where it does not exist, and the status, each (n,)."""
+        columns = self.columns(parameters)
+        status = columns["status"]
+        values = np.asarray(columns[self.metric], dtype=np.float64)
+        return np.where(np.isin(status, _WITH_VALUES) & np.isfinite(values), values, np.nan), status
+
+    def at(self, parameter: float) -> float:
+        """The metric at one value of the parameter; NaN where it does not exist."""
+        return float(self.values(np.array([parameter]))[0][0])
+
+    def cause(self, status: int) -> str:
+        """Why there is no metric at a point with a status, as a label."""
+        return UNDEFINED if status in _WITH_VALUES else self.request.mechanism.status_labels[status]
+
+
+@dataclass(frozen=True)
+class Run:
+    """Neighbouring values of a parameter at all of which a metric exists, as far as a scan shows.
+
+    Attributes
+    ----------
+    parameters, values
+        Points of the run, ascending in the parameter, and the metric there, each (n,).
+    causes
+        Why it ends at its first and at its last point: the label of a status, or `END_OF_RANGE`.
+    """
+
+    parameters: FloatArray
+    values: FloatArray
+    causes: tuple[str, str] = field(default=(END_OF_RANGE, END_OF_RANGE))
+
+
+def find_runs(function: MetricOfParameter, start: float, stop: float, known: Sequence[float] = ()) -> list[Run]:
+    """Find the runs within a range.
+
+    Two scans find runs and extremes that are wider than a 256th of the range, of the run, or in equal ratios of a
+    positive range; narrower ones may be missed.
+
+    Parameters
+    ----------
+    function
+        The metric.
+    start, stop
+        Ends of the range.
+    known
+        Values of the parameter to look at besides those of the scans.
+    """
+    points = [np.linspace(start, stop, _N_SCAN), np.array([value for value in known if start <= value <= stop])]
+    if start > 0.0:
+        points.append(np.clip(np.geomspace(start, stop, _N_SCAN), start, stop))
+    scan = np.unique(np.concatenate(points))
+    fine = [np.linspace(run.parameters[0], run.parameters[-1], _N_SCAN) for run in _split(function, scan)]
+    runs = _split(function, np.unique(np.concatenate([scan, *fine])))
+    return [_with_extremes(function, run) for run in runs]
+
+
+def _split(function: MetricOfParameter, parameters: FloatArray) -> list[Run]:
+    """The runs among ascending points, each up to its last value with the metric."""
+    values, status = function.values(parameters)
+    exists = np.concatenate([[False], ~np.isnan(values), [False]])
+    firsts, stops = np.flatnonzero(exists[1:] & ~exists[:-1]), np.flatnonzero(exists[:-1] & ~exists[1:])
+    runs = []
+    for first, stop in zip(firsts.tolist(), stops.tolist(), strict=True):
+        own, found = parameters[first:stop], values[first:stop]
+        causes = [END_OF_RANGE, END_OF_RANGE]
+        for side, (inside, outside) in enumerate(((first, first - 1), (stop - 1, stop))):
+            if 0 <= outside < len(parameters):
+                end, value, code = _approach_end(
+                    function, parameters[inside], parameters[outside], int(status[outside])
+                )
+                causes[side] = function.cause(code)
+                if end != parameters[inside]:
+                    place = len(own) if side else 0
+                    own, found = np.insert(own, place, end), np.insert(found, place, value)
+        runs.append(Run(own, found, (causes[0], causes[1])))
+    return runs
+
+
+def _approach_end(function: MetricOfParameter, inside: float, outside: float, status: int) -> tuple[float, float, int]:
+    """The last value of the parameter with the metric, the metric there, and the status of the next number."""
+    value = function.at(inside)
+    while np.nextafter(inside, outside) != outside:
+        steps = np.linspace(inside, outside, _N_STEP + 2)[1:-1]
+        steps = steps[(steps != inside) & (steps != outside)]
+        if len(steps) == 0:  # two numbers apart
+            steps = np.array([np.nextafter(inside, outside)])
+        values, statuses = function.values(steps)
+        missing = np.flatnonzero(np.isnan(values))
+        first = int(missing[0]) if len(missing) else len(steps)
+        if first > 0:
+            inside, value = float(steps[first - 1]), float(values[first - 1])
+        if first < len(steps):
+            outside, status = float(steps[first]), int(statuses[first])
+    return inside, value, status
+
+
+def _with_extremes(function: MetricOfParameter, run: Run) -> Run:
+    """The run with a point at each of its local extremes, so that no value between two points is beyond both."""
+    from scipy.optimize import minimize_scalar
+
+    values, noise = run.values, _NOISE * np.abs(run.values).max()
+    before, after = np.diff(values)[:-1], -np.diff(values)[1:]
+    extremes = np.flatnonzero((before * after > 0.0) & (np.minimum(np.abs(before), np.abs(after)) > noise)) + 1
+    points = []
+    for k in extremes.tolist():
+        sign = 1.0 if values[k] < values[k - 1] else -1.0
+        bounds = (run.parameters[k - 1], run.parameters[k + 1])
+        # The extreme of a smooth function is flat, so that its place is only known to the root of the rounding.
+        found = minimize_scalar(
+            lambda x, sign=sign: sign * function.at(x),
+            bounds=bounds, method="bounded", options={"xatol": 1e-9 * abs(bounds[1] - bounds[0])},
+        )  # fmt: skip
+        points.append((float(found.x), sign * float(found.fun)))
+    if not points:
+        return run
+    parameters = np.concatenate([run.parameters, [x for x, _ in points]])
+    order = np.argsort(parameters, kind="stable")
+    return Run(parameters[order], np.concatenate([values, [value for _, value in points]])[order], run.causes)

@@ -1,0 +1,235 @@
+"""Control curves: intervals against mpmath, closed forms and dense evaluation; the command as a user meets it."""
+
+import json
+import math
+
+import mpmath as mp
+import numpy as np
+import pandas as pd
+import pytest
+from command_line import call, run
+
+import explore
+from explore.charts import tuning_chart
+
+#: The optimum of the published study, mm.
+PUBLISHED = {"crank": 50, "coupler": 940.62, "rocker": 211.79, "ground": 869.44}
+SLIDER = {"crank": 40.0, "rod": 150.0, "offset": 20.0}
+
+
+def tune(**arguments):
+    options = {"parameter": "crank", "metric": "mean_output_ratio", **arguments}
+    return explore.tune("crank-rocker", PUBLISHED, **options)
+
+
+def exact_crank(ratio):
+    """The crank that gives a mean output ratio, from the limit angles by the law of cosines, 30 digits."""
+    with mp.workdps(30):
+        coupler, rocker, ground = (mp.mpf(PUBLISHED[name]) for name in ("coupler", "rocker", "ground"))
+
+        def limit_angle(side):
+            return mp.acos((rocker**2 + ground**2 - side**2) / (2 * rocker * ground))
+
+        def excess(crank):
+            return (limit_angle(coupler + crank) - limit_angle(coupler - crank)) / (2 * mp.pi) - mp.mpf(ratio)
+
+        return float(mp.findroot(excess, (600 * ratio, 610 * ratio)))
+
+
+def test_the_published_crank_range_to_the_last_digits():
+    tuning = tune(low=0.02, high=0.2)
+
+    (interval,) = tuning.intervals
+    assert interval.start.parameter == pytest.approx(exact_crank(0.02), rel=1e-14)
+    assert interval.stop.parameter == pytest.approx(exact_crank(0.2), rel=1e-14)
+    # the study printed 11.966 and 108.949; 1e-12 is what its values at many digits are claimed to
+    assert interval.start.parameter == pytest.approx(11.96574463883727, rel=1e-12)
+    assert round(interval.stop.parameter, 3) == 108.949
+    assert (interval.start.cause, interval.stop.cause) == ("", "")
+
+
+def test_a_value_out_of_reach_gives_the_nearest_and_why_the_curve_ends():
+    tuning = tune(low=0.5)
+
+    assert tuning.intervals == ()
+    most = tuning.reach[1]
+    # The crank turns while it and the longest link are shorter than the others together.
+    assert most.parameter == pytest.approx(211.79 + 869.44 - 940.62, rel=1e-14)
+    assert most.cause == "change_point"
+    evaluated = explore.evaluate("crank-rocker", {**PUBLISHED, "crank": most.parameter}, metrics="mean_output_ratio")
+    assert most.value == evaluated["mean_output_ratio"].iloc[0] < 0.5
+
+
+def test_the_smallest_value_of_a_curve_that_falls_and_rises():
+    tuning = tune(parameter="coupler", metric="swing_angle", low=30)
+    crank, rocker, ground = (PUBLISHED[name] for name in ("crank", "rocker", "ground"))
+
+    least = tuning.reach[0]
+    # Its stationary point in closed form; a place of a flat minimum is known to the root of the rounding.
+    assert least.value == pytest.approx(math.degrees(2 * math.asin(crank / rocker)), rel=1e-14)
+    assert least.parameter == pytest.approx(math.sqrt(crank**2 + ground**2 - rocker**2), rel=1e-7)
+    assert least.cause == ""
+    assert [(i.start.cause, i.stop.cause) for i in tuning.intervals] == [("change_point", ""), ("", "change_point")]
+
+
+@pytest.mark.parametrize(
+    ("mechanism", "design", "parameter", "metric", "low", "high"),
+    [
+        ("crank-rocker", PUBLISHED, "coupler", "swing_angle", 28.0, 31.0),  # two intervals
+        ("crank-rocker", PUBLISHED, "rocker", "transmission_angle_min", 50.0, 60.0),  # two intervals
+        ("crank-rocker", PUBLISHED, "ground", "cv", 0.45, 0.47),  # sampled, with a jump where the slow stroke changes
+        ("crank-rocker", PUBLISHED, "speed", "rocker_velocity_mean", 0.1, 3.0),
+        ("slider-crank", SLIDER, "offset", "time_ratio", 1.05, 1.2),  # a parameter of either sign
+        ("slider-crank", SLIDER, "rod", "stroke", 85.0, 90.0),
+    ],
+)
+def test_intervals_are_those_of_dense_evaluation(mechanism, design, parameter, metric, low, high):
+    tuning = explore.tune(mechanism, design, parameter=parameter, metric=metric, low=low, high=high)
+    points = np.linspace(tuning.curve[parameter].min(), tuning.curve[parameter].max(), 20_001)
+    frame = explore.evaluate(mechanism, {**design, parameter: points}, metrics=[metric], tolerance=1e-12)
+    values = frame[metric].where(frame["status"].isin([1, 7]))
+    expected = values.between(low, high).to_numpy()
+    found, near = np.zeros(len(points), dtype=bool), np.zeros(len(points), dtype=bool)
+    for interval in tuning.intervals:
+        found |= (points >= interval.start.parameter) & (points <= interval.stop.parameter)
+        for end in (interval.start, interval.stop):
+            near |= np.abs(points - end.parameter) <= 1e-9 * np.ptp(points)  # a point that rounding may move across
+
+    assert expected.any()
+    np.testing.assert_array_equal(found[~near], expected[~near])
+    assert tuning.reach[0].value <= values.min()
+    assert tuning.reach[1].value >= values.max()
+
+
+def test_a_jump_is_no_solution():
+    """The cv jumps where the slow stroke becomes the other one: values in between are reached nowhere near there."""
+    limit = math.sqrt(PUBLISHED["coupler"] ** 2 + PUBLISHED["rocker"] ** 2 - PUBLISHED["crank"] ** 2)  # equal strokes
+    grounds = [limit - 1e-6, limit + 1e-6]
+    beside = explore.evaluate("crank-rocker", {**PUBLISHED, "ground": grounds}, metrics=["cv"])["cv"]
+    assert abs(beside[1] - beside[0]) > 5e-4  # it changes by 1e-10 in 2e-6 mm elsewhere
+    middle = beside.mean()
+
+    tuning = tune(parameter="ground", metric="cv", low=middle, high=middle, start=limit - 0.1, stop=limit + 0.1)
+
+    assert tuning.reach[0].value < middle < tuning.reach[1].value
+    assert tuning.intervals == ()
+
+
+def test_equal_bounds_give_single_values():
+    tuning = tune(parameter="coupler", metric="swing_angle", low=30, high=30)
+
+    places = [interval.start.parameter for interval in tuning.intervals]
+    assert all(interval.start == interval.stop for interval in tuning.intervals)
+    swings = explore.evaluate("crank-rocker", {**PUBLISHED, "coupler": places}, metrics=["swing_angle"])["swing_angle"]
+    assert len(places) == 2
+    np.testing.assert_allclose(swings, 30.0, rtol=1e-14)
+
+
+def test_the_curve_has_the_metrics_at_its_points():
+    tuning = tune(low=0.02, high=0.2, also=["cv", "transmission_angle_min"])
+    curve = tuning.curve
+
+    frame = explore.evaluate("crank-rocker", {**PUBLISHED, "crank": curve["crank"]}, metrics=["cv"], tolerance=1e-12)
+    pd.testing.assert_series_equal(curve["cv"], frame["cv"], check_exact=True, check_index=False)
+    assert curve["crank"].is_monotonic_increasing
+    ends = [tuning.intervals[0].start.parameter, tuning.intervals[0].stop.parameter]
+    assert set(ends) <= set(curve["crank"])
+    assert curve.attrs["units"]["transmission_angle_min"] == "deg"
+    assert len(tuning_chart(tuning).axes) == 3
+
+
+def test_units_may_follow_every_value():
+    plain = tune(metric="swing_angle", low=20, high=40, start=10, stop=120)
+    written = tune(metric="swing_angle", low="20 deg", high="40 deg", start="1 cm", stop="12 cm")
+
+    assert plain.intervals == written.intervals
+    assert "deg" not in repr(plain)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"parameter": "krank"}, "no parameter 'krank'; did you mean 'crank'"),
+        ({"parameter": "phases"}, "phases has only the values 1, 2, 3"),
+        ({"metric": "cvv"}, "unknown metric 'cvv'"),
+        ({"metric": "linkage_class"}, "label, not a quantity"),
+        ({"low": 2, "high": 1}, "`low` = 2 is above `high` = 1"),
+        ({"low": "2 mm"}, "`low`: 'mm' cannot be converted"),
+        ({"start": 10, "stop": 5}, "from 10 to 5 is empty"),
+        ({"start": math.nan}, "`start`: nan is not a finite number"),
+    ],
+)
+def test_wrong_arguments_are_one_line(arguments, message):
+    with pytest.raises(explore.RequestError, match=message) as caught:
+        tune(**arguments)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_range_without_motion_says_so():
+    with pytest.raises(
+        explore.MotionError, match="exists for no crank from 200 to 300 mm: the crank cannot turn fully"
+    ):
+        tune(start=200, stop=300)
+
+
+ARGUMENTS = (
+    "tune", "--mechanism", "crank-rocker",
+    "--set", "coupler=940.62", "--set", "rocker=211.79", "--set", "ground=869.44",
+    "--parameter", "crank", "--metric", "mean_output_ratio",
+)  # fmt: skip
+
+
+def test_the_command_prints_the_interval_and_writes_files(tmp_path):
+    output = run(*ARGUMENTS, "--from", "0.02", "--to", "0.2", "-o", "c.csv", "-o", "c.svg", cwd=tmp_path)
+
+    assert "mean_output_ratio from 0.02 to 0.2: crank 11.96574463884 mm to 108.949023183 mm" in output.stdout
+    curve = pd.read_csv(tmp_path / "c.csv")
+    assert curve["mean_output_ratio"].between(0.02, 0.2).sum() > 100
+    assert (tmp_path / "c.svg").read_text().startswith("<?xml")
+
+
+def test_the_command_says_what_is_not_reached(tmp_path):
+    output = run(*ARGUMENTS, "--from", "0.3", "--to", "0.5", cwd=tmp_path)
+
+    assert "0.5 is not reached: mean_output_ratio is at most 0.321897, at crank 140.61 mm" in output.stdout
+    assert "where the curve ends: all links fall into one line" in output.stdout
+
+
+def test_the_command_takes_a_design_of_results(tmp_path):
+    (tmp_path / "study.toml").write_text(
+        'mechanism = "crank-rocker"\n[parameters]\ncrank = [40, 50]\n'
+        "coupler = 940.62\nrocker = 211.79\nground = 869.44\n"
+        '[evaluate]\nwindow = "return"\nmetrics = ["half", "cv"]\n'
+        '[metrics]\nhalf = { formula = "swing_angle / 2", unit = "deg" }\n[rank]\nmetrics = ["cv"]\n'
+    )
+    run("sweep", "study.toml", cwd=tmp_path)
+
+    options = ("--parameter", "crank", "--metric", "half", "--metric", "cv", "--from", "10 deg")
+    output = run("tune", "--design", "1", *options, "--json", cwd=tmp_path)
+
+    found = json.loads(output.stdout)
+    expected = tune(metric="swing_angle", low=20, also=["cv"], window="return")
+    assert found["intervals"][0]["start"]["parameter"] == pytest.approx(
+        expected.intervals[0].start.parameter, rel=1e-14
+    )
+    row = next(row for row in found["curve"] if row["crank"] == 50.0)
+    cv = explore.evaluate("crank-rocker", PUBLISHED, metrics=["cv"], window="return")["cv"].iloc[0]
+    assert row["cv"] == pytest.approx(cv, rel=1e-9)  # the tolerance of `evaluate`
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (ARGUMENTS[:3], "name the parameter to vary: --parameter NAME"),
+        ((*ARGUMENTS, "--design", "3"), "--mechanism takes its parameters from --set; leave out RESULTS and --design"),
+        ((*ARGUMENTS, "--from", "2", "--to", "1"), "--from = 2 is above --to = 1"),
+        ((*ARGUMENTS, "--from", "much"), "--from: 'much' is not a number with a unit"),
+        ((*ARGUMENTS, "-o", "curve.xlsx"), "the name must end in"),
+    ],
+)
+def test_mistakes_on_the_command_line_are_one_line(arguments, message):
+    code, out, err = call(*arguments)
+
+    assert (code, out) == (2, "")
+    assert message in err
+    assert err.count("error:") == 1
