@@ -241,8 +241,8 @@ def _fill_work(constants, out):
         torque, velocity = out[DRIVE_TORQUE * LANES + lane], abs(out[ROCKER_VELOCITY * LANES + lane])
         damping = constants[Load.DAMPING * LANES + lane] * constants[Load.SPEED * LANES + lane] * velocity
         # What is nothing but rounding, as at the end of a stroke, drives nothing.
-        is_driven = torque < _ROUNDING * out[TORQUE_TERMS * LANES + lane]
-        out[POSITIVE_TORQUE * LANES + lane] = 0.0 if is_driven else torque
+        is_not_driving = torque < _ROUNDING * out[TORQUE_TERMS * LANES + lane]
+        out[POSITIVE_TORQUE * LANES + lane] = 0.0 if is_not_driving else torque
         out[FRICTION_TORQUE * LANES + lane] = (abs(constants[Load.OPPOSING_TORQUE * LANES + lane]) + damping) * velocity
 
 

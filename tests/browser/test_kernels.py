@@ -29,7 +29,9 @@ LOADS = {
 def test_the_translated_functions_agree_with_simulate(browser, tmp_path, name):
     mechanism = MECHANISMS[name]
     study = tmp_path / f"{name}.toml"
-    study.write_text(starter(mechanism), encoding="utf-8")
+    text, names = starter(mechanism), {p.name for p in mechanism.parameters}
+    given = [f"{load} = {value}\n" for load, value in LOADS.items() if load in names and f"\n{load} " not in text]
+    study.write_text(text.replace("[parameters]\n", f"[parameters]\n{''.join(given)}"), encoding="utf-8")
     drawn = draw_designs(load_study(study), COUNT, 1)
     drawn = {p.name: drawn.get(p.name, np.full(COUNT, p.default)) for p in mechanism.parameters}
     drawn |= {load: np.full(COUNT, value) for load, value in LOADS.items() if load in drawn}
