@@ -52,7 +52,8 @@ def test_links_that_change_their_length_are_found():
     columns = {name: np.array(values) for name, values in columns.items()}
     assert list(broken_links(Subject(CRANK_ROCKER, columns))) == []
     shifted = replace(DRAWING, points={**DRAWING.points, "rocker pivot": (Vector("ground", 1.0),)})
-    (sentence,) = broken_links(Subject(replace(CRANK_ROCKER, drawing=shifted), columns))
+    extended = replace(CRANK_ROCKER.extended, drawing=shifted)
+    (sentence,) = broken_links(Subject(replace(CRANK_ROCKER, drawing=shifted, extended=extended), columns))
     assert sentence.startswith("the drawing's rocker is longer or shorter than its length by ")
 
 

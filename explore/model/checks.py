@@ -33,8 +33,8 @@ def check_declaration(declaration: Declaration) -> None:
         With the first problem, in one sentence.
     """
     checks = (
-        _names, _parameters, _columns, _statuses, _signals, _references, _windows, _formulas, _defaults, _extended,
-        check_drawing,
+        _names, _parameters, _columns, _statuses, _signals, _references, _windows, _formulas, _defaults,
+        check_drawing, _extended,
     )  # fmt: skip
     for problems in checks:
         for problem in problems(declaration):
