@@ -18,9 +18,11 @@ class ExactVariableCrank:
     """One design; angles in rad, from 0 to pi or, on the way back, to 2 pi."""
 
     def __init__(self, rod, slider_speed, speed, reversal_time, blend_order=2.0, mass=1.0, friction=0.0,
-                 gravity=9.80665):  # fmt: skip
+                 gravity=9.80665, constant_force=0.0, opposing_force=0.0, stiffness=0.0, damping=0.0):  # fmt: skip
         numbers = (rod, slider_speed, speed, reversal_time, mass, friction, gravity)
         self.rod, self.wanted, self.speed, time, self.mass, self.friction, self.gravity = map(mp.mpf, numbers)
+        loads = (constant_force, opposing_force, stiffness, damping)
+        self.constant, self.opposing, self.stiffness, self.damping = map(mp.mpf, loads)
         self.order = int(blend_order)
         self.width, self.travel = self.speed * time, self.wanted / self.speed
         rod, travel = self.rod, self.travel
@@ -83,10 +85,14 @@ class ExactVariableCrank:
         along = (x - pin) / self.rod  # unit vector of the rod, from the pin to the slider
         velocity, acceleration = self.velocity(angle), self.acceleration(angle) / 1000
         sense = mp.sign(velocity)
+        middle = (self.position(mp.mpf(0)) + self.position(mp.pi)) / 2
+        load = self.constant - sense * self.opposing - (self.stiffness * (x - middle) + self.damping * velocity) / 1000
         # The rod pushes with S along itself, the guide with N across; friction is mu |N| against the velocity.
         for side in (1, -1):
             drag = self.friction * sense * side
-            push = (self.mass * acceleration + drag * self.mass * self.gravity) / (along.real + drag * along.imag)
+            push = (self.mass * acceleration - load + drag * self.mass * self.gravity) / (
+                along.real + drag * along.imag
+            )
             guide = self.mass * self.gravity - push * along.imag
             if guide * side >= 0:
                 break

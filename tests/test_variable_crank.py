@@ -27,6 +27,8 @@ HARD = [
     (0.15, 1.05, 2), (0.15, 2.1, 1), (0.1, 1.0, 3), (0.5, 1.05, 2), (0.02, 1.0, 2), (1e-4, 0.7, 3), (0.55, 0.3, 1),
     (0.15, 1e-3, 2), (0.15, 2.8417, 2), (0.3, 2.5769, 3), (0.3, 2.5769, 1),
 ]  # fmt: skip
+#: Forces on the slider beside that of its mass.
+LOADS = {"constant_force": -30.0, "opposing_force": 20.0, "stiffness": 3000.0, "damping": 15.0}
 
 
 def design_of(case):
@@ -103,9 +105,10 @@ def test_the_slope_at_the_regular_angle():
     assert row["regular_angle"] - rod == pytest.approx(90.0, rel=1e-15)  # crank and rod are perpendicular
 
 
+@pytest.mark.parametrize("load", [{}, LOADS], ids=["mass", "all loads"])
 @pytest.mark.parametrize("hard", HARD, ids=str)
-def test_signals_against_40_digits(hard):
-    design = {**hard_design(*hard), "mass": 2.0, "friction": 0.12}
+def test_signals_against_40_digits(hard, load):
+    design = {**hard_design(*hard), "mass": 2.0, "friction": 0.12, **load}
     angles = np.array([1.0, 17.0, 44.0, 63.0, 80.9, 84.0, 89.3, 90.0, 112.0, 158.0, 179.5])
     angles = np.concatenate([angles, 360.0 - angles])
     motion = explore.simulate("variable-crank", design, angles=angles)
@@ -113,6 +116,12 @@ def test_signals_against_40_digits(hard):
     # Size of what a signal is a sum of: rounding is that of a few operations on numbers of this size.
     acceleration = np.abs(motion["slider_acceleration"]).max()
     weight = design["mass"] * (9.80665 + 1e-3 * acceleration)
+    if load:
+        weight += (
+            load["opposing_force"]
+            - load["constant_force"]
+            + 1e-3 * (load["stiffness"] * rod + load["damping"] * wanted)
+        )
     sizes = {
         "slider_position": rod, "slider_velocity": wanted, "slider_acceleration": acceleration,
         "crank": travel, "crank_rate": design["speed"] * rod, "thrust": weight, "guide_force": weight,
@@ -178,6 +187,14 @@ def test_net_work_is_that_of_friction():
     # the sums of 7,200 points of the specification have 5 digits
     assert row["net_work"] == pytest.approx(2.0851, rel=3e-5)
     assert row["positive_work"] == pytest.approx(5.0268, rel=3e-5)
+
+
+def test_net_work_is_what_the_load_dissipates():
+    """The opposing force over both strokes, and the damper; force and spring give back what they take."""
+    row = evaluate({**PLAIN, **LOADS}, ["stroke", "slider_velocity_rms", "net_work", "drive_torque_mean"])
+    damping = LOADS["damping"] * (1e-3 * row["slider_velocity_rms"]) ** 2 * 2.0 * np.pi / PLAIN["speed"]
+    assert row["net_work"] == pytest.approx(damping + 2e-3 * LOADS["opposing_force"] * row["stroke"], rel=2e-9)
+    assert 2.0 * np.pi * row["drive_torque_mean"] == pytest.approx(row["net_work"], rel=1e-8)
 
 
 def test_strokes_and_lengths_only_scale():

@@ -1,6 +1,6 @@
 """Rows of the variable crank's record and of its signals."""
 
-from enum import IntEnum
+from enum import IntEnum, auto
 
 
 class Row(IntEnum):
@@ -9,46 +9,59 @@ class Row(IntEnum):
     #: The rod, the slider's travel per radian, the regular angle from the anchor, its sine and cosine, the slider's
     #: position there and its excess over the rod, the width of a reversal, rad.
     LENGTH = 0
-    TRAVEL = 1
-    REGULAR_OFFSET = 2
-    REGULAR_SINE = 3
-    REGULAR_COSINE = 4
-    REGULAR_POSITION = 5
-    REGULAR_EXCESS = 6
-    WIDTH = 7
-    ORDER = 8
-    VELOCITY_SCALE = 9
-    CRANK_SPEED = 10
-    SLIDER_MASS = 11
-    FRICTION_COEFFICIENT = 12
-    FREE_FALL = 13
+    TRAVEL = auto()
+    REGULAR_OFFSET = auto()
+    REGULAR_SINE = auto()
+    REGULAR_COSINE = auto()
+    REGULAR_POSITION = auto()
+    REGULAR_EXCESS = auto()
+    WIDTH = auto()
+    ORDER = auto()
+    VELOCITY_SCALE = auto()
+    CRANK_SPEED = auto()
+    #: The load in the order of the parameters, and the slider's position at mid-stroke.
+    LOAD_MASS = auto()
+    LOAD_FRICTION = auto()
+    LOAD_GRAVITY = auto()
+    LOAD_CONSTANT_FORCE = auto()
+    LOAD_OPPOSING_FORCE = auto()
+    LOAD_STIFFNESS = auto()
+    LOAD_DAMPING = auto()
+    MIDDLE = auto()
     #: Half-tangents of the marks from the anchor.
-    OUTER = 14
-    STEADY_START = 15
-    STEADY_STOP = 16
-    INNER = 17
-    BACK_START = 18
-    BACK_STOP = 19
-    STATUS = 20
-    ROD = 21
-    SLIDER_SPEED = 22
-    SPEED = 23
-    REVERSAL_TIME = 24
-    BLEND_ORDER = 25
-    MASS = 26
-    FRICTION = 27
-    GRAVITY = 28
-    STROKE = 29
-    REGULAR_ANGLE = 30
-    REGULAR_CRANK = 31
-    CRANK_OUTER = 32
-    CRANK_INNER = 33
-    SLIDER_ACCELERATION_MAX = 34
-    STEADY_SHARE = 35
-    SPEED_SHARE_1 = 36
-    SPEED_SHARE_2 = 37
-    SPEED_SHARE_5 = 38
+    OUTER = auto()
+    STEADY_START = auto()
+    STEADY_STOP = auto()
+    INNER = auto()
+    BACK_START = auto()
+    BACK_STOP = auto()
+    STATUS = auto()
+    ROD = auto()
+    SLIDER_SPEED = auto()
+    SPEED = auto()
+    REVERSAL_TIME = auto()
+    BLEND_ORDER = auto()
+    MASS = auto()
+    FRICTION = auto()
+    GRAVITY = auto()
+    CONSTANT_FORCE = auto()
+    OPPOSING_FORCE = auto()
+    STIFFNESS = auto()
+    DAMPING = auto()
+    STROKE = auto()
+    REGULAR_ANGLE = auto()
+    REGULAR_CRANK = auto()
+    CRANK_OUTER = auto()
+    CRANK_INNER = auto()
+    SLIDER_ACCELERATION_MAX = auto()
+    STEADY_SHARE = auto()
+    SPEED_SHARE_1 = auto()
+    SPEED_SHARE_2 = auto()
+    SPEED_SHARE_5 = auto()
 
+
+#: Constants of the load that are parameters.
+LOAD_SIZE = Row.MIDDLE - Row.LOAD_MASS
 
 # Rows of the signals. Those of terms bound the rounding of the signals that are sums of them.
 POSITION, VELOCITY, ACCELERATION, CRANK_LENGTH, CRANK_RATE, ROD_ANGLE, PRESSURE_ANGLE, CURVATURE = range(8)

@@ -12,10 +12,22 @@ from explore.model.quantities import FloatArray, Formula, Metric, Parameter, Sig
 _STROKES = ("outer_to_inner", "inner_to_outer")
 
 
+#: Forces on the slider beside that of its mass.
+_FORCES = (
+    Parameter("constant_force", "N", "force on the slider, outward positive", 0.0, -math.inf, affects="load",
+              zero_meaning="none"),
+    Parameter("opposing_force", "N", "force against the slider's motion", 0.0, affects="load", zero_meaning="none"),
+    Parameter("stiffness", "N/m", "spring between slider and ground, relaxed at mid-stroke", 0.0, affects="load",
+              zero_meaning="none"),
+    Parameter("damping", "N s/m", "viscous damper between slider and ground", 0.0, affects="load",
+              zero_meaning="none"),
+)  # fmt: skip
+
+
 def _force(name: str, unit: str, long_name: str, row: int, terms_row: int) -> Signal:
     """Declare a signal under load."""
     return Signal(name, unit, long_name, row, columns.FORCES, pole_order=4, depends_on_load=True,
-                  required_loads=("mass",), terms_row=terms_row)  # fmt: skip
+                  required_loads=("mass", *(p.name for p in _FORCES)), terms_row=terms_row)  # fmt: skip
 
 
 _SIGNALS = (
@@ -42,7 +54,8 @@ _SIGNALS = (
     _force("drive_power", "W", "power that turns the disc", columns.POWER, columns.POWER_TERMS),
     _force("positive_power", "W", "power that turns the disc where it drives, else 0", columns.POSITIVE_POWER,
            columns.POWER_TERMS),
-    _force("friction_power", "W", "power lost in the slider's guide", columns.FRICTION_POWER, columns.POWER_TERMS),
+    _force("friction_power", "W", "power lost to friction, in the damper and to the opposing force",
+           columns.FRICTION_POWER, columns.POWER_TERMS),
 )  # fmt: skip
 
 
@@ -66,7 +79,7 @@ def _height(crank_max: FloatArray, _rod: FloatArray, _crank_outer: FloatArray) -
 _FORMULAS = (
     Formula("positive_work", "N m", "work of the drive in a turn where it drives", "min",
             ("positive_power_mean_cycle", "speed"), _work),
-    Formula("net_work", "N m", "work of the drive in a turn: that of friction", "min",
+    Formula("net_work", "N m", "work of the drive in a turn: what the load dissipates", "min",
             ("friction_power_mean_cycle", "speed"), _work),
     Formula("groove_clearance", "mm", "smallest radius of curvature of the groove, less that of the roller", "max",
             ("groove_curvature_peak_cycle", "roller_radius"), _clearance),
@@ -115,6 +128,7 @@ VARIABLE_CRANK = Mechanism(
                   zero_meaning="none"),
         Parameter("gravity", "m/s^2", "acceleration of free fall, towards the guide", 9.80665, affects="load",
                   zero_meaning="none"),
+        *_FORCES,
         Parameter("roller_radius", "mm", "radius of the roller in the groove", 0.0, affects="sizing",
                   zero_meaning="none"),
     ),

@@ -18,7 +18,7 @@ import math
 from explore.compiling import CLOSE_SIGNATURE, LANES, compiled
 from explore.lanes.arctangent import arctangent
 from explore.mechanisms.variable_crank.blend import lag_of, shares, slope_of
-from explore.mechanisms.variable_crank.columns import Row
+from explore.mechanisms.variable_crank.columns import LOAD_SIZE, Row
 from explore.model.status import OwnStatus, Status
 from explore.subroutines import subroutine
 
@@ -62,9 +62,8 @@ def _fill_constants(record, lane, travel, width):
     record[Row.WIDTH * LANES + lane], record[Row.ORDER * LANES + lane] = width, record[Row.BLEND_ORDER * LANES + lane]
     record[Row.VELOCITY_SCALE * LANES + lane] = record[Row.SLIDER_SPEED * LANES + lane]
     record[Row.CRANK_SPEED * LANES + lane] = record[Row.SPEED * LANES + lane]
-    record[Row.SLIDER_MASS * LANES + lane] = record[Row.MASS * LANES + lane]
-    record[Row.FRICTION_COEFFICIENT * LANES + lane] = record[Row.FRICTION * LANES + lane]
-    record[Row.FREE_FALL * LANES + lane] = record[Row.GRAVITY * LANES + lane]
+    for k in range(LOAD_SIZE):
+        record[(Row.LOAD_MASS + k) * LANES + lane] = record[(Row.MASS + k) * LANES + lane]
     return 0.5 * math.pi + offset, crank
 
 
@@ -86,6 +85,7 @@ def close(record):
         # The dead centres are where crank and rod are in line: X = l + L and X = l - L.
         outer = excess + travel * angle - lag
         inner = travel * (math.pi - angle) - excess - lag
+        record[Row.MIDDLE * LANES + lane] = rod + 0.5 * (outer - inner)
         status = 1.0 * SHAFT_REACHED if inner >= rod else _OK
         status = 1.0 * REVERSAL_TOO_LONG if 0.5 * width > angle else status
         moves = status == _OK
