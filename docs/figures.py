@@ -1,8 +1,8 @@
 """Make the pictures of the documentation from real runs: ``python docs/figures.py`` in the repository's root.
 
 Needs the results of ``explore sweep`` of configs/grid.toml, optimum.toml, published.toml, slider_crank.toml,
-variable_crank.toml and rig_20deg.toml, and those of ``explore precision`` and of ``explore stability`` with
-crank-rocker, with variable-crank and with gears.
+variable_crank.toml, rig_20deg.toml and of wiper.toml in docs/ranking.md, and those of ``explore precision`` and of
+``explore stability`` with crank-rocker, with variable-crank and with gears.
 """
 
 import io
@@ -110,12 +110,13 @@ GALLERY = {
 }
 #: Arguments of ``explore plot`` for the picture of the tutorial, the motion of the chosen design.
 TUTORIAL = ["motion", "results/optimum.h5", "--design", "22418"]
-#: Commands for the pictures of ``slider-crank.md``, ``test-rig.md``, ``tune.md`` and ``variable-crank.md``.
+#: Commands for the pictures of the pages ``slider-crank``, ``test-rig``, ``ranking``, ``tune`` and ``variable-crank``.
 PAGES = {
     "slider-crank-pareto": "plot pareto results/slider_crank.h5 --x cv --y time_ratio",
     "rig-pareto": "plot pareto results/rig_20deg.h5 --x pin_force_peak --y velocity_thd --design 28",
     "rig-coverage": "coverage configs/rig_coverage.toml",
     "variable-crank": "plot motion results/variable_crank.h5 --design 0",
+    "nearest": "plot map results/wiper.h5 --x rocker --y crank",
     "tune": "tune --mechanism crank-rocker --set crank=50 --set coupler=940.62 --set rocker=211.79 --set ground=869.44 "
     "--parameter crank --metric mean_output_ratio --metric cv --metric transmission_angle_min --from 0.02 --to 0.2",
 }

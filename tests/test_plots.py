@@ -55,6 +55,13 @@ def lines_by_label(chart):
     return {line.get_label().split(":")[0]: line for line in chart.get_lines() if not line.get_label().startswith("_")}
 
 
+def crosses_of(chart):
+    """Coordinates of all infeasible designs, and the opacity of each."""
+    lines = [line for line in chart.get_lines() if line.get_marker() == "x"]
+    points = np.vstack([np.column_stack(line.get_data()) for line in lines])
+    return points, np.concatenate([np.full(len(line.get_xdata()), line.get_alpha()) for line in lines])
+
+
 def count_of(line):
     return int(line.get_label().split(": ")[1].split(" ")[0].replace(",", ""))
 
@@ -81,7 +88,9 @@ def test_pareto_draws_the_designs_of_the_results(results_of):
     assert front.get_drawstyle() == "steps-post"
     assert np.all(np.diff(front.get_xdata()) > 0.0)
     assert count_of(lines["feasible"]) == len(feasible)
-    assert len(lines["infeasible"].get_xdata()) == count_of(lines["infeasible"]) == len(infeasible) > 0
+    crosses, _ = crosses_of(chart)
+    assert len(crosses) == count_of(lines["infeasible"]) == len(infeasible) > 0
+    assert {tuple(p) for p in crosses} == {tuple(p) for p in infeasible.to_numpy()}
     assert f"and {np.isnan(table['cv']).sum()} without values" in lines["infeasible"].get_label()
     (dots,) = [line for line in chart.get_lines() if line.get_marker() == "." and len(line.get_xdata())]
     assert {tuple(p) for p in np.column_stack(dots.get_data())} == {tuple(p) for p in feasible}
@@ -93,11 +102,43 @@ def test_pareto_draws_the_designs_of_the_results(results_of):
 
 
 def test_infeasible_designs_are_paler_than_feasible_ones(results_of):
-    lines = lines_by_label(pareto_chart(results_of(300)).axes[0])
-    crosses, dots = lines["infeasible"], lines["feasible"]
-    assert crosses.get_alpha() < 0.5
+    (chart,) = pareto_chart(results_of(300)).axes
+    dots = lines_by_label(chart)["feasible"]
     assert dots.get_alpha() is None
-    assert crosses.get_zorder() < dots.get_zorder()
+    for crosses in (line for line in chart.get_lines() if line.get_marker() == "x"):
+        assert crosses.get_alpha() < 0.5
+        assert crosses.get_zorder() < dots.get_zorder()
+
+
+@pytest.mark.parametrize("count", [300, 40_000])  # each design, the nearest of each cell
+def test_infeasible_designs_are_darker_the_nearer_they_are_to_feasible(results_of, count):
+    results = results_of(count)
+    (chart,) = pareto_chart(results, x="transmission_angle_min", y="rocker").axes
+    points, opacities = crosses_of(chart)
+    table = explore.nearest(results, count).dropna(subset=["transmission_angle_min"])
+    sizes = ((chart.get_xlim(), 72), (chart.get_ylim(), 48))
+    width, height = (1e-9, 1e-9) if count == 300 else (np.ptp(limits) / n for limits, n in sizes)
+    checked = 0
+    for (x, y), opacity in list(zip(points, opacities, strict=True))[::7]:
+        is_near = (table["transmission_angle_min"] - x).abs() <= width / 2
+        own = table[is_near & ((table["rocker"] - y).abs() <= height / 2)]
+        if len(own):  # others have no known distance
+            least = own["violation"].min()
+            assert opacity == (0.48 if least <= 0.1 else 0.35 if least <= 0.5 else 0.2)
+            checked += 1
+    assert checked > 10
+    assert len(set(opacities)) == 3
+
+
+def test_bounds_of_the_study_are_lines_within_the_axes(results_of):
+    results = results_of(300)
+    (chart,) = pareto_chart(results, x="transmission_angle_min", y="rocker_acceleration_max").axes
+    lines = [line for line in chart.get_lines() if line.get_linestyle() == "-."]
+    assert [line.get_xdata()[0] for line in lines[:1]] == [20.0]
+    assert [line.get_ydata()[0] for line in lines[1:]] == [0.5]
+    assert [line.get_label() for line in lines] == ["bound of the study", "_further bound"]
+    (without,) = pareto_chart(results).axes
+    assert "-." not in [line.get_linestyle() for line in without.get_lines()]
 
 
 def test_the_steps_of_the_front_follow_the_objective_of_the_x_axis(results_of):
@@ -135,7 +176,7 @@ def test_many_designs_become_a_density_that_counts_all_within_the_axes(results_o
     figure.draw_without_rendering()
     ticks = [label.get_text() for label in bar.get_yticklabels(which="both")]
     assert "10" in ticks  # no formula: `explore plot` has them off, so that a file's name may have a dollar sign
-    assert len(lines_by_label(chart)["infeasible"].get_xdata()) <= 72 * 48
+    assert 0 < len(crosses_of(chart)[0]) <= 72 * 48
 
 
 @pytest.mark.parametrize("changes", [{}, {"ground": "600", "crank": "300"}], ids=["feasible", "blocked"])

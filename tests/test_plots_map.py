@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import explore
-from explore.charts.cells import cell_axis, cell_rectangles
+from explore.charts.cells import cell_axes, cell_rectangles
 from explore.charts.map import map_chart
 from explore.charts.reasons import reason_columns, reason_masks
 from explore.errors import RequestError
@@ -32,9 +32,24 @@ def grid(tmp_path_factory):
     return explore.sweep(explore.load_study(folder / "grid.toml"), folder / "grid.h5")
 
 
-def mesh_of(chart):
-    (mesh,) = [part for part in chart.collections if part.get_array() is not None]
-    return mesh.get_array()
+def mesh_of(chart, dimensions=2):
+    """Values in the cells; with 3 dimensions the colours of the shades."""
+    arrays = [part.get_array() for part in chart.collections]
+    (mesh,) = [array for array in arrays if array is not None and array.ndim == dimensions]
+    return mesh
+
+
+def test_a_cell_is_darker_the_nearer_its_designs_are_to_feasible(grid):
+    shades = mesh_of(map_chart(grid, x="crank", y="ground").axes[0], dimensions=3)[..., 3]
+    table = grid.to_pandas()
+    table["violation"] = explore.nearest(grid, len(table))["violation"].reindex(table.index)
+    for i, crank in enumerate(sorted(set(table["crank"]))):
+        for j, ground in enumerate(sorted(set(table["ground"]))):
+            cell = table[(table["crank"] == crank) & (table["ground"] == ground)]
+            known = not cell["feasible"].any() and cell["violation"].notna().any()
+            expected = 0.3 / (1.0 + cell["violation"].min() / 0.2) if known else 0.0
+            assert shades[j, i] == pytest.approx(expected, rel=1e-14)
+    assert len(set(shades.ravel().tolist())) > 3
 
 
 @pytest.mark.parametrize(("metric", "aggregate"), [("cv", "min"), ("swing_angle", "max"), ("time_ratio", "mean")])
@@ -93,22 +108,37 @@ def test_a_design_fixes_the_other_parameters(grid):
 
 
 def test_sampled_values_have_cells_of_equal_width():
-    values = np.random.default_rng(1).uniform(5.0, 9.0, 5000)
-    axis = cell_axis(values)
-    assert np.all((axis.edges[axis.cell] <= values) & (values <= axis.edges[axis.cell + 1]))
-    assert np.ptp(np.diff(axis.edges)) < 1e-12
-    assert 2 <= axis.count < 90
+    values = np.random.default_rng(1).uniform(5.0, 9.0, (2, 5000))
+    axes = cell_axes(*values)
+    for axis, own in zip(axes, values, strict=True):
+        assert np.all((axis.edges[axis.cell] <= own) & (own <= axis.edges[axis.cell + 1]))
+        assert np.ptp(np.diff(axis.edges)) < 1e-12
+        assert axis.count == 28  # six designs in each cell
+
+
+def test_cells_grow_until_most_hold_designs():
+    values = np.random.default_rng(1).uniform(0.0, 1.0, (2, 20_000)) ** 8  # most are near 0
+    x, y = cell_axes(*values)
+    held = len(set(zip(x.cell.tolist(), y.cell.tolist(), strict=True)))
+    assert x.count == y.count < 57  # what six designs in each cell of an even spread would need
+    assert held > x.count * y.count / 2
+
+
+def test_cells_stay_small_where_designs_are_on_a_line():
+    values = np.linspace(0.0, 1.0, 20_000)
+    x, y = cell_axes(values, values)
+    assert x.count == y.count == 12
 
 
 def test_each_grid_value_has_its_own_cell():
-    axis = cell_axis(np.tile([1.0, 2.0, 4.0], 5))
-    assert axis.edges.tolist() == [0.5, 1.5, 3.0, 5.0]
-    assert axis.cell[:3].tolist() == [0, 1, 2]
+    for axis in cell_axes(np.tile([1.0, 2.0, 4.0], 5), np.tile([1.0, 2.0, 4.0], 5)):
+        assert axis.edges.tolist() == [0.5, 1.5, 3.0, 5.0]
+        assert axis.cell[:3].tolist() == [0, 1, 2]
 
 
 def test_rectangles_cover_their_mask():
     mask = np.random.default_rng(2).random((6, 8)) < 0.5
-    x, y = cell_axis(np.tile(np.arange(8.0), 2)), cell_axis(np.tile(np.arange(6.0), 2))
+    x, y = cell_axes(np.tile(np.arange(8.0), 6), np.tile(np.arange(6.0), 8))
     corners = cell_rectangles(x, y, mask)
     sizes = np.ptp(corners, axis=1)
     assert np.prod(sizes, axis=1).sum() == mask.sum()

@@ -159,3 +159,17 @@ def _draw_bound(panel: Axes, angle: FloatArray, values: FloatArray, bound: Signa
     panel.annotate(f"{'≥' if bound.side == 'min' else '≤'} {limit:g}", (parts[-1][1] - 3.0, limit),
                    (0, -2 if below else 2), color=RED, textcoords="offset points", ha="right",
                    va="top" if below else "bottom", annotation_clip=True)  # fmt: skip
+
+
+def draw_metric_bounds(panel: Axes, results: Results, **names: str) -> None:
+    """Draw the study's bounds on the columns of the axes, `x` and `y`, as lines; they do not extend the axes."""
+    limits = panel.get_xlim(), panel.get_ylim()
+    lines = {"x": panel.axvline, "y": panel.axhline}
+    label = "bound of the study"
+    for side, name in names.items():
+        for bound in results.constraints.get(name, {}).values():
+            if bound is not None:
+                lines[side](bound, color=RED, lw=1.1, ls="-.", zorder=1, label=label)
+                label = "_further bound"  # not in the legend
+    panel.set_xlim(limits[0])
+    panel.set_ylim(limits[1])

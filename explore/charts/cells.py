@@ -13,6 +13,8 @@ from explore.model.quantities import FloatArray, Sense
 _MAX_GRID_VALUES = 200
 #: For parameters with more values: the most cells, and the intended designs per row of cells.
 _MAX_CELLS, _DESIGNS_PER_CELL = 90, 6
+#: Cells along an axis are not made fewer than this, however unevenly the designs are spread.
+_FEW_CELLS = 12
 
 
 @dataclass(frozen=True)
@@ -36,19 +38,35 @@ class CellAxis:
         return len(self.edges) - 1
 
 
-def cell_axis(values: FloatArray) -> CellAxis:
-    """Lay cells along a parameter: one around each value of a grid, else cells of equal width.
+def cell_axes(x: FloatArray, y: FloatArray) -> tuple[CellAxis, CellAxis]:
+    """Lay cells along two parameters: one around each value of a grid, else cells so wide that most hold designs.
 
     Parameters
     ----------
-    values : (n,) array
-        At least two of them differ.
+    x, y : (n,) arrays
+        At least two values of each differ.
     """
+    grids = _grid_axis(x), _grid_axis(y)
+    count = int(np.clip(np.sqrt(len(x) / _DESIGNS_PER_CELL), 2, _MAX_CELLS))
+    while True:
+        first, second = (grid or _even_axis(values, count) for grid, values in zip(grids, (x, y), strict=True))
+        n_held = len(np.unique(second.cell * first.count + first.cell))
+        if 2 * n_held > first.count * second.count or count <= _FEW_CELLS or all(grids):
+            return first, second
+        count = max(3 * count // 4, _FEW_CELLS)
+
+
+def _grid_axis(values: FloatArray) -> CellAxis | None:
+    """A cell around each value of a grid; None for sampled values."""
     distinct, cell = np.unique(values, return_inverse=True)
     if len(distinct) <= _MAX_GRID_VALUES and (len(distinct) < len(values) or len(values) < _DESIGNS_PER_CELL):
         return CellAxis(edges_around(distinct), cell.astype(np.int64))
-    count = int(np.clip(np.sqrt(len(values) / _DESIGNS_PER_CELL), 2, _MAX_CELLS))
-    edges = np.linspace(distinct[0], distinct[-1], count + 1)
+    return None
+
+
+def _even_axis(values: FloatArray, count: int) -> CellAxis:
+    """`count` cells of equal width."""
+    edges = np.linspace(values.min(), values.max(), count + 1)
     return CellAxis(edges, np.clip(np.searchsorted(edges, values, side="right") - 1, 0, count - 1))
 
 

@@ -5,10 +5,17 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
+import numpy.typing as npt
 
-from explore.charts.cells import CellAxis, aggregate_cells, cell_axis, cell_rectangles, count_designs
+from explore.charts.cells import CellAxis, aggregate_cells, cell_axes, cell_rectangles, count_designs
 from explore.charts.labels import axis_label, completeness_note, results_name
-from explore.charts.queries import choose_design, designs_like, numeric_column, varying_parameters
+from explore.charts.queries import (
+    choose_design,
+    designs_like,
+    numeric_column,
+    varying_parameters,
+    violations,
+)
 from explore.charts.reasons import HATCH_COLOUR, ReasonMasks, reason_columns, reason_masks, region_style
 from explore.charts.style import GREEN, INK, MUTED, new_figure
 from explore.errors import RequestError
@@ -27,6 +34,8 @@ if TYPE_CHECKING:
     from matplotlib.patches import Patch
 
 _AGGREGATES: dict[Sense | None, str] = {"min": "smallest", "max": "largest", None: "mean"}
+#: Opacity of the shade of a cell whose nearest design is just infeasible, and the violation that halves it.
+_DARKEST, _HALF_SHADE = 0.3, 0.2
 _EXTENDS = {(False, False): "neither", (True, False): "min", (False, True): "max", (True, True): "both"}
 
 
@@ -71,7 +80,7 @@ def map_chart(
     frame = frame.dropna(subset=names)  # a length that is solved for is undefined where the equation has no solution
     if min(frame[name].nunique() for name in names) < 2:
         raise RequestError(f"too few designs of {results.path} share {common}; leave out `design` to show all")
-    axes = (cell_axis(frame[names[0]].to_numpy(float)), cell_axis(frame[names[1]].to_numpy(float)))
+    axes = cell_axes(frame[names[0]].to_numpy(float), frame[names[1]].to_numpy(float))
     sense = _better_side(results, ranking, shown)
     values = frame[shown.name].to_numpy(float)
     usable = frame["feasible"].to_numpy(bool) & np.isfinite(values)
@@ -80,7 +89,8 @@ def map_chart(
     panel = figure.subplots()
     _draw_values(figure, panel, axes, aggregate_cells(*axes, values, usable, sense), shown)
     handles: list[Artist] = [*_hatch_infeasible(panel, axes, reason_masks(results, frame), frame)]
-    title = "hatched: no feasible design, mostly because of" if handles else None
+    title = "hatched: no feasible design, mostly because of (darker: nearer to feasible)" if handles else None
+    _shade_infeasible(panel, axes, violations(results, frame), frame["feasible"].to_numpy(bool))
     if design is not None or not ranking.frame.empty:
         handles.append(_mark_design(panel, results, names, choose_design(results, design, ranking)))
     panel.set_xlabel(axis_label(numeric_column(results, names[0])))
@@ -141,6 +151,20 @@ def _mark_design(panel: Axes, results: Results, names: list[str], design: int) -
     (mark,) = panel.plot(*point, "*", color=GREEN, mec=INK, mew=0.8, ms=17, ls="", label=f"design {design:,}",
                          clip_on=False, path_effects=[withStroke(linewidth=3.5, foreground="white")])  # fmt: skip
     return mark
+
+
+def _shade_infeasible(
+    panel: Axes, axes: tuple[CellAxis, CellAxis], violation: FloatArray, feasible: npt.NDArray[np.bool_]
+) -> None:
+    """Darken the cells without a feasible design, the more the nearer their nearest one is to feasible."""
+    least = aggregate_cells(*axes, violation, ~feasible, "min")
+    least[(count_designs(*axes, feasible) > 0) | ~np.isfinite(least)] = np.nan
+    if np.isnan(least).all():
+        return
+    opacity = _DARKEST / (1.0 + least / _HALF_SHADE)
+    image = np.zeros((*least.shape, 4))
+    image[..., 3] = np.nan_to_num(opacity)
+    panel.pcolormesh(axes[0].edges, axes[1].edges, image, zorder=1.5, rasterized=True)
 
 
 def _hatch_infeasible(

@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from explore.charts.bounds import draw_metric_bounds
 from explore.charts.labels import axis_label, completeness_note, results_name
-from explore.charts.queries import choose_design, numeric_column
+from explore.charts.queries import choose_design, numeric_column, violation_columns, violations
 from explore.charts.style import BLUE, GREEN, INFEASIBLE_OPACITY, INK, RED, new_figure
 from explore.errors import RequestError
 from explore.model.quantities import FloatArray
@@ -26,6 +27,8 @@ DENSITY_THRESHOLD = 100_000
 _DENSITY_CELLS = (240, 160)
 #: Columns and rows of the cells that hold one cross each when there are more infeasible designs than cells.
 _CROSS_CELLS = (72, 48)
+#: Opacity of crosses up to each violation: the nearer to feasible, the darker.
+_OPACITIES = ((0.1, 0.48), (0.5, INFEASIBLE_OPACITY), (np.inf, 0.2))
 #: Smallest size of a mark in the legend, points.
 _LEGEND_MARK = 6.0
 #: Share of the feasible designs outside the axes on each side: a few outliers would compress all others.
@@ -82,7 +85,7 @@ def draw_designs(
     ranking = rank_source(results)
     x, y = _choose_columns(results, ranking, x, y)
     columns = [numeric_column(results, name) for name in (x, y)]
-    frame = results.to_pandas([x, y, "feasible"])
+    frame = results.to_pandas(list(dict.fromkeys([x, y, "feasible", *violation_columns(results)])))
     front = ranking.frame[[x, y]].to_numpy(float)
     chosen = None
     if design is not None or len(front):
@@ -91,11 +94,12 @@ def draw_designs(
     points, feasible = frame[[x, y]].to_numpy(float), frame["feasible"].to_numpy(bool)
     _set_limits(panel, points[feasible] if feasible.any() else points, marked)
     if results.keep == "all":
-        _draw_infeasible(panel, points[~feasible])
+        _draw_infeasible(panel, points[~feasible], violations(results, frame)[~feasible])
         _draw_feasible(figure, panel, points[feasible], ranking)
     _draw_front(panel, front, ranking, (x, y))
     if chosen is not None:
         _mark_design(panel, chosen)
+    draw_metric_bounds(panel, results, x=x, y=y)
     panel.set_xlabel(axis_label(columns[0]))
     panel.set_ylabel(axis_label(columns[1]))
     return ranking
@@ -137,23 +141,40 @@ def _count_in_cells(
     return counts, x, y
 
 
-def _draw_infeasible(panel: Axes, points: FloatArray) -> None:
+def _draw_infeasible(panel: Axes, points: FloatArray, violation: FloatArray) -> None:
     """Draw crosses; designs without values, most of which were not simulated, are only counted."""
     if len(points) == 0:
         return
-    shown = points[np.isfinite(points).all(axis=1)]
+    has_values = np.isfinite(points).all(axis=1)
+    shown, violation = points[has_values], violation[has_values]
     label = f"infeasible: {len(shown):,}"
     if len(shown) == 0:
         label = f"infeasible: {len(points):,}, all without values"
     elif len(points) > len(shown):
         label += f" (and {len(points) - len(shown):,} without values)"
     if len(shown) > _CROSS_CELLS[0] * _CROSS_CELLS[1]:
-        counts, x, y = _count_in_cells(panel, shown, _CROSS_CELLS)
-        i, j = np.nonzero(counts)
-        shown = np.column_stack([(x[i] + x[i + 1]) / 2.0, (y[j] + y[j + 1]) / 2.0])
+        shown, violation = _nearest_in_cells(panel, shown, violation)
         label += ", × where there are any"
-    panel.plot(*shown.T, "x", color=RED, ms=3.0, mew=0.6, alpha=INFEASIBLE_OPACITY, ls="", label=label, zorder=1,
-               rasterized=True)  # fmt: skip
+    if len(shown):
+        label += ", darker nearer to feasible"
+    style: dict[str, Any] = {"marker": "x", "color": RED, "ms": 3.0, "mew": 0.6, "ls": "", "zorder": 1}
+    low = -np.inf
+    for high, opacity in _OPACITIES:
+        own = shown[(violation > low) & (violation <= high)]
+        panel.plot(*own.T, alpha=opacity, rasterized=True, **style)
+        low = high
+    panel.plot([], [], alpha=INFEASIBLE_OPACITY, label=label, **style)
+
+
+def _nearest_in_cells(panel: Axes, points: FloatArray, violation: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Centres of the cells of the axes that hold points, (k, 2), and the least violation in each, (k,)."""
+    x, y = np.linspace(*panel.get_xlim(), _CROSS_CELLS[0] + 1), np.linspace(*panel.get_ylim(), _CROSS_CELLS[1] + 1)
+    column, row = np.searchsorted(x, points[:, 0], "right") - 1, np.searchsorted(y, points[:, 1], "right") - 1
+    inside = (column >= 0) & (column < _CROSS_CELLS[0]) & (row >= 0) & (row < _CROSS_CELLS[1])
+    least = np.full(_CROSS_CELLS, np.nan)
+    np.fmin.at(least, (column[inside], row[inside]), violation[inside])
+    i, j = np.nonzero(~np.isnan(least))
+    return np.column_stack([(x[i] + x[i + 1]) / 2.0, (y[j] + y[j + 1]) / 2.0]), least[i, j]
 
 
 def _draw_feasible(figure: Figure, panel: Axes, points: FloatArray, ranking: Ranking) -> None:

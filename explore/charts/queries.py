@@ -9,7 +9,9 @@ import numpy as np
 
 from explore.errors import RequestError
 from explore.model.columns import Column
+from explore.model.quantities import FloatArray
 from explore.ranking.rankings import Ranking, rank_source
+from explore.ranking.violations import CHECKED, find_margins, find_scales, is_measured, total_violations
 from explore.store.results import Results
 from explore.suggest import suggestion
 
@@ -57,6 +59,25 @@ def choose_design(results: Results, design: int | None, ranking: Ranking | None 
     if best.empty:
         raise RequestError(f"no design of {results.path} is feasible, so none is the best: choose one with `design`")
     return int(best[0])
+
+
+def violation_columns(results: Results) -> list[str]:
+    """Columns that `violations` needs."""
+    return ["status", *(c.name for c in results.columns if c.role == "margin")]
+
+
+def violations(results: Results, frame: pd.DataFrame) -> FloatArray:
+    """Total violation of the constraints by each design of a table with `violation_columns`, (n,).
+
+    0 where they are met, infinite where the distance from feasible is not known. See `explore.ranking.violations`.
+    """
+    metrics = [name.removesuffix("_margin") for name in violation_columns(results)[1:]]
+    if not metrics:
+        return np.where(np.isin(frame["status"].to_numpy(), CHECKED), 0.0, np.inf)
+    margins = find_margins({str(name): frame[name].to_numpy() for name in frame}, metrics, ())
+    measured = is_measured(frame["status"].to_numpy(), margins)
+    scales = find_scales([{metric: margin[measured] for metric, margin in margins.items()}], len(frame))
+    return np.where(measured, total_violations(margins, scales), np.inf)
 
 
 def varying_parameters(results: Results) -> list[Column]:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from explore.charts.bounds import draw_metric_bounds
 from explore.charts.cells import edges_around
 from explore.charts.labels import axis_label, completeness_note, results_name
 from explore.charts.queries import choose_design, designs_like, numeric_column
@@ -13,7 +14,6 @@ from explore.charts.reasons import HATCH_COLOUR, ReasonMasks, reason_columns, re
 from explore.charts.style import BLUE, GREEN, INFEASIBLE_OPACITY, INK, MUTED, PURPLE, RED, new_figure
 from explore.errors import RequestError
 from explore.store.open_results import ResultsOrPath, results_of
-from explore.store.results import Results
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -61,7 +61,7 @@ def ratio_chart(results: ResultsOrPath, *, design: int | None = None) -> Figure:
     panels = figure.subplots(2, 1, sharex=True)
     for panel, name in zip(panels, _LOOKS, strict=True):
         _draw_curve(panel, frame, name, chosen, masks)
-        _draw_metric_bounds(panel, results, name)
+        draw_metric_bounds(panel, results, y=name)
         panel.set_ylabel(axis_label(numeric_column(results, name), 38))
         bands = _hatch_undefined(panel, frame, masks)
         panel.grid(color=MUTED, alpha=0.25, lw=0.5)
@@ -89,15 +89,6 @@ def _draw_curve(panel: Axes, frame: pd.DataFrame, name: str, chosen: int, masks:
                    ls="", zorder=3, label=f"infeasible: {reasons}")  # fmt: skip
     panel.plot(crank.loc[[chosen]], values.loc[[chosen]], "*", color=GREEN, mec=INK, ms=16, ls="", zorder=4,
                label=f"design {chosen:,}")  # fmt: skip
-
-
-def _draw_metric_bounds(panel: Axes, results: Results, name: str) -> None:
-    """Draw the study's bounds on the metric as lines; those beyond the axis do not extend it."""
-    limits = panel.get_ylim()
-    for bound in results.constraints.get(name, {}).values():
-        if bound is not None:
-            panel.axhline(bound, color=RED, lw=1.1, ls="-.")
-    panel.set_ylim(limits)
 
 
 def _hatch_undefined(panel: Axes, frame: pd.DataFrame, masks: ReasonMasks) -> list[Patch]:

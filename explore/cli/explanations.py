@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from explore.cli.nearness import is_little, summarise_nearest
+from explore.cli.nearness import summarise_nearest
 from explore.cli.output import count_of, is_or_are, number, say, shown_unit
 
 if TYPE_CHECKING:
@@ -20,6 +20,8 @@ _MOST_RANGES = 3
 
 def explain_ranking(results: Results, ranking: Ranking, prefix: str = "") -> None:
     """Say which designs are ranked and why the others are not; `prefix` names the results."""
+    from explore.ranking.nearest import is_little
+
     if ranking.is_incomplete:
         kept = ", ".join(results.objectives)
         say(f"{results.path} keeps only the Pareto set in {kept}: the best in this request may be missing", "yellow")

@@ -14,17 +14,10 @@ if TYPE_CHECKING:
     from explore.ranking.nearest import Nearness
     from explore.store.results import Results
 
-#: Little is feasible if it is less than this share of the designs.
-_LITTLE = 1e-3
 #: Designs, and combinations of constraints, that a summary in lines names.
 _MOST_NAMED = 3
 #: Numbers of designs to let in by relaxing a constraint.
 _LET_IN = (1, 10, 100)
-
-
-def is_little(n_feasible: int, n_designs: int) -> bool:
-    """Whether so few designs are feasible that the nearest others are of interest."""
-    return n_feasible < _LITTLE * n_designs
 
 
 def print_nearest(results: Results, nearness: Nearness) -> None:

@@ -25,6 +25,13 @@ if TYPE_CHECKING:
 #: Column with the total violation.
 VIOLATION = "violation"
 _SUFFIX = "_margin"
+#: Little is feasible if it is less than this share of the designs.
+_LITTLE = 1e-3
+
+
+def is_little(n_feasible: int, n_designs: int) -> bool:
+    """Whether so few designs are feasible that the nearest others are of interest."""
+    return n_feasible < _LITTLE * n_designs
 
 
 @dataclass(frozen=True)

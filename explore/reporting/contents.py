@@ -19,6 +19,7 @@ from explore.model.mechanism import Mechanism
 from explore.ranking.rankings import Ranking, rank_source
 from explore.reporting.density import count_densities
 from explore.reporting.motion import describe_motion, kernel_for, translate_functions
+from explore.reporting.nearness import describe_nearest
 from explore.reporting.packing import ColumnPacker
 from explore.reporting.rows import FEASIBLE, FRONT, INFEASIBLE, ReportRows, choose_rows
 from explore.store.results import Results
@@ -139,6 +140,7 @@ def _describe_study(results: Results, mechanism: Mechanism | None, ranking: Rank
         "objectives": [[o.metric, o.sense] for o in ranking.objectives] if ranking else [],
         "feasible": ranking.tally.n_ranked + ranking.tally.n_not_finite if ranking else None,
         "missed": _describe_constraints(results, ranking),
+        "nearest": describe_nearest(results, ranking.tally.n_ranked + ranking.tally.n_not_finite if ranking else None),
         "bounds": _bounds(results, mechanism),
         "facts": [[k, str(v)] for k, v in sorted(results.attributes.items()) if k not in _HIDDEN_ATTRIBUTES],
         "config": results.config,

@@ -35,6 +35,26 @@ def test_the_page_shows_the_facts_of_the_file(page, study, frame):
     assert "small is better" in text
 
 
+def test_the_page_names_the_designs_nearest_to_feasible(browser, page, tmp_path):
+    assert "Nearest to feasible" not in page.locator("body").inner_text()  # enough is feasible
+    text = SOBOL.format(count=2000) + "swing_angle = { min = 60 }\ntime_ratio = { max = 1.001 }\n"
+    results = sweep_study(tmp_path, "none", text)
+    nearest = explore.nearest(results, 10)
+    assert not explore.read_results(results.path)["feasible"].any()
+
+    with silent_page(browser, report_of(results.path)) as own:
+        facts = own.locator("body").inner_text()
+
+    assert "Nearest to feasible" in facts
+    for design, row in nearest.iterrows():
+        (line,) = [line for line in facts.splitlines() if line.startswith(f"design {design:,}\t")]
+        for metric in ("swing_angle", "time_ratio", "transmission_angle_min", "transmission_angle_max"):
+            assert (f"{metric.replace('_', ' ')} by" in line) == (row[f"{metric}_margin"] < 0.0)
+    combinations = nearest.attrs["combinations"]
+    assert f"{combinations['swing_angle', 'time_ratio']:,}\tmiss swing angle, time ratio together" in facts
+    assert f"alone by {combinations[('swing_angle',)]:,}" in facts
+
+
 def test_a_click_on_a_heading_sorts(page, frame):
     heading = page.locator(".head .cell", has_text="time ratio")
     heading.locator("button").click()

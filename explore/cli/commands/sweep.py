@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from explore.cli.explanations import explain_unreachable
-from explore.cli.nearness import is_little, summarise_nearest
+from explore.cli.nearness import summarise_nearest
 from explore.cli.output import announce_compiling, complain, count_of, say
 from explore.cli.paths import refuse_overwriting
 from explore.cli.workers import (
@@ -183,9 +183,10 @@ def _report(summary: Summary, study: Study, options: SweepOptions) -> None:
 
 def _report_nearest(summary: Summary) -> None:
     """Say which designs are nearest to feasible if few are; a resumed sweep counts only those that it computed."""
-    if not summary.n_resumed and is_little(summary.n_feasible, summary.n_computed):
-        from explore import open_results
+    from explore import open_results
+    from explore.ranking.nearest import is_little
 
+    if not summary.n_resumed and is_little(summary.n_feasible, summary.n_computed):
         summarise_nearest(open_results(summary.path), with_unmeasured=True)
 
 

@@ -110,6 +110,7 @@ function constraints(study) {
     const bound =
       low === null ? `≤ ${number(high)}` : high === null ? `≥ ${number(low)}` : `${number(low)} … ${number(high)}`;
     const counts = [missed === null ? "" : `missed by ${count(missed)}`, unknown ? `undefined in ${count(unknown)}` : ""];
+    if (study.nearest) counts.push(...relaxations(study.nearest, metric, unit));
     return el(
       "tr",
       {},
@@ -128,7 +129,32 @@ function constraints(study) {
     aims.length ? el("table", {}, ...aims) : el("p", {}, "none"),
     el("h3", {}, "Constraints"),
     rows.length ? el("table", {}, ...rows) : el("p", {}, "none"),
+    ...(study.nearest ? nearest(study.nearest) : []),
   );
+}
+
+const amount = (value, unit) => `${number(value)} ${unit === "1" ? "" : unit}`.trim();
+
+/** How many designs a constraint excludes alone, and by how much to relax it to let some of them in. */
+function relaxations({ alone, lets_in }, metric, unit) {
+  const widths = lets_in[metric].map(([designs, width]) => `${amount(width, unit)} lets in ${count(designs)}`);
+  return [`alone by ${count(alone[metric])}`, widths.length ? `relaxed by ${widths.join(", ")}` : ""];
+}
+
+/** The designs nearest to feasible, and the constraints that are most often missed together. */
+function nearest({ designs, together }) {
+  const rows = designs.map(([design, , missed, unknown]) => {
+    const misses = missed.map(([metric, by, unit]) => `${words(metric)} by ${amount(by, unit)}`);
+    const rest = unknown.length ? `; ${unknown.map(words).join(", ")} not known` : "";
+    return el("tr", {}, el("th", {}, `design ${count(design)}`), el("td", {}, `misses ${misses.join(", ")}${rest}`));
+  });
+  const pairs = together.map(([metrics, designs_]) =>
+    el("tr", {}, el("th", {}, count(designs_)), el("td", {}, `miss ${metrics.map(words).join(", ")} together`)),
+  );
+  return [
+    ...(rows.length ? [el("h3", {}, "Nearest to feasible"), el("table", {}, ...rows)] : []),
+    ...(pairs.length ? [el("h3", {}, "Missed together"), el("table", {}, ...pairs)] : []),
+  ];
 }
 
 function provenance(study) {
