@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from mujoco_model import Body, Cut, inverse_dynamics
 
 import explore
 from explore.mechanisms.registry import MECHANISMS
@@ -69,6 +70,48 @@ def test_forces_agree_with_newton_and_euler(slider, load, share):
     for name in FORCES:
         force = magnitude(reference[name])
         assert np.abs(motion[name] - force).max() <= 1e-12 * np.abs(force).max(), name
+
+
+@pytest.mark.slow
+def test_forces_agree_with_mujoco():
+    """Without friction, which MuJoCo's inverse dynamics of given motions does not have in a guide."""
+    pytest.importorskip("mujoco")
+    random = np.random.default_rng(3)
+    for number in range(100):
+        crank, share = random.uniform(10.0, 200.0), random.uniform(-2.0, 2.0)
+        rod = crank * (1.0 + abs(share)) * random.uniform(1.03, 6.0)
+        design = newton_euler_slider.DEFAULTS | {"crank": crank, "rod": rod, "offset": share * crank}
+        design |= {"speed": random.uniform(0.5, 50.0), "gravity": 9.80665 * (number % 2)}
+        design |= {"constant_force": random.uniform(-500.0, 500.0), "opposing_force": random.uniform(0.0, 500.0)}
+        design |= {"stiffness": random.uniform(0.0, 1e4), "damping": random.uniform(0.0, 500.0)}
+        design |= {name: random.uniform(0.1, 10.0) for name in ("mass", "crank_mass", "rod_mass")}
+        design |= {name: random.uniform(-0.5, 1.5) for name in ("crank_centroid", "rod_centroid")}
+        design["rod_inertia"] = random.uniform(1e-3, 0.1)
+        theta, speed = np.deg2rad(ANGLES), design["speed"]
+        pin, slider, turning, spinning = newton_euler_slider.kinematics(design, theta)
+        span = slider[0] - pin[0]
+        crank, rod, offset = (1e-3 * design[name] for name in ("crank", "rod", "offset"))
+        bodies = (
+            Body("crank", design["crank_mass"], 0.01, (design["crank_centroid"] * crank, 0.0)),
+            Body("rod", design["rod_mass"], design["rod_inertia"], (design["rod_centroid"] * rod, 0.0), (crank, 0.0),
+                 "crank"),
+            Body("slider", design["mass"], 0.01, (0.0, 0.0), (0.0, offset), joint="slide",
+                 stiffness=design["stiffness"], rest=newton_euler_slider.middle(design), damping=design["damping"]),
+        )  # fmt: skip
+        motion = {
+            "crank": (theta, np.full_like(theta, speed), np.zeros_like(theta)),
+            "rod": (np.arctan2(span[:, 1], span[:, 0]) - theta, turning - speed, spinning),  # the angle to the crank
+            "slider": slider[:, :, 0],
+        }
+        load = {"slider": design["constant_force"] - design["opposing_force"] * np.sign(slider[1, :, 0])}
+        cut = Cut("rod", (rod, 0.0), "slider", (0.0, 0.0))
+        torque, pins = inverse_dynamics(bodies, cut, design["gravity"], motion, load, "crank")
+        exact = explore.simulate("slider-crank", design, angles=ANGLES)
+        scale = max(magnitude(force).max() for force in pins.values())
+        for name, body in (("crank_pivot_force", "crank"), ("crank_pin_force", "rod"), ("slider_pin_force", "cut")):
+            assert np.abs(exact[name] - magnitude(pins[body])).max() <= 1e-11 * scale, design
+        assert np.abs(exact["guide_force"] - pins["slider"][:, 1]).max() <= 1e-11 * scale, design
+        assert np.abs(exact["drive_torque"] - torque).max() <= 1e-11 * scale * crank, design
 
 
 @settings(derandomize=True, deadline=None, max_examples=60)
