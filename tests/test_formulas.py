@@ -221,7 +221,7 @@ def test_what_is_undefined_leaves_the_status_and_is_not_feasible():
         "swallowed": {"formula": "min(1 / (1 / (crank - 100)), 0)", "unit": "mm"},
         "root": {"formula": "sqrt(crank - 120)", "unit": "1"},
         "logarithm": {"formula": "log(crank - 100)", "unit": "1"},
-        "power": {"formula": "(crank - 120)**0.5", "unit": "1"},
+        "half": {"formula": "(crank - 120)**0.5", "unit": "1"},
         "huge": {"formula": "exp(crank * 8)", "unit": "1"},
         "direction": {"formula": "atan2(crank - 100, crank - 100)", "unit": "deg"},
     }
@@ -230,7 +230,7 @@ def test_what_is_undefined_leaves_the_status_and_is_not_feasible():
     )
     undefined = {name: np.flatnonzero(np.isnan(frame[name])).tolist() for name in formulas}
     assert undefined == {
-        "quotient": [1], "swallowed": [1], "root": [0, 1], "logarithm": [0, 1], "power": [0, 1], "huge": [1, 2, 3],
+        "quotient": [1], "swallowed": [1], "root": [0, 1], "logarithm": [0, 1], "half": [0, 1], "huge": [1, 2, 3],
         "direction": [1],
     }  # fmt: skip
     assert (frame["status"] == Status.OK).tolist() == [True, True, True, False]
