@@ -4,6 +4,7 @@ from .api.designs import evaluate as evaluate
 from .api.designs import list_mechanisms as list_mechanisms
 from .api.designs import simulate as simulate
 from .api.designs import sweep as sweep
+from .api.refinement import polish as polish
 from .api.refinement import refine as refine
 from .api.results import nearest as nearest
 from .api.results import rank as rank

@@ -1,20 +1,36 @@
-"""Improve the front of results."""
+"""Improve the front of results, or some designs."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from explore.api.workers import find_workers, report_counts
+from explore.errors import RequestError
+from explore.evaluation.constraints import margin
+from explore.evaluation.evaluate import evaluate_columns
+from explore.model.columns import Arrays
 from explore.model.progress import ReportProgress
+from explore.model.quantities import FloatArray
+from explore.model.request import Objective, Request
+from explore.ranking.objectives import choose_objectives
+from explore.ranking.pareto import objectives_to_minimise
+from explore.ranking.rankings import RankRequest, rank_source, rankable_names
+from explore.refining.polishing import polish as polish_position
 from explore.store.open_results import open_results, results_of
 from explore.store.results import Results
-from explore.sweeping.refinement_plan import EVALUATIONS, plan_refinement
+from explore.sweeping.refinement_plan import EVALUATIONS, coordinates_of, plan_refinement, space_of, study_of
 from explore.sweeping.refinements import run_refinement
 
 if TYPE_CHECKING:
+    import pandas as pd
     from distributed import Client
+
+    from explore.config.study import Study
 
 
 def refine(
@@ -67,3 +83,78 @@ def refine(
     cluster = find_workers(plan.study.request, client, workers, processes=processes)
     run_refinement(plan, source.path, path, cluster, restart=restart, progress=report_counts(report_progress))
     return open_results(path)
+
+
+def polish(
+    results: Results | Path | str,
+    designs: Sequence[int] | int | None = None,
+    *,
+    objective: str | None = None,
+) -> pd.DataFrame:
+    """Improve designs in one objective as far as the constraints and the ranges of their study allow.
+
+    Parameters
+    ----------
+    results
+        Results, or the path of their file.
+    designs
+        Numbers of feasible designs; None for the best one in the objective.
+    objective
+        The metric to improve, such as ``"cv"`` or ``"swing_angle:max"``; None for the first objective of the study.
+        Other objectives may become worse.
+
+    Returns
+    -------
+    DataFrame
+        One row for each design, under its number, with the columns of the results; ``attrs["units"]`` has their units.
+
+    Raises
+    ------
+    RequestError
+        If a design is not feasible, the objective is unknown, or the study has no range.
+
+    Notes
+    -----
+    The search is local: SciPy's sequential quadratic programming, with derivatives by central differences of exact
+    evaluations. Listed values stay as they are.
+    """
+    import pandas as pd
+
+    source = results_of(results)
+    study = study_of(source)
+    one, _ = choose_objectives(objective, None, source.senses, rankable_names(source), source.objectives[:1])
+    if designs is None:
+        designs = [int(rank_source(source, RankRequest([f"{one[0].metric}:{one[0].sense}"])).frame.index[0])]
+    numbers = np.atleast_1d(np.asarray(designs, dtype=np.int64))
+    frame = source.designs(numbers)
+    for number in frame.index[frame["feasible"] == 0]:
+        raise RequestError(f"design {number} is not feasible; choose one that is")
+    rows = [_polished(study, frame.iloc[[row]], one[0]) for row in range(len(frame))]
+    polished = pd.concat(rows).set_index(frame.index)
+    polished.attrs["units"] = {name: unit for name, unit in source.units.items() if name in polished}
+    return polished
+
+
+def _polished(study: Study, row: pd.DataFrame, objective: Objective) -> pd.DataFrame:
+    """One design, polished."""
+    import pandas as pd
+
+    coordinates, request = coordinates_of(study), study.request
+    columns = {str(name): row[name].to_numpy() for name in row}
+    choices = coordinates.choices(columns)
+    # Without constraints, because a design that breaks one is not sampled.
+    free = replace(request, metrics=request.all_metrics, constraints=())
+
+    def evaluate(request: Request, positions: FloatArray) -> Arrays:
+        parameters = coordinates.columns(positions, np.repeat(choices, len(positions), axis=0))
+        return evaluate_columns(request, space_of(study, parameters).designs(0, len(positions))).columns
+
+    def values_at(positions: FloatArray) -> tuple[FloatArray, FloatArray]:
+        found = evaluate(free, positions)
+        margins = [margin(constraint, found[constraint.metric.name]) for constraint in request.constraints]
+        values = objectives_to_minimise(found, [objective])[:, 0]
+        return values, np.array(margins).reshape(len(margins), len(positions)).T
+
+    position = polish_position(values_at, coordinates.positions(columns)[0])
+    polished = evaluate(request, position[None])
+    return pd.DataFrame(polished) if polished["feasible"][0] else row[list(polished)]

@@ -11,6 +11,7 @@ from explore.cli.commands.init import init
 from explore.cli.commands.mechanisms import mechanisms
 from explore.cli.commands.pack import pack
 from explore.cli.commands.plot import plot
+from explore.cli.commands.polish import polish
 from explore.cli.commands.precision import precision
 from explore.cli.commands.rank import rank
 from explore.cli.commands.refine import refine
@@ -75,6 +76,7 @@ def _options(
 app.command(epilog="Example: explore sweep configs/grid.toml")(sweep)
 app.command(epilog="Example: explore rank --metric cv --metric swing_angle:max --top 5")(rank)
 app.command(epilog="Example: explore refine results/optimum.h5 --evaluations 1000000")(refine)
+app.command(epilog="Example: explore polish results/optimum.h5 --metric cv")(polish)
 app.command(epilog="Example: explore show --design 42")(show)
 app.command(epilog="Example: explore plot pareto results/grid.h5 --x cv --y swing_angle -o front.svg")(plot)
 app.command(epilog="Example: explore report results/grid.h5 -o grid.html")(report)

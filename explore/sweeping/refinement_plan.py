@@ -64,10 +64,8 @@ class RefinementPlan:
 
     def generations(self) -> Generations:
         """The generations, the first one next."""
-        mechanism = self.study.request.mechanism
-        listed = [parameter.name for parameter in mechanism.parameters if parameter.choices]
         return Generations(
-            Coordinates.over(_free_axes(self.study.space), listed),
+            coordinates_of(self.study),
             self.objectives,
             self.margins,
             self.start,
@@ -80,16 +78,6 @@ class RefinementPlan:
     def margins(self) -> list[str]:
         """Names of the columns with the margins of the constraints."""
         return [f"{constraint.metric.name}_margin" for constraint in self.study.request.constraints]
-
-    def space(self, parameters: Arrays) -> DesignSpace:
-        """The designs with these parameters, and the solved length of the study if it has one."""
-        table: DesignSpace = Table(
-            tuple(TableAxis(name, values) for name, values in parameters.items()), len(next(iter(parameters.values())))
-        )
-        space = self.study.space
-        if isinstance(space, SolvedSpace):
-            return SolvedSpace.over(table, space.solved_length, space.mechanism)
-        return table
 
     @property
     def columns(self) -> tuple[Column, ...]:
@@ -138,28 +126,18 @@ def plan_refinement(
             f"{results.path} is not finished: {results.n_committed:,} of {results.n_designs:,} designs; "
             "run the sweep again to go on, then refine"
         )
-    if results.attributes.get("sampler") == "table":
-        raise RequestError(
-            f"{results.path} has the designs of a table, which has no ranges to refine in; sweep ranges or lists"
-        )
     if seed < 0:
         raise RequestError(f"seed = {seed}: must be at least 0")
-    study = parse_study(results.config, str(results.path), results.path.parent)
+    study = study_of(results)
     ranking = rank_source(results, RankRequest(objectives))
     if len(ranking.objectives) < 2:
         name = ranking.objectives[0].metric
         raise RequestError(
             f"{name} alone has one best design, not a front; name two or more `objectives`, "
-            f"or improve that design with explore.polish"
+            "or improve that design by `explore polish`"
         )
     if ranking.frame.empty:
         raise RequestError(_nothing_feasible(results, ranking))
-    coordinates = Coordinates.over(_free_axes(study.space), ())
-    if not coordinates.ranges:
-        raise RequestError(
-            f"{results.path} has only listed values, with nothing between them to refine; "
-            "give a parameter of the study a range and sweep it"
-        )
     n_start = len(ranking.frame)
     if evaluations <= n_start:
         raise RequestError(
@@ -169,6 +147,36 @@ def plan_refinement(
     names = [column.name for column in results_columns(study)]
     start = {name: np.ascontiguousarray(frame[name].to_numpy()) for name in names if name in frame}
     return RefinementPlan(study, ranking.objectives, start, evaluations, seed)
+
+
+def study_of(results: Results) -> Study:
+    """The study of results, whose designs a search can move within its ranges."""
+    if results.attributes.get("sampler") == "table":
+        raise RequestError(
+            f"{results.path} has the designs of a table, which has no ranges to move in; sweep ranges or lists"
+        )
+    study = parse_study(results.config, str(results.path), results.path.parent)
+    if not coordinates_of(study).ranges:
+        raise RequestError(
+            f"{results.path} has only listed values, with nothing between them; "
+            "give a parameter of the study a range and sweep it"
+        )
+    return study
+
+
+def coordinates_of(study: Study) -> Coordinates:
+    """The coordinates of the parameters that are given, not solved for."""
+    base = study.space.base if isinstance(study.space, SolvedSpace) else study.space
+    axes = [axis for axis in base.axes if isinstance(axis, Axis)]
+    return Coordinates.over(axes, [p.name for p in study.request.mechanism.parameters if p.choices])
+
+
+def space_of(study: Study, parameters: Arrays) -> DesignSpace:
+    """The designs with these parameters, and the solved length of the study if it has one."""
+    axes = tuple(TableAxis(name, values) for name, values in parameters.items())
+    table = Table(axes, len(axes[0].values))
+    space = study.space
+    return SolvedSpace.over(table, space.solved_length, space.mechanism) if isinstance(space, SolvedSpace) else table
 
 
 def growth(plan: RefinementPlan, ranking: Ranking) -> float | None:
@@ -187,12 +195,6 @@ def growth(plan: RefinementPlan, ranking: Ranking) -> float | None:
     reference = worst + REFERENCE_OFFSET * (worst - best)
     start, end = (float(moocore.hypervolume(np.ascontiguousarray(values), ref=reference)) for values in (before, after))
     return end / start - 1.0 if start > 0.0 else None
-
-
-def _free_axes(space: DesignSpace) -> list[Axis]:
-    """The axes of the parameters that are given, not solved for."""
-    base = space.base if isinstance(space, SolvedSpace) else space
-    return [axis for axis in base.axes if not isinstance(axis, TableAxis)]  # type: ignore[misc]  # a solved length is not in the base
 
 
 def _nothing_feasible(results: Results, ranking: Ranking) -> str:

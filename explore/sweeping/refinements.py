@@ -23,7 +23,7 @@ from explore.store.open_results import open_results
 from explore.sweeping.blocks import BlockResult, evaluate_block
 from explore.sweeping.in_flight import BlocksInFlight
 from explore.sweeping.log import Listener, Log
-from explore.sweeping.refinement_plan import RefinementPlan
+from explore.sweeping.refinement_plan import RefinementPlan, space_of
 from explore.sweeping.runs import Environments, Progress, Summary, logged
 from explore.sweeping.threads import BlocksOnThreads, LocalThreads
 
@@ -120,15 +120,16 @@ class _Run:
         numbers = range(first, first - (-n // PART_SIZE))
         for part, begin in zip(numbers, range(0, n, PART_SIZE), strict=True):
             rows = slice(begin, begin + PART_SIZE)
-            self._parts[part] = self._plan.space({name: values[rows] for name, values in draw.columns.items()})
+            columns = {name: values[rows] for name, values in draw.columns.items()}
+            self._parts[part] = space_of(self._plan.study, columns)
         run_parts(numbers)
         missing = [part for part in numbers if part not in self._results]
         if missing:
             raise ClusterError(f"{len(missing)} parts of generation {number} never came back; run the refinement again")
         results = [self._results.pop(part) for part in numbers]
         self._parts.clear()
-        columns = {name: np.concatenate([result[name] for result in results]) for name in results[0]}
-        return columns | {PARENT: draw.parents}
+        joined = {name: np.concatenate([result[name] for result in results]) for name in results[0]}
+        return joined | {PARENT: draw.parents}
 
     def _runner(self, workers: Client | LocalThreads) -> Callable[[range], None]:
         """A function that evaluates the parts of these numbers."""

@@ -52,6 +52,8 @@ def sweep_study(study: explore.Study, folder: Path) -> explore.Results:
     assert explore.xarray(results)["cv"].attrs["units"] == "1"
     refined: explore.Results = explore.refine(results, folder / "refined.h5", evaluations=256, seed=1, workers=1)
     assert refined.objectives == results.objectives
+    polished: pd.DataFrame = explore.polish(refined, objective="cv")
+    assert polished["cv"].iloc[0] <= explore.rank(refined)["cv"].min()
     return results
 
 

@@ -56,7 +56,8 @@ def _show_results(results: Results, *, as_json: bool) -> None:
     if results.keep != "all":
         say(f"{results.n_designs:,} of {results.n_studied:,} designs were kept, the Pareto-optimal ones", data=True)
     if not results.is_complete:
-        say("run its `explore sweep` again to continue", data=True)
+        command = "refine" if results.attributes.get("sampler") == "refinement" else "sweep"
+        say(f"run its `explore {command}` again to continue", data=True)
     print_table(
         "designs by status",
         [("status", ""), ("designs", ""), ("meaning", "")],

@@ -1,0 +1,64 @@
+"""`explore polish`: improve chosen designs in one objective by a local search."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from explore.cli.completion import complete_objectives
+from explore.cli.export import check_table, with_labels, write_table
+from explore.cli.options import JsonOption, ResultsArgument
+from explore.cli.output import announce_compiling, count_of, number, print_json, say
+from explore.cli.paths import newest_results, refuse_overwriting
+from explore.cli.tables import print_table
+
+
+def polish(
+    results: ResultsArgument = None,
+    design: Annotated[
+        list[int] | None,
+        typer.Option(help="A feasible design to improve, several times for several; by default the best one."),
+    ] = None,
+    metric: Annotated[
+        str | None,
+        typer.Option(
+            autocompletion=complete_objectives,
+            help="What to improve: NAME, NAME:min or NAME:max; by default the first objective of the study.",
+        ),
+    ] = None,
+    as_json: JsonOption = False,
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", help="Also write the designs, as .csv, .json, .md or .parquet.")
+    ] = None,
+) -> None:
+    """Improve designs in one objective as far as the constraints allow."""
+    path = results or newest_results()
+    refuse_overwriting(path, output, "the results file")
+    check_table(output)
+    import explore
+
+    source = explore.open_results(path)
+    announce_compiling()
+    polished = explore.polish(source, design, objective=metric)
+    if output is not None:
+        write_table(with_labels(polished, source.columns), output, source.units)
+        say(f"wrote {count_of(len(polished), 'design')} to {output}")
+    if as_json:
+        print_json(with_labels(polished, source.columns).reset_index().to_dict(orient="records"))
+        return
+    name = (metric or source.objectives[0]).partition(":")[0]
+    before = source.designs(polished.index)[name]
+    swept = [column.name for column in source.columns if column.role == "parameter" and column.name != name]
+    rows = [
+        [str(number_of), number(float(old), 9), *(number(float(row[column]), 9) for column in (name, *swept))]
+        for number_of, old, row in zip(polished.index, before, polished.to_dict(orient="records"), strict=True)
+    ]
+    units = source.units
+    columns = [
+        ("from design", ""),
+        (f"{name} before", units[name]),
+        *((column, units[column]) for column in (name, *swept)),
+    ]
+    print_table(f"{name}, improved by a local search", columns, rows, droppable=swept[::-1])

@@ -1,0 +1,136 @@
+"""Polish one design: the best value of one objective that a local search reaches within the constraints."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from explore.model.quantities import FloatArray
+
+#: Values to minimise, shape (n,), and margins, shape (n, k), at positions of shape (n, d); NaN where undefined.
+Evaluate = Callable[[FloatArray], tuple[FloatArray, FloatArray]]
+#: Half the distance of two positions whose difference gives a derivative.
+_STEP = 1e-7
+#: A difference this many times larger than that on the other side is a jump.
+_JUMP = 2.0
+#: In place of an undefined value.
+_UNDEFINED = 1e3
+#: How far inside the constraints the search stays, of a step of 1: more if less ends outside by rounding.
+_INSIDE = (1e-10, 1e-8, 1e-6)
+#: Searches that each start where the one before ended.
+_MOST_SEARCHES = 4
+
+
+def polish(evaluate: Evaluate, position: FloatArray) -> FloatArray:
+    """Search for the least value near a position, by SciPy's sequential quadratic programming.
+
+    Parameters
+    ----------
+    evaluate
+        Evaluates several positions at once.
+    position
+        A feasible position, each coordinate 0 … 1, shape (d,).
+
+    Returns
+    -------
+    (d,) array
+        The feasible position with the least value of all that were evaluated.
+    """
+    best = position
+    for inside in _INSIDE:
+        for _ in range(_MOST_SEARCHES):
+            local = _Local(evaluate, best, inside)
+            _search(local, best)
+            if np.array_equal(local.best, best):
+                break
+            best = local.best
+    return best
+
+
+class _Local:
+    """Value, margins and their derivatives at one position, scaled, by one evaluation of its neighbours.
+
+    Attributes
+    ----------
+    best
+        The feasible position with the least value so far.
+    """
+
+    def __init__(self, evaluate: Evaluate, position: FloatArray, inside: float) -> None:
+        self._evaluate, self._inside = evaluate, inside
+        self.best, self._least = position, float(evaluate(position[None])[0][0])
+        self._at: FloatArray | None = None
+        self.value, self.margins, self.slope = self._least, np.zeros(0), np.zeros(0)
+        self.margin_slopes: FloatArray = np.zeros((0, len(position)))
+        self._move(position)
+        self._scale = max(abs(self.value), float(np.abs(self.slope).max()), np.finfo(float).tiny)
+        self._margin_scales = np.maximum(np.abs(self.margin_slopes).max(axis=1), np.finfo(float).tiny)
+
+    def value_at(self, position: FloatArray) -> float:
+        self._move(position)
+        return self.value / self._scale if np.isfinite(self.value) else _UNDEFINED
+
+    def slope_at(self, position: FloatArray) -> FloatArray:
+        self._move(position)
+        return np.asarray(np.nan_to_num(self.slope / self._scale))
+
+    def margins_at(self, position: FloatArray) -> FloatArray:
+        self._move(position)
+        return np.asarray(np.nan_to_num(self.margins / self._margin_scales - self._inside, nan=-1.0))
+
+    def margin_slopes_at(self, position: FloatArray) -> FloatArray:
+        self._move(position)
+        return np.asarray(np.nan_to_num(self.margin_slopes / self._margin_scales[:, None]))
+
+    def _move(self, position: FloatArray) -> None:
+        """Evaluate a position and its neighbours, unless they were evaluated last."""
+        position = np.clip(position, 0.0, 1.0)
+        if self._at is not None and np.array_equal(position, self._at):
+            return
+        self._at, d = position, len(position)
+        steps = _STEP * np.eye(d)
+        positions = np.concatenate(
+            [position[None], np.clip(position + steps, 0.0, 1.0), np.clip(position - steps, 0.0, 1.0)]
+        )
+        values, margins = self._evaluate(positions)
+        self.value, self.margins = float(values[0]), margins[0]
+        lengths = np.abs(positions[1:] - position).max(axis=1)
+        both = np.column_stack([values, margins])
+        slopes = _slopes(both, lengths[:d, None], lengths[d:, None]).T
+        self.slope, self.margin_slopes = slopes[0], slopes[1:]
+        feasible = np.flatnonzero((margins >= 0.0).all(axis=1) & (values < self._least))
+        if len(feasible):
+            row = feasible[values[feasible].argmin()]
+            self.best, self._least = positions[row], float(values[row])
+
+
+def _slopes(values: FloatArray, above: FloatArray, below: FloatArray) -> FloatArray:
+    """Derivatives by each coordinate, shape (d, k), from values at a position, above it and below it in each.
+
+    They are central differences; where the values jump next to the position, as at the change of the slower stroke, the
+    difference on the side without the jump, which is much the smaller.
+    """
+    d = len(above)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        rising, falling = (values[1 : d + 1] - values[0]) / above, (values[0] - values[d + 1 :]) / below
+        central = (values[1 : d + 1] - values[d + 1 :]) / (above + below)
+    rising, falling = np.where(np.isfinite(rising), rising, falling), np.where(np.isfinite(falling), falling, rising)
+    jumps = np.maximum(np.abs(rising), np.abs(falling)) > _JUMP * np.minimum(np.abs(rising), np.abs(falling))
+    smaller = np.where(np.abs(rising) < np.abs(falling), rising, falling)
+    return np.asarray(np.where(jumps | ~np.isfinite(central), smaller, central))
+
+
+def _search(local: _Local, start: FloatArray) -> None:
+    """Move `local` from the start to a minimum."""
+    from scipy.optimize import minimize
+
+    constraint: dict[str, Any] = {"type": "ineq", "fun": local.margins_at, "jac": local.margin_slopes_at}
+    arguments: dict[str, Any] = {
+        "jac": local.slope_at,
+        "bounds": [(0.0, 1.0)] * len(start),
+        "constraints": [constraint] if len(local.margins) else [],
+        "options": {"ftol": 1e-15, "maxiter": 300},
+    }
+    minimize(local.value_at, start, method="SLSQP", **arguments)

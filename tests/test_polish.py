@@ -1,0 +1,135 @@
+"""Polished designs: known optima, and what happens at walls, kinks and edges."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+from command_line import call
+
+import explore
+from explore.refining.polishing import polish
+
+STUDY = """
+mechanism = "crank-rocker"
+[parameters]
+crank = 50
+coupler = { min = 50, max = 1000 }
+rocker = { min = 50, max = 500 }
+ground = { min = 50, max = 1000 }
+[sampling]
+method = "sobol"
+count = 4096
+seed = 1
+[evaluate]
+window = "drive"
+drive = "slow"
+metrics = ["mean_output_ratio", "cv"]
+[constraints]
+transmission_angle_min = { min = 30 }
+transmission_angle_max = { max = 150 }
+[rank]
+metrics = ["cv", "mean_output_ratio:max"]
+"""
+
+
+@pytest.fixture(scope="module")
+def results(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("polish")
+    (folder / "study.toml").write_text(STUDY, encoding="utf-8")
+    return explore.sweep(explore.load_study(folder / "study.toml"), folder / "study.h5")
+
+
+def test_the_published_bounds_hold_a_cv_of_0_353912252(results):
+    """From three designs; the value is that of a global search with ten digits, and SLSQP leaves 1e-9."""
+    best = explore.rank(results).index[:3]
+    polished = explore.polish(results, list(best))
+    assert list(polished.index) == list(best)
+    assert polished["cv"].to_numpy() == pytest.approx(0.353912252, abs=5e-9)
+    assert (polished["feasible"] == 1).all()
+    assert polished.attrs["units"]["coupler"] == "mm"
+    # Both transmission angles and the ground are at their bounds; the strokes are then equal.
+    design = polished.iloc[0]
+    assert design["ground"] == pytest.approx(1000.0, abs=1e-5)
+    assert design["transmission_angle_min_margin"] == pytest.approx(0.0, abs=1e-5)
+    assert design["transmission_angle_max_margin"] == pytest.approx(0.0, abs=1e-5)
+
+
+def test_the_rows_are_what_evaluate_says(results):
+    polished = explore.polish(results, objective="mean_output_ratio:max")
+    limits = {"transmission_angle_min": {"min": 30}, "transmission_angle_max": {"max": 150}}
+    again = explore.evaluate(
+        "crank-rocker",
+        polished[["crank", "coupler", "rocker", "ground"]],
+        metrics=["mean_output_ratio", "cv"],
+        window="drive",
+        drive="slow",
+        constraints=limits,
+    )
+    assert again["mean_output_ratio"].iloc[0] == polished["mean_output_ratio"].iloc[0]
+    assert again["feasible"].iloc[0]
+    assert polished["mean_output_ratio"].iloc[0] >= explore.rank(results)["mean_output_ratio"].max()
+
+
+def test_an_infeasible_design_is_refused(results):
+    frame = results.to_pandas()
+    number = int(frame.index[frame["feasible"] == 0][0])
+    with pytest.raises(explore.RequestError, match=f"design {number} is not feasible"):
+        explore.polish(results, number)
+
+
+def test_command(results):
+    code, out, _ = call("polish", results.path, "--json")
+    assert code == 0
+    assert json.loads(out)[0]["cv"] == pytest.approx(0.353912252, abs=5e-9)
+    code, out, _ = call("polish", results.path, "--metric", "cv")
+    assert code == 0
+    assert "0.35391225" in out
+    code, _, said = call("polish", results.path, "--metric", "cvv")
+    assert code == 2
+    assert "did you mean" in said
+
+
+def quadratic(positions):
+    """Least at (0.3, 0.6) without constraints."""
+    return ((positions - (0.3, 0.6)) ** 2).sum(axis=1), np.zeros((len(positions), 0))
+
+
+def test_a_minimum_inside():
+    assert polish(quadratic, np.array([0.9, 0.1])) == pytest.approx([0.3, 0.6], abs=1e-6)
+
+
+def disc(positions):
+    """As far as possible to the upper right within a circle of radius 0.5 about the centre."""
+    values = -positions.sum(axis=1)
+    return values, (0.25 - ((positions - 0.5) ** 2).sum(axis=1))[:, None]
+
+
+def test_a_minimum_on_a_constraint():
+    found = polish(disc, np.array([0.4, 0.6]))
+    assert disc(found[None])[1][0, 0] >= 0.0
+    # The search stays 1e-10 of a step inside, and the value is flat along the circle.
+    assert found.sum() == pytest.approx(1.0 + math.sqrt(0.5), abs=1e-9)
+
+
+def test_a_minimum_at_a_jump():
+    """The value jumps up across a line that no constraint declares: the search stays on the lower side."""
+
+    def jump(positions):
+        return positions[:, 0] - positions[:, 1] + 2.0 * (positions[:, 1] > 0.7), np.zeros((len(positions), 0))
+
+    found = polish(jump, np.array([0.5, 0.2]))
+    assert jump(found[None])[0][0] < 0.5 - 0.2
+    assert found[1] <= 0.7
+
+
+def test_undefined_neighbours_end_nothing():
+    def half(positions):
+        return np.where(positions[:, 0] < 0.5, positions[:, 0], np.nan), np.zeros((len(positions), 0))
+
+    assert polish(half, np.array([0.49999999]))[0] == pytest.approx(0.0, abs=1e-9)
+
+
+def test_the_start_is_kept_where_nothing_is_better():
+    start = np.array([0.3, 0.6])
+    assert quadratic(polish(quadratic, start)[None])[0][0] <= quadratic(start[None])[0][0]
