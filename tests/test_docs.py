@@ -44,6 +44,7 @@ def run_page(name, capsys, **names):
         "published-simulation.md",
         "methods.md",
         "gears.md",
+        "loads.md",
         "variable-crank.md",
     ],
 )
