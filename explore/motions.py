@@ -63,6 +63,8 @@ def motion_signals(
     ]
     if isinstance(solver, ClosedForm):
         rows = dict(enumerate(_closed_form(mechanism.kernel_of(filled), inputs, input_angle)))
+    elif mechanism.points:
+        raise RequestError(f"points have only the closed form; leave out method={method!r}, or the points")
     else:
         rows = _by_method(solver, find_loop(mechanism.name), inputs, np.deg2rad(input_angle), tolerance)
     speed = inputs[mechanism.speed.name] if mechanism.speed else 1.0

@@ -22,6 +22,7 @@ from explore.evaluation.evaluate import (
 from explore.mechanisms.registry import MECHANISMS
 from explore.model.columns import Arrays
 from explore.model.mechanism import Mechanism
+from explore.model.points import COORDINATES
 from explore.model.progress import ReportProgress
 from explore.model.status import Status
 from explore.motions import motion_signals
@@ -117,6 +118,7 @@ def evaluate(
     constraints: Mapping[str, Mapping[str, float | str]] | None = None,
     tolerance: float = 1e-9,
     formulas: Mapping[str, Mapping[str, str]] | None = None,
+    points: Sequence[str] | str = (),
 ) -> pd.DataFrame:
     """Evaluate designs, each with as few samples of its motion as the tolerance allows.
 
@@ -141,6 +143,9 @@ def evaluate(
     formulas
         Metrics of your own by name, such as ``{"reach": {"formula": "coupler + ground", "unit": "mm"}}``: arithmetic
         with parameters, metrics and each other. Each is a column.
+    points
+        Names of points of the floating link. The parameters ``knife_along`` and ``knife_across`` (mm) of a point
+        "knife" are where it is: along the link from the crank's pin, and across it counter-clockwise.
 
     Returns
     -------
@@ -158,7 +163,7 @@ def evaluate(
     """
     import pandas as pd
 
-    declared = find_mechanism(mechanism)
+    declared = find_mechanism(mechanism, [points] if isinstance(points, str) else points)
     request = make_request(
         declared, metrics=metrics, window=window, drive=drive, constraints=constraints, tolerance=tolerance,
         formulas=formulas,
@@ -188,6 +193,7 @@ def simulate(
     mechanism: str,
     parameters: Mapping[str, float | str],
     *,
+    points: Mapping[str, Sequence[float | str]] | None = None,
     angles: int | Sequence[float] | npt.NDArray[np.float64] = 360,
     method: str = "closed-form",
     tolerance: float = 1e-9,
@@ -201,6 +207,9 @@ def simulate(
     parameters
         Parameters of the design by name, in declared units or as strings with a unit. Forces follow from the load
         parameters and are 0 without.
+    points
+        Points of the floating link by name: each the places along it from the crank's pin and across it
+        counter-clockwise, such as ``{"knife": (120, 40)}``, mm or strings with a unit.
     angles
         Input angles in degrees, or the number of evenly spaced ones from 0.
     method
@@ -227,8 +236,9 @@ def simulate(
     """
     import pandas as pd
 
-    declared = find_mechanism(mechanism)
-    columns = parameter_columns(declared, parameters)
+    places = {name: tuple(place) for name, place in (points or {}).items()}
+    declared = find_mechanism(mechanism, tuple(places))
+    columns = parameter_columns(declared, {**parameters, **_coordinates(places)})
     request = make_request(declared, metrics=[declared.metrics[0].name], window=declared.full_turn.name)
     if len(columns[next(iter(columns))]) != 1:
         raise RequestError("simulate takes one design; evaluate takes many")
@@ -262,3 +272,13 @@ def _refuse_unusable(mechanism: Mechanism, columns: Arrays) -> None:
         if value != 0.0 and not SMALLEST_PARAMETER < abs(value) <= LARGEST_PARAMETER:
             limits = f"{SMALLEST_PARAMETER:g} to {LARGEST_PARAMETER:g}"
             raise RequestError(f"{name}: {value:g} is outside {limits}, the magnitudes that are computed with")
+
+
+def _coordinates(places: Mapping[str, tuple[float | str, ...]]) -> dict[str, float | str]:
+    """The parameters that are the coordinates of points."""
+    columns: dict[str, float | str] = {}
+    for name, place in places.items():
+        if len(place) != len(COORDINATES):
+            raise RequestError(f"the point {name} has {len(place)} numbers; give along and across, such as (120, 40)")
+        columns |= {f"{name}_{axis}": value for axis, value in zip(COORDINATES, place, strict=True)}
+    return columns

@@ -15,6 +15,7 @@ from explore.charts.queries import choose_design
 from explore.charts.turn import turn_angles
 from explore.model.drawing import Pose
 from explore.model.mechanism import Mechanism
+from explore.model.points import coordinates
 from explore.motions import mark_angles, window_limits
 from explore.request.names import find_mechanism
 
@@ -69,7 +70,8 @@ class SimulatedDesign:
         """The values that a drawing needs, at input angles in deg; by default those of the motion."""
         motion = self.motion
         if input_angles is not None:
-            motion = simulate(self.mechanism.name, self.parameters, angles=input_angles)
+            points = coordinates(self.mechanism.points, self.parameters)
+            motion = simulate(self.mechanism.name, self.parameters, points=points, angles=input_angles)
         signals = {str(name): motion[name].to_numpy() for name in motion}
         return Pose.of(self.mechanism.signals, self.parameters, signals, motion.index.to_numpy())
 
@@ -93,12 +95,13 @@ def simulate_design(results: Results, design: int | None = None) -> SimulatedDes
     ResultsError
         If the design is not in the file, or the window of the study cannot be read.
     """
-    mechanism = find_mechanism(results.mechanism)
+    mechanism = find_mechanism(results.mechanism, results.points)
     chosen = choose_design(results, design)
     row = results.design(chosen)
     values = {p.name: float(row[p.name]) if p.name in row else p.default for p in mechanism.parameters}
     parameters = {name: value for name, value in values.items() if value is not None}
-    motion = simulate(mechanism.name, parameters, angles=turn_angles(np.rad2deg(mechanism.anchor_angle)))
+    points, angles = coordinates(mechanism.points, parameters), turn_angles(np.rad2deg(mechanism.anchor_angle))
+    motion = simulate(mechanism.name, parameters, points=points, angles=angles)
     columns = {name: np.array([value]) for name, value in parameters.items()}
     strokes = _Strokes(mechanism, columns, drive_of(results, mechanism))
     uses_stroke = uses_drive_stroke(results, mechanism)

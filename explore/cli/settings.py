@@ -7,13 +7,13 @@ from collections.abc import Sequence
 from explore.errors import RequestError
 
 
-def parse_settings(mechanism: str, settings: Sequence[str]) -> dict[str, float]:
-    """Parameters from NAME=VALUE, in the units of the mechanism."""
+def parse_settings(mechanism: str, settings: Sequence[str], points: Sequence[str] = ()) -> dict[str, float]:
+    """Parameters from NAME=VALUE, in the units of the mechanism with these points."""
     from explore.request.names import find_mechanism
     from explore.request.units import quantity
     from explore.suggest import suggestion
 
-    declared = {p.name: p for p in find_mechanism(mechanism).parameters}
+    declared = {p.name: p for p in find_mechanism(mechanism, points).parameters}
     parameters: dict[str, float] = {}
     for setting in settings:
         name, equals, text = setting.partition("=")

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from explore.config.designs import check_sampling, read_space, space_content
+from explore.config.points import key_of_coordinate, read_points
 from explore.config.schema import Evaluate, Rank, Sampling, SceneTable, StudyFile, read
 from explore.designs.solved_lengths import SolvedSpace
 from explore.designs.spaces import BLOCK_SIZE, DesignSpace
@@ -57,7 +58,11 @@ def resolve_study(
     mechanism = _mechanism(study, has_key="mechanism" in sections, problems=problems)
     if mechanism is None:
         return None
-    space = read_space(mechanism, study.parameters, sampling, folder, problems, table_problems)
+    method = sampling.method if sampling else ""
+    mechanism, parameters = read_points(mechanism, study.points, study.parameters, method, problems)
+    n_before = len(problems)
+    space = read_space(mechanism, parameters, sampling, folder, problems, table_problems)
+    problems[n_before:] = [(key_of_coordinate(mechanism, key), reason) for key, reason in problems[n_before:]]
     request = _request(mechanism, evaluate, study, problems)
     objectives = _objectives(request, rank, space, problems)
     if space is not None:
@@ -171,6 +176,8 @@ def _identity(request: Request, space: DesignSpace) -> str:
         "constraints": {c.metric.name: {"min": c.minimum, "max": c.maximum} for c in request.constraints},
         "block_size": BLOCK_SIZE,
     }
+    if request.mechanism.points:
+        content["points"] = list(request.mechanism.points)
     if request.formulas:
         content["formulas"] = {f.name: {"formula": f.long_name, "unit": f.unit} for f in request.formulas}
     return json.dumps(content, sort_keys=True, separators=(",", ":"), allow_nan=False)

@@ -31,6 +31,7 @@ class StudyFile(Section):
 
     mechanism: StrictStr | None = None
     parameters: Entries = {}
+    points: Entries = {}
     sampling: dict[str, Any] = {}
     evaluate: dict[str, Any] = {}
     metrics: Entries = {}

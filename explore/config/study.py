@@ -36,6 +36,9 @@ class Study:
     parameters
         For each parameter a value, a list of values, ``{"start": …, "stop": …, "num": …}``, a range to draw from
         ``{"min": …, "max": …, "log": False}``, or a length to solve for ``{"solve": "swing_angle", "value": 20}``.
+    points
+        Points of the floating link, such as ``{"knife": {"along": 120, "across": 40}}``: their coordinates take all
+        that parameters take, and are the columns ``knife_along`` and ``knife_across``.
     sampling
         ``{"method": "sobol", "count": 65536, "seed": 3}`` to draw designs; also "latin-hypercube" and "random". A table
         of designs is a CSV file, ``{"method": "table", "file": "designs.csv"}``, its name relative to the working
@@ -94,6 +97,7 @@ class Study:
         *,
         mechanism: str,
         parameters: Mapping[str, npt.ArrayLike | Sequence[object] | Mapping[str, Any]],
+        points: Mapping[str, Mapping[str, Any]] | None = None,
         sampling: Mapping[str, Any] | None = None,
         window: str | Mapping[str, NumberOrText] | None = None,
         drive: str | None = None,
@@ -106,6 +110,7 @@ class Study:
         content = {
             "mechanism": mechanism,
             "parameters": parameters,
+            "points": points,
             "sampling": sampling,
             "evaluate": {"window": window, "drive": drive, "metrics": _as_list(metrics), "tolerance": tolerance},
             "metrics": formulas,

@@ -152,12 +152,14 @@ def _kernel_inputs(request: Request, inputs: Arrays, usable: npt.NDArray[np.bool
     evaluation.
     """
     mechanism, windows, loaded = request.kernel, {m.window.name for m in request.sampled}, _depends_on_load(request)
-    n, all_usable = len(usable), bool(usable.all())
+    has_points, n, all_usable = any(m.signal.point for m in request.sampled), len(usable), bool(usable.all())
     columns = np.empty((len(mechanism.kernel_parameters), n))
     for k, p in enumerate(mechanism.kernel_parameters):
         column: FloatArray | float = inputs[p.name] if all_usable else np.where(usable, inputs[p.name], 0.0)
         if (p.only_in and not windows.intersection(p.only_in)) or (p.affects == "load" and not loaded):
             column = float("nan") if p.default is None else p.default
+        elif p.affects == "point" and not has_points:
+            column = 0.0
         elif p.scales_speed:
             dynamic = [inputs[other.name] != 0.0 for other in mechanism.parameters if other.is_dynamic]
             column = np.where(usable & np.any(dynamic, axis=0), column, 1.0) if loaded else 1.0

@@ -48,24 +48,26 @@ def known_metrics(request: Request) -> tuple[SampledMetric, ...]:
 
     They are the metrics with a constraint, because they screen, and those of windows that nothing else must sample.
     """
-    known = {metric for metric in request.sampled if _is_known(request.kernel, metric)}
+    known = {metric for metric in request.sampled if _is_known(request, metric)}
     sampled_windows = {metric.window for metric in request.sampled if metric not in known}
     constrained = {constraint.metric for constraint in request.constraints}
     return tuple(m for m in request.sampled if m in known and (m.window not in sampled_windows or m in constrained))
 
 
-def _is_known(mechanism: Mechanism, metric: SampledMetric) -> bool:
+def _is_known(request: Request, metric: SampledMetric) -> bool:
     """Whether a statistic follows from the declaration or from the signals at single angles."""
-    signal = metric.signal
+    mechanism, signal = request.kernel, metric.signal
     if metric.window.kind == "clutch" or signal.depends_on_load or signal.is_magnitude:
         return False
     if _is_zero(mechanism, metric) or _is_integrated(mechanism, metric):
         return True
     # Where laws or variants differ, the law at an end depends on the design.
-    if mechanism.breaks or mechanism.variant_row >= 0:
+    if request.breaks or mechanism.variant_row >= 0:
         return False
     if metric.statistic == "mean":
-        return bool(signal.derivative_of) and not mechanism.signal(signal.derivative_of).depends_on_load
+        antiderivative = mechanism.signal(signal.derivative_of) if signal.derivative_of else None
+        # A sum of terms at one angle is as exact as these, which `_Work._at` does not know.
+        return antiderivative is not None and not antiderivative.depends_on_load and antiderivative.terms_row < 0
     return metric.statistic in EXTREME_STATISTICS and bool(signal.extremes_at)
 
 

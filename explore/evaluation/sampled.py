@@ -171,7 +171,7 @@ def _sample(
         sizes, loop_tables = _loop_arguments(request, tables, tolerance, quadrature)
         sample(
             mechanism.close, mechanism.fill, sizes, loop_tables, parameters, designs, statistics, result.nodes,
-            result.error, excess, *make_work_space(sizes, len(mechanism.breaks)),
+            result.error, excess, *make_work_space(sizes, len(request.breaks)),
         )  # fmt: skip
 
     cornered = active & _have_corners(mechanism, metrics, parameters)
@@ -225,7 +225,7 @@ def _loop_arguments(
     return sizes, Tables(
         np.array([specify_window(mechanism, window, request.drive) for window in windows], dtype=np.int64),
         np.array([interval_ends(mechanism, window) for window in windows]),
-        np.array([mechanism.marks[name] for name in mechanism.breaks], dtype=np.int64),
+        np.array([mechanism.marks[name] for name in request.breaks], dtype=np.int64),
         singular_rows, singular_anchors, tables.needs, tables.flags, tables.orders, tables.term_rows,
         tables.references, tables.slots, float(tolerance), isinstance(quadrature, Adaptive), size_of, row_of, rules,
     )  # fmt: skip

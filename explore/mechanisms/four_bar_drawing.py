@@ -10,7 +10,6 @@ DRAWING = Drawing(
         "crank joint": (_CRANK,),
         "rocker joint": (_GROUND, _ROCKER),
         "rocker pivot": (_GROUND,),
-        "middle": tuple(Vector(v.length, v.angle, 0.5) for v in (_CRANK, _GROUND, _ROCKER)),
     },
     links=(
         Link("crank", ("crank pivot", "crank joint")),
@@ -21,7 +20,6 @@ DRAWING = Drawing(
     paths=(
         Path("crank joint", "path of the joint of crank and coupler"),
         Path("rocker joint", "path of the joint of coupler and rocker", "output"),
-        Path("middle", "path of the middle of the coupler", "point"),
     ),
     stroke_point="crank joint",
 )

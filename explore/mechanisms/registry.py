@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import copyreg
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 
 from explore.errors import RequestError
@@ -71,12 +71,24 @@ def _load(name: str) -> Mechanism:
 MECHANISMS = Registry()
 
 
-def mechanism_by_name(name: str) -> Mechanism:
-    """The mechanism of that name, for a worker that unpickles it."""
+def mechanism_by_name(name: str, points: tuple[str, ...] = ()) -> Mechanism:
+    """The mechanism of that name with points, for a worker that unpickles it."""
     if name not in MECHANISMS:
         raise RequestError(f"the mechanism '{name}' is not installed here")
-    return MECHANISMS[name]
+    return MECHANISMS[name].with_points(points)
 
 
-# A mechanism is pickled as its name, so a worker loads its own compiled functions.
-copyreg.pickle(Mechanism, lambda mechanism: (mechanism_by_name, (mechanism.name,)))
+def _extended_by_name(name: str, points: tuple[str, ...]) -> Mechanism:
+    """The extended mechanism of that of that name, or this where one kernel fills all signals."""
+    mechanism = mechanism_by_name(name, points)
+    return mechanism.extended or mechanism
+
+
+def _reduce(mechanism: Mechanism) -> tuple[Callable[..., Mechanism], tuple[str, tuple[str, ...]]]:
+    """How a mechanism is pickled: as its name, so that a worker loads its own compiled functions."""
+    # An extended mechanism has none of its own.
+    find = mechanism_by_name if mechanism.extended else _extended_by_name
+    return find, (mechanism.name, mechanism.points)
+
+
+copyreg.pickle(Mechanism, _reduce)

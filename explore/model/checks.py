@@ -10,6 +10,7 @@ from typing import TypeVar
 
 from explore.model.declaration import ANCHORS, Declaration
 from explore.model.drawing_checks import check_drawing
+from explore.model.points import MOST_POINTS, POINT_ROWS, slot_names
 from explore.model.quadrature import MOST_BREAKS, MOST_SINGULARITIES, Adaptive
 from explore.model.status import OWN_CODES, Status
 
@@ -33,8 +34,8 @@ def check_declaration(declaration: Declaration) -> None:
         With the first problem, in one sentence.
     """
     checks = (
-        _names, _parameters, _columns, _statuses, _signals, _references, _windows, _formulas, _defaults,
-        check_drawing, _extended,
+        _names, _parameters, check_drawing, _columns, _statuses, _signals, _references, _windows, _formulas, _defaults,
+        _extended,
     )  # fmt: skip
     for problems in checks:
         for problem in problems(declaration):
@@ -104,7 +105,12 @@ def _columns(declaration: Declaration) -> Iterator[str]:
     if rows.get("status") != declaration.n_constants:
         row = rows.get("status", "absent")
         yield f"the row of the status is {row}; it follows the {declaration.n_constants} constants"
-    names = [*(p.name for p in declaration.kernel_parameters), *(metric.name for metric in declaration.metrics)]
+    has_slots = declaration.floating_link is not None and declaration.extended is None
+    names = [
+        *(parameter.name for parameter in declaration.kernel_parameters if parameter.affects != "point"),
+        *(slot_names() if has_slots else ()),
+        *(metric.name for metric in declaration.metrics),
+    ]
     for position, name in enumerate(names, declaration.n_constants + 1):
         if rows.get(name) != position:
             yield f"rows has '{name}' at {rows.get(name, 'absent')}, the declaration at {position}"
@@ -119,6 +125,7 @@ def _columns(declaration: Declaration) -> Iterator[str]:
     constants = [("marks", row, 0) for row in declaration.marks.values()]
     constants += [("singularities", row, 0) for row, _ in declaration.singularities]
     constants += [(name, getattr(declaration, name), -1) for name in ("noise_row", "phases_row", "variant_row")]
+    yield from _points(declaration)
     for field, row, first in constants:
         if not first <= row < declaration.n_constants:
             yield f"{field} names the row {row}, which is not one of the {declaration.n_constants} constants"
@@ -131,6 +138,20 @@ def _columns(declaration: Declaration) -> Iterator[str]:
     for _, anchor in declaration.singularities:
         if anchor not in (0, 1):
             yield f"singularities names the anchor {anchor}; it is 0 or, for its opposite, 1"
+
+
+def _points(declaration: Declaration) -> Iterator[str]:
+    """Problems of the link whose points can be named."""
+    link = declaration.floating_link
+    if link is None:
+        return
+    kernel, drawing = declaration.extended or declaration, declaration.drawing
+    if kernel.signal_rows < link.first_row + MOST_POINTS * POINT_ROWS:
+        yield f"the points of '{link.name}' need {MOST_POINTS * POINT_ROWS} signal rows from {link.first_row} on"
+    yield from _unknown("signal", [link.angle], [signal.name for signal in declaration.signals], "floating_link")
+    if drawing is not None:
+        yield from _unknown("point", [link.origin], drawing.points, "floating_link")
+        yield from _unknown("link", [link.name], [each.name for each in drawing.links], "floating_link")
 
 
 def _statuses(declaration: Declaration) -> Iterator[str]:

@@ -8,6 +8,7 @@ from enum import IntEnum
 from functools import cached_property
 
 from explore.model.drawing import Drawing, Panel
+from explore.model.points import FloatingLink
 from explore.model.quadrature import Adaptive, Graded, Quadrature
 from explore.model.quantities import OUTPUT_STATISTICS, Formula, Metric, Parameter, Signal, Window
 from explore.model.status import OwnStatus, Status
@@ -94,6 +95,11 @@ class Declaration:
         The same mechanism with a kernel of more rows, which also fills the signals whose rows this one does not have,
         such as forces, and takes the parameters that affect these alone. It is compiled and called only for requests
         that name such a signal. None where one kernel fills all signals.
+    floating_link
+        The link whose points a user can name; None where there is none. The kernel without an extended one has rows for
+        `MOST_POINTS` of them: parameters of the names of `slot_names` behind the others, and signals.
+    points
+        Names of the points, whose parameters, signals and drawing `Mechanism.with_points` adds.
     """
 
     name: str
@@ -130,6 +136,8 @@ class Declaration:
     drawing: Drawing | None = None
     panels: tuple[Panel, ...] = ()
     extended: Declaration | None = None
+    floating_link: FloatingLink | None = None
+    points: tuple[str, ...] = ()
 
     @property
     def default_drive(self) -> str:
@@ -252,13 +260,14 @@ class Declaration:
     def kernel_parameters(self) -> tuple[Parameter, ...]:
         """The parameters that `closed_form` takes: all but those for sizing; the speed is the last, if one is dynamic.
 
-        The speed is 1 unless a requested metric depends on it other than by scaling. A mechanism with an extended
-        kernel takes only the parameters of the motion.
+        The speed is 1 unless a requested metric depends on it other than by scaling. Those of points follow. A
+        mechanism with an extended kernel takes only the parameters of the motion.
         """
         if self.extended:
             return tuple(p for p in self.geometry if p.affects == "motion")
         is_dynamic = any(p.is_dynamic for p in self.parameters)
-        return tuple(p for p in self.axis_order if p.affects != "sizing" and (is_dynamic or not p.scales_speed))
+        of_all = (p for p in self.axis_order if p.affects in ("motion", "load") and (is_dynamic or not p.scales_speed))
+        return (*of_all, *(p for p in self.parameters if p.affects == "point"))
 
     def fills(self, signal: Signal) -> bool:
         """Whether the kernel of the mechanism, not only its extended one, fills a signal."""

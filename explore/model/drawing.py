@@ -34,12 +34,15 @@ class Vector:
         Factor of the length.
     sense
         -1 for an angle that is measured clockwise.
+    turn
+        Angle of the vector from that direction, deg: 90 for a vector across it.
     """
 
     length: str | float
     angle: str | float = 0.0
     factor: float = 1.0
     sense: int = 1
+    turn: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -190,7 +193,7 @@ class Pose:
         total = np.zeros((len(self.input_angle), 2))
         for vector in vectors:
             length = self.lengths[vector.length] if isinstance(vector.length, str) else vector.length
-            angle = np.deg2rad(vector.sense * self.angle(vector.angle))
+            angle = np.deg2rad(vector.sense * self.angle(vector.angle) + vector.turn)
             total += (vector.factor * length * np.array([np.cos(angle), np.sin(angle)])).T
         return total
 

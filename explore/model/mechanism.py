@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from explore.model.checks import check_declaration
 from explore.model.closed_form import ClosedFormResult
 from explore.model.declaration import Declaration
+from explore.model.points import draw_points, point_panels, point_parameters, point_signals, zero_means
 from explore.model.quantities import FloatArray, Signal
 
 
@@ -55,6 +56,25 @@ class Mechanism(Declaration):
         """The mechanism itself, or its extended one if it does not fill all of these signals."""
         is_enough = self.extended is None or all(self.fills(signal) for signal in signals)
         return self if is_enough else self.extended or self
+
+    def with_points(self, points: tuple[str, ...]) -> Mechanism:
+        """The mechanism with points of its floating link: their parameters, signals, panels and paths.
+
+        The names are unique and are none of the mechanism's; `explore.request.points` checks them.
+        """
+        link = self.floating_link
+        if not points or link is None:
+            return self
+        return replace(
+            self,
+            points=points,
+            parameters=(*self.parameters, *point_parameters(link, points)),
+            signals=(*self.signals, *point_signals(link, points)),
+            zero_mean=self.zero_mean | zero_means(points, self.full_turn.name),
+            drawing=draw_points(self.drawing, link, points) if self.drawing else None,
+            panels=(*self.declared_panels, *point_panels(points)),
+            extended=self.extended.with_points(points) if self.extended else None,
+        )
 
     def evaluate_closed_form(self, parameters: FloatArray) -> ClosedFormResult:
         """Evaluate the closed form.

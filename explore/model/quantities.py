@@ -51,8 +51,8 @@ class Parameter:
         Meaning of the value 0, such as "none", where 0 is allowed in addition to the range; empty where it is not. With
         `OMITTED`, metrics that need the parameter are not computed at 0.
     affects
-        What depends on the parameter: the motion and everything that follows from it, only the signals under load, or
-        only derived metrics, as for allowed stresses.
+        What depends on the parameter: the motion and everything that follows from it, only the signals under load,
+        only those of a point of the floating link, or only derived metrics, as for allowed stresses.
     is_dynamic
         Whether the parameter, unless 0, makes the signals under load depend on the speed.
     adds_corners
@@ -70,7 +70,7 @@ class Parameter:
     only_in: tuple[str, ...] = ()
     scales_speed: bool = False
     zero_meaning: str = ""
-    affects: Literal["motion", "load", "sizing"] = "motion"
+    affects: Literal["motion", "load", "point", "sizing"] = "motion"
     is_dynamic: bool = False
     adds_corners: bool = False
 
@@ -121,7 +121,7 @@ class Signal:
         Whether the signal is small beside the terms in `terms_row` and has their singularities.
     has_corners
         Whether the signal has corners at angles that the mechanism does not know, as a power without its negative
-        part: its statistics take the adaptive quadrature.
+        part, or complex singularities of its own, as a curvature: its statistics take the adaptive quadrature.
     relative_to
         Name of the length parameter that the signal is comparable with in size and grows with, by which its rounding
         is bounded; empty for an angle, a number, and where it is that of the signal that this one is the derivative of.
@@ -132,6 +132,8 @@ class Signal:
     extremes_at
         Marks, or "anchor" and "opposite" (half a turn from it), between which the signal is monotonic; empty where
         nothing is known of its extremes.
+    point
+        Name of the point of the floating link that it is a signal of; empty for the signals of all designs.
     """
 
     name: str
@@ -154,6 +156,7 @@ class Signal:
     relative_to: str = ""
     derivative_of: str = ""
     extremes_at: tuple[str, ...] = ()
+    point: str = ""
 
     @property
     def statistics(self) -> tuple[str, ...]:

@@ -94,6 +94,12 @@ class Request:
         return self.mechanism.kernel_of(metric.signal for metric in self.sampled)
 
     @cached_property
+    def breaks(self) -> tuple[str, ...]:
+        """Marks where the laws of the signals change: those of an extended kernel are of signals under load only."""
+        depends_on_load = any(metric.signal.depends_on_load for metric in self.sampled)
+        return self.kernel.breaks if depends_on_load else self.mechanism.breaks
+
+    @cached_property
     def derived(self) -> tuple[DerivedMetric, ...]:
         """The metrics that are functions of others."""
         return tuple(m for m in self.all_metrics if isinstance(m, DerivedMetric))

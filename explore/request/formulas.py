@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from graphlib import CycleError, TopologicalSorter
@@ -11,23 +10,14 @@ from explore.errors import Problems, RequestError
 from explore.model.expressions import Expression
 from explore.model.mechanism import Mechanism
 from explore.model.quantities import AnyMetric, DerivedMetric, Formula, Metric, Parameter, Window
-from explore.request.formula_text import RESERVED, FormulaText, parse_formula
+from explore.request.formula_text import FormulaText, parse_formula
 from explore.request.names import find_input
 from explore.request.units import check_unit
+from explore.request.user_names import reason_against_name
 from explore.suggest import format_value, suggestion
 
 _KEYS = ("formula", "unit")
 _EXAMPLE = '{ formula = "coupler + ground", unit = "mm" }'
-_IDENTIFIER = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
-_LONGEST_NAME = 60
-#: Names of columns of all results and of rankings.
-_COLUMNS = (
-    "design", "nodes", "error", "feasible", "status", "front", "results", "knee", "crowding", "hypervolume_share",
-    "alike",
-)  # fmt: skip
-#: Endings of names of margins of constraints, of the words of codes, and of statistics over an interval. Those of
-#: statistics over other windows are the names of these.
-_ENDINGS = ("margin", "label", "interval")
 #: Largest number of steps of a formula with those of the formulas it uses, and of formulas in a row that each use the
 #: next.
 _MOST_STEPS, _MOST_LEVELS = 1000, 50
@@ -60,7 +50,7 @@ def resolve_formulas(
     drafts: dict[str, _Draft] = {}
     metrics: dict[str, DerivedMetric] = {}
     for name, entry in entries.items():
-        reason = _reason_against_name(mechanism, name)
+        reason = reason_against_name(mechanism, name)
         if reason:
             problems.append((("formulas", name), reason))
             continue
@@ -115,26 +105,6 @@ def _metric(name: str, unit: str, expression: Expression, inputs: tuple[AnyMetri
     names = tuple(source.name for source in inputs)
     formula = Formula(name, unit, expression.text, None, names, expression)
     return DerivedMetric(name, unit, expression.text, None, formula, inputs)
-
-
-def _reason_against_name(mechanism: Mechanism, name: str) -> str:
-    """Why a formula cannot have this name, such as that it means something else; empty if it can."""
-    metrics = {*mechanism.metric_names(), *(signal.name for signal in mechanism.signals)}
-    kinds = {
-        "a parameter": {parameter.name for parameter in mechanism.parameters},
-        "a column of all results": _COLUMNS,
-        f"a metric or signal of {mechanism.name}": metrics,
-        "a function or a word of formulas and conditions": RESERVED,
-    }
-    if not _IDENTIFIER.fullmatch(str(name)) or len(name) > _LONGEST_NAME:
-        return f"a name has letters, digits and _, at most {_LONGEST_NAME}, and begins with a letter"
-    for kind, names in kinds.items():
-        if name in names:
-            return f"this is the name of {kind}; choose another"
-    for ending in (*_ENDINGS, *(window.name for window in mechanism.windows)):
-        if name.endswith(f"_{ending}"):
-            return f"names that end with _{ending} are of other columns; choose another"
-    return ""
 
 
 def _read_entry(name: str, entry: object, problems: Problems) -> _Draft | None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from types import MappingProxyType
 
@@ -22,6 +22,7 @@ from explore.model.quantities import (
     Signal,
     Window,
 )
+from explore.request.points import add_points
 from explore.request.units import quantity
 from explore.suggest import closest_name, format_value, suggestion
 
@@ -40,17 +41,17 @@ _LONG_NAMES = {
 }
 
 
-def find_mechanism(name: str) -> Mechanism:
-    """Find a mechanism by name.
+def find_mechanism(name: str, points: Sequence[str] = ()) -> Mechanism:
+    """Find a mechanism by name, with points of its floating link.
 
     Raises
     ------
     RequestError
-        If there is none of that name; the message suggests the closest.
+        If there is none of that name; the message suggests the closest. If it cannot have these points.
     """
     if name not in MECHANISMS:
         raise RequestError(f"unknown mechanism {format_value(name)}; {suggestion(name, MECHANISMS)}")
-    return MECHANISMS[name]
+    return add_points(MECHANISMS[name], points)
 
 
 def make_window(mechanism: Mechanism, window: str | Mapping[str, object] | None) -> Window:

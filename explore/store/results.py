@@ -108,6 +108,11 @@ class Results:
         return self._layout.study.drive
 
     @property
+    def points(self) -> tuple[str, ...]:
+        """Names of the points of the floating link, whose coordinates are parameters such as ``knife_along``."""
+        return self._layout.study.points
+
+    @property
     def speed_powers(self) -> dict[str, float | None]:
         """Power of the input speed that each metric is proportional to; None where there is none."""
         return dict(self._layout.study.speed_powers)

@@ -38,6 +38,8 @@ class StudyRecord:
         Part of the turn that the statistics run over: a name, or "from" and "to" in degrees.
     drive
         Stroke that the window "drive" means; "none" for a mechanism without drives.
+    points
+        Names of the points of the floating link.
     """
 
     objectives: tuple[str, ...] = ()
@@ -49,6 +51,7 @@ class StudyRecord:
     constraints: Mapping[str, Mapping[str, float | None]] = field(default_factory=dict)
     window: str | Mapping[str, float] = ""
     drive: str = ""
+    points: tuple[str, ...] = ()
 
     @classmethod
     def from_attributes(cls, attributes: Mapping[str, Attribute]) -> Self:
@@ -70,8 +73,9 @@ class StudyRecord:
             window = {"from": _degrees(window["start"]), "to": _degrees(window["stop"])}
         objectives = tuple(contents.pop("objectives", ()))
         return cls(
-            objectives=objectives, constraints=constraints, window=window, drive=evaluate.get("drive", ""), **contents
-        )
+            objectives=objectives, constraints=constraints, window=window, drive=evaluate.get("drive", ""),
+            points=tuple(determines.get("points", ())), **contents,
+        )  # fmt: skip
 
 
 def parse_json(name: str, text: Attribute) -> Any:
@@ -113,7 +117,7 @@ def _degrees(radians: float) -> float:
 
 
 def _is_study(content: Any) -> bool:
-    """Whether constraints, window and drive have the right form, if the content has them."""
+    """Whether constraints, window, drive and points have the right form, if the content has them."""
     if not isinstance(content, dict):
         return False
     constraints, evaluate = content.get("constraints", {}), content.get("evaluate", {})
@@ -125,6 +129,7 @@ def _is_study(content: Any) -> bool:
         and isinstance(evaluate, dict)
         and isinstance(evaluate.get("drive", ""), str)
         and _is_window(evaluate.get("window", ""))
+        and contains_only(content.get("points", []), list, str)
     )
 
 

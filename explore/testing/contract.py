@@ -46,7 +46,8 @@ def check_mechanism(
     mechanism
         The mechanism. While it is checked it is registered under its name.
     study
-        Text of a study file of the mechanism, small enough to sweep in a test; None for that of `explore init`.
+        Text of a study file of the mechanism, small enough to sweep in a test; None for that of `explore init`. Its
+        points are checked too.
     designs
         The designs to check, parameters by name in declared units; or the number of designs to draw. A parameter that
         the study gives is drawn uniformly in its logarithm, from a third of the study's smallest value to three times
@@ -77,8 +78,10 @@ def check_mechanism(
     with MECHANISMS.including(mechanism), TemporaryDirectory() as folder:
         file = Path(folder) / "study.toml"
         file.write_text(starter(mechanism) if study is None else study, encoding="utf-8")
-        drawn = draw_designs(load_study(file), designs, seed) if isinstance(designs, int) else designs
-        subject = Subject(mechanism, parameter_columns(mechanism, drawn))
+        loaded = load_study(file)
+        drawn = draw_designs(loaded, designs, seed) if isinstance(designs, int) else designs
+        with_points = mechanism.with_points(loaded.request.mechanism.points)
+        subject = Subject(with_points, parameter_columns(with_points, drawn))
         broken = [sentence for check in _CHECKS for sentence in check(subject)]
         broken += failing_commands(mechanism.name, file)
     if broken:

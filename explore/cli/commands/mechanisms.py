@@ -15,6 +15,7 @@ from explore.cli.tables import print_table
 
 if TYPE_CHECKING:
     from explore.model.mechanism import Mechanism
+    from explore.model.points import FloatingLink
     from explore.model.quantities import Formula, Metric, Parameter, Signal
 
 
@@ -96,9 +97,25 @@ def _print_notes(mechanism: Mechanism) -> None:
     if any(signal.is_magnitude for signal in mechanism.signals):
         say(f"of a magnitude, statistics are {', '.join(MAGNITUDE_STATISTICS)}", data=True)
     say(f"mean, variance and cv alone are those of the output, {mechanism.output_signals['']}", data=True)
+    if mechanism.floating_link:
+        _print_points(mechanism.floating_link)
     if mechanism.drives:
         say(f"drive is one of {', '.join(mechanism.drives)}", data=True)
     say(f"default objectives are {', '.join(mechanism.objectives)}", data=True)
+
+
+def _print_points(link: FloatingLink) -> None:
+    """Print what points of the floating link are, and their signals."""
+    from explore.model.points import COORDINATES, MOST_POINTS, point_signals
+
+    say(
+        f"points of the {link.name}, up to {MOST_POINTS}: [points] NAME = {{ along = 120, across = 40 }} in a study, "
+        f"mm along the {link.name} from {link.pin} and across it counter-clockwise",
+        data=True,
+    )
+    parameters = ", ".join(f"NAME_{coordinate}" for coordinate in COORDINATES)
+    signals = ", ".join(s.name.replace("knife", "NAME") for s in point_signals(link, ("knife",)))
+    say(f"the parameters of a point are {parameters}, its signals {signals}", data=True)
 
 
 def _range(parameter: Parameter) -> str:
@@ -125,5 +142,21 @@ def _json_description(mechanism: Mechanism) -> dict[str, object]:
         "statuses": {status.label: status.sentence for status in mechanism.statuses.values()},
         "statistics": list(STATISTICS),
         "drives": list(mechanism.drives),
+        "points": _json_points(mechanism.floating_link),
         "objectives": list(mechanism.objectives),
+    }
+
+
+def _json_points(link: FloatingLink | None) -> dict[str, object] | None:
+    from explore.model.points import MOST_POINTS, point_parameters, point_signals
+
+    if link is None:
+        return None
+    example = ("knife",)
+    return {
+        "link": link.name,
+        "most": MOST_POINTS,
+        "example": "knife",
+        "parameters": {p.name: {"unit": p.unit, "meaning": p.long_name} for p in point_parameters(link, example)},
+        "signals": {s.name: {"unit": s.unit, "meaning": s.long_name} for s in point_signals(link, example)},
     }

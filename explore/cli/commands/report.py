@@ -60,6 +60,6 @@ def _mechanism(results: Results) -> Mechanism | None:
 
     announce_compiling()
     try:
-        return find_mechanism(results.mechanism)
+        return find_mechanism(results.mechanism, results.points)
     except RequestError:
         return None

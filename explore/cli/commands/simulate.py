@@ -15,11 +15,14 @@ from explore.cli.completion import complete_mechanisms
 from explore.cli.options import JsonOption
 from explore.cli.output import announce_compiling, print_json, say
 from explore.cli.paths import check_new_file, refuse_overwriting
-from explore.cli.settings import list_settings, parse_settings
+from explore.cli.settings import list_settings, number_or_text, parse_settings
 from explore.errors import MotionError, RequestError
 
 if TYPE_CHECKING:
     import pandas as pd
+
+#: Coordinates of points by name.
+Places = dict[str, tuple[float | str, ...]]
 
 
 def simulate(
@@ -33,6 +36,10 @@ def simulate(
     settings: Annotated[
         list[str] | None,
         typer.Option("--set", metavar="NAME=VALUE", help="A parameter, in place of the study's; a unit may follow."),
+    ] = None,
+    points: Annotated[
+        list[str] | None,
+        typer.Option("--point", metavar="NAME=ALONG,ACROSS", help="A point of the floating link, mm, as knife=120,40."),
     ] = None,
     design: Annotated[int, typer.Option(min=0, help="The number of the design in the study.")] = 0,
     angles: Annotated[int, typer.Option(min=1, help="The number of equispaced input angles.")] = 360,
@@ -57,36 +64,53 @@ def simulate(
     from explore.api.designs import simulate as simulate_motion
 
     announce_compiling()
+    places = _parse_points(points or [])
     if config:
-        name, parameters = _study_design(config, design, settings or [])
+        name, parameters, places = _study_design(config, design, settings or [], places)
     else:
         name, parameters = mechanism or "", parse_settings(mechanism or "", settings or [])
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
-        motion = simulate_motion(name, parameters, angles=angles, method=method)
+        motion = simulate_motion(name, parameters, points=places, angles=angles, method=method)
     for warning in caught:
         say(f"warning: {warning.message}", "yellow")
     _write(motion, output, as_json=as_json)
 
 
-def _study_design(config: Path, design: int, settings: list[str]) -> tuple[str, dict[str, float]]:
-    """The mechanism of a study and the parameters of one of its designs, replaced by those in `settings`."""
+def _study_design(
+    config: Path, design: int, settings: list[str], places: Places
+) -> tuple[str, dict[str, float], Places]:
+    """The mechanism of a study, and parameters and points of one of its designs, replaced by those that are given."""
     from explore.config.study_file import load_study
+    from explore.model.points import coordinates
     from explore.model.status import Status
 
     study = load_study(config)
     n_designs = study.space.n_designs
     if design >= n_designs:
         raise RequestError(f"{config} has {n_designs:,} designs, numbered from 0; there is no design {design}")
-    name = study.request.mechanism.name
+    name, points = study.request.mechanism.name, study.request.mechanism.points
     own = {key: float(values[0]) for key, values in study.space.designs(design, design + 1).items()}
-    replaced = parse_settings(name, settings)
+    replaced = parse_settings(name, settings, points)
     unreachable = [key for key, value in own.items() if math.isnan(value) and key not in replaced]
     if unreachable:
         raise MotionError(f"design {design} of {config} has no {unreachable[0]}: {Status.UNREACHABLE.sentence}")
     exceptions = f", but {list_settings(replaced)}" if replaced else ""
     say(f"design {design} of {n_designs:,}: {list_settings(own)}{exceptions}")
-    return name, own | replaced
+    parameters = own | replaced
+    return name, parameters, {**coordinates(points, parameters), **places}
+
+
+def _parse_points(points: list[str]) -> Places:
+    """Points from NAME=ALONG,ACROSS."""
+    places: Places = {}
+    for point in points:
+        name, equals, text = point.partition("=")
+        place = tuple(number_or_text(part) for part in text.split(","))
+        if not equals or len(place) != 2:
+            raise RequestError(f"--point {point}: write NAME=ALONG,ACROSS, such as knife=120,40")
+        places[name] = place
+    return places
 
 
 def _write(motion: pd.DataFrame, output: Path | None, *, as_json: bool) -> None:

@@ -4,6 +4,7 @@ from enum import IntEnum, auto
 
 from explore.mechanisms.four_bar_forces import LOADED_SIGNAL_ROWS, LOADED_SIZE
 from explore.mechanisms.rocking import ROCKING_SIZE
+from explore.model.points import MOST_POINTS, PLACES_SIZE, POINT_ROWS
 
 
 class Row(IntEnum):
@@ -30,10 +31,11 @@ class Row(IntEnum):
 class ExtendedRow(IntEnum):
     """Rows of the extended kernel after those of a four-bar under load: constants, status, parameters, metrics.
 
-    From the last constant to the branch they are in the order of `Row`, and so are the metrics.
+    The places of points, then, from the last constant to the branch, those of `Row`; so are the metrics.
     """
 
-    N_LINKAGES = LOADED_SIZE
+    PLACES = LOADED_SIZE
+    N_LINKAGES = LOADED_SIZE + PLACES_SIZE
     STATUS = auto()
     CRANK = auto()
     COUPLER = auto()
@@ -56,6 +58,14 @@ class ExtendedRow(IntEnum):
     ROCKER_INERTIA = auto()
     GRAVITY = auto()
     SPEED = auto()
+    POINT_1_ALONG = auto()
+    POINT_1_ACROSS = auto()
+    POINT_2_ALONG = auto()
+    POINT_2_ACROSS = auto()
+    POINT_3_ALONG = auto()
+    POINT_3_ACROSS = auto()
+    POINT_4_ALONG = auto()
+    POINT_4_ACROSS = auto()
     LINKAGE_CLASS = auto()
     GRASHOF_MARGIN = auto()
     SWING_ANGLE = auto()
@@ -66,5 +76,7 @@ class ExtendedRow(IntEnum):
     TRANSMISSION_ANGLE_MAX = auto()
 
 
-#: Rows of the signal array of the extended kernel.
-EXTENDED_SIGNAL_ROWS = LOADED_SIGNAL_ROWS
+#: Rows of the signal array of the extended kernel: the first of the points, and all; the first bit of their needs.
+FIRST_POINT = LOADED_SIGNAL_ROWS
+EXTENDED_SIGNAL_ROWS = FIRST_POINT + MOST_POINTS * POINT_ROWS
+POINTS = 64

@@ -4,12 +4,13 @@ from dataclasses import replace
 
 from explore.mechanisms import four_bar, four_bar_drawing, four_bar_integrals, rocking
 from explore.mechanisms.crank_rocker import extended, kernel
-from explore.mechanisms.crank_rocker.columns import EXTENDED_SIGNAL_ROWS, ExtendedRow, Row
+from explore.mechanisms.crank_rocker.columns import EXTENDED_SIGNAL_ROWS, FIRST_POINT, POINTS, ExtendedRow, Row
 from explore.mechanisms.four_bar_forces import Load
 from explore.mechanisms.four_bar_loads import LOAD_FORMULAS, LOAD_PANELS, LOAD_SIGNALS, LOADS
 from explore.mechanisms.four_bar_size import declare_four_bar_size
 from explore.model.drawing import Panel
 from explore.model.mechanism import Mechanism
+from explore.model.points import FloatingLink
 from explore.model.quadrature import Graded
 from explore.model.quantities import Metric, Parameter, Signal, Window
 
@@ -184,6 +185,7 @@ _EXTENDED = Mechanism(
     loop_lengths=("crank", "coupler", "rocker", "ground"),
     statuses=rocking.STATUSES,
     drawing=four_bar_drawing.DRAWING,
+    floating_link=FloatingLink("coupler", "the crank's pin", "crank joint", "coupler_angle", FIRST_POINT, POINTS),
     panels=(
         Panel("angle", ("coupler_angle", "rocker_angle")),
         Panel("transmission angle", ("transmission_angle",), limits=(0.0, 180.0)),

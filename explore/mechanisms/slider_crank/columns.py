@@ -2,6 +2,8 @@
 
 from enum import IntEnum, auto
 
+from explore.model.points import MOST_POINTS, PLACES_SIZE, POINT_ROWS
+
 
 class Row(IntEnum):
     """Rows of a tile of designs: constants, the first six for `fill`, status, parameters, metrics."""
@@ -70,7 +72,9 @@ class ExtendedRow(IntEnum):
     LOAD_ROD_INERTIA = auto()
     LOAD_SPEED = auto()
     MIDDLE = auto()
-    STATUS = auto()
+    #: The first of the places of points.
+    PLACES = 25
+    STATUS = 25 + PLACES_SIZE
     CRANK = auto()
     ROD = auto()
     OFFSET = auto()
@@ -87,6 +91,14 @@ class ExtendedRow(IntEnum):
     ROD_CENTROID = auto()
     ROD_INERTIA = auto()
     SPEED = auto()
+    POINT_1_ALONG = auto()
+    POINT_1_ACROSS = auto()
+    POINT_2_ALONG = auto()
+    POINT_2_ACROSS = auto()
+    POINT_3_ALONG = auto()
+    POINT_3_ACROSS = auto()
+    POINT_4_ALONG = auto()
+    POINT_4_ACROSS = auto()
     STROKE = auto()
     TIME_RATIO = auto()
     OUTER_ANGLE = auto()
@@ -103,8 +115,9 @@ LOAD_SIZE = ExtendedRow.MIDDLE - ExtendedRow.LOAD_CONSTANT_FORCE
 # The rows of pins hold squares; those of terms the size of the terms that add up to forces and to torques.
 THRUST, GUIDE_FORCE, CRANK_PIVOT, CRANK_PIN, SLIDER_PIN, FORCE_TERMS = range(SIGNAL_ROWS, SIGNAL_ROWS + 6)
 TORQUE, POSITIVE_TORQUE, LOST_TORQUE, TORQUE_TERMS = range(SIGNAL_ROWS + 6, SIGNAL_ROWS + 10)
-EXTENDED_SIGNAL_ROWS = SIGNAL_ROWS + 10
-FORCES = 16
+FIRST_POINT = SIGNAL_ROWS + 10
+EXTENDED_SIGNAL_ROWS = FIRST_POINT + MOST_POINTS * POINT_ROWS
+FORCES, POINTS = 16, 32
 
 #: Number of the law that holds from the outer to the inner dead centre.
 INWARD = 0

@@ -10,6 +10,7 @@ from explore.mechanisms.slider_crank import columns, extended, kernel, loads
 from explore.mechanisms.slider_crank.columns import ExtendedRow, Row
 from explore.model.drawing import INPUT, Drawing, Guide, Link, Panel, Path, Vector
 from explore.model.mechanism import Mechanism
+from explore.model.points import FloatingLink
 from explore.model.quadrature import Graded
 from explore.model.quantities import FloatArray, Metric, Parameter, Signal, Window
 
@@ -175,6 +176,7 @@ _EXTENDED = Mechanism(
     loop_lengths=("crank", "rod", "offset"),
     statuses=kernel.STATUSES,
     drawing=_DRAWING,
+    floating_link=FloatingLink("rod", "the crank's pin", "crank pin", "rod_angle", columns.FIRST_POINT, columns.POINTS),
     panels=(
         Panel("slider position", ("slider_position",)),
         Panel("slider velocity", ("slider_velocity",)),

@@ -1,9 +1,11 @@
-"""The extended kernel of the slider-crank, compiled: its motion, and forces under load."""
+"""The extended kernel of the slider-crank, compiled: its motion, forces under load, points of the rod."""
 
 from explore.compiling import CLOSE_SIGNATURE, FILL_SIGNATURE, LANES, compiled
+from explore.mechanisms.floating_link import fill_places
 from explore.mechanisms.slider_crank.columns import (
     EXTENDED_SIGNAL_ROWS,
     FORCES,
+    POINTS,
     ROD_RATES,
     SLIDER,
     SLIDER_ACCELERATION,
@@ -11,6 +13,8 @@ from explore.mechanisms.slider_crank.columns import (
 )
 from explore.mechanisms.slider_crank.forces import fill_forces, fill_load_constants
 from explore.mechanisms.slider_crank.kernel import GUIDE_LOCKED, close_design, fill_motion
+from explore.mechanisms.slider_crank.points import fill_points
+from explore.model.points import RATES
 from explore.model.status import Status
 
 _OK = float(Status.OK)
@@ -18,21 +22,27 @@ _OK = float(Status.OK)
 
 @compiled(CLOSE_SIGNATURE)
 def close(record):
-    """Fill what `kernel.close` does, and the constants of the forces; see `explore.model.mechanism.Mechanism`."""
+    """Fill what `kernel.close` does, and constants of forces and points; see `explore.model.mechanism.Mechanism`."""
     for lane in range(LANES):
         status = close_design(record, lane, ExtendedRow.CRANK, ExtendedRow.STROKE)
+        fill_places(record, lane, ExtendedRow.PLACES, ExtendedRow.POINT_1_ALONG)
         can_lock = fill_load_constants(record, lane)
         record[ExtendedRow.STATUS * LANES + lane] = 1.0 * GUIDE_LOCKED if can_lock & (status == _OK) else status
 
 
 @compiled(FILL_SIGNATURE)
 def fill(constants, tangents, anchor, law, _variant, count, needs, out):
-    """Fill the signals of the motion, and forces and torques; see `explore.model.mechanism.Mechanism`."""
+    """Fill the signals of the motion, forces and torques, and of points; see `explore.model.mechanism.Mechanism`."""
     motion = needs
     if needs & FORCES:
         motion |= SLIDER | SLIDER_ACCELERATION | ROD_RATES
+    if needs // POINTS & RATES:
+        motion |= ROD_RATES
     fill_motion(constants, tangents, anchor, count, motion, EXTENDED_SIGNAL_ROWS, out)
     if needs & FORCES:
         for j in range(count):
             signals = out[j * EXTENDED_SIGNAL_ROWS * LANES :]
             fill_forces(constants, tangents[j * LANES :], anchor, law, signals)
+    if needs >= POINTS:
+        for j in range(count):
+            fill_points(constants, tangents[j * LANES :], anchor, needs, out[j * EXTENDED_SIGNAL_ROWS * LANES :])

@@ -2,6 +2,8 @@
 
 from enum import IntEnum, auto
 
+from explore.model.points import MOST_POINTS, PLACES_SIZE, POINT_ROWS
+
 
 class Row(IntEnum):
     """Rows of a tile of designs: constants for `fill`, marks, status, parameters, metrics."""
@@ -28,8 +30,10 @@ class Row(IntEnum):
     LOAD_STIFFNESS = auto()
     LOAD_DAMPING = auto()
     MIDDLE = auto()
+    #: The first of the places of points.
+    PLACES = 19
     #: Half-tangents of the marks from the anchor.
-    OUTER = auto()
+    OUTER = 19 + PLACES_SIZE
     STEADY_START = auto()
     STEADY_STOP = auto()
     INNER = auto()
@@ -48,6 +52,14 @@ class Row(IntEnum):
     OPPOSING_FORCE = auto()
     STIFFNESS = auto()
     DAMPING = auto()
+    POINT_1_ALONG = auto()
+    POINT_1_ACROSS = auto()
+    POINT_2_ALONG = auto()
+    POINT_2_ACROSS = auto()
+    POINT_3_ALONG = auto()
+    POINT_3_ACROSS = auto()
+    POINT_4_ALONG = auto()
+    POINT_4_ACROSS = auto()
     STROKE = auto()
     REGULAR_ANGLE = auto()
     REGULAR_CRANK = auto()
@@ -67,10 +79,13 @@ LOAD_SIZE = Row.MIDDLE - Row.LOAD_MASS
 POSITION, VELOCITY, ACCELERATION, CRANK_LENGTH, CRANK_RATE, ROD_ANGLE, PRESSURE_ANGLE, CURVATURE = range(8)
 THRUST, GUIDE_FORCE, GROOVE_FORCE, TORQUE, POWER, POSITIVE_POWER, FRICTION_POWER = range(8, 15)
 ACCELERATION_TERMS, RATE_TERMS, PRESSURE_TERMS, CURVATURE_TERMS, FORCE_TERMS, TORQUE_TERMS, POWER_TERMS = range(15, 22)
-SIGNAL_ROWS = 22
+#: Rows of the second derivative of the crank's length by time, and of the points.
+CRANK_SECOND_RATE, FIRST_POINT = 22, 23
+SIGNAL_ROWS = FIRST_POINT + MOST_POINTS * POINT_ROWS
 
-# Bits of `needs`: the slider alone, the crank's length with the rod, the groove, forces.
-SLIDER, CRANK, GROOVE, FORCES = 1, 2, 4, 8
+# Bits of `needs`: the slider alone, the crank's length with the rod, the groove, forces, two for each point.
+SLIDER, CRANK, GROOVE, FORCES, POINTS = 1, 2, 4, 8, 16
+ALL_POINTS = POINTS * (4**MOST_POINTS - 1)
 
 #: Laws between the breaks, in the order of the marks: those from the inner dead centre on are of the way back, and the
 #: second of either way is that of a steady speed.

@@ -7,6 +7,7 @@ from explore.mechanisms.variable_crank import columns, kernel, motion
 from explore.mechanisms.variable_crank.columns import Row
 from explore.model.drawing import INPUT, Drawing, Guide, Link, Panel, Path, Vector
 from explore.model.mechanism import Mechanism
+from explore.model.points import FloatingLink
 from explore.model.quantities import FloatArray, Formula, Metric, Parameter, Signal, Window
 
 _STROKES = ("outer_to_inner", "inner_to_outer")
@@ -163,6 +164,7 @@ VARIABLE_CRANK = Mechanism(
     close=kernel.close,
     fill=motion.fill,
     default_window="cycle",
+    floating_link=FloatingLink("rod", "the crank's pin", "pin", "rod_angle", columns.FIRST_POINT, columns.POINTS, 0),
     statuses=kernel.STATUSES,
     drawing=_DRAWING,
     panels=(

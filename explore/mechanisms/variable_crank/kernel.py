@@ -17,6 +17,7 @@ import math
 
 from explore.compiling import CLOSE_SIGNATURE, LANES, compiled
 from explore.lanes.arctangent import arctangent
+from explore.mechanisms.floating_link import fill_places
 from explore.mechanisms.variable_crank.blend import lag_of, shares, slope_of
 from explore.mechanisms.variable_crank.columns import LOAD_SIZE, Row
 from explore.model.status import OwnStatus, Status
@@ -64,6 +65,7 @@ def _fill_constants(record, lane, travel, width):
     record[Row.CRANK_SPEED * LANES + lane] = record[Row.SPEED * LANES + lane]
     for k in range(LOAD_SIZE):
         record[(Row.LOAD_MASS + k) * LANES + lane] = record[(Row.MASS + k) * LANES + lane]
+    fill_places(record, lane, Row.PLACES, Row.POINT_1_ALONG)
     return 0.5 * math.pi + offset, crank
 
 

@@ -16,9 +16,11 @@ from explore.mechanisms.variable_crank.blend import blend
 from explore.mechanisms.variable_crank.columns import (
     ACCELERATION,
     ACCELERATION_TERMS,
+    ALL_POINTS,
     CRANK,
     CRANK_LENGTH,
     CRANK_RATE,
+    CRANK_SECOND_RATE,
     CURVATURE,
     CURVATURE_TERMS,
     FIRST_LAW_BACK,
@@ -35,6 +37,7 @@ from explore.mechanisms.variable_crank.columns import (
     Row,
 )
 from explore.mechanisms.variable_crank.forces import fill_forces
+from explore.mechanisms.variable_crank.points import fill_points
 from explore.mechanisms.variable_crank.series import separation
 from explore.subroutines import subroutine
 
@@ -122,6 +125,7 @@ def _fill_crank(constants, tangents, anchor, law, out):
         one_over = 1.0 / (hypotenuse * math.sqrt(hypotenuse))
         out[CRANK_LENGTH * LANES + lane] = crank
         speed = constants[Row.CRANK_SPEED * LANES + lane]
+        out[CRANK_SECOND_RATE * LANES + lane] = speed * speed * crank2
         out[CRANK_RATE * LANES + lane], out[RATE_TERMS * LANES + lane] = sign * speed * crank1, speed * rod
         out[ROD_ANGLE * LANES + lane] = arctangent(-sign * crank * sine, position - crank * cosine)
         out[PRESSURE_ANGLE * LANES + lane] = arctangent(sign * crank1, crank)
@@ -136,7 +140,9 @@ def fill(constants, tangents, anchor, law, _variant, count, needs, out):
     for j in range(count):
         node, signals = tangents[j * LANES :], out[j * SIGNAL_ROWS * LANES :]
         _fill_slider(constants, node, anchor, law, signals)
-        if needs & (CRANK | GROOVE | FORCES):
+        if needs & (CRANK | GROOVE | FORCES | ALL_POINTS):
             _fill_crank(constants, node, anchor, law, signals)
         if needs & FORCES:
             fill_forces(constants, node, anchor, law, signals)
+        if needs & ALL_POINTS:
+            fill_points(constants, node, anchor, needs, signals)

@@ -18,10 +18,10 @@ const poseAt = (motion, degrees) => ({ ...motion.values, ...motion.at(degrees), 
 function sum(vectors, pose) {
   const named = (value) => (typeof value === "string" ? pose[value] : value);
   let [x, y] = [0, 0];
-  for (const { length, angle, factor, sense } of vectors) {
-    const turn = (sense * named(angle) * Math.PI) / 180;
-    x += factor * named(length) * Math.cos(turn);
-    y += factor * named(length) * Math.sin(turn);
+  for (const { length, angle, factor, sense, turn } of vectors) {
+    const direction = ((sense * named(angle) + turn) * Math.PI) / 180;
+    x += factor * named(length) * Math.cos(direction);
+    y += factor * named(length) * Math.sin(direction);
   }
   return [x, y];
 }

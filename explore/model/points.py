@@ -1,0 +1,154 @@
+"""Points of a floating link that a user names: their parameters, signals and drawing, as data.
+
+The floating link, such as the coupler of a four-bar, turns about no pivot of the ground. A point of it has two
+coordinates, along the link from the crank's pin and across it counter-clockwise, which are parameters of the design.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+from typing import TypeVar
+
+from explore.model.drawing import Drawing, Link, Panel, Path, Vector
+from explore.model.quantities import Parameter, Signal
+
+Number = TypeVar("Number")
+#: Most points of one mechanism: the rows of the kernels are for so many.
+MOST_POINTS = 4
+#: The coordinates of a point, in the order of the kernel's parameters, and how many numbers they are of all points.
+COORDINATES = ("along", "across")
+PLACES_SIZE = len(COORDINATES) * MOST_POINTS
+# Rows of one point: position, velocity and acceleration, each with the square of its magnitude but for the position;
+# curvature of the path; sizes of the terms that these are sums of.
+X, Y, VELOCITY_X, VELOCITY_Y, VELOCITY_SQUARE, ACCELERATION_X, ACCELERATION_Y, ACCELERATION_SQUARE, CURVATURE = range(9)
+POSITION_TERMS, VELOCITY_TERMS, ACCELERATION_TERMS, CURVATURE_TERMS = range(9, 13)
+POINT_ROWS = 13
+#: The bits of the rates of all points, over the first bit of points.
+RATES = sum(2 << 2 * number for number in range(MOST_POINTS))
+
+
+@dataclass(frozen=True)
+class FloatingLink:
+    """The link of a mechanism whose points can be named.
+
+    Attributes
+    ----------
+    name, pin
+        Name of the link, and in words what its points are measured from.
+    origin, angle
+        Point of the drawing and signal in deg: where the coordinates begin, and the direction of `along`.
+    first_row
+        First row of the points among the signals; each point has `POINT_ROWS`.
+    first_need
+        The bit of `needs` for the positions of the first point; the next is for its rates, then those of other points.
+    rate_power
+        Power of the speed that rows of velocities are to be multiplied by: 0 where they are per second.
+    """
+
+    name: str
+    pin: str
+    origin: str
+    angle: str
+    first_row: int
+    first_need: int
+    rate_power: int = 1
+
+
+def slot_names() -> tuple[str, ...]:
+    """Names of the kernel's parameters for points, in the order of their rows."""
+    return tuple(f"point_{k + 1}_{coordinate}" for k in range(MOST_POINTS) for coordinate in COORDINATES)
+
+
+def point_parameters(link: FloatingLink, points: tuple[str, ...]) -> tuple[Parameter, ...]:
+    """The coordinates of points."""
+    meanings = (f"along the {link.name} from {link.pin}", f"across the {link.name}, counter-clockwise positive")
+    return tuple(
+        Parameter(f"{point}_{coordinate}", "mm", f"place of {point} {meaning}", None, -float("inf"), affects="point")
+        for point in points
+        for coordinate, meaning in zip(COORDINATES, meanings, strict=True)
+    )
+
+
+def coordinates(points: Iterable[str], parameters: Mapping[str, Number]) -> dict[str, tuple[Number, ...]]:
+    """The coordinates of each point among the parameters of a design."""
+    return {point: tuple(parameters[f"{point}_{coordinate}"] for coordinate in COORDINATES) for point in points}
+
+
+def point_signals(link: FloatingLink, points: tuple[str, ...]) -> tuple[Signal, ...]:
+    """The signals of points, in the order of their rows."""
+    return tuple(signal for number, point in enumerate(points) for signal in _signals_of(link, number, point))
+
+
+def _signals_of(link: FloatingLink, number: int, point: str) -> tuple[Signal, ...]:
+    first, place = link.first_row + number * POINT_ROWS, link.first_need << (2 * number)
+
+    def declare(
+        name: str, unit: str, long_name: str, row: int, terms_row: int, power: int = 0, pole_order: int = 2,
+        *, squares: bool = False, rate_of: str = "", has_corners: bool = False,
+    ) -> Signal:  # fmt: skip
+        return Signal(
+            f"{point}_{name}", unit, long_name, first + row, place if unit == "mm" else place << 1,
+            power * link.rate_power, pole_order, is_magnitude=squares, terms_row=first + terms_row, point=point,
+            has_corners=has_corners,
+            derivative_of=f"{point}_{rate_of}" if rate_of and link.rate_power else "",
+        )  # fmt: skip
+
+    curvature = f"curvature of the path of {point}, positive where it turns left"
+    return (
+        *(declare(axis, "mm", f"{axis} of {point}", X + k, POSITION_TERMS) for k, axis in enumerate("xy")),
+        *(
+            declare(f"velocity_{axis}", "mm/s", f"velocity of {point} along {axis}", VELOCITY_X + k, VELOCITY_TERMS, 1,
+                    rate_of=axis)
+            for k, axis in enumerate("xy")
+        ),
+        declare("velocity", "mm/s", f"velocity of {point}, its magnitude", VELOCITY_SQUARE, VELOCITY_TERMS, 1, 4,
+                squares=True),
+        *(
+            declare(f"acceleration_{axis}", "mm/s^2", f"acceleration of {point} along {axis}", ACCELERATION_X + k,
+                    ACCELERATION_TERMS, 2, 4, rate_of=f"velocity_{axis}")
+            for k, axis in enumerate("xy")
+        ),
+        declare("acceleration", "mm/s^2", f"acceleration of {point}, its magnitude", ACCELERATION_SQUARE,
+                ACCELERATION_TERMS, 2, 6, squares=True),
+        # where the path would stop, at a complex angle
+        declare("curvature", "1/mm", curvature, CURVATURE, CURVATURE_TERMS, has_corners=True),
+    )  # fmt: skip
+
+
+def zero_means(points: tuple[str, ...], window: str) -> frozenset[tuple[str, str]]:
+    """The pairs of a signal and the full turn over which its mean is 0: a point returns to where it was."""
+    return frozenset(
+        (f"{point}_{rate}_{axis}", window) for point in points for rate in ("velocity", "acceleration") for axis in "xy"
+    )
+
+
+def point_panels(points: tuple[str, ...]) -> tuple[Panel, ...]:
+    """Panels of a motion for the signals of points."""
+    return tuple(
+        Panel(f"{point.replace('_', ' ')} {label}".rstrip(), tuple(f"{point}_{signal}" for signal in signals))
+        for point in points
+        for label, signals in (
+            ("position", ("x", "y")), ("velocity", ("velocity",)), ("acceleration", ("acceleration",)),
+            ("curvature", ("curvature",)),
+        )
+    )  # fmt: skip
+
+
+def draw_points(drawing: Drawing, link: FloatingLink, points: tuple[str, ...]) -> Drawing:
+    """The drawing with the paths of points, each a corner of the link."""
+    first, *_, last = next(each.points for each in drawing.links if each.name == link.name)
+    keys = {point: f"point {point}" for point in points}
+    vectors = {
+        key: (
+            *drawing.points[link.origin],
+            Vector(f"{point}_along", link.angle),
+            Vector(f"{point}_across", link.angle, turn=90.0),
+        )
+        for point, key in keys.items()
+    }
+    corners = tuple(Link(f"{link.name} with {point}", (first, key, last)) for point, key in keys.items())
+    paths = tuple(Path(key, f"path of {point.replace('_', ' ')}", "point") for point, key in keys.items())
+    return replace(
+        drawing, points={**drawing.points, **vectors}, links=(*drawing.links, *corners), paths=(*drawing.paths, *paths)
+    )
