@@ -156,6 +156,7 @@ def test_units_may_follow_every_value():
         ({"low": 2, "high": 1}, "`low` = 2 is above `high` = 1"),
         ({"low": "2 mm"}, "`low`: 'mm' cannot be converted"),
         ({"start": 10, "stop": 5}, "from 10 to 5 is empty"),
+        ({"parameter": "stiffness"}, "stiffness is 0 here, which says no range to look at"),
         ({"start": math.nan}, "`start`: nan is not a finite number"),
     ],
 )
@@ -215,6 +216,25 @@ def test_the_command_takes_a_design_of_results(tmp_path):
     row = next(row for row in found["curve"] if row["crank"] == 50.0)
     cv = explore.evaluate("crank-rocker", PUBLISHED, metrics=["cv"], window="return")["cv"].iloc[0]
     assert row["cv"] == pytest.approx(cv, rel=1e-9)  # the tolerance of `evaluate`
+
+
+def test_the_command_says_where_constraints_of_the_study_hold(tmp_path):
+    (tmp_path / "study.toml").write_text(
+        'mechanism = "crank-rocker"\n[parameters]\ncrank = [40, 50]\n'
+        "coupler = 940.62\nrocker = 211.79\nground = 869.44\n"
+        '[evaluate]\nmetrics = ["mean_output_ratio", "cv"]\n'
+        "[constraints]\ntransmission_angle_min = { min = 30 }\ntime_ratio = { max = 2 }\n"
+        '[rank]\nmetrics = ["coupler:min", "mean_output_ratio:max"]\n'
+    )
+    run("sweep", "study.toml", cwd=tmp_path)
+
+    output = run("tune", "--parameter", "crank", "--from", "0.02", "--to", "0.2", cwd=tmp_path)
+
+    limit = tune(metric="transmission_angle_min", low=30).intervals[0].stop.parameter
+    assert "mean_output_ratio from 0.02 to 0.2: crank 11.96574463884 mm to 108.949023183 mm" in output.stdout
+    message = "within it the study's constraint transmission_angle_min from 30 deg holds only for crank 11.96574463884"
+    assert f"{message} to {limit:.13g} mm" in output.stderr
+    assert "time_ratio" not in output.stderr
 
 
 @pytest.mark.parametrize(

@@ -212,6 +212,8 @@ def _read_range(
         smallest = max(parameter.lower, _NARROWEST * largest)
     if start is not None:
         smallest = _quantity("start", start, parameter.unit)
+    if widest == 0.0 and None in (start, stop):
+        raise RequestError(f"{parameter.name} is 0 here, which says no range to look at; give `start` and `stop`")
     if not smallest < largest:
         raise RequestError(
             f"the range of {parameter.name} from {smallest:g} to {largest:g} is empty; give `start` and `stop`"

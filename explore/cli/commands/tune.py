@@ -17,7 +17,7 @@ from explore.cli.output import announce_compiling, number, print_json, say, show
 from explore.cli.paths import FIGURE_ENDINGS, check_output, newest_results, refuse_overwriting
 from explore.cli.settings import list_settings, number_or_text, parse_settings
 from explore.cli.tables import print_table
-from explore.errors import RequestError
+from explore.errors import MotionError, RequestError, ResultsError
 
 if TYPE_CHECKING:
     from explore.store.results import Results
@@ -87,8 +87,10 @@ def tune(
     announce_compiling()
     from explore.tuning.control_curve import tune as find_curve
 
-    metrics = metric or arguments.pop("metrics")
-    arguments.pop("metrics", None)
+    objectives, constraints = arguments.pop("metrics"), arguments.pop("constraints", {})
+    metrics = metric or objectives
+    if not metrics:
+        raise RequestError("name the metric whose range is wanted: --metric NAME")
     texts = {"low": low, "high": high, "start": start, "stop": stop}
     bounds = {side: number_or_text(text) for side, text in texts.items() if text is not None}
     arguments |= {"parameter": parameter, "metric": metrics[0], "also": metrics[1:], **bounds}
@@ -98,6 +100,7 @@ def tune(
         print_json(_as_json(tuning))
     else:
         _print(tuning, _sentences(name))
+    _say_constraints(tuning, constraints, name, parameters, arguments)
     for path in output or []:
         _write(tuning, path)
         say(f"wrote {path}")
@@ -136,13 +139,47 @@ def _design_of(
                 raise RequestError(f"design {chosen} of {path} has no {name}; give one with --set {name}=VALUE")
             del parameters[name]
     say(f"design {chosen} of {path}")
+    try:
+        formulas = tomllib.loads(results.config).get("metrics")
+    except tomllib.TOMLDecodeError as error:
+        raise ResultsError(f"{path} is damaged: its study cannot be read: {error}") from None
     arguments = {
         "window": results.window or None,
         "drive": results.drive or None,
-        "formulas": tomllib.loads(results.config).get("metrics"),
-        "metrics": [text.partition(":")[0] for text in results.objectives],
+        "formulas": formulas,
+        "metrics": [name for name in (text.partition(":")[0] for text in results.objectives) if name not in parameters],
+        "constraints": results.constraints,
     }
     return results.mechanism, parameters, arguments
+
+
+def _say_constraints(
+    tuning: Tuning,
+    constraints: Mapping[str, Mapping[str, float | None]],
+    name: str,
+    parameters: Mapping[str, float],
+    arguments: Mapping[str, Any],
+) -> None:
+    """Say where in the intervals a constraint of the study holds, if it does not everywhere."""
+    from explore.tuning.control_curve import tune as find_curve
+
+    for interval in tuning.intervals:
+        first, last = interval.start.parameter, interval.stop.parameter
+        for metric, sides in constraints.items():
+            if not first < last:
+                continue
+            bounds = {"low": sides["min"], "high": sides["max"], "start": first, "stop": last}
+            try:
+                part = find_curve(name, parameters, **{**arguments, "metric": metric, "also": (), **bounds})
+            except MotionError:
+                say(f"within it {metric}, which the study constrains, is undefined", "yellow")
+                continue
+            ranges = [(own.start.parameter, own.stop.parameter) for own in part.intervals]
+            if ranges != [(first, last)]:
+                unit = shown_unit(tuning.curve.attrs["units"][tuning.parameter])
+                places = ", ".join(f"{number(a, 13)} to {number(b, 13)} {unit}".rstrip() for a, b in ranges)
+                place = f"only for {tuning.parameter} {places}" if places else "nowhere"
+                say(f"within it the study's constraint {metric} {_wanted(part)} holds {place}", "yellow")
 
 
 def _print(tuning: Tuning, sentences: Mapping[str, str]) -> None:
