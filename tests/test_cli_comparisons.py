@@ -12,6 +12,7 @@ import pytest
 from command_line import call
 
 from explore.cli.paths import atomic_files
+from explore.comparison import gear_starts
 from explore.methods.registry import METHODS
 
 
@@ -164,6 +165,58 @@ def test_stability_prints_the_smallest_accurate_margins(methods):
     }  # fmt: skip
     safe = pd.read_csv("tables/safe.csv").set_index("setting")
     assert safe.loc["closed-form", "smallest_accurate_margin"] < 1e-14
+
+
+@pytest.mark.parametrize(
+    ("mechanism", "distance"),
+    [
+        ("slider-crank", "length of the rod beyond crank plus offset, over the rod"),
+        ("variable-crank", "distance of a crank angle from the singular one, deg"),
+    ],
+)
+def test_stability_of_a_mechanism_with_a_slider(mechanism, distance, methods):
+    code, out, err = call("stability", mechanism, seconds=300)
+    assert code == 0, err
+    assert f"Smallest {distance}, down to which errors are at most 1e-06" in " ".join(out.split())
+    assert "Order of convergence" not in out, "it is measured on the four-bar"
+    assert "left out" not in err, "pylinkage solves four-bars only"
+    folder = Path(f"results/stability-{mechanism}")
+    assert {path.name for path in folder.iterdir()} == {
+        "map.csv", "safe.csv", "turn.csv", "map.png", "map.svg", "turn.png", "turn.svg",
+    }  # fmt: skip
+    assert distance.split(",")[0] in (folder / "map.svg").read_text()
+    safe = pd.read_csv(folder / "safe.csv").set_index("setting")["smallest_accurate_margin"]
+    assert safe["closed-form"] < 1.1e-13
+    assert safe["textbook"] < 0.011
+
+
+def test_precision_of_mechanisms_with_a_slider(methods):
+    code, out, err = call("precision", "slider_crank", "variable_crank", "-o", "tables", seconds=300)
+    assert code == 0, err
+    assert "variable_crank" in out
+    rows = pd.read_csv("tables/motions.csv")
+    closed = rows[rows["method"] == "closed-form"]
+    assert (closed["acceleration_error_max"] < 2e-14).all()
+    assert set(rows["method"]) == {name for name, settings in methods.items() if settings} - {"circles", "pylinkage"}
+    assert not Path("tables/averages.png").exists(), "averages are compared on crank-rockers"
+
+
+def test_stability_of_gears_counts_the_outcomes_of_random_starts(monkeypatch):
+    monkeypatch.setattr(gear_starts, "START_COUNT", 40)
+    code, out, err = call("stability", "gears", "-o", "tables", seconds=300)
+    assert code == 0, err
+    counts = pd.read_csv("tables/counts.csv")
+    assert counts["starts"].sum() == len(pd.read_csv("tables/starts.csv")) == 40
+    for outcome, starts in zip(counts["outcome"], counts["starts"], strict=True):
+        assert f"{outcome} {starts}" in " ".join(out.split())
+    assert {path.name for path in Path("tables").iterdir()} == {"starts.csv", "counts.csv", "starts.png", "starts.svg"}
+
+
+def test_stability_of_an_unknown_mechanism():
+    code, out, err = call("stability", "slider-crnk")
+    assert (code, out) == (2, "")
+    assert err == "error: no stability map of 'slider-crnk'; did you mean 'slider-crank'?\n"
+    assert not Path("results").exists()
 
 
 DESIGN = ["--mechanism", "crank-rocker", "--set", "crank=100", "--set", "coupler=1083.4236", "--set", "rocker=541.7118",

@@ -3,12 +3,16 @@
 import math
 
 import numpy as np
+import pandas as pd
 import pytest
 
-from explore.comparison.stability import map_stability, safe_margins, stability_runs
+from explore.charts.stability import stability_chart, turn_chart
+from explore.comparison.stability import map_stability, safe_margins, stability_runs, trace_turn
 from explore.comparison.stability_cases import stability_case
 from explore.comparison.verdicts import Verdict
+from explore.methods.contract import Outcome
 from explore.methods.geometry import geometric_outcome
+from explore.methods.registry import METHODS
 
 ACCURACY = 1e-6
 CASE = stability_case("crank-rocker")
@@ -88,3 +92,73 @@ def test_the_smallest_margin_may_be_the_only_inaccurate_one():
     ]
     (safe,) = safe_margins(rows)
     assert (safe["smallest_accurate_margin"], safe["verdict_below"]) == (1e-2, "inaccurate")
+
+
+@pytest.fixture(scope="module")
+def slicer_rows():
+    """Rows of the variable crank by four methods."""
+    case = stability_case("variable-crank")
+    registered = dict(METHODS)
+    try:
+        for name in METHODS.keys() - {"closed-form", "textbook", "newton-compiled", "rk45"}:
+            del METHODS[name]
+        return map_stability(case, ACCURACY), trace_turn(case)
+    finally:
+        METHODS.clear()
+        METHODS.update(registered)
+
+
+def test_at_the_singular_angle_only_the_closed_form_is_left(slicer_rows):
+    rows, _ = slicer_rows
+    at_angle = {row["setting"]: row["verdict"] for row in rows if row["margin"] == 0.0 and row["angles"] == 72}
+    assert at_angle.pop("closed-form") == "accurate"
+    assert "accurate" not in at_angle.values()
+    closed_form = [row["error"] for row in rows if row["method"] == "closed-form"]
+    assert max(closed_form) < 2e-14, "its series has no singularity"
+
+
+def test_the_textbook_loses_two_digits_of_the_velocity_with_each_of_the_distance(slicer_rows):
+    """The root of a difference is as wrong as its rounding over itself, its derivative by that over the root again."""
+    rows, _ = slicer_rows
+    for row in turning_rows(rows, "textbook"):
+        if 1e-5 < row["margin"] < 1.0:
+            distance = np.deg2rad(row["margin"])
+            assert row["error"] < 30.0 * 2.2e-16 / distance**2
+    (middle,) = [row["error"] for row in rows if row["method"] == "textbook" and row["margin"] == 1e-4]
+    assert middle > 1e-5
+
+
+def test_adaptive_integration_ends_at_the_singular_angle_at_every_distance(slicer_rows):
+    rows, turn = slicer_rows
+    verdicts = {
+        row["verdict"] for row in rows if row["setting"].startswith("rk45") and row["setting"] != "rk45(rtol=0.001)"
+    }
+    assert verdicts == {"reported failure"}
+    regular = float(np.rad2deg(stability_case("variable-crank").singular_angles[0]))
+    solved = [row["crank_angle"] for row in turn if row["method"] == "rk45" and not math.isnan(row["error"])]
+    assert regular - 2.0 < max(solved) < regular
+
+
+def test_the_turn_of_the_closed_form_is_accurate_throughout(slicer_rows):
+    _, turn = slicer_rows
+    errors = [row["error"] for row in turn if row["method"] == "closed-form"]
+    assert len(errors) == 361
+    assert max(errors) < 2e-14
+
+
+def test_the_figures_name_the_singular_angle(slicer_rows):
+    case, (rows, turn) = stability_case("variable-crank"), slicer_rows
+    figure = stability_chart(pd.DataFrame(rows), ACCURACY, case.distance, case.beyond)
+    labels = {panel.get_xlabel().replace("\n", " ") for panel in figure.axes} - {""}
+    assert labels == {"distance of a crank angle from the singular one, deg; right of the bar it is the singular angle"}
+    angles = [math.degrees(angle) for angle in case.singular_angles]
+    (panel,) = turn_chart(pd.DataFrame(turn), angles, "title").axes
+    assert [text.get_text() for text in panel.texts] == [" 81.41\N{DEGREE SIGN}", " 278.59\N{DEGREE SIGN}"]
+
+
+def test_margins_of_the_slider_crank_are_exact():
+    case = stability_case("slider-crank")
+    outcome = geometric_outcome(case.parameters, case.loop)
+    assert np.array_equal(outcome == Outcome.OK, case.margin > 0.0)
+    assert outcome[case.margin == 0.0].tolist() == [Outcome.CHANGE_POINT]
+    assert set(outcome[case.margin < 0.0].tolist()) == {Outcome.CRANK_BLOCKED}

@@ -43,15 +43,14 @@ def compare_rules(scene: Scene, progress: Callable[[str], None] | None = None) -
     """
     chosen = _rocking_designs(scene)[:MAX_RULE_DESIGNS]
     lengths, branch = scene.parameters[chosen], scene.branch[chosen]
-    exact = {window: exact_statistics(lengths, branch, window) for window in REFERENCE_WINDOWS}
+    windows = REFERENCE_WINDOWS if len(chosen) else ()
+    exact = {window: exact_statistics(lengths, branch, window) for window in windows}
     rows: list[dict[str, Any]] = []
     for name, settings in AVERAGING_RULES.items():
         for rule in settings:
             if progress is not None:
                 progress(method_label(rule))
-            if not len(chosen):
-                continue
-            for window in REFERENCE_WINDOWS:
+            for window in windows:
                 averages = rule.average(lengths, branch, window)
                 seconds = measure_cpu_seconds(partial(rule.average, lengths, branch, window))
                 rows.append({

@@ -50,7 +50,7 @@ def methods_for(loop: VectorLoop) -> dict[str, tuple[Method, ...]]:
     return {
         name: settings
         for name, settings in METHODS.items()
-        if loop is FOUR_BAR or not any(Capability.FOUR_BAR_ONLY in method.capabilities for method in settings)
+        if loop is FOUR_BAR or (settings and Capability.FOUR_BAR_ONLY not in settings[0].capabilities)
     }
 
 

@@ -45,8 +45,11 @@ def stability(
     from explore.comparison.stability_cases import stability_case
     from explore.methods.registry import methods_for
 
-    case = stability_case(mechanism)
     folder = output or Path(f"results/stability-{mechanism}")
+    if mechanism == "gears":
+        _solve_gears(folder, accuracy, as_json=as_json)
+        return
+    case = stability_case(mechanism)
     announce_compiling()
     say_missing_peers(methods_for(case.loop))
     with atomic_files(folder) as place:
@@ -64,6 +67,35 @@ def stability(
             _print_orders(tables["orders"])
     names = ", ".join(f"{name}.csv" for name in tables)
     say(f"tables and charts are in {folder}: {names}, and map and turn as png, svg")
+
+
+def _solve_gears(folder: Path, accuracy: float, *, as_json: bool) -> None:
+    """Solve the law of a gear pair from random starts, write tables and a chart, and print the outcomes."""
+    import pandas as pd
+
+    from explore.charts.gear_starts import starts_chart
+    from explore.charts.style import save_figure
+    from explore.comparison.gear_starts import GROWTH, SECTOR, START_COUNT, count_outcomes, solve_from_starts
+
+    announce_compiling()
+    with atomic_files(folder) as place:
+        with progress_bar("solving", START_COUNT) as step:
+            starts = solve_from_starts(accuracy, START_COUNT, progress=step)
+        tables = {"starts": starts, "counts": count_outcomes(starts)}
+        frames = {name: pd.DataFrame(rows) for name, rows in tables.items()}
+        for name, frame in frames.items():
+            frame.to_csv(place / f"{name}.csv", index=False)
+        for kind in ("png", "svg"):
+            save_figure(starts_chart(frames["starts"], frames["counts"]), place / f"starts.{kind}")
+    if as_json:
+        print_json(tables)
+    else:
+        lines = [[row["outcome"], f"{row['starts']:,}", f"{row['share']:.1%}"] for row in tables["counts"]]
+        columns = [("outcome", ""), ("starts", ""), ("share", "")]
+        print_table(
+            f"fsolve on the five equations of gears of growth {GROWTH:g}, sector {SECTOR:g} rad", columns, lines
+        )
+    say(f"tables and charts are in {folder}: starts.csv, counts.csv, starts.png, starts.svg")
 
 
 def _write(folder: Path, case: StabilityCase, tables: dict[str, Rows], accuracy: float) -> None:
