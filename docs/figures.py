@@ -18,6 +18,7 @@ from PIL import Image
 
 import explore
 from explore.charts.averages import averages_chart
+from explore.charts.gear_starts import starts_chart
 from explore.charts.mechanism import draw_mechanism
 from explore.charts.pareto import draw_designs
 from explore.charts.precision import overview_chart, scene_chart
@@ -73,6 +74,7 @@ def draw_comparisons() -> None:
     motions, averages = (pd.read_csv(f"results/precision/{name}.csv") for name in ("motions", "averages"))
     verdicts, turns = (pd.read_csv(f"results/stability-variable-crank/{name}.csv") for name in ("map", "turn"))
     change_point = pd.read_csv("results/stability-crank-rocker/map.csv")
+    gears = (pd.read_csv(f"results/stability-gears/{name}.csv") for name in ("starts", "counts"))
     four_bar, slicer = stability_case("crank-rocker"), stability_case("variable-crank")
     angles = [float(np.rad2deg(angle)) for angle in slicer.singular_angles]
     scenes = [load_scene(path) for path in bundled_scenes().values()]
@@ -84,6 +86,7 @@ def draw_comparisons() -> None:
         "averages": averages_chart(averages, titles),
         "stability": stability_chart(change_point, 1e-6, four_bar.distance, four_bar.beyond),
         "variable-crank-stability": stability_chart(verdicts, 1e-6, slicer.distance, slicer.beyond),
+        "gears-starts": starts_chart(*gears),
         "variable-crank-turn": turn_chart(turns, angles, "variable-crank, every method at its finest setting"),
     }
     for name, figure in charts.items():
