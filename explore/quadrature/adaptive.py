@@ -1,8 +1,8 @@
 """Adaptive quadrature: panels of one design and window, halved until the tails of all signals are small enough.
 
-Nothing needs to be known of the signals. `explore.quadrature.tails` says what a tail is. Each panel of the window is
-first cut into as many pieces as a tile has lanes, so that a feature is seen that is not much narrower than the distance
-of the nodes, about half a degree.
+Nothing needs to be known of the signals. `explore.quadrature.tails` says what a tail is. A window is first cut into one
+or two tiles of lanes, so that a feature is seen that is not much narrower than the distance of the nodes, about half a
+degree over a turn.
 """
 
 import math
@@ -10,7 +10,7 @@ import math
 from explore.compiling import LANES
 from explore.quadrature import bounds
 from explore.quadrature.bounds import CHUNK, FLAG_EXTREMES, FLAG_SQUARES, FLAG_TERMS
-from explore.quadrature.panels import ANCHOR, CENTRE, COUNT, HALF, LAW, PANEL_CAPACITY, SCALE, VARIANT
+from explore.quadrature.panels import ANCHOR, CENTRE, COUNT, HALF, LAW, LENGTH, PANEL_CAPACITY, SCALE, VARIANT
 from explore.subroutines import subroutine
 
 #: Nodes of each panel beside its two ends.
@@ -39,16 +39,28 @@ def _place(panels, owner, todo, source, to, centre, half, position):
 
 @subroutine()
 def cut_panels(work, sums, rows, count):
-    """Cut each panel into LANES pieces of equal length in t; return their number."""
-    panels = work.panels
+    """Cut the panels of a window into pieces of about the same angle, each of equal length in t; return their number.
+
+    As many together as one or two panels, those of a window without breaks, have tiles of lanes.
+    """
+    panels, total, wanted = work.panels, 0.0, LANES * min(count, 2)
+    for k in range(count):
+        total += panels[LENGTH + k]
+    number = 0
+    for k in range(count):
+        work.codes[k] = math.ceil(wanted * panels[LENGTH + k] / total)
+        number += work.codes[k]
+    first = number
     for k in range(count - 1, -1, -1):  # the pieces of panel 0 replace it
-        centre, half = panels[CENTRE + k], panels[HALF + k] / LANES
-        for piece in range(LANES - 1, -1, -1):
-            to = k * LANES + piece
-            _place(panels, work.owner, work.todo, k, to, centre + (2 * piece + 1 - LANES) * half, half, to)
+        pieces = work.codes[k]
+        first -= pieces
+        centre, half = panels[CENTRE + k], panels[HALF + k] / pieces
+        for piece in range(pieces - 1, -1, -1):
+            to = first + piece
+            _place(panels, work.owner, work.todo, k, to, centre + (2 * piece + 1 - pieces) * half, half, to)
             for s in range(rows):
                 sums.earlier_tails[s * PANEL_CAPACITY + to] = math.inf
-    return count * LANES
+    return number
 
 
 @subroutine()

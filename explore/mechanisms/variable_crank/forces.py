@@ -35,7 +35,7 @@ from explore.mechanisms.variable_crank.columns import (
 from explore.subroutines import subroutine
 
 
-@subroutine(fast=True)
+@subroutine(fast=True, apart=True)
 def fill_forces(constants, tangents, anchor, law, out):
     """Fill forces (N), torque (N m) and power (W) from the motion at one node of each lane."""
     sense = 1.0 if law >= FIRST_LAW_BACK else -1.0
