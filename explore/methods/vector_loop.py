@@ -104,6 +104,13 @@ class UnknownLength:
         return size
 
 
+def _solve(first: Vector, second: Vector, x: Any, y: Any) -> tuple[Any, Any]:
+    """Solve the linear equations with two columns by Cramer's rule."""
+    (a, b), (c, d) = first, second
+    determinant = a * d - b * c
+    return (x * d - y * c) / determinant, (y * a - x * b) / determinant
+
+
 class LinearLoop(NamedTuple):
     """The loop about given unknowns: both vectors with their derivatives, and the gap."""
 
@@ -121,9 +128,7 @@ class LinearLoop(NamedTuple):
 
     def solve(self, x: Any, y: Any) -> tuple[Any, Any]:
         """Solve the Jacobian's linear equations for right-hand sides."""
-        (a, b), (c, d) = self.first_derivative, self.second_derivative
-        determinant = a * d - b * c
-        return (x * d - y * c) / determinant, (y * a - x * b) / determinant
+        return _solve(self.first_derivative, self.second_derivative, x, y)
 
     def correction(self) -> tuple[Any, Any]:
         """Newton's step of both unknowns."""
@@ -187,11 +192,11 @@ class VectorLoop:
         size = self.size(parameters)
         return np.stack([self.first.scale(size), self.second.scale(size)])
 
-    def linearise(self, parameters: Any, angle: Any, first: Any, second: Any, functions: Any = np) -> LinearLoop:
-        """The loop about given unknowns; `functions` is `math` for floats."""
-        direction = functions.cos(angle), functions.sin(angle)
-        u, du = self.first.vector(parameters, first, direction, functions)
-        v, dv = self.second.vector(parameters, second, direction, functions)
+    def linearise(self, parameters: Any, angle: Any, first: Any, second: Any) -> LinearLoop:
+        """The loop about given unknowns."""
+        direction = np.cos(angle), np.sin(angle)
+        u, du = self.first.vector(parameters, first, direction, np)
+        v, dv = self.second.vector(parameters, second, direction, np)
         k = self.known(parameters, angle, direction, 0)
         return LinearLoop(u, du, v, dv, (k[0] + u[0] + v[0], k[1] + u[1] + v[1]))
 
@@ -199,10 +204,10 @@ class VectorLoop:
         """Components x and y of the gap in the loop, in the unit of the lengths, first axis 2."""
         return np.stack(np.broadcast_arrays(*self.linearise(parameters, angle, first, second).gap))
 
-    def rate_terms(self, parameters: Any, angle: Any, loop: LinearLoop, functions: Any = np) -> Vector:
+    def rate_terms(self, parameters: Any, angle: Any, loop: LinearLoop) -> Vector:
         """Right-hand sides of the linear equations for the rates of both unknowns."""
-        direction = functions.cos(angle), functions.sin(angle)
-        total = self.first.carry(self.known(parameters, angle, direction, 1), loop.first, loop.first_derivative)
+        known = self.known(parameters, angle, (np.cos(angle), np.sin(angle)), 1)
+        total = self.first.carry(known, loop.first, loop.first_derivative)
         x, y = self.second.carry(total, loop.second, loop.second_derivative)
         return -x, -y
 
@@ -215,8 +220,11 @@ class VectorLoop:
 
     def rates(self, parameters: Any, angle: Any, first: Any, second: Any, functions: Any = np) -> tuple[Any, Any]:
         """First derivatives of both unknowns by the input angle; `functions` is `math` for floats."""
-        loop = self.linearise(parameters, angle, first, second, functions)
-        return loop.solve(*self.rate_terms(parameters, angle, loop, functions))
+        direction = functions.cos(angle), functions.sin(angle)
+        u, du = self.first.vector(parameters, first, direction, functions)
+        v, dv = self.second.vector(parameters, second, direction, functions)
+        x, y = self.second.carry(self.first.carry(self.known(parameters, angle, direction, 1), u, du), v, dv)
+        return _solve(du, dv, -x, -y)
 
     def fill_signals(self, signals: FloatArray, parameters: Any, angle: Any, first: Any, second: Any) -> None:
         """Fill ``signals[2 level, …]`` with the unknowns, and as far as it has rows with their derivatives."""
