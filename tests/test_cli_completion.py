@@ -95,7 +95,7 @@ def folder(tmp_path_factory):
         ("explore rank other.h5 --metric no", []),
         ("explore tune other.h5 --metric ro", ["rocker_velocity_max"]),
         ("explore tune other.h5 --parameter ro", ["rocker"]),
-        ("explore tune --mechanism slider-crank --parameter o", ["offset"]),
+        ("explore tune --mechanism slider-crank --parameter of", ["offset"]),
         ("explore tune --mechanism slider-crank --metric st", ["stroke"]),
         ("explore tune --mechanism no-such --metric st", []),
         ("explore rank few.toml --metric ", []),  # no results: nothing, and no traceback

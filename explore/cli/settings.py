@@ -10,7 +10,7 @@ from explore.errors import RequestError
 def parse_settings(mechanism: str, settings: Sequence[str], points: Sequence[str] = ()) -> dict[str, float]:
     """Parameters from NAME=VALUE, in the units of the mechanism with these points."""
     from explore.request.names import find_mechanism
-    from explore.request.units import quantity
+    from explore.request.parameters import read_value
     from explore.suggest import suggestion
 
     declared = {p.name: p for p in find_mechanism(mechanism, points).parameters}
@@ -22,7 +22,7 @@ def parse_settings(mechanism: str, settings: Sequence[str], points: Sequence[str
         if name not in declared:
             raise RequestError(f"--set {setting}: unknown parameter; {suggestion(name, declared)}")
         try:
-            parameters[name] = quantity(number_or_text(text), declared[name].unit)
+            parameters[name] = read_value(declared[name], number_or_text(text))
         except RequestError as error:
             raise RequestError(f"--set {name}: {error}") from None
     return parameters
