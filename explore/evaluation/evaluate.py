@@ -129,10 +129,13 @@ def _keep_freed_memory() -> None:
 def _complete(mechanism: Mechanism, parameters: Arrays) -> Arrays:
     """All parameters of the mechanism, those that are missing at their defaults."""
     n = len(next(iter(parameters.values())))
+    # One array for all with the same default: a mechanism has a dozen loads, most of them 0.
+    missing = {p.default for p in mechanism.parameters if p.name not in parameters}
+    defaults = {value: np.broadcast_to(np.float64(np.nan if value is None else value), n) for value in missing}
     return {
         p.name: np.ascontiguousarray(parameters[p.name], dtype=np.float64)
         if p.name in parameters
-        else np.broadcast_to(np.float64(np.nan if p.default is None else p.default), n)
+        else defaults[p.default]
         for p in mechanism.parameters
     }
 
