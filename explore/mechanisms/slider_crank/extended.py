@@ -10,6 +10,7 @@ from explore.mechanisms.slider_crank.columns import (
     SLIDER,
     SLIDER_ACCELERATION,
     ExtendedRow,
+    Row,
 )
 from explore.mechanisms.slider_crank.forces import fill_forces, fill_load_constants
 from explore.mechanisms.slider_crank.kernel import GUIDE_LOCKED, close_design, fill_motion
@@ -17,14 +18,17 @@ from explore.mechanisms.slider_crank.points import fill_points
 from explore.model.points import RATES
 from explore.model.status import Status
 
+#: How much further down than in `Row` the lengths and the metrics are.
+_LENGTHS, _METRICS = ExtendedRow.CRANK - Row.CRANK, ExtendedRow.STROKE - Row.STROKE
 _OK = float(Status.OK)
 
 
 @compiled(CLOSE_SIGNATURE)
 def close(record):
     """Fill what `kernel.close` does, and constants of forces and points; see `explore.model.mechanism.Mechanism`."""
+    lengths, metrics = record[_LENGTHS * LANES :], record[_METRICS * LANES :]
     for lane in range(LANES):
-        status = close_design(record, lane, ExtendedRow.CRANK, ExtendedRow.STROKE)
+        status = close_design(record, lengths, metrics, lane)
         fill_places(record, lane, ExtendedRow.PLACES, ExtendedRow.POINT_1_ALONG)
         can_lock = fill_load_constants(record, lane)
         record[ExtendedRow.STATUS * LANES + lane] = 1.0 * GUIDE_LOCKED if can_lock & (status == _OK) else status

@@ -184,7 +184,7 @@ def _status(crank, rod, offset, margin):
 
 
 @subroutine(inlined=True)
-def close_design(record, lane, parameters, metrics):
+def close_design(record, parameters, metrics, lane):
     """Fill sums, dead centres, margins and angles of one lane, and return the status.
 
     Metrics are in declared units, NaN where undefined.
@@ -192,10 +192,10 @@ def close_design(record, lane, parameters, metrics):
     Parameters
     ----------
     parameters, metrics
-        Rows of the first parameter and of the first metric.
+        Parts of the record in which the lengths and the metrics have the numbers of `Row`.
     """
-    crank, rod = record[parameters * LANES + lane], record[(parameters + 1) * LANES + lane]
-    offset = record[(parameters + 2) * LANES + lane]
+    crank, rod = parameters[Row.CRANK * LANES + lane], parameters[Row.ROD * LANES + lane]
+    offset = parameters[Row.OFFSET * LANES + lane]
     a, b = exact_sum(rod, -crank, -offset, 0.0), exact_sum(rod, -crank, offset, 0.0)
     p, q = exact_sum(rod, crank, offset, 0.0), exact_sum(rod, crank, -offset, 0.0)
     margin, width = a if a < b else b, p if p > q else q
@@ -214,13 +214,13 @@ def close_design(record, lane, parameters, metrics):
     record[Row.SINGULAR_BELOW * LANES + lane] = math.sqrt(a / q)
     # The terms of x' exceed it by at most twice r x/y, and x <= 2 y.
     record[Row.NOISE * LANES + lane] = 4.0 * crank / rod
-    record[metrics * LANES + lane] = stroke if turns else _NAN
-    record[(metrics + 1) * LANES + lane] = (math.pi + imbalance) / (math.pi - imbalance) if turns else _NAN
-    record[(metrics + 2) * LANES + lane] = arctangent(offset, outer) * _DEGREES if turns else _NAN
-    record[(metrics + 3) * LANES + lane] = 180.0 + arctangent(offset, inner) * _DEGREES if turns else _NAN
-    record[(metrics + 4) * LANES + lane] = arctangent(reach, rise) * _DEGREES if turns else _NAN
-    record[(metrics + 5) * LANES + lane] = arctangent(rise, reach) * _DEGREES if turns else _NAN
-    record[(metrics + 6) * LANES + lane] = margin
+    metrics[Row.STROKE * LANES + lane] = stroke if turns else _NAN
+    metrics[Row.TIME_RATIO * LANES + lane] = (math.pi + imbalance) / (math.pi - imbalance) if turns else _NAN
+    metrics[Row.OUTER_ANGLE * LANES + lane] = arctangent(offset, outer) * _DEGREES if turns else _NAN
+    metrics[Row.INNER_ANGLE * LANES + lane] = 180.0 + arctangent(offset, inner) * _DEGREES if turns else _NAN
+    metrics[Row.PRESSURE_ANGLE_MAX * LANES + lane] = arctangent(reach, rise) * _DEGREES if turns else _NAN
+    metrics[Row.TRANSMISSION_ANGLE_MIN * LANES + lane] = arctangent(rise, reach) * _DEGREES if turns else _NAN
+    metrics[Row.TURNING_MARGIN * LANES + lane] = margin
     return status
 
 
@@ -228,4 +228,4 @@ def close_design(record, lane, parameters, metrics):
 def close(record):
     """Fill constants, status and metrics; see `explore.model.mechanism.Mechanism`."""
     for lane in range(LANES):
-        record[Row.STATUS * LANES + lane] = close_design(record, lane, Row.CRANK, Row.STROKE)
+        record[Row.STATUS * LANES + lane] = close_design(record, record, record, lane)
