@@ -160,6 +160,11 @@ def test_slider_crank_is_true(tmp_path, monkeypatch, capsys):
     run_page("slider-crank.md", capsys)
 
 
+def test_points_are_true(tmp_path, monkeypatch, capsys):
+    assert run_commands("coupler-points.md", tmp_path, monkeypatch) == {"sweep", "rank"}
+    run_page("coupler-points.md", capsys)
+
+
 def test_tune_is_true(tmp_path, monkeypatch, capsys):
     assert run_commands("tune.md", tmp_path, monkeypatch) == {"tune"}
     run_page("tune.md", capsys)
