@@ -99,6 +99,25 @@ def test_nearest_of_ranking_is_true(tmp_path, monkeypatch):
     assert run_commands(section, tmp_path, monkeypatch) == {"sweep", "rank"}
 
 
+def test_refining_is_true(tmp_path, monkeypatch, capsys):
+    """The commands run, on fewer designs, and polish prints the same cv; the Python block prints what it says."""
+    (tmp_path / "configs").mkdir()
+    (tmp_path / "results").mkdir()
+    text = (ROOT / "configs/optimum.toml").read_text(encoding="utf-8").replace("1_000_000", "30_000")
+    (tmp_path / "configs/optimum.toml").write_text(text, encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    page = (ROOT / "docs/refine.md").read_text(encoding="utf-8")
+    commands = [
+        line for block in re.findall(r"^```sh\n(.*?)^```", page, re.MULTILINE | re.DOTALL) for line in block.split("\n")
+    ]
+    for line in filter(None, commands):
+        code, out, err = call(*shlex.split(line)[1:], seconds=120)
+        assert code == 0, err
+    assert "0.35391225" in out
+    assert "0.35391225" in page
+    run_page("refine.md", capsys)
+
+
 def test_gallery_is_true(tmp_path, monkeypatch, capsys):
     """Each picture is that of the command above it, is there and is small; the Python block runs."""
     monkeypatch.syspath_prepend(ROOT / "docs")
