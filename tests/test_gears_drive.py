@@ -78,7 +78,9 @@ def test_ripple_is_that_of_brute_force(branch, order):
 def test_on_branch_2_the_plateau_is_not_the_largest_ratio():
     """The plateau would be 1.2247."""
     row = evaluate(BASE | {"branch": 2, "phase_shift": 0.5}, ["train_ratio_max", "overall_ratio_max", "ripple"]).iloc[0]
-    assert row["train_ratio_max"] == row["overall_ratio_max"] == pytest.approx(4.9364, abs=5e-5)
+    assert row["train_ratio_max"] == pytest.approx(4.9364, abs=5e-5)
+    # each is refined on panels of its own, to rounding
+    assert row["overall_ratio_max"] == pytest.approx(row["train_ratio_max"], rel=1e-14)
     assert row["ripple"] > 0.7
 
 
