@@ -232,3 +232,18 @@ def test_densities_count_all_feasible_designs_of_the_file(tmp_path, monkeypatch)
         expected, _, _ = np.histogram2d(table[y], table[x], density["cells"], ranges)
         assert 10 < expected.sum() < len(table)
         np.testing.assert_array_equal(counts.reshape(expected.shape), expected, err_msg=f"{x} {y}")
+
+
+def test_a_sample_of_the_designs_has_those_nearest_to_feasible(tmp_path, monkeypatch):
+    """Of 500 infeasible designs the page holds one by chance, and shows the nearest of ten first."""
+    (tmp_path / "none.toml").write_text(SOBOL + "[constraints]\ntime_ratio = { max = 0.9 }\n")
+    results = explore.sweep(explore.load_study(tmp_path / "none.toml"), tmp_path / "none.h5")
+    monkeypatch.setattr(rows, "MAX_DESIGNS", 10)
+    monkeypatch.setattr(rows, "MAX_INFEASIBLE", 1)
+    monkeypatch.setattr(contents.ColumnPacker, "add", lambda self, values: values)
+    study = contents.collect_contents(results, None, "", lambda _: None).study
+    nearest = explore.nearest(results, 10).index
+
+    assert len(study["designs"]) == len(study["kinds"]) <= 11
+    assert set(nearest) <= set(study["designs"])
+    assert study["designs"][study["chosen"]] == nearest[0]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -78,7 +78,9 @@ def collect_contents(results: Results, mechanism: Mechanism | None, command: str
     step("ranking")
     ranking = rank_source(results) if results.objectives else None
     step("choosing designs")
-    rows = choose_rows(results, ranking)
+    nearest = describe_nearest(results, _count_feasible(ranking))
+    nearest_designs = [design for design, *_ in nearest["designs"]] if nearest else []
+    rows = choose_rows(results, ranking, nearest_designs)
     step("reading")
     frame = results.designs(rows.numbers)
     step("packing")
@@ -91,7 +93,8 @@ def collect_contents(results: Results, mechanism: Mechanism | None, command: str
         "designs": packer.add(rows.numbers),
         "kinds": packer.add(rows.kinds),
         "parts": [vars(part) for part in rows.parts],
-        "chosen": _initial_row(ranking, rows),
+        "nearest": nearest,
+        "chosen": _initial_row(ranking, rows, nearest_designs),
     }
     step("counting")
     feasible = rows.parts[FEASIBLE]
@@ -138,13 +141,16 @@ def _describe_study(results: Results, mechanism: Mechanism | None, ranking: Rank
         "counts": [[label, count, sentences.get(label, "")] for label, count in results.counts.items()],
         "sentences": sentences,
         "objectives": [[o.metric, o.sense] for o in ranking.objectives] if ranking else [],
-        "feasible": ranking.tally.n_ranked + ranking.tally.n_not_finite if ranking else None,
+        "feasible": _count_feasible(ranking),
         "missed": _describe_constraints(results, ranking),
-        "nearest": describe_nearest(results, ranking.tally.n_ranked + ranking.tally.n_not_finite if ranking else None),
         "bounds": _bounds(results, mechanism),
         "facts": [[k, str(v)] for k, v in sorted(results.attributes.items()) if k not in _HIDDEN_ATTRIBUTES],
         "config": results.config,
     }
+
+
+def _count_feasible(ranking: Ranking | None) -> int | None:
+    return ranking.tally.n_ranked + ranking.tally.n_not_finite if ranking else None
 
 
 def _kernel(results: Results, mechanism: Mechanism) -> Mechanism:
@@ -183,15 +189,17 @@ def _finite(bound: float | None) -> float | None:
     return bound if bound is not None and math.isfinite(bound) else None
 
 
-def _initial_row(ranking: Ranking | None, rows: ReportRows) -> int:
-    """Row of the design that is shown first: the best by the first objective, else the first feasible one."""
+def _initial_row(ranking: Ranking | None, rows: ReportRows, nearest: Sequence[int]) -> int:
+    """Row of the design that is shown first: the best by the first objective, else a feasible one, else the nearest."""
     if ranking is not None and len(ranking.frame):
         place = int(np.searchsorted(rows.numbers, int(ranking.frame.index[0])))
         if place < len(rows.numbers) and rows.numbers[place] == ranking.frame.index[0]:
             return place
     best = np.flatnonzero(rows.kinds == FRONT)
     feasible = best if len(best) else np.flatnonzero(rows.kinds != INFEASIBLE)
-    return int(feasible[0]) if len(feasible) else 0
+    if len(feasible):
+        return int(feasible[0])
+    return int(np.searchsorted(rows.numbers, nearest[0])) if nearest else 0
 
 
 def data_elements(contents: Contents) -> Iterator[str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -48,15 +49,27 @@ class ReportRows:
     parts: tuple[KindCount, ...]
 
 
-def choose_rows(results: Results, ranking: Ranking | None) -> ReportRows:
-    """Choose the designs of a page; `ranking` is that of the study, None if it has no objectives."""
+def choose_rows(results: Results, ranking: Ranking | None, named: Sequence[int] = ()) -> ReportRows:
+    """Choose the designs of a page.
+
+    Parameters
+    ----------
+    results
+        The results, with at least one design.
+    ranking
+        The ranking of the study; None if it has no objectives.
+    named
+        Numbers of infeasible designs that the page names, which no sample leaves out.
+    """
     numbers, kinds = _all_kinds(results, ranking)
     members = [np.flatnonzero(kinds == kind) for kind in (INFEASIBLE, FEASIBLE, FRONT)]
     on_page = members
     if len(numbers) > MAX_DESIGNS:
         random = np.random.default_rng(_SEED)
         limits = (MAX_INFEASIBLE, MAX_FEASIBLE, MAX_FRONT)
+        always = np.searchsorted(numbers, np.sort(np.asarray(named, dtype=np.int64)))
         on_page = [_sample(random, places, most) for places, most in zip(members, limits, strict=True)]
+        on_page[INFEASIBLE] = np.union1d(on_page[INFEASIBLE], always)
     places = np.sort(np.concatenate(on_page))
     parts = tuple(KindCount(kind, len(members[kind]), len(on_page[kind])) for kind in (INFEASIBLE, FEASIBLE, FRONT))
     return ReportRows(numbers[places], kinds[places], parts)

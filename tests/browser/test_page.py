@@ -35,6 +35,10 @@ def test_the_page_shows_the_facts_of_the_file(page, study, frame):
     assert "small is better" in text
 
 
+def chosen_title(page):
+    return page.locator("#design h2").inner_text().strip()
+
+
 def test_the_page_names_the_designs_nearest_to_feasible(browser, page, tmp_path):
     assert "Nearest to feasible" not in page.locator("body").inner_text()  # enough is feasible
     text = SOBOL.format(count=2000) + "swing_angle = { min = 60 }\ntime_ratio = { max = 1.001 }\n"
@@ -44,6 +48,10 @@ def test_the_page_names_the_designs_nearest_to_feasible(browser, page, tmp_path)
 
     with silent_page(browser, report_of(results.path)) as own:
         facts = own.locator("body").inner_text()
+        assert chosen_title(own) == f"Design {nearest.index[0]:,}"
+        own.get_by_role("button", name=f"design {nearest.index[3]:,}", exact=True).click()
+        assert chosen_title(own) == f"Design {nearest.index[3]:,}"
+        assert own.locator("#design").bounding_box()["y"] < own.viewport_size["height"]
 
     assert "Nearest to feasible" in facts
     for design, row in nearest.iterrows():

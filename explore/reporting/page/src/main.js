@@ -26,7 +26,10 @@ async function start() {
   };
   header(root("header"), model);
   notices(root("notices"), model);
-  facts(root("study-facts"), model);
+  facts(root("study-facts"), model, (design) => {
+    shared.chosen.set(model.designs.indexOf(design));
+    root("design").scrollIntoView();
+  });
   const rows = table(root("table"), model, shared);
   const axes = parallel(root("parallel"), model, shared);
   const cloud = scatter(root("scatter"), model, shared);

@@ -64,7 +64,7 @@ export function notices(root, { study, size }) {
     notice(
       `This page holds ${count(size)} of ${count(study.committed)} designs:`,
       `${part(front, "Pareto-optimal ones")}; ${part(feasible, "other feasible ones")};`,
-      `${part(infeasible, "infeasible ones")}. Selections and their counts refer to these designs;`,
+      `${part(infeasible, "infeasible ones")}${study.nearest ? " and those nearest to feasible" : ""}. Selections and their counts refer to these designs;`,
       "the command ranks all designs of the file.",
       study.density && "The grey density behind the scatter counts all feasible designs.",
     );
@@ -77,11 +77,16 @@ const part = ({ held, total }, what) =>
     ? `all ${count(total)} ${what}`
     : `a uniform sample of ${count(held)} of ${count(total)} ${what}`;
 
-/** Statuses, constraints and provenance. */
-export function facts(root, { study }) {
+/**
+ * Statuses, constraints and provenance.
+ * @param {Element} root
+ * @param {import("./payload.js").Model} model
+ * @param {(design: number) => void} choose called where the number of a design is clicked
+ */
+export function facts(root, { study }, choose) {
   root.append(
     el("div", { class: "panel-head" }, el("h2", {}, "The study")),
-    el("div", { class: "facts" }, statuses(study), constraints(study), provenance(study)),
+    el("div", { class: "facts" }, statuses(study), constraints(study, choose), provenance(study)),
     study.config
       ? el("details", {}, el("summary", {}, "The study file"), el("pre", {}, study.config))
       : "",
@@ -105,7 +110,7 @@ function statuses(study) {
   return el("div", {}, el("h3", {}, "Status of the designs"), el("table", {}, ...rows));
 }
 
-function constraints(study) {
+function constraints(study, choose) {
   const rows = study.missed.map(([metric, low, high, unit, missed, unknown]) => {
     const bound =
       low === null ? `≤ ${number(high)}` : high === null ? `≥ ${number(low)}` : `${number(low)} … ${number(high)}`;
@@ -129,7 +134,7 @@ function constraints(study) {
     aims.length ? el("table", {}, ...aims) : el("p", {}, "none"),
     el("h3", {}, "Constraints"),
     rows.length ? el("table", {}, ...rows) : el("p", {}, "none"),
-    ...(study.nearest ? nearest(study.nearest) : []),
+    ...(study.nearest ? nearest(study.nearest, choose) : []),
   );
 }
 
@@ -142,11 +147,12 @@ function relaxations({ alone, lets_in }, metric, unit) {
 }
 
 /** The designs nearest to feasible, and the constraints that are most often missed together. */
-function nearest({ designs, together }) {
+function nearest({ designs, together }, choose) {
   const rows = designs.map(([design, , missed, unknown]) => {
     const misses = missed.map(([metric, by, unit]) => `${words(metric)} by ${amount(by, unit)}`);
     const rest = unknown.length ? `; ${unknown.map(words).join(", ")} not known` : "";
-    return el("tr", {}, el("th", {}, `design ${count(design)}`), el("td", {}, `misses ${misses.join(", ")}${rest}`));
+    const name = el("button", { type: "button", class: "link", onclick: () => choose(design) }, `design ${count(design)}`);
+    return el("tr", {}, el("th", {}, name), el("td", {}, `misses ${misses.join(", ")}${rest}`));
   });
   const pairs = together.map(([metrics, designs_]) =>
     el("tr", {}, el("th", {}, count(designs_)), el("td", {}, `miss ${metrics.map(words).join(", ")} together`)),
