@@ -247,6 +247,19 @@ def test_dry_run_shows_designs_and_writes_nothing(tmp_path):
     assert list(tmp_path.iterdir()) == [tmp_path / "small.toml"]
 
 
+def test_dry_run_shows_each_parameter_under_its_name(tmp_path):
+    """The study names its parameters in another order than the mechanism declares them."""
+    study = 'mechanism = "slider-crank"\n[parameters]\nmass = 2\nspeed = 7\nrod = 120\noffset = -5\ncrank = 30\n'
+    (tmp_path / "study.toml").write_text(study)
+
+    lines = run("sweep", "study.toml", "--dry-run", cwd=tmp_path).stdout.splitlines()
+
+    heading = next(line.split() for line in lines if "crank" in line)
+    _, *values = next(line.split() for line in lines if line.split()[:1] == ["0"])
+    expected = {"crank": "30", "rod": "120", "offset": "-5", "speed": "7", "mass": "2"}
+    assert dict(zip(heading, values, strict=True)) == expected
+
+
 def test_dry_run_leaves_compiling_out_of_its_estimate(monkeypatch):
     def evaluate(_, designs):
         """As slow as compiling at the first call."""

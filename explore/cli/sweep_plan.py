@@ -42,11 +42,13 @@ def print_plan(study: Study, path: Path, *, keep: str, workers: int | None, on_c
     else:
         say(f"{_duration(seconds)} of computing, divided by the workers of the cluster")
     parameters = [column for column in columns if column.role == "parameter"]
-    rows = [
-        [str(design), *(number(float(value)) for value in values)]
-        for start, stop in ((0, min(2, n_designs)), (max(n_designs - 2, min(2, n_designs)), n_designs))
-        for design, *values in zip(range(start, stop), *space.designs(start, stop).values(), strict=True)
-    ]
+    rows = []
+    for start, stop in ((0, min(2, n_designs)), (max(n_designs - 2, min(2, n_designs)), n_designs)):
+        designs = space.designs(start, stop)  # in the order of the study, which may be another than that of the columns
+        rows += [
+            [str(design), *(number(float(designs[parameter.name][design - start])) for parameter in parameters)]
+            for design in range(start, stop)
+        ]
     print_table("first and last designs", [("design", ""), *((c.name, c.unit) for c in parameters)], rows)
 
 
