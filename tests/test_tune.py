@@ -253,3 +253,29 @@ def test_mistakes_on_the_command_line_are_one_line(arguments, message):
     assert (code, out) == (2, "")
     assert message in err
     assert err.count("error:") == 1
+
+
+def test_a_design_of_a_study_with_points(tmp_path):
+    """The largest height of a point beside the crank's pin, which moves as the pin does, is that of the pin."""
+    study = """mechanism = "slider-crank"
+[parameters]
+crank = 30
+rod = 120
+[points]
+pin = { along = 0, across = 0 }
+[evaluate]
+window = "cycle"
+metrics = ["stroke", "pin_y_max"]
+[rank]
+metrics = ["pin_y_max"]
+"""
+    (tmp_path / "pin.toml").write_text(study)
+    run("sweep", "pin.toml", cwd=tmp_path)
+
+    own = json.loads(run("tune", "--parameter", "crank", "--to", "40", "--json", cwd=tmp_path).stdout)
+    moved = ["tune", "--parameter", "pin_along", "--metric", "pin_x_max", "--from", "90", "--json"]
+    other = json.loads(run(*moved, cwd=tmp_path).stdout)
+
+    assert own["intervals"][0]["stop"]["parameter"] == pytest.approx(40.0, rel=1e-12)  # the height is the crank
+    # At the outer dead centre the rod is in line with the crank: x = 30 + along.
+    assert other["intervals"][0]["start"]["parameter"] == pytest.approx(60.0, rel=1e-9)

@@ -84,6 +84,7 @@ def tune(
     window: str | Mapping[str, float | str] | None = None,
     drive: str | None = None,
     formulas: Mapping[str, Mapping[str, str]] | None = None,
+    points: Sequence[str] | str = (),
     tolerance: float = 1e-12,
 ) -> Tuning:
     """Vary one parameter of a design, and find where a metric is within a range.
@@ -110,7 +111,7 @@ def tune(
         with the same unit.
     also
         More metrics of the curve.
-    window, drive, formulas
+    window, drive, formulas, points
         As of `evaluate`.
     tolerance
         Bound on the error of sampled metrics, as of `evaluate`; the ends of intervals are as exact as the metric.
@@ -126,7 +127,7 @@ def tune(
     MotionError
         If the metric exists nowhere in the range.
     """
-    declared = find_mechanism(mechanism)
+    declared = find_mechanism(mechanism, [points] if isinstance(points, str) else points)
     varied = _find_parameter(declared, parameter)
     names = list(dict.fromkeys([metric, *also]))
     request = make_request(declared, metrics=names, window=window, drive=drive, formulas=formulas, tolerance=tolerance)

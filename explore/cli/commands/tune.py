@@ -122,7 +122,7 @@ def _sentences(mechanism: str) -> Mapping[str, str]:
 def _design_of(
     path: Path, design: int | None, parameter: str, settings: Sequence[str]
 ) -> tuple[str, dict[str, float], dict[str, Any]]:
-    """Mechanism and parameters of a design of results, and the window, drive, formulas and objectives of its study."""
+    """Mechanism and parameters of a design of results, and what its study asks for, as arguments of `tune`."""
     import tomllib
 
     from explore import open_results
@@ -132,7 +132,7 @@ def _design_of(
     chosen = choose_design(results, design)
     row = results.design(chosen)
     parameters = {column.name: float(row[column.name]) for column in results.columns if column.role == "parameter"}
-    parameters |= parse_settings(results.mechanism, settings)
+    parameters |= parse_settings(results.mechanism, settings, results.points)
     for name, value in list(parameters.items()):
         if math.isnan(value):
             if name != parameter:
@@ -147,6 +147,7 @@ def _design_of(
         "window": results.window or None,
         "drive": results.drive or None,
         "formulas": formulas,
+        "points": results.points,
         "metrics": [name for name in (text.partition(":")[0] for text in results.objectives) if name not in parameters],
         "constraints": results.constraints,
     }
