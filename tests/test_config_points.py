@@ -101,7 +101,7 @@ def test_a_name_of_a_point_is_taken(problems):
 def test_gears_have_no_floating_link(problems):
     text = explore.config.study_file.starter(explore.mechanisms.registry.MECHANISMS["gears"])
     (line,) = problems(text + "\n[points]\nknife = { along = 1, across = 0 }\n")
-    assert line.endswith("points: a gears has no floating link, so it has no points to name; leave them out")
+    assert line.endswith("points: gears has no floating link, so it has no points to name; leave them out")
 
 
 def test_an_unknown_signal_of_a_point_has_a_suggestion(problems):
