@@ -51,7 +51,8 @@ def test_the_page_names_the_designs_nearest_to_feasible(browser, page, tmp_path)
         assert chosen_title(own) == f"Design {nearest.index[0]:,}"
         own.get_by_role("button", name=f"design {nearest.index[3]:,}", exact=True).click()
         assert chosen_title(own) == f"Design {nearest.index[3]:,}"
-        assert own.locator("#design").bounding_box()["y"] < own.viewport_size["height"]
+        bar, panel = (own.locator(name).bounding_box() for name in ("#selection", "#design"))
+        assert bar["y"] + bar["height"] <= panel["y"] < own.viewport_size["height"]
 
     assert "Nearest to feasible" in facts
     for design, row in nearest.iterrows():

@@ -28,6 +28,9 @@ async function start() {
   notices(root("notices"), model);
   facts(root("study-facts"), model, (design) => {
     shared.chosen.set(model.designs.indexOf(design));
+    // Where the selection sticks to the top of the window it covers what is there.
+    const covered = getComputedStyle(root("selection")).position === "sticky" ? root("selection").offsetHeight + 8 : 0;
+    root("design").style.setProperty("scroll-margin-top", `${covered}px`);
     root("design").scrollIntoView();
   });
   const rows = table(root("table"), model, shared);

@@ -120,7 +120,7 @@ function constraints(study, choose) {
       "tr",
       {},
       el("th", {}, words(metric)),
-      el("td", {}, `${bound} ${unit === "1" ? "" : unit}`),
+      el("td", { class: "bound" }, `${bound} ${unit === "1" ? "" : unit}`),
       el("td", {}, counts.filter(Boolean).join(", ")),
     );
   });
