@@ -2,9 +2,8 @@
 
 import math
 
-import numpy as np
-
 from explore.mechanisms import four_bar_forces
+from explore.mechanisms.load_metrics import WORK_FORMULAS, largest
 from explore.model.drawing import Panel
 from explore.model.quantities import FloatArray, Formula, Parameter, Signal
 
@@ -92,15 +91,6 @@ def _identity(value: FloatArray) -> FloatArray:
     return value
 
 
-def _largest(*values: FloatArray) -> FloatArray:
-    largest: FloatArray = np.maximum.reduce(values)
-    return largest
-
-
-def _work(mean_power: FloatArray, speed: FloatArray) -> FloatArray:
-    return mean_power * (2.0 * math.pi / speed)
-
-
 _PINS = "abcd"
 LOAD_FORMULAS = (
     *(
@@ -111,15 +101,12 @@ LOAD_FORMULAS = (
     ),
     *(
         Formula(f"pin_force_{word}", "N", f"{meaning} force in a pin, of the four", "min",
-                tuple(f"pin_force_{word}_{pin}" for pin in _PINS), _largest, selects_one=True)
+                tuple(f"pin_force_{word}_{pin}" for pin in _PINS), largest, selects_one=True)
         for word, meaning in (("peak", "largest"), ("rms", "largest root mean square"))
     ),
     Formula("bearing_mean_force", "N", "mean of power 10/3 of the force in pin a, by which bearings are sized", "min",
             ("pin_force_a_power_mean",), _identity),
-    Formula("positive_work", "N m", "work of the drive in a turn where it drives", "min",
-            ("positive_power_mean_cycle", "speed"), _work),
-    Formula("net_work", "N m", "work of the drive in a turn: what the load dissipates", "min",
-            ("friction_power_mean_cycle", "speed"), _work),
+    *WORK_FORMULAS,
 )  # fmt: skip
 
 #: Forces of a hand-sized machine; heavier ones have panels in kN of their own.

@@ -2,11 +2,10 @@
 
 import math
 
-import numpy as np
-
+from explore.mechanisms.load_metrics import WORK_FORMULAS, largest
 from explore.mechanisms.slider_crank import columns
 from explore.model.drawing import Panel
-from explore.model.quantities import FloatArray, Formula, Parameter, Signal
+from explore.model.quantities import Formula, Parameter, Signal
 
 #: In the order of `columns.ExtendedRow`, which has the speed after them.
 PARAMETERS = (
@@ -74,22 +73,10 @@ SIGNALS = (
 )
 
 
-def _work(mean_power: FloatArray, speed: FloatArray) -> FloatArray:
-    return mean_power * (2.0 * math.pi / speed)
-
-
-def _largest(*values: FloatArray) -> FloatArray:
-    largest: FloatArray = np.maximum.reduce(values)
-    return largest
-
-
 FORMULAS = (
-    Formula("positive_work", "N m", "work of the drive in a turn where it drives", "min",
-            ("positive_power_mean_cycle", "speed"), _work),
-    Formula("net_work", "N m", "work of the drive in a turn: what the load dissipates", "min",
-            ("friction_power_mean_cycle", "speed"), _work),
+    *WORK_FORMULAS,
     Formula("pin_force_peak", "N", "largest force in a pin over the turn, of the three", "min",
-            ("crank_pivot_force_max_cycle", "crank_pin_force_max_cycle", "slider_pin_force_max_cycle"), _largest,
+            ("crank_pivot_force_max_cycle", "crank_pin_force_max_cycle", "slider_pin_force_max_cycle"), largest,
             selects_one=True),
 )  # fmt: skip
 

@@ -2,6 +2,7 @@
 
 import math
 
+from explore.mechanisms.load_metrics import WORK_FORMULAS
 from explore.mechanisms.overall_size import declare_size
 from explore.mechanisms.variable_crank import columns, kernel, motion
 from explore.mechanisms.variable_crank.columns import Row
@@ -60,10 +61,6 @@ _SIGNALS = (
 )  # fmt: skip
 
 
-def _work(mean_power: FloatArray, speed: FloatArray) -> FloatArray:
-    return mean_power * (2.0 * math.pi / speed)
-
-
 def _clearance(curvature: FloatArray, roller_radius: FloatArray) -> FloatArray:
     return 1.0 / curvature - roller_radius
 
@@ -78,10 +75,7 @@ def _height(crank_max: FloatArray, _rod: FloatArray, _crank_outer: FloatArray) -
 
 
 _FORMULAS = (
-    Formula("positive_work", "N m", "work of the drive in a turn where it drives", "min",
-            ("positive_power_mean_cycle", "speed"), _work),
-    Formula("net_work", "N m", "work of the drive in a turn: what the load dissipates", "min",
-            ("friction_power_mean_cycle", "speed"), _work),
+    *WORK_FORMULAS,
     Formula("groove_clearance", "mm", "smallest radius of curvature of the groove, less that of the roller", "max",
             ("groove_curvature_peak_cycle", "roller_radius"), _clearance),
     *declare_size("the slider's line", ("crank_max_cycle", "rod", "crank_outer"), _width, _height),

@@ -1,0 +1,26 @@
+"""Derived metrics that mechanisms under load share: work of the drive in a turn, and the largest of several forces."""
+
+import math
+
+import numpy as np
+
+from explore.model.quantities import FloatArray, Formula
+
+
+def largest(*values: FloatArray) -> FloatArray:
+    """The largest of several metrics, NaN where one of them is."""
+    result: FloatArray = np.maximum.reduce(values)
+    return result
+
+
+def _work(mean_power: FloatArray, speed: FloatArray) -> FloatArray:
+    return mean_power * (2.0 * math.pi / speed)
+
+
+#: Of mechanisms with the signals "positive_power" and "friction_power", the window "cycle" and the parameter "speed".
+WORK_FORMULAS = (
+    Formula("positive_work", "N m", "work of the drive in a turn where it drives", "min",
+            ("positive_power_mean_cycle", "speed"), _work),
+    Formula("net_work", "N m", "work of the drive in a turn: what the load dissipates", "min",
+            ("friction_power_mean_cycle", "speed"), _work),
+)  # fmt: skip
