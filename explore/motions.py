@@ -38,8 +38,9 @@ def motion_signals(
     -------
     columns
         The signals in declared units, each of shape (t,), except those that exist only behind clutches; and, where a
-        kernel of their own fills them, those under load of a design without one, or without the strokes they need. By
-        another method than the closed form those that follow from the unknowns of the mechanism's loop.
+        kernel of their own fills them, those under load of a design without one, without the strokes they need, or
+        whose status under load is that of no unique forces. By another method than the closed form those that follow
+        from the unknowns of the mechanism's loop.
     label
         Name and setting of the method.
 
@@ -54,13 +55,15 @@ def motion_signals(
     inputs = {p.name: p.default for p in mechanism.parameters if p.default is not None}
     inputs |= {name: float(column[0]) for name, column in columns.items()}
     solver = find_method(method)
-    status = int(mechanism.evaluate_closed_form(_geometry(mechanism, columns)).status[0])
+    status = _status(mechanism, columns)
     has_stroke = status not in mechanism.statuses or not mechanism.statuses[status].lacks_strokes
     filled = [
         signal
         for signal in mechanism.signals
         if mechanism.fills(signal) or (_has_load(signal, inputs) and (has_stroke or not signal.needs_stroke))
     ]
+    if _status(mechanism.kernel_of(filled), columns) != status:
+        filled = [signal for signal in filled if not signal.depends_on_load]
     if isinstance(solver, ClosedForm):
         rows = dict(enumerate(_closed_form(mechanism.kernel_of(filled), inputs, input_angle)))
     elif mechanism.points:
@@ -142,7 +145,7 @@ def window_limits(mechanism: Mechanism, columns: Arrays, window: str, drive: str
         The stroke that "drive" means.
     """
     geometry = _geometry(mechanism, columns)
-    if mechanism.evaluate_closed_form(geometry).status[0] != Status.OK:
+    if _status(mechanism, columns) != Status.OK:
         return None
     start, stop = np.rad2deg(window_ends(mechanism, mechanism.constants(geometry), mechanism.window(window), drive)[0])
     return float(start), float(stop)
@@ -154,6 +157,10 @@ def mark_angles(mechanism: Mechanism, columns: Arrays) -> dict[str, float]:
     offsets = {name: 2.0 * np.arctan(constants[row]) for name, row in mechanism.marks.items()}
     angles = {name: float(np.rad2deg(mechanism.anchor_angle + offset)) for name, offset in offsets.items()}
     return {name: angle for name, angle in angles.items() if np.isfinite(angle)}
+
+
+def _status(mechanism: Mechanism, columns: Arrays) -> int:
+    return int(mechanism.evaluate_closed_form(_geometry(mechanism, columns)).status[0])
 
 
 def _geometry(mechanism: Mechanism, columns: Arrays) -> FloatArray:

@@ -181,6 +181,10 @@ def test_friction_that_can_lock_the_slider_is_a_status():
     assert table["stroke"].tolist() == [2.0, 2.0, 2.0]
     plain = explore.evaluate("slider-crank", design | {"friction": friction}, metrics=["slider_velocity_peak"])
     assert plain["status"].tolist() == [1, 1, 1]
+    for coefficient, has_forces in zip(friction, (False, True, True), strict=True):
+        motion = explore.simulate("slider-crank", design | {"friction": coefficient}, points={"knife": (1.0, 0.2)})
+        assert ("thrust" in motion, "friction_power" in motion) == (has_forces, has_forces)
+        assert {"slider_velocity", "knife_curvature"} <= set(motion)
 
 
 def test_designs_without_load_have_no_forces():

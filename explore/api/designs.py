@@ -223,9 +223,10 @@ def simulate(
     -------
     DataFrame
         Index ``crank_angle``, or the name of another input angle (deg); one column for each signal in its declared
-        unit, NaN where the method has no solution; by another method those that follow from the mechanism's loop, so
-        that given motions and forces are left out. ``attrs["units"]`` has the unit of each column, ``attrs["method"]``
-        the method with its setting.
+        unit, NaN where the method has no solution. Forces are left out where there are none: without a load, without
+        strokes, or where friction can lock the slider; by another method also all that does not follow from the
+        mechanism's loop. ``attrs["units"]`` has the unit of each column, ``attrs["method"]`` the method with its
+        setting.
 
     Raises
     ------
