@@ -10,6 +10,7 @@ from exact_variable_crank import DIGITS, ExactVariableCrank
 
 import explore
 from explore.mechanisms.registry import MECHANISMS
+from explore.model.status import Status
 
 REFERENCE = json.loads((Path(__file__).parent / "reference/variable_crank.json").read_text(encoding="utf-8"))
 CASES = [case for case in REFERENCE["cases"] if case["id"].startswith("vc")]
@@ -227,6 +228,16 @@ def test_statuses_of_designs_without_a_motion():
     assert np.isnan(table.loc[1:, ["stroke", "crank_min"]]).all(axis=None)
     with pytest.raises(explore.MotionError, match="no start length is regular"):
         explore.simulate("variable-crank", {**PLAIN, "reversal_time": 0.28})
+
+
+def test_a_reversal_too_short_for_rounding_is_refused():
+    """Its ends coincided: the slider had the law of a reversal, of 1e-15 s, over the whole stroke."""
+    names = ["slider_velocity_mean_outer_to_inner", "stroke"]
+    times = {"reversal_time": np.array([1e-9, 1e-11, 1e-13, 1e-15, 1e-20])}
+    table = explore.evaluate("variable-crank", PLAIN | times, metrics=names, tolerance=1e-4)
+    assert list(table["status"]) == [Status.OK, Status.OK, *[Status.NOT_FINITE] * 3]
+    assert table[names[0]][:2].to_numpy() == pytest.approx(-PLAIN["slider_speed"], rel=1e-8)
+    assert np.isnan(table.loc[2:, names]).all(axis=None)
 
 
 def test_the_roller_needs_room():

@@ -32,7 +32,9 @@ STATUSES = {
     ),
     SHAFT_REACHED: OwnStatus("shaft_reached", "the slider would reach the crank's shaft: the rod is too short"),
 }
-_OK = float(Status.OK)
+_OK, _NOT_FINITE = float(Status.OK), float(Status.NOT_FINITE)
+#: Width of a reversal, rad, below which rounding does not tell its ends apart.
+_SHORTEST_REVERSAL = 1e-11
 _DEGREES = 180.0 / math.pi
 _NAN = math.nan
 
@@ -90,6 +92,7 @@ def close(record):
         record[Row.MIDDLE * LANES + lane] = rod + 0.5 * (outer - inner)
         status = 1.0 * SHAFT_REACHED if inner >= rod else _OK
         status = 1.0 * REVERSAL_TOO_LONG if 0.5 * width > angle else status
+        status = _NOT_FINITE if width < _SHORTEST_REVERSAL else status
         moves = status == _OK
         one, two, five = shares(order, width)
         record[Row.STATUS * LANES + lane] = status
