@@ -66,7 +66,7 @@ def _is_known(request: Request, metric: SampledMetric) -> bool:
         return False
     if metric.statistic == "mean":
         antiderivative = mechanism.signal(signal.derivative_of) if signal.derivative_of else None
-        # A sum of terms at one angle is as exact as these, which `_Work._at` does not know.
+        # Terms that add up to a signal bound its rounding, but `_Work._at` does not compute them.
         return antiderivative is not None and not antiderivative.depends_on_load and antiderivative.terms_row < 0
     return metric.statistic in EXTREME_STATISTICS and bool(signal.extremes_at)
 

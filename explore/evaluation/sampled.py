@@ -162,7 +162,7 @@ def _sample(
     """Sample metrics by one quadrature; see `sample_metrics`."""
     mechanism = request.kernel
     bounded = {metric for derived in request.derived for metric in derived.sampled}
-    tables = _make_tables(request.kernel, metrics, bounded)
+    tables = _make_tables(mechanism, metrics, bounded)
     tolerance = statistics_tolerance(request)
     statistics = np.full((tables.slots.max() + 1, len(status)), np.nan)
     result, excess = SampledStatistics.empty(len(status)), np.zeros(len(status))

@@ -54,8 +54,9 @@ class Mechanism(Declaration):
 
     def kernel_of(self, signals: Iterable[Signal]) -> Mechanism:
         """The mechanism itself, or its extended one if it does not fill all of these signals."""
-        is_enough = self.extended is None or all(self.fills(signal) for signal in signals)
-        return self if is_enough else self.extended or self
+        if self.extended is None or all(self.fills(signal) for signal in signals):
+            return self
+        return self.extended
 
     def with_points(self, points: tuple[str, ...]) -> Mechanism:
         """The mechanism with points of its floating link: their parameters, signals, panels and paths.
