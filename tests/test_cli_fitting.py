@@ -6,8 +6,10 @@ import re
 import pytest
 from command_line import call
 
+import explore
 from explore.cli.table_layout import lay_out
 from explore.cli.tables import print_table
+from explore.request.names import find_mechanism
 
 COLUMNS = [("design", ""), ("alike", ""), ("crank", "mm"), ("speed", "rad/s"), ("rocker_acceleration_max", "rad/s^2"),
            ("transmission_angle_min", "deg"), ("cv", "")]  # fmt: skip
@@ -88,6 +90,19 @@ def test_texts_wrap_between_words(capsys, monkeypatch):
         "                          angle over the turn",
         "",
     ]
+
+
+@pytest.mark.parametrize("name", explore.list_mechanisms())
+def test_no_word_about_a_parameter_is_cut(monkeypatch, name):
+    """A column that cannot wrap stands before that of the meanings."""
+    monkeypatch.setenv("COLUMNS", "80")
+
+    _, out, _ = call("mechanisms", name)
+
+    table = out.split("\n\n")[1].splitlines()
+    start = table[0].index("meaning")
+    texts = [line[start:].strip() for line in table[2:]]
+    assert " ".join(filter(None, texts)) == " ".join(p.long_name for p in find_mechanism(name).parameters)
 
 
 def test_no_column_is_left_out_without_need():

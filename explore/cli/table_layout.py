@@ -79,6 +79,19 @@ class TableLayout:
         """Letters that it needs at least, with the blank before it."""
         return 1 + sum(column.min_width for column in self.columns) + self.gap * (len(self.columns) - 1)
 
+    def column_widths(self, room: int) -> list[int]:
+        """Letters of each column on lines of so many letters; the narrowest grow first, none beyond its longest line.
+
+        rich by itself narrows columns without regard to what they need at least, and then cuts the last one.
+        """
+        widths = [column.min_width for column in self.columns]
+        for _ in range(room - self.min_width):
+            wanting = [k for k, column in enumerate(self.columns) if widths[k] < column.width]
+            if not wanting:
+                break
+            widths[min(wanting, key=widths.__getitem__)] += 1
+        return widths
+
     def without(self, names: Set[str]) -> TableLayout:
         """The table without these columns."""
         shown = tuple(column for column in self.columns if column.name not in names)

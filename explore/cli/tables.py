@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import shutil
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import typer
 
@@ -50,28 +50,30 @@ def print_table(
     if layout.left_out:
         names = ", ".join(layout.left_out)
         lines.insert(0, f"{count_of(len(layout.left_out), 'column')} left out: {names}; {hint}")
-    # One more for the blank behind the last column, which is stripped below.
-    console = Console(highlight=False, width=max(width, layout.min_width) + 1)
+    room = max(width, layout.min_width)
+    # More for the blanks behind the last column, which are stripped below.
+    console = Console(highlight=False, width=room + layout.gap)
     with console.capture() as captured:
         console.print(Text(printable(title), "bold"), soft_wrap=True)
-        console.print(_rich_table(layout))
+        console.print(_rich_table(layout, room))
         for line in lines:
             console.print(Text(line, "dim italic"), soft_wrap=True)
     # Lines copied from a terminal or kept in a file have no trailing blanks.
     typer.echo("\n".join(line.rstrip() for line in captured.get().splitlines()))
 
 
-def _rich_table(layout: TableLayout) -> Table:
+def _rich_table(layout: TableLayout, room: int) -> Table:
     from rich import box
     from rich.table import Table
     from rich.text import Text
 
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, layout.gap - 2))
-    for column in layout.columns:
+    for column, width in zip(layout.columns, layout.column_widths(room), strict=True):
         heading = Text(column.heading)
         if column.unit:
             heading.append(f"\n{column.unit}", style="dim")
-        table.add_column(heading, justify="right" if column.is_numeric else "left", min_width=column.min_width)
+        justify: Literal["left", "right"] = "right" if column.is_numeric else "left"
+        table.add_column(heading, justify=justify, width=width)
     for row in zip(*(column.cells for column in layout.columns), strict=True):
         table.add_row(*map(Text, row))
     return table

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from itertools import pairwise
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -17,6 +18,9 @@ if TYPE_CHECKING:
     from explore.model.mechanism import Mechanism
     from explore.model.points import FloatingLink
     from explore.model.quantities import Formula, Metric, Parameter, Signal
+
+#: Of more values, if they count up, the first two and the last are shown.
+_MOST_CHOICES = 4
 
 
 def mechanisms(
@@ -55,6 +59,7 @@ def _print_mechanism(mechanism: Mechanism, *, as_json: bool) -> None:
             [p.name, shown_unit(p.unit), "required" if p.default is None else number(p.default), _range(p), p.long_name]
             for p in mechanism.parameters
         ],
+        droppable=["allowed", "unit", "default"],
     )
     _print_quantities(f"signals, functions of the {mechanism.input_angle}", "signal", mechanism.signals)
     _print_quantities("closed-form metrics, of the design in any window", "metric", mechanism.metrics)
@@ -120,7 +125,9 @@ def _print_points(link: FloatingLink) -> None:
 
 def _range(parameter: Parameter) -> str:
     if parameter.choices:
-        return ", ".join(number(choice) for choice in parameter.choices)
+        values = [number(choice) for choice in parameter.choices]
+        counts_up = all(after - before == 1 for before, after in pairwise(parameter.choices))
+        return ", ".join([*values[:2], "…", values[-1]] if counts_up and len(values) > _MOST_CHOICES else values)
     over = "any" if math.isinf(parameter.lower) else f"> {number(parameter.lower)}"
     up_to = "" if math.isinf(parameter.upper) else f", at most {number(parameter.upper)}"
     return f"{over}{up_to}" + (f", or 0: {parameter.zero_meaning}" if parameter.zero_meaning else "")
