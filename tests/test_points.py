@@ -197,6 +197,26 @@ def test_curvature_is_within_its_bound():
     assert (rows["error"] <= 1e-9).all()
 
 
+def test_bounds_hold_near_the_change_point():
+    """The error model of the coupler's own rates missed up to four times: its direction has their poles, too."""
+    rng, count = np.random.default_rng(3), 300
+    coupler, rocker = rng.uniform(50.0, 300.0, (2, count))
+    crank = rng.uniform(5.0, 40.0, count)
+    shortest = abs(coupler - rocker) + crank * (1.0 + 10.0 ** rng.uniform(-6.0, 0.0, count))
+    designs = {"crank": crank, "coupler": coupler, "rocker": rocker, "ground": shortest}
+    designs |= {"knife_along": rng.normal(50.0, 100.0, count), "knife_across": rng.normal(0.0, 100.0, count)}
+    for name in ("velocity_x", "velocity_y", "acceleration_x", "acceleration_y"):
+        variance, rms = metrics(f"{name}_variance", f"{name}_rms")
+        frame, exact = (
+            explore.evaluate("crank-rocker", designs, metrics=[variance, rms], window="cycle", points=["knife"],
+                             tolerance=tolerance)
+            for tolerance in (1e-6, 1e-10)
+        )  # fmt: skip
+        assert (frame["status"] == Status.OK).all()
+        error = (frame[variance] - exact[variance]).abs() / exact[rms] ** 2
+        assert (error <= frame["error"] + exact["error"]).all(), name
+
+
 @pytest.mark.parametrize(("mechanism", "design", "place"), CASES)
 def test_the_drawing_follows_the_point(mechanism, design, place):
     drawn = MECHANISMS[mechanism].with_points(("knife",))

@@ -98,15 +98,16 @@ def _signals_of(link: FloatingLink, number: int, point: str) -> tuple[Signal, ..
     return (
         *(declare(axis, "mm", f"{axis} of {point}", X + k, POSITION_TERMS) for k, axis in enumerate("xy")),
         *(
+            # the link's direction and its rate have the same poles
             declare(f"velocity_{axis}", "mm/s", f"velocity of {point} along {axis}", VELOCITY_X + k, VELOCITY_TERMS, 1,
-                    rate_of=axis)
+                    4, rate_of=axis)
             for k, axis in enumerate("xy")
         ),
         declare("velocity", "mm/s", f"velocity of {point}, its magnitude", VELOCITY_SQUARE, VELOCITY_TERMS, 1, 4,
                 squares=True),
         *(
             declare(f"acceleration_{axis}", "mm/s^2", f"acceleration of {point} along {axis}", ACCELERATION_X + k,
-                    ACCELERATION_TERMS, 2, 4, rate_of=f"velocity_{axis}")
+                    ACCELERATION_TERMS, 2, 6, rate_of=f"velocity_{axis}")
             for k, axis in enumerate("xy")
         ),
         declare("acceleration", "mm/s^2", f"acceleration of {point}, its magnitude", ACCELERATION_SQUARE,
