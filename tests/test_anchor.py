@@ -23,7 +23,7 @@ ANCHOR = np.deg2rad(SHIFT)
 DESIGN = {"crank": 100.0, "coupler": 1083.4236, "rocker": 541.7118, "ground": 691.7118}
 COLUMNS = {name: np.array([value]) for name, value in DESIGN.items()}
 METRICS = ("rocker_velocity_cv", "rocker_acceleration_max", "rocker_angle_mean", "transmission_angle_min_interval")
-SHIFTED = replace(CRANK_ROCKER, anchor_angle=ANCHOR)
+SHIFTED = replace(CRANK_ROCKER, anchor_angle=ANCHOR, extended=replace(CRANK_ROCKER.extended, anchor_angle=ANCHOR))
 
 
 def test_a_motion_shifts_with_the_anchor():

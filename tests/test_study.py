@@ -30,7 +30,8 @@ def arguments(text):
     sections.pop("scene", None)
     rank = sections.pop("rank", {})
     evaluate = sections.pop("evaluate", {})
-    return {**sections, **evaluate, "objectives": rank.get("metrics")}
+    formulas = sections.pop("metrics", None)
+    return {**sections, **evaluate, "formulas": formulas, "objectives": rank.get("metrics")}
 
 
 @pytest.fixture
