@@ -8,6 +8,7 @@ from command_line import run
 from studies import GOOD
 
 import explore
+from explore.charts.mechanism import mechanism_chart
 
 STUDY = """mechanism = "crank-rocker"
 [parameters]
@@ -183,6 +184,9 @@ def test_a_sweep_of_points_is_stored_and_opened_again(tmp_path, load):
     page = (tmp_path / "report.html").read_text()
     assert '"path of knife"' in page
     assert "path of the middle" not in page
+    (panel,) = mechanism_chart("one.h5", design=0).axes
+    lines = {line.get_linestyle() for line in panel.lines if line.get_label() in ("path of knife", "path of tip")}
+    assert len(lines) == 2, "paths of points look alike"
 
 
 def test_a_table_has_coordinates_as_columns(load, tmp_path):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import cycle
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -23,8 +24,10 @@ _POSITIONS = ((BLUE, "-", "o"), (ORANGE, "--", "s"))
 _PATHS: dict[str, dict[str, Any]] = {
     "joint": {"color": MUTED, "lw": 1.1},
     "output": {"color": MUTED, "lw": 4.5, "alpha": 0.6, "solid_capstyle": "butt"},
-    "point": {"color": PURPLE, "lw": 1.4, "ls": "-."},
+    "point": {"color": PURPLE, "lw": 1.4},
 }
+#: Of paths of points of interest, by their place: a groove and up to four points.
+_POINT_LINES = ("-.", ":", (0, (6, 2)), (0, (2, 1)), (0, (8, 2, 1, 2, 1, 2)))
 _PROFILES = (GREEN, BLUE)
 
 
@@ -69,8 +72,10 @@ def draw_mechanism(panel: Axes, simulated: SimulatedDesign) -> None:
         raise RequestError(f"the mechanism '{simulated.mechanism.name}' declares no drawing; draw its motion instead")
     turn = simulated.pose()
     points = turn.points(drawing)
+    lines = cycle(_POINT_LINES)
     for path in drawing.paths:
-        panel.plot(*points[path.point].T, **_PATHS[path.role], label=path.long_name)
+        line: dict[str, Any] = {"ls": next(lines)} if path.role == "point" else {}
+        panel.plot(*points[path.point].T, **_PATHS[path.role], **line, label=path.long_name)
     if simulated.drive is not None and drawing.stroke_point:
         _draw_stroke(panel, simulated, drawing, simulated.drive)
     size = 0.035 * max(np.ptp(np.vstack(list(points.values())), axis=0))
