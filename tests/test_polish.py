@@ -71,6 +71,18 @@ def test_the_rows_are_what_evaluate_says(results):
     assert polished["mean_output_ratio"].iloc[0] >= explore.rank(results)["mean_output_ratio"].max()
 
 
+def test_results_without_a_feasible_design_are_refused(tmp_path):
+    study = explore.Study(
+        mechanism="crank-rocker",
+        parameters={"crank": {"start": 40, "stop": 50, "num": 2}, "coupler": 250, "rocker": 250, "ground": 200},
+        constraints={"swing_angle": {"min": 179}},
+        objectives=["swing_angle:max"],
+    )
+    results = explore.sweep(study, tmp_path / "none.h5")
+    with pytest.raises(explore.RequestError, match="none to polish"):
+        explore.polish(results)
+
+
 def test_an_infeasible_design_is_refused(results):
     frame = results.to_pandas()
     number = int(frame.index[frame["feasible"] == 0][0])

@@ -124,7 +124,10 @@ def polish(
     study = study_of(source)
     one, _ = choose_objectives(objective, None, source.senses, rankable_names(source), source.objectives[:1])
     if designs is None:
-        designs = [int(rank_source(source, RankRequest([f"{one[0].metric}:{one[0].sense}"])).frame.index[0])]
+        best = rank_source(source, RankRequest([f"{one[0].metric}:{one[0].sense}"])).frame
+        if not len(best):
+            raise RequestError(f"no design of {source.path} is feasible, so there is none to polish")
+        designs = [int(best.index[0])]
     numbers = np.atleast_1d(np.asarray(designs, dtype=np.int64))
     frame = source.designs(numbers)
     for number in frame.index[frame["feasible"] == 0]:
