@@ -52,6 +52,8 @@ def test_the_legend_shows_the_line_of_a_method_that_only_fails():
 def test_charts_of_one_row_are_written(tmp_path):
     save_figure(scene_chart(rows().head(1), "title"), tmp_path / "one.svg")
     save_figure(overview_chart(rows().head(1), {"s": "first"}), tmp_path / "one.pdf")
+    assert b"<svg" in (tmp_path / "one.svg").read_bytes()
+    assert (tmp_path / "one.pdf").read_bytes().startswith(b"%PDF")
 
 
 def cells(verdict, error=1e-9):
