@@ -1,0 +1,67 @@
+"""Designs chosen from results, and the request that computed them."""
+
+import pytest
+
+import explore
+from explore.api.chosen import chosen_designs, request_of
+from explore.errors import RequestError, ResultsError
+
+STUDY = """
+mechanism = "crank-rocker"
+[parameters]
+crank = { min = "50 mm", max = "20 cm" }
+coupler = 900
+rocker = 500
+ground = { min = 700, max = 1000 }
+[points.knife]
+along = 120
+across = { min = 0, max = 40 }
+[sampling]
+method = "sobol"
+count = 256
+seed = 1
+[evaluate]
+window = { from = 10, to = "2 rad" }
+metrics = ["cv", "knife_x_max"]
+tolerance = 1e-8
+[metrics]
+reach = { formula = "coupler + ground", unit = "mm" }
+[constraints]
+transmission_angle_min = { min = "0.5 rad" }
+[rank]
+metrics = ["cv", "reach:min"]
+"""
+
+
+@pytest.fixture(scope="module")
+def results(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("chosen")
+    (folder / "study.toml").write_text(STUDY, encoding="utf-8")
+    return explore.sweep(explore.load_study(folder / "study.toml"), folder / "study.h5")
+
+
+def test_the_request_of_results_is_that_of_their_study(results):
+    assert request_of(results) == explore.load_study(results.path.with_suffix(".toml")).request
+
+
+def test_without_numbers_the_pareto_set_is_chosen(results):
+    frame = chosen_designs(results)
+    assert list(frame.index) == list(explore.rank(results).index)
+    assert len(frame) > 1
+
+
+def test_numbers_are_kept_in_their_order(results):
+    assert list(chosen_designs(results, [7, 3]).index) == [7, 3]
+    assert list(chosen_designs(results, 5).index) == [5]
+    with pytest.raises(ResultsError, match="256"):
+        chosen_designs(results, [256])
+
+
+def test_without_a_feasible_design_none_is_the_best(tmp_path):
+    study = explore.Study(
+        mechanism="crank-rocker",
+        parameters={"crank": [100, 110], "coupler": 900, "rocker": 500, "ground": 700},
+        constraints={"transmission_angle_min": {"min": 80}},
+    )
+    with pytest.raises(RequestError, match="no design of .* is feasible"):
+        chosen_designs(explore.sweep(study, tmp_path / "none.h5"))
