@@ -43,7 +43,9 @@ def test_unreadable_files(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     Path("folder").mkdir()
     Path("latin").write_bytes("é".encode("latin-1"))
+    Path("results.h5").write_bytes(b"\x89HDF\r\n\x1a\n" + bytes(1 << 22))  # larger than any study file
     for name, reason in {
+        "results.h5": "holds results, not a study; give the study, a .toml file",
         "./none.toml": "no such file; `explore init` writes one to start from",
         "folder": "is a folder, not a study file",
         "latin": "is not UTF-8 text (byte 0); save it as UTF-8",

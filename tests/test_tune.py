@@ -240,6 +240,7 @@ def test_the_command_says_where_constraints_of_the_study_hold(tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
+        (("tune", "--parameter", "crank", "--window", "drive"), "leave out --window and --drive"),
         (ARGUMENTS[:3], "name the parameter to vary: --parameter NAME"),
         ((*ARGUMENTS, "--design", "3"), "--mechanism takes its parameters from --set; leave out RESULTS and --design"),
         ((*ARGUMENTS, "--from", "2", "--to", "1"), "--from = 2 is above --to = 1"),
@@ -253,6 +254,16 @@ def test_mistakes_on_the_command_line_are_one_line(arguments, message):
     assert (code, out) == (2, "")
     assert message in err
     assert err.count("error:") == 1
+
+
+def test_window_and_drive_of_a_mechanism():
+    options = ("--metric", "rocker_velocity_rms", "--window", "drive", "--drive", "fast", "--to", "0.1", "--json")
+    code, out, _ = call(*ARGUMENTS[:-2], *options)
+
+    fast, slow = (tune(metric="rocker_velocity_rms", window="drive", drive=d, high=0.1) for d in ("fast", "slow"))
+    assert code == 0
+    assert json.loads(out)["intervals"][0]["stop"]["parameter"] == fast.intervals[0].stop.parameter
+    assert fast.intervals != slow.intervals
 
 
 def test_a_design_of_a_study_with_points(tmp_path):

@@ -18,6 +18,7 @@ from explore.errors import ConfigError, KeyPath
 _PLACE = re.compile(r" \(at (?:line (\d+), column (\d+)|end of document)\)$")
 #: Largest size of a study file in bytes; a hundred thousand values need at most two million.
 _LARGEST_FILE = 1 << 21
+_HDF5_SIGNATURE = b"\x89HDF\r\n\x1a\n"
 #: Number of characters of a line that are searched for usual mistakes.
 _LONGEST_LINE = 1000
 # Usual mistakes in TOML, and advice for each.
@@ -42,13 +43,18 @@ def read_text(file: str) -> str:
         status = Path(file).stat()
         # Reading a pipe or a device may never end.
         if stat.S_ISREG(status.st_mode) or stat.S_ISDIR(status.st_mode):
-            if status.st_size <= _LARGEST_FILE:
+            with Path(file).open("rb") as stream:
+                content = stream.read(_LARGEST_FILE + 1)
+            if content.startswith(_HDF5_SIGNATURE):
+                reason = "holds results, not a study; give the study, a .toml file"
+            elif len(content) <= _LARGEST_FILE:
                 # utf-8-sig: some editors on Windows write a byte-order mark.
-                return Path(file).read_bytes().decode("utf-8-sig")
-            reason = (
-                f"has {status.st_size:,} bytes, but a study file has at most {_LARGEST_FILE:,}; "
-                "write values as { start, stop, num }, or designs as a CSV table"
-            )
+                return content.decode("utf-8-sig")
+            else:
+                reason = (
+                    f"has {status.st_size:,} bytes, but a study file has at most {_LARGEST_FILE:,}; "
+                    "write values as { start, stop, num }, or designs as a CSV table"
+                )
         else:
             reason = "is a pipe or a device; save the study as a file first"
     except FileNotFoundError:

@@ -56,6 +56,13 @@ def tune(
         str | None, typer.Option("--from", metavar="VALUE", help="The smallest wanted value; a unit may follow.")
     ] = None,
     high: Annotated[str | None, typer.Option("--to", metavar="VALUE", help="The largest wanted value.")] = None,
+    window: Annotated[
+        str | None,
+        typer.Option(help="With --mechanism: the part of the turn of statistics; by default the mechanism's own."),
+    ] = None,
+    drive: Annotated[
+        str | None, typer.Option(help='With --mechanism: the stroke that the window "drive" means.')
+    ] = None,
     start: Annotated[
         str | None, typer.Option(metavar="VALUE", help="The smallest value of the parameter to look at.")
     ] = None,
@@ -73,12 +80,15 @@ def tune(
         raise RequestError("name the parameter to vary: --parameter NAME")
     if mechanism is not None and (results is not None or design is not None):
         raise RequestError("--mechanism takes its parameters from --set; leave out RESULTS and --design")
+    if mechanism is None and (window, drive) != (None, None):
+        raise RequestError("the study of the results sets window and drive; leave out --window and --drive")
     for path in output or []:
         check_output(path, (*FIGURE_ENDINGS, *ENDINGS))
         if path.suffix.lower() in ENDINGS:
             check_table(path)
     if mechanism is not None:
         name, parameters, arguments = mechanism, parse_settings(mechanism, settings or []), _defaults(mechanism)
+        arguments |= {"window": window, "drive": drive}
     else:
         path = results or newest_results()
         for other in output or []:
