@@ -8,10 +8,10 @@ from typing import Annotated
 import typer
 
 from explore.cli.completion import complete_objectives
-from explore.cli.export import check_table, with_labels, write_table
 from explore.cli.options import JsonOption, ResultsArgument
 from explore.cli.output import announce_compiling, count_of, number, print_json, say
 from explore.cli.paths import newest_results, refuse_overwriting
+from explore.cli.table_files import check_table, with_labels, write_table
 from explore.cli.tables import print_table
 
 

@@ -11,12 +11,12 @@ import typer
 
 from explore.cli.completion import complete_objectives
 from explore.cli.explanations import explain_ranking
-from explore.cli.export import check_table, with_labels, write_table
 from explore.cli.nearness import print_nearest
 from explore.cli.options import JsonOption
 from explore.cli.output import count_of, is_or_are, number, print_json, say
 from explore.cli.paths import newest_results, refuse_overwriting
 from explore.cli.progress import block_bar
+from explore.cli.table_files import check_table, with_labels, write_table
 from explore.cli.tables import print_table
 from explore.errors import RequestError
 

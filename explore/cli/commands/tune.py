@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from explore.cli.completion import complete_mechanisms, complete_metrics, complete_parameters
-from explore.cli.export import ENDINGS, check_table, write_table
 from explore.cli.options import JsonOption
 from explore.cli.output import announce_compiling, number, print_json, say, shown_unit
 from explore.cli.paths import FIGURE_ENDINGS, check_output, newest_results, refuse_overwriting
 from explore.cli.settings import list_settings, number_or_text, parse_settings
+from explore.cli.table_files import ENDINGS, check_table, write_table
 from explore.cli.tables import print_table
 from explore.errors import MotionError, RequestError, ResultsError
 
