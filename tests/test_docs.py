@@ -84,7 +84,7 @@ def test_ranking_is_true(tmp_path, monkeypatch, capsys):
     run_page("ranking.md", capsys)
     page = (ROOT / "docs/ranking.md").read_text(encoding="utf-8")
     commands = re.findall(r"^```sh\nexplore ([^\n]*)\n```\n(?:\n```text\n(.*?)^```)?", page, re.MULTILINE | re.DOTALL)
-    assert len(commands) == 4
+    assert len(commands) == 5
     for command, expected in commands:
         code, out, err = call(*shlex.split(command))
         assert code == 0, err

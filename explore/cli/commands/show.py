@@ -1,33 +1,58 @@
-"""`explore show`: print the contents of a results file, or one design of it."""
+"""`explore show`: print the contents of a results file, or some designs of it."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from explore.cli.options import JsonOption, ResultsArgument
-from explore.cli.output import number, print_json, say, shown_unit
-from explore.cli.paths import newest_results
+from explore.cli.output import count_of, number, print_json, say, shown_unit
+from explore.cli.paths import check_output, newest_results, refuse_overwriting
+from explore.cli.side_by_side import (
+    Record,
+    design_table,
+    label_record,
+    print_designs,
+    print_json_designs,
+    with_status,
+)
+from explore.cli.table_files import write_table
 from explore.cli.tables import print_table
+from explore.errors import RequestError
 
 if TYPE_CHECKING:
     from explore.store.results import Results
 
+#: Formats of a table with numbers and words in one column, which Parquet does not hold.
+_ENDINGS = (".csv", ".json", ".md")
+
 
 def show(
     results: ResultsArgument = None,
-    design: Annotated[int | None, typer.Option(help="Show the design with this number.")] = None,
+    design: Annotated[
+        list[int] | None,
+        typer.Option(help="Show the design with this number; several times for several side by side."),
+    ] = None,
     as_json: JsonOption = False,
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", help="Also write the designs, as .csv, .json or .md.")
+    ] = None,
 ) -> None:
-    """Show the contents of a results file, or one design in full."""
+    """Show the contents of a results file, one design in full, or several with their differences."""
+    path = results or newest_results()
+    refuse_overwriting(path, output, "the results file")
+    check_output(output, _ENDINGS)
     from explore import open_results
 
-    opened = open_results(results or newest_results())
-    if design is None:
+    opened = open_results(path)
+    if not design:
+        if output is not None:
+            raise RequestError(f"-o {output}: there is no design to write; name one with --design")
         _show_results(opened, as_json=as_json)
-    else:
-        _show_design(opened, design, as_json=as_json)
+        return
+    _show_designs(opened, design, output, as_json=as_json)
 
 
 def _show_results(results: Results, *, as_json: bool) -> None:
@@ -70,23 +95,33 @@ def _show_results(results: Results, *, as_json: bool) -> None:
     )
 
 
-def _show_design(results: Results, design: int, *, as_json: bool) -> None:
+def _show_designs(results: Results, numbers: list[int], output: Path | None, *, as_json: bool) -> None:
+    """Print all columns of designs, with their status in words."""
+    repeated = next((number_of for number_of in numbers if numbers.count(number_of) > 1), None)
+    if repeated is not None:
+        raise RequestError(f"--design {repeated} is named twice; name each design once")
+    records = [label_record(results, results.design(number_of)) for number_of in numbers]
+    if output is not None:
+        write_table(design_table(results, records), output, {})
+        say(f"wrote {count_of(len(records), 'design')} to {output}")
+    if len(records) > 1:
+        (print_json_designs if as_json else print_designs)(results, records)
+    else:
+        _show_design(results, records[0], as_json=as_json)
+
+
+def _show_design(results: Results, record: Record, *, as_json: bool) -> None:
     """Print all columns of a design, with its status in words."""
-    row = results.design(design)
     sentences = results.status_sentences
-    labelled: dict[str, Any] = {
-        column.name: column.labels.get(int(row[column.name]), row[column.name]) if column.labels else row[column.name]
-        for column in results.columns
-    }
-    status = str(labelled["status"])
     if as_json:
-        print_json({**labelled, "status_label": status, "status_sentence": sentences.get(status, "")})
+        print_json(with_status(record, sentences))
         return
+    status = str(record["status"])
     print_table(
-        f"design {design} of {results.path}",
+        f"design {record['design']} of {results.path}",
         [("column", ""), ("value", ""), ("unit", ""), ("meaning", "")],
         [
-            [column.name, number(labelled[column.name], 10), shown_unit(column.unit), column.long_name]
+            [column.name, number(record[column.name], 10), shown_unit(column.unit), column.long_name]
             for column in results.columns
             if column.role != "index"
         ],
