@@ -5,7 +5,7 @@ import math
 import pytest
 
 from explore.errors import RequestError
-from explore.request.units import dimension, quantity
+from explore.units.quantities import dimension, quantity
 
 
 @pytest.mark.parametrize(

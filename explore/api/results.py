@@ -60,11 +60,11 @@ def rank(
     fronts
         Number of fronts to return; column ``front`` numbers them from 1.
     where
-        Only designs that meet a condition on any columns, such as ``"swing_angle > 20 and not cv >= 0.5"``; see
+        Only designs that meet a condition on any columns, such as ``"swing_angle > 20 and not crank >= 4 in"``; see
         `explore.ranking.conditions`. Comparisons with an undefined value are false.
     limits
-        Constraints narrower than those of the sweep, by metric in its unit: a number moves the bound of the
-        sweep, ``{"min": 1, "max": 2}`` names the sides.
+        Constraints narrower than those of the sweep, by metric, numbers in its unit or strings with a unit: a value
+        moves the bound of the sweep, ``{"min": 1, "max": "2 rpm"}`` names the sides.
     quality
         Add columns that compare the designs of a front: ``knee``, ``crowding`` and ``hypervolume_share``; see
         `explore.ranking.quality`.

@@ -13,8 +13,8 @@ from explore.model.mechanism import Mechanism
 from explore.model.quantities import Metric
 from explore.request.names import find_metric, make_window
 from explore.request.parameters import read_value
-from explore.request.units import quantity
 from explore.suggest import format_value, suggestion
+from explore.units.quantities import quantity
 
 
 def read_solved_length(mechanism: Mechanism, entries: Mapping[str, Any], problems: Problems) -> SolvedLength | None:

@@ -1,4 +1,4 @@
-"""Conditions on columns, such as ``20 < swing_angle <= 40 and (time_ratio < 1.3 or not cv > 0.5)``.
+"""Conditions on columns, such as ``20 < swing_angle <= 40 and (crank < 4 in or not cv > 0.5)``.
 
 The grammar has comparisons only, so a text from an untrusted source runs no code:
 
@@ -6,7 +6,10 @@ The grammar has comparisons only, so a text from an untrusted source runs no cod
 * conjunction: negation ("and" negation)*
 * negation: "not"* ("(" disjunction ")" | comparison)
 * comparison: operand (sign operand)+, where ``a < b < c`` means ``a < b and b < c``
-* operand: the name of a column or a number
+* operand: the name of a column, or a number, which a unit may follow
+
+A number without a unit is in the unit in which the column that it is compared with is shown: the declared one, unless
+others were chosen. Columns in the same declared unit are compared as they are stored, others as they are shown.
 """
 
 # `ast.parse` with a list of allowed nodes would replace the descent only, a third of this file. It takes the column
@@ -15,23 +18,23 @@ The grammar has comparisons only, so a text from an untrusted source runs no cod
 
 from __future__ import annotations
 
-import math
 import operator
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from explore.errors import RequestError
 from explore.grammar import NAME, NUMBER, Descent
 from explore.model.columns import Arrays
 from explore.suggest import format_value, suggestion
+from explore.units.shown import PLAIN, Scale
 
 Mask = npt.NDArray[np.bool_]
 _Test = Callable[[Arrays], Mask]
-_Operand = Callable[[Arrays], Any]
 
 _SIGNS: dict[str, Callable[[Any, Any], Any]] = {
     "<": operator.lt, "<=": operator.le, ">": operator.gt, ">=": operator.ge, "==": operator.eq, "!=": operator.ne,
@@ -39,7 +42,9 @@ _SIGNS: dict[str, Callable[[Any, Any], Any]] = {
 _KEYWORDS = ("and", "or", "not")
 #: Notations of other languages, and what to write here.
 _REPLACEMENTS = (("=", "=="), (",", "0.5, not 0,5"), ("&", "and"), ("|", "or"), ("!", "not or !="), ("~", "not"))
-_UNIT_HINT = "write numbers in the column's unit, without the unit"
+#: A unit after a number: factors such as "mm", "rad/s^2" or "N m", none of them a keyword.
+_FACTOR = r"(?!(?i:and|or|not)\b)(?:[^\W\d_]|[°%])+(?:(?:\^|\*\*)-?[1-9])?(?!\w)"
+_UNIT = rf"{_FACTOR}(?:\s*[*/·]\s*{_FACTOR}|\s+{_FACTOR})*"
 _EXPECTED_COMPARISON = "expected a comparison here, such as swing_angle > 20"
 
 
@@ -63,7 +68,16 @@ class Condition:
     test: _Test
 
 
-def parse_condition(text: str, columns: Sequence[str]) -> Condition:
+@dataclass(frozen=True)
+class _Operand:
+    """A column, or a number as it is written, with its position in the text."""
+
+    word: str
+    position: int
+    is_number: bool
+
+
+def parse_condition(text: str, columns: Sequence[str], scales: Mapping[str, Scale] | None = None) -> Condition:
     """Parse a condition.
 
     Parameters
@@ -72,24 +86,26 @@ def parse_condition(text: str, columns: Sequence[str]) -> Condition:
         The condition, in the grammar of this module.
     columns
         Names that the condition may use.
+    scales
+        Declared and shown units of the columns that have one.
 
     Raises
     ------
     RequestError
         If the text is not a condition; the message has the position of the first error.
     """
-    return _Parser(text, columns).parse()
+    return _Parser(text, columns, scales or {}).parse()
 
 
 class _Parser(Descent):
     _PATTERN = re.compile(
-        rf"\s*(?:(?P<number>[+-]?{NUMBER})(?!\w)|(?P<name>{NAME})|(?P<sign><=|>=|==|!=|<|>)|(?P<bracket>[()])|(?P<end>$))"
+        rf"\s*(?:(?P<number>[+-]?{NUMBER}(?:\s*{_UNIT}|(?!\w)))|(?P<name>{NAME})|(?P<sign><=|>=|==|!=|<|>)|(?P<bracket>[()])|(?P<end>$))"
     )
     _SUBJECT = "where: "
 
-    def __init__(self, text: str, columns: Sequence[str]) -> None:
+    def __init__(self, text: str, columns: Sequence[str], scales: Mapping[str, Scale]) -> None:
         super().__init__(text)
-        self._columns = columns
+        self._columns, self._scales = columns, scales
         self._names: dict[str, None] = {}
 
     def parse(self) -> Condition:
@@ -104,7 +120,7 @@ class _Parser(Descent):
                 return f"{format_value(wrong)} is not supported; write {right}"
         if rest[0].isdigit():
             word = re.match(r"\w*", rest)
-            return f"{format_value(word[0] if word else rest)} is not a number; {_UNIT_HINT}"
+            return f"{format_value(word[0] if word else rest)} is not a number"
         vocabulary = "names of columns, numbers, comparisons, and, or, not, ()"
         return f"unexpected {format_value(rest[0])}; a condition has {vocabulary}"
 
@@ -114,8 +130,6 @@ class _Parser(Descent):
             return "this closing bracket has no opening one"
         if kind == "name" and word.lower() in _KEYWORDS:
             return f"write {word.lower()} in lower case"
-        if kind == "name" and word not in self._columns and self._tokens[self._next - 1][0] == "number":
-            return f"unexpected {format_value(word)}; {_UNIT_HINT}"
         return "expected 'and' or 'or' here"
 
     def _disjunction(self) -> _Test:
@@ -146,16 +160,13 @@ class _Parser(Descent):
         if not signs:
             raise self._error("expected a comparison here: < <= > >= == or != and a second operand")
         pairs = zip(signs, operands, operands[1:], strict=False)
-        return _combine([_compare(*pair) for pair in pairs], np.logical_and)
+        return _combine([self._compare(*pair) for pair in pairs], np.logical_and)
 
     def _operand(self) -> _Operand:
         kind, word, position = self._tokens[self._next]
         if kind == "number":
-            value = float(word)
-            if not math.isfinite(value):
-                raise self._error("the number is too large")
             self._next += 1
-            return lambda _: value
+            return _Operand(word, position, is_number=True)
         if kind != "name" or word in _KEYWORDS:
             raise self._error(_EXPECTED_COMPARISON)
         if word not in self._columns and word.lower() in _KEYWORDS:
@@ -164,17 +175,43 @@ class _Parser(Descent):
             raise self._error(f"no column {format_value(word)}; {suggestion(word, self._columns)}", position)
         self._next += 1
         self._names[word] = None
-        return lambda columns: columns[word]
+        return _Operand(word, position, is_number=False)
 
+    def _compare(self, sign: Callable[[Any, Any], Any], left: _Operand, right: _Operand) -> _Test:
+        scales = [self._scales.get(operand.word, PLAIN) for operand in (left, right) if not operand.is_number]
+        # A number takes the unit of the column beside it. Values of one declared unit need no conversion.
+        scale = scales[0] if scales else PLAIN
+        as_stored = all(other.declared == scale.declared for other in scales)
 
-def _compare(sign: Callable[[Any, Any], Any], left: _Operand, right: _Operand) -> _Test:
-    def test(columns: Arrays) -> Mask:
-        a, b = left(columns), right(columns)
-        # IEEE 754 has NaN != x true; here every comparison with an undefined value is false.
-        mask = sign(a, b) & (a == a) & (b == b)
-        return np.broadcast_to(mask, len(next(iter(columns.values()))))
+        def values(operand: _Operand) -> Callable[[Arrays], Any]:
+            if operand.is_number:
+                number = self._number(operand, scale)
+                return lambda _: number
+            if as_stored:
+                return lambda columns: columns[operand.word]
+            own = self._scales.get(operand.word, PLAIN)
+            return lambda columns: own.show_all(columns[operand.word])
 
-    return test
+        first, second = values(left), values(right)
+
+        def test(columns: Arrays) -> Mask:
+            a, b = first(columns), second(columns)
+            # IEEE 754 has NaN != x true; here every comparison with an undefined value is false.
+            mask = sign(a, b) & (a == a) & (b == b)
+            return np.broadcast_to(mask, len(next(iter(columns.values()))))
+
+        return test
+
+    def _number(self, operand: _Operand, scale: Scale) -> float:
+        """The number in the declared unit of what it is compared with."""
+        try:
+            return scale.read(operand.word)
+        except RequestError as error:
+            last = operand.word.split()[-1]
+            if last in self._columns:  # a column was taken for a unit
+                reason, position = "expected 'and' or 'or' here", operand.position + operand.word.rindex(last)
+                raise self._error(reason, position) from None
+            raise self._error(str(error), operand.position) from None
 
 
 def _combine(parts: Sequence[_Test], operation: Callable[[Any, Any], Any]) -> _Test:

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import numpy.typing as npt
 
 from explore.model.quantities import FloatArray
+from explore.units.shown import Scale
 
 #: Largest number of designs for which `Exclusions.relaxation` is known.
 MOST_LET_IN = 100
@@ -56,6 +57,10 @@ class Exclusions:
         """
         least = self._least.get(metric, np.empty(0))
         return float(least[count - 1]) if count <= len(least) else None
+
+    def in_units(self, scales: Mapping[str, Scale]) -> Exclusions:
+        """The same with the violations in shown units; `scales` has those of each metric."""
+        return replace(self, _least={metric: scales[metric].show_all(least) for metric, least in self._least.items()})
 
     def count(self, margins: Mapping[str, FloatArray], measured: npt.NDArray[np.bool_]) -> None:
         """Count the designs of one block.

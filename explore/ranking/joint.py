@@ -14,7 +14,7 @@ from explore.ranking.rankings import (
     Ranking,
     RankRequest,
     Source,
-    rank_source,
+    rank_declared,
     rankable_names,
     sort_fronts,
 )
@@ -69,7 +69,9 @@ def rank_sources(
     parts |= {name: _rank_part(name, other, part_request, reports[name]) for name, other in others}
     metrics = [objective.metric for objective in (*objectives, order)]
     caveats += [line for name, other in others for line in _differences(first, source, name, other, metrics)]
-    return JointRanking(_merge_rankings(parts, request), parts, tuple(dict.fromkeys(caveats)))
+    whole = _merge_rankings(parts, request)
+    shown = {name: replace(part, frame=sources[name].show(part.frame)) for name, part in parts.items()}
+    return JointRanking(replace(whole, frame=source.show(whole.frame)), shown, tuple(dict.fromkeys(caveats)))
 
 
 def _merge_rankings(parts: Mapping[str, Ranking], request: RankRequest) -> Ranking:
@@ -122,7 +124,7 @@ def _shift_progress(report_progress: ReportProgress, start: int, total: int) -> 
 def _rank_part(name: str, source: Source, request: RankRequest, report_progress: ReportProgress | None) -> Ranking:
     """The ranking of one of several results; errors begin with its name."""
     try:
-        return rank_source(source, request, report_progress)
+        return rank_declared(source, request, report_progress)
     except RequestError as error:
         raise RequestError(f"{name}: {error}") from None
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -15,11 +15,13 @@ from explore.model.columns import Arrays
 from explore.model.quantities import FloatArray
 from explore.model.request import Objective
 from explore.suggest import format_value, suggestion
+from explore.units.shown import PLAIN, Scale, number_with_unit
 
 #: Bounds of the constraints of a study by metric, under "min" and "max"; None or a missing key leaves a side open.
 Bounds = Mapping[str, Mapping[str, float | None]]
-#: Limits by metric: a number for the side that the constraint bounds, or numbers under "min" and "max".
-Limits = Mapping[str, float | Mapping[str, float]]
+#: Limits by metric: a value for the side that the constraint bounds, or values under "min" and "max". A number is in
+#: the declared unit; a string has a unit, or is a number in the unit in which the metric is shown.
+Limits = Mapping[str, float | str | Mapping[str, float | str]]
 
 _LIMIT_PATTERN = re.compile(r"\s*(?P<name>[^\s<>=]+)\s*(?P<sign><=|>=|=)\s*(?P<value>.*?)\s*")
 _SIDES = {"<=": "max", ">=": "min"}
@@ -30,7 +32,7 @@ class Limit:
     """A bound on one metric.
 
     `column` is the metric, or its margin where the results do not have the metric; then `margin_bound` is the bound of
-    the sweep, from which the margin is counted.
+    the sweep, from which the margin is counted. `scale` has the unit in which the limit is shown.
     """
 
     metric: str
@@ -38,9 +40,10 @@ class Limit:
     value: float
     column: str
     margin_bound: float | None = None
+    scale: Scale = PLAIN
 
     def __str__(self) -> str:
-        return f"{self.metric} {'>=' if self.side == 'min' else '<='} {self.value:g}"
+        return f"{self.metric} {'>=' if self.side == 'min' else '<='} {number_with_unit(self.value, self.scale)}"
 
     def is_met(self, columns: Arrays) -> npt.NDArray[np.bool_]:
         """Mask of the designs that meet the limit, (n,); an undefined metric meets none."""
@@ -62,37 +65,36 @@ class Limit:
         return any(objective.metric == self.metric and objective.sense == better for objective in objectives)
 
 
-def parse_limits(texts: Iterable[str]) -> dict[str, float | dict[str, float]]:
-    """Parse limits such as "swing_angle=40", "cv<=0.4" and "time_ratio>=1.1"."""
-    limits: dict[str, float | dict[str, float]] = {}
+def parse_limits(texts: Iterable[str]) -> dict[str, str | dict[str, str]]:
+    """Parse limits such as "swing_angle=40", "coupler<=4 in" and "time_ratio>=1.1"; the values stay texts."""
+    limits: dict[str, str | dict[str, str]] = {}
     for text in texts:
         match = _LIMIT_PATTERN.fullmatch(text)
         if match is None:
             raise RequestError(f"limit {format_value(text)}: write METRIC=VALUE, METRIC>=VALUE or METRIC<=VALUE")
-        name, sign = match["name"], match["sign"]
-        try:
-            value = float(match["value"])
-        except ValueError:
-            reason = "is not a number; write numbers in the metric's unit, without the unit"
-            raise RequestError(f"limit {format_value(text)}: {format_value(match['value'])} {reason}") from None
+        name, sign, value = match["name"], match["sign"], match["value"]
         sides = limits.get(name, {})
-        if isinstance(sides, float) or (sides and sign == "=") or _SIDES.get(sign) in sides:
+        if isinstance(sides, str) or (sides and sign == "=") or _SIDES.get(sign) in sides:
             raise RequestError(f"limit {format_value(text)}: {format_value(name)} is limited twice; give one limit")
         limits[name] = value if sign == "=" else {**sides, _SIDES[sign]: value}
     return limits
 
 
-def resolve_limits(limits: Limits | None, bounds: Bounds, columns: Sequence[str]) -> tuple[Limit, ...]:
+def resolve_limits(
+    limits: Limits | None, bounds: Bounds, columns: Sequence[str], scales: Mapping[str, Scale] | None = None
+) -> tuple[Limit, ...]:
     """Check limits against the constraints of the sweep.
 
     Parameters
     ----------
     limits
-        By metric: a number where the constraint has one side, else ``{"min": …}``, ``{"max": …}`` or both.
+        By metric: a value where the constraint has one side, else ``{"min": …}``, ``{"max": …}`` or both.
     bounds
         Bounds of the constraints of the sweep.
     columns
         Columns that can have a limit.
+    scales
+        Declared and shown units of the columns of the results that have one.
 
     Raises
     ------
@@ -106,8 +108,11 @@ def resolve_limits(limits: Limits | None, bounds: Bounds, columns: Sequence[str]
             raise RequestError(
                 f"limit: no metric {format_value(name)}; {suggestion(name, dict.fromkeys([*columns, *bounds]))}"
             )
+        known = scales or {}
+        scale = known.get(name, known.get(f"{name}_margin", PLAIN))
         for side, value in _sides(name, limit, own_bounds).items():
-            resolved.append(_make_limit(name, side, value, own_bounds, columns))
+            number = _read(name, value, scale)
+            resolved.append(_make_limit(Limit(name, side, number, name, scale=scale), own_bounds, columns))
     return tuple(resolved)
 
 
@@ -126,24 +131,37 @@ def _sides(name: str, limit: object, own_bounds: Mapping[str, float]) -> Mapping
     return dict.fromkeys(own_bounds, limit)
 
 
-def _make_limit(name: str, side: str, number: object, own_bounds: Mapping[str, float], columns: Sequence[str]) -> Limit:
+def _read(name: str, entry: object, scale: Scale) -> float:
+    """The value of a limit in the declared unit."""
+    if isinstance(entry, str):
+        try:
+            return scale.read(entry)
+        except RequestError as error:
+            raise RequestError(f"limit on {name}: {error}") from None
     try:
-        value = math.nan if isinstance(number, (bool, str)) else float(number)  # type: ignore[arg-type]  # or it raises
+        value = math.nan if isinstance(entry, bool) else float(entry)  # type: ignore[arg-type]  # or it raises
     except (TypeError, ValueError, OverflowError):
         value = math.nan
     if not math.isfinite(value):
-        raise RequestError(f"limit on {name}: {format_value(number)} is not a finite number")
+        raise RequestError(f"limit on {name}: {format_value(entry)} is not a finite number")
+    return value
+
+
+def _make_limit(limit: Limit, own_bounds: Mapping[str, float], columns: Sequence[str]) -> Limit:
+    """The limit on the column that there is; `RequestError` if it is wider than the constraint, or has no column."""
+    name, side, value, scale = limit.metric, limit.side, limit.value, limit.scale
     bound = own_bounds.get(side)
     if bound is not None and (value < bound if side == "min" else value > bound):
         direction = "below" if side == "min" else "above"
+        given, own = number_with_unit(value, scale), number_with_unit(bound, scale)
         raise RequestError(
-            f"limit on {name}: {value:g} is {direction} the {side} of {bound:g} of the sweep; "
+            f"limit on {name}: {given} is {direction} the {side} of {own} of the sweep; "
             "designs beyond that were screened, so sweep again with a wider constraint"
         )
     if name in columns:
-        return Limit(name, side, value, name)
+        return limit
     if list(own_bounds) != [side]:
         raise RequestError(
             f"limit on {name}: its values are not in these results; sweep with {name} among the metrics of the study"
         )
-    return Limit(name, side, value, f"{name}_margin", bound)
+    return replace(limit, column=f"{name}_margin", margin_bound=bound)

@@ -18,6 +18,7 @@ from explore.ranking.limits import Limits
 from explore.ranking.rankings import Source
 from explore.ranking.selection import Selection, make_selection
 from explore.ranking.violations import find_margins, find_scales, is_measured, total_violations
+from explore.units.shown import Scale
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -82,9 +83,10 @@ def find_nearest(
     """
     if source.keep == "front":
         raise RequestError('this study kept the Pareto set only; sweep with `keep="all"` to find the nearest designs')
+    shown, source = source, source.declared
     names = [column.name for column in source.columns]
     limitable = [c.name for c in source.columns if c.role in ("parameter", "metric") and not c.labels]
-    selection = make_selection(where, limits, names, limitable, source.constraints)
+    selection = make_selection(where, limits, names, limitable, source.constraints, shown.scales)
     metrics = [column.name.removesuffix(_SUFFIX) for column in source.columns if column.role == "margin"]
     needed = list(dict.fromkeys(["design", "status", *(m + _SUFFIX for m in metrics), *selection.column_names]))
     total = 2 * source.n_committed
@@ -101,7 +103,20 @@ def find_nearest(
     search.run(lambda is_second: read_blocks(source.n_committed * is_second), source.n_committed)
     order = np.argsort(search.rows)
     frame = source.designs(search.rows[order]).iloc[np.argsort(order)]
-    return search.finish(frame)
+    return _show(search.finish(frame), shown)
+
+
+def _show(nearness: Nearness, source: Source) -> Nearness:
+    """The same in the units in which the results are shown."""
+    scales = source.scales
+    if source is source.declared:
+        return nearness
+    by_metric = {metric: scales.get(f"{metric}{_SUFFIX}") or scales[metric] for metric in nearness.scales}
+    return Nearness(
+        source.show(nearness.frame),
+        {metric: by_metric[metric].show(value) for metric, value in nearness.scales.items()},
+        nearness.exclusions.in_units(by_metric),
+    )
 
 
 def find_nearest_rows(
@@ -112,7 +127,8 @@ def find_nearest_rows(
 
     numeric = [str(name) for name in frame.columns if pd.api.types.is_numeric_dtype(frame.dtypes[name])]
     bounds = frame.attrs.get("constraints", {})
-    selection = make_selection(where, limits, numeric, numeric, bounds)
+    scales = {name: Scale(unit, unit) for name, unit in frame.attrs.get("units", {}).items()}
+    selection = make_selection(where, limits, numeric, numeric, bounds, scales)
     metrics = [name.removesuffix(_SUFFIX) for name in numeric if name.endswith(_SUFFIX)]
     needed = dict.fromkeys([*(metric + _SUFFIX for metric in metrics), *selection.column_names])
     columns: Arrays = {name: frame[name].to_numpy(dtype=np.float64, na_value=np.nan) for name in needed}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
@@ -21,6 +21,7 @@ from explore.ranking.pareto import find_fronts
 from explore.ranking.quality import add_quality_columns
 from explore.ranking.selection import make_selection
 from explore.ranking.tallies import Tally
+from explore.units.shown import Scale
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -50,7 +51,22 @@ DEFAULT_REQUEST = RankRequest()
 
 
 class Source(Protocol):
-    """The interface of results that a ranking uses, implemented by `explore.store.results.Results`."""
+    """The interface of results that a ranking uses, implemented by `explore.store.results.Results`.
+
+    They may be shown in other units than the declared ones. A ranking compares the declared values, of which two may
+    become one by a conversion, and returns the shown ones.
+    """
+
+    @property
+    def declared(self) -> Source:
+        """The same results in declared units."""
+
+    @property
+    def scales(self) -> Mapping[str, Scale]:
+        """The declared and the shown unit of each column."""
+
+    def show(self, frame: pd.DataFrame) -> pd.DataFrame:
+        """A table of `declared` in the shown units."""
 
     @property
     def objectives(self) -> tuple[str, ...]:
@@ -126,7 +142,9 @@ def rank_frame(frame: pd.DataFrame, request: RankRequest) -> pd.DataFrame:
         request.objectives, request.order_by, attributes.get("senses", {}), names, attributes.get("objectives", ())
     )
     numeric = [str(name) for name in frame.columns if pd.api.types.is_numeric_dtype(frame.dtypes[name])]
-    selection = make_selection(request.where, request.limits, numeric, numeric, attributes.get("constraints", {}))
+    scales = {name: Scale(unit, unit) for name, unit in attributes.get("units", {}).items()}
+    bounds = attributes.get("constraints", {})
+    selection = make_selection(request.where, request.limits, numeric, numeric, bounds, scales)
     needed = dict.fromkeys([*(objective.metric for objective in objectives), *selection.column_names])
     for name in needed:
         if name not in numeric:
@@ -160,7 +178,14 @@ def rankable_names(source: Source) -> list[str]:
 def rank_source(
     source: Source, request: RankRequest = DEFAULT_REQUEST, report_progress: ReportProgress | None = None
 ) -> Ranking:
-    """Rank the designs of a results file, block by block; see `rank_frame`."""
+    """Rank the designs of a results file, block by block, and show them in the units of `source`; see `rank_frame`."""
+    ranking = rank_declared(source, request, report_progress)
+    return replace(ranking, frame=source.show(ranking.frame))
+
+
+def rank_declared(source: Source, request: RankRequest, report_progress: ReportProgress | None = None) -> Ranking:
+    """Rank the designs of a results file by the request in shown units; the table is in declared units."""
+    scales, source = source.scales, source.declared
     defaults = source.objectives
     objectives, order = choose_objectives(
         request.objectives, request.order_by, source.senses, rankable_names(source), defaults
@@ -170,7 +195,7 @@ def rank_source(
         raise RequestError('this study kept the first front only; sweep with `keep="all"` to rank more fronts')
     limitable = [c.name for c in source.columns if c.role in ("parameter", "metric") and not c.labels]
     names = [column.name for column in source.columns]
-    selection = make_selection(request.where, request.limits, names, limitable, source.constraints)
+    selection = make_selection(request.where, request.limits, names, limitable, source.constraints, scales)
     labels = next((column.labels for column in source.columns if column.name == "status"), {})
     tally = Tally(tuple(column.name for column in source.columns if column.role == "margin"), labels)
     objective_names = (objective.metric for objective in objectives)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -12,6 +12,7 @@ from explore.model.columns import Arrays
 from explore.model.request import Objective
 from explore.ranking.conditions import Condition, parse_condition
 from explore.ranking.limits import Bounds, Limit, Limits, resolve_limits
+from explore.units.shown import Scale
 
 
 @dataclass(frozen=True)
@@ -56,7 +57,12 @@ class Selection:
 
 
 def make_selection(
-    where: str | None, limits: Limits | None, columns: Sequence[str], limitable: Sequence[str], bounds: Bounds
+    where: str | None,
+    limits: Limits | None,
+    columns: Sequence[str],
+    limitable: Sequence[str],
+    bounds: Bounds,
+    scales: Mapping[str, Scale],
 ) -> Selection:
     """Parse the criteria of a request.
 
@@ -70,6 +76,8 @@ def make_selection(
         Columns that can have a limit.
     bounds
         Bounds of the constraints of the sweep.
+    scales
+        Declared and shown units of the columns that have one.
     """
-    condition = None if where is None else parse_condition(where, columns)
-    return Selection(condition, resolve_limits(limits, bounds, limitable))
+    condition = None if where is None else parse_condition(where, columns, scales)
+    return Selection(condition, resolve_limits(limits, bounds, limitable, scales))

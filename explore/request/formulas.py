@@ -12,9 +12,9 @@ from explore.model.mechanism import Mechanism
 from explore.model.quantities import AnyMetric, DerivedMetric, Formula, Metric, Parameter, Window
 from explore.request.formula_text import FormulaText, parse_formula
 from explore.request.names import find_input
-from explore.request.units import check_unit
 from explore.request.user_names import reason_against_name
 from explore.suggest import format_value, suggestion
+from explore.units.quantities import check_unit
 
 _KEYS = ("formula", "unit")
 _EXAMPLE = '{ formula = "coupler + ground", unit = "mm" }'

@@ -23,8 +23,8 @@ from explore.model.quantities import (
     Window,
 )
 from explore.request.points import add_points
-from explore.request.units import quantity
 from explore.suggest import closest_name, format_value, suggestion
+from explore.units.quantities import quantity
 
 _NO_FORMULAS: Mapping[str, DerivedMetric] = MappingProxyType({})
 #: Statistics of which smaller values are better.

@@ -12,8 +12,8 @@ from explore.errors import RequestError
 from explore.model.columns import Arrays
 from explore.model.mechanism import Mechanism
 from explore.model.quantities import FloatArray, Parameter
-from explore.request.units import quantity
 from explore.suggest import format_value
+from explore.units.quantities import quantity
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -13,8 +13,8 @@ from explore.model.request import Constraint, Objective, Request
 from explore.ranking.objectives import read_objective
 from explore.request.formulas import resolve_formulas
 from explore.request.names import closest_window, find_metric, make_window
-from explore.request.units import quantity
 from explore.suggest import format_value, suggestion
+from explore.units.quantities import quantity
 
 #: The smallest and the largest tolerance.
 TOLERANCES = (1e-13, 1e-4)

@@ -19,6 +19,7 @@ from explore.model.quantities import Sense
 from explore.store.block_bytes import damaged_blocks
 from explore.store.layout import INDEX, KEEP_FRONT
 from explore.store.rows import RowReader
+from explore.units.shown import Scale
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -136,6 +137,20 @@ class Results:
     def units(self) -> dict[str, str]:
         """Unit of each column."""
         return {column.name: column.unit for column in self.columns}
+
+    @property
+    def declared(self) -> Results:
+        """These results in declared units."""
+        return self
+
+    @property
+    def scales(self) -> dict[str, Scale]:
+        """The declared and the shown unit of each column."""
+        return {column.name: Scale(column.unit, column.unit) for column in self.columns}
+
+    def show(self, frame: pd.DataFrame) -> pd.DataFrame:
+        """A table of `declared` in the shown units."""
+        return frame
 
     @property
     def keep(self) -> str:

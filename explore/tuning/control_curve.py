@@ -16,10 +16,10 @@ from explore.model.request import Request
 from explore.request.names import find_mechanism
 from explore.request.parameters import parameter_columns
 from explore.request.requests import make_request
-from explore.request.units import quantity
 from explore.suggest import suggestion
 from explore.tuning.curves import MetricOfParameter, Run, find_runs
 from explore.tuning.intervals import End, Interval, find_intervals, find_reach
+from explore.units.quantities import quantity
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -51,12 +51,15 @@ def rank(
     where: Annotated[
         str | None,
         typer.Option(
-            metavar="CONDITION", help='Rank only these designs, such as "swing_angle > 20 and not cv >= 0.5".'
+            metavar="CONDITION", help='Rank only these designs, such as "swing_angle > 20 and not crank >= 4 in".'
         ),
     ] = None,
     limit: Annotated[
         list[str] | None,
-        typer.Option(help="A constraint narrower than the sweep's: METRIC=VALUE, METRIC>=VALUE or METRIC<=VALUE."),
+        typer.Option(
+            help="A constraint narrower than the sweep's: METRIC=VALUE, METRIC>=VALUE or METRIC<=VALUE; "
+            "a unit may follow."
+        ),
     ] = None,
     fronts: Annotated[
         int,

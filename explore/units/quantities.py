@@ -12,6 +12,8 @@ from explore.errors import RequestError
 from explore.suggest import closest_name, format_value
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     import pint
 
 # A number, then factors such as "mm", "rad/s^2", "N m". pint would also evaluate arithmetic, which may never end
@@ -82,10 +84,8 @@ def _convert(text: str, unit: str) -> float:
     if written_unit is None:
         with_unit = "" if unit in ("", "1") else f' or "{number} {unit}"'
         raise RequestError(f"{format_value(text)} has no unit; write {number} without quotes{with_unit}")
-    if unit == "rad/s":
-        written_unit = _HERTZ.sub("turn/s", written_unit)  # 1 Hz of a rotating part is 1 turn/s
     # A Fraction keeps the decimal digits: lengths whose sum is exactly 0 in one unit have the sum 0 in every unit.
-    exact = Fraction(number) * _factor(written_unit, unit)
+    exact = Fraction(number) * unit_factor(written_unit, unit)
     try:
         return float(exact)
     except OverflowError:
@@ -99,6 +99,34 @@ def check_unit(unit: str) -> None:
     if len(unit) > _MOST_CHARACTERS or not re.fullmatch(_UNIT, unit):
         raise RequestError(f'{format_value(unit)} is not a unit; write one such as "mm", or "1" for a plain number')
     _root_units(unit, '; write "1" for a plain number')
+
+
+def unit_factor(source: str, target: str) -> Fraction:
+    """The factor from one unit to another; `RequestError` with the reason if there is none."""
+    if target == "rad/s":
+        source = _HERTZ.sub("turn/s", source)  # 1 Hz of a rotating part is 1 turn/s
+    return _factor(source, target)
+
+
+def split_unit(unit: str) -> dict[str, int] | None:
+    """The factors of a unit with their powers: {"rad": 2, "s": -4} for "rad^2/s^4"; None for another notation."""
+    if not re.fullmatch(_UNIT, unit):
+        return None
+    powers: dict[str, int] = {}
+    for sign, factor, power in re.findall(rf"([*/·]?)\s*({_FACTOR})(?:(?:\^|\*\*)(-?[1-9]))?", unit):
+        powers[factor] = powers.get(factor, 0) + (-1 if sign == "/" else 1) * int(power or 1)
+    return powers
+
+
+def join_unit(powers: Mapping[str, int]) -> str:
+    """The text of a unit from its factors and their powers: "rad^2/s^4"."""
+    above = " ".join(_raised(factor, power) for factor, power in powers.items() if power > 0)
+    below = "".join(f"/{_raised(factor, -power)}" for factor, power in powers.items() if power < 0)
+    return (above or "1") + below
+
+
+def _raised(factor: str, power: int) -> str:
+    return factor if power == 1 else f"{factor}^{power}"
 
 
 @functools.cache
