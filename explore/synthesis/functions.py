@@ -1,0 +1,162 @@
+"""Function generators: linkages whose output follows a function of their input.
+
+Four-bar, with input and output angles phi and psi from the line of the pivots (F. Freudenstein, Approximate synthesis
+of four-bar linkages, Trans. ASME 77 (1955) 853-861)::
+
+    K1 cos(phi) + K2 cos(psi) + K3 = cos(phi - psi)
+    K1 = -ground/rocker,   K2 = ground/crank,   K3 = (crank^2 + rocker^2 + ground^2 - coupler^2) / (2 crank rocker)
+
+Slider-crank, with the crank's angle phi from the line through its pivot along the guide and the slider at distance s::
+
+    K1 s cos(phi) + K2 sin(phi) + K3 = s^2,   K1 = 2 crank,   K2 = 2 crank offset,   K3 = rod^2 - crank^2 - offset^2
+
+Both are linear in K1, K2, K3: three positions are met exactly. More are met in the least-squares sense of these
+equations, which is not that of the output; `refine_generator` goes on from there to the true error of the output.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from explore.errors import RequestError
+from explore.model.quantities import FloatArray
+
+
+@dataclass(frozen=True)
+class FourBarGenerator:
+    """A four-bar function generator, its ground of length 1.
+
+    Attributes
+    ----------
+    crank, coupler, rocker
+        Lengths; a negative crank or rocker stands for the opposite direction of its angle.
+    branch
+        1 or -1: which of the two output angles, see `outputs`.
+    """
+
+    crank: float
+    coupler: float
+    rocker: float
+    branch: int
+
+    def outputs(self, inputs: FloatArray) -> FloatArray:
+        """The output angles at input angles, rad, shape (n,); NaN where the linkage cannot be assembled."""
+        return output_angles(np.array([self.crank, self.coupler, self.rocker]), inputs, self.branch)
+
+
+def output_angles(lengths: FloatArray, inputs: FloatArray, branch: int) -> FloatArray:
+    """Output angles of a four-bar with crank, coupler, rocker and a ground of 1, rad; NaN where there are none.
+
+    The vector from the pin of the crank to the pivot of the rocker, d, and the rocker form a triangle with the coupler:
+    the rocker leaves the direction -d by its angle there, to the side that `branch` chooses.
+    """
+    crank, coupler, rocker = lengths
+    diagonal = 1.0 - crank * np.exp(1j * np.asarray(inputs))
+    square = np.abs(diagonal) ** 2
+    with np.errstate(invalid="ignore", divide="ignore"):
+        turned = np.arccos((rocker**2 + square - coupler**2) / (2.0 * rocker * np.sqrt(square)))
+    return np.asarray(np.angle(-diagonal) + branch * turned)
+
+
+def fit_four_bar(inputs: FloatArray, outputs: FloatArray) -> FourBarGenerator:
+    """The four-bar that meets three pairs of angles exactly, or more in the least-squares sense of its equation.
+
+    Parameters
+    ----------
+    inputs, outputs
+        Angles of crank and rocker from the line of the pivots, rad, shape (n,), n at least 3.
+
+    Raises
+    ------
+    RequestError
+        If the pairs determine no linkage of finite, real lengths.
+    """
+    inputs, outputs = np.asarray(inputs, dtype=np.float64), np.asarray(outputs, dtype=np.float64)
+    matrix = np.column_stack([np.cos(inputs), np.cos(outputs), np.ones_like(inputs)])
+    k1, k2, k3 = _solve(matrix, np.cos(inputs - outputs))
+    scale = max(abs(k1), abs(k2), abs(k3))
+    if min(abs(k1), abs(k2)) <= 1e-12 * scale:
+        raise RequestError("input and output turn alike, which only a parallelogram does; give another function")
+    crank, rocker = 1.0 / k2, -1.0 / k1
+    # K3 is a mean, so that this is the mean square distance of the pins over the pairs.
+    square = crank**2 + rocker**2 + 1.0 - 2.0 * crank * rocker * k3
+    lengths = np.array([crank, float(np.sqrt(square)), rocker])
+    return FourBarGenerator(crank, lengths[1].item(), rocker, _branch_of(lengths, inputs, outputs))
+
+
+def _branch_of(lengths: FloatArray, inputs: FloatArray, outputs: FloatArray) -> int:
+    """The branch with the smaller errors."""
+    errors = [np.nanmean(np.abs(wrapped(output_angles(lengths, inputs, b) - outputs))) for b in (1, -1)]
+    return 1 if errors[0] <= errors[1] else -1
+
+
+def wrapped(angles: FloatArray) -> FloatArray:
+    """Angles within -pi … pi that differ from the given by whole turns."""
+    return np.asarray((np.asarray(angles) + np.pi) % (2.0 * np.pi) - np.pi)
+
+
+@dataclass(frozen=True)
+class SliderCrankGenerator:
+    """A slider-crank whose slider follows a function of the angle of its crank.
+
+    Attributes
+    ----------
+    crank, rod
+        Lengths.
+    offset
+        Of the guide from the pivot of the crank, positive on the side of positive angles.
+    """
+
+    crank: float
+    rod: float
+    offset: float
+
+    def outputs(self, inputs: FloatArray) -> FloatArray:
+        """Distances of the slider along the guide, shape (n,); NaN where the linkage cannot be assembled."""
+        inputs = np.asarray(inputs)
+        with np.errstate(invalid="ignore"):
+            along = np.sqrt(self.rod**2 - (self.crank * np.sin(inputs) - self.offset) ** 2)
+        return np.asarray(self.crank * np.cos(inputs) + along)
+
+
+def fit_slider_crank(inputs: FloatArray, outputs: FloatArray) -> SliderCrankGenerator:
+    """The slider-crank that meets three pairs exactly, or more in the least-squares sense of its equation.
+
+    Parameters
+    ----------
+    inputs
+        Angles of the crank from the direction of the guide, rad, shape (n,), n at least 3.
+    outputs
+        Distances of the slider from the crank's pivot along the guide, shape (n,).
+
+    Raises
+    ------
+    RequestError
+        If the pairs determine no linkage of finite, real lengths.
+    """
+    inputs, outputs = np.asarray(inputs, dtype=np.float64), np.asarray(outputs, dtype=np.float64)
+    matrix = np.column_stack([outputs * np.cos(inputs), np.sin(inputs), np.ones_like(inputs)])
+    k1, k2, k3 = _solve(matrix, outputs**2)
+    crank = k1 / 2.0
+    if abs(crank) <= 1e-12 * np.abs(outputs).max():
+        raise RequestError("no slider-crank meets these pairs: its crank would have no length")
+    offset = k2 / k1
+    square = k3 + crank**2 + offset**2  # the mean square distance of crank pin and slider
+    return SliderCrankGenerator(crank, float(np.sqrt(square)), offset)
+
+
+def _solve(matrix: FloatArray, right: FloatArray) -> tuple[float, float, float]:
+    """Solve a linear system by QR; not by normal equations, which lose half of the digits."""
+    if len(matrix) < 3:
+        raise RequestError(f"three pairs or more determine a linkage, not {len(matrix)}")
+    scales = np.abs(matrix).max(axis=0)
+    scales[scales == 0.0] = 1.0
+    q, r = np.linalg.qr(matrix / scales)
+    if abs(np.diag(r)).min() <= 1e-12 * abs(np.diag(r)).max():
+        raise RequestError(
+            "these pairs determine no linkage: two are alike, input and output turn alike, or one does not turn"
+        )
+    k1, k2, k3 = (np.linalg.solve(r, q.T @ right) / scales).tolist()
+    return k1, k2, k3

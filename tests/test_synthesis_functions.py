@@ -1,0 +1,162 @@
+"""Function generators: reference values, exact recovery, and the true error of the output."""
+
+import numpy as np
+import pytest
+from synthesis_cases import case
+
+from explore.errors import RequestError
+from explore.synthesis.function_search import FunctionTask, find_generators
+from explore.synthesis.functions import FourBarGenerator, fit_four_bar, fit_slider_crank, output_angles, wrapped
+from explore.synthesis.linkages import FourBar
+
+LAWS = {"log10": np.log10, "x^1.5": lambda x: x**1.5}
+
+
+def angles_of(inputs, x):
+    """Input and output angles at values of the variable."""
+    law, (first, last) = LAWS[inputs["function"]], inputs["x"]
+    share = (law(x) - law(first)) / (law(last) - law(first))
+    phi = inputs["phi0_deg"] + inputs["dphi_deg"] * (x - first) / (last - first)
+    return np.radians(phi), np.radians(inputs["psi0_deg"] + inputs["dpsi_deg"] * share)
+
+
+@pytest.mark.parametrize("name", ["funcgen3_log10", "funcgen3_x^1.5"])
+def test_three_positions_exactly(name):
+    inputs, outputs = case(name)
+    x = np.array([float(value) for value in outputs["x"]])
+    generator = fit_four_bar(*angles_of(inputs, x))
+    expected = [float(outputs[key]) for key in ("l1", "l2", "l3")]
+    # The condition of the three equations is about 30.
+    assert [generator.crank, generator.coupler, generator.rocker] == pytest.approx(expected, rel=1e-13)
+    phi, psi = angles_of(inputs, x)
+    assert np.abs(wrapped(generator.outputs(phi) - psi)).max() < 1e-13
+    phi, psi = angles_of(inputs, np.linspace(*inputs["x"], 401))
+    errors = np.degrees(wrapped(generator.outputs(phi) - psi))
+    assert np.abs(errors).max() == pytest.approx(float(outputs["max_error_deg_401_samples"]), rel=1e-11)
+    assert np.sqrt(np.mean(errors**2)) == pytest.approx(float(outputs["rms_error_deg_401_samples"]), rel=1e-11)
+
+
+@pytest.mark.parametrize(("name", "law"), [("funcgenLS_1", lambda p: p**2 / 2), ("funcgenLS_2", np.log1p)])
+def test_least_squares_of_the_equation(name, law):
+    inputs, outputs = case(name)
+    turned = np.linspace(0, np.radians(inputs["dphi_deg"]), inputs["n"])
+    phi, psi = np.radians(inputs["phi0_deg"]) + turned, np.radians(inputs["psi0_deg"]) + law(turned)
+    generator = fit_four_bar(phi, psi)
+    expected = [float(outputs[key]) for key in ("l1", "l2", "l3")]
+    assert [generator.crank, generator.coupler, generator.rocker] == pytest.approx(expected, rel=1e-12)
+    error = np.degrees(np.abs(wrapped(generator.outputs(phi) - psi)).max())
+    assert error == pytest.approx(float(outputs["max_output_error_deg"]), rel=1e-11)
+
+
+def test_slider_crank_of_a_linear_law():
+    inputs, outputs = case("funcgen_slider_LS")
+    phi, s = np.radians(inputs["phi_deg"]), np.array(inputs["s_mm"], dtype=float)
+    generator = fit_slider_crank(phi, s)
+    expected = [float(outputs[key]) for key in ("a", "b", "e")]
+    assert [generator.crank, generator.rod, generator.offset] == pytest.approx(expected, rel=1e-13)
+    assert np.abs(generator.outputs(phi) - s).max() == pytest.approx(float(outputs["max_slider_error_mm"]), rel=1e-12)
+
+
+def test_exact_data_give_the_slider_crank_back():
+    rng = np.random.default_rng(5)
+    for _ in range(1000):
+        crank, offset = rng.uniform(1, 50), rng.uniform(-30, 30)
+        rod = crank + abs(offset) + rng.uniform(1, 200)
+        phi = rng.uniform(0, 2 * np.pi) + np.sort(rng.uniform(0, 3, 6)) + np.arange(6) * 0.1
+        s = crank * np.cos(phi) + np.sqrt(rod**2 - (crank * np.sin(phi) - offset) ** 2)
+        found = fit_slider_crank(phi, s)
+        # The equations' condition: up to 1e5 for a rod much longer than the crank.
+        assert [found.crank, found.rod, found.offset] == pytest.approx([crank, rod, offset], rel=1e-8, abs=1e-8 * rod)
+
+
+def test_exact_data_give_the_four_bar_back():
+    rng = np.random.default_rng(6)
+    recovered = 0
+    while recovered < 1000:
+        linkage = FourBar(0j, 1 + 0j, *rng.uniform(0.2, 3, 3).tolist(), 0j, int(rng.choice([1, -1])))
+        phi = rng.uniform(0, 2 * np.pi) + np.cumsum(rng.uniform(0.1, 0.4, 5))
+        psi = np.angle(linkage.rocker_pins(phi) - 1)
+        if np.isnan(psi).any():
+            continue
+        recovered += 1
+        found = fit_four_bar(phi, np.unwrap(psi))
+        expected = [linkage.crank, linkage.coupler, linkage.rocker]
+        assert [found.crank, found.coupler, found.rocker] == pytest.approx(expected, rel=1e-6)
+        assert np.abs(wrapped(found.outputs(phi) - psi)).max() < 1e-6
+
+
+def test_the_true_error_with_free_initial_angles():
+    """With transmission from 30 deg and links up to 10 times another: 2.364 deg becomes 0.0977 at worst, 0.0293 rms."""
+    inputs, _ = case("funcgen3_log10")
+    phi, psi = angles_of(inputs, np.linspace(1, 2, 101))
+    task = FunctionTask(phi - phi[0], psi - psi[0], np.radians(30), 10.0)
+    best = find_generators(task)[0]
+    assert np.degrees(best.error_rms) == pytest.approx(0.02927, abs=5e-6)
+    assert np.degrees(best.error_max) == pytest.approx(0.0977, abs=1e-4)
+    links = np.array([best.generator.crank, best.generator.coupler, best.generator.rocker, 1.0])
+    assert links.max() / links.min() <= 10.0 * (1 + 1e-9)
+
+
+def test_without_limits_longer_links_do_better():
+    inputs, _ = case("funcgen3_log10")
+    phi, psi = angles_of(inputs, np.linspace(1, 2, 101))
+    best = find_generators(FunctionTask(phi - phi[0], psi - psi[0]))[0]
+    assert np.degrees(best.error_rms) < 0.0045
+    errors = wrapped(best.generator.outputs(best.input_start + task_angles(phi)) - best.output_start - task_angles(psi))
+    assert np.sqrt(np.mean(errors**2)) == pytest.approx(best.error_rms, rel=1e-9)
+
+
+def task_angles(angles):
+    return angles - angles[0]
+
+
+def test_x_to_the_power_1_5():
+    inputs, _ = case("funcgen3_x^1.5")
+    phi, psi = angles_of(inputs, np.linspace(1, 4, 101))
+    best = find_generators(FunctionTask(task_angles(phi), task_angles(psi), np.radians(30), 10.0))[0]
+    assert np.degrees(best.error_max) == pytest.approx(0.0360, abs=1e-4)
+
+
+def test_outputs_are_those_of_the_linkage():
+    linkage = FourBar(0j, 1 + 0j, 0.4, 0.9, 0.8, 0j, 1)
+    phi = np.linspace(0, 2 * np.pi, 50)
+    lengths = np.array([0.4, 0.9, 0.8])
+    found = [output_angles(lengths, phi, branch) for branch in (1, -1)]
+    expected = np.angle(linkage.rocker_pins(phi) - 1)
+    assert min(np.abs(wrapped(each - expected)).max() for each in found) < 1e-14
+
+
+@pytest.mark.parametrize(
+    ("inputs", "outputs", "message"),
+    [
+        ([0.1, 0.2], [0.1, 0.3], "three pairs or more"),
+        ([0.1, 0.1, 0.1], [0.1, 0.3, 0.4], "one does not turn"),
+        ([0.1, 0.5, 0.9], [0.1, 0.5, 0.9], "turn alike"),
+        ([0.1, 0.5, 0.9], [0.4, 0.8, 1.2], "only a parallelogram"),
+    ],
+)
+def test_pairs_that_determine_no_four_bar(inputs, outputs, message):
+    with pytest.raises(RequestError, match=message):
+        fit_four_bar(np.array(inputs), np.array(outputs))
+
+
+def test_a_slider_that_stays_needs_no_crank():
+    with pytest.raises(RequestError, match="crank would have no length"):
+        fit_slider_crank(np.array([0.1, 0.5, 0.9, 1.2]), np.full(4, 70.0) + np.array([0.0, 1e-12, 0.0, 0.0]))
+
+
+def test_a_range_without_a_linkage():
+    """Half a turn back and forth within the range, many times: no four-bar, whatever its angles."""
+    turned = np.linspace(0, 6, 200)
+    task = FunctionTask(turned, np.where(turned % 0.2 < 0.1, 0.0, 3.0), np.radians(89))
+    with pytest.raises(RequestError, match="reaches over the whole range"):
+        find_generators(task)
+
+
+def test_branch_is_that_of_the_data():
+    for branch in (1, -1):
+        lengths = np.array([0.5, 1.2, 0.9])
+        phi = np.array([0.3, 0.9, 1.5, 2.0])
+        assert fit_four_bar(phi, output_angles(lengths, phi, branch)) == FourBarGenerator(
+            *(pytest.approx(length, rel=1e-11) for length in lengths), branch
+        )
