@@ -80,9 +80,7 @@ def find_generators(task: FunctionTask) -> list[FoundGenerator]:
         if candidate is not None and not any(_is_same(candidate, other) for other in found):
             found.append(candidate)
     if not found:
-        raise RequestError(
-            "no four-bar within these limits reaches over the whole range; narrow it or ease them"
-        )
+        raise RequestError("no four-bar within these limits reaches over the whole range; narrow it or ease them")
     return sorted(found, key=lambda each: each.error_rms)
 
 
