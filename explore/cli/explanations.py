@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from explore.ranking.rankings import Ranking
     from explore.ranking.tallies import Tally
     from explore.store.results import Results
+    from explore.units.shown import ShownUnits
 
 #: Largest number of wasteful ranges that are listed.
 _MOST_RANGES = 3
@@ -45,14 +46,16 @@ def explain_ranking(results: Results, ranking: Ranking, prefix: str = "") -> Non
         say(f"  {speed} changes none of these objectives; designs that differ only in it are shown as one line")
 
 
-def explain_unreachable(results: Results, solved: SolvedLength) -> None:
+def explain_unreachable(results: Results, solved: SolvedLength, units: ShownUnits) -> None:
     """Say if most designs have no solved length, and in which ranges of the other parameters they lie."""
     unreachable = results.counts.get("unreachable", 0)
     if not _are_most(results, unreachable):
         return
-    low, high = (f"{number(bound)} {results.units[solved.name]}" for bound in (solved.low, solved.high))
+    bounds = (results.scales[solved.name].show(bound) for bound in (solved.low, solved.high))
+    low, high = (f"{number(bound)} {results.units[solved.name]}" for bound in bounds)
     within = f" from {low}" * (solved.low not in (0.0, -math.inf)) + f" up to {high}" * (solved.high < math.inf)
-    target = f"{solved.metric.name} = {number(solved.value)} {shown_unit(solved.metric.unit)}".rstrip()
+    scale = units.scale(solved.metric.unit)
+    target = f"{solved.metric.name} = {number(scale.show(solved.value))} {shown_unit(scale.shown)}".rstrip()
     say(
         f"{unreachable:,} of {count_of(results.n_studied, 'design')} {is_or_are(unreachable)} unreachable: "
         f"no {solved.name}{within} gives {target}"

@@ -64,24 +64,29 @@ def print_designs(results: Results, records: Sequence[Record]) -> None:
 
 def print_json_designs(results: Results, records: Sequence[Record]) -> None:
     """Print the designs as `explore show` prints one, and the differences of the others from the first."""
+    from explore.units.shown import headings
+
     first, *others = records
-    sentences = results.status_sentences
+    names = headings(results.scales, results.units)
     differences = []
     for other in others:
         by_column = _differences(results.columns, first, other)
         differences.append({
             "design": other["design"],
             "from": first["design"],
-            "absolute": {name: absolute for name, (absolute, _) in by_column.items()},
-            "relative": {name: relative for name, (_, relative) in by_column.items()},
+            "absolute": {names.get(name, name): absolute for name, (absolute, _) in by_column.items()},
+            "relative": {names.get(name, name): relative for name, (_, relative) in by_column.items()},
         })  # fmt: skip
-    print_json({"designs": [with_status(record, sentences) for record in records], "differences": differences})
+    print_json({"designs": [with_status(results, record) for record in records], "differences": differences})
 
 
-def with_status(record: Record, sentences: dict[str, str]) -> Record:
-    """The record with the label and the sentence of its status."""
-    status = str(record["status"])
-    return {**record, "status_label": status, "status_sentence": sentences.get(status, "")}
+def with_status(results: Results, record: Record) -> Record:
+    """The record with the label and the sentence of its status, and names with the units that are not declared."""
+    from explore.units.shown import headings
+
+    status, names = str(record["status"]), headings(results.scales, record)
+    named = {names.get(name, name): value for name, value in record.items()}
+    return {**named, "status_label": status, "status_sentence": results.status_sentences.get(status, "")}
 
 
 def design_table(results: Results, records: Sequence[Record]) -> pd.DataFrame:

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from explore.model.columns import Column
+    from explore.units.shown import Scale
 
 ENDINGS = (".csv", ".json", ".md", ".parquet")
 
@@ -37,6 +38,16 @@ def with_labels(frame: pd.DataFrame, columns: Iterable[Column]) -> pd.DataFrame:
         if column.labels and column.name in frame and frame[column.name].dtype != bool and name not in frame:
             labelled.insert(list(labelled).index(column.name) + 1, name, frame[column.name].map(column.labels))
     return labelled
+
+
+def with_units(frame: pd.DataFrame, scales: Mapping[str, Scale]) -> pd.DataFrame:
+    """The table with the unit in the name of each column that is not in its declared unit, such as ``crank [in]``.
+
+    A program that expects the declared unit then misses the column, and does not take inches for millimetres.
+    """
+    from explore.units.shown import headings
+
+    return frame.rename(columns=headings(scales, [str(name) for name in frame.columns]))
 
 
 def write_table(frame: pd.DataFrame, path: Path, units: Mapping[str, str]) -> None:

@@ -21,6 +21,7 @@ from explore.model.request import Objective, Request
 from explore.request.names import find_mechanism
 from explore.request.requests import RequestArguments, make_objective, resolve_request
 from explore.suggest import format_value
+from explore.units.shown import ShownUnits, explain_entry
 
 
 @dataclass(frozen=True)
@@ -31,6 +32,7 @@ class ResolvedStudy:
     space: DesignSpace
     objectives: tuple[Objective, ...]
     identity: str
+    units: ShownUnits
 
 
 def resolve_study(
@@ -60,6 +62,7 @@ def resolve_study(
         return None
     method = sampling.method if sampling else ""
     mechanism, parameters = read_points(mechanism, study.points, study.parameters, method, problems)
+    units = _units(study, problems)
     n_before = len(problems)
     space = read_space(mechanism, parameters, sampling, folder, problems, table_problems)
     problems[n_before:] = [(key_of_coordinate(mechanism, key), reason) for key, reason in problems[n_before:]]
@@ -69,7 +72,14 @@ def resolve_study(
         problems += _unavailable(request, space)
     if problems or table_problems or space is None:
         return None
-    return ResolvedStudy(request, space, objectives, _identity(request, space))
+    return ResolvedStudy(request, space, objectives, _identity(request, space), units)
+
+
+def _units(study: StudyFile, problems: Problems) -> ShownUnits:
+    """The units to show values in; they determine no column, so they are no part of the identity."""
+    reasons = {name: explain_entry(name, unit) for name, unit in study.units.items()}
+    problems += [(("units", name), reason) for name, reason in reasons.items() if reason]
+    return ShownUnits({name: str(unit) for name, unit in study.units.items() if not reasons[name]})
 
 
 def _mechanism(study: StudyFile, *, has_key: bool, problems: Problems) -> Mechanism | None:

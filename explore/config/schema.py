@@ -37,6 +37,7 @@ class StudyFile(Section):
     metrics: Entries = {}
     constraints: Entries = {}
     rank: dict[str, Any] = {}
+    units: Entries = {}
     scene: dict[str, Any] | None = None
 
 

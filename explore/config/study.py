@@ -13,6 +13,7 @@ from explore.config.resolution import ResolvedStudy, resolve_study
 from explore.designs.spaces import DesignSpace
 from explore.errors import ConfigError, KeyPath, Problems
 from explore.model.request import Objective, Request
+from explore.units.shown import ShownUnits
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -57,6 +58,8 @@ class Study:
         Objectives of the ranking, such as ``["cv", "swing_angle:max"]``; None for the mechanism's defaults.
     tolerance
         Bound on the relative error of every sampled statistic, as `evaluate` defines it.
+    units
+        Units in which commands show the results, by quantity: ``{"length": "in", "speed": "rpm"}``.
 
     Attributes
     ----------
@@ -69,6 +72,8 @@ class Study:
         The objectives of the ranking.
     identity
         Normalised JSON of everything that determines the columns.
+    units
+        Units in which commands show the results; all numbers of the study itself are in declared units.
 
     Raises
     ------
@@ -90,6 +95,7 @@ class Study:
     space: DesignSpace
     objectives: tuple[Objective, ...]
     identity: str
+    units: ShownUnits
     _text: str
 
     def __init__(
@@ -106,6 +112,7 @@ class Study:
         formulas: Mapping[str, Mapping[str, str]] | None = None,
         objectives: Sequence[str] | str | None = None,
         tolerance: float = 1e-9,
+        units: Mapping[str, str] | None = None,
     ) -> None:
         content = {
             "mechanism": mechanism,
@@ -116,6 +123,7 @@ class Study:
             "metrics": formulas,
             "constraints": constraints,
             "rank": {"metrics": _as_list(objectives)},
+            "units": units,
         }
         sections = toml_text.toml_value(content)
         problems: Problems = []

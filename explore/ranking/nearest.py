@@ -112,8 +112,11 @@ def _show(nearness: Nearness, source: Source) -> Nearness:
     if source is source.declared:
         return nearness
     by_metric = {metric: scales.get(f"{metric}{_SUFFIX}") or scales[metric] for metric in nearness.scales}
+    shown = source.show(nearness.frame)
+    # The margin of a limit on a metric without a constraint is no column of the results.
+    added = {metric + _SUFFIX: by_metric[metric] for metric in by_metric if metric + _SUFFIX not in scales}
     return Nearness(
-        source.show(nearness.frame),
+        shown.assign(**{name: scale.show_all(shown[name].to_numpy()) for name, scale in added.items()}),
         {metric: by_metric[metric].show(value) for metric, value in nearness.scales.items()},
         nearness.exclusions.in_units(by_metric),
     )

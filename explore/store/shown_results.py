@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tomllib
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import cached_property
@@ -16,6 +17,15 @@ from explore.units.shown import PLAIN, Scale, ShownUnits
 if TYPE_CHECKING:
     import numpy.typing as npt
     import pandas as pd
+
+
+def units_of_study(results: Results) -> dict[str, object]:
+    """The entries of [units] in the study of results; none where the text of the study cannot be read."""
+    try:
+        entries = tomllib.loads(results.config).get("units", {})
+    except tomllib.TOMLDecodeError:
+        return {}
+    return entries if isinstance(entries, dict) else {}
 
 
 def show_results(results: Results, units: ShownUnits) -> Results:

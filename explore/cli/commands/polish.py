@@ -11,8 +11,9 @@ from explore.cli.completion import complete_objectives
 from explore.cli.options import JsonOption, ResultsArgument
 from explore.cli.output import announce_compiling, count_of, number, print_json, say
 from explore.cli.paths import newest_results, refuse_overwriting
-from explore.cli.table_files import check_table, with_labels, write_table
+from explore.cli.table_files import check_table, with_labels, with_units, write_table
 from explore.cli.tables import print_table
+from explore.cli.units import UnitsOption, show_in_units
 
 
 def polish(
@@ -28,6 +29,7 @@ def polish(
             help="What to improve: NAME, NAME:min or NAME:max; by default the first objective of the study.",
         ),
     ] = None,
+    units: UnitsOption = None,
     as_json: JsonOption = False,
     output: Annotated[
         Path | None, typer.Option("-o", "--output", help="Also write the designs, as .csv, .json, .md or .parquet.")
@@ -39,14 +41,15 @@ def polish(
     check_table(output)
     import explore
 
-    source = explore.open_results(path)
+    source = show_in_units(explore.open_results(path), units)
     announce_compiling()
-    polished = explore.polish(source, design, objective=metric)
+    polished = source.show(explore.polish(source.declared, design, objective=metric))
+    table = with_units(with_labels(polished, source.columns), source.scales)
     if output is not None:
-        write_table(with_labels(polished, source.columns), output, source.units)
+        write_table(table, output, source.units)
         say(f"wrote {count_of(len(polished), 'design')} to {output}")
     if as_json:
-        print_json(with_labels(polished, source.columns).reset_index().to_dict(orient="records"))
+        print_json(table.reset_index().to_dict(orient="records"))
         return
     name = (metric or source.objectives[0]).partition(":")[0]
     before = source.designs(polished.index)[name]
@@ -55,10 +58,10 @@ def polish(
         [str(number_of), number(float(old), 9), *(number(float(row[column]), 9) for column in (name, *swept))]
         for number_of, old, row in zip(polished.index, before, polished.to_dict(orient="records"), strict=True)
     ]
-    units = source.units
+    shown = source.units
     columns = [
         ("from design", ""),
-        (f"{name} before", units[name]),
-        *((column, units[column]) for column in (name, *swept)),
+        (f"{name} before", shown[name]),
+        *((column, shown[column]) for column in (name, *swept)),
     ]
     print_table(f"{name}, improved by a local search", columns, rows, droppable=swept[::-1])

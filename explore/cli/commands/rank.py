@@ -16,8 +16,9 @@ from explore.cli.options import JsonOption
 from explore.cli.output import count_of, is_or_are, number, print_json, say
 from explore.cli.paths import newest_results, refuse_overwriting
 from explore.cli.progress import block_bar
-from explore.cli.table_files import check_table, with_labels, write_table
+from explore.cli.table_files import check_table, with_labels, with_units, write_table
 from explore.cli.tables import print_table
+from explore.cli.units import UnitsOption, units_of
 from explore.errors import RequestError
 
 if TYPE_CHECKING:
@@ -83,6 +84,7 @@ def rank(
     top: Annotated[
         int | None, typer.Option(min=0, help="Lines to print, 0 for all; by default 10, with --json all.")
     ] = None,
+    units: UnitsOption = None,
     as_json: JsonOption = False,
     output: Annotated[
         Path | None, typer.Option("-o", "--output", help="Also write the Pareto set, as .csv, .json, .md or .parquet.")
@@ -95,7 +97,7 @@ def rank(
     check_table(output)
     from explore.store.open_results import open_several
 
-    sources = open_several(paths)
+    sources = _show_in_units(open_several(paths), units)
     for source in sources.values():
         if not source.is_complete:
             say(f"{source.path} is not finished: {source.n_committed:,} of {source.n_designs:,} designs", "yellow")
@@ -108,18 +110,28 @@ def rank(
     request = _make_request(metric or [], fronts=fronts, where=where, limits=limit or [], quality=quality)
     ranking, parts = _rank_sources(sources, request)
     columns = {column.name: column for source in sources.values() for column in source.columns}
-    units = {name: column.unit for name, column in columns.items()}
+    shown_units = {name: column.unit for name, column in columns.items()}
+    scales = {name: scale for source in sources.values() for name, scale in source.scales.items()}
     if output is not None:
-        write_table(with_labels(ranking.frame, columns.values()), output, units)
+        write_table(with_units(with_labels(ranking.frame, columns.values()), scales), output, shown_units)
         say(f"wrote {count_of(len(ranking.frame), 'design')} to {output}")
     if as_json:
         frame = ranking.frame.head(top) if top else ranking.frame
-        print_json(with_labels(frame, columns.values()).reset_index().to_dict(orient="records"))
+        table = with_units(with_labels(frame, columns.values()), scales)
+        print_json(table.reset_index().to_dict(orient="records"))
         return
     _explain(ranking, parts, sources, request)
     if not ranking.frame.empty:
         swept = [name for name, column in columns.items() if column.role == "parameter"]
-        _print_front(ranking, swept, units, request, DEFAULT_LINES if top is None else top)
+        _print_front(ranking, swept, shown_units, request, DEFAULT_LINES if top is None else top)
+
+
+def _show_in_units(sources: dict[str, Results], texts: list[str] | None) -> dict[str, Results]:
+    """The results in the units of --units and of the study of the first."""
+    from explore.store.shown_results import show_results
+
+    units = units_of(next(iter(sources.values())), texts)
+    return {name: show_results(source, units) for name, source in sources.items()}
 
 
 def _rank_nearest(
@@ -133,7 +145,7 @@ def _rank_nearest(
         nearness = find_nearest(
             results, count, where=where, limits=parse_limits(limits), report_progress=report_progress
         )
-    table = with_labels(nearness.frame, results.columns)
+    table = with_units(with_labels(nearness.frame, results.columns), results.scales)
     if output is not None:
         write_table(table, output, results.units)
         say(f"wrote {count_of(len(table), 'design')} to {output}")

@@ -20,6 +20,7 @@ from explore.cli.side_by_side import (
 )
 from explore.cli.table_files import write_table
 from explore.cli.tables import print_table
+from explore.cli.units import UnitsOption, open_shown
 from explore.errors import RequestError
 
 if TYPE_CHECKING:
@@ -35,6 +36,7 @@ def show(
         list[int] | None,
         typer.Option(help="Show the design with this number; several times for several side by side."),
     ] = None,
+    units: UnitsOption = None,
     as_json: JsonOption = False,
     output: Annotated[
         Path | None, typer.Option("-o", "--output", help="Also write the designs, as .csv, .json or .md.")
@@ -44,9 +46,7 @@ def show(
     path = results or newest_results()
     refuse_overwriting(path, output, "the results file")
     check_output(output, _ENDINGS)
-    from explore import open_results
-
-    opened = open_results(path)
+    opened = open_shown(path, units)
     if not design:
         if output is not None:
             raise RequestError(f"-o {output}: there is no design to write; name one with --design")
@@ -112,11 +112,10 @@ def _show_designs(results: Results, numbers: list[int], output: Path | None, *, 
 
 def _show_design(results: Results, record: Record, *, as_json: bool) -> None:
     """Print all columns of a design, with its status in words."""
-    sentences = results.status_sentences
     if as_json:
-        print_json(with_status(record, sentences))
+        print_json(with_status(results, record))
         return
-    status = str(record["status"])
+    status, sentences = str(record["status"]), results.status_sentences
     print_table(
         f"design {record['design']} of {results.path}",
         [("column", ""), ("value", ""), ("unit", ""), ("meaning", "")],

@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from explore.cli.workers import Workers
     from explore.config.study import Study
     from explore.sweeping.runs import Summary
+    from explore.units.shown import ShownUnits
 
 
 class KeepOption(StrEnum):
@@ -129,6 +130,7 @@ def _sweep(options: SweepOptions, *, dry_run: bool) -> int:
     _report(summary, study, options)
     if options.keep == "all":
         _report_changed_objectives(study, path)
+    _report_changed_units(study, path)
     return 3 if summary.failures else 0
 
 
@@ -160,6 +162,17 @@ def _report_changed_objectives(study: Study, path: Path) -> None:
         say(f"[rank] differs from the one that {path} was made with; to rank by it: {command}")
 
 
+def _report_changed_units(study: Study, path: Path) -> None:
+    """Print the option that shows the results in the study's units if they were made with others."""
+    from explore import open_results
+    from explore.store.shown_results import units_of_study
+
+    if path.exists() and study.units.units != units_of_study(open_results(path)):
+        units = [f"{name}={unit}" for name, unit in study.units.units.items()] or ["declared"]
+        option = shlex.join(word for unit in units for word in ("--units", unit))
+        say(f"[units] differs from the one that {path} was made with; to show it in these units: {option}")
+
+
 def _report(summary: Summary, study: Study, options: SweepOptions) -> None:
     if summary.failures:
         blocks = count_of(len(summary.failures), "block")
@@ -178,21 +191,24 @@ def _report(summary: Summary, study: Study, options: SweepOptions) -> None:
         f"{summary.n_feasible:,} feasible; {evaluations} -> {summary.path}"
     )
     _report_unreachable(summary.path, study)
-    _report_nearest(summary)
+    _report_nearest(summary, study.units)
 
 
-def _report_nearest(summary: Summary) -> None:
+def _report_nearest(summary: Summary, units: ShownUnits) -> None:
     """Say which designs are nearest to feasible if few are; a resumed sweep counts only those that it computed."""
     from explore import open_results
     from explore.ranking.nearest import is_little
+    from explore.store.shown_results import show_results
 
     if not summary.n_resumed and is_little(summary.n_feasible, summary.n_computed):
-        summarise_nearest(open_results(summary.path), with_unmeasured=True)
+        summarise_nearest(show_results(open_results(summary.path), units), with_unmeasured=True)
 
 
 def _report_unreachable(path: Path, study: Study) -> None:
     from explore import open_results
     from explore.designs.solved_lengths import SolvedSpace
+    from explore.store.shown_results import show_results
 
     if isinstance(study.space, SolvedSpace):
-        explain_unreachable(open_results(path), study.space.solved_length)
+        results = show_results(open_results(path), study.units)
+        explain_unreachable(results, study.space.solved_length, study.units)

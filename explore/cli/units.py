@@ -1,0 +1,81 @@
+"""The option --units, and results in the units that it or their study chooses."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from explore.errors import RequestError
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from explore.store.results import Results
+    from explore.units.shown import ShownUnits
+
+#: Entry of --units that leaves out the choices of the study.
+_DECLARED = "declared"
+_QUANTITIES = ("length", "angle", "speed", "velocity", "acceleration", "force", "torque", "mass", "power")
+
+
+def _complete_units() -> list[str]:
+    return [*(f"{name}=" for name in _QUANTITIES), _DECLARED]
+
+
+UnitsOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--units",
+        metavar="QUANTITY=UNIT",
+        autocompletion=_complete_units,
+        help="Show a quantity in this unit, such as length=in or speed=rpm; numbers without a unit on the command line "
+        "are in it, too. Several times for several quantities; `declared` leaves out those of the study.",
+    ),
+]
+
+
+def choose_units(texts: Sequence[str] | None, study: Mapping[str, object] | None = None) -> ShownUnits:
+    """The units of --units, and of [units] of the study where the option does not name the quantity."""
+    from explore.units.shown import explain_entry, read_shown_units
+
+    entries = dict(study or {})
+    for text in texts or ():
+        name, equals, unit = text.partition("=")
+        if text == _DECLARED:
+            entries = {}
+            continue
+        if not equals:
+            raise RequestError(f"--units {text}: write QUANTITY=UNIT, such as length=in, or {_DECLARED}")
+        if reason := explain_entry(name, unit):
+            raise RequestError(f"--units {text}: {reason}")
+        entries[name] = unit
+    return read_shown_units(entries)
+
+
+def open_shown(path: Path, texts: Sequence[str] | None) -> Results:
+    """Open results in the units of their study and of --units."""
+    from explore.store.open_results import open_results
+
+    return show_in_units(open_results(path), texts)
+
+
+def show_in_units(results: Results, texts: Sequence[str] | None) -> Results:
+    """The results in the units of their study and of --units."""
+    from explore.store.shown_results import show_results
+
+    return show_results(results, units_of(results, texts))
+
+
+def units_of(results: Results, texts: Sequence[str] | None) -> ShownUnits:
+    """The units of the study of results, and of --units."""
+    from explore.store.shown_results import units_of_study
+
+    entries = units_of_study(results)
+    try:
+        return choose_units(texts, entries)
+    except RequestError as error:
+        if str(error).startswith("--units"):
+            raise
+        raise RequestError(f"{results.path}: [units] {error}; --units {_DECLARED} leaves them out") from None

@@ -1,0 +1,164 @@
+"""The command line in units of the study's [units] and of --units; the results file stays in declared units."""
+
+import json
+import re
+import tomllib
+
+import numpy as np
+import pandas as pd
+import pytest
+from command_line import run
+
+import explore
+
+STUDY = """mechanism = "crank-rocker"
+[parameters]
+crank = ["2 in", "3 in", "4 in", "6 in"]
+coupler = { start = 900, stop = 1000, num = 4 }
+rocker = { start = 500, stop = 600, num = 3 }
+ground = 700
+speed = "60 rpm"
+[evaluate]
+metrics = ["cv", "swing_angle", "mean", "variance", "transmission_angle_min"]
+[constraints]
+transmission_angle_min = { min = 30 }
+[rank]
+metrics = ["cv", "swing_angle:max"]
+"""
+UNITS = '[units]\nlength = "in"\nspeed = "rpm"\n'
+CHOICES = ("--units", "length=in", "--units", "speed=rpm")
+INCH, RPM = 25.4, 2.0 * np.pi / 60.0
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """The same study without units and with them, swept."""
+    folder = tmp_path_factory.mktemp("units")
+    for name, text in (("plain", STUDY), ("inch", STUDY + UNITS)):
+        (folder / f"{name}.toml").write_text(text)
+        run("sweep", f"{name}.toml", cwd=folder)
+    return folder
+
+
+def test_the_units_change_neither_the_identity_nor_the_columns(folder):
+    plain, inch = (explore.load_study(folder / f"{name}.toml") for name in ("plain", "inch"))
+    assert plain.sha256 == inch.sha256
+    assert plain == inch
+    first, second = (explore.read_results(folder / "results" / f"{name}.h5") for name in ("plain", "inch"))
+    pd.testing.assert_frame_equal(first, second, check_exact=True)
+    assert second.attrs["units"]["crank"] == "mm"
+
+
+def test_a_study_in_python_has_the_units(folder):
+    study = explore.Study(mechanism="crank-rocker", parameters={"crank": 1, "coupler": 3, "rocker": 3, "ground": 3},
+                          units={"length": "in"})  # fmt: skip
+    assert tomllib.loads(study.to_toml())["units"] == {"length": "in"}
+    with pytest.raises(explore.ConfigError, match=r"^units.length: unknown unit 'inn'; did you mean 'in'\?$"):
+        explore.Study(mechanism="crank-rocker", parameters={"crank": 1, "coupler": 3, "rocker": 3, "ground": 3},
+                      units={"length": "inn"})  # fmt: skip
+
+
+def test_edited_units_resume_the_sweep_and_say_how_to_show_it(folder, tmp_path):
+    (tmp_path / "study.toml").write_text(STUDY)
+    run("sweep", "study.toml", cwd=tmp_path)
+    before = (tmp_path / "results" / "study.h5").read_bytes()
+    (tmp_path / "study.toml").write_text(STUDY + UNITS)
+    lines = run("sweep", "study.toml", cwd=tmp_path).stderr.splitlines()
+    assert lines[0] == "results/study.h5 is complete already: 48 designs"
+    advice = "to show it in these units: --units length=in --units speed=rpm"
+    assert lines[1:] == [f"[units] differs from the one that results/study.h5 was made with; {advice}"]
+    assert (tmp_path / "results" / "study.h5").read_bytes() == before
+    assert run("sweep", "inch.toml", cwd=folder).stderr.count("[units]") == 0
+
+
+def test_the_unit_is_named_wherever_it_is_not_the_declared_one(folder, tmp_path):
+    declared = explore.rank(folder / "results" / "plain.h5")
+    run("rank", "results/inch.h5", "-o", tmp_path / "front.csv", cwd=folder)
+    table = pd.read_csv(tmp_path / "front.csv", index_col="design")
+    records = json.loads(run("rank", "results/plain.h5", *CHOICES, "--json", cwd=folder).stdout)
+    assert [record["design"] for record in records] == declared.index.tolist() == table.index.tolist()
+    assert "crank" not in table
+    # 2e-16 for each of the factor, its inverse here and the division.
+    for name, unit, size in (("crank", "in", INCH), ("mean", "rpm", RPM), ("variance", "rpm^2", RPM**2)):
+        np.testing.assert_allclose(table[f"{name} [{unit}]"] * size, declared[name], rtol=1e-15)
+        np.testing.assert_allclose([r[f"{name} [{unit}]"] for r in records], table[f"{name} [{unit}]"], rtol=0.0)
+    np.testing.assert_array_equal(table["cv"], declared["cv"])
+    shown = run("rank", "results/inch.h5", cwd=folder).stdout
+    assert re.search(r" in +in +in +in +rpm +cv +deg$", shown, re.MULTILINE)
+    assert run("rank", "results/plain.h5", *CHOICES, cwd=folder).stdout == shown
+    assert (
+        run("rank", "results/inch.h5", "--units", "declared", cwd=folder).stdout
+        == run("rank", "results/plain.h5", cwd=folder).stdout
+    )
+
+
+@pytest.mark.parametrize(
+    "options", [("--where", "crank <= 4 and mean > 5"), ("--limit", "mean>=5", "--where", "crank <= 4")]
+)
+def test_numbers_without_a_unit_are_in_the_shown_one(folder, options):
+    designs = [
+        [record["design"] for record in json.loads(run("rank", *arguments, "--json", cwd=folder).stdout)]
+        for arguments in (
+            ("results/inch.h5", *options),
+            ("results/plain.h5", *CHOICES, *options),
+            ("results/plain.h5", "--where", "crank <= 101.6 and mean > 5 rpm"),
+            ("results/inch.h5", "--units", "declared", "--where", "crank <= 10.16 cm and mean > 5 rpm"),
+        )
+    ]
+    assert designs[0]
+    assert designs == [designs[0]] * 4
+
+
+def test_designs_are_shown_in_the_chosen_units(folder):
+    record = json.loads(run("show", "results/inch.h5", "--design", 7, "--json", cwd=folder).stdout)
+    assert record["crank [in]"] == 2.0
+    assert "transmission_angle_min_margin" in record
+    lines = run("show", "results/plain.h5", *CHOICES, "--design", 7, cwd=folder).stdout.splitlines()
+    assert any(line.split()[:3] == ["crank", "2", "in"] for line in lines)
+    pair = run("show", "results/inch.h5", "--design", 0, "--design", 47, "--json", cwd=folder).stdout
+    assert json.loads(pair)["differences"][0]["absolute"]["crank [in]"] == 4.0
+    columns = run("show", "results/inch.h5", cwd=folder).stdout
+    assert re.search(r"^ mean +rpm +mean of", columns, re.MULTILINE)
+
+
+def test_near_misses_are_in_the_chosen_units(folder):
+    options = ("--nearest", 2, "--limit", "coupler<=36")
+    inches, plain = (
+        json.loads(run("rank", f"results/{name}.h5", *arguments, "--json", cwd=folder).stdout)
+        for name, arguments in (("inch", options), ("plain", ("--nearest", 2, "--limit", "coupler<=914.4")))
+    )
+    assert [record["design"] for record in inches] == [record["design"] for record in plain]
+    assert inches[0]["coupler_margin"] == pytest.approx(plain[0]["coupler_margin"] / INCH, rel=1e-12)
+    lines = run("rank", "results/inch.h5", *options, cwd=folder).stdout.splitlines()
+    (line,) = (line for line in lines if line.startswith(" coupler "))
+    assert line.split()[1] == "in"
+    assert float(line.split()[4]) == pytest.approx((933.3333333 - 914.4) / INCH, abs=1e-4)
+
+
+def test_polished_designs_are_in_the_chosen_units(folder):
+    declared, inches = (
+        json.loads(run("polish", f"results/{name}.h5", "--json", cwd=folder).stdout)[0] for name in ("plain", "inch")
+    )
+    assert inches["coupler [in]"] == pytest.approx(declared["coupler"] / INCH, rel=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("length", "--units length: write QUANTITY=UNIT, such as length=in, or declared"),
+        ("length=inn", "--units length=inn: unknown unit 'inn'; did you mean 'in'?"),
+        ("lenght=in", "--units lenght=in: no such quantity; did you mean 'length'?"),
+        ("speed=in", "--units speed=in: 'in' cannot be converted to 'rad/s'; use rad/s, deg/s, rpm or Hz"),
+    ],
+)
+def test_wrong_units_get_one_line(folder, text, message):
+    assert run("rank", "results/plain.h5", "--units", text, cwd=folder, code=2).stderr == f"error: {message}\n"
+
+
+def test_wrong_units_of_a_study_are_named_with_their_line(tmp_path):
+    (tmp_path / "study.toml").write_text(f'{STUDY}[units]\nlength = "rpm"\nspede = "rpm"\n')
+    lines = run("sweep", "study.toml", cwd=tmp_path, code=2).stderr.splitlines()
+    assert lines == [
+        "error: study.toml:15: units.length: 'rpm' cannot be converted to 'mm'; use mm, cm, m or in",
+        "study.toml:16: units.spede: no such quantity; did you mean 'speed'?",
+    ]
