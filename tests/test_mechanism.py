@@ -17,6 +17,7 @@ from explore.testing.drawn_designs import draw_designs
 
 MECHANISM = MECHANISMS["crank-rocker"]
 RIG = MECHANISMS["test-rig"]
+SIGNAL_ROWS = RIG.extended.signal_rows
 
 
 def changed(items, name, /, **changes):
@@ -259,12 +260,12 @@ def test_a_clutch_needs_the_number_of_linkages_and_the_derivative_of_its_output(
 
 
 @pytest.mark.parametrize(
-    ("field", "row"), [("row", -1), ("row", RIG.signal_rows), ("terms_row", -2), ("terms_row", RIG.signal_rows)]
+    ("field", "row"), [("row", -1), ("row", SIGNAL_ROWS), ("terms_row", -2), ("terms_row", SIGNAL_ROWS)]
 )
 def test_rows_exist(field, row):
     signals = changed(RIG.signals, "coupler_force", **{field: row})
     assert problem(RIG, signals=signals) == (
-        f"{field} {row} of the signal 'coupler_force' is not one of the {RIG.signal_rows} rows"
+        f"{field} {row} of the signal 'coupler_force' is not one of the {SIGNAL_ROWS} rows"
     )
 
 
@@ -400,3 +401,9 @@ def test_the_closed_form_takes_any_real_array():
 )
 def test_an_extended_mechanism_is_the_same_with_more_signals(changes, sentence):
     assert problem(SIMPLE_SLIDER, extended=replace(SIMPLE_SLIDER, **changes)) == sentence
+
+
+def test_a_mechanism_with_an_extended_one_takes_all_that_the_motion_depends_on():
+    others = [row for row in RIG.rows if row.name != "ROCKER"]
+    rows = IntEnum("Rows", {row.name: row.value - (row > RIG.rows["ROCKER"]) for row in others})
+    assert problem(RIG, rows=rows) == "rows has no 'rocker', on which the motion depends"

@@ -19,10 +19,13 @@ SIGNALS = ("x", "y", "velocity_x", "velocity_y", "velocity", "acceleration_x", "
            "curvature")  # fmt: skip
 RATES = {"velocity_x": "x", "velocity_y": "y", "acceleration_x": "velocity_x", "acceleration_y": "velocity_y"}
 DOUBLE_CRANK = {"crank": 200.0, "coupler": 180.0, "rocker": 210.0, "ground": 80.0, "speed": 1.0}
+RIG = {"crank": 37.0, "coupler": 460.0, "rocker": 595.0, "ground": 751.0, "speed": 60.0}
 EXACT = [
     ("crank-rocker", PUBLISHED, (120.0, -40.0)),
     ("crank-rocker", {**PUBLISHED, "branch": -1.0}, (1300.0, 200.0)),
     ("crank-rocker", HOECKEN, (500.0, 0.0)),
+    ("test-rig", RIG, (300.0, 80.0)),
+    ("test-rig", {**RIG, "crank": 5.0, "coupler": 1271.5}, (-50.0, -20.0)),
     ("slider-crank", SLIDER, (120.0, 40.0)),
     ("slider-crank", {"crank": 100.0, "rod": 150.0, "offset": -30.0, "speed": 0.5}, (-200.0, 70.0)),
     ("variable-crank", VARIABLE, (120.0, 40.0)),
@@ -239,17 +242,40 @@ def test_a_double_crank_has_points_too():
     assert np.isfinite(row[names].astype(float)).all()
 
 
-def test_points_and_forces_in_one_request():
-    columns = {**PUBLISHED, "inertia": 2.0, "knife_along": 120.0, "knife_across": -40.0}
-    one = explore.evaluate("crank-rocker", columns, points=["knife"], metrics=["knife_x_max", "drive_torque_max"])
-    for name in ("knife_x_max", "drive_torque_max"):
-        alone = explore.evaluate("crank-rocker", columns, points=["knife"], metrics=[name])
-        assert one[name][0] == pytest.approx(alone[name][0], rel=1e-9)
+@pytest.mark.parametrize(
+    ("mechanism", "design", "others"),
+    [
+        ("crank-rocker", PUBLISHED, ["drive_torque_max"]),
+        ("test-rig", RIG, ["drive_torque_max", "velocity_thd", "swing_sensitivity_ground"]),
+    ],
+)
+def test_points_and_forces_in_one_request(mechanism, design, others):
+    columns, names = {**design, "inertia": 2.0, "knife_along": 120.0, "knife_across": -40.0}, ["knife_x_max", *others]
+    one = explore.evaluate(mechanism, columns, points=["knife"], metrics=names)
+    for name in names:
+        alone = explore.evaluate(mechanism, columns, points=["knife"], metrics=[name])
+        assert one[name][0] == pytest.approx(alone[name][0], rel=1e-9), name
+
+
+def test_a_test_rig_is_a_crank_rocker_to_a_point():
+    columns = {**RIG, "coupler_mass": 3.0, "knife_along": [300.0, -50.0], "knife_across": 80.0}
+    names = [
+        *metrics("x_mean", "velocity_max", "acceleration_y_rms", "curvature_peak"),
+        "coupler_angle_mean",
+        "power_rms",
+    ]
+    rig, own = (
+        explore.evaluate(mechanism, columns, points="knife", metrics=names, window="cycle")
+        for mechanism in ("test-rig", "crank-rocker")
+    )
+    for name in names:
+        assert rig[name].to_numpy() == pytest.approx(own[name].to_numpy(), rel=1e-12), name
 
 
 def test_each_of_four_points_has_its_own_rows():
     places = {"a": (0.0, 0.0), "b": (300.0, 50.0), "c": (-20.0, 10.0), "d": (500.0, -70.0)}
-    for mechanism, design in (("crank-rocker", PUBLISHED), ("slider-crank", SLIDER), ("variable-crank", VARIABLE)):
+    designs = {"crank-rocker": PUBLISHED, "test-rig": RIG, "slider-crank": SLIDER, "variable-crank": VARIABLE}
+    for mechanism, design in designs.items():
         together = explore.simulate(mechanism, design, points=places, angles=ANGLES)
         for name, place in places.items():
             alone = explore.simulate(mechanism, design, points={"knife": place}, angles=ANGLES)

@@ -7,6 +7,7 @@ from explore.testing import check_mechanism
 
 LINKS = {
     "crank-rocker": "coupler = 300\nrocker = [240, 280]\nground = 260\nbranch = [1, -1]\ninertia = 2",
+    "test-rig": "coupler = 300\nrocker = [240, 280]\nground = 260\ninertia = 2\nconstant_torque = 50",
     "slider-crank": "rod = [200, 300]\noffset = [-20, 30]\nmass = 2",
 }
 

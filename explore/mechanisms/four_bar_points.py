@@ -4,7 +4,7 @@ import math
 
 from explore.compiling import LANES
 from explore.mechanisms import four_bar
-from explore.mechanisms.floating_link import fill_place, fill_rates
+from explore.mechanisms.floating_link import fill_point_on_crank
 from explore.mechanisms.four_bar import (
     BRANCH,
     COUPLER_ACCELERATION,
@@ -38,16 +38,10 @@ def _fill_point(constants, tangents, anchor, along_row, first, with_rates, out):
         one_over_length, one_over_w = 1.0 / math.sqrt(ux * ux + uy * uy), sign / w
         ux, uy = ux * one_over_length, uy * one_over_length
         bx, by = crank * (1.0 - square) * one_over_w, 2.0 * crank * u * one_over_w
-        along, across = constants[along_row * LANES + lane], constants[(along_row + 1) * LANES + lane]
-        rx, ry = along * ux - across * uy, along * uy + across * ux
-        reach = abs(along) + abs(across)
-        fill_place(out, first, lane, bx, by, rx, ry, crank + reach)
-        if with_rates:
-            rate, rate_of_rate = out[COUPLER_VELOCITY * LANES + lane], out[COUPLER_ACCELERATION * LANES + lane]
-            fill_rates(
-                out, first, lane, -by, bx, -bx, -by, rx, ry, rate, rate_of_rate, crank + abs(rate) * reach,
-                crank + (abs(rate_of_rate) + rate * rate) * reach,
-            )  # fmt: skip
+        fill_point_on_crank(
+            constants, out, along_row, first, lane, crank, bx, by, ux, uy, with_rates, COUPLER_VELOCITY,
+            COUPLER_ACCELERATION,
+        )  # fmt: skip
 
 
 @subroutine(inlined=True)

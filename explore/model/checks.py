@@ -300,5 +300,9 @@ def _extended(declaration: Declaration) -> Iterator[str]:
     for name in (field.name for field in fields(declaration) if field.name not in _KERNEL_FIELDS):
         if getattr(declaration, name) != getattr(declaration.extended, name):
             yield f"its extended mechanism differs in {name}"
+    taken = {parameter.name for parameter in declaration.kernel_parameters}
+    for parameter in declaration.geometry:
+        if parameter.affects == "motion" and parameter.name not in taken:
+            yield f"rows has no '{parameter.name}', on which the motion depends"
     if declaration.extended.signal_rows <= declaration.signal_rows:
         yield "its extended mechanism has no more signal rows"

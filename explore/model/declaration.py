@@ -261,12 +261,12 @@ class Declaration:
         """The parameters that `closed_form` takes: all but those for sizing; the speed is the last, if one is dynamic.
 
         The speed is 1 unless a requested metric depends on it other than by scaling. Those of points follow. A
-        mechanism with an extended kernel takes only the parameters of the motion.
+        mechanism with an extended kernel takes only those parameters of motion and load that its rows name.
         """
-        if self.extended:
-            return tuple(p for p in self.geometry if p.affects == "motion")
         is_dynamic = any(p.is_dynamic for p in self.parameters)
         of_all = (p for p in self.axis_order if p.affects in ("motion", "load") and (is_dynamic or not p.scales_speed))
+        if self.extended:
+            return tuple(p for p in of_all if p.name.upper() in self.rows.__members__)
         return (*of_all, *(p for p in self.parameters if p.affects == "point"))
 
     def fills(self, signal: Signal) -> bool:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
+from enum import IntEnum
 from typing import TypeVar
 
 from explore.model.drawing import Drawing, Link, Panel, Path, Vector
@@ -58,6 +59,21 @@ class FloatingLink:
 def slot_names() -> tuple[str, ...]:
     """Names of the kernel's parameters for points, in the order of their rows."""
     return tuple(f"point_{k + 1}_{coordinate}" for k in range(MOST_POINTS) for coordinate in COORDINATES)
+
+
+def rows_with_points(rows: type[IntEnum], first_metric: int) -> type[IntEnum]:
+    """Rows of a record with points: their places follow the constants, their parameters the others.
+
+    Parameters
+    ----------
+    rows
+        Rows without points: constants, status, parameters, metrics.
+    first_metric
+        The first of the metrics.
+    """
+    shifted = {row.name: row + PLACES_SIZE * ((row >= rows["STATUS"]) + (row >= first_metric)) for row in rows}
+    slots = {name.upper(): first_metric + PLACES_SIZE + k for k, name in enumerate(slot_names())}
+    return IntEnum("ExtendedRow", {**shifted, **slots})  # type: ignore[return-value]  # not a member, a type
 
 
 def point_parameters(link: FloatingLink, points: tuple[str, ...]) -> tuple[Parameter, ...]:

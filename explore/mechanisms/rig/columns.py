@@ -3,6 +3,7 @@
 from enum import IntEnum, auto
 
 from explore.mechanisms.four_bar_forces import LOADED_SIGNAL_ROWS, LOADED_SIZE
+from explore.model.points import MOST_POINTS, POINT_ROWS, rows_with_points
 
 
 class Row(IntEnum):
@@ -46,8 +47,13 @@ class Row(IntEnum):
     SWING_SENSITIVITY_GROUND = auto()
 
 
-# Rows of the signal array after those of a four-bar under load.
+#: Rows of the extended kernel: the places of points are the constants from the first row on that `Row` has not.
+EXTENDED_ROWS = rows_with_points(Row, Row.LINKAGE_CLASS)
+PLACES = int(Row.STATUS)
+
+# Rows of the signal array after those of a four-bar under load; those of points begin where the others end.
 DEVIATION, DEVIATION_COSINE, DEVIATION_SINE = range(LOADED_SIGNAL_ROWS, LOADED_SIGNAL_ROWS + 3)
 SIGNAL_ROWS = LOADED_SIGNAL_ROWS + 3
-#: The bit of the needs that `fill` takes beside those of a four-bar under load.
-HARMONICS = 64
+EXTENDED_SIGNAL_ROWS = SIGNAL_ROWS + MOST_POINTS * POINT_ROWS
+#: Bits of the needs that `fill` takes beside those of a four-bar under load; the second is the first of the points.
+HARMONICS, POINTS = 64, 128

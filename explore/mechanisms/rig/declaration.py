@@ -1,18 +1,22 @@
 """The oscillating-torque test rig: an eccentric crank-rocker that twists an elastic coupling. Its declaration."""
 
+from dataclasses import replace
+
 from explore.mechanisms import four_bar, four_bar_drawing, four_bar_integrals, rocking
 from explore.mechanisms.four_bar_forces import Load
 from explore.mechanisms.four_bar_loads import LOAD_SIGNALS, LOADS
 from explore.mechanisms.four_bar_size import declare_four_bar_size
-from explore.mechanisms.rig import columns, kernel
-from explore.mechanisms.rig.columns import Row
+from explore.mechanisms.rig import columns, extended, kernel
+from explore.mechanisms.rig.columns import EXTENDED_ROWS, Row
 from explore.mechanisms.rig.formulas import FORMULAS, SIZING_PARAMETERS
 from explore.model.drawing import Panel
 from explore.model.mechanism import Mechanism
+from explore.model.points import FloatingLink
 from explore.model.quadrature import Graded
 from explore.model.quantities import Metric, Parameter, Signal, Window
 
 _SIGNALS = (
+    Signal("coupler_angle", "deg", "coupler angle", four_bar.COUPLER_ANGLE, four_bar.ANGLES),
     Signal("rocker_angle", "deg", "rocker angle", four_bar.ROCKER_ANGLE, four_bar.ANGLES),
     Signal("rocker_velocity", "rad/s", "rocker angular velocity", four_bar.ROCKER_VELOCITY, four_bar.VELOCITIES, 1,
            derivative_of="rocker_angle"),
@@ -53,7 +57,7 @@ _SAMPLED_DEFAULTS = (
     "velocity_thd",
 )
 
-TEST_RIG = Mechanism(
+_EXTENDED = Mechanism(
     name="test-rig",
     summary="eccentric crank-rocker that twists an elastic coupling to and fro: forces, drive torque and sizes",
     parameters=(
@@ -90,15 +94,18 @@ TEST_RIG = Mechanism(
     default_metrics={"": (*(metric.name for metric in _METRICS), *_SAMPLED_DEFAULTS)},
     objectives=("pin_force_peak", "velocity_thd", "size"),
     kernel_version="2",
-    n_constants=Row.STATUS,
-    rows=Row,
-    signal_rows=columns.SIGNAL_ROWS,
-    close=kernel.close,
-    fill=kernel.fill,
+    n_constants=EXTENDED_ROWS["STATUS"],
+    rows=EXTENDED_ROWS,
+    signal_rows=columns.EXTENDED_SIGNAL_ROWS,
+    close=extended.close,
+    fill=extended.fill,
     integrals=four_bar_integrals.integrals,
     integrated_rows=four_bar_integrals.ROWS,
     default_window="cycle",
     drawing=four_bar_drawing.DRAWING,
+    floating_link=FloatingLink(
+        "coupler", "the crank's pin", "crank joint", "coupler_angle", columns.SIGNAL_ROWS, columns.POINTS
+    ),
     panels=(
         Panel("rocker angle", ("rocker_angle",)),
         Panel("transmission angle", ("transmission_angle",), limits=(0.0, 180.0)),
@@ -109,4 +116,14 @@ TEST_RIG = Mechanism(
         Panel("coupler force", ("coupler_force",), "kN", 1e-3),
         Panel("power", ("power",), "kW", 1e-3, shows_mean=True),
     ),
+)
+
+TEST_RIG = replace(
+    _EXTENDED,
+    n_constants=Row.STATUS,
+    rows=Row,
+    signal_rows=columns.SIGNAL_ROWS,
+    close=kernel.close,
+    fill=kernel.fill,
+    extended=_EXTENDED,
 )

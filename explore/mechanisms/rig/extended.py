@@ -1,0 +1,36 @@
+"""The extended kernel of the test rig, compiled: what `kernel` fills, and points of the coupler."""
+
+from explore.compiling import CLOSE_SIGNATURE, FILL_SIGNATURE, LANES, compiled
+from explore.mechanisms import four_bar, four_bar_forces
+from explore.mechanisms.floating_link import fill_places
+from explore.mechanisms.four_bar_points import fill_points, motion_needs
+from explore.mechanisms.rig import kernel
+from explore.mechanisms.rig.columns import EXTENDED_SIGNAL_ROWS, PLACES, POINTS, SIGNAL_ROWS, Row
+from explore.model.points import PLACES_SIZE
+
+#: Rows of the extended kernel's parameters and metrics that are further down than in `Row`.
+_CRANK, _CONSTANT_TORQUE, _SPEED = (row + PLACES_SIZE for row in (Row.CRANK, Row.CONSTANT_TORQUE, Row.SPEED))
+_FIRST_POINT, _LINKAGE_CLASS = Row.LINKAGE_CLASS + PLACES_SIZE, Row.LINKAGE_CLASS + 2 * PLACES_SIZE
+
+
+@compiled(CLOSE_SIGNATURE)
+def close(record):
+    """Fill what `kernel.close` does, and the places of points; see `explore.model.mechanism.Mechanism`."""
+    parameters, metrics = record[PLACES_SIZE * LANES :], record[2 * PLACES_SIZE * LANES :]
+    for lane in range(LANES):
+        kernel.fill_closed_form(record, parameters, metrics, lane)
+    for lane in range(LANES):
+        rocks = record[_LINKAGE_CLASS * LANES + lane] == four_bar.CRANK_ROCKER
+        four_bar_forces.fill_load_constants(record, lane, _CRANK, _CONSTANT_TORQUE, _SPEED, rocks)
+        fill_places(record, lane, PLACES, _FIRST_POINT)
+
+
+@compiled(FILL_SIGNATURE)
+def fill(constants, tangents, anchor, law, variant, count, needs, out):
+    """Fill the signals of `kernel.fill` and those of points; see `explore.model.mechanism.Mechanism`."""
+    motion = motion_needs(needs, POINTS)
+    kernel.fill_signals(constants, tangents, anchor, law, variant, count, needs, motion, EXTENDED_SIGNAL_ROWS, out)
+    if needs >= POINTS:
+        for j in range(count):
+            signals = out[j * EXTENDED_SIGNAL_ROWS * LANES :]
+            fill_points(constants, tangents[j * LANES :], anchor, needs, POINTS, PLACES, SIGNAL_ROWS, signals)
