@@ -109,7 +109,7 @@ def test_every_control_has_a_label_and_is_reached_by_tab(page):
     focused = set()
     for _ in range(60):
         page.keyboard.press("Tab")
-        focused.add(page.evaluate("document.activeElement.className || document.activeElement.tagName"))
+        focused.add(page.evaluate("document.activeElement.getAttribute('class') || document.activeElement.tagName"))
     assert {"grid", "command", "play", "export"} <= focused
 
 

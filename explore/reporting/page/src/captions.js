@@ -40,7 +40,7 @@ export function omissionText(points, view, density, model) {
   if (points.missingY)
     parts.push(`${count(points.missingY)} in the lower strip: ${view.y} is ${undefinedWord(view.logY)}`);
   if (points.missingBoth) parts.push(`${count(points.missingBoth)} without either value`);
-  if (points.outside) parts.push(`${count(points.outside)} outside the axes (tick “outliers” to see them)`);
+  if (points.outside) parts.push(`${count(points.outside)} outside the axes (${view.zoom ? "zoom out" : "tick “outliers”"} to see them)`);
   if (points.missingColour) parts.push(`${count(points.missingColour)} without a value for the colour, drawn grey`);
   if (model.study.density && !density)
     parts.push("the page has no density for these two columns: only its own designs are drawn");

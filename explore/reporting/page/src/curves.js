@@ -2,6 +2,7 @@
 
 import { el, resizeCanvas } from "./dom.js";
 import { number, tickText } from "./format.js";
+import { glyph, markAt } from "./marks.js";
 import { strokeOf } from "./mechanism.js";
 import { axisScale } from "./scales.js";
 import { colours } from "./theme.js";
@@ -11,7 +12,8 @@ const MARGIN = { left: 42, right: 8, top: 6, bottom: 18 };
 
 /**
  * Make a chart.
- * @param {{title: string, unit: string, factor: number, fromZero: boolean, lines: Array}} kind from `panelsOf`
+ * @param {{title: string, unit: string, fromZero: boolean, motion: ?Object, traces: Array}} kind from `panelsOf` or
+ *   `comparedPanels`; strokes and marks are those of `motion`
  * @param {Array<[string, string, number, string|[number, number]]>} bounds of the study on signals: name, side, value, and
  *   the stroke or the input angles where it holds
  * @param {(degrees: number) => void} onPoint called with the input angle under the pointer
@@ -29,16 +31,16 @@ export function curveChart(kind, bounds, onPoint) {
   };
   canvas.addEventListener("pointerdown", point);
   canvas.addEventListener("pointermove", point);
-  const drawn = { ...kind, bounds: bounds.filter(([signal]) => kind.lines.some(({ name }) => name === signal)) };
-  return { node, draw: (motion, turn, degrees, width) => draw(drawn, canvas, value, motion, turn, degrees, width) };
+  const drawn = { ...kind, bounds: bounds.filter(([signal]) => kind.traces.some(({ name }) => name === signal)) };
+  return { node, draw: (degrees, width) => draw(drawn, canvas, value, degrees, width) };
 }
 
-function draw(kind, canvas, value, motion, turn, degrees, width) {
+function draw(kind, canvas, value, degrees, width) {
   const context = resizeCanvas(canvas, width, HEIGHT);
   const colour = colours();
   const x = axisScale([0, 360], [MARGIN.left, width - MARGIN.right]);
-  const curves = kind.lines.map((line) => curveOf(line, turn).map((one) => kind.factor * one));
-  const all = curves.flatMap((values) => [...values]).filter(Number.isFinite);
+  const { traces } = kind;
+  const all = traces.flatMap(({ values }) => [...values]).filter(Number.isFinite);
   if (!all.length) {
     context.fillStyle = colour.muted;
     context.font = "12px system-ui, sans-serif";
@@ -49,26 +51,30 @@ function draw(kind, canvas, value, motion, turn, degrees, width) {
   const span = [all.reduce((a, b) => Math.min(a, b)), all.reduce((a, b) => Math.max(a, b))];
   if (kind.fromZero) span[0] = 0;
   const y = axisScale(span, [HEIGHT - MARGIN.bottom, MARGIN.top], { room: 0.08 });
-  frame(context, x, y, motion, colour, width);
-  drawBounds(context, kind, motion, x, y, colour);
-  kind.lines.forEach(({ hue }, i) => {
+  frame(context, x, y, kind.motion, colour, width);
+  for (const motion of new Set(traces.map((trace) => trace.motion))) drawBounds(context, kind, motion, x, y, colour);
+  for (const { hue, dash, angles, values } of traces) {
     context.strokeStyle = colour[hue];
     context.lineWidth = 1.7;
+    context.setLineDash(dash);
     context.beginPath();
-    turn.angles.forEach((angle, k) => context.lineTo(x(angle), y(curves[i][k])));
+    angles.forEach((angle, k) => context.lineTo(x(angle), y(values[k])));
     context.stroke();
-  });
-  const state = motion.at(degrees);
-  const now = kind.lines.map((line) => kind.factor * (line.at ? line.at(degrees) : state[line.name]));
-  const place = Math.max(0, turn.angles.findIndex((angle) => angle >= degrees));
+  }
+  context.setLineDash([]);
+  const now = traces.map((trace) => trace.at(degrees));
   // The drawn angle may differ from that of the formula by whole turns.
-  const turnsOff = (one, i) => (kind.unit === "deg" ? Math.round((curves[i][place] - one) / 360) : 0);
-  const drawn = now.map((one, i) => one + 360 * turnsOff(one, i));
-  cursor(context, kind, drawn, degrees, x, y, colour);
+  const turnsOff = (one, { angles, values }) => {
+    const place = Math.max(0, angles.findIndex((angle) => angle >= degrees));
+    return kind.unit === "deg" ? Math.round((values[place] - one) / 360) : 0;
+  };
+  cursor(context, traces, now.map((one, i) => one + 360 * turnsOff(one, traces[i])), degrees, x, y, colour);
   const largest = Math.max(...span.map(Math.abs));
   const shown = (one) => number(Math.abs(one) < 1e-9 * largest ? 0 : one, 4);
   value.replaceChildren(
-    ...kind.lines.map(({ hue, label }, i) => el("span", { class: `hue-${hue}` }, `${label} ${shown(now[i])}`.trim())),
+    ...traces.map(({ hue, label, marker }, i) =>
+      el("span", { class: `hue-${hue}` }, marker ? glyph(marker) : "", `${label} ${shown(now[i])}`.trim()),
+    ),
   );
   canvas.setAttribute(
     "aria-label",
@@ -76,18 +82,11 @@ function draw(kind, canvas, value, motion, turn, degrees, width) {
   );
 }
 
-/** The values of a line over the turn; a line that is no signal is computed once. */
-function curveOf(line, turn) {
-  if (!line.at) return turn.series[line.name];
-  line.values ??= Float64Array.from(turn.angles, line.at);
-  return line.values;
-}
-
 /** Drive stroke, marks, grid and ticks. */
 function frame(context, x, y, motion, colour, width) {
   const [bottom, top] = y.range();
   context.fillStyle = colour.stroke;
-  for (const [start, stop] of turns(motion.stroke))
+  for (const [start, stop] of turns(motion?.stroke))
     context.fillRect(x(start), top, x(stop) - x(start), bottom - top);
   context.font = "10.5px system-ui, sans-serif";
   context.fillStyle = colour.muted;
@@ -112,7 +111,7 @@ function frame(context, x, y, motion, colour, width) {
   }
   context.strokeStyle = colour.muted;
   context.setLineDash([1.5, 3]);
-  for (const angle of Object.values(motion.marks)) {
+  for (const angle of Object.values(motion?.marks ?? {})) {
     const place = x(((angle % 360) + 360) % 360);
     context.beginPath();
     context.moveTo(place, top);
@@ -147,7 +146,7 @@ const turns = (over) =>
     .map((turn) => (over ?? [0, 0]).map((angle) => Math.min(360, Math.max(0, angle + turn))))
     .filter(([start, stop]) => stop > start);
 
-function cursor(context, kind, now, degrees, x, y, colour) {
+function cursor(context, traces, now, degrees, x, y, colour) {
   const [bottom, top] = y.range();
   context.strokeStyle = colour.ink;
   context.lineWidth = 1;
@@ -155,8 +154,11 @@ function cursor(context, kind, now, degrees, x, y, colour) {
   context.moveTo(x(degrees), top);
   context.lineTo(x(degrees), bottom);
   context.stroke();
-  kind.lines.forEach(({ hue }, i) => {
+  context.strokeStyle = colour.panel;
+  traces.forEach(({ hue, marker }, i) => {
+    if (!Number.isFinite(now[i])) return;
     context.fillStyle = colour[hue];
+    if (marker) return markAt(context, marker, x(degrees), y(now[i]), 0.9);
     context.beginPath();
     context.arc(x(degrees), y(now[i]), 3.2, 0, 2 * Math.PI);
     context.fill();

@@ -1,13 +1,16 @@
-/** The chosen design: its mechanism in motion, its curves, its values. */
+/** The chosen design and those pinned for a comparison: mechanisms in motion, curves, values. */
 
 import { el, onWidth, resizeCanvas } from "./dom.js";
-import { cell, count, words } from "./format.js";
 import { curveChart } from "./curves.js";
-import { KINDS, glyph } from "./marks.js";
 import { DASHES, HUES, drawMechanism, drawingOf, heightOf, limitsOf } from "./drawing.js";
+import { designName, words } from "./format.js";
+import { KINDS, glyph } from "./marks.js";
 import { brokenParameter, hasMotion, motionOf, overTheTurn } from "./mechanism.js";
-import { panelsOf } from "./panels.js";
+import { drawOverlay, jointReach } from "./overlay.js";
+import { comparedPanels, panelsOf } from "./panels.js";
+import { pinBoard } from "./pins.js";
 import { onTheme } from "./theme.js";
+import { listValues } from "./values.js";
 
 /** Seconds of a turn on the screen, whatever the speed of the mechanism. */
 const TURN = 5;
@@ -15,44 +18,52 @@ const TURN = 5;
 /**
  * @param {HTMLElement} root
  * @param {import("./payload.js").Model} model
- * @param {import("./selection.js").Focus} chosen
+ * @param {{chosen: import("./selection.js").Focus, pins: import("./pins.js").Pins}} shared
  */
-export function designPanel(root, model, chosen) {
-  const state = { degrees: 0, playing: false, motion: null, turn: null, drawing: null, size: { width: 0, height: 0 } };
+export function designPanel(root, model, { chosen, pins }) {
+  // `shown` has the designs with a motion.
+  const state = { degrees: 0, playing: false, shown: [], isCompared: false, size: { width: 0, height: 0 } };
   const canvas = el("canvas", { class: "picture", role: "img" });
   const stage = el("div", { class: "stage" }, canvas);
   const controls = player(state, model.study.motion?.input ?? "input angle", () => draw());
+  const board = pinBoard(model, pins, chosen);
   const curves = el("div", { class: "curves" });
-  const head = el("div", { class: "panel-head" });
+  const title = el("h2", {}),
+    badge = el("span", { class: "badge" });
   const message = el("p", { class: "message", hidden: true });
   const legend = el("p", { class: "legend small" });
   const values = el("div", { class: "values" });
   root.append(
-    head,
+    el("div", { class: "panel-head" }, title, badge, board.button),
+    board.legend,
+    board.status,
     message,
     el("div", { class: "motion" }, el("div", {}, stage, legend, controls.node), curves),
     values,
   );
   let charts = [];
 
-  function show(row) {
-    const parameters = parametersOf(model, row);
-    const { motion: declared, drive } = model.study;
-    state.motion = hasMotion(declared) ? motionOf(declared, parameters, drive) : null;
-    state.turn = state.motion && overTheTurn(state.motion);
-    state.drawing = state.motion && declared.drawing ? drawingOf(state.motion) : null;
-    heading(head, model, row);
-    listValues(values, model, row);
-    const why = missingMotionReason(model, row, state.motion);
+  function show() {
+    const row = chosen.row;
+    const rows = pins.compared(row);
+    state.isCompared = rows.length > 1;
+    state.shown = rows.map((one) => movingDesign(model, one, pins.lookOf(one))).filter(({ motion }) => motion);
+    title.replaceChildren(glyph("chosen"), ` Design ${designName(model, row)}`);
+    badge.replaceChildren(glyph(model.kinds[row]), ` ${KINDS[model.kinds[row]].name}`);
+    board.show();
+    listValues(values, model, rows.map((one) => [one, pins.lookOf(one)]));
+    const why = missingMotionReason(model, row, state.shown.find((one) => one.row === row));
     message.hidden = !why;
     message.textContent = why;
-    root.classList.toggle("still", !state.motion);
-    legendOf(legend, state.drawing);
-    stage.hidden = !state.drawing;
-    if (!state.motion) return controls.pause();
-    state.degrees = (((state.motion.stroke?.[0] ?? 0) % 360) + 360) % 360;
-    canvas.setAttribute("aria-label", `the mechanism of design ${model.designs[row]} in true proportions`);
-    charts = panelsOf(state.motion).map((kind) =>
+    root.classList.toggle("still", !state.shown.length);
+    const drawn = state.shown.length && state.shown[0].drawing;
+    legendOf(legend, state.isCompared ? null : drawn);
+    stage.hidden = !drawn;
+    if (!state.shown.length) return controls.pause();
+    const names = state.shown.map((one) => designName(model, one.row)).join(", ");
+    canvas.setAttribute("aria-label", `the mechanism of design ${names} in true proportions`);
+    const panels = state.isCompared ? comparedPanels(state.shown) : panelsOf(state.shown[0].motion, state.shown[0].turn);
+    charts = panels.map((kind) =>
       curveChart(kind, model.study.bounds, (degrees) => {
         controls.pause();
         controls.set(degrees);
@@ -64,14 +75,16 @@ export function designPanel(root, model, chosen) {
 
   function draw() {
     controls.show();
-    if (!state.motion) return;
-    if (state.drawing && state.size.width) {
-      state.size.height = heightOf(state.drawing, state.size.width);
-      const context = resizeCanvas(canvas, state.size.width, state.size.height);
-      drawMechanism(context, state.drawing, state.degrees, state.size);
+    if (!state.shown.length) return;
+    const { shown, size } = state;
+    if (shown[0].drawing && size.width) {
+      size.height = heightOf({ reach: jointReach(shown.map(({ drawing }) => drawing)) }, size.width);
+      const context = resizeCanvas(canvas, size.width, size.height);
+      if (state.isCompared) drawOverlay(context, shown, state.degrees, size);
+      else drawMechanism(context, shown[0].drawing, state.degrees, size);
     }
     const width = charts[0].node.clientWidth;
-    for (const chart of charts) chart.draw(state.motion, state.turn, state.degrees, width);
+    for (const chart of charts) chart.draw(state.degrees, width);
   }
 
   onWidth(stage, (width) => {
@@ -80,11 +93,31 @@ export function designPanel(root, model, chosen) {
   });
   onTheme(draw);
   chosen.listen((row) => {
-    show(row);
-    if (state.motion && !matchMedia("(prefers-reduced-motion: reduce)").matches) controls.play();
+    show();
+    const own = state.shown.find((one) => one.row === row);
+    if (!own) return;
+    state.degrees = startOf(own.motion);
+    draw();
+    if (!matchMedia("(prefers-reduced-motion: reduce)").matches) controls.play();
   });
-  if (chosen.row >= 0) show(chosen.row);
+  pins.listen(() => {
+    if (chosen.row >= 0) show();
+  });
+  if (chosen.row < 0) return;
+  show();
+  if (state.shown.length) controls.set(startOf(state.shown[0].motion));
 }
+
+/** The motion of a design, null where it has none, with what is drawn of it. */
+function movingDesign(model, row, look) {
+  const { motion: declared, drive } = model.study;
+  const motion = hasMotion(declared) ? motionOf(declared, parametersOf(model, row), drive) : null;
+  if (!motion) return { row, motion };
+  return { row, look, motion, turn: overTheTurn(motion), drawing: declared.drawing ? drawingOf(motion) : null };
+}
+
+/** The input angle that is shown first: the start of the drive stroke. */
+const startOf = (motion) => (((motion.stroke?.[0] ?? 0) % 360) + 360) % 360;
 
 /** Play and pause, and the input angle as a slider. */
 function player(state, angle, draw) {
@@ -112,7 +145,7 @@ function player(state, angle, draw) {
     requestAnimationFrame(frame);
   }
   function play() {
-    if (state.playing || !state.motion) return;
+    if (state.playing || !state.shown.length) return;
     state.playing = true;
     before = 0;
     requestAnimationFrame(frame);
@@ -139,14 +172,6 @@ export function parametersOf(model, row) {
     .filter((column) => column.role === "parameter")
     .map((column) => [column.name, column.values[row]]);
   return { ...model.study.defaults, ...Object.fromEntries(swept) };
-}
-
-function heading(head, model, row) {
-  const kind = model.kinds[row];
-  head.replaceChildren(
-    el("h2", {}, glyph("chosen"), ` Design ${count(model.designs[row])}`),
-    el("span", { class: "badge" }, glyph(kind), ` ${KINDS[kind].name}`),
-  );
 }
 
 /** The reason why no motion is drawn; empty if one is. */
@@ -177,34 +202,4 @@ function legendOf(legend, drawn) {
     items.push(item(`limit-${k % DASHES.length}`, `${name} ${(((angle % 360) + 360) % 360).toFixed(1)}°`));
   });
   legend.replaceChildren(...items);
-}
-
-/** List the values of a design with units: parameters, objectives and constrained metrics first. */
-function listValues(values, model, row) {
-  const open = values.querySelector("details")?.open;
-  const aims = new Set([...model.study.objectives, ...model.study.missed].map(([name]) => name));
-  const matters = (column) => column.role === "parameter" || aims.has(column.name);
-  const list = (columns) =>
-    el(
-      "dl",
-      {},
-      ...columns.map((column) =>
-        el(
-          "div",
-          { title: column.meaning },
-          el("dt", {}, words(column.name)),
-          el(
-            "dd",
-            {},
-            cell(column, column.values[row], 8),
-            column.unit ? el("span", { class: "unit" }, ` ${column.unit}`) : "",
-          ),
-        ),
-      ),
-    );
-  const others = model.columns.filter((column) => !matters(column));
-  values.replaceChildren(
-    list(model.columns.filter(matters)),
-    el("details", { open }, el("summary", {}, `${others.length} more values`), list(others)),
-  );
 }

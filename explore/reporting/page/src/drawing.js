@@ -12,10 +12,10 @@ const LEAST_HEIGHT = 190,
   MOST_HEIGHT = 330;
 
 /** The values that vectors name, at an input angle: parameters and signals. */
-const poseAt = (motion, degrees) => ({ ...motion.values, ...motion.at(degrees), input: degrees });
+export const poseAt = (motion, degrees) => ({ ...motion.values, ...motion.at(degrees), input: degrees });
 
 /** The sum of vectors, [x, y]. */
-function sum(vectors, pose) {
+export function sum(vectors, pose) {
   const named = (value) => (typeof value === "string" ? pose[value] : value);
   let [x, y] = [0, 0];
   for (const { length, angle, factor, sense, turn } of vectors) {
@@ -58,7 +58,7 @@ export function heightOf({ reach: [left, right, low, high] }, width) {
 }
 
 /** Scale both axes equally so that the whole motion fits into the canvas. */
-function fitView({ reach: [left, right, low, high] }, { width, height }) {
+export function fitView({ reach: [left, right, low, high] }, { width, height }) {
   const scale = Math.min((width - 2 * MARGIN) / (right - left), (height - 2 * MARGIN) / (high - low));
   const [x0, y0] = [(width - scale * (left + right)) / 2, (height + scale * (low + high)) / 2];
   return ([x, y]) => [x0 + scale * x, y0 - scale * y];
@@ -89,7 +89,7 @@ export function drawMechanism(context, drawn, degrees, size) {
   for (const name of joints) jointMark(view, points[name]);
 }
 
-function trace({ context, place }, points) {
+export function trace({ context, place }, points) {
   context.beginPath();
   for (const point of points) context.lineTo(...place(point));
   context.stroke();
@@ -151,14 +151,14 @@ function limitPositions(view, motion, drawing) {
   context.setLineDash([]);
 }
 
-function chain(view, points, hue, width) {
+export function chain(view, points, hue, width) {
   view.context.strokeStyle = view.colour[hue];
   view.context.lineWidth = width;
   trace(view, points);
 }
 
 /** The curve of a body, turned about its centre. */
-function bodyCurve(view, curve, { centre, angle, sense }, points, pose, hue) {
+export function bodyCurve(view, curve, { centre, angle, sense }, points, pose, hue) {
   const turn = (sense * pose[angle] * Math.PI) / 180;
   const [cosine, sine] = [Math.cos(turn), Math.sin(turn)];
   const [x0, y0] = points[centre];
@@ -196,7 +196,7 @@ function jointMark({ context, place, colour }, point) {
 }
 
 /** A pivot on the ground: a triangle on a hatched line. */
-function pivotMark({ context, place, colour }, point) {
+export function pivotMark({ context, place, colour }, point) {
   const [x, y] = place(point);
   context.strokeStyle = colour.ink;
   context.fillStyle = colour.panel;

@@ -37,6 +37,9 @@ export function cell(column, value, digits = 6) {
   return column.whole && Number.isFinite(value) ? String(value).replace("-", "−") : number(value, digits);
 }
 
+/** A design as the page names it. */
+export const designName = (model, row) => count(model.designs[row]);
+
 /** A column's name in words. */
 export const words = (name) => name.replaceAll("_", " ");
 

@@ -6,6 +6,7 @@ import { opacity } from "./marks.js";
 import { motionOf, strokeOf } from "./mechanism.js";
 import { parallel } from "./parallel.js";
 import { readModel } from "./payload.js";
+import { Pins } from "./pins.js";
 import { scatter } from "./scatter.js";
 import { Focus, Selection } from "./selection.js";
 import { facts, header, notices } from "./summary.js";
@@ -22,6 +23,7 @@ async function start() {
     selection: new Selection(model),
     hover: new Focus(),
     chosen: new Focus(model.size ? model.study.chosen : -1),
+    pins: new Pins(),
     tip: tips(root("tip"), model),
   };
   header(root("header"), model);
@@ -36,7 +38,7 @@ async function start() {
   const rows = table(root("table"), model, shared);
   const axes = parallel(root("parallel"), model, shared);
   const cloud = scatter(root("scatter"), model, shared);
-  designPanel(root("design"), model, shared.chosen);
+  designPanel(root("design"), model, shared);
   toolbar(root("selection"), model, shared, rows.rows, axes.refresh);
   Object.assign(page, { model, shared, rows: rows.rows, whereIs: cloud.whereIs });
   // Two frames on, everything was drawn.

@@ -41,20 +41,31 @@ export function mark(context, kind, x, y, size) {
   }
 }
 
-/** A star around a point. */
-export function star(context, x, y, size) {
-  context.beginPath();
-  for (let k = 0; k < 10; k++) {
-    const radius = k % 2 ? size * 0.42 : size,
-      angle = (k * Math.PI) / 5 - Math.PI / 2;
-    context.lineTo(x + radius * Math.cos(angle), y + radius * Math.sin(angle));
-  }
-  context.closePath();
-  context.fill();
-  context.stroke();
+/** Outlines of the marks of kinds and of compared designs, around the origin. */
+export const SHAPES = {
+  0: "M-3.5,-3.5L3.5,3.5M-3.5,3.5L3.5,-3.5",
+  1: "M-3,0a3,3 0 1,0 6,0a3,3 0 1,0 -6,0",
+  2: "M-4,0a4,4 0 1,0 8,0a4,4 0 1,0 -8,0",
+  chosen: "M0,-6.5L1.6,-2.2L6.2,-2L2.6,0.8L3.8,5.3L0,2.7L-3.8,5.3L-2.6,0.8L-6.2,-2L-1.6,-2.2Z",
+  square: "M-4.2,-4.2H4.2V4.2H-4.2Z",
+  triangle: "M0,-5.6L5.2,3.8H-5.2Z",
+  diamond: "M0,-6L4.6,0L0,6L-4.6,0Z",
+  wedge: "M0,5.6L5.2,-3.8H-5.2Z",
+};
+
+/** Draw one of the shapes at a point, filled and outlined. */
+export function markAt(context, shape, x, y, scale) {
+  context.save();
+  context.translate(x, y);
+  context.scale(scale, scale);
+  context.lineWidth = 1;
+  const outline = new Path2D(SHAPES[shape]);
+  context.fill(outline);
+  context.stroke(outline);
+  context.restore();
 }
 
-/** A small picture of a kind's mark for legends and table cells; "chosen" is the star. */
+/** A small picture of one of the shapes for legends and table cells. */
 export function glyph(kind, label) {
   const size = 14;
   const node = document.createElementNS("http://www.w3.org/2000/svg", "svg");
@@ -70,15 +81,7 @@ export function glyph(kind, label) {
     node.setAttribute("aria-label", label);
   } else node.setAttribute("aria-hidden", "true");
   const path = document.createElementNS("http://www.w3.org/2000/svg", "path");
-  path.setAttribute(
-    "d",
-    {
-      0: "M-3.5,-3.5L3.5,3.5M-3.5,3.5L3.5,-3.5",
-      1: "M-3,0a3,3 0 1,0 6,0a3,3 0 1,0 -6,0",
-      2: "M-4,0a4,4 0 1,0 8,0a4,4 0 1,0 -8,0",
-      chosen: "M0,-6.5L1.6,-2.2L6.2,-2L2.6,0.8L3.8,5.3L0,2.7L-3.8,5.3L-2.6,0.8L-6.2,-2L-1.6,-2.2Z",
-    }[kind],
-  );
+  path.setAttribute("d", SHAPES[kind]);
   node.append(path);
   return node;
 }

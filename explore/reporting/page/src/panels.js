@@ -9,10 +9,12 @@ const PAIR = ["orange", "blue"],
 
 /**
  * The panels of a motion.
- * @returns {Array<{title: string, unit: string, factor: number, fromZero: boolean, lines: Array}>} each line with the
- *   signal, its colour, its label, and a function of the input angle where it is not a signal of the motion
+ * @param {Object} motion
+ * @param {{angles: Float64Array, series: Object<string, Float64Array>}} turn from `overTheTurn`
+ * @returns {Array<{title: string, unit: string, factor: number, fromZero: boolean, motion: Object, traces: Array}>} each
+ *   trace with the signal, its colour, dash, marker and label, its values over the turn and those at an input angle
  */
-export function panelsOf(motion) {
+export function panelsOf(motion, turn) {
   const { declared, values, stroke, drive } = motion;
   const shown = declared.panels.filter(
     (panel) => (!panel.loads.length || panel.loads.some((load) => values[load])) && (!panel.clutch || drive !== "none"),
@@ -21,8 +23,47 @@ export function panelsOf(motion) {
     const rectified = declared.signals.find(({ name, rectified }) => rectified && name === panel.signals[0]);
     const { label: title, unit, factor } = panel;
     const lines = rectified ? clutchLines(motion, rectified) : linesOf(panel.signals, place);
-    return { title, unit, factor, fromZero: panel.magnitude || Boolean(rectified && stroke), lines };
+    const traces = lines.map((line) => traceOf(line, factor, motion, turn));
+    return { title, unit, factor, fromZero: panel.magnitude || Boolean(rectified && stroke), motion, traces };
   });
+}
+
+/**
+ * The panels of several designs: one for each signal, with a line of each design in its look.
+ * @param {Array<{motion: Object, turn: Object, look: Object}>} shown
+ */
+export function comparedPanels(shown) {
+  const panels = new Map();
+  for (const { motion, turn, look } of shown) {
+    for (const panel of panelsOf(motion, turn)) {
+      // Of an output through clutches that of all mechanisms.
+      const signals = panel.traces.filter(({ isPart }) => !isPart);
+      for (const trace of signals) {
+        const title = signals.length > 1 ? `${panel.title}: ${trace.label}` : panel.title;
+        if (!panels.has(title)) panels.set(title, { ...panel, title, motion: null, traces: [] });
+        panels.get(title).traces.push({ ...trace, ...look, label: "" });
+      }
+    }
+  }
+  return [...panels.values()];
+}
+
+/** A line over the turn with its values in the unit of the panel. */
+function traceOf({ name, hue, label, at }, factor, motion, turn) {
+  const signal = at ?? ((degrees) => motion.at(degrees)[name]);
+  const values = at ? Float64Array.from(turn.angles, at) : turn.series[name];
+  return {
+    name,
+    hue,
+    label,
+    dash: [],
+    marker: "",
+    isPart: Boolean(at),
+    motion,
+    angles: turn.angles,
+    values: values.map((one) => factor * one),
+    at: (degrees) => factor * signal(degrees),
+  };
 }
 
 function linesOf(names, place) {

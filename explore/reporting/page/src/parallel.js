@@ -9,6 +9,7 @@ import { check, choice, el, oncePerFrame, onWidth, resizeCanvas, svg } from "./d
 import { count, titled, words } from "./format.js";
 import { headings } from "./headings.js";
 import { QUICK, chooseLines, drawLines, shuffledRows } from "./lines.js";
+import { LOOKS } from "./pins.js";
 import { axisScale, extent, tickMarks } from "./scales.js";
 import { shading } from "./shading.js";
 import { colours, onTheme } from "./theme.js";
@@ -35,7 +36,10 @@ export function parallel(root, model, shared) {
     overlay = svg("svg", { role: "group", "aria-label": "axes to brush" });
   const chosen = svg("polyline", { class: "line chosen-line" }),
     pointed = svg("polyline", { class: "line pointed-line" });
-  overlay.append(chosen, pointed);
+  const pinned = LOOKS.map(({ hue, dash }) =>
+    svg("polyline", { class: `line pinned-line hue-${hue}`, "stroke-dasharray": dash.join(" ") }),
+  );
+  overlay.append(...pinned, chosen, pointed);
   const labels = el("div", { class: "axis-labels", role: "group", "aria-label": "axes in their order" });
   const titles = headings(labels, model, move);
   const plot = el("div", { class: "plot" }, canvas, overlay, labels),
@@ -191,10 +195,11 @@ export function parallel(root, model, shared) {
     context.fillText("undefined", MARGIN.left - 8, undefinedAt());
   }
 
-  /** The chosen design and the one pointed at, over all others. */
+  /** The pinned designs, the chosen one and the one pointed at, over all others. */
   function focus() {
     if (!view.width) return;
     for (const [node, row] of [
+      ...shared.pins.slots.map((row, k) => [pinned[k], row]),
       [chosen, shared.chosen.row],
       [pointed, shared.hover.row],
     ]) {
@@ -215,6 +220,7 @@ export function parallel(root, model, shared) {
   );
   shared.hover.listen(oncePerFrame(focus));
   shared.chosen.listen(focus);
+  shared.pins.listen(focus);
   onTheme(() => {
     if (view.width) {
       draw();

@@ -1,8 +1,8 @@
 /** The scatter of two columns: marks, strips for undefined values, a brush, the design under the pointer. */
 
-import { axisBottom, axisLeft } from "d3-axis";
 import { brush } from "d3-brush";
 import { pointer, select } from "d3-selection";
+import { drawAxes } from "./axes.js";
 import { check, choice, el, oncePerFrame, onWidth, resizeCanvas, svg } from "./dom.js";
 import { legendOf, omissionText } from "./captions.js";
 import { shortBound } from "./conditions.js";
@@ -10,8 +10,9 @@ import { titled } from "./format.js";
 import { drawDensity } from "./density.js";
 import { drawPoints, place } from "./points.js";
 import { glyph } from "./marks.js";
-import { axisScale, extent, tickMarks } from "./scales.js";
+import { axisScale, extent } from "./scales.js";
 import { colours, onTheme } from "./theme.js";
+import { isMove, zoomTool } from "./zoom.js";
 
 const HEIGHT = 450;
 const MARGIN = { left: 62, right: 14, top: 10, bottom: 46 };
@@ -26,9 +27,9 @@ const REACH = 12;
  * @param {{selection: Object, hover: Object, chosen: Object, tip: Object}} shared
  */
 export function scatter(root, model, shared) {
-  const view = { ...firstAxes(model), colour: "", logX: false, logY: false, all: false, width: 0, height: HEIGHT };
+  const view = { ...firstAxes(model), colour: "", logX: false, logY: false, all: false, zoom: null, width: 0, height: HEIGHT };
   const canvas = el("canvas", {}),
-    overlay = svg("svg", { role: "img" });
+    overlay = svg("svg", { role: "group", tabindex: 0 });
   const plot = el("div", { class: "plot" }, canvas, overlay);
   const controls = el("div", { class: "controls" }),
     caption = el("p", { class: "caption" });
@@ -37,14 +38,28 @@ export function scatter(root, model, shared) {
   const layers = Object.fromEntries(
     ["x", "y", "brush", "focus"].map((name) => [name, select(overlay).append("g").attr("class", name)]),
   );
-  const tool = brush().on("brush end", brushed);
+  const clip = svg("rect");
+  const clipPath = svg("clipPath", { id: "scatter-clip" });
+  clipPath.append(clip);
+  overlay.append(clipPath);
+  layers.brush.attr("clip-path", "url(#scatter-clip)");
+  const tool = brush()
+    .filter((event) => !isMove(event) && !event.ctrlKey && !event.metaKey && !event.button)
+    .on("brush end", brushed);
+  const zoom = zoomTool(view, overlay, layout, () => boxOf(shared.selection.brushes.get("scatter"), view));
   let points = null;
+
+  /** Without box and zoom, which are of the axes before. */
+  function startAnew() {
+    view.zoom = null;
+    shared.selection.set("scatter", []);
+  }
 
   function listControls() {
     const options = model.columns.map((column) => [column.name, titled(column)]);
     const pick = (key) => (value) => {
       view[key] = value;
-      if (key !== "colour") shared.selection.set("scatter", []);
+      if (key !== "colour") startAnew();
       listControls();
       layout();
     };
@@ -55,7 +70,7 @@ export function scatter(root, model, shared) {
         view[key],
         (value) => {
           view[key] = value;
-          shared.selection.set("scatter", []);
+          startAnew();
           layout();
         },
         !positive(name),
@@ -68,9 +83,10 @@ export function scatter(root, model, shared) {
       choice("colour", [["", "kind of design"], ...options], view.colour, pick("colour")),
       check("outliers", view.all, (value) => {
         view.all = value;
-        shared.selection.set("scatter", []);
+        startAnew();
         layout();
       }),
+      zoom.node,
     );
   }
 
@@ -87,21 +103,29 @@ export function scatter(root, model, shared) {
     const ends = [view.width - MARGIN.right, HEIGHT - MARGIN.bottom];
     view.left = MARGIN.left + (missing.x ? GUTTER : 0);
     view.low = ends[1] - (missing.y ? GUTTER : 0);
-    view.scaleX = axisScale(spans[0] ?? [0, 1], [view.left, ends[0]], { log: view.logX, room: 0.035 });
-    view.scaleY = axisScale(spans[1] ?? [0, 1], [view.low, MARGIN.top], { log: view.logY, room: 0.035 });
+    view.baseX = axisScale(spans[0] ?? [0, 1], [view.left, ends[0]], { log: view.logX, room: 0.035 });
+    view.baseY = axisScale(spans[1] ?? [0, 1], [view.low, MARGIN.top], { log: view.logY, room: 0.035 });
+    view.scaleX = view.zoom?.x ? view.baseX.copy().domain(view.zoom.x) : view.baseX;
+    view.scaleY = view.zoom?.y ? view.baseY.copy().domain(view.zoom.y) : view.baseY;
+    zoom.refresh();
     for (const [name, value] of Object.entries({
       width: view.width,
       height: HEIGHT,
       viewBox: `0 0 ${view.width} ${HEIGHT}`,
     }))
       overlay.setAttribute(name, value);
-    overlay.setAttribute("aria-label", `designs over ${titled(x)} and ${titled(y)}`);
+    overlay.setAttribute(
+      "aria-label",
+      `designs over ${titled(x)} and ${titled(y)}; + and - zoom, arrow keys move, 0 shows all`,
+    );
     points = place(model, view, MARGIN.left + GUTTER / 2, ends[1] - GUTTER / 2);
-    axes(layers, view, [x, y], spans);
+    drawAxes(layers, view, MARGIN, [x, y], spans);
     tool.extent([
       [view.left, MARGIN.top],
       [ends[0], view.low],
     ]);
+    const [width, height] = [ends[0] - view.left, view.low - MARGIN.top];
+    for (const [name, value] of Object.entries({ x: view.left, y: MARGIN.top, width, height })) clip.setAttribute(name, value);
     layers.brush.call(tool).call(tool.move, boxOf(shared.selection.brushes.get("scatter"), view));
     layers.brush.select(".overlay").attr("aria-label", "drag to select designs");
     draw();
@@ -120,13 +144,23 @@ export function scatter(root, model, shared) {
     focus();
   }
 
-  /** The chosen design's star and a ring around the one pointed at. */
+  /** The markers of pinned designs, the chosen design's star and a ring around the one pointed at. */
   function focus() {
     if (!points) return;
     const marks = [];
     if (shared.hover.row >= 0) marks.push(["circle", shared.hover.row]);
     if (shared.chosen.row >= 0) marks.push(["star", shared.chosen.row]);
     layers.focus.selectAll("*").remove();
+    for (const row of shared.pins.rows) {
+      const { hue, marker } = shared.pins.lookOf(row);
+      if (row === shared.chosen.row || Number.isNaN(points.x[row])) continue;
+      layers.focus
+        .append("g")
+        .attr("transform", `translate(${points.x[row]},${points.y[row]}) scale(1.5)`)
+        .attr("class", `hue-${hue}`)
+        .node()
+        .append(glyph(marker).querySelector("path"));
+    }
     for (const [shape, row] of marks) {
       const [x, y] = [points.x[row], points.y[row]];
       if (Number.isNaN(x) || Number.isNaN(y)) continue;
@@ -200,6 +234,7 @@ export function scatter(root, model, shared) {
   );
   shared.hover.listen(focus);
   shared.chosen.listen(focus);
+  shared.pins.listen(focus);
   onTheme(() => {
     layout();
   });
@@ -252,32 +287,4 @@ function interval(column, scale, from, to) {
     high = scale.invert(to);
   const pixel = (at, value) => Math.abs(scale.invert(at + 1) - value);
   return { column, low: shortBound(low, pixel(from, low), false), high: shortBound(high, pixel(to, high), true) };
-}
-
-function axes(layers, view, [x, y], spans) {
-  const [bottom, left] = [HEIGHT - MARGIN.bottom, MARGIN.left];
-  const ticksX = tickMarks(view.scaleX, x, Math.max(2, view.width / 90), spans[0]),
-    ticksY = tickMarks(view.scaleY, y, 7, spans[1]);
-  layers.x
-    .attr("transform", `translate(0,${bottom})`)
-    .call(axisBottom(view.scaleX).tickValues(ticksX.values).tickFormat(ticksX.text).tickSize(4));
-  layers.y
-    .attr("transform", `translate(${left},0)`)
-    .call(axisLeft(view.scaleY).tickValues(ticksY.values).tickFormat(ticksY.text).tickSize(4));
-  title(layers.x, titled(x), (view.left + view.width - MARGIN.right) / 2, 38, 0);
-  title(layers.y, titled(y), -(MARGIN.top + bottom) / 2, -48, -90);
-}
-
-function title(layer, text, x, y, turn) {
-  layer
-    .selectAll(".title")
-    .data([text])
-    .join("text")
-    .attr("class", "title")
-    .attr("transform", turn ? `rotate(${turn})` : null)
-    .attr("x", x)
-    .attr("y", y)
-    .attr("fill", "currentColor")
-    .attr("text-anchor", "middle")
-    .text(text);
 }

@@ -1,7 +1,7 @@
 /** The table of the selected designs: only visible rows exist; sorted by any column, navigated with the arrow keys. */
 
 import { el, oncePerFrame } from "./dom.js";
-import { cell, count, words } from "./format.js";
+import { cell, count, designName, words } from "./format.js";
 import { KINDS, glyph } from "./marks.js";
 
 const ROW = 28;
@@ -17,7 +17,7 @@ const PRINTED = 40;
 export function table(root, model, shared) {
   const fields = [
     { name: "kind", title: "kind", unit: "", values: model.kinds, text: (row) => KINDS[model.kinds[row]].name },
-    { name: "design", title: "design", unit: "", values: model.designs, text: (row) => count(model.designs[row]) },
+    { name: "design", title: "design", unit: "", values: model.designs, text: (row) => designName(model, row) },
     ...model.columns.map((column) => ({
       name: column.name,
       title: words(column.name),
@@ -37,7 +37,7 @@ export function table(root, model, shared) {
       class: "grid",
       role: "grid",
       tabindex: 0,
-      "aria-label": "selected designs; arrow keys move, Enter chooses",
+      "aria-label": "selected designs; arrow keys move, Enter chooses, P pins",
       "aria-colcount": fields.length,
     },
     el("div", { class: "head-group", role: "rowgroup" }, head),
@@ -103,8 +103,7 @@ export function table(root, model, shared) {
   }
 
   function line(place) {
-    const row = state.rows[place],
-      kind = model.kinds[row];
+    const row = state.rows[place];
     const node = el(
       "div",
       {
@@ -126,15 +125,23 @@ export function table(root, model, shared) {
           ? el(
               "div",
               { role: "gridcell", class: "cell kind" },
-              glyph(
-                row === shared.chosen.row ? "chosen" : kind,
-                row === shared.chosen.row ? `chosen, ${KINDS[kind].name}` : KINDS[kind].name,
-              ),
+              mark(row),
             )
           : el("div", { role: "gridcell", class: "cell" }, field.text(row)),
       ),
     );
     node.style.top = `${place * ROW}px`;
+    return node;
+  }
+
+  /** The mark of a row: chosen, pinned or its kind. */
+  function mark(row) {
+    const { name } = KINDS[model.kinds[row]];
+    if (row === shared.chosen.row) return glyph("chosen", `chosen, ${name}`);
+    if (!shared.pins.has(row)) return glyph(model.kinds[row], name);
+    const { hue, marker } = shared.pins.lookOf(row);
+    const node = glyph(marker, `pinned, ${name}`);
+    node.classList.add(`hue-${hue}`);
     return node;
   }
 
@@ -145,6 +152,8 @@ export function table(root, model, shared) {
     if (event.key === "Enter" || event.key === " ") {
       event.preventDefault();
       if (state.rows.length) shared.chosen.set(state.rows[state.active]);
+    } else if (event.key === "p" && state.rows.length) {
+      shared.pins.toggle(state.rows[state.active]);
     } else if (event.key in steps) {
       event.preventDefault();
       state.active = Math.max(0, Math.min(state.rows.length - 1, state.active + steps[event.key]));
@@ -167,6 +176,7 @@ export function table(root, model, shared) {
   matchMedia("print").addEventListener("change", fill);
   shared.selection.listen(oncePerFrame(arrange));
   shared.chosen.listen(fill);
+  shared.pins.listen(fill);
   arrange();
   return { rows: () => state.rows };
 }

@@ -1,7 +1,7 @@
 /** The tip at the pointer: all columns of the design with their units. */
 
 import { el } from "./dom.js";
-import { cell, count, words } from "./format.js";
+import { cell, designName, words } from "./format.js";
 import { KINDS, glyph } from "./marks.js";
 
 /**
@@ -21,7 +21,7 @@ export function tips(node, model) {
     );
     const kind = model.kinds[row];
     node.replaceChildren(
-      el("div", { class: "tip-head" }, glyph(kind), ` Design ${count(model.designs[row])}, ${KINDS[kind].name}`),
+      el("div", { class: "tip-head" }, glyph(kind), ` Design ${designName(model, row)}, ${KINDS[kind].name}`),
       el("table", {}, ...rows),
     );
     node.hidden = false;
