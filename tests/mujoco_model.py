@@ -38,6 +38,15 @@ class Cut:
     second_at: tuple[float, float]
 
 
+@dataclass(frozen=True)
+class Guided:
+    """A place of a body that a fixed groove guides, and the unit vectors across the groove, shape (t, 2)."""
+
+    body: str
+    at: tuple[float, float]
+    normals: np.ndarray
+
+
 def _text(*numbers):
     return " ".join(repr(float(number)) for number in numbers)
 
@@ -54,7 +63,7 @@ def _element(bodies, body):
     )
 
 
-def inverse_dynamics(bodies, cut, gravity, motion, loads, drive):
+def inverse_dynamics(bodies, cut, gravity, motion, loads, drive, guided=None):
     """Forces for a motion.
 
     Parameters
@@ -67,12 +76,14 @@ def inverse_dynamics(bodies, cut, gravity, motion, loads, drive):
         Torques or forces on joints beside springs and dampers, by the name of the body, each of shape (t,).
     drive : str
         Name of the body that the drive turns.
+    guided : Guided, optional
+        A groove on a body.
 
     Returns
     -------
     tuple
         Drive torque, shape (t,); and by the name of the body the force of its joint on it, each of shape (t, 2), by the
-        name "cut" that of the second body on the first.
+        name "cut" that of the second body on the first, by the name "guided" that of the groove.
     """
     import mujoco
 
@@ -86,29 +97,36 @@ def inverse_dynamics(bodies, cut, gravity, motion, loads, drive):
     joints = [model.joint(k).name for k in range(model.njnt)]
     count = len(next(iter(motion.values()))[0])
     torque = np.empty(count)
-    pins = {name: np.empty((count, 2)) for name in [*numbers, "cut"]}
-    jacobian = np.zeros((2, 3, model.nv))
+    pins = {name: np.zeros((count, 2)) for name in [*numbers, "cut", "guided"]}
+    cuts = [(cut.first, cut.first_at), (cut.second, cut.second_at)]
+    cuts += [(guided.body, guided.at)] if guided else []
+    jacobian = np.zeros((len(cuts), 3, model.nv))
     for k in range(count):
         for j, name in enumerate(joints):
             data.qpos[j], data.qvel[j], data.qacc[j] = (values[k] for values in motion[name])
         data.xfrc_applied[:] = 0.0
         mujoco.mj_inverse(model, data)
         places = []
-        for row, (name, at) in enumerate(((cut.first, cut.first_at), (cut.second, cut.second_at))):
+        for row, (name, at) in enumerate(cuts):
             number = numbers[name]
             places.append(data.xpos[number] + data.xmat[number].reshape(3, 3) @ [*at, 0.0])
             mujoco.mj_jac(model, data, jacobian[row], None, places[row], number)
-        assert np.allclose(*places, rtol=0.0, atol=1e-9)  # the motion closes the loop
-        system = np.column_stack([np.array(joints) == drive, (jacobian[0] - jacobian[1])[:2].T]).astype(float)
+        assert np.allclose(*places[:2], rtol=0.0, atol=1e-9)  # the motion closes the loop
+        columns = [np.array(joints) == drive, (jacobian[0] - jacobian[1])[:2].T]
+        columns += [jacobian[2, :2].T @ guided.normals[k]] if guided else []
+        system = np.column_stack(columns).astype(float)
         applied = [loads[name][k] if name in loads else 0.0 for name in joints]
         torque[k], *force = np.linalg.solve(system, data.qfrc_inverse - applied)
-        # The force at the cut, about the centroids, for the balance of forces of each body.
-        for name, place, sign in ((cut.first, places[0], 1.0), (cut.second, places[1], -1.0)):
-            vector = sign * np.array([*force, 0.0])
+        pins["cut"][k] = force[:2]
+        vectors = [pins["cut"][k], -pins["cut"][k]]
+        if guided:
+            pins["guided"][k] = force[2] * guided.normals[k]
+            vectors.append(pins["guided"][k])
+        # These forces, about the centroids, for the balance of forces of each body.
+        for (name, _), place, vector in zip(cuts, places, vectors, strict=True):
             number = numbers[name]
-            data.xfrc_applied[number] = [*vector, *np.cross(place - data.xipos[number], vector)]
+            data.xfrc_applied[number] = [*vector, 0.0, *np.cross(place - data.xipos[number], [*vector, 0.0])]
         mujoco.mj_rnePostConstraint(model, data)
         for name, number in numbers.items():
             pins[name][k] = data.cfrc_int[number, 3:5]
-        pins["cut"][k] = force
     return torque, pins

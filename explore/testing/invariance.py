@@ -35,8 +35,8 @@ _UNITS = (
     _Units("a unit of mass that is 32 times smaller", (1.0, 1.0, 2.0**5)),
     _Units("a unit of length that is 1000 times smaller", (1000.0, 1.0, 1.0), is_exact=False),
 )
-#: Largest relative change by exact factors, of derived metrics, which may have many powers, and by other factors.
-_EXACT, _DERIVED, _ROUNDED = 2e-15, 1e-12, 1e-9
+#: Largest relative change by exact factors, of metrics with powers, of which there may be many, and by other factors.
+_EXACT, _POWERS, _ROUNDED = 2e-15, 1e-12, 1e-9
 #: Bounds may change by rounding and, where they are differences of rounded values, to a multiple.
 _ROUNDING, _GREATER = 1e-13, 10.0
 #: Factor on the speed of half of the designs.
@@ -99,7 +99,8 @@ def _allowed(metric: AnyMetric, expected: Arrays, is_exact: bool) -> FloatArray:
     """Largest change of a metric that is rounding, shape (n,)."""
     size = np.abs(expected[metric.name])
     if is_exact:
-        return np.asarray((_DERIVED if isinstance(metric, DerivedMetric) else _EXACT) * size)
+        has_powers = metric.statistic == "power_mean" if isinstance(metric, SampledMetric) else False
+        return np.asarray((_POWERS if has_powers or isinstance(metric, DerivedMetric) else _EXACT) * size)
     if isinstance(metric, SampledMetric):
         if metric.statistic == "cv":  # its mean may be next to nothing
             return np.full(size.shape, np.inf)

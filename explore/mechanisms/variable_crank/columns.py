@@ -29,11 +29,17 @@ class Row(IntEnum):
     LOAD_OPPOSING_FORCE = auto()
     LOAD_STIFFNESS = auto()
     LOAD_DAMPING = auto()
+    LOAD_ROD_MASS = auto()
+    LOAD_ROD_CENTROID = auto()
+    LOAD_ROD_INERTIA = auto()
+    LOAD_PIN_MASS = auto()
+    LOAD_DISC_MASS = auto()
+    LOAD_DISC_CENTROID = auto()
     MIDDLE = auto()
     #: The first of the places of points.
-    PLACES = 19
+    PLACES = 25
     #: Half-tangents of the marks from the anchor.
-    OUTER = 19 + PLACES_SIZE
+    OUTER = 25 + PLACES_SIZE
     STEADY_START = auto()
     STEADY_STOP = auto()
     INNER = auto()
@@ -52,6 +58,12 @@ class Row(IntEnum):
     OPPOSING_FORCE = auto()
     STIFFNESS = auto()
     DAMPING = auto()
+    ROD_MASS = auto()
+    ROD_CENTROID = auto()
+    ROD_INERTIA = auto()
+    PIN_MASS = auto()
+    DISC_MASS = auto()
+    DISC_CENTROID = auto()
     POINT_1_ALONG = auto()
     POINT_1_ACROSS = auto()
     POINT_2_ALONG = auto()
@@ -77,14 +89,23 @@ LOAD_SIZE = Row.MIDDLE - Row.LOAD_MASS
 
 # Rows of the signals. Those of terms bound the rounding of the signals that are sums of them.
 POSITION, VELOCITY, ACCELERATION, CRANK_LENGTH, CRANK_RATE, ROD_ANGLE, PRESSURE_ANGLE, CURVATURE = range(8)
-THRUST, GUIDE_FORCE, GROOVE_FORCE, TORQUE, POWER, POSITIVE_POWER, FRICTION_POWER = range(8, 15)
-ACCELERATION_TERMS, RATE_TERMS, PRESSURE_TERMS, CURVATURE_TERMS, FORCE_TERMS, TORQUE_TERMS, POWER_TERMS = range(15, 22)
+THRUST, GUIDE_FORCE, GROOVE_FORCE, SLOT_FORCE, CRANK_PIN, SLIDER_PIN, DISC_PIVOT = range(8, 15)
+TORQUE, POWER, POSITIVE_POWER, FRICTION_POWER = range(15, 19)
+#: Those of the forces in pins, and of them those that hold squares.
+PIN_ROWS = (SLOT_FORCE, CRANK_PIN, SLIDER_PIN, DISC_PIVOT)
+SQUARES = PIN_ROWS[1:]
+ACCELERATION_TERMS, RATE_TERMS, PRESSURE_TERMS, CURVATURE_TERMS, FORCE_TERMS, TORQUE_TERMS, POWER_TERMS = range(19, 26)
+#: What the masses of rod and pin add: the force that turns the rod, what presses the slider on its guide, with its
+#: terms; forces on the rod, on rod and pin, with their terms, and in the groove; power, with its terms.
+TURN, PRESSED, PRESSED_TERMS, ROD_X, ROD_Y, LINKS_X, LINKS_Y, LINKS_TERMS, LINKS_GROOVE = range(26, 35)
+LINKS_POWER, LINKS_POWER_TERMS, DISC_TERMS = 35, 36, 37
 #: Rows of the second derivative of the crank's length by time, and of the points.
-CRANK_SECOND_RATE, FIRST_POINT = 22, 23
+CRANK_SECOND_RATE, FIRST_POINT = 38, 39
 SIGNAL_ROWS = FIRST_POINT + MOST_POINTS * POINT_ROWS
 
-# Bits of `needs`: the slider alone, the crank's length with the rod, the groove, forces, two for each point.
-SLIDER, CRANK, GROOVE, FORCES, POINTS = 1, 2, 4, 8, 16
+# Bits of `needs`: the slider alone, the crank's length with the rod, the groove, forces, forces in pins, two for each
+# point.
+SLIDER, CRANK, GROOVE, FORCES, PINS, POINTS = 1, 2, 4, 8, 16, 32
 ALL_POINTS = POINTS * (4**MOST_POINTS - 1)
 
 #: Laws between the breaks, in the order of the marks: those from the inner dead centre on are of the way back, and the

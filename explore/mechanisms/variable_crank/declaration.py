@@ -2,7 +2,7 @@
 
 import math
 
-from explore.mechanisms.load_metrics import WORK_FORMULAS
+from explore.mechanisms.load_metrics import WORK_FORMULAS, largest
 from explore.mechanisms.overall_size import declare_size
 from explore.mechanisms.variable_crank import columns, kernel, motion
 from explore.mechanisms.variable_crank.columns import Row
@@ -14,8 +14,8 @@ from explore.model.quantities import FloatArray, Formula, Metric, Parameter, Sig
 _STROKES = ("outer_to_inner", "inner_to_outer")
 
 
-#: Forces on the slider beside that of its mass.
-_FORCES = (
+#: Loads beside the slider's mass and friction: forces on it, and the masses of the other parts.
+_LOADS = (
     Parameter("constant_force", "N", "force on the slider, outward positive", 0.0, -math.inf, affects="load",
               zero_meaning="none"),
     Parameter("opposing_force", "N", "force against the slider's motion", 0.0, affects="load", zero_meaning="none"),
@@ -23,13 +23,28 @@ _FORCES = (
               zero_meaning="none"),
     Parameter("damping", "N s/m", "viscous damper between slider and ground", 0.0, affects="load",
               zero_meaning="none"),
+    Parameter("rod_mass", "kg", "mass of the rod", 0.0, affects="load", zero_meaning="none"),
+    Parameter("rod_centroid", "1", "centroid of the rod as a share of its length from the crank's pin", 0.5, -math.inf,
+              affects="load", zero_meaning="at the crank's pin"),
+    Parameter("rod_inertia", "kg m^2", "moment of inertia of the rod about its centroid", 0.0, affects="load",
+              zero_meaning="none"),
+    Parameter("pin_mass", "kg", "mass of the crank's pin with its roller", 0.0, affects="load", zero_meaning="none"),
+    Parameter("disc_mass", "kg", "mass of the disc", 0.0, affects="load", zero_meaning="none"),
+    Parameter("disc_centroid", "mm", "centroid of the disc, from its pivot along the slot", 0.0, -math.inf,
+              affects="load", zero_meaning="at the pivot"),
+)  # fmt: skip
+#: One of these must not be 0 where a force is requested.
+_REQUIRED_LOADS = (
+    "mass", "constant_force", "opposing_force", "stiffness", "damping", "rod_mass", "rod_inertia", "pin_mass",
+    "disc_mass",
 )  # fmt: skip
 
 
 def _force(name: str, unit: str, long_name: str, row: int, terms_row: int) -> Signal:
     """Declare a signal under load."""
-    return Signal(name, unit, long_name, row, columns.FORCES, pole_order=4, depends_on_load=True,
-                  required_loads=("mass", *(p.name for p in _FORCES)), terms_row=terms_row)  # fmt: skip
+    needs = columns.FORCES | columns.PINS if row in columns.PIN_ROWS else columns.FORCES
+    return Signal(name, unit, long_name, row, needs, pole_order=4, depends_on_load=True,
+                  required_loads=_REQUIRED_LOADS, is_magnitude=row in columns.SQUARES, terms_row=terms_row)  # fmt: skip
 
 
 _SIGNALS = (
@@ -52,6 +67,14 @@ _SIGNALS = (
            columns.FORCE_TERMS),
     _force("groove_force", "N", "force of the groove on the pin, outward positive", columns.GROOVE_FORCE,
            columns.FORCE_TERMS),
+    _force("slot_force", "N", "force of the disc's slot on the pin, in the direction of turning", columns.SLOT_FORCE,
+           columns.FORCE_TERMS),
+    _force("crank_pin_force", "N", "force in the joint of pin and rod, its magnitude", columns.CRANK_PIN,
+           columns.FORCE_TERMS),
+    _force("slider_pin_force", "N", "force in the joint of rod and slider, its magnitude", columns.SLIDER_PIN,
+           columns.FORCE_TERMS),
+    _force("disc_pivot_force", "N", "force in the pivot of the disc, its magnitude", columns.DISC_PIVOT,
+           columns.DISC_TERMS),
     _force("drive_torque", "N m", "torque that turns the disc", columns.TORQUE, columns.TORQUE_TERMS),
     _force("drive_power", "W", "power that turns the disc", columns.POWER, columns.POWER_TERMS),
     _force("positive_power", "W", "power that turns the disc where it drives, else 0", columns.POSITIVE_POWER,
@@ -76,6 +99,9 @@ def _height(crank_max: FloatArray, _rod: FloatArray, _crank_outer: FloatArray) -
 
 _FORMULAS = (
     *WORK_FORMULAS,
+    Formula("pin_force_peak", "N", "largest force in a pin over the turn, of the three", "min",
+            ("disc_pivot_force_max_cycle", "crank_pin_force_max_cycle", "slider_pin_force_max_cycle"), largest,
+            selects_one=True),
     Formula("groove_clearance", "mm", "smallest radius of curvature of the groove, less that of the roller", "max",
             ("groove_curvature_peak_cycle", "roller_radius"), _clearance),
     *declare_size("the slider's line", ("crank_max_cycle", "rod", "crank_outer"), _width, _height),
@@ -123,7 +149,7 @@ VARIABLE_CRANK = Mechanism(
                   zero_meaning="none"),
         Parameter("gravity", "m/s^2", "acceleration of free fall, towards the guide", 9.80665, affects="load",
                   zero_meaning="none"),
-        *_FORCES,
+        *_LOADS,
         Parameter("roller_radius", "mm", "radius of the roller in the groove", 0.0, affects="sizing",
                   zero_meaning="none"),
     ),
@@ -167,7 +193,8 @@ VARIABLE_CRANK = Mechanism(
         Panel("crank length", ("crank",)),
         Panel("groove pressure angle", ("groove_pressure_angle",)),
         Panel("groove curvature", ("groove_curvature",)),
-        Panel("groove force", ("groove_force",)),
+        Panel("groove and slot force", ("groove_force", "slot_force")),
+        Panel("pin forces", ("crank_pin_force", "slider_pin_force", "disc_pivot_force")),
         Panel("drive torque", ("drive_torque",), shows_mean=True),
         Panel("drive power", ("drive_power",), shows_mean=True),
     ),

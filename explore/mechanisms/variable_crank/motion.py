@@ -26,6 +26,7 @@ from explore.mechanisms.variable_crank.columns import (
     FIRST_LAW_BACK,
     FORCES,
     GROOVE,
+    PINS,
     POSITION,
     PRESSURE_ANGLE,
     PRESSURE_TERMS,
@@ -37,6 +38,7 @@ from explore.mechanisms.variable_crank.columns import (
     Row,
 )
 from explore.mechanisms.variable_crank.forces import fill_forces
+from explore.mechanisms.variable_crank.links import fill_links, fill_pins
 from explore.mechanisms.variable_crank.points import fill_points
 from explore.mechanisms.variable_crank.series import separation
 from explore.subroutines import subroutine
@@ -143,6 +145,9 @@ def fill(constants, tangents, anchor, law, _variant, count, needs, out):
         if needs & (CRANK | GROOVE | FORCES | ALL_POINTS):
             _fill_crank(constants, node, anchor, law, signals)
         if needs & FORCES:
+            fill_links(constants, node, anchor, signals)
             fill_forces(constants, node, anchor, law, signals)
+        if needs & PINS:
+            fill_pins(constants, node, anchor, signals)
         if needs & ALL_POINTS:
             fill_points(constants, node, anchor, needs, signals)
