@@ -1,5 +1,6 @@
 # The public names: read by type checkers, and at run time by lazy_loader.
 from .coverage import coverage_chart as coverage_chart
+from .joint_pareto import joint_pareto_chart as joint_pareto_chart
 from .map import map_chart as map_chart
 from .mechanism import mechanism_chart as mechanism_chart
 from .motion import motion_chart as motion_chart

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import textwrap
+from collections.abc import Mapping
 
 from explore.model.columns import Column
 from explore.store.results import Results
@@ -22,6 +23,12 @@ def unit_text(unit: str) -> str:
 def results_name(results: Results) -> str:
     """Name of the results file without its endings."""
     return results.path.name.removesuffix(".h5").removesuffix(".packed")
+
+
+def distinct_names(sources: Mapping[str, Results]) -> dict[str, str]:
+    """Short names of several results by the names of their files; the names of the files if two have the same."""
+    names = {path: results_name(results) for path, results in sources.items()}
+    return names if len(set(names.values())) == len(names) else {path: path for path in sources}
 
 
 def completeness_note(results: Results) -> str:

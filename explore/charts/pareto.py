@@ -17,6 +17,8 @@ from explore.store.open_results import ResultsOrPath, results_of
 from explore.store.results import Results
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     import pandas as pd
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
@@ -30,7 +32,7 @@ _CROSS_CELLS = (72, 48)
 #: Opacity of crosses up to each violation: the nearer to feasible, the darker.
 _OPACITIES = ((0.1, 0.48), (0.5, INFEASIBLE_OPACITY), (np.inf, 0.2))
 #: Smallest size of a mark in the legend, points.
-_LEGEND_MARK = 6.0
+LEGEND_MARK = 6.0
 #: Share of the feasible designs outside the axes on each side: a few outliers would compress all others.
 _OUTSIDE = 0.005
 
@@ -68,7 +70,7 @@ def pareto_chart(
     handles, labels = panel.get_legend_handles_labels()
     legend = figure.legend(handles, labels, loc="outside lower left", ncols=1, frameon=False, fontsize=10)
     for mark in legend.get_lines():  # the marks of many designs are small
-        mark.set_markersize(max(mark.get_markersize(), _LEGEND_MARK))
+        mark.set_markersize(max(mark.get_markersize(), LEGEND_MARK))
     return figure
 
 
@@ -83,7 +85,7 @@ def draw_designs(
 ) -> Ranking:
     """Draw the designs of `pareto_chart` into existing axes; returns the ranking of the study."""
     ranking = rank_source(results)
-    x, y = _choose_columns(results, ranking, x, y)
+    x, y = choose_columns(results.path, ranking, x, y)
     columns = [numeric_column(results, name) for name in (x, y)]
     frame = results.to_pandas(list(dict.fromkeys([x, y, "feasible", *violation_columns(results)])))
     front = ranking.frame[[x, y]].to_numpy(float)
@@ -92,7 +94,7 @@ def draw_designs(
         chosen = results.designs([choose_design(results, design, ranking)])[[x, y]]
     marked = front if chosen is None else np.vstack([front, chosen.to_numpy(float)])
     points, feasible = frame[[x, y]].to_numpy(float), frame["feasible"].to_numpy(bool)
-    _set_limits(panel, points[feasible] if feasible.any() else points, marked)
+    set_limits(panel, points[feasible] if feasible.any() else points, marked)
     if results.keep == "all":
         _draw_infeasible(panel, points[~feasible], violations(results, frame)[~feasible])
         _draw_feasible(figure, panel, points[feasible], ranking)
@@ -105,18 +107,18 @@ def draw_designs(
     return ranking
 
 
-def _choose_columns(results: Results, ranking: Ranking, x: str | None, y: str | None) -> tuple[str, str]:
+def choose_columns(path: Path | str, ranking: Ranking, x: str | None, y: str | None) -> tuple[str, str]:
     """Names of the columns of both axes: the given ones, else the first objectives."""
     available = [o.metric for o in ranking.objectives if o.metric not in (x, y)]
     names = [name or (available.pop(0) if available else None) for name in (x, y)]
     if names[0] is None or names[1] is None:
-        raise RequestError(f"{results.path} has fewer than two objectives: name the columns with `x` and `y`")
+        raise RequestError(f"{path} has fewer than two objectives: name the columns with `x` and `y`")
     if names[0] == names[1]:
         raise RequestError(f"`x` and `y` are both '{names[0]}'; name two columns")
     return names[0], names[1]
 
 
-def _set_limits(panel: Axes, points: FloatArray, marked: FloatArray) -> None:
+def set_limits(panel: Axes, points: FloatArray, marked: FloatArray) -> None:
     """Set limits that hold all marked points and, apart from outliers, all others; arrays of shape (n, 2)."""
     points = points[np.isfinite(points).all(axis=1)]
     marked = marked[np.isfinite(marked).all(axis=1)]

@@ -66,6 +66,25 @@ def open_several(sources: Sequence[ResultsOrPath]) -> dict[str, Results]:
     return {str(results.path): results for results in several}
 
 
+def open_comparable(sources: Sequence[ResultsOrPath]) -> dict[str, Results]:
+    """Results of one mechanism by the name of their file, to be drawn together.
+
+    Raises
+    ------
+    RequestError
+        As of `open_several`, and if the mechanisms differ or a file holds no designs yet.
+    """
+    results = open_several(sources)
+    first = next(iter(results.values()))
+    for other in results.values():
+        if other.mechanism != first.mechanism:
+            kinds = f"{other.path} is of the mechanism {other.mechanism}, but {first.path} of {first.mechanism}"
+            raise RequestError(f"{kinds}; name results of one mechanism")
+        if other.n_committed == 0:
+            raise RequestError(f"{other.path} holds no designs yet; leave it out")
+    return results
+
+
 def xarray(results: ResultsOrPath) -> Dataset:
     """The committed designs as an xarray dataset, whose columns are read when values are needed.
 

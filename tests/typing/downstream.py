@@ -87,6 +87,7 @@ def draw_charts(results: explore.Results, cover: explore.Coverage, tuning: explo
     """Every figure of the results, which may be their path."""
     return [
         charts.pareto_chart(str(results.path), x="cv", y="rocker_acceleration_max"),
+        charts.joint_pareto_chart([results, "other.h5"], x="cv", y="rocker_acceleration_max"),
         charts.map_chart(results.path, x="crank", y="ground", metric="cv"),
         charts.parallel_chart(results.path),
         charts.motion_chart(results.path),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from explore.cli.completion import complete_columns
-from explore.cli.options import ResultsArgument
 from explore.cli.output import announce_compiling, say
 from explore.cli.paths import FIGURE_ENDINGS, check_output, newest_results, refuse_overwriting
 from explore.cli.progress import block_bar
@@ -44,7 +43,13 @@ def plot(
             metavar="KIND", autocompletion=_complete_kinds, help="pareto, motion, mechanism, map, parallel or ratio."
         ),
     ],
-    results: ResultsArgument = None,
+    results: Annotated[
+        list[Path] | None,
+        typer.Argument(
+            metavar="RESULTS",
+            help="A results file, of pareto several together; by default the newest results/*.h5.",
+        ),
+    ] = None,
     output: Annotated[
         Path | None,
         typer.Option("-o", "--output", help="FILE.png, .svg or .pdf; by default results/NAME-KIND.png."),
@@ -71,17 +76,22 @@ def plot(
     from explore.charts.labels import results_name
     from explore.charts.style import save_figure
 
-    opened = open_results(results or newest_results())
-    refuse_overwriting(opened.path, output, "the results file")
-    if opened.n_committed == 0:
-        raise RequestError(f"{opened.path} holds no designs yet, so there is nothing to draw")
+    paths = results or [newest_results()]
+    _check_several(kind, paths, options)
+    sources = [open_results(path) for path in paths]
+    for source in sources:
+        refuse_overwriting(source.path, output, "the results file")
+        if source.n_committed == 0:
+            raise RequestError(f"{source.path} holds no designs yet, so there is nothing to draw")
     import matplotlib as mpl
 
     # A dollar sign in a file's name or in the results does not begin a formula.
     with block_bar("drawing"), mpl.rc_context({"text.parse_math": False}):
-        figure = _load_chart(kind)(opened, **options)
+        chart = _load_chart(kind if len(sources) == 1 else f"joint_{kind}")
+        figure = chart(sources[0] if len(sources) == 1 else sources, **options)
         if output is None:
-            output = Path("results") / f"{results_name(opened)}-{kind}.png"
+            names = "+".join(results_name(source) for source in sources)
+            output = Path("results") / f"{names}-{kind}.png"
             output.parent.mkdir(exist_ok=True)
         save_figure(figure, output)
     say(str(output), data=True)
@@ -95,6 +105,16 @@ def _check_options(kind: str, options: Mapping[str, str | int]) -> None:
         if option not in KINDS[kind]:
             others = ", ".join(other for other, applicable in KINDS.items() if option in applicable)
             raise RequestError(f"--{option} does not apply to '{kind}', only to {others}")
+
+
+def _check_several(kind: str, paths: Sequence[Path], options: Mapping[str, str | int]) -> None:
+    """Refuse several results of a kind that draws one, and a number that designs of several results have."""
+    if len(paths) == 1:
+        return
+    if kind != "pareto":
+        raise RequestError(f"'{kind}' draws one results file, not {len(paths)}; only 'pareto' draws several together")
+    if "design" in options:
+        raise RequestError("--design applies to one results file: each of several has a design of this number")
 
 
 def _load_chart(kind: str) -> Callable[..., Figure]:

@@ -1,0 +1,114 @@
+"""Figures and pages of several results of one mechanism, with their joint Pareto set."""
+
+import numpy as np
+import pytest
+from command_line import run
+
+import explore
+from explore.charts import joint_pareto_chart
+from explore.errors import RequestError
+
+STUDY = """mechanism = "crank-rocker"
+[parameters]
+crank = {{ start = {start}, stop = 140, num = 9 }}
+coupler = {{ start = 900, stop = 1300, num = 6 }}
+rocker = {{ start = 450, stop = 660, num = 6 }}
+ground = 700
+[constraints]
+transmission_angle_min = {{ min = 30 }}
+[rank]
+metrics = ["cv", "swing_angle:max"]
+"""
+SLIDER = """mechanism = "slider-crank"
+[parameters]
+crank = [40, 50]
+rod = 200
+"""
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """A folder with two studies of a crank-rocker and one of a slider-crank."""
+    folder = tmp_path_factory.mktemp("several")
+    studies = {"low": STUDY.format(start=60), "high": STUDY.format(start=97), "slider": SLIDER}
+    for name, text in studies.items():
+        (folder / f"{name}.toml").write_text(text)
+        explore.sweep(explore.load_study(folder / f"{name}.toml"), folder / f"{name}.h5")
+    return folder
+
+
+@pytest.fixture(scope="module")
+def paths(folder):
+    return [folder / "low.h5", folder / "high.h5"]
+
+
+def test_the_figure_shows_the_joint_ranking(paths):
+    figure = joint_pareto_chart(paths)
+    (panel,) = figure.axes
+    lines = {line.get_label(): np.column_stack(line.get_data()) for line in panel.lines}
+    joint = explore.rank(paths)
+    objectives = ["cv", "swing_angle"]
+
+    assert len(set(joint["results"])) == 2, "both files are in the joint Pareto set"
+    label = f"joint Pareto set in cv (min), swing_angle (max): {len(joint)}"
+    assert {tuple(point) for point in lines[label]} == {tuple(point) for point in joint[objectives].to_numpy()}
+    for path in paths:
+        own, best = explore.rank(path), joint[joint["results"] == str(path)]
+        label = f"{path.stem}: {len(own)} Pareto-optimal designs, {len(best)} (filled) in the joint Pareto set"
+        assert {tuple(point) for point in lines[label]} == {tuple(point) for point in best[objectives].to_numpy()}
+    assert len({line.get_marker() for line in panel.lines if line.get_label().endswith("joint Pareto set")}) == 2
+
+
+def test_names_that_are_not_distinct_are_paths(paths, folder):
+    (folder / "other").mkdir()
+    (folder / "other/low.h5").write_bytes(paths[1].read_bytes())
+    legend = joint_pareto_chart([paths[0], folder / "other/low.h5"]).legends[0]
+    labels = [text.get_text() for text in legend.get_texts()]
+    assert labels[0].startswith(f"{paths[0]}: ")
+    assert labels[1].startswith(f"{folder / 'other/low.h5'}: ")
+
+
+def test_an_objective_that_one_file_lacks_is_named_in_the_figure(paths, folder):
+    text = STUDY.format(start=80).replace('"cv", "swing_angle:max"', '"cv", "rocker_acceleration_max"')
+    text += '[evaluate]\nmetrics = ["cv", "swing_angle", "rocker_acceleration_max"]\n'
+    (folder / "lacks.toml").write_text(text)
+    lacks = explore.sweep(explore.load_study(folder / "lacks.toml"), folder / "lacks.h5")
+    title = joint_pareto_chart([lacks, paths[0]], x="cv", y="swing_angle").get_suptitle()
+    assert "rocker_acceleration_max, an objective of" in title.replace("\n", " ")
+
+
+@pytest.mark.parametrize("command", [["plot", "pareto"]])
+@pytest.mark.parametrize(
+    ("names", "sentence"),
+    [
+        (["low.h5", "slider.h5"], "slider.h5 is of the mechanism slider-crank, but low.h5 of crank-rocker"),
+        (["low.h5", "low.h5"], "low.h5 is named twice"),
+        (["low.h5", "missing.h5"], "missing.h5"),
+    ],
+)
+def test_results_that_do_not_belong_together_get_one_line(folder, command, names, sentence):
+    output = run(*command, *names, cwd=folder, code=1 if "missing.h5" in names else 2)
+    assert sentence in output.stderr
+    assert output.stderr.count("\n") == 1
+    assert not list(folder.glob("results/*"))
+
+
+@pytest.mark.parametrize(
+    ("options", "sentence"),
+    [
+        (["map"], "'map' draws one results file, not 2"),
+        (["pareto", "--design", "1"], "--design applies to one results file"),
+    ],
+)
+def test_a_figure_of_one_file_refuses_several(folder, options, sentence):
+    output = run("plot", options[0], "low.h5", "high.h5", *options[1:], cwd=folder, code=2)
+    assert sentence in output.stderr
+
+
+def test_more_results_than_colours_are_refused(paths, folder):
+    copies = []
+    for number in range(7):
+        copies.append(folder / f"copy{number}.h5")
+        copies[-1].write_bytes(paths[0].read_bytes())
+    with pytest.raises(RequestError, match="7 results has no colours to tell them apart; name 6"):
+        joint_pareto_chart(copies)
