@@ -20,6 +20,7 @@ from .errors import FailedBlocksWarning as FailedBlocksWarning
 from .errors import MotionError as MotionError
 from .errors import RequestError as RequestError
 from .errors import ResultsError as ResultsError
+from .exporting.formats import export as export
 from .store.open_results import open_results as open_results
 from .store.open_results import xarray as xarray
 from .store.results import Results as Results

@@ -7,6 +7,7 @@ from typer.core import TyperGroup
 
 from explore._version import __version__
 from explore.cli.commands.coverage import coverage
+from explore.cli.commands.export import export
 from explore.cli.commands.init import init
 from explore.cli.commands.mechanisms import mechanisms
 from explore.cli.commands.pack import pack
@@ -91,6 +92,7 @@ app.command(
     epilog="Example: explore tune results/grid.h5 --design 42 --parameter crank --metric mean_output_ratio "
     "--from 0.02 --to 0.2 -o curve.svg"
 )(tune)
+app.command(epilog="Example: explore export results/grid.h5 --design 42 -o design.dxf -o design.gif")(export)
 app.command(epilog="Example: explore precision smooth almost_change_point")(precision)
 app.command(epilog="Example: explore stability --accuracy 1e-3")(stability)
 app.command(epilog="Example: explore mechanisms crank-rocker")(mechanisms)

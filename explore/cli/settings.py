@@ -1,10 +1,13 @@
-"""Parameters on the command line: `--set NAME=VALUE`."""
+"""Parameters and points on the command line: `--set NAME=VALUE` and `--point NAME=ALONG,ACROSS`."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
 from explore.errors import RequestError
+
+#: Coordinates of points by name.
+Places = dict[str, tuple[float | str, ...]]
 
 
 def parse_settings(mechanism: str, settings: Sequence[str], points: Sequence[str] = ()) -> dict[str, float]:
@@ -26,6 +29,18 @@ def parse_settings(mechanism: str, settings: Sequence[str], points: Sequence[str
         except RequestError as error:
             raise RequestError(f"--set {name}: {error}") from None
     return parameters
+
+
+def parse_points(points: Sequence[str]) -> Places:
+    """Points from NAME=ALONG,ACROSS."""
+    places: Places = {}
+    for point in points:
+        name, equals, text = point.partition("=")
+        place = tuple(number_or_text(part) for part in text.split(","))
+        if not equals or len(place) != 2:
+            raise RequestError(f"--point {point}: write NAME=ALONG,ACROSS, such as knife=120,40")
+        places[name] = place
+    return places
 
 
 def number_or_text(text: str) -> float | str:

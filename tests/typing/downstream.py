@@ -83,6 +83,13 @@ def tune_design(design: dict[str, float]) -> explore.Tuning:
     return tuning
 
 
+def export_design(results: explore.Results, design: dict[str, float], folder: Path) -> None:
+    """The best design as a study, and the same as a drawing from its parameters."""
+    explore.export(results, [folder / "best.toml", folder / "best.csv"])
+    assert explore.load_study(folder / "best.toml").space.n_designs == 1
+    explore.export("crank-rocker", str(folder / "best.dxf"), parameters=design, points={"knife": (100, "4 cm")})
+
+
 def draw_charts(results: explore.Results, cover: explore.Coverage, tuning: explore.Tuning) -> list[Figure]:
     """Every figure of the results, which may be their path."""
     return [
@@ -132,6 +139,7 @@ def main(folder: Path) -> None:
     cover: explore.Coverage = explore.coverage(
         [13.58, 37.0], rocker=595.0, ground=751.0, coupler=(460.0, 1271.5), transmission_angle=(30.0, 150.0)
     )
+    export_design(results, design, folder)
     figures = draw_charts(results, cover, tune_design(design))
     print(study, design, cover.gaps, len(figures), *refused(), sep="\n")
 

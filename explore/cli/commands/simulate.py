@@ -15,14 +15,11 @@ from explore.cli.completion import complete_mechanisms
 from explore.cli.options import JsonOption
 from explore.cli.output import announce_compiling, print_json, say
 from explore.cli.paths import check_new_file, refuse_overwriting
-from explore.cli.settings import list_settings, number_or_text, parse_settings
+from explore.cli.settings import Places, list_settings, parse_points, parse_settings
 from explore.errors import MotionError, RequestError
 
 if TYPE_CHECKING:
     import pandas as pd
-
-#: Coordinates of points by name.
-Places = dict[str, tuple[float | str, ...]]
 
 
 def simulate(
@@ -64,7 +61,7 @@ def simulate(
     from explore.api.designs import simulate as simulate_motion
 
     announce_compiling()
-    places = _parse_points(points or [])
+    places = parse_points(points or [])
     if config:
         name, parameters, places = _study_design(config, design, settings or [], places)
     else:
@@ -99,18 +96,6 @@ def _study_design(
     say(f"design {design} of {n_designs:,}: {list_settings(own)}{exceptions}")
     parameters = own | replaced
     return name, parameters, {**coordinates(points, parameters), **places}
-
-
-def _parse_points(points: list[str]) -> Places:
-    """Points from NAME=ALONG,ACROSS."""
-    places: Places = {}
-    for point in points:
-        name, equals, text = point.partition("=")
-        place = tuple(number_or_text(part) for part in text.split(","))
-        if not equals or len(place) != 2:
-            raise RequestError(f"--point {point}: write NAME=ALONG,ACROSS, such as knife=120,40")
-        places[name] = place
-    return places
 
 
 def _write(motion: pd.DataFrame, output: Path | None, *, as_json: bool) -> None:

@@ -1,0 +1,75 @@
+"""`explore export`: write a design as files for CAD and other tools."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from explore.cli.completion import complete_mechanisms
+from explore.cli.output import announce_compiling, say
+from explore.cli.paths import check_output, newest_results
+from explore.cli.settings import list_settings, parse_points, parse_settings
+from explore.errors import RequestError
+
+#: Formats, by the endings of names.
+ENDINGS = (".toml", ".csv", ".hdf5", ".mat", ".dxf", ".svg", ".gif", ".mp4")
+
+
+def export(
+    results: Annotated[
+        Path | None,
+        typer.Argument(metavar="RESULTS", help="A results file with the design; by default the newest results/*.h5."),
+    ] = None,
+    design: Annotated[
+        int | None, typer.Option(min=0, help="The design of the results; by default the best of the Pareto set.")
+    ] = None,
+    mechanism: Annotated[
+        str | None,
+        typer.Option(autocompletion=complete_mechanisms, help="A mechanism, with --set in place of results."),
+    ] = None,
+    settings: Annotated[
+        list[str] | None, typer.Option("--set", metavar="NAME=VALUE", help="A parameter; a unit may follow.")
+    ] = None,
+    points: Annotated[
+        list[str] | None,
+        typer.Option("--point", metavar="NAME=ALONG,ACROSS", help="A point of the floating link, mm, as knife=120,40."),
+    ] = None,
+    output: Annotated[
+        list[Path] | None,
+        typer.Option(
+            "-o",
+            "--output",
+            help="A file, as often as wanted: the design as a study .toml; its motion .csv, .hdf5, .mat; the drawing "
+            ".dxf, .svg; the mechanism moving .gif, .mp4, .animated.svg.",
+        ),
+    ] = None,
+) -> None:
+    """Write a design as files for CAD and other tools: study, motion, drawing, animation."""
+    if not output:
+        raise RequestError("name a file: -o wiper.dxf, and others by -o again")
+    for path in output:
+        check_output(path, ENDINGS)
+    if mechanism is not None and (results is not None or design is not None):
+        raise RequestError("--mechanism takes its parameters from --set; leave out RESULTS and --design")
+    if mechanism is None and (settings or points):
+        raise RequestError("--set and --point are those of a --mechanism; a design of results has its own")
+    from explore.exporting.formats import export as write_design
+
+    if mechanism is None:
+        from explore.api.chosen import chosen_designs
+        from explore.store.open_results import open_results
+
+        opened = open_results(results or newest_results())
+        number = int(chosen_designs(opened, design).index[0])
+        say(f"design {number} of {opened.path}")
+        announce_compiling()
+        write_design(opened, output, design=number)
+    else:
+        parameters, places = parse_settings(mechanism, settings or []), parse_points(points or [])
+        say(list_settings(parameters))
+        announce_compiling()
+        write_design(mechanism, output, parameters=parameters, points=places)
+    for path in output:
+        say(f"wrote {path}")

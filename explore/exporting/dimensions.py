@@ -1,0 +1,128 @@
+"""The dimensions of a drawing: lengths of links, distances of pivots and guides, and how far the output goes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from itertools import pairwise
+
+import numpy as np
+
+from explore.charts.simulation import SimulatedDesign
+from explore.exporting.shapes import Angle, Arc, Distance, Polyline
+from explore.exporting.symbols import PIVOT, directions
+from explore.exporting.tracks import track_of
+from explore.model.drawing import Drawing, Vector
+from explore.model.quantities import FloatArray
+
+#: Distance of a dimension line from what it measures, in heights of text.
+_OFFSET = 2.5
+#: A length that changes by less than this share of the largest is constant, and below it is none.
+_ROUNDING = 1e-9
+
+
+def dimensions(
+    simulated: SimulatedDesign, drawing: Drawing, points: Mapping[str, FloatArray], height: float
+) -> Iterator[Distance | Angle]:
+    """The dimensions of a design whose points are at these places."""
+    turn = simulated.pose().points(drawing)
+    smallest = _ROUNDING * float(np.ptp(np.vstack(list(turn.values())), axis=0).max())
+    yield from _links(drawing, points, turn, height, smallest)
+    yield from _pivots(simulated, drawing, points, height)
+    yield from _offsets(drawing, points, turn, height, smallest)
+    yield from _ways(simulated, drawing, turn, height)
+
+
+def _links(
+    drawing: Drawing,
+    points: Mapping[str, FloatArray],
+    turn: Mapping[str, FloatArray],
+    height: float,
+    smallest: float,
+) -> Iterator[Distance]:
+    """The lengths of links, and the sides of those with more than two points, where they are constant."""
+    everything = np.mean([points[name] for link in drawing.links for name in link.points] or [np.zeros(2)], axis=0)
+    for link in drawing.links:
+        is_bar = len(link.points) == 2
+        centre = everything if is_bar else np.mean([points[name] for name in link.points], axis=0)
+        for first, second in pairwise(link.points):
+            lengths = np.hypot(*(turn[second] - turn[first]).T)
+            if np.ptp(lengths) <= smallest < lengths[0]:
+                offset = _away(points[first], points[second], centre) * _OFFSET * height
+                yield Distance("dimensions", points[first], points[second], offset, link.name if is_bar else "")
+
+
+def _pivots(
+    simulated: SimulatedDesign, drawing: Drawing, points: Mapping[str, FloatArray], height: float
+) -> Iterator[Distance]:
+    """The distances of pivots, below all that moves."""
+    lowest = reach(simulated, drawing)[0, 1]
+    for first, second in pairwise(sorted(drawing.pivots, key=lambda name: float(points[name][0]))):
+        below = max(points[first][1] - lowest, 1.4 * PIVOT * height) + _OFFSET * height
+        name = _name(drawing.points[second]) or _name(drawing.points[first])
+        yield Distance("dimensions", points[first], points[second], -below, name)
+
+
+def reach(simulated: SimulatedDesign, drawing: Drawing) -> FloatArray:
+    """Smallest and largest coordinates of all points and bodies over a turn, shape (2, 2)."""
+    turn = simulated.pose()
+    points = list(turn.points(drawing).values())
+    for profile in drawing.profiles:  # bodies turn, so each reaches as far to all sides
+        centre, radius = turn.sum(drawing.points[profile.centre]), np.hypot(*turn.sum(profile.vectors).T).max()
+        points += [centre - radius, centre + radius]
+    return np.array([np.min(np.vstack(points), axis=0), np.max(np.vstack(points), axis=0)])
+
+
+def _away(first: FloatArray, second: FloatArray, centre: FloatArray) -> float:
+    """The side of a link, 1 for the left, that is away from the centre."""
+    along = second - first
+    across = np.array([-along[1], along[0]])
+    return 1.0 if (0.5 * (first + second) - centre) @ across >= 0.0 else -1.0
+
+
+def _name(vectors: tuple[Vector, ...]) -> str:
+    """The length that a place is given by, in words; empty if there are several."""
+    return vectors[0].length.replace("_", " ") if len(vectors) == 1 and isinstance(vectors[0].length, str) else ""
+
+
+def _offsets(
+    drawing: Drawing,
+    points: Mapping[str, FloatArray],
+    turn: Mapping[str, FloatArray],
+    height: float,
+    smallest: float,
+) -> Iterator[Distance]:
+    """The distance of each guide from the first pivot, beside all that moves."""
+    for guide in drawing.guides:
+        along, _ = directions(guide.angle)
+        for name in drawing.pivots[:1]:
+            way = points[guide.point] - points[name]
+            foot = points[name] + way - (way @ along) * along
+            if np.hypot(*(foot - points[name])) > smallest:
+                named = next((str(v.length) for v in drawing.points[guide.point] if v.angle == guide.angle + 90.0), "")
+                side = -1.0 if way @ along >= 0.0 else 1.0
+                beside = max(float(np.max(side * (place - points[name]) @ along)) for place in turn.values())
+                offset = _away(points[name], foot, points[guide.point]) * (beside + _OFFSET * height)
+                yield Distance("dimensions", points[name], foot, offset, named)
+
+
+def _ways(
+    simulated: SimulatedDesign, drawing: Drawing, turn: Mapping[str, FloatArray], height: float
+) -> Iterator[Distance | Angle]:
+    """How far each output goes: the angle of its arc, or the length of its guided line."""
+    guided = {guide.point for guide in drawing.guides}
+    for path in drawing.paths:
+        if path.role != "output":
+            continue
+        track = track_of(simulated, drawing.points[path.point], path.long_name)
+        if isinstance(track, Arc):
+            yield Angle("dimensions", track, _farthest(track, turn) + 2.0 * _OFFSET * height)
+        elif isinstance(track, Polyline) and path.point in guided:
+            yield Distance("dimensions", track.points[0], track.points[1], -2.0 * _OFFSET * height, "stroke")
+
+
+def _farthest(arc: Arc, turn: Mapping[str, FloatArray]) -> float:
+    """How far from the centre of an arc points go in its sector."""
+    ways = np.vstack(list(turn.values())) - arc.centre
+    after_start = np.mod(np.rad2deg(np.arctan2(ways[:, 1], ways[:, 0])) - arc.start, 360.0)
+    distances = np.hypot(*ways.T)[after_start <= arc.stop - arc.start]
+    return float(np.max(distances, initial=arc.radius))

@@ -1,0 +1,183 @@
+"""Exported drawings in other readers: lengths and dimensions beside the parameters, splines beside the motion."""
+
+import re
+import xml.etree.ElementTree as ET
+
+import ezdxf
+import numpy as np
+import pytest
+from ezdxf import units
+
+import explore
+
+DESIGNS = {
+    "crank-rocker": {"crank": 40.0, "coupler": 170.0, "rocker": 60.0, "ground": 180.0},
+    "test-rig": {"crank": 30.0, "coupler": 500.0, "rocker": 200.0, "ground": 480.0},
+    "slider-crank": {"crank": 60.0, "rod": 200.0, "offset": 25.0},
+    "variable-crank": {"rod": 150.0, "slider_speed": 300.0, "speed": 6.0, "reversal_time": 0.15},
+    "gears": {"growth": 1.44, "centre_distance": 140.0},
+}
+#: Links that are lines, and parameters that are dimensions, of each.
+LENGTHS = {
+    "crank-rocker": (["crank", "coupler", "rocker"], ["crank", "coupler", "rocker", "ground"]),
+    "test-rig": (["crank", "coupler", "rocker"], ["crank", "coupler", "rocker", "ground"]),
+    "slider-crank": (["crank", "rod"], ["crank", "rod", "offset"]),
+    "variable-crank": (["rod"], ["rod"]),
+    "gears": ([], ["centre_distance"]),
+}
+#: Closed-form metrics that are dimensions: how far the output goes.
+WAYS = {
+    "crank-rocker": "swing_angle",
+    "test-rig": "swing_angle",
+    "slider-crank": "stroke",
+    "variable-crank": "stroke",
+}
+SVG = "{http://www.w3.org/2000/svg}"
+#: mm and deg. Sums of lengths below 1000 mm round to 1e-13 mm, cosines of an arc's ends to 1e-14 rad; the extremes of
+#: the output are found on grids, the last of 1e-5 deg, whose square is the error.
+ROUNDING = 1e-9
+
+
+@pytest.fixture(scope="module", params=DESIGNS)
+def drawing(request, tmp_path_factory):
+    """A design's name and the folder of its drawings."""
+    folder = tmp_path_factory.mktemp("drawing")
+    explore.export(request.param, [folder / "a.dxf", folder / "a.svg"], parameters=DESIGNS[request.param])
+    return request.param, folder
+
+
+def layer(document, name, kind="*"):
+    return document.modelspace().query(f'{kind}[layer=="{name}"]')
+
+
+def test_dxf_is_sound_in_millimetres_with_layers(drawing):
+    name, folder = drawing
+    document = ezdxf.readfile(folder / "a.dxf")
+    auditor = document.audit()
+    assert (auditor.errors, auditor.fixes) == ([], [])
+    assert (document.dxfversion, document.units) == ("AC1024", units.MM)
+    assert document.header["$MEASUREMENT"] == 1
+    used = {entity.dxf.layer for entity in document.modelspace()}
+    expected = {"paths", "pivots", "dimensions", "text"}
+    expected |= {"profiles"} if name == "gears" else {"links", "limit positions"}
+    expected |= {"guides"} if name in ("slider-crank", "variable-crank") else set()
+    assert used == expected
+    assert used <= {each.dxf.name for each in document.layers}
+    assert document.layers.get("limit positions").dxf.linetype == "DIVIDE"
+
+
+def test_links_and_dimensions_have_the_lengths_of_the_parameters(drawing):
+    name, folder = drawing
+    document, design = ezdxf.readfile(folder / "a.dxf"), DESIGNS[drawing[0]]
+    links, dimensions = LENGTHS[name]
+    lines = [line.dxf.start.distance(line.dxf.end) for line in layer(document, "links", "LINE")]
+    for link in links:
+        assert min(abs(length - design[link]) for length in lines) < ROUNDING, link
+    entities = layer(document, "dimensions", "DIMENSION")
+    measured = [dimension.get_measurement() for dimension in entities]
+    for parameter in dimensions:
+        assert min(abs(value - design[parameter]) for value in measured) < ROUNDING, parameter
+    if way := WAYS.get(name):
+        expected = explore.evaluate(name, design, metrics=[way])[way].iloc[0]
+        assert min(abs(value - expected) for value in measured) < ROUNDING, way
+    assert all(dimension.get_geometry_block() is not None for dimension in entities)
+
+
+def test_paths_are_circles_and_arcs_where_they_are():
+    """Of a crank-rocker, whose joints go round the pivots."""
+    simulated = explore.exporting.chosen.DesignOfParameters.read("crank-rocker", DESIGNS["crank-rocker"], {}).simulated
+    sheet = explore.exporting.sheet.draw_sheet(simulated)
+    circle, arc = (shape for shape in sheet.shapes if shape.layer == "paths")
+    assert (circle.radius, circle.centre.tolist()) == (40.0, [0.0, 0.0])
+    assert (arc.radius, arc.centre.tolist()) == (60.0, [180.0, 0.0])
+    angles = explore.simulate("crank-rocker", DESIGNS["crank-rocker"], angles=3600)["rocker_angle"]
+    assert arc.start <= angles.min() < arc.start + 1e-4  # the grid misses the extreme by the square of 0.05 deg
+    assert arc.stop - 1e-4 < angles.max() <= arc.stop
+
+
+def exact_groove(angles):
+    crank = explore.simulate("variable-crank", DESIGNS["variable-crank"], angles=angles)["crank"].to_numpy()
+    return crank * np.exp(1j * np.deg2rad(angles))
+
+
+def exact_driver(angles):
+    radius = explore.simulate("gears", DESIGNS["gears"], angles=angles)["driver_radius"].to_numpy()
+    return radius * np.exp(-1j * np.deg2rad(angles))
+
+
+def exact_driven(angles):
+    motion = explore.simulate("gears", DESIGNS["gears"], angles=angles)
+    turned = np.exp(1j * np.deg2rad(motion["driven_angle"].to_numpy()))
+    return DESIGNS["gears"]["centre_distance"] - motion["driven_radius"].to_numpy() * turned
+
+
+def exact_knife(angles):
+    motion = explore.simulate("crank-rocker", DESIGNS["crank-rocker"], points={"knife": (120.0, 40.0)}, angles=angles)
+    return motion["knife_x"].to_numpy() + 1j * motion["knife_y"].to_numpy()
+
+
+@pytest.mark.parametrize(
+    ("name", "number", "exact", "points"),
+    [
+        ("variable-crank", 0, exact_groove, {}),
+        ("gears", 0, exact_driver, {}),
+        ("gears", 1, exact_driven, {}),
+        ("crank-rocker", 0, exact_knife, {"knife": (120.0, 40.0)}),
+    ],
+)
+def test_splines_are_closed_smooth_and_within_a_micrometre(name, number, exact, points, tmp_path):
+    """The spline as ezdxf evaluates it; its parameter is the input angle, at which the motion gives the exact point."""
+    explore.export(name, tmp_path / "a.dxf", parameters=DESIGNS[name], points=points)
+    document = ezdxf.readfile(tmp_path / "a.dxf")
+    spline = document.modelspace().query("SPLINE")[number]
+    assert spline.closed
+    assert spline.control_points[0].tolist() == spline.control_points[-1].tolist()
+    curve = spline.construction_tool()
+    angles = np.linspace(spline.knots[0], spline.knots[-1], 5000)
+    drawn = np.array([complex(point.x, point.y) for point in curve.points(angles)])
+    deviation = np.abs(drawn - exact(angles)).max()
+    assert deviation < 1e-3
+    notes = [text.dxf.text for text in layer(document, "text", "TEXT")]
+    (stated,) = [
+        re.fullmatch(r"splines within (\S+) mm of the exact curves", note) for note in notes if "spline" in note
+    ]
+    # Stated are the largest deviations at the quarters between points, rounded to a digit, of all splines.
+    assert deviation < 1.2 * float(stated[1])
+    turns = np.abs(np.diff(np.unwrap(np.angle(np.diff(np.append(drawn, drawn[1]))))))
+    assert turns.max() < 0.05, "a corner"
+
+
+def numbers(text):
+    return np.array(re.findall(r"-?\d+(?:\.\d+)?", text), dtype=float)
+
+
+def test_svg_is_to_scale_with_a_group_for_each_layer(drawing):
+    name, folder = drawing
+    root = ET.parse(folder / "a.svg").getroot()
+    _, _, width, height = numbers(root.get("viewBox"))
+    assert [float(root.get(side).removesuffix("mm")) for side in ("width", "height")] == [width, height]
+    groups = {group.get("id"): group for group in root.iter(f"{SVG}g")}
+    document = ezdxf.readfile(folder / "a.dxf")
+    assert set(groups) == {entity.dxf.layer.replace(" ", "-") for entity in document.modelspace()}
+    if name == "gears":
+        return
+    lines = [numbers(path.get("d")) for path in groups["links"].iter(f"{SVG}path")]
+    lengths = [np.hypot(line[2] - line[0], line[3] - line[1]) for line in lines if len(line) == 4]
+    for link in LENGTHS[name][0]:
+        # coordinates have six decimals
+        assert min(abs(length - DESIGNS[name][link]) for length in lengths) < 2e-6, link
+
+
+def test_svg_and_dxf_have_the_same_splines(tmp_path):
+    explore.export("gears", [tmp_path / "a.dxf", tmp_path / "a.svg"], parameters=DESIGNS["gears"])
+    splines = ezdxf.readfile(tmp_path / "a.dxf").modelspace().query("SPLINE")
+    root = ET.parse(tmp_path / "a.svg").getroot()
+    (group,) = [group for group in root.iter(f"{SVG}g") if group.get("id") == "profiles"]
+    for spline, path in zip(splines, group.iter(f"{SVG}path"), strict=True):
+        data = numbers(path.get("d")).reshape(-1, 2) * [1.0, -1.0]
+        starts, (first, second, ends) = data[:-1:3], (data[1::3], data[2::3], data[3::3])
+        middles = (starts + 3.0 * first + 3.0 * second + ends) / 8.0
+        knots = np.unique(spline.knots)
+        assert len(middles) == len(knots) - 1
+        expected = [point.vec2 for point in spline.construction_tool().points(0.5 * (knots[1:] + knots[:-1]))]
+        assert middles == pytest.approx(np.array([(point.x, point.y) for point in expected]), abs=2e-6)
