@@ -1,5 +1,6 @@
 # The public names: read by type checkers, and at run time by lazy_loader.
 from ._version import __version__ as __version__
+from .api.certification import certify as certify
 from .api.designs import evaluate as evaluate
 from .api.designs import list_mechanisms as list_mechanisms
 from .api.designs import simulate as simulate

@@ -189,6 +189,19 @@ def test_tune_is_true(tmp_path, monkeypatch, capsys):
     run_page("tune.md", capsys)
 
 
+def test_certify_is_true(tmp_path, monkeypatch, capsys):
+    page = (ROOT / "docs/certify.md").read_text(encoding="utf-8")
+    (study,) = re.findall(r"^```toml\n# three-four-five.toml\n(.*?)^```", page, re.MULTILINE | re.DOTALL)
+    (tmp_path / "three-four-five.toml").write_text(study)
+    monkeypatch.chdir(tmp_path)
+    assert call("sweep", "three-four-five.toml")[0] == 0
+    code, out, _ = call("certify", "results/three-four-five.h5", "--design", "0", "--design", "1")
+    assert code == 1
+    shown = page[page.index("certified designs\n", page.index("--design 0")) :]
+    assert shown.startswith(out[out.index("certified designs\n") :])
+    run_page("certify.md", capsys)
+
+
 def test_tutorial_is_true(tmp_path, monkeypatch, capsys):
     """Its commands, one after the other, print what it says; so do its Python blocks after them."""
     page = (ROOT / "docs/tutorial.md").read_text(encoding="utf-8")

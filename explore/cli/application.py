@@ -6,6 +6,7 @@ import typer
 from typer.core import TyperGroup
 
 from explore._version import __version__
+from explore.cli.commands.certify import certify
 from explore.cli.commands.coverage import coverage
 from explore.cli.commands.export import export
 from explore.cli.commands.init import init
@@ -78,6 +79,9 @@ app.command(epilog="Example: explore sweep configs/grid.toml")(sweep)
 app.command(epilog="Example: explore rank --metric cv --metric swing_angle:max --top 5")(rank)
 app.command(epilog="Example: explore refine results/optimum.h5 --evaluations 1000000")(refine)
 app.command(epilog="Example: explore polish results/optimum.h5 --metric cv")(polish)
+app.command(
+    epilog="Exit code 0 only if all is proved, 1 if something is refuted or open. Example: explore certify --design 42"
+)(certify)
 app.command(epilog="Example: explore show --design 42")(show)
 app.command(epilog="Example: explore plot pareto results/grid.h5 --x cv --y swing_angle -o front.svg")(plot)
 app.command(epilog="Example: explore report results/grid.h5 -o grid.html")(report)

@@ -54,6 +54,8 @@ def sweep_study(study: explore.Study, folder: Path) -> explore.Results:
     assert refined.objectives == results.objectives
     polished: pd.DataFrame = explore.polish(refined, objective="cv")
     assert polished["cv"].iloc[0] <= explore.rank(refined)["cv"].min()
+    certified: pd.DataFrame = explore.certify(refined, 0)
+    assert certified["verdict"].to_list() == ["proved"]
     return results
 
 

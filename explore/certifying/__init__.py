@@ -1,0 +1,1 @@
+"""Proofs of what results say of designs, in ball arithmetic."""

@@ -1,0 +1,459 @@
+"""Certificates of designs: enclosures beside mpmath, and false rows that must be found."""
+
+import json
+import math
+import re
+from importlib.util import find_spec
+from pathlib import Path
+from unittest import mock
+
+import mpmath
+import numpy as np
+import pytest
+from command_line import call
+from exact_linkage import ExactLinkage
+from flint import arb, ctx
+
+import explore
+from explore.certifying.balls import PRECISIONS, working_precision
+from explore.certifying.certification import certify_designs
+from explore.certifying.designs import Design
+from explore.certifying.four_bar_shape import classify
+from explore.certifying.registry import find_certificate
+from explore.errors import RequestError
+from explore.evaluation.evaluate import evaluate_columns
+from explore.mechanisms import four_bar
+from explore.model.request import Objective
+from explore.model.status import Status
+from explore.request.names import find_mechanism
+from explore.request.requests import make_request
+
+CRANK_ROCKER = find_mechanism("crank-rocker")
+LENGTHS = ("crank", "coupler", "rocker", "ground")
+STROKES = ("overlapped_to_extended", "extended_to_overlapped")
+VELOCITIES = ("coupler_velocity", "rocker_velocity")
+ACCELERATIONS = ("coupler_acceleration", "rocker_acceleration")
+ANGLES = ("coupler_angle", "rocker_angle", "transmission_angle")
+#: Digits of the quadrature of `ExactLinkage`, whose rule has a fixed number of nodes.
+QUADRATURE = 1e-19
+#: The published optimum.
+PUBLISHED = (50.0, 940.62, 211.79, 869.44)
+
+
+def random_linkages(count, seed):
+    """Crank-rockers of all shapes."""
+    random, found = np.random.default_rng(seed), []
+    while len(found) < count:
+        lengths = tuple(random.uniform(50.0, 1000.0, 4).tolist())
+        if classify(*lengths)[0] == four_bar.CRANK_ROCKER:
+            found.append(lengths)
+    return found
+
+
+#: The margins are exact: the lengths are dyadic. The last one is a kite.
+NEAR_CHANGE_POINT = [(150.0, 1083.5, 541.75, 691.75 + 2.0**-power) for power in (0, 14, 27, 36)]
+KITES = [(50.0, 300.0, 300.0, 200.0), (50.0, 300.0 + 2.0**-30, 300.0, 200.0)]
+
+
+def design_of(lengths, metrics, *, branch=1.0, phases=3.0, speed=1.0, **options):
+    """A design and its request."""
+    request = make_request(CRANK_ROCKER, metrics=metrics, **options)
+    parameters = {parameter.name: parameter.default for parameter in CRANK_ROCKER.parameters}
+    parameters |= dict(zip(LENGTHS, lengths, strict=True)) | {"branch": branch, "phases": phases, "speed": speed}
+    return Design(find_certificate("crank-rocker"), parameters, request)
+
+
+def enclosures(lengths, metrics, **options):
+    """Enclosures by name."""
+    design = design_of(lengths, metrics, **options)
+    return {metric.name: design.enclose(metric) for metric in design.request.metrics}
+
+
+def is_close(enclosure, number, error=0.0):
+    """Whether a ball of less than 2^-64 of its scale holds an mpmath number that has 50 digits, or a relative error."""
+    with working_precision(256):
+        distance = abs(enclosure.ball - arb(mpmath.nstr(number, 50)))
+        allowed = enclosure.scale.upper() * (arb(10) ** -46 + arb(error))
+        return enclosure.is_narrow and bool(distance.lower() <= allowed)
+
+
+@pytest.mark.parametrize("branch", [1.0, -1.0])
+def test_closed_forms_hold_the_numbers_of_mpmath(branch):
+    names = (
+        "grashof_margin", "swing_angle", "mid_angle", "time_ratio", "mean_output_ratio",
+        "transmission_angle_min", "transmission_angle_max",
+    )  # fmt: skip
+    for lengths in [*random_linkages(24, seed=1), *NEAR_CHANGE_POINT, *KITES]:
+        exact = ExactLinkage(*lengths, branch)
+        found = enclosures(lengths, names, branch=branch)
+        for name in names:
+            if name == "mean_output_ratio":
+                true = exact.swing / (2 * mpmath.pi)
+            else:
+                true = getattr(exact, "swing" if name == "swing_angle" else name)
+            true = true * 180 / mpmath.pi if "_angle" in name else true
+            assert is_close(found[name], true), (lengths, name)
+
+
+@pytest.mark.parametrize("stroke", STROKES)
+def test_moments_hold_the_numbers_of_mpmath(stroke):
+    """Velocities by antiderivatives, accelerations by rigorous integration; mpmath integrates all."""
+    signals = (*VELOCITIES, *ACCELERATIONS)
+    metrics = [f"{signal}_{statistic}" for signal in signals for statistic in ("mean", "variance")]
+    metrics += ["rocker_velocity_cv", "coupler_velocity_rms", "coupler_acceleration_std"]
+    for lengths in [*random_linkages(2, seed=2), NEAR_CHANGE_POINT[1], KITES[1]]:
+        exact = ExactLinkage(*lengths)
+        moments = dict(zip(signals, exact.moments(*exact.stroke(stroke == STROKES[0])), strict=True))
+        found = enclosures(lengths, metrics, window=stroke)
+        for name in metrics:
+            signal, statistic = name.rsplit("_", 1)
+            mean, variance = moments[signal]
+            true = {
+                "mean": mean, "variance": variance, "std": mpmath.sqrt(variance),
+                "rms": mpmath.sqrt(variance + mean**2), "cv": mpmath.sqrt(variance) / abs(mean) if mean else None,
+            }[statistic]  # fmt: skip
+            assert is_close(found[name], true, QUADRATURE), (lengths, name)
+
+
+@pytest.mark.parametrize("branch", [1.0, -1.0])
+def test_interval_statistics_hold_the_numbers_of_mpmath(branch):
+    """Over an interval past a full turn's end, all signals; extremes by roots here, by a search in mpmath."""
+    signals = (*VELOCITIES, *ACCELERATIONS, *ANGLES)
+    statistics = ("mean", "variance", "min", "max")
+    # the window in the name: `transmission_angle_max` alone is over the turn
+    metrics = [f"{signal}_{statistic}_interval" for signal in signals for statistic in statistics]
+    lengths = PUBLISHED
+    exact = ExactLinkage(*lengths, branch)
+    window = {"from": 200.0, "to": 500.0}
+    first, last = (mpmath.mpf(math.radians(angle)) for angle in window.values())
+    moments, extremes = exact.moments(first, last, exact.signals), exact.extremes(first, last)
+    found = enclosures(lengths, metrics, branch=branch, window=window)
+    for k, signal in enumerate(signals):
+        factor = 180 / mpmath.pi if signal in ANGLES else 1
+        for statistic, true in zip(statistics, (*moments[k], *extremes[k]), strict=True):
+            true = true * (factor**2 if statistic == "variance" else factor)
+            # the search takes differences with a step of 1e-15, which leaves an extreme 1e-30 off
+            assert is_close(found[f"{signal}_{statistic}_interval"], true, QUADRATURE), (signal, statistic)
+
+
+@pytest.mark.parametrize("lengths", [PUBLISHED, *random_linkages(2, seed=4), *NEAR_CHANGE_POINT[:2]])
+def test_extremes_hold_the_numbers_of_mpmath(lengths):
+    signals = (*VELOCITIES, *ACCELERATIONS, "coupler_angle")
+    exact = ExactLinkage(*lengths)
+    start, stop = exact.stroke(through_zero=True)
+    extremes = exact.extremes(start, stop)
+    metrics = [f"{signal}_{side}" for signal in signals for side in ("min", "max")]
+    found = enclosures(lengths, metrics, window=STROKES[0])
+    for k, signal in enumerate(signals):
+        factor = 180 / mpmath.pi if signal in ANGLES else 1
+        for side, true in zip(("min", "max"), extremes[k], strict=True):
+            assert is_close(found[f"{signal}_{side}"], true * factor, QUADRATURE), (signal, side)
+
+
+def test_the_published_values_are_enclosed():
+    """The values of mpmath in `reference/crank_rocker.json`, for decimal lengths, which doubles miss by 1e-16."""
+    text = (Path(__file__).parent / "reference/crank_rocker.json").read_text(encoding="utf-8")
+    published = json.loads(text)["designs"]
+    checked = 0
+    for reference in published:
+        lengths = tuple(float(reference[name]) for name in LENGTHS)
+        if classify(*lengths)[0] != four_bar.CRANK_ROCKER:
+            continue
+        for signal, statistics in reference["cycle"].items():
+            names = {
+                f"{signal}_{name}": true for name, true in statistics.items() if name in ("variance", "max", "min")
+            }
+            found = enclosures(lengths, [*names], window="cycle", branch=float(reference["branch"]))
+            for name, true in names.items():
+                distance = abs(found[name].ball - arb(true)) / found[name].scale
+                assert distance < 2e-15, (lengths, name)
+                checked += 1
+    assert checked > 40
+
+
+def certified(table, metrics, *, is_front=False, objectives=(), **options):
+    """Proofs of the rows of `explore.evaluate`, by number."""
+    request = make_request(CRANK_ROCKER, metrics=metrics, **options)
+    rows = {number: {name: float(value) for name, value in row.items()} for number, row in enumerate(table)}
+    return {
+        number: proof
+        for number, (proof, _) in certify_designs(request, rows, list(objectives), is_front=is_front).items()
+    }
+
+
+def evaluated(lengths, metrics, **options):
+    """Rows of `explore.evaluate` as dictionaries."""
+    columns = {name: np.array(column) for name, column in zip(LENGTHS, zip(*lengths, strict=True), strict=True)}
+    return explore.evaluate("crank-rocker", columns, metrics=metrics, **options).to_dict(orient="records")
+
+
+def test_all_classes_are_proved():
+    """All seven, and two change points: dyadic lengths, and equal ones."""
+    lengths = [
+        PUBLISHED, (170, 140, 130, 50), (100, 50, 110, 120), (110, 120, 50, 100), (100, 110, 120, 135),
+        (150, 1083.5, 541.75, 691.75), (50, 60, 400, 200), (100, 100, 100, 100),
+    ]  # fmt: skip
+    metrics = ["linkage_class", "grashof_margin", "swing_angle", "transmission_angle_min", "coupler_velocity_variance"]
+    table = evaluated(lengths, metrics, window="cycle")
+    assert {row["linkage_class"] for row in table} == set(range(7))
+    for number, proof in certified(table, metrics, window="cycle").items():
+        assert proof.verdict == "proved", (number, proof.reason)
+
+
+METRICS = ["linkage_class", "swing_angle", "cv", "rocker_acceleration_max", "coupler_velocity_mean"]
+OPTIONS = {"window": "drive", "constraints": {"transmission_angle_min": {"min": 10.0}}, "tolerance": 1e-12}
+
+
+@pytest.mark.parametrize(
+    ("column", "change", "reason"),
+    [
+        ("cv", lambda x: x * (1 + 3e-12), "cv .* is off by"),
+        ("rocker_acceleration_max", lambda x: x + 1e-13, "rocker_acceleration_max .* is off by"),
+        ("coupler_velocity_mean", lambda x: -x, "coupler_velocity_mean .* is off by"),
+        ("swing_angle", lambda x: x * (1 + 3e-15), "swing_angle .* is off by"),
+        ("swing_angle", lambda x: math.nan, "swing_angle is missing"),
+        ("cv", lambda x: math.inf, "cv is inf"),
+        ("transmission_angle_min_margin", lambda x: x + 1e-10, "transmission_angle_min_margin .* is off by"),
+        ("linkage_class", lambda x: 1, "linkage_class is crank_rocker, not double_crank"),
+        ("status", lambda x: 3, "status is ok by exact signs, not crank_blocked"),
+        ("status", lambda x: 6, "it is not feasible: its status is not ok"),
+        ("feasible", lambda x: 0, "it is feasible"),
+        ("error", lambda x: 2e-12, "error 2e-12 misses the tolerance 1e-12"),
+    ],
+)
+def test_a_false_row_is_refuted(column, change, reason):
+    (row,) = evaluated([(100.0, 1083.4236, 541.7118, 691.75)], METRICS, **OPTIONS)
+    assert certified([row], METRICS, **OPTIONS)[0].verdict == "proved"
+    row[column] = change(row[column])
+    (proof,) = certified([row], METRICS, **OPTIONS).values()
+    assert proof.verdict == "refuted"
+    assert re.search(reason, proof.reason)
+
+
+def test_a_bound_that_is_too_small_is_refuted():
+    """The value is the same; what the row says of its error is not true."""
+    (row,) = evaluated([(100.0, 1083.4236, 541.7118, 691.75)], ["rocker_acceleration_variance"], tolerance=1e-6)
+    true = enclosures((100.0, 1083.4236, 541.7118, 691.75), ["rocker_acceleration_variance"])
+    variance = true["rocker_acceleration_variance"].ball
+    row["rocker_acceleration_variance"] = float(variance) * (1 + 1e-9)
+    assert row["error"] > 1e-8
+    assert certified([row], ["rocker_acceleration_variance"], tolerance=1e-6)[0].verdict == "proved"
+    row["error"] = 0.9e-9
+    (proof,) = certified([row], ["rocker_acceleration_variance"], tolerance=1e-6).values()
+    assert "its error bound is" in proof.reason
+
+
+@pytest.mark.parametrize("steps", [-1, 0, 1])
+def test_a_bound_within_rounding_is_never_proved(steps):
+    """The bound is the stored value, or a double beside it: within 1e-14 deg."""
+    metrics = ["cv", "transmission_angle_min"]
+    (row,) = evaluated([PUBLISHED], metrics, window="drive")
+    bound = float(row["transmission_angle_min"] + steps * np.spacing(row["transmission_angle_min"]))
+    options = {"window": "drive", "constraints": {"transmission_angle_min": {"min": bound}}}
+    (row,) = evaluated([PUBLISHED], metrics, **options)
+    assert row["feasible"] == (steps <= 0)
+    (proof,) = certified([row | {"feasible": 1, "status": 1}], metrics, **options).values()
+    assert proof.verdict in ("open", "refuted")
+    # 1e-12 deg further there is room
+    options["constraints"]["transmission_angle_min"]["min"] = bound - 1e-12
+    (row,) = evaluated([PUBLISHED], metrics, **options)
+    assert certified([row], metrics, **options)[0].verdict == "proved"
+
+
+def test_the_steadiest_design_of_the_published_bounds_is_feasible():
+    """It touches both bounds, by 3 and 16 doubles; the value of cv is that of a prototype in ball arithmetic."""
+    options = {"constraints": {"transmission_angle_min": {"min": 30.0}, "transmission_angle_max": {"max": 150.0}}}
+    options |= {"window": "drive", "drive": "slow"}
+    (row,) = evaluated([(50.0, 999.5818512050799, 57.759178849994406, 1000.0)], ["cv"], **options)
+    (proof,) = certified([row], ["cv"], **options).values()
+    assert (proof.verdict, proof.reason) == ("proved", "")
+    low, high = proof.intervals["cv"]
+    assert low < 0.35391225169688586 < high
+
+
+def test_what_no_precision_decides_is_open():
+    """The coupler and the rocker are the legs of a triangle of 3, 4 and 5: the angle is 90 deg exactly."""
+    options = {"constraints": {"transmission_angle_min": {"min": 90.0}}}
+    lengths = (0.5, 3.0, 4.0, 5.5)
+    design = design_of(lengths, ["transmission_angle_min"], **options)
+    (row,) = evaluated([lengths], ["transmission_angle_min"], **options)
+    row |= {"feasible": 1, "status": int(Status.OK)}
+    proof, proved = certify_designs(design.request, {0: row}, [], is_front=False)[0]
+    assert proof.verdict == "open"
+    assert proof.reason == f"whether transmission_angle_min keeps its bound is not decided with {PRECISIONS[-1]} bits"
+    assert proved.bits == PRECISIONS[-1]
+
+
+def test_precision_rises_where_it_must():
+    """Partial fractions of a near kite cancel half of 128 bits."""
+    lengths = (50.0, 300.0 + 2.0**-40, 300.0, 200.0)
+    design = design_of(lengths, ["cv"], window=STROKES[0])
+    enclosure = design.enclose(design.request.metrics[0])
+    assert design.bits == 256
+    assert enclosure.is_narrow
+    assert ctx.prec != 256
+
+
+def test_a_dominated_design_is_found():
+    """Beside two designs of a front, one of which stands twice: the objectives do not depend on the speed."""
+    metrics = ["cv", "transmission_angle_min"]
+    front = {"window": "drive", "is_front": True}
+    front["objectives"] = [Objective("cv", "min"), Objective("transmission_angle_min", "max")]
+    table = evaluated([PUBLISHED, (50.0, 999.5, 58.0, 999.5), PUBLISHED], metrics, window="drive")
+    for row, speed in zip(table, (1.0, 1.0, 2.0), strict=True):
+        row["speed"] = speed
+    assert [proof.verdict for proof in certified(table, metrics, **front).values()] == ["proved"] * 3
+    others = evaluated(random_linkages(64, seed=5), metrics, window="drive")
+    worse = [
+        row
+        for row in others
+        if row["cv"] > table[0]["cv"] and row["transmission_angle_min"] < table[0]["transmission_angle_min"]
+    ]
+    assert len(worse) > 4
+    proofs = certified([*table, *worse], metrics, **front)
+    assert [proof.verdict for proof in proofs.values()] == ["proved"] * 3 + ["refuted"] * len(worse)
+    assert proofs[3].reason.endswith("dominates it")
+
+
+def test_clutches_agree_with_the_program():
+    """Which finds the crossing by another road; at one phase, at rest between strokes, and without rest."""
+    metrics = [f"output_velocity_{name}" for name in ("mean", "variance", "cv", "min", "max")]
+    for phases in (1.0, 2.0, 3.0, 12.0):
+        for branch in (1.0, -1.0):
+            columns = {name: np.array([length]) for name, length in zip(LENGTHS, PUBLISHED, strict=True)}
+            columns |= {"phases": np.array([phases]), "branch": np.array([branch])}
+            table = explore.evaluate("crank-rocker", columns, metrics=metrics, window="clutch", tolerance=1e-12)
+            (proof,) = certified(table.to_dict(orient="records"), metrics, window="clutch", tolerance=1e-12).values()
+            assert proof.verdict == "proved", proof.reason
+
+
+STUDY = """
+mechanism = "crank-rocker"
+[parameters]
+crank = 50
+coupler = { min = 50, max = 1000 }
+rocker = { min = 50, max = 500 }
+ground = { min = 50, max = 1000 }
+[sampling]
+method = "sobol"
+count = 4096
+seed = 1
+[evaluate]
+window = "drive"
+drive = "slow"
+metrics = ["swing_angle", "transmission_angle_min", "cv", "spread"]
+[metrics]
+spread = { formula = "cv**2 * (1 + sqrt(swing_angle)) - min(cv, 0.3) / cos(swing_angle / 2)", unit = "1" }
+[constraints]
+transmission_angle_min = { min = 30 }
+transmission_angle_max = { max = 150 }
+[rank]
+metrics = ["cv", "swing_angle:max", "transmission_angle_min:max"]
+"""
+
+
+@pytest.fixture(scope="module")
+def results(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("certify")
+    (folder / "study.toml").write_text(STUDY, encoding="utf-8")
+    return explore.sweep(explore.load_study(folder / "study.toml"), folder / "study.h5")
+
+
+def test_a_front_is_proved(results):
+    """Each number of the table lies in its interval up to its error, and the interval is two doubles wide."""
+    front = explore.certify(results)
+    assert list(front.index) == list(explore.rank(results).index)
+    assert set(front["verdict"]) == {"proved"}
+    stored = results.designs(front.index)
+    for name in ("swing_angle", "transmission_angle_min", "cv", "spread"):
+        low, high = front[f"{name}_lower"], front[f"{name}_upper"]
+        assert (high - low <= 3 * np.spacing(np.abs(high))).all()
+        # the terms of the formula are below 10
+        scale = np.abs(stored[name]) if name != "spread" else 10.0
+        assert (np.abs(stored[name] - low) <= (stored["error"] + 2e-15) * scale + high - low).all()
+    assert front.attrs["units"]["swing_angle_upper"] == "deg"
+
+
+def test_chosen_designs_of_every_status_are_proved(results):
+    frame = results.to_pandas(["status"])
+    numbers = frame.groupby("status").head(8).index.tolist()
+    assert len(set(frame["status"])) >= 4
+    assert set(explore.certify(results, numbers)["verdict"]) == {"proved"}
+
+
+def false_results(results, path, number, column, change):
+    """Results of a program that errs in one value of one design: sound checksums, the same study."""
+
+    def evaluate(request, parameters):
+        found = evaluate_columns(request, parameters)
+        rows = np.flatnonzero(found.columns["coupler"] == results.design(number)["coupler"])
+        found.columns[column][rows] = change(found.columns[column][rows])
+        return found
+
+    with mock.patch("explore.sweeping.blocks.evaluate_columns", evaluate):
+        return explore.sweep(explore.load_study(results.path.with_suffix(".toml")), path, workers=1)
+
+
+def test_a_false_value_of_a_front_is_found(results, tmp_path):
+    best = int(explore.rank(results).index[0])
+    front = explore.certify(false_results(results, tmp_path / "false.h5", best, "cv", lambda cv: cv * (1 + 1e-8)))
+    assert front.index[front["verdict"] != "proved"].to_list() == [best]
+    assert front.loc[best, "verdict"] == "refuted"
+    assert front.loc[best, "reason"].startswith("cv 0.")
+
+
+def test_a_dominated_design_in_a_front_is_found(results, tmp_path):
+    """Its swing says 25 degrees too much, so that it seems to be Pareto-optimal."""
+    honest = explore.rank(results)
+    frame = results.to_pandas()
+    candidates = frame[(frame["feasible"] == 1) & ~frame.index.isin(honest.index)].sort_values("cv")
+    number = int(candidates.index[0])
+    wrong = false_results(results, tmp_path / "false.h5", number, "swing_angle", lambda angle: angle + 25.0)
+    assert number in explore.rank(wrong).index
+    front = explore.certify(wrong)
+    assert front.loc[number, "verdict"] == "refuted"
+    assert re.match(r"swing_angle .* is off by 25, .*; design \d+ dominates it$", front.loc[number, "reason"])
+
+
+def test_command(results, tmp_path):
+    best = [int(number) for number in explore.rank(results).index]
+    code, out, err = call("certify", results.path, "-o", tmp_path / "proofs.csv", seconds=60)
+    assert (code, err) == (0, f"wrote {len(best)} designs to {tmp_path / 'proofs.csv'}\n")
+    assert out.startswith(
+        f"{len(best)} designs of the Pareto set of {results.path}: {len(best)} proved, 0 open, 0 refuted"
+    )
+    assert len((tmp_path / "proofs.csv").read_text(encoding="utf-8").splitlines()) == len(best) + 1
+    code, out, _ = call("certify", results.path, "--design", best[0], "--design", best[1], "--json", seconds=60)
+    assert code == 0
+    assert [record["design"] for record in json.loads(out)] == best[:2]
+    wrong = false_results(results, tmp_path / "false.h5", best[1], "cv", lambda cv: cv + 1e-8)
+    code, out, _ = call("certify", wrong.path, "--design", best[0], "--design", best[1], seconds=60)
+    assert code == 1
+    assert f"design {best[1]} is refuted: cv 0." in out
+    assert "1 proved, 0 open, 1 refuted" in out
+
+
+def test_without_the_package_one_line_says_what_to_install(results):
+    def find(name, *rest):
+        return None if name == "flint" else find_spec(name, *rest)
+
+    with mock.patch("explore.api.certification.find_spec", find):
+        code, out, err = call("certify", results.path)
+    assert (code, out) == (2, "")
+    assert err == 'error: certificates need python-flint: pip install "linkage-explore[certify]"\n'
+
+
+def test_another_mechanism_is_refused():
+    with pytest.raises(RequestError, match="designs of gears cannot be certified"):
+        find_certificate("gears")
+
+
+def test_metrics_without_a_road_are_open():
+    lengths = [PUBLISHED]
+    metrics = ["cv", "drive_torque_max"]
+    options = {"window": "drive"}
+    columns = {name: np.array([length]) for name, length in zip(LENGTHS, PUBLISHED, strict=True)}
+    table = explore.evaluate("crank-rocker", columns | {"opposing_torque": np.array([1.0])}, metrics=metrics, **options)
+    assert len(lengths) == len(table) == 1
+    (proof,) = certified(table.to_dict(orient="records"), metrics, **options).values()
+    assert (proof.verdict, proof.open) == ("open", ["drive_torque has no rigorous road"])
