@@ -94,9 +94,10 @@ def export_design(results: explore.Results, design: dict[str, float], folder: Pa
 
 def draw_charts(results: explore.Results, cover: explore.Coverage, tuning: explore.Tuning) -> list[Figure]:
     """Every figure of the results, which may be their path."""
+    refined = results.path.with_name("refined.h5")
     return [
         charts.pareto_chart(str(results.path), x="cv", y="rocker_acceleration_max"),
-        charts.joint_pareto_chart([results, "other.h5"], x="cv", y="rocker_acceleration_max"),
+        charts.joint_pareto_chart([results, str(refined)], x="cv", y="rocker_acceleration_max"),
         charts.map_chart(results.path, x="crank", y="ground", metric="cv"),
         charts.parallel_chart(results.path),
         charts.motion_chart(results.path),
