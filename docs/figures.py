@@ -113,13 +113,15 @@ GALLERY = {
 }
 #: Arguments of ``explore plot`` for the picture of the tutorial, the motion of the chosen design.
 TUTORIAL = ["motion", "results/optimum.h5", "--design", "22418"]
-#: Commands for the pictures of the pages ``slider-crank``, ``test-rig``, ``ranking``, ``tune`` and ``variable-crank``.
+#: Commands for the pictures of the pages ``slider-crank``, ``test-rig``, ``ranking``, ``sensitivity``, ``tune`` and
+#: ``variable-crank``.
 PAGES = {
     "slider-crank-pareto": "plot pareto results/slider_crank.h5 --x cv --y time_ratio",
     "rig-pareto": "plot pareto results/rig_20deg.h5 --x pin_force_peak --y velocity_thd --design 28",
     "rig-coverage": "coverage configs/rig_coverage.toml",
     "variable-crank": "plot motion results/variable_crank.h5 --design 0",
     "nearest": "plot map results/wiper.h5 --x rocker --y crank",
+    "sensitivity": "sensitivity results/optimum.h5",
     "tune": "tune --mechanism crank-rocker --set crank=50 --set coupler=940.62 --set rocker=211.79 --set ground=869.44 "
     "--parameter crank --metric mean_output_ratio --metric cv --metric transmission_angle_min --from 0.02 --to 0.2",
 }

@@ -93,6 +93,7 @@ def folder(tmp_path_factory):
         ("explore plot pareto --x cv --y ti", ["time_ratio"]),
         ("explore plot map other.h5 --metric no", ["nodes"]),  # drawn, but no objective
         ("explore rank other.h5 --metric no", []),
+        ("explore sensitivity other.h5 --metric rocker_vel", ["rocker_velocity_max"]),
         ("explore tune other.h5 --metric ro", ["rocker_velocity_max"]),
         ("explore tune other.h5 --parameter ro", ["rocker"]),
         ("explore tune --mechanism slider-crank --parameter of", ["offset"]),

@@ -202,6 +202,11 @@ def test_certify_is_true(tmp_path, monkeypatch, capsys):
     run_page("certify.md", capsys)
 
 
+def test_sensitivity_is_true(tmp_path, monkeypatch, capsys):
+    assert run_commands("sensitivity.md", tmp_path, monkeypatch) == {"sweep", "sensitivity"}
+    run_page("sensitivity.md", capsys)
+
+
 def test_tutorial_is_true(tmp_path, monkeypatch, capsys):
     """Its commands, one after the other, print what it says; so do its Python blocks after them."""
     page = (ROOT / "docs/tutorial.md").read_text(encoding="utf-8")

@@ -7,4 +7,5 @@ from .motion import motion_chart as motion_chart
 from .parallel import parallel_chart as parallel_chart
 from .pareto import pareto_chart as pareto_chart
 from .ratio import ratio_chart as ratio_chart
+from .sensitivity import sensitivity_chart as sensitivity_chart
 from .tuning import tuning_chart as tuning_chart

@@ -18,6 +18,7 @@ from explore.cli.commands.precision import precision
 from explore.cli.commands.rank import rank
 from explore.cli.commands.refine import refine
 from explore.cli.commands.report import report
+from explore.cli.commands.sensitivity import sensitivity
 from explore.cli.commands.show import show
 from explore.cli.commands.simulate import simulate
 from explore.cli.commands.stability import stability
@@ -97,6 +98,7 @@ app.command(
     "--from 0.02 --to 0.2 -o curve.svg"
 )(tune)
 app.command(epilog="Example: explore export results/grid.h5 --design 42 -o design.dxf -o design.gif")(export)
+app.command(epilog="Example: explore sensitivity results/optimum.h5 --metric cv -o sensitivity.svg")(sensitivity)
 app.command(epilog="Example: explore precision smooth almost_change_point")(precision)
 app.command(epilog="Example: explore stability --accuracy 1e-3")(stability)
 app.command(epilog="Example: explore mechanisms crank-rocker")(mechanisms)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -244,9 +245,14 @@ class Sample(DesignSpace):
         fractions = np.zeros((stop - start, 0))
         if dimensions:
             fractions = SAMPLERS[self.method](dimensions, start, stop, self.n_designs, self.seed)
-        coordinates = iter(fractions.T)
-        zeros = np.zeros(stop - start)
-        return {axis.name: axis.values_at_fractions(next(coordinates) if axis.varies else zeros) for axis in self.axes}
+        return values_at_fractions(self.axes, fractions)
+
+
+def values_at_fractions(axes: Sequence[Axis], fractions: FloatArray) -> Arrays:
+    """Values of the axes by name, each of shape (n,), at fractions in [0, 1) of those that vary, shape (n, d)."""
+    coordinates = iter(fractions.T)
+    zeros = np.zeros(len(fractions))
+    return {axis.name: axis.values_at_fractions(next(coordinates) if axis.varies else zeros) for axis in axes}
 
 
 @dataclass(frozen=True)

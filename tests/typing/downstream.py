@@ -92,6 +92,14 @@ def export_design(results: explore.Results, design: dict[str, float], folder: Pa
     explore.export("crank-rocker", str(folder / "best.dxf"), parameters=design, points={"knife": (100, "4 cm")})
 
 
+def apportion(results: explore.Results) -> pd.DataFrame:
+    """Which parameters decide on the feasibility, and on the cv of feasible designs."""
+    table: pd.DataFrame = explore.sensitivity(results, ["cv"], evaluations=20_000, seed=1)
+    notes: list[str] = table.attrs["notes"]
+    assert all(isinstance(note, str) for note in notes)
+    return table
+
+
 def draw_charts(results: explore.Results, cover: explore.Coverage, tuning: explore.Tuning) -> list[Figure]:
     """Every figure of the results, which may be their path."""
     refined = results.path.with_name("refined.h5")
@@ -105,6 +113,7 @@ def draw_charts(results: explore.Results, cover: explore.Coverage, tuning: explo
         charts.ratio_chart(results.path),
         charts.coverage_chart(cover),
         charts.tuning_chart(tuning),
+        charts.sensitivity_chart(apportion(results)),
     ]
 
 

@@ -1,0 +1,156 @@
+"""`explore sensitivity`: which parameters decide on feasibility, and on metrics where designs are feasible."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from explore.cli.completion import complete_objectives
+from explore.cli.options import JsonOption, ResultsArgument
+from explore.cli.output import announce_compiling, number, print_json, say
+from explore.cli.paths import FIGURE_ENDINGS, check_output, newest_results, refuse_overwriting
+from explore.cli.table_files import ENDINGS, check_table, write_table
+from explore.cli.tables import print_table
+from explore.cli.workers import ProcessesOption, SchedulerOption, WorkerOptions, WorkersOption
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from explore.api.sensitivity import SensitivityPlan
+    from explore.sweeping.feasibility import FeasibilityIndices
+
+
+#: What holds for all metrics.
+_DEPENDENT = "the parameters of feasible designs depend on each other: shares overlap, and there is no total index"
+
+
+def sensitivity(
+    results: ResultsArgument = None,
+    metric: Annotated[
+        list[str] | None,
+        typer.Option(
+            autocompletion=complete_objectives,
+            help="A metric to apportion, several times for several; by default the study's objectives.",
+        ),
+    ] = None,
+    evaluations: Annotated[
+        int | None,
+        typer.Option(min=1, metavar="N", help="Most designs to draw for the feasibility; default: 1,048,576."),
+    ] = None,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of these designs.")] = 0,
+    workers: WorkersOption = None,
+    processes: ProcessesOption = False,
+    scheduler: SchedulerOption = None,
+    as_json: JsonOption = False,
+    output: Annotated[
+        list[Path] | None,
+        typer.Option("-o", "--output", help="Also write the indices: a figure .png, .svg, .pdf; .csv, .json, .md."),
+    ] = None,
+) -> None:
+    """Show which parameters decide on feasibility, and on metrics where designs are feasible."""
+    path = results or newest_results()
+    for other in output or []:
+        check_output(other, (*FIGURE_ENDINGS, *ENDINGS))
+        if other.suffix.lower() in ENDINGS:
+            check_table(other)
+        refuse_overwriting(path, other, "the results file")
+    from explore.api.sensitivity import plan_sensitivity
+    from explore.store.open_results import open_results
+    from explore.sweeping.feasibility import EVALUATIONS
+
+    plan = plan_sensitivity(open_results(path), metric, evaluations or EVALUATIONS, seed)
+    work = WorkerOptions(workers, processes, scheduler, verbose=False, quiet=False)
+    try:
+        table = plan.table(_evaluate(plan, work))
+    except KeyboardInterrupt:
+        say("interrupted; nothing was written", "yellow")
+        raise typer.Exit(130) from None
+    if as_json:
+        print_json({**table.attrs, "indices": table.to_dict(orient="records")})
+    else:
+        _print(table)
+    for note in table.attrs["notes"]:
+        say(note, "yellow")
+    for other in output or []:
+        _write(table, other)
+        say(f"wrote {other}")
+
+
+def _evaluate(plan: SensitivityPlan, work: WorkerOptions) -> FeasibilityIndices | None:
+    """Draw and evaluate designs, if the study has ranges to draw from."""
+    if plan.feasibility is None:
+        return None
+    from explore.evaluation.evaluate import compile_kernels
+    from explore.sweeping.feasibility import run_feasibility
+
+    request = plan.feasibility.study.request
+    cluster = work.cluster(request.mechanism.name)
+    announce_compiling()
+    if work.scheduler is None:
+        compile_kernels(request)
+    with work.connected(cluster, plan.feasibility.points.n_evaluations) as (connected, progress):
+        return run_feasibility(plan.feasibility, connected, progress)
+
+
+def _print(table: pd.DataFrame) -> None:
+    from explore.api.sensitivity import FEASIBLE
+
+    for name, rows in table.groupby("output", sort=False):
+        if name == FEASIBLE:
+            _print_feasibility(rows, table.attrs["feasible"])
+        else:
+            _print_metric(str(name), rows)
+    if (table["output"] != FEASIBLE).any():
+        say(_DEPENDENT, data=True)
+    open_ones = [f"{row.output} over {row.parameter}" for row in table[~table["converged"]].itertuples()]
+    if open_ones:
+        say(f"not converged over bins, of which more designs make more: {', '.join(open_ones)}", data=True)
+
+
+def _print_feasibility(rows: pd.DataFrame, n_feasible: int) -> None:
+    """Print the indices of the feasibility, the most influential parameter first."""
+    count = int(rows["designs"].iloc[0])
+    columns = [(name, "") for name in ("parameter", "first order", "interval", "total", "interval")]
+    cells = [
+        [row["parameter"], _share(row["first_order"]), _interval(row, "first_order"), _share(row["total"]),
+         _interval(row, "total")]
+        for row in rows.sort_values("total", ascending=False).to_dict(orient="records")
+    ]  # fmt: skip
+    title = f"feasibility of {count:,} designs drawn from the ranges, {n_feasible / count:.3%} feasible"
+    alone = rows["first_order"].sum()
+    print_table(title, columns, cells, f"alone the parameters explain {alone:.1%} of its variance, the rest together")
+
+
+def _print_metric(name: str, rows: pd.DataFrame) -> None:
+    """Print the indices of one metric, the most influential parameter first."""
+    columns = [(name, "") for name in ("parameter", "first order", "interval", "bins", "half the bins", "converged")]
+    cells = [
+        [row["parameter"], _share(row["first_order"]), _interval(row, "first_order"), f"{row['bins']:,}",
+         _share(row["coarser"]), number(row["converged"])]
+        for row in rows.sort_values("first_order", ascending=False).to_dict(orient="records")
+    ]  # fmt: skip
+    undefined = int(rows["undefined"].max())
+    left_out = f", without {undefined:,} where it is undefined" if undefined else ""
+    print_table(f"{name} of {int(rows['designs'].max()):,} feasible designs{left_out}", columns, cells)
+
+
+def _interval(row: Mapping[Hashable, float], kind: str) -> str:
+    return f"{_share(row[f'{kind}_low'])} to {_share(row[f'{kind}_high'])}"
+
+
+def _share(value: float) -> str:
+    return "–" if value != value else f"{value:.4f}"
+
+
+def _write(table: pd.DataFrame, path: Path) -> None:
+    """Write the indices as a figure or as a table, by the ending of the name."""
+    if path.suffix.lower() in ENDINGS:
+        write_table(table.set_index("output"), path, {})
+        return
+    from explore.charts.sensitivity import sensitivity_chart
+    from explore.charts.style import save_figure
+
+    save_figure(sensitivity_chart(table), path)
