@@ -200,6 +200,15 @@ def test_all_classes_are_proved():
         assert proof.verdict == "proved", (number, proof.reason)
 
 
+@pytest.mark.parametrize("crank", [math.nan, math.inf, -1.0, 0.0, 1e31])
+def test_a_parameter_that_is_no_length_is_a_status(crank):
+    (row,) = evaluated([(crank, *PUBLISHED[1:])], ["cv"])
+    assert certified([row], ["cv"])[0].verdict == "proved"
+    objectives = [Objective("cv", "min")]
+    (proof,) = certified([row | {"status": 1}], ["cv"], is_front=True, objectives=objectives).values()
+    assert proof.reason == "a parameter is not a usable number, but the status does not say so"
+
+
 METRICS = ["linkage_class", "swing_angle", "cv", "rocker_acceleration_max", "coupler_velocity_mean"]
 OPTIONS = {"window": "drive", "constraints": {"transmission_angle_min": {"min": 10.0}}, "tolerance": 1e-12}
 

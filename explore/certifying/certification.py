@@ -52,9 +52,9 @@ def certify_designs(
 
 def _compare(proofs: Mapping[int, tuple[Proof, Design]], objectives: Sequence[Objective]) -> None:
     """Note the designs that others dominate, or perhaps dominate."""
-    numbers = list(proofs)
+    numbers = [number for number, (_, design) in proofs.items() if design.is_usable]
     dominated, perhaps = dict[int, int](), dict[int, int]()
-    for first, second, is_certain in find_dominance([design for _, design in proofs.values()], objectives):
+    for first, second, is_certain in find_dominance([proofs[number][1] for number in numbers], objectives):
         (dominated if is_certain else perhaps).setdefault(numbers[first], numbers[second])
     for number, other in dominated.items():
         proofs[number][0].refuted.append(f"design {other} dominates it")

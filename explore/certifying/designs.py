@@ -10,6 +10,7 @@ from flint import arb
 from explore.certifying.balls import Enclosure, UndecidedError, exact, with_more_bits
 from explore.certifying.contract import Certificate, MakeCertificate
 from explore.certifying.formulas import compute
+from explore.evaluation.evaluate import LARGEST_PARAMETER, SMALLEST_PARAMETER
 from explore.evaluation.propagation import Bounded, propagate
 from explore.model.expressions import Expression
 from explore.model.quantities import OMITTED, AnyMetric, DerivedMetric, Parameter
@@ -36,6 +37,15 @@ class Design:
         self._known: dict[tuple[str, int], Enclosure | None] = {}
         self._narrow: dict[str, tuple[Enclosure | None]] = {}
         self.bits = 0
+
+    @property
+    def is_usable(self) -> bool:
+        """Whether each parameter is a number that it may be, of a usable magnitude."""
+        numbers = ((p, self.parameters[p.name]) for p in self.request.mechanism.parameters)
+        return all(
+            p.allows(number) and (number == 0.0 or SMALLEST_PARAMETER < abs(number) <= LARGEST_PARAMETER)
+            for p, number in numbers
+        )
 
     @property
     def status(self) -> int:

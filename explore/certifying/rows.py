@@ -68,6 +68,9 @@ def certify_row(design: Design, row: Mapping[str, float]) -> Proof:
     """
     proof = Proof()
     status = int(row["status"])
+    if not design.is_usable:
+        proof.expect(status == Status.NOT_FINITE, "a parameter is not a usable number, but the status does not say so")
+        return proof
     if status in _NOT_COMPUTED:
         proof.open.append(f"nothing was computed: {Status(status).label}")
         return proof
