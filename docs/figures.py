@@ -1,8 +1,8 @@
 """Make the pictures of the documentation from real runs: ``python docs/figures.py`` in the repository's root.
 
 Needs the results of ``explore sweep`` of configs/grid.toml, optimum.toml, published.toml, slider_crank.toml,
-variable_crank.toml, rig_20deg.toml and of wiper.toml in docs/ranking.md, and those of ``explore precision`` and of
-``explore stability`` with crank-rocker, with variable-crank and with gears.
+variable_crank.toml, straight_line.toml, rig_20deg.toml and of wiper.toml in docs/ranking.md, and those of ``explore
+precision`` and of ``explore stability`` with crank-rocker, with variable-crank and with gears.
 """
 
 import io
@@ -127,6 +127,16 @@ PAGES = {
 }
 
 
+#: Arguments for the pictures of ``export.md``, which are files of the design itself.
+EXPORTED = ["export", "results/straight_line.h5"]
+
+
+def draw_exported() -> None:
+    """The pictures of ``export.md``."""
+    outputs = [part for ending in (".svg", ".animated.svg") for part in ("-o", str(HERE / f"export{ending}"))]
+    subprocess.run([sys.executable, "-m", "explore", *EXPORTED, *outputs], check=True)
+
+
 def draw_gallery() -> None:
     """The pictures of ``gallery.md``, ``tutorial.md`` and of the pages on mechanisms but ``gears.md``."""
     commands = {HERE / "gallery" / f"{name}.png": ["plot", *arguments] for name, arguments in GALLERY.items()}
@@ -155,3 +165,4 @@ if __name__ == "__main__":
     draw_nodes()
     draw_comparisons()
     draw_gallery()
+    draw_exported()

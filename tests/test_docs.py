@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 import typer
-from command_line import call
+from command_line import call, run
 
 import explore
 from explore.cli.application import app
@@ -205,6 +205,19 @@ def test_certify_is_true(tmp_path, monkeypatch, capsys):
 def test_sensitivity_is_true(tmp_path, monkeypatch, capsys):
     assert run_commands("sensitivity.md", tmp_path, monkeypatch) == {"sweep", "sensitivity"}
     run_page("sensitivity.md", capsys)
+
+
+def test_export_is_true(tmp_path, monkeypatch, capsys):
+    """The commands print what the page says; so do the Python blocks after them; the pictures are the files written."""
+    assert run_commands("export.md", tmp_path, monkeypatch) == {"sweep", "export"}
+    run_page("export.md", capsys)
+    number = re.compile(r"-?\d+\.\d+|-?\d+")
+    for ending in (".svg", ".animated.svg"):
+        drawn, shown = (path.read_text("utf-8") for path in (Path(f"feeder{ending}"), ROOT / f"docs/export{ending}"))
+        assert number.sub("#", drawn) == number.sub("#", shown)
+        values = [[float(value) for value in number.findall(text)] for text in (drawn, shown)]
+        assert values[0] == pytest.approx(values[1], rel=0.0, abs=1.1e-6)  # six decimals, the last one rounded
+    assert run("sweep", "feeder.toml", cwd=tmp_path).stderr.count("1 feasible") == 1
 
 
 def test_tutorial_is_true(tmp_path, monkeypatch, capsys):

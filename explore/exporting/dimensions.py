@@ -47,7 +47,8 @@ def _links(
         for first, second in pairwise(link.points):
             lengths = np.hypot(*(turn[second] - turn[first]).T)
             if np.ptp(lengths) <= smallest < lengths[0]:
-                offset = _away(points[first], points[second], centre) * _OFFSET * height
+                # Sides are farther out than bars, beside which they may lie.
+                offset = _away(points[first], points[second], centre) * (1.0 if is_bar else 2.0) * _OFFSET * height
                 yield Distance("dimensions", points[first], points[second], offset, link.name if is_bar else "")
 
 
