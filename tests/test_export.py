@@ -276,7 +276,7 @@ def test_refused_requests_write_nothing(arguments, message, tmp_path, monkeypatc
 def test_the_command_writes_several_files_of_the_newest_results(in_results):
     output = run("export", "--design", "1", "-o", "one.toml", "-o", "one.CSV", cwd=in_results)
     assert output.stdout == ""
-    said = [line for line in output.stderr.splitlines() if not line.startswith("compiling")]
+    said = output.stderr.splitlines()[-3:]  # slow machines say first that they compile
     assert said == ["design 1 of results/small.h5", "wrote one.toml", "wrote one.CSV"]
     assert (in_results / "one.toml").read_text().startswith("# Design 1 of small.h5\n")
     assert len((in_results / "one.CSV").read_text().splitlines()) == 361

@@ -63,13 +63,13 @@ def export(
 
         opened = open_results(results or newest_results())
         number = int(chosen_designs(opened, design).index[0])
-        say(f"design {number} of {opened.path}")
         announce_compiling()
         write_design(opened, output, design=number)
+        say(f"design {number} of {opened.path}")
     else:
         parameters, places = parse_settings(mechanism, settings or []), parse_points(points or [])
-        say(list_settings(parameters))
         announce_compiling()
         write_design(mechanism, output, parameters=parameters, points=places)
+        say(list_settings(parameters))
     for path in output:
         say(f"wrote {path}")
