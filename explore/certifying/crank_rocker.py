@@ -8,15 +8,16 @@ from functools import cached_property
 from flint import acb, arb, fmpq_poly
 
 from explore.certifying import four_bar_clutch, four_bar_extremes, four_bar_integrals
-from explore.certifying.balls import Enclosure, UndecidedError, UnprovedError
+from explore.certifying.balls import Enclosure, UnprovedError
 from explore.certifying.four_bar_moments import SquareOfVelocity
-from explore.certifying.four_bar_motion import COUPLER, ROCKER, Arc, Linkage, Position, State
+from explore.certifying.four_bar_motion import COUPLER, ROCKER, Linkage, State
 from explore.certifying.four_bar_shape import classify, overall_size
+from explore.certifying.positions import Arc, Position, extremes, full_turn
+from explore.certifying.statistics import from_extremes, from_moments, in_its_unit, stroke_of, time_ratio
 from explore.mechanisms import four_bar, rocking
 from explore.model.quantities import EXTREME_STATISTICS, DerivedMetric, Metric, SampledMetric, Window
 from explore.model.request import Request
 from explore.model.status import Status
-from explore.quadrature.windows import TIE
 
 _LENGTHS = ("crank", "coupler", "rocker", "ground")
 _STATUSES = {
@@ -36,8 +37,6 @@ _MOTIONS = {
     "coupler_acceleration": (COUPLER, 2),
     "rocker_acceleration": (ROCKER, 2),
 }
-#: Rounding of the product of half-tangents by which the program tells the slow stroke, relative.
-_ROUNDING = 4e-15
 
 
 class CrankRocker:
@@ -100,10 +99,7 @@ class CrankRocker:
             case "mid_angle":
                 return Enclosure((overlapped + extended) * degrees * self._branch / 2, arb(180))
             case "time_ratio":
-                through_zero = self._linkage.stroke(through_zero=True).length
-                through_half = 2 * arb.pi() - through_zero
-                ratio = through_zero.max(through_half) / through_zero.min(through_half)
-                return Enclosure(ratio, ratio * (1 + ratio) / 2)  # the intervals are as exact as a turn
+                return time_ratio(self._linkage.stroke(through_zero=True).length)
             case "mean_output_ratio":
                 return Enclosure.of((overlapped - extended) / (2 * arb.pi()))
         raise UnprovedError(f"{name} has no rigorous road")
@@ -121,45 +117,10 @@ class CrankRocker:
         if signal.name not in _MOTIONS and signal.name != "transmission_angle":
             raise UnprovedError(f"{signal.name} has no rigorous road")
         if metric.statistic in EXTREME_STATISTICS:
-            enclosure: Enclosure | None = self._extreme(metric)
+            enclosure: Enclosure | None = from_extremes(metric.statistic, *self._low_and_high(metric))
         else:
-            enclosure = self._moment(metric)
-        if enclosure is None or metric.statistic == "cv":
-            return enclosure
-        power = 2 if metric.statistic == "variance" else 1
-        unit = 180 / arb.pi() if signal.unit == "deg" else arb(1)
-        return enclosure.times((unit * self._speed**signal.speed_power) ** power)
-
-    def _moment(self, metric: SampledMetric) -> Enclosure | None:
-        mean, square = self._mean_and_square(metric)
-        variance = square - mean * mean
-        if variance < 0:
-            raise UndecidedError
-        rms = square.sqrt()
-        match metric.statistic:
-            case "mean":
-                return Enclosure(mean, rms)
-            case "variance":
-                return Enclosure(variance, square)
-            case "std":
-                return Enclosure(variance.sqrt(), rms)
-            case "rms":
-                return Enclosure(rms, rms)
-        return self._cv(mean, variance)
-
-    def _cv(self, mean: arb, variance: arb) -> Enclosure | None:
-        """The coefficient of variation; None where the mean is too small for one at the study's tolerance."""
-        limit = 1 / (1000 * arb(self._request.tolerance)) ** 2 - 1
-        if mean.contains(0):
-            if variance > limit * mean * mean:
-                return None
-            raise UndecidedError
-        ratio = variance / (mean * mean)
-        if ratio > limit:
-            return None
-        if not ratio < limit:
-            raise UndecidedError
-        return Enclosure.of(ratio.sqrt())
+            enclosure = from_moments(metric.statistic, *self._mean_and_square(metric), self._request.tolerance)
+        return in_its_unit(enclosure, metric, self._speed)
 
     def _mean_and_square(self, metric: SampledMetric) -> tuple[arb, arb]:
         """Mean of a signal and of its square, for unit speed in rad."""
@@ -206,21 +167,18 @@ class CrankRocker:
             self._squares[link] = SquareOfVelocity(self._linkage, link)
         return self._squares[link]
 
-    def _extreme(self, metric: SampledMetric) -> Enclosure:
+    def _low_and_high(self, metric: SampledMetric) -> tuple[arb, arb]:
+        """Smallest and largest value of a signal, for unit speed in rad."""
         key = metric.signal.name, metric.window
         if key not in self._extremes:
             self._extremes[key] = self._find_extremes(metric)
-        low, high = self._extremes[key]
-        largest = abs(low).max(abs(high))
-        value = {"min": low, "max": high, "peak": largest, "peak_to_peak": high - low}[metric.statistic]
-        return Enclosure(value, largest)
+        return self._extremes[key]
 
     def _find_extremes(self, metric: SampledMetric) -> tuple[arb, arb]:
         name, arc, linkage = metric.signal.name, self._arc(metric.window), self._linkage
         signal: Callable[[Position, State], arb]
         if name == "transmission_angle":
-            ends = fmpq_poly([1, 0, -1])
-            return four_bar_extremes.extremes(linkage, arc, lambda _, state: linkage.transmission_angle(state), ends)
+            return self._extremes_of(arc, lambda _, state: linkage.transmission_angle(state), fmpq_poly([1, 0, -1]))
         link, order = _MOTIONS[name]
         if order == 0:
             signal, find = lambda position, _: linkage.angle(link, position), four_bar_extremes.turning_points_of_angle
@@ -229,7 +187,7 @@ class CrankRocker:
         else:
             signal = lambda _, state: linkage.acceleration(link, state)  # noqa: E731
             find = four_bar_extremes.turning_points_of_acceleration
-        low, high = four_bar_extremes.extremes(linkage, arc, signal, find(linkage, link))
+        low, high = self._extremes_of(arc, signal, find(linkage, link))
         if metric.window.kind == "clutch":
             rests = self._driven_arc.length < 2 * arb.pi() / self._phases
             least = arb(0) if rests else abs(self._velocity(ROCKER, self._driven_arc.start))
@@ -239,6 +197,10 @@ class CrankRocker:
         if order == 0 and not (low > -arb.pi() and high < arb.pi()):
             raise UnprovedError(f"{name} passes 180 deg")
         return low, high
+
+    def _extremes_of(self, arc: Arc, signal: Callable[[Position, State], arb], turning: fmpq_poly) -> tuple[arb, arb]:
+        ends = [signal(end, self._linkage.at(end)) for end in (arc.start, arc.stop)]
+        return extremes(ends, arc, four_bar_extremes.turning_values(self._linkage, signal, turning))
 
     @cached_property
     def _driven_arc(self) -> Arc:
@@ -252,34 +214,15 @@ class CrankRocker:
         """A window as an arc of the motion of branch 1; the drive stroke for the window of the clutch."""
         linkage = self._linkage
         if window.kind == "turn":
-            return linkage.turn()
+            return full_turn()
         if window.kind == "interval":
             ends = (Position.at_angle(arb(angle)) for angle in (window.start, window.stop))
             arc = Arc(*ends)
             return arc.mirrored() if self._branch < 0 else arc
-        stroke = window.name
-        if window.kind != "arc":
-            stroke = self._other(self._drive) if window.kind == "return" else self._drive
+        product = -linkage.overlapped.tangent * linkage.extended.tangent
+        stroke = stroke_of(self._request, window.name, product if self._branch > 0 else 1 / product)
         is_first = stroke == self._request.mechanism.strokes[0]
         return linkage.stroke(through_zero=is_first == (self._branch > 0))
-
-    @cached_property
-    def _drive(self) -> str:
-        """Name of the stroke that drives."""
-        drive = self._request.drive
-        if drive not in ("slow", "fast"):
-            return drive
-        # as `explore.quadrature.windows.orient` decides, with the rounding that it has
-        product = -self._linkage.overlapped.tangent * self._linkage.extended.tangent
-        excess = (product if self._branch > 0 else 1 / product) - 1 - arb(TIE)
-        if not abs(excess) > _ROUNDING:
-            raise UnprovedError("both strokes take the same time but for rounding, so which of them is slow")
-        slow = self._request.mechanism.strokes[0 if excess > 0 else 1]
-        return slow if drive == "slow" else self._other(slow)
-
-    def _other(self, stroke: str) -> str:
-        first, second = self._request.mechanism.strokes
-        return second if stroke == first else first
 
 
 #: The maker that the registry names.

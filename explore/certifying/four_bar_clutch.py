@@ -10,8 +10,9 @@ from __future__ import annotations
 from flint import arb, ctx
 
 from explore.certifying.balls import UndecidedError
-from explore.certifying.four_bar_extremes import positions_at, real_roots, turning_points_of_velocity
-from explore.certifying.four_bar_motion import ROCKER, Arc, Linkage, Position
+from explore.certifying.four_bar_extremes import positions_at, turning_points_of_velocity
+from explore.certifying.four_bar_motion import ROCKER, Linkage
+from explore.certifying.positions import Arc, Position, real_roots
 
 
 def peak(linkage: Linkage, stroke: Arc) -> arb:
@@ -19,7 +20,7 @@ def peak(linkage: Linkage, stroke: Arc) -> arb:
     peaks = []
     for cosine in real_roots(turning_points_of_velocity(linkage, ROCKER)):
         for position, state in positions_at(linkage, cosine):
-            if linkage.acceleration(ROCKER, state).contains(0) and linkage.is_in(stroke, position.angle):
+            if linkage.acceleration(ROCKER, state).contains(0) and stroke.holds(position.angle):
                 turns = ((stroke.start.angle - position.angle) / (2 * arb.pi())).ceil()
                 peaks.append(position.angle + 2 * arb.pi() * turns)
     if len(peaks) != 1:

@@ -1,4 +1,4 @@
-"""Extremes of signals of a four-bar over an arc: at its ends, or at roots of a polynomial in the crank's cosine.
+"""Where signals of a four-bar may have extremes: at roots of polynomials in the cosine of the crank.
 
 Each signal changes where sin(theta) times a polynomial equals another polynomial times a power of w. Squares of both
 sides make one polynomial with rational coefficients; all its roots are isolated, those that solve the squares only are
@@ -7,12 +7,12 @@ points of the motion too and change nothing.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterator
 
 from flint import arb, fmpq, fmpq_poly
 
-from explore.certifying.balls import UndecidedError, UnprovedError
-from explore.certifying.four_bar_motion import Arc, Linkage, Position, State
+from explore.certifying.four_bar_motion import Linkage, State
+from explore.certifying.positions import Position, other_coordinate, real_roots
 
 _U = fmpq_poly([0, 1])
 _HALF, _QUARTER = fmpq(1, 2), fmpq(1, 4)
@@ -52,10 +52,10 @@ def _numerator(linkage: Linkage, link: int) -> fmpq_poly:
     return _HALF * both * v * _U * w_squared - sine_squared * steep
 
 
-def extremes(
-    linkage: Linkage, arc: Arc, signal: Callable[[Position, State], arb], turning: fmpq_poly
-) -> tuple[arb, arb]:
-    """Smallest and largest value of a signal over an arc.
+def turning_values(
+    linkage: Linkage, signal: Callable[[Position, State], arb], turning: fmpq_poly
+) -> Iterator[tuple[arb, arb]]:
+    """Crank angles where a signal may turn, and its values there.
 
     Parameters
     ----------
@@ -64,37 +64,14 @@ def extremes(
     turning
         Polynomial whose roots include the cosines of all positions where the signal turns.
     """
-    values = [signal(end, linkage.at(end)) for end in (arc.start, arc.stop)]
-    low, high = values[0].min(values[1]), values[0].max(values[1])
     for cosine in real_roots(turning):
         for position, state in positions_at(linkage, cosine):
-            value = signal(position, state)
-            try:
-                if linkage.is_in(arc, position.angle):
-                    low, high = low.min(value), high.max(value)
-            except UndecidedError:  # perhaps inside
-                low, high = low.union(low.min(value)), high.union(high.max(value))
-    return low, high
+            yield position.angle, signal(position, state)
 
 
-def real_roots(polynomial: fmpq_poly) -> Iterable[arb]:
-    """Real roots between -1 and 1, or perhaps just outside."""
-    if polynomial.degree() < 0:
-        raise UnprovedError("a signal that is constant has no extremes")
-    for root, _ in polynomial.numer().complex_roots():
-        # a root that is real has an imaginary part of exactly 0
-        if root.imag.is_zero() and not (root.real > 1 or root.real < -1):
-            yield root.real
-        elif not root.imag.is_zero() and root.imag.contains(0):
-            raise UndecidedError
-
-
-def positions_at(linkage: Linkage, cosine: arb) -> Iterable[tuple[Position, State]]:
+def positions_at(linkage: Linkage, cosine: arb) -> Iterator[tuple[Position, State]]:
     """Both positions with a cosine."""
-    square = (1 - cosine) * (1 + cosine)
-    if square.contains(0):
-        square = arb(0).union(square.abs_upper())
-    sine = square.sqrt()
+    sine = other_coordinate(cosine)
     for signed in (sine, -sine):
         # tan of half the angle from 0, or from pi where the cosine is negative
         tangent = signed / (1 + cosine) if cosine.mid() > 0 else -signed / (1 - cosine)

@@ -10,7 +10,8 @@ from __future__ import annotations
 from flint import arb, fmpq
 
 from explore.certifying.balls import positive
-from explore.certifying.four_bar_motion import Arc, Linkage, Position
+from explore.certifying.four_bar_motion import Linkage
+from explore.certifying.positions import Arc, Position
 
 _HALF, _QUARTER = fmpq(1, 2), fmpq(1, 4)
 

@@ -17,74 +17,11 @@ from typing import Any
 
 from flint import arb
 
-from explore.certifying.balls import UndecidedError, exact, positive
+from explore.certifying.balls import exact, positive
+from explore.certifying.positions import Arc, Position
 
 #: The kappa of both links.
 COUPLER, ROCKER = -1, 1
-
-
-@dataclass(frozen=True)
-class Position:
-    """A crank angle: `half_turns` times pi, plus twice the arctangent of `tangent`."""
-
-    half_turns: int
-    tangent: arb
-
-    @classmethod
-    def at_angle(cls, angle: arb) -> Position:
-        """The position at an angle in rad."""
-        half_turns = round(float(angle.mid() / arb.pi()))
-        return cls(half_turns, ((angle - half_turns * arb.pi()) / 2).tan())
-
-    @cached_property
-    def angle(self) -> arb:
-        """The crank angle, rad."""
-        return self.half_turns * arb.pi() + 2 * self.tangent.atan()
-
-    @cached_property
-    def cosine(self) -> arb:
-        """Cosine of the crank angle."""
-        square = self.tangent**2
-        return self._sign * (1 - square) / (1 + square)
-
-    @cached_property
-    def sine(self) -> arb:
-        """Sine of the crank angle."""
-        return self._sign * 2 * self.tangent / (1 + self.tangent**2)
-
-    @property
-    def _sign(self) -> int:
-        return -1 if self.half_turns % 2 else 1
-
-    def arctangent(self, factor: arb) -> arb:
-        """The arctangent of `factor` times tan(theta/2), continuous in theta."""
-        inner = self.tangent / factor if self.half_turns % 2 else self.tangent * factor
-        return self.half_turns * arb.pi() / 2 + inner.atan()
-
-    def mirrored(self) -> Position:
-        """The position at the opposite angle."""
-        return Position(-self.half_turns, -self.tangent)
-
-    def later(self, turns: int) -> Position:
-        """The position some full turns later."""
-        return Position(self.half_turns + 2 * turns, self.tangent)
-
-
-@dataclass(frozen=True)
-class Arc:
-    """A part of the turn, from one position forwards to another."""
-
-    start: Position
-    stop: Position
-
-    @cached_property
-    def length(self) -> arb:
-        """Its length, rad."""
-        return self.stop.angle - self.start.angle
-
-    def mirrored(self) -> Arc:
-        """The arc that the mirrored motion passes."""
-        return Arc(self.stop.mirrored(), self.start.mirrored())
 
 
 @dataclass(frozen=True)
@@ -165,25 +102,8 @@ class Linkage:
         """The transmission angle, rad."""
         return 2 * ((self.P - state.cosine) / (self.Q + state.cosine)).sqrt().atan()
 
-    def turn(self) -> Arc:
-        """The full turn."""
-        return Arc(Position(0, arb(0)), Position(2, arb(0)))
-
     def stroke(self, *, through_zero: bool) -> Arc:
         """The stroke that passes crank angle 0, from overlapped to extended, or the other one."""
         if through_zero:
             return Arc(self.overlapped, self.extended)
         return Arc(self.extended, self.overlapped.later(1))
-
-    def is_in(self, arc: Arc, angle: arb) -> bool:
-        """Whether an angle, or one that differs by turns, is in an arc; UndecidedError at its ends."""
-        turn, undecided = 2 * arb.pi(), False
-        first = int((float(arc.start.angle) - float(angle)) // float(turn))
-        for k in range(first, first + 4):
-            here = angle + k * turn
-            if here > arc.start.angle and here < arc.stop.angle:
-                return True
-            undecided |= not (here < arc.start.angle or here > arc.stop.angle)
-        if undecided:
-            raise UndecidedError
-        return False

@@ -7,7 +7,7 @@ from importlib import import_module
 from explore.certifying.contract import MakeCertificate
 from explore.errors import RequestError
 
-_MODULES = {"crank-rocker": "crank_rocker"}
+_MODULES = {"crank-rocker": "crank_rocker", "slider-crank": "slider_crank"}
 
 
 def find_certificate(mechanism: str) -> MakeCertificate:

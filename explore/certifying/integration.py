@@ -1,0 +1,55 @@
+"""Rigorous integration over crank angles.
+
+`acb.integral` bounds the error of Gauss-Legendre rules by the size of the integrand on ellipses around the pieces, and
+halves the pieces. The variable is the half-tangent from the nearest multiple of pi, in which linkages are algebraic.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from itertools import pairwise
+from math import ceil
+
+from flint import acb, arb, ctx
+
+from explore.certifying.positions import Arc
+
+_NOWHERE = acb("nan")
+
+
+def integrate_over(arc: Arc, signal: Callable[[acb, int, bool], acb]) -> arb:
+    """The integral of a signal over an arc.
+
+    Parameters
+    ----------
+    signal
+        Takes a half-tangent, the multiple of pi that it is from, and whether the signal must be analytic there.
+    """
+    total, tolerance = arb(0), arb(2) ** -(ctx.prec * 5 // 8)
+    for half_turns, start, stop in _pieces(arc):
+
+        def function(tangent: acb, analytic: bool, half_turns: int = half_turns) -> acb:
+            return signal(tangent, half_turns, analytic) * 2 / (1 + tangent * tangent)
+
+        total += acb.integral(function, acb(start), acb(stop), rel_tol=tolerance, abs_tol=tolerance).real
+    return total
+
+
+def _pieces(arc: Arc) -> list[tuple[int, arb, arb]]:
+    """Multiples of pi, and the half-tangents from them of the two ends, of the parts of an arc."""
+    quarter = arb.pi() / 2
+    first = ceil(float(arc.start.angle / arb.pi()) - 0.5)
+    last = ceil(float(arc.stop.angle / arb.pi()) - 0.5)
+    cuts = [(2 * k + 1) * quarter for k in range(first, last)]
+    edges = [arc.start.angle, *cuts, arc.stop.angle]
+    return [
+        (first + k, ((a - (first + k) * arb.pi()) / 2).tan(), ((b - (first + k) * arb.pi()) / 2).tan())
+        for k, (a, b) in enumerate(pairwise(edges))
+    ]
+
+
+def arctangent(number: acb, analytic: bool) -> acb:
+    """The arctangent, or no finite number on its branch cuts, where 1 + number^2 is real and negative."""
+    if analytic and not (1 + number * number).sqrt(analytic=True).is_finite():
+        return _NOWHERE
+    return number.atan()
