@@ -15,6 +15,7 @@ from PIL import Image
 from scipy.io import loadmat
 
 import explore
+from explore.cli.commands.export import ENDINGS
 from explore.errors import RequestError, ResultsError
 from explore.exporting import frames
 from explore.exporting.chosen import DesignOfParameters
@@ -271,6 +272,10 @@ def test_refused_requests_write_nothing(arguments, message, tmp_path, monkeypatc
     with pytest.raises(explore.ExploreError, match=message):
         explore.export(source, path, **options)
     assert list(tmp_path.iterdir()) == []
+
+
+def test_the_command_takes_the_formats_of_the_library():
+    assert set(ENDINGS) == {f".{ending.rsplit('.', 1)[1]}" for ending in _WRITERS}
 
 
 def test_the_command_writes_several_files_of_the_newest_results(in_results):

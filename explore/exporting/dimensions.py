@@ -118,7 +118,8 @@ def _ways(
         if isinstance(track, Arc):
             yield Angle("dimensions", track, _farthest(track, turn) + 2.0 * _OFFSET * height)
         elif isinstance(track, Polyline) and path.point in guided:
-            yield Distance("dimensions", track.points[0], track.points[1], -2.0 * _OFFSET * height, "stroke")
+            # Farther out than the sides of links, which end on the guide, too.
+            yield Distance("dimensions", track.points[0], track.points[1], -3.0 * _OFFSET * height, "stroke")
 
 
 def _farthest(arc: Arc, turn: Mapping[str, FloatArray]) -> float:
