@@ -251,6 +251,14 @@ def test_a_mechanism_without_a_drawing_has_none_to_export():
         draw_sheet(without)
 
 
+def test_a_design_without_its_solved_length_is_refused(tmp_path):
+    (tmp_path / "a.toml").write_text(STUDIES["solved"].replace("20 deg", "170 deg"))
+    results = explore.sweep(explore.load_study(tmp_path / "a.toml"), tmp_path / "a.h5", workers=1)
+    with pytest.raises(explore.MotionError, match="design 0 has no crank: "):
+        explore.export(results, tmp_path / "b.toml", design=0)
+    assert not (tmp_path / "b.toml").exists()
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [

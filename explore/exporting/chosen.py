@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -16,8 +17,9 @@ from explore.charts.turn import turn_angles
 from explore.config.study import Study
 from explore.config.study_file import parse_study
 from explore.config.toml_text import format_toml
-from explore.errors import ResultsError
+from explore.errors import MotionError, ResultsError
 from explore.model.points import COORDINATES, coordinates
+from explore.model.status import Status
 from explore.motions import mark_angles
 from explore.request.names import find_mechanism
 from explore.request.parameters import parameter_columns
@@ -36,8 +38,13 @@ class DesignOfResults:
 
     @classmethod
     def choose(cls, results: Results, number: int | None) -> DesignOfResults:
-        """The design of a number, or the best one; errors as of `choose_design`."""
-        return cls(results, choose_design(results, number))
+        """The design of a number, or the best one; errors as of `choose_design`, and if it lacks a solved length."""
+        chosen = choose_design(results, number)
+        row = results.design(chosen)
+        for column in results.columns:
+            if column.role == "parameter" and math.isnan(row[column.name]):
+                raise MotionError(f"design {chosen} has no {column.name}: {Status.UNREACHABLE.sentence}")
+        return cls(results, chosen)
 
     @cached_property
     def simulated(self) -> SimulatedDesign:
