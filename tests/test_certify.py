@@ -325,6 +325,15 @@ def test_a_dominated_design_is_found():
     assert proofs[3].reason.endswith("dominates it")
 
 
+def test_a_tie_in_one_objective_does_not_hide_dominance():
+    """Parameters are objectives too, and are equal exactly; two designs that are equal throughout stay."""
+    table = evaluated([PUBLISHED, (50.0, 940.62, 211.79, 880.0), PUBLISHED], ["cv"], window="drive")
+    assert table[1]["cv"] > table[0]["cv"]
+    objectives = [Objective("crank", "min"), Objective("cv", "min")]
+    proofs = certified(table, ["cv"], window="drive", is_front=True, objectives=objectives)
+    assert [proof.verdict for proof in proofs.values()] == ["proved", "refuted", "proved"]
+
+
 def test_clutches_agree_with_the_program():
     """Which finds the crossing by another road; at one phase, at rest between strokes, and without rest."""
     metrics = [f"output_velocity_{name}" for name in ("mean", "variance", "cv", "min", "max")]
