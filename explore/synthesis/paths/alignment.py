@@ -1,0 +1,280 @@
+"""Laying curves of the atlas over a path: the similarity, start and sense of each that fit best."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from explore.model.quantities import FloatArray
+from explore.synthesis.linkages import ComplexArray
+from explore.synthesis.paths.atlas import N_ANGLES, N_STEPS, even_points
+
+#: Dense points of the path between two of its given ones.
+_N_BETWEEN = 40
+#: Parts of a curve that an open path is laid over: shares of its length, starts, and points of each.
+_SHARES, _N_STARTS, _N_POINTS = (0.08, 0.12, 0.18, 0.27, 0.4, 0.6, 0.8, 0.95), 32, 32
+#: First crank angles that timed points are tried at.
+_N_PHASES = 48
+#: Shapes that are laid over a path together.
+_CHUNK = 256
+
+
+@dataclass(frozen=True)
+class Target:
+    """A closed path through the given points.
+
+    Attributes
+    ----------
+    points
+        At equal steps of its length, shape (N_STEPS,).
+    places
+        Places of the given points, as shares of the length.
+    """
+
+    points: ComplexArray
+    places: FloatArray
+
+
+def close_path(points: ComplexArray) -> Target:
+    """The closed spline through points, by the roots of the chords: it does not overshoot at short ones."""
+    from scipy.interpolate import CubicSpline
+
+    closed = np.append(points, points[0])
+    chords = np.abs(np.diff(closed))
+    knots = np.concatenate([[0.0], np.cumsum(np.sqrt(np.maximum(chords, 1e-9 * chords.max())))])
+    between = np.arange(_N_BETWEEN) / _N_BETWEEN
+    dense = CubicSpline(knots, closed, bc_type="periodic")(
+        (knots[:-1, None] + between * np.diff(knots)[:, None]).ravel()
+    )
+    lengths = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(np.append(dense, dense[0]))))])
+    steps = np.arange(N_STEPS) / N_STEPS * lengths[-1]
+    even = np.interp(steps, lengths, np.append(dense, dense[0]).real) + 1j * np.interp(
+        steps, lengths, np.append(dense, dense[0]).imag
+    )
+    return Target(even, lengths[:-1:_N_BETWEEN] / lengths[-1])
+
+
+@dataclass(frozen=True)
+class Starts:
+    """Linkages laid over a path.
+
+    Attributes
+    ----------
+    shapes
+        Of the linkages, with their size, shape (n, 6).
+    places
+        Pivots of the crank, complex (n,), and angles of the frame, rad.
+    frames
+        Angles of the frame, rad, (n,).
+    branches, senses
+        1 or -1, (n,).
+    angles
+        Crank angles of the given points, rad, (n, k).
+    errors
+        Share of the path's mean square that the fit leaves, (n,).
+    """
+
+    shapes: FloatArray
+    places: ComplexArray
+    frames: FloatArray
+    branches: FloatArray
+    senses: FloatArray
+    angles: FloatArray
+    errors: FloatArray
+
+
+def lay_over(target: Target, shapes: FloatArray) -> Starts:
+    """Lay closed curves of shapes over a path: all starts, both senses and both mirror images, the best of each.
+
+    Curves and path are compared at equal steps of their length; the best similarity is a ratio of inner products, which
+    for all starts at once is a convolution.
+    """
+    curves, lengths = even_points(shapes)
+    means, path_mean = curves.mean(axis=1), target.points.mean()
+    curves, path = curves - means[:, None], target.points - path_mean
+    energy = (np.abs(curves) ** 2).sum(axis=1)
+    # The four images: as it is, mirrored, reversed, both. A reversed curve starts at the same point.
+    reverse = np.concatenate([[0], np.arange(N_STEPS - 1, 0, -1)])
+    images = np.stack([curves, curves.conj(), curves[:, reverse], curves.conj()[:, reverse]])
+    spectrum = np.fft.fft(path)
+    products = np.fft.ifft(spectrum * np.fft.fft(images, axis=2).conj(), axis=2)  # [image, shape, shift]
+    fits = np.abs(products) ** 2 / energy[:, None]
+    flat = fits.transpose(1, 0, 2).reshape(len(shapes), -1)
+    best = flat.argmax(axis=1)
+    image, shift = np.divmod(best, N_STEPS)
+    rows = np.arange(len(shapes))
+    similarity = products[image, rows, shift] / energy
+    is_mirrored, is_reversed = image % 2 == 1, image >= 2
+    sizes, frames = np.abs(similarity), np.angle(similarity)
+    means = np.where(is_mirrored, means.conj(), means)
+    # path(s) = similarity image(s - shift): the given points' places on the curve itself.
+    along = target.places[None, :] - (shift / N_STEPS)[:, None]
+    along = np.where(is_reversed[:, None], -along, along)
+    angles = _angles_at(along, lengths)
+    angles = np.where(is_mirrored[:, None], -angles, angles)
+    scaled = shapes * sizes[:, None]
+    scaled[:, 5] = np.where(is_mirrored, -scaled[:, 5], scaled[:, 5])
+    senses = np.where(is_mirrored ^ is_reversed, -1.0, 1.0)
+    errors = 1.0 - flat[rows, best] / (np.abs(path) ** 2).sum()
+    return Starts(
+        scaled, path_mean - similarity * means, frames, np.where(is_mirrored, -1.0, 1.0), senses, angles, errors
+    )
+
+
+def _angles_at(places: FloatArray, lengths: FloatArray) -> FloatArray:
+    """Crank angles at places along curves, shares of the length that may lie beyond 0 … 1, shape (n, k)."""
+    turns = np.floor(places)
+    angles = np.arange(N_ANGLES + 1) * (2.0 * np.pi / N_ANGLES)
+    found = [np.interp((p - t) * own[-1], own, angles) for p, t, own in zip(places, turns, lengths, strict=True)]
+    return np.asarray(np.array(found) + 2.0 * np.pi * turns)
+
+
+def lay_over_parts(points: ComplexArray, shapes: FloatArray, least_span: float) -> Starts:
+    """Lay parts of curves of shapes over an open path, the best part of each.
+
+    Parameters
+    ----------
+    points
+        The path, shape (k,).
+    shapes
+        Of the linkages, shape (n, 6).
+    least_span
+        Angle that the crank turns at least over the path, rad.
+    """
+    even, places = _open_path(points)
+    pieces = [_lay_parts(even, places, shapes[k : k + _CHUNK], least_span) for k in range(0, len(shapes), _CHUNK)]
+    return _joined(pieces)
+
+
+def _open_path(points: ComplexArray) -> tuple[ComplexArray, FloatArray]:
+    """Points at equal steps of the length of the polygon through points, and the places of these, shares of the
+    length.
+    """
+    lengths = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(points)))])
+    steps = np.linspace(0.0, lengths[-1], _N_POINTS)
+    even = np.interp(steps, lengths, points.real) + 1j * np.interp(steps, lengths, points.imag)
+    return even, lengths / lengths[-1]
+
+
+def _lay_parts(even: ComplexArray, places: FloatArray, shapes: FloatArray, least_span: float) -> Starts:
+    curves, lengths = even_points(shapes)
+    n, rows = len(shapes), np.arange(len(shapes))
+    path = even - even.mean()
+    # A reversed image is the reversed path; a mirrored one the conjugate of the curve.
+    probes = np.stack([path.conj(), path, path[::-1].conj(), path[::-1]], axis=1)
+    best: FloatArray = np.full(n, -1.0)
+    chosen = np.zeros((n, 3), dtype=np.int64)  # share, start, image
+    firsts = np.arange(_N_STARTS) / _N_STARTS
+    for number, share in enumerate(_SHARES):
+        positions = (firsts[:, None] + share * np.linspace(0.0, 1.0, _N_POINTS)) * N_STEPS
+        whole = np.floor(positions).astype(np.int64)
+        part = positions - whole
+        windows = curves[:, whole % N_STEPS] * (1.0 - part) + curves[:, (whole + 1) % N_STEPS] * part
+        windows = windows - windows.mean(axis=2, keepdims=True)
+        energy = (np.abs(windows) ** 2).sum(axis=2)
+        fits = np.abs(windows @ probes) ** 2 / (energy[:, :, None] + 1e-300)
+        if least_span > 0.0:
+            ends = [_angles_at(np.tile(f, (n, 1)), lengths) for f in (firsts, firsts + share)]
+            fits = np.where((ends[1] - ends[0] >= least_span)[:, :, None], fits, -1.0)
+        flat = fits.reshape(n, -1)
+        place = flat.argmax(axis=1)
+        better = flat[rows, place] > best
+        best = np.where(better, flat[rows, place], best)
+        start, image = np.divmod(place, 4)
+        chosen[better] = np.column_stack([np.full(n, number), start, image])[better]
+    part_of, first = np.array(_SHARES)[chosen[:, 0]], firsts[chosen[:, 1]]
+    is_mirrored, is_reversed = chosen[:, 2] % 2 == 1, chosen[:, 2] >= 2
+    along = np.where(is_reversed[:, None], 1.0 - places, places)
+    angles = _angles_at(first[:, None] + part_of[:, None] * along, lengths)
+    images = np.where(is_mirrored[:, None], -1.0, 1.0)
+    return _similar(even, places, shapes, angles * images, is_mirrored, is_reversed, 1.0 - best / _energy(path))
+
+
+def _energy(path: ComplexArray) -> float:
+    return float((np.abs(path) ** 2).sum())
+
+
+def _similar(
+    even: ComplexArray,
+    places: FloatArray,
+    shapes: FloatArray,
+    angles: FloatArray,
+    is_mirrored: np.ndarray,
+    is_reversed: np.ndarray,
+    errors: FloatArray,
+) -> Starts:
+    """The starts whose points at the angles lie best over the path, by a similarity."""
+    branches = np.where(is_mirrored, -1.0, 1.0)
+    own = shapes.copy()
+    own[:, 5] *= branches
+    steps = np.linspace(0.0, 1.0, len(even))
+    target = np.interp(places, steps, even.real) + 1j * np.interp(places, steps, even.imag)
+    curve = coupler_points(own, branches, angles)
+    similarity, place = fit_similarity(curve, target)
+    own *= np.abs(similarity)[:, None]
+    return Starts(
+        own, place, np.angle(similarity), branches, np.where(is_mirrored ^ is_reversed, -1.0, 1.0), angles, errors
+    )
+
+
+def coupler_points(shapes: FloatArray, branches: FloatArray, angles: FloatArray) -> ComplexArray:
+    """Coupler points of shapes in their frames at crank angles of each, shape (n, k)."""
+    crank, coupler, rocker, ground, along, across = (column[:, None] for column in shapes.T)
+    pins = crank * np.exp(1j * angles)
+    diagonal = ground - pins
+    square = np.abs(diagonal) ** 2
+    share = 0.5 * (square + (coupler - rocker) * (coupler + rocker)) / square
+    height = np.sqrt(np.maximum(coupler**2 / square - share**2, 0.0))
+    direction = diagonal * (share + 1j * branches[:, None] * height) / coupler
+    return np.asarray(pins + (along + 1j * across) * direction)
+
+
+def fit_similarity(curves: ComplexArray, path: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
+    """The factor and shift that bring each row of points nearest to a path, least squares, each (n,)."""
+    means, middle = curves.mean(axis=1), path.mean()
+    centred = curves - means[:, None]
+    factor = (centred.conj() * (path - middle)).sum(axis=1) / ((np.abs(centred) ** 2).sum(axis=1) + 1e-300)
+    return factor, middle - factor * means
+
+
+def lay_timed(points: ComplexArray, angles: FloatArray, shapes: FloatArray, *, is_shift_free: bool) -> Starts:
+    """Lay shapes over points with crank angles, both branches, the best first angle of each.
+
+    Parameters
+    ----------
+    points, angles
+        The path and the angles of the crank, rad, shape (k,).
+    shapes
+        Of the linkages, shape (n, 6).
+    is_shift_free
+        Whether the angles count from any angle, or from the frame.
+    """
+    pieces = []
+    shifts = np.arange(_N_PHASES) * (2.0 * np.pi / _N_PHASES) if is_shift_free else np.zeros(1)
+    middle = points - points.mean()
+    for branch in (1.0, -1.0):
+        own = shapes * [1.0, 1.0, 1.0, 1.0, 1.0, branch]
+        for k in range(0, len(own), _CHUNK):
+            part = own[k : k + _CHUNK]
+            branches = np.full(len(part), branch)
+            errors = np.full(len(part), np.inf)
+            best = np.zeros(len(part))
+            for shift in shifts.tolist():
+                curve = coupler_points(part, branches, np.tile(angles + shift, (len(part), 1)))
+                curve = curve - curve.mean(axis=1, keepdims=True)
+                inner = np.abs(curve.conj() @ middle) ** 2 / ((np.abs(curve) ** 2).sum(axis=1) + 1e-300)
+                left = 1.0 - inner / _energy(middle)
+                best = np.where(left < errors, shift, best)
+                errors = np.minimum(errors, left)
+            turned = angles + best[:, None]
+            factor, place = fit_similarity(coupler_points(part, branches, turned), points)
+            scaled = part * np.abs(factor)[:, None]
+            senses = np.full(len(part), 1.0 if angles[-1] >= angles[0] else -1.0)
+            pieces.append(Starts(scaled, place, np.angle(factor), branches, senses, turned, errors))
+    return _joined(pieces)
+
+
+def _joined(pieces: list[Starts]) -> Starts:
+    columns = zip(*(vars(piece).values() for piece in pieces), strict=True)
+    return Starts(*(np.concatenate(column) for column in columns))

@@ -1,0 +1,89 @@
+"""Normal equations of the nine numbers: added up point by point, without the angles, and solved within bounds."""
+
+import math
+
+from explore.subroutines import subroutine
+from explore.synthesis.paths.numbers import LARGEST, LEAST, N_NUMBERS
+
+#: Least difference of the two transmission angles.
+_LEAST_GAP = 1e-3
+_TINY = 1e-300
+
+
+@subroutine()
+def solve(matrix, right, damping, factor, solution):
+    """Solve (matrix + damping diagonal) solution = -right by Cholesky's method; the lower triangle is used."""
+    n = N_NUMBERS
+    for i in range(n):
+        for j in range(i + 1):
+            factor[i, j] = matrix[i, j]
+        factor[i, i] = matrix[i, i] * (1.0 + damping) + _TINY
+    for j in range(n):
+        pivot = factor[j, j]
+        for k in range(j):
+            pivot -= factor[j, k] * factor[j, k]
+        if not pivot > 1e-16 * factor[j, j]:
+            pivot = 1e-16 * factor[j, j] + _TINY
+        root = math.sqrt(pivot)
+        factor[j, j] = root
+        for i in range(j + 1, n):
+            value = factor[i, j]
+            for k in range(j):
+                value -= factor[i, k] * factor[j, k]
+            factor[i, j] = value / root
+    for i in range(n):
+        value = -right[i]
+        for k in range(i):
+            value -= factor[i, k] * solution[k]
+        solution[i] = value / factor[i, i]
+    for i in range(n - 1, -1, -1):
+        value = solution[i]
+        for k in range(i + 1, n):
+            value -= factor[k, i] * solution[k]
+        solution[i] = value / factor[i, i]
+
+
+@subroutine()
+def hold(matrix, right, number):
+    """Leave a number as it is."""
+    right[number] = 0.0
+    for k in range(N_NUMBERS):
+        if k < number:
+            matrix[number, k] = 0.0
+        elif k > number:
+            matrix[k, number] = 0.0
+    matrix[number, number] = 1.0
+
+
+@subroutine()
+def bound(numbers, lower, upper):
+    """Bring numbers within their bounds, and the transmission angles apart."""
+    for j in range(N_NUMBERS):
+        numbers[j] = min(max(numbers[j], lower[j]), upper[j])
+    numbers[LEAST] = min(numbers[LEAST], upper[LARGEST] - _LEAST_GAP)
+    numbers[LARGEST] = max(numbers[LARGEST], numbers[LEAST] + _LEAST_GAP)
+
+
+@subroutine()
+def add_points(first, last, weights, slopes, tangents, errors, matrix, right, shares, sums):
+    """Add points that share an angle to the normal equations, and to the sums of that angle."""
+    for i in range(first, last):
+        w, t, e = weights[i], tangents[i], errors[i]
+        sums[0] += w * (t.real * t.real + t.imag * t.imag)
+        sums[1] += w * (t.real * e.real + t.imag * e.imag)
+        for j in range(N_NUMBERS):
+            s = slopes[i, j]
+            shares[j] += w * (t.real * s.real + t.imag * s.imag)
+            right[j] += w * (s.real * e.real + s.imag * e.imag)
+            for k in range(j + 1):
+                o = slopes[i, k]
+                matrix[j, k] += w * (s.real * o.real + s.imag * o.imag)
+
+
+@subroutine()
+def eliminate(matrix, right, shares, sums):
+    """Take the part of an angle out of the normal equations."""
+    for j in range(N_NUMBERS):
+        right[j] -= shares[j] * sums[1] / sums[0]
+        for k in range(j + 1):
+            matrix[j, k] -= shares[j] * shares[k] / sums[0]

@@ -1,0 +1,132 @@
+"""The nine numbers of a four-bar whose crank turns, and its coupler point with all derivatives.
+
+The numbers are the crank's pivot, the angle of the frame, the logarithms of coupler and rocker, the transmission angles
+with the crank along the frame towards the other pivot and away from it, and the coupler point from the crank's pin,
+along and across the coupler. Crank and ground follow from the two triangles that coupler and rocker then form::
+
+    |ground - crank|^2 = coupler^2 + rocker^2 - 2 coupler rocker cos(least transmission angle)
+    (ground + crank)^2 = coupler^2 + rocker^2 - 2 coupler rocker cos(largest transmission angle)
+
+So every choice with 0 < least < largest < pi is a linkage whose crank turns, each such linkage occurs once, and a bound
+of the transmission angle is a bound of a number.
+"""
+
+import math
+
+import numpy as np
+
+from explore.subroutines import subroutine
+
+PIVOT_X, PIVOT_Y, FRAME, LOG_COUPLER, LOG_ROCKER, LEAST, LARGEST, ALONG, ACROSS = range(9)
+N_NUMBERS = 9
+# Rows of the constants of a shape: lengths, and derivatives of the sides |ground -+ crank| by four of the numbers.
+CRANK, COUPLER, ROCKER, GROUND = range(4)
+SHORT_BY, LONG_BY = 4, 7
+N_CONSTANTS = 10
+#: Least size of the sine between coupler and rocker that derivatives are divided by.
+_LEAST_SINE = 1e-9
+
+
+@subroutine()
+def close_shape(numbers, is_ground_longer, constants):
+    """Fill the constants of a shape; `is_ground_longer` chooses between crank and ground for the longer of them."""
+    coupler, rocker = math.exp(numbers[LOG_COUPLER]), math.exp(numbers[LOG_ROCKER])
+    cos_least, cos_largest = math.cos(numbers[LEAST]), math.cos(numbers[LARGEST])
+    squares = coupler * coupler + rocker * rocker
+    short = math.sqrt(squares - 2.0 * coupler * rocker * cos_least)
+    long = math.sqrt(squares - 2.0 * coupler * rocker * cos_largest)
+    larger, smaller = 0.5 * (long + short), 0.5 * (long - short)
+    constants[CRANK] = smaller if is_ground_longer else larger
+    constants[GROUND] = larger if is_ground_longer else smaller
+    constants[COUPLER], constants[ROCKER] = coupler, rocker
+    # By log coupler, log rocker and the angle of the same triangle.
+    constants[SHORT_BY] = coupler * (coupler - rocker * cos_least) / short
+    constants[SHORT_BY + 1] = rocker * (rocker - coupler * cos_least) / short
+    constants[SHORT_BY + 2] = coupler * rocker * math.sin(numbers[LEAST]) / short
+    constants[LONG_BY] = coupler * (coupler - rocker * cos_largest) / long
+    constants[LONG_BY + 1] = rocker * (rocker - coupler * cos_largest) / long
+    constants[LONG_BY + 2] = coupler * rocker * math.sin(numbers[LARGEST]) / long
+
+
+@subroutine()
+def coupler_direction(constants, branch, pin):
+    """The unit vector of the coupler for a pin of the crank in the frame."""
+    diagonal = constants[GROUND] - pin
+    square = diagonal.real * diagonal.real + diagonal.imag * diagonal.imag
+    coupler, rocker = constants[COUPLER], constants[ROCKER]
+    along = 0.5 * (square + (coupler - rocker) * (coupler + rocker)) / square
+    across = math.sqrt(max(coupler * coupler / square - along * along, 0.0))
+    return diagonal * complex(along, branch * across) / coupler
+
+
+@subroutine()
+def point_at(numbers, constants, branch, angle):
+    """The coupler point at a crank angle from the frame."""
+    pin = constants[CRANK] * complex(math.cos(angle), math.sin(angle))
+    point = pin + complex(numbers[ALONG], numbers[ACROSS]) * coupler_direction(constants, branch, pin)
+    turn = complex(math.cos(numbers[FRAME]), math.sin(numbers[FRAME]))
+    return complex(numbers[PIVOT_X], numbers[PIVOT_Y]) + turn * point
+
+
+@subroutine()
+def point_and_slopes(numbers, constants, branch, is_ground_longer, angle, slopes):
+    """The coupler point and its derivative by the crank angle; `slopes` receives those by the numbers.
+
+    The coupler's angle phi follows from the loop: with unit vectors u of coupler and v of rocker, and any change of the
+    pin of the crank, the coupler, the rocker and the ground,
+
+        coupler Im(v' u) d phi = Re(v' d pin) + Re(v' u) d coupler - Re(v) d ground - d rocker
+    """
+    turn = complex(math.cos(numbers[FRAME]), math.sin(numbers[FRAME]))
+    ray = complex(math.cos(angle), math.sin(angle))
+    pin = constants[CRANK] * ray
+    u = coupler_direction(constants, branch, pin)
+    v = (pin + constants[COUPLER] * u - constants[GROUND]) / constants[ROCKER]
+    sine = v.real * u.imag - v.imag * u.real
+    if abs(sine) < _LEAST_SINE:
+        sine = _LEAST_SINE if sine >= 0.0 else -_LEAST_SINE
+    k = 1.0 / (constants[COUPLER] * sine)
+    arm = complex(numbers[ALONG], numbers[ACROSS]) * u
+    point = pin + arm
+    lever = turn * complex(-arm.imag, arm.real)  # change of the point per radian of the coupler
+    by_angle = turn * complex(-pin.imag, pin.real) + lever * (k * (-v.real * pin.imag + v.imag * pin.real))
+    by_crank = turn * ray + lever * (k * (v.real * ray.real + v.imag * ray.imag))
+    by_ground = lever * (-k * v.real)
+    sign = 1.0 if is_ground_longer else -1.0
+    by_short, by_long = 0.5 * sign * (by_ground - by_crank), 0.5 * (by_ground + by_crank)
+    slopes[PIVOT_X], slopes[PIVOT_Y] = complex(1.0, 0.0), complex(0.0, 1.0)
+    whole = turn * point
+    slopes[FRAME] = complex(-whole.imag, whole.real)
+    by_coupler = lever * (k * (v.real * u.real + v.imag * u.imag))
+    slopes[LOG_COUPLER] = (
+        constants[COUPLER] * by_coupler + by_short * constants[SHORT_BY] + by_long * constants[LONG_BY]
+    )
+    slopes[LOG_ROCKER] = (
+        lever * (-k * constants[ROCKER]) + by_short * constants[SHORT_BY + 1] + by_long * constants[LONG_BY + 1]
+    )
+    slopes[LEAST] = by_short * constants[SHORT_BY + 2]
+    slopes[LARGEST] = by_long * constants[LONG_BY + 2]
+    slopes[ALONG] = turn * u
+    slopes[ACROSS] = turn * complex(-u.imag, u.real)
+    return complex(numbers[PIVOT_X], numbers[PIVOT_Y]) + whole, by_angle
+
+
+def numbers_of(linkage):
+    """The numbers of a `FourBar` whose crank turns, and whether its ground is longer than its crank."""
+    crank, coupler, rocker, ground = linkage.lengths
+    frame = linkage.rocker_pivot - linkage.crank_pivot
+    least = 2.0 * math.atan(math.sqrt(_half_tangent(coupler, rocker, abs(ground - crank))))
+    largest = 2.0 * math.atan(math.sqrt(_half_tangent(coupler, rocker, ground + crank)))
+    point = linkage.point * coupler
+    return np.array([
+        linkage.crank_pivot.real, linkage.crank_pivot.imag, math.atan2(frame.imag, frame.real), math.log(coupler),
+        math.log(rocker), least, largest, point.real, point.imag,
+    ]), ground >= crank  # fmt: skip
+
+
+def _half_tangent(first, second, opposite):
+    """The square of the tangent of half the angle of a triangle between two sides."""
+    difference = first - second
+    return (
+        (opposite - difference) * (opposite + difference) / ((first + second - opposite) * (first + second + opposite))
+    )

@@ -1,0 +1,186 @@
+"""Four-bars through many points: derivatives, order of the angles, public problems, and linkages found again."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from explore.synthesis.linkages import FourBar
+from explore.synthesis.paths.atlas import draw_shapes
+from explore.synthesis.paths.fitting import ORDERED, Problem, _pool, fit
+from explore.synthesis.paths.numbers import N_CONSTANTS, N_NUMBERS, close_shape, numbers_of, point_and_slopes, point_at
+from explore.synthesis.paths.search import PathTask, find_paths, linkage_of
+
+PROBLEMS = json.loads((Path(__file__).parent / "reference" / "path_benchmarks.json").read_text(encoding="utf-8"))
+LINKAGE = FourBar(1 + 2j, 1 + 2j + 4 * np.exp(0.3j), 1.0, 3.5, 2.5, 0.6 + 0.7j, 1)
+
+
+def points_of(name):
+    return np.array([complex(*pair) for pair in PROBLEMS[name]["points"]])
+
+
+def constants_of(numbers, is_ground_longer=True):
+    constants = np.empty(N_CONSTANTS)
+    close_shape(numbers, is_ground_longer, constants)
+    return constants
+
+
+@pytest.mark.parametrize("branch", [1, -1])
+@pytest.mark.parametrize("lengths", [(1.0, 3.5, 2.5, 4.0), (4.0, 3.5, 2.5, 1.0)])
+def test_the_nine_numbers_of_a_linkage(lengths, branch):
+    crank, coupler, rocker, ground = lengths
+    linkage = FourBar(1 + 2j, 1 + 2j + ground * np.exp(0.3j), crank, coupler, rocker, 0.6 + 0.7j, branch)
+    numbers, is_ground_longer = numbers_of(linkage)
+    again = linkage_of(numbers, branch, is_ground_longer=is_ground_longer)
+    assert again.lengths == pytest.approx(lengths, rel=1e-14)
+    assert (again.rocker_pivot, again.point) == (pytest.approx(linkage.rocker_pivot), pytest.approx(linkage.point))
+    constants = constants_of(numbers, is_ground_longer)
+    for angle in np.linspace(0, 6, 7):
+        expected = linkage.points([angle + 0.3])[0]
+        assert point_at(numbers, constants, float(branch), angle) == pytest.approx(expected, abs=1e-13)
+
+
+@pytest.mark.parametrize("is_ground_longer", [True, False])
+@pytest.mark.parametrize("branch", [1.0, -1.0])
+def test_slopes_against_differences_of_fourth_order(branch, is_ground_longer):
+    numbers, slopes = numbers_of(LINKAGE)[0], np.empty(N_NUMBERS, dtype=np.complex128)
+    _, by_angle = point_and_slopes(
+        numbers, constants_of(numbers, is_ground_longer), branch, is_ground_longer, 1.1, slopes
+    )
+
+    def difference(function, step=1e-3):
+        return (8 * (function(step) - function(-step)) - (function(2 * step) - function(-2 * step))) / (12 * step)
+
+    for j in range(N_NUMBERS):
+
+        def moved(h, j=j):
+            other = numbers.copy()
+            other[j] += h
+            return point_at(other, constants_of(other, is_ground_longer), branch, 1.1)
+
+        assert difference(moved) == pytest.approx(slopes[j], abs=1e-10)
+    assert difference(lambda h: point_at(numbers, constants, branch, 1.1 + h)) == pytest.approx(by_angle, abs=1e-10)
+
+
+def pooled(angles, weights, sense=1.0, span=0.0):
+    n, found = len(angles), np.array(angles, dtype=float)
+    _pool(found, np.array(weights, dtype=float), sense, span, np.empty(n), np.empty(n), np.empty(n, dtype=np.int64))
+    return found
+
+
+def test_pooled_angles_are_the_nearest_in_order():
+    """Against SciPy's isotonic regression, in both senses."""
+    from scipy.optimize import isotonic_regression
+
+    rng = np.random.default_rng(12)
+    for _ in range(100):
+        angles, weights = np.cumsum(rng.normal(0.1, 0.3, 15)), rng.uniform(0.1, 3, 15)
+        expected = isotonic_regression(angles, weights=weights).x
+        np.testing.assert_allclose(pooled(angles, weights), np.minimum(expected, expected[0] + 2 * np.pi), atol=1e-14)
+        np.testing.assert_allclose(
+            pooled(-angles, weights, -1.0), -np.minimum(expected, expected[0] + 2 * np.pi), atol=1e-14
+        )
+
+
+def test_angles_are_within_one_turn_and_over_the_least_span():
+    assert pooled([0.0, 3.0, 9.0], [1, 1, 1]) == pytest.approx([0.0, 3.0, 2 * np.pi])
+    # Both ends move, the heavier one less.
+    assert pooled([0.0, 0.5, 1.0], [3, 1, 1], span=2.0) == pytest.approx([-0.25, 0.5, 1.75])
+
+
+def test_exact_points_give_the_linkage_back():
+    points = LINKAGE.points(np.linspace(0, 6, 18) + 0.3)
+    exact = numbers_of(LINKAGE)[0]
+    lower, upper = np.full(N_NUMBERS, -np.inf), np.full(N_NUMBERS, np.inf)
+    lower[5:7], upper[5:7] = 0.01, np.pi - 0.01
+    problem = Problem(points, np.ones(18), 1.0, 1.0, True, ORDERED, lower, upper, 0.0)
+    rng = np.random.default_rng(13)
+    for _ in range(5):
+        numbers = exact + 0.1 * rng.normal(size=N_NUMBERS) * [1, 1, 0.5, 0.3, 0.3, 0.3, 0.3, 1, 1]
+        angles = np.sort(np.linspace(0, 6, 18) + 0.1 * rng.normal(size=18))
+        assert fit(problem, numbers, angles, 400, 1e-10) < 1e-24
+        assert numbers == pytest.approx(exact, abs=1e-11)
+
+
+def check(task, solution):
+    """The error is that of the linkage at its angles, in order; the limits hold."""
+    distances = np.abs(solution.linkage.points(solution.angles) - task.points)
+    assert np.sum(distances**2) == pytest.approx(solution.error, rel=1e-6, abs=1e-25)
+    turned = np.diff(solution.angles)
+    assert (turned >= -1e-12).all() or (turned <= 1e-12).all()
+    assert task.span_min - 1e-12 <= np.ptp(solution.angles) <= 2 * np.pi + 1e-12
+    angles = solution.linkage.transmission_angles(np.linspace(0, 2 * np.pi, 721))
+    assert np.minimum(angles, np.pi - angles).min() >= task.transmission_angle_min - 1e-9
+    assert max(solution.linkage.lengths) <= task.link_ratio_max * task.size * (1 + 1e-12)
+
+
+@pytest.mark.parametrize(("name", "best"), [("mkh1", 3.0708e-3), ("yu1", 0.85426), ("ullah", 0.1456)])
+def test_public_problems(name, best):
+    """The best known sums of squares at a transmission angle of 20 deg, to 0.1 %."""
+    task = PathTask(points_of(name))
+    solutions = find_paths(task)
+    assert solutions[0].error <= best * 1.001
+    for solution in solutions:
+        check(task, solution)
+
+
+@pytest.mark.parametrize(("angle", "best"), [(20, 8.96e-7), (30, 1.955e-5)])
+def test_points_with_crank_angles_from_a_given_frame(angle, best):
+    angles = np.array(PROBLEMS["five_timed"]["crank_angles_rad"])
+    task = PathTask(
+        points_of("five_timed"), crank_angles=angles, angles_from="frame", held={0: 0.0, 1: 0.0, 2: 0.0},
+        transmission_angle_min=np.radians(angle),
+    )  # fmt: skip
+    solution = find_paths(task)[0]
+    assert solution.error <= best * 1.001
+    assert solution.angles == pytest.approx(angles, abs=1e-15)
+    assert (solution.linkage.crank_pivot, solution.linkage.rocker_pivot.imag) == (0, 0)
+    check(task, solution)
+
+
+def test_crank_angles_that_count_from_any_angle():
+    angles = np.array(PROBLEMS["five_timed"]["crank_angles_rad"])
+    solution = find_paths(PathTask(points_of("five_timed"), crank_angles=angles))[0]
+    assert np.diff(solution.angles) == pytest.approx(np.diff(angles), abs=1e-12)
+    assert solution.error < 8.96e-7  # nothing is held
+
+
+def test_a_straight_line():
+    """50 points over at least 90 deg of the crank: within 2e-5 of the length, between the points too."""
+    task = PathTask(np.linspace(0, 1, 50) * np.exp(0.4j), is_closed=False, span_min=np.pi / 2)
+    solution = find_paths(task)[0]
+    check(task, solution)
+    path = solution.linkage.points(np.linspace(solution.angles[0], solution.angles[-1], 2001)) * np.exp(-0.4j)
+    assert np.abs(path.imag).max() < 2e-5
+
+
+def planted(rng):
+    """A crank-rocker with transmission from 20 deg, and 10 to 40 points of its path."""
+    while True:
+        crank, coupler, rocker, ground, along, across = draw_shapes(1, seed=int(rng.integers(1 << 30)))[0].tolist()
+        sides = np.array([ground - crank, ground + crank])
+        cosines = (coupler**2 + rocker**2 - sides**2) / (2 * coupler * rocker)
+        if np.abs(cosines).max() < np.cos(np.radians(20)):
+            linkage = FourBar(0j, complex(ground), crank, coupler, rocker, complex(along, across) / coupler)
+            count = int(rng.integers(10, 41))
+            return linkage.points(rng.uniform(0, 6) + np.arange(count) * 2 * np.pi / count)
+
+
+def missed(count, seed):
+    """How many of so many planted linkages are not recovered to 1e-7 of the size of their path."""
+    rng, number = np.random.default_rng(seed), 0
+    for _ in range(count):
+        task = PathTask(planted(rng), transmission_angle_min=np.radians(19.9), link_ratio_max=1e3)
+        solution = find_paths(task, 1)[0]
+        number += np.sqrt(solution.error / len(task.points)) > 1e-7 * task.size
+    return number
+
+
+def test_planted_linkages_are_recovered():
+    assert missed(12, 14) <= 1
+
+
+@pytest.mark.slow
+def test_a_thousand_planted_linkages():
+    assert missed(1000, 15) <= 20
