@@ -45,6 +45,7 @@ def test_the_nine_numbers_of_a_linkage(lengths, branch):
 @pytest.mark.parametrize("branch", [1.0, -1.0])
 def test_slopes_against_differences_of_fourth_order(branch, is_ground_longer):
     numbers, slopes = numbers_of(LINKAGE)[0], np.empty(N_NUMBERS, dtype=np.complex128)
+    constants = constants_of(numbers, is_ground_longer)
     _, by_angle = point_and_slopes(
         numbers, constants_of(numbers, is_ground_longer), branch, is_ground_longer, 1.1, slopes
     )

@@ -1,0 +1,86 @@
+"""Classes of solutions: each linkage occurs with its dyads in both orders and with its two cognates, six times."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from explore.model.quantities import FloatArray
+from explore.synthesis.linkages import ComplexArray
+from explore.synthesis.nine_points.equations import N_POINTS
+
+#: The number of classes of nine points in general position (Wampler, Morgan, Sommese 1992).
+N_CLASSES = 1442
+
+
+def cognate(solutions: ComplexArray) -> ComplexArray:
+    """The next of the three cognates of each solution, shape (n, 8); three steps lead back."""
+    found = np.empty_like(solutions)
+    for o in (0, 1):
+        x, a, y, b = (solutions[:, k + o] for k in (0, 2, 4, 6))
+        with np.errstate(divide="ignore", invalid="ignore"):
+            found[:, o] = (x - a) * y / (x - y)
+            found[:, 2 + o] = (b * x - a * y) / (x - y)
+        found[:, 4 + o], found[:, 6 + o] = a - x, a
+    return found
+
+
+def exchange(solutions: ComplexArray) -> ComplexArray:
+    """The same linkages with their dyads in the other order."""
+    return solutions[:, [4, 5, 6, 7, 0, 1, 2, 3]]
+
+
+def keys(solutions: ComplexArray) -> FloatArray:
+    """Numbers that are the same for all six members of a class, shape (n, 12), of compressed size.
+
+    Symmetric functions of the three pivots of a cognate triple, and the sums of x y over it; a difference of two keys
+    is about the relative difference of the numbers where they are large.
+    """
+    triple = [solutions, cognate(solutions)]
+    triple.append(cognate(triple[1]))
+    invariants = []
+    for o in (0, 1):
+        first, second, third = (member[:, 2 + o] for member in triple)
+        invariants += [first + second + third, first * second + second * third + third * first]
+        invariants.append(np.sum([member[:, o] * member[:, 4 + o] for member in triple], axis=0))
+    table = np.array(invariants).T
+    sizes = np.abs(table)
+    table = table * (np.arcsinh(sizes) / np.maximum(sizes, 1e-30))
+    return np.hstack([table.real, table.imag])
+
+
+def distinct(solutions: ComplexArray, tolerance: float = 1e-7) -> npt.NDArray[np.intp]:
+    """Rows of the first member of each class."""
+    from scipy.spatial import cKDTree
+
+    table = keys(solutions)
+    tree = cKDTree(table)
+    is_seen, kept = np.zeros(len(table), dtype=bool), []
+    for row in range(len(table)):
+        if not is_seen[row]:
+            kept.append(row)
+            is_seen[tree.query_ball_point(table[row], tolerance)] = True
+    return np.array(kept, dtype=np.intp)
+
+
+def is_degenerate(solutions: ComplexArray, tolerance: float) -> npt.NDArray[np.bool_]:
+    """Whether solutions are none of a linkage: a link without length, equal dyads, or not finite."""
+    bad = ~np.isfinite(solutions).all(axis=1)
+    for o in (0, 1):
+        x, a, y, b = (solutions[:, k + o] for k in (0, 2, 4, 6))
+        size = np.abs([x, a, y, b]).max(axis=0) + 1e-300
+        for length in (x, y, x - y, x - a, y - b, a - b):
+            bad |= np.abs(length) < tolerance * size
+    return np.asarray(bad)
+
+
+def residuals(solutions: ComplexArray, parameters: ComplexArray) -> FloatArray:
+    """The largest relative error of g + g^ + g g^ = 0 over the points, with g and g^ by Cramer's rule, (n,)."""
+    d, dh = parameters[:N_POINTS], parameters[N_POINTS:]
+    x, xh, a, ah, y, yh, b, bh = (solutions[:, [k]] for k in range(8))
+    a1, b1, c1 = (ah - dh) * x, (a - d) * xh, d * (ah - xh) + dh * (a - x) - d * dh
+    a2, b2, c2 = (bh - dh) * y, (b - d) * yh, d * (bh - yh) + dh * (b - y) - d * dh
+    with np.errstate(all="ignore"):
+        e = a1 * b2 - a2 * b1
+        g, h = (b1 * c2 - b2 * c1) / e + 1.0, (c1 * a2 - c2 * a1) / e + 1.0
+        return np.asarray((np.abs(g * h - 1.0) / (1.0 + np.abs(g) * np.abs(h))).max(axis=1))

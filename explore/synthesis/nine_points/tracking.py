@@ -1,0 +1,138 @@
+"""Following solutions of the equations of nine points while the points move on straight lines.
+
+The predictor is the classical Runge-Kutta method on the differential equation of the path, the corrector Newton's
+method with at most three steps; the first correction measures the predictor's error and sets the next step.
+"""
+
+import numpy as np
+
+from explore.compiling import compiled
+from explore.subroutines import subroutine
+from explore.synthesis.nine_points.equations import N_PARAMETERS, N_UNKNOWNS, eliminate, linearise, magnitude
+
+# What became of a path.
+ARRIVED, TOO_MANY_STEPS, STEP_TOO_SMALL, NOT_CONVERGED = range(4)
+#: Columns of what is reported of a path: its fate, the parameter reached, steps, the ratio of pivots at the end.
+FATE, REACHED, STEPS, PIVOTS = range(4)
+N_FACTS = 4
+_FIRST_STEP = 0.02
+#: Error of a predictor, over the wanted one, beyond which a step is rejected at once or after its correction.
+_HOPELESS, _TOO_LARGE = 20.0, 5.0
+#: A correction below the first is the last, and so is one whose square, times 100, is below the second.
+_CONVERGED, _ROUNDING = 1e-9, 1e-11
+_N_CORRECTIONS = 3
+_INFINITE = 1e10
+
+
+@subroutine()
+def _place(time, start, rates, parameters):
+    for i in range(N_PARAMETERS):
+        parameters[i] = start[i] + time * rates[i]
+
+
+@subroutine()
+def _relative_size(step, z):
+    """The largest step over the largest unknown, of the hatted and the other unknowns; infinite for NaN."""
+    step_plain, step_hatted, plain, hatted, total = 0.0, 0.0, 0.0, 0.0, 0.0
+    for i in range(0, N_UNKNOWNS, 2):
+        step_plain, step_hatted = max(step_plain, magnitude(step[i])), max(step_hatted, magnitude(step[i + 1]))
+        plain, hatted = max(plain, magnitude(z[i])), max(hatted, magnitude(z[i + 1]))
+    for i in range(N_UNKNOWNS):  # a maximum would pass over NaN
+        total += magnitude(step[i]) + magnitude(z[i])
+    if not total < 1e200:
+        return _INFINITE
+    return max(step_plain / (plain + 1e-300), step_hatted / (hatted + 1e-300))
+
+
+@subroutine()
+def _slope(z, time, start, rates, parameters, jacobian, values, slope):
+    """The derivative of a solution by the time; the ratio of pivots."""
+    _place(time, start, rates, parameters)
+    linearise(z, parameters, rates, jacobian, values, slope)
+    for i in range(N_UNKNOWNS):
+        slope[i] = -slope[i]
+    return eliminate(jacobian, slope)
+
+
+@subroutine()
+def _correct(z, parameters, rates, jacobian, values, unused, wanted):
+    """Newton's method; whether it converged, the first correction, and the ratio of pivots."""
+    first, before, pivots = 0.0, 0.0, 0.0
+    for k in range(_N_CORRECTIONS):
+        linearise(z, parameters, rates, jacobian, values, unused)
+        pivots = eliminate(jacobian, values)
+        for i in range(N_UNKNOWNS):
+            z[i] -= values[i]
+        size = _relative_size(values, z)
+        if k == 0:
+            first = size
+            if size > _HOPELESS * wanted:
+                break
+        elif size > 0.1 * before and size > _ROUNDING:
+            break
+        if size < _CONVERGED or (k > 0 and 100.0 * size * size < _ROUNDING):
+            return True, first, pivots
+        before = size
+    return False, first, pivots
+
+
+@subroutine(allocates=True)
+def _track(z, start, rates, wanted, most_steps, least_step, facts):
+    """Follow one solution from time 0 to 1, in place."""
+    jacobian = np.empty((N_UNKNOWNS, N_UNKNOWNS), np.complex128)
+    slopes = np.empty((4, N_UNKNOWNS), np.complex128)
+    values, trial = np.empty(N_UNKNOWNS, np.complex128), np.empty(N_UNKNOWNS, np.complex128)
+    unused, parameters = np.empty(N_UNKNOWNS, np.complex128), np.empty(N_PARAMETERS, np.complex128)
+    time, step, steps, pivots = 0.0, _FIRST_STEP, 0, 1.0
+    has_slope, fate = False, ARRIVED
+    while time < 1.0:
+        if steps >= most_steps or step < least_step:
+            fate = TOO_MANY_STEPS if steps >= most_steps else STEP_TOO_SMALL
+            break
+        steps += 1
+        is_last = time + step >= 1.0 - 1e-14
+        h = 1.0 - time if is_last else step
+        if not has_slope:
+            _slope(z, time, start, rates, parameters, jacobian, values, slopes[0])
+            has_slope = True
+        for k in range(1, 4):
+            share = h if k == 3 else 0.5 * h
+            for i in range(N_UNKNOWNS):
+                trial[i] = z[i] + share * slopes[k - 1, i]
+            _slope(trial, time + share, start, rates, parameters, jacobian, values, slopes[k])
+        for i in range(N_UNKNOWNS):
+            change = slopes[0, i] + 2.0 * slopes[1, i] + 2.0 * slopes[2, i] + slopes[3, i]
+            trial[i] = z[i] + change * (h / 6.0)
+        converged, error, ratio = _correct(trial, parameters, rates, jacobian, values, unused, wanted)
+        if converged and error <= _TOO_LARGE * wanted:
+            z[:] = trial
+            time = 1.0 if is_last else time + h
+            pivots, has_slope = ratio, False
+            step = h * min(2.0, max(0.3, 0.9 * (wanted / (error + 1e-30)) ** 0.2))
+        elif 0.0 < error < _INFINITE:
+            step = h * min(0.5, max(0.1, 0.8 * (wanted / error) ** 0.2))
+        else:
+            step = 0.25 * h
+    if fate == ARRIVED:
+        _place(1.0, start, rates, parameters)
+        for _ in range(_N_CORRECTIONS):
+            linearise(z, parameters, rates, jacobian, values, unused)
+            pivots = eliminate(jacobian, values)
+            if not _relative_size(values, z) < 1e-6:
+                fate = NOT_CONVERGED
+                break
+            for i in range(N_UNKNOWNS):
+                z[i] -= values[i]
+    facts[FATE], facts[REACHED], facts[STEPS], facts[PIVOTS] = fate, time, steps, pivots
+
+
+@compiled(
+    "void(complex128[:,::1], complex128[::1], complex128[::1], float64, int64, float64, float64[:,::1])", allocates=True
+)
+def track(solutions, start, rates, wanted, most_steps, least_step, facts):
+    """Follow solutions, in place, from parameters `start` to `start + rates`.
+
+    `wanted` is the relative error of the predictor; `facts` receives fate, parameter reached, steps and pivots of each.
+    """
+    for i in range(len(solutions)):
+        _track(solutions[i], start, rates, wanted, most_steps, least_step, facts[i])

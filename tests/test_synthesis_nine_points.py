@@ -1,0 +1,141 @@
+"""All four-bars through nine points: derivatives, the start systems, public problems, and planted linkages."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from explore.errors import RequestError
+from explore.synthesis.linkages import FourBar
+from explore.synthesis.nine_points.classes import N_CLASSES, cognate, distinct, exchange, keys, residuals
+from explore.synthesis.nine_points.equations import linearise
+from explore.synthesis.nine_points.solving import find_all, solve, start_system
+
+PROBLEMS = json.loads((Path(__file__).parent / "reference" / "path_benchmarks.json").read_text(encoding="utf-8"))
+
+
+def points_of(name):
+    return np.array([complex(*pair) for pair in PROBLEMS[name]["points"]])
+
+
+def test_derivatives_against_complex_differences():
+    rng = np.random.default_rng(16)
+
+    def random(count):
+        return rng.normal(size=count) + 1j * rng.normal(size=count)
+
+    z, parameters, rates = random(8), random(16), random(16)
+    jacobian, values, by_time = np.empty((8, 8), complex), np.empty(8, complex), np.empty(8, complex)
+    linearise(z, parameters, rates, jacobian, values, by_time)
+
+    def relative_values(z, parameters):
+        """Equations that are not divided by their derivatives, by the terms of Cramer's rule."""
+        d, dh = parameters[:8], parameters[8:]
+        x, xh, a, ah, y, yh, b, bh = z
+        a1, b1, c1 = (ah - dh) * x, (a - d) * xh, d * (ah - xh) + dh * (a - x) - d * dh
+        a2, b2, c2 = (bh - dh) * y, (b - d) * yh, d * (bh - yh) + dh * (b - y) - d * dh
+        e, g, h = a1 * b2 - a2 * b1, b1 * c2 - b2 * c1, c1 * a2 - c2 * a1
+        return g * h + e * (g + h)
+
+    plain = relative_values(z, parameters)
+    scale = values / plain
+    assert np.abs(np.abs(scale.imag) / np.abs(scale)).max() < 1e-13
+    step = 1e-6
+    for k in range(8):
+        moved = [relative_values(z + sign * step * (np.arange(8) == k), parameters) for sign in (1, -1)]
+        expected = scale * (moved[0] - moved[1]) / (2 * step)
+        assert jacobian[:, k] == pytest.approx(expected, rel=1e-7, abs=1e-8)
+    moved = [relative_values(z, parameters + sign * step * rates) for sign in (1, -1)]
+    assert by_time == pytest.approx(scale * (moved[0] - moved[1]) / (2 * step), rel=1e-7, abs=1e-8)
+
+
+@pytest.mark.parametrize("number", [0, 1])
+def test_a_start_system_has_all_classes(number):
+    solutions, parameters = start_system(number)
+    assert len(distinct(solutions)) == len(solutions) == N_CLASSES
+    assert residuals(solutions, parameters).max() < 1e-9
+    # The six members of a class solve the same problem and have the same key.
+    others = cognate(exchange(solutions))
+    assert np.quantile(residuals(others, parameters), 0.99) < 1e-9
+    assert np.quantile(np.abs(keys(others) - keys(solutions)).max(axis=1), 0.99) < 1e-9
+    third = cognate(cognate(cognate(solutions)))
+    assert np.quantile(np.abs(third - solutions).max(axis=1), 0.99) < 1e-9
+
+
+def test_one_start_system_leads_to_all_solutions_of_the_other():
+    solutions, parameters = start_system(1)
+    found = solve(parameters, 0)
+    assert len(found) == N_CLASSES
+    both = np.concatenate([found, solutions])
+    assert len(distinct(both)) == N_CLASSES
+
+
+@pytest.mark.parametrize(("name", "n_real"), [("nine_wampler", 21), ("nine_oval", 45)])
+def test_public_problems(name, n_real):
+    points = points_of(name)
+    found = find_all(points)
+    assert found.is_complete
+    assert (len(found.real), len(found.linkages)) == (n_real, 3 * n_real)
+    for linkage in found.linkages:
+        assert distances(linkage, points).max() < 1e-7
+
+
+def distances(linkage, points):
+    """How far a pin is from its circle where the coupler point is at each point, with the coupler's other pin on its
+    own.
+
+    Nothing here is shared with the equations that were solved: circles around the point and the crank's pivot meet
+    where the crank's pin is, in two places, and the rocker's pin follows from the coupler's shape.
+    """
+    arm = abs(linkage.point) * linkage.coupler
+    errors = []
+    for point in points:
+        diagonal = point - linkage.crank_pivot
+        length = abs(diagonal)
+        along = (length**2 + linkage.crank**2 - arm**2) / (2 * length)
+        across = np.sqrt(complex(linkage.crank**2 - along**2)).real
+        pins = [linkage.crank_pivot + diagonal / length * (along + 1j * sign * across) for sign in (1, -1)]
+        ends = [pin + (point - pin) / linkage.point for pin in pins]
+        errors.append(min(abs(abs(end - linkage.rocker_pivot) - linkage.rocker) for end in ends))
+    return np.array(errors) / linkage.rocker
+
+
+def planted(rng):
+    while True:
+        pivots, point = rng.normal(size=(2, 2)) @ [1, 1j], complex(*rng.normal(size=2))
+        linkage = FourBar(*(2 * pivots).tolist(), *rng.uniform(0.5, 3, 3).tolist(), point)
+        angles = rng.uniform(0, 2 * np.pi) + np.arange(9) * rng.uniform(0.2, 0.7)
+        points = linkage.points(angles)
+        if np.isfinite(points).all():
+            return linkage, points
+
+
+def misses(count, seed):
+    rng, number = np.random.default_rng(seed), 0
+    for _ in range(count):
+        linkage, points = planted(rng)
+        found = find_all(points)
+        number += not any(
+            abs(other.crank_pivot - linkage.crank_pivot) + abs(other.rocker_pivot - linkage.rocker_pivot) < 1e-4
+            or abs(other.rocker_pivot - linkage.crank_pivot) + abs(other.crank_pivot - linkage.rocker_pivot) < 1e-4
+            for other in found.linkages
+        )
+    return number
+
+
+def test_planted_linkages_are_found():
+    assert misses(3, 17) == 0
+
+
+@pytest.mark.slow
+def test_two_hundred_planted_linkages_are_found():
+    assert misses(200, 18) == 0
+
+
+def test_points_that_determine_no_set():
+    points = points_of("nine_oval")
+    with pytest.raises(RequestError, match="nine points determine"):
+        find_all(points[:8])
+    with pytest.raises(RequestError, match="points 3 and 8 are equal"):
+        find_all(np.concatenate([points[:7], points[[2]], points[8:]]))
