@@ -300,7 +300,7 @@ def nested(parameter, n_outer=300, n_inner=1500):
 
 def test_brute_force_agrees_on_a_study(results):
     """Nested loops of 450,000 designs for each parameter; their own error is about 0.003 and 0.02."""
-    table = explore.sensitivity(results, "cv").set_index(["output", "parameter"])
+    table = explore.sensitivity(results, "cv", evaluations=2**20).set_index(["output", "parameter"])
     for parameter in ("coupler", "rocker", "ground"):
         of_feasibility, of_cv = nested(parameter)
         assert table.loc[("feasible", parameter), "first_order"] == pytest.approx(of_feasibility, abs=0.01)
@@ -319,6 +319,7 @@ def test_feasibility_given_all_designs_of_the_file_agrees(results):
         row = table.loc[("feasible", parameter)]
         assert given.low <= row["first_order_high"]
         assert row["first_order_low"] <= given.high
+    assert 0.9 * 65_536 < table["designs"].iloc[0] <= 65_536
     share = table.attrs["feasible"] / table["designs"].iloc[0]
     # Three times the standard deviation of random designs; both samples are more even.
     assert share == pytest.approx(frame["feasible"].mean(), abs=3.0 * 0.45 / math.sqrt(65_536))
@@ -358,9 +359,9 @@ def test_a_full_grid_is_exact(tmp_path):
         shares = frame.groupby(name)["feasible"].mean()
         exact = shares.var(ddof=0) / frame["feasible"].var(ddof=0)
         drawn = table.loc[("feasible", name)]
-        assert drawn["first_order"] == pytest.approx(
-            exact, abs=0.75 * (drawn["first_order_high"] - drawn["first_order_low"])
-        )
+        width = drawn["first_order_high"] - drawn["first_order_low"]
+        assert drawn["first_order"] == pytest.approx(exact, abs=0.75 * width)
+    assert "exact" in run("sensitivity", results.path, "--evaluations", FEW, cwd=tmp_path).stdout
 
 
 def test_solved_lengths_follow_from_the_drawn_parameters(tmp_path):
@@ -423,7 +424,7 @@ def test_the_command(results, tmp_path):
     output = run(
         "sensitivity", results.path, "--evaluations", 100_000, "-o", table, "-o", figure, cwd=tmp_path
     )  # fmt: skip
-    assert "feasibility of 97,280 designs drawn from the ranges, 27." in output.stdout
+    assert "feasibility of 97,280 newly drawn designs, 27." in output.stdout
     assert "first order" in output.stdout
     assert "cv of 18," in output.stdout
     assert "there is no total index" in output.stdout

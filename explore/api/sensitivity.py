@@ -21,7 +21,6 @@ from explore.store.open_results import results_of
 from explore.store.results import Results
 from explore.suggest import suggestion
 from explore.sweeping.feasibility import (
-    EVALUATIONS,
     FeasibilityIndices,
     FeasibilityPlan,
     plan_feasibility,
@@ -42,7 +41,7 @@ def sensitivity(
     results: Results | Path | str,
     metrics: Sequence[str] | str | None = None,
     *,
-    evaluations: int = EVALUATIONS,
+    evaluations: int | None = None,
     seed: int = 0,
     client: Client | None = None,
     workers: int | None = None,
@@ -58,7 +57,8 @@ def sensitivity(
     metrics
         Columns of the results, such as ``["cv"]``; None for the objectives of the study.
     evaluations
-        Most designs to draw anew for the feasibility, from the ranges and listed values of the study.
+        Most designs to draw anew for the feasibility, from the ranges and listed values of the study; None for as many
+        as the study has, at least 65,536 and at most 1,048,576.
     seed
         Seed of these designs. The indices do not depend on the workers.
     client, workers, processes, report_progress
@@ -142,7 +142,7 @@ class SensitivityPlan:
 
 
 def plan_sensitivity(
-    results: Results, metrics: Sequence[str] | str | None, evaluations: int, seed: int
+    results: Results, metrics: Sequence[str] | str | None, evaluations: int | None, seed: int
 ) -> SensitivityPlan:
     """Plan `sensitivity`."""
     if not results.is_complete:

@@ -26,8 +26,9 @@ from explore.sweeping.threads import BlocksOnThreads, LocalThreads
 if TYPE_CHECKING:
     from distributed import Client, Future
 
-#: Most designs that are drawn without a choice of the user.
-EVALUATIONS = 2**20
+#: Without a choice of the user as many designs are drawn as the study has, within these limits: a study of slow designs
+#: has few of them.
+_FEWEST, _MOST = 2**16, 2**20
 
 
 @dataclass(frozen=True)
@@ -54,12 +55,14 @@ class FeasibilityIndices:
     n_feasible: int
 
 
-def plan_feasibility(study: Study, evaluations: int, seed: int) -> FeasibilityPlan:
+def plan_feasibility(study: Study, evaluations: int | None, seed: int) -> FeasibilityPlan:
     """Plan the indices of a study; `RequestError` where its parameters are not drawn independently."""
     axes = _axes(study.space)
     varying = tuple(axis.name for axis in axes if axis.varies)
     if not varying:
         raise RequestError("no parameter of the study varies, so there is nothing to apportion; give one a range")
+    if evaluations is None:
+        evaluations = min(max(study.space.n_designs, _FEWEST), _MOST)
     return FeasibilityPlan(study, varying, PairedPoints.within(evaluations, len(varying), seed))
 
 

@@ -38,7 +38,9 @@ def sensitivity(
     ] = None,
     evaluations: Annotated[
         int | None,
-        typer.Option(min=1, metavar="N", help="Most designs to draw for the feasibility; default: 1,048,576."),
+        typer.Option(
+            min=1, metavar="N", help="Designs to draw for the feasibility; default: as many as the study has."
+        ),
     ] = None,
     seed: Annotated[int, typer.Option(min=0, help="Seed of these designs.")] = 0,
     workers: WorkersOption = None,
@@ -59,9 +61,8 @@ def sensitivity(
         refuse_overwriting(path, other, "the results file")
     from explore.api.sensitivity import plan_sensitivity
     from explore.store.open_results import open_results
-    from explore.sweeping.feasibility import EVALUATIONS
 
-    plan = plan_sensitivity(open_results(path), metric, evaluations or EVALUATIONS, seed)
+    plan = plan_sensitivity(open_results(path), metric, evaluations, seed)
     work = WorkerOptions(workers, processes, scheduler, verbose=False, quiet=False)
     try:
         table = plan.table(_evaluate(plan, work))
@@ -119,7 +120,7 @@ def _print_feasibility(rows: pd.DataFrame, n_feasible: int) -> None:
          _interval(row, "total")]
         for row in rows.sort_values("total", ascending=False).to_dict(orient="records")
     ]  # fmt: skip
-    title = f"feasibility of {count:,} designs drawn from the ranges, {n_feasible / count:.3%} feasible"
+    title = f"feasibility of {count:,} newly drawn designs, {n_feasible / count:.3%} feasible"
     alone = rows["first_order"].sum()
     print_table(title, columns, cells, f"alone the parameters explain {alone:.1%} of its variance, the rest together")
 
@@ -138,7 +139,8 @@ def _print_metric(name: str, rows: pd.DataFrame) -> None:
 
 
 def _interval(row: Mapping[Hashable, float], kind: str) -> str:
-    return f"{_share(row[f'{kind}_low'])} to {_share(row[f'{kind}_high'])}"
+    low, high = row[f"{kind}_low"], row[f"{kind}_high"]
+    return "exact" if low == high else f"{_share(low)} to {_share(high)}"
 
 
 def _share(value: float) -> str:
