@@ -10,6 +10,9 @@ import pytest
 from command_line import run
 
 import explore
+from explore import charts
+from explore.store.shown_results import show_results
+from explore.units.shown import read_shown_units
 
 STUDY = """mechanism = "crank-rocker"
 [parameters]
@@ -162,3 +165,49 @@ def test_wrong_units_of_a_study_are_named_with_their_line(tmp_path):
         "error: study.toml:15: units.length: 'rpm' cannot be converted to 'mm'; use mm, cm, m or in",
         "study.toml:16: units.spede: no such quantity; did you mean 'speed'?",
     ]
+
+
+def test_figures_are_in_the_chosen_units(folder):
+    plain = explore.open_results(folder / "results" / "plain.h5")
+    inches = show_results(plain, read_shown_units({"length": "in", "speed": "rpm", "angle": "rad"}))
+    first, second = (charts.pareto_chart(results, x="crank", y="mean").axes[0] for results in (plain, inches))
+    assert (second.get_xlabel(), second.get_ylabel()) == (
+        first.get_xlabel().replace("[mm]", "[in]"), first.get_ylabel().replace("[rad/s]", "[rpm]")
+    )  # fmt: skip
+    star = [panel.get_lines()[-1].get_xydata()[0] for panel in (first, second)]
+    np.testing.assert_allclose(star[1] * [INCH, RPM], star[0], rtol=1e-15)
+    panels = zip(charts.motion_chart(plain).axes, charts.motion_chart(inches).axes, strict=True)
+    factors = {}
+    for declared, shown in panels:
+        curves = [panel.get_lines()[0].get_ydata() for panel in (declared, shown)]
+        unit = shown.get_ylabel().partition("[")[2].removesuffix("]")
+        known = np.isfinite(curves[0]) & (curves[0] != 0.0)
+        (factors[unit],) = {f"{factor:.9g}" for factor in curves[1][known] / curves[0][known]}
+        bounds = [panel.get_lines()[-1].get_ydata()[0] for panel in (declared, shown)]
+        assert len(declared.get_lines()) == len(shown.get_lines())
+        assert bounds[1] == pytest.approx(bounds[0] * float(factors[unit]), rel=1e-8), "bounds, means and zero lines"
+    assert factors == {"rad": "0.0174532925", "rpm": "9.54929659", "rad/s²": "1", "1": "1"}
+
+
+def test_a_drawing_has_round_numbers_of_the_chosen_unit(folder):
+    plain = explore.open_results(folder / "results" / "plain.h5")
+    panel = charts.mechanism_chart(show_results(plain, read_shown_units({"length": "in"}))).axes[0]
+    panel.figure.canvas.draw()
+    low, high = panel.get_xlim()
+    ticks = [(tick, label.get_text()) for tick, label in zip(panel.get_xticks(), panel.get_xticklabels(), strict=True)]
+    inside = [(tick, float(text.replace("−", "-"))) for tick, text in ticks if low <= tick <= high]
+    assert panel.get_xlabel() == "x [in]"
+    assert len(inside) >= 4
+    for tick, number in inside:
+        assert tick == pytest.approx(number * INCH, rel=1e-15)
+        assert number % 2.5 == 0.0
+    assert plain.declared is plain
+    assert charts.mechanism_chart(plain).axes[0].get_xlabel() == "x [mm]"
+
+
+def test_the_command_draws_in_the_units_of_the_study(folder, tmp_path):
+    run("plot", "mechanism", "results/inch.h5", "-o", tmp_path / "inch.svg", cwd=folder)
+    run("plot", "mechanism", "results/plain.h5", *CHOICES, "-o", tmp_path / "plain.svg", cwd=folder)
+    texts = [re.findall(r"<!-- (.*?) -->", (tmp_path / f"{name}.svg").read_text()) for name in ("inch", "plain")]
+    assert "x [in]" in texts[0]
+    assert [text.replace("inch", "plain") for text in texts[0]] == texts[1]

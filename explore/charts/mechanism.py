@@ -13,6 +13,7 @@ from explore.errors import RequestError
 from explore.model.drawing import Drawing, Pose, Profile
 from explore.model.quantities import FloatArray
 from explore.store.open_results import ResultsOrPath, results_of
+from explore.units.shown import Scale
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -90,8 +91,24 @@ def draw_mechanism(panel: Axes, simulated: SimulatedDesign) -> None:
     panel.set_aspect("equal", adjustable="datalim")
     panel.margins(0.06)
     panel.grid(color=MUTED, alpha=0.2, lw=0.5)
-    panel.set_xlabel("x [mm]")
-    panel.set_ylabel("y [mm]")
+    _label_axes(panel, simulated.units.scale("mm"))
+
+
+def _label_axes(panel: Axes, scale: Scale) -> None:
+    """Label the axes, which are in mm, in the shown unit, at round numbers of it."""
+    from matplotlib.ticker import FuncFormatter, MaxNLocator
+
+    factor = float(scale.factor)
+
+    class RoundNumbers(MaxNLocator):
+        def tick_values(self, vmin: float, vmax: float) -> list[float]:
+            return [tick / factor for tick in super().tick_values(vmin * factor, vmax * factor)]
+
+    for name, axis in (("x", panel.xaxis), ("y", panel.yaxis)):
+        axis.set_label_text(f"{name} [{scale.shown}]")
+        if not scale.is_declared:
+            axis.set_major_locator(RoundNumbers(nbins="auto", steps=[1, 2, 2.5, 5, 10]))
+            axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value * factor:.6g}"))
 
 
 def profile_curve(turn: Pose, now: Pose, profile: Profile, drawing: Drawing) -> FloatArray:

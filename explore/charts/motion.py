@@ -115,20 +115,22 @@ def clutch_output(simulated: SimulatedDesign, signal: Signal, drive: tuple[float
 def _draw_panel(chart: Axes, simulated: SimulatedDesign, panel: Panel, colour: str) -> None:
     """Draw the curves of a panel with the study's bounds on them."""
     signals = [simulated.mechanism.signal(name) for name in panel.signals]
-    unit = panel.unit or signals[0].unit
+    scale = simulated.units.scale(panel.unit or signals[0].unit)
+    unit, factor = scale.shown, panel.factor * float(scale.factor)
     chart.set_ylabel(f"{panel.label} [{unit_text(unit)}]")
     if any(signal.is_rectified for signal in signals):
-        _draw_output(chart, simulated, signals[0])
+        _draw_output(chart, simulated, signals[0], factor)
         return
     motion = simulated.motion
-    curves = {signal.name: _values(simulated, signal) * panel.factor for signal in signals}
+    curves = {signal.name: _values(simulated, signal) * factor for signal in signals}
     looks = ((colour, "-", 1.8),) if len(signals) == 1 else _PAIR if len(signals) == 2 else _SEVERAL
     for (name, values), (hue, style, width) in zip(curves.items(), looks, strict=False):
         chart.plot(motion.index, values, style, color=hue, lw=width, label=name.replace("_", " "))
     if panel.shows_mean:
         _draw_mean(chart, motion.index.to_numpy(), *curves.values())
-    _set_value_axis(chart, panel, unit, any(signal.is_magnitude for signal in signals))
-    draw_bounds(chart, motion.index.to_numpy(), curves, simulated.bounds, panel.factor)
+    limits = tuple(scale.show(limit) for limit in panel.limits)
+    _set_value_axis(chart, limits, unit, any(signal.is_magnitude for signal in signals))
+    draw_bounds(chart, motion.index.to_numpy(), curves, simulated.bounds, factor)
     shades_drive = simulated.drive is not None and panel == simulated.mechanism.declared_panels[0]
     if shades_drive:
         chart.fill_between([], [], color=MUTED, alpha=0.17, lw=0, label="drive stroke")
@@ -142,12 +144,12 @@ def _values(simulated: SimulatedDesign, signal: Signal) -> FloatArray:
     return np.unwrap(values, period=360.0) if signal.unit == "deg" else values
 
 
-def _set_value_axis(chart: Axes, panel: Panel, unit: str, is_magnitude: bool) -> None:
+def _set_value_axis(chart: Axes, limits: tuple[float, ...], unit: str, is_magnitude: bool) -> None:
     """Ticks of angles at multiples of 30 deg, magnitudes from 0, a line at 0 where the sign changes."""
     from matplotlib.ticker import MaxNLocator
 
-    if panel.limits:
-        chart.set_ylim(*panel.limits)
+    if limits:
+        chart.set_ylim(*limits)
     if unit == "deg":
         chart.yaxis.set_major_locator(MaxNLocator(nbins=7, steps=[1, 1.5, 3, 6, 9, 10]))
     bottom, top = chart.get_ylim()
@@ -167,20 +169,20 @@ def _draw_mean(chart: Axes, angle: FloatArray, *curves: FloatArray) -> None:
         chart.axhline(mean, color=MUTED, lw=1.2, ls="--", label=f"mean {mean:.4g}")
 
 
-def _draw_output(chart: Axes, simulated: SimulatedDesign, signal: Signal) -> None:
-    """Draw the output of all mechanisms in bold over that of one."""
+def _draw_output(chart: Axes, simulated: SimulatedDesign, signal: Signal, factor: float) -> None:
+    """Draw the output of all mechanisms in bold over that of one; `factor` is that to the unit of the axis."""
     if simulated.drive is None or simulated.phases is None:
         chart.text(0.5, 0.5, "the output turns fully:\nno stroke to drive a clutch", ha="center", va="center",
                    color=MUTED, transform=chart.transAxes)  # fmt: skip
         return
     angle, phases = simulated.motion.index.to_numpy(), simulated.phases
     if phases > 1:
-        one = clutch_output(simulated, signal, simulated.drive, 1)
+        one = clutch_output(simulated, signal, simulated.drive, 1) * factor
         chart.plot(angle, one, "--", color=SKY, lw=1.4, label="1 mechanism")
-    output = clutch_output(simulated, signal, simulated.drive, phases)
+    output = clutch_output(simulated, signal, simulated.drive, phases) * factor
     chart.plot(angle, output, color=INK, lw=2.0, label=f"{phases} mechanism{'s' * (phases > 1)}")
     chart.set_ylim(bottom=0.0)
-    draw_bounds(chart, angle, {signal.name: output}, simulated.bounds)
+    draw_bounds(chart, angle, {signal.name: output}, simulated.bounds, factor)
     _add_legend(chart, "through clutches")
 
 

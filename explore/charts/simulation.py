@@ -18,6 +18,7 @@ from explore.model.mechanism import Mechanism
 from explore.model.points import coordinates
 from explore.motions import mark_angles, window_limits
 from explore.request.names import find_mechanism
+from explore.units.shown import ShownUnits
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -49,6 +50,8 @@ class SimulatedDesign:
         study does not use the drive stroke.
     bounds
         Bounds of the study on signals, at the input angles where they hold for this design.
+    units
+        Units that figures show; all values here are in declared units.
     """
 
     mechanism: Mechanism
@@ -59,6 +62,7 @@ class SimulatedDesign:
     drive: tuple[float, float] | None = None
     phases: int | None = None
     bounds: Sequence[SignalBound] = ()
+    units: ShownUnits = field(default_factory=ShownUnits)
 
     @property
     def limits(self) -> dict[str, float]:
@@ -95,6 +99,7 @@ def simulate_design(results: Results, design: int | None = None) -> SimulatedDes
     ResultsError
         If the design is not in the file, or the window of the study cannot be read.
     """
+    units, results = results.shown_units, results.declared
     mechanism = find_mechanism(results.mechanism, results.points)
     chosen = choose_design(results, design)
     row = results.design(chosen)
@@ -106,8 +111,8 @@ def simulate_design(results: Results, design: int | None = None) -> SimulatedDes
     strokes = _Strokes(mechanism, columns, drive_of(results, mechanism))
     uses_stroke = uses_drive_stroke(results, mechanism)
     swept = ", ".join(
-        f"{p.name} {parameters[p.name]:.6g} {p.unit if p.unit != '1' else ''}".rstrip()
-        for p in mechanism.parameters
+        f"{p.name} {scale.show(parameters[p.name]):.6g} {scale.shown if p.unit != '1' else ''}".rstrip()
+        for p, scale in ((p, units.scale(p.unit)) for p in mechanism.parameters)
         if p.name in row
     )
     return SimulatedDesign(
@@ -119,6 +124,7 @@ def simulate_design(results: Results, design: int | None = None) -> SimulatedDes
         drive=strokes.limits("drive") if uses_stroke else None,
         phases=_count_phases(mechanism, parameters) if uses_stroke else None,
         bounds=strokes.located(signal_bounds(results, mechanism)),
+        units=units,
     )
 
 

@@ -61,6 +61,16 @@ def open_shown(path: Path, texts: Sequence[str] | None) -> Results:
     return show_in_units(open_results(path), texts)
 
 
+def open_all_shown(paths: Sequence[Path], texts: Sequence[str] | None) -> list[Results]:
+    """Open several results in the units of the study of the first and of --units."""
+    from explore.store.open_results import open_results
+    from explore.store.shown_results import show_results
+
+    opened = [open_results(path) for path in paths]
+    units = units_of(opened[0], texts)
+    return [show_results(results, units) for results in opened]
+
+
 def show_in_units(results: Results, texts: Sequence[str] | None) -> Results:
     """The results in the units of their study and of --units."""
     from explore.store.shown_results import show_results

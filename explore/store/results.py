@@ -19,7 +19,7 @@ from explore.model.quantities import Sense
 from explore.store.block_bytes import damaged_blocks
 from explore.store.layout import INDEX, KEEP_FRONT
 from explore.store.rows import RowReader
-from explore.units.shown import Scale
+from explore.units.shown import Scale, ShownUnits
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -142,6 +142,11 @@ class Results:
     def declared(self) -> Results:
         """These results in declared units."""
         return self
+
+    @property
+    def shown_units(self) -> ShownUnits:
+        """The chosen units; none here."""
+        return ShownUnits()
 
     @property
     def scales(self) -> dict[str, Scale]:

@@ -49,6 +49,11 @@ class ShownResults(Results):
         """These results in declared units."""
         return self._declared
 
+    @property
+    def shown_units(self) -> ShownUnits:
+        """The chosen units."""
+        return self._units
+
     @cached_property
     def scales(self) -> dict[str, Scale]:
         """The declared and the shown unit of each column."""

@@ -13,6 +13,7 @@ from explore.cli.completion import complete_columns
 from explore.cli.output import announce_compiling, say
 from explore.cli.paths import FIGURE_ENDINGS, check_output, newest_results, refuse_overwriting
 from explore.cli.progress import block_bar
+from explore.cli.units import UnitsOption, open_all_shown
 from explore.errors import RequestError
 from explore.suggest import suggestion
 
@@ -66,19 +67,19 @@ def plot(
     design: Annotated[
         int | None, typer.Option(min=0, help="The design to draw or mark; by default the best of the Pareto set.")
     ] = None,
+    units: UnitsOption = None,
 ) -> None:
     """Draw a figure of the results and print the name of its file."""
     choices = {"x": x, "y": y, "metric": metric, "design": design}
     options = {name: choice for name, choice in choices.items() if choice is not None}
     _check_options(kind, options)
     check_output(output, FIGURE_ENDINGS)
-    from explore import open_results
     from explore.charts.labels import results_name
     from explore.charts.style import save_figure
 
     paths = results or [newest_results()]
     _check_several(kind, paths, options)
-    sources = [open_results(path) for path in paths]
+    sources = open_all_shown(paths, units)
     for source in sources:
         refuse_overwriting(source.path, output, "the results file")
         if source.n_committed == 0:
