@@ -205,6 +205,43 @@ def test_the_test_rig_is_drawn_without_strokes_and_clutches(browser, tmp_path):
         assert len(set(ticks)) == len(ticks) > 2
 
 
+SLICER = """mechanism = "variable-crank"
+[parameters]
+rod = [300, 350]
+slider_speed = 500
+speed = 6
+reversal_time = 0.06
+[points]
+knife = { along = 120, across = 40 }
+tip = { along = 450, across = -60 }
+[evaluate]
+metrics = ["stroke"]
+[rank]
+metrics = ["stroke:max"]
+"""
+
+
+def test_groove_and_paths_of_points_differ_by_the_dashes_of_the_legend(browser, tmp_path):
+    results = sweep_study(tmp_path, "slicer", SLICER)
+    with silent_page(browser, report_of(results.path), reduced_motion="reduce") as page:
+        drawn = page.evaluate(
+            """() => {
+                const dashes = new Set(), plain = CanvasRenderingContext2D.prototype.setLineDash;
+                CanvasRenderingContext2D.prototype.setLineDash = function (each) {
+                    if (this.canvas.className === "picture") dashes.add(each.join(" "));
+                    plain.call(this, each);
+                };
+                document.querySelector(".player input").dispatchEvent(new Event("input"));
+                return [...dashes];
+            }"""
+        )
+        items = page.locator("#design .legend .item", has=page.locator("svg"))
+        assert items.all_inner_texts() == ["groove", "path of knife", "path of tip"]
+        dashes = [path.get_attribute("stroke-dasharray") for path in items.locator("path").all()]
+        assert len(set(dashes)) == 3
+        assert set(dashes) < set(drawn)
+
+
 #: The smallest transmission angle at crank 100 is 18 deg.
 STUDY = """mechanism = "crank-rocker"
 [parameters]

@@ -2,9 +2,9 @@
 
 import { el, onWidth, resizeCanvas } from "./dom.js";
 import { curveChart } from "./curves.js";
-import { DASHES, HUES, drawMechanism, drawingOf, heightOf, limitsOf } from "./drawing.js";
+import { DASHES, HUES, drawMechanism, drawingOf, heightOf, limitsOf, pointPaths } from "./drawing.js";
 import { designName, words } from "./format.js";
-import { KINDS, glyph } from "./marks.js";
+import { KINDS, dashedLine, glyph } from "./marks.js";
 import { brokenParameter, hasMotion, motionOf, overTheTurn } from "./mechanism.js";
 import { drawOverlay, jointReach } from "./overlay.js";
 import { comparedPanels, panelsOf } from "./panels.js";
@@ -194,9 +194,10 @@ function missingMotionReason(model, row, motion) {
 function legendOf(legend, drawn) {
   if (!drawn) return legend.replaceChildren();
   const { drawing, motion } = drawn;
-  const item = (look, text) => el("span", { class: "item" }, el("i", { class: `swatch ${look}` }), text);
+  const entry = (sample, text) => el("span", { class: "item" }, sample, text);
+  const item = (look, text) => entry(el("i", { class: `swatch ${look}` }), text);
   const items = [...drawing.links, ...drawing.profiles].map(({ name }, k) => item(`hue-${HUES[k % HUES.length]}`, name));
-  for (const path of drawing.paths) if (path.role === "point") items.push(item("point", path.long_name));
+  for (const path of pointPaths(drawing)) items.push(entry(dashedLine(path.dashes), path.long_name));
   if (motion.stroke) items.push(item("drive", "drive stroke"));
   limitsOf(motion).forEach(([name, angle], k) => {
     items.push(item(`limit-${k % DASHES.length}`, `${name} ${(((angle % 360) + 360) % 360).toFixed(1)}°`));

@@ -76,7 +76,8 @@ export function drawMechanism(context, drawn, degrees, size) {
   const view = { context, place: fitView(drawn, size), colour: colours() };
   context.clearRect(0, 0, size.width, size.height);
   context.lineCap = context.lineJoin = "round";
-  for (const { point, role } of drawing.paths) pathOf(view, turn[point], role);
+  for (const { point, role } of drawing.paths) if (role !== "point") pathOf(view, turn[point], role);
+  for (const { point, dashes } of pointPaths(drawing)) pathOf(view, turn[point], "point", dashes);
   if (motion.stroke && drawing.stroke_point) driveStrokeArc(view, motion, drawing.points[drawing.stroke_point]);
   limitPositions(view, motion, drawing);
   const pose = poseAt(motion, degrees);
@@ -95,11 +96,26 @@ export function trace({ context, place }, points) {
   context.stroke();
 }
 
-function pathOf(view, points, role) {
+/** Dashes of the paths of points, in turn, as in figures: a groove and up to four points. */
+const POINT_DASHES = [
+  [6, 3, 1.5, 3],
+  [0.5, 3],
+  [8, 4],
+  [3, 3],
+  [9, 3, 0.5, 3, 0.5, 3],
+];
+
+/** The paths of points, each with its dashes. */
+export const pointPaths = ({ paths }) =>
+  paths
+    .filter(({ role }) => role === "point")
+    .map((path, k) => ({ ...path, dashes: POINT_DASHES[k % POINT_DASHES.length] }));
+
+function pathOf(view, points, role, dashes = []) {
   const { context, colour } = view;
   context.lineWidth = { joint: 1, output: 4, point: 1.3 }[role];
   context.strokeStyle = role === "point" ? colour.purple : colour.line;
-  context.setLineDash(role === "point" ? [6, 3, 1.5, 3] : []);
+  context.setLineDash(dashes);
   trace(view, points);
   context.setLineDash([]);
 }

@@ -1,5 +1,6 @@
 /** Marks of designs, which differ in shape and colour: × infeasible, dot feasible, ring Pareto-optimal, star chosen. */
 
+import { svg } from "./dom.js";
 import { colours } from "./theme.js";
 
 /** Names and colours of the kinds, in the order of their codes. */
@@ -67,22 +68,16 @@ export function markAt(context, shape, x, y, scale) {
 
 /** A small picture of one of the shapes for legends and table cells. */
 export function glyph(kind, label) {
-  const size = 14;
-  const node = document.createElementNS("http://www.w3.org/2000/svg", "svg");
-  for (const [name, value] of Object.entries({
-    width: size,
-    height: size,
-    viewBox: "-7 -7 14 14",
-    class: `glyph kind-${kind}`,
-  }))
-    node.setAttribute(name, value);
-  if (label) {
-    node.setAttribute("role", "img");
-    node.setAttribute("aria-label", label);
-  } else node.setAttribute("aria-hidden", "true");
-  const path = document.createElementNS("http://www.w3.org/2000/svg", "path");
-  path.setAttribute("d", SHAPES[kind]);
-  node.append(path);
+  const named = label ? { role: "img", "aria-label": label } : { "aria-hidden": "true" };
+  const node = svg("svg", { width: 14, height: 14, viewBox: "-7 -7 14 14", class: `glyph kind-${kind}`, ...named });
+  node.append(svg("path", { d: SHAPES[kind] }));
+  return node;
+}
+
+/** A piece of a dashed line for legends. */
+export function dashedLine(dashes) {
+  const node = svg("svg", { width: 34, height: 4, class: "dashed", "aria-hidden": "true" });
+  node.append(svg("path", { d: "M1,2H33", "stroke-dasharray": dashes.join(" ") }));
   return node;
 }
 
