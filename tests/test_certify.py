@@ -21,6 +21,8 @@ from explore.certifying.balls import PRECISIONS, working_precision
 from explore.certifying.certification import certify_designs
 from explore.certifying.designs import Design
 from explore.certifying.four_bar_shape import classify
+from explore.certifying.integration import integrate_over
+from explore.certifying.positions import full_turn
 from explore.certifying.registry import find_certificate
 from explore.errors import RequestError
 from explore.evaluation.evaluate import evaluate_columns
@@ -503,6 +505,14 @@ def test_slider_cranks_hold_the_numbers_of_mpmath(lengths):
 def test_another_mechanism_is_refused():
     with pytest.raises(RequestError, match="designs of gears cannot be certified"):
         find_certificate("gears")
+
+
+def test_an_interrupt_within_an_integral_arrives():
+    def interrupt(*_):
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        integrate_over(full_turn(), interrupt)
 
 
 def test_metrics_without_a_road_are_open():

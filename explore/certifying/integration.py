@@ -26,12 +26,21 @@ def integrate_over(arc: Arc, signal: Callable[[acb, int, bool], acb]) -> arb:
         Takes a half-tangent, the multiple of pi that it is from, and whether the signal must be analytic there.
     """
     total, tolerance = arb(0), arb(2) ** -(ctx.prec * 5 // 8)
+    interrupts: list[KeyboardInterrupt] = []
     for half_turns, start, stop in _pieces(arc):
 
         def function(tangent: acb, analytic: bool, half_turns: int = half_turns) -> acb:
-            return signal(tangent, half_turns, analytic) * 2 / (1 + tangent * tangent)
+            if interrupts:
+                return _NOWHERE
+            try:
+                return signal(tangent, half_turns, analytic) * 2 / (1 + tangent * tangent)
+            except KeyboardInterrupt as interrupt:  # python-flint would turn it into a SystemError
+                interrupts.append(interrupt)
+                return _NOWHERE
 
         total += acb.integral(function, acb(start), acb(stop), rel_tol=tolerance, abs_tol=tolerance).real
+        if interrupts:
+            raise interrupts[0]
     return total
 
 
