@@ -77,7 +77,7 @@ def test_an_objective_that_one_file_lacks_is_named_in_the_figure(paths, folder):
     assert "rocker_acceleration_max, an objective of" in title.replace("\n", " ")
 
 
-@pytest.mark.parametrize("command", [["plot", "pareto"]])
+@pytest.mark.parametrize("command", [["plot", "pareto"], ["report"]])
 @pytest.mark.parametrize(
     ("names", "sentence"),
     [

@@ -80,14 +80,15 @@ def collect_contents(results: Results, mechanism: Mechanism | None, command: str
     step("choosing designs")
     nearest = describe_nearest(results, _count_feasible(ranking))
     nearest_designs = [design for design, *_ in nearest["designs"]] if nearest else []
-    rows = choose_rows(results, ranking, nearest_designs)
+    front = ranking.frame.index.to_numpy(np.int64) if ranking else np.empty(0, np.int64)
+    rows = choose_rows(results, front, nearest_designs)
     step("reading")
     frame = results.designs(rows.numbers)
     step("packing")
     packer = ColumnPacker()
-    columns = [_describe_column(c, packer.add(frame[c.name].to_numpy())) for c in results.columns if c.role != "index"]
+    columns = [describe_column(c, packer.add(frame[c.name].to_numpy())) for c in results.columns if c.role != "index"]
     study = {
-        **_describe_study(results, mechanism, ranking),
+        **describe_study(results, mechanism, ranking),
         "command": command,
         "columns": columns,
         "designs": packer.add(rows.numbers),
@@ -109,7 +110,8 @@ def collect_contents(results: Results, mechanism: Mechanism | None, command: str
 STEPS = 5
 
 
-def _describe_column(column: Column, place: dict[str, int | str]) -> dict[str, Any]:
+def describe_column(column: Column, place: dict[str, int | str]) -> dict[str, Any]:
+    """What a page needs to know of a column whose values are packed at a place."""
     labels = _BOOLEAN_LABELS if column.name == "feasible" else column.labels
     return {
         "name": column.name,
@@ -122,7 +124,7 @@ def _describe_column(column: Column, place: dict[str, int | str]) -> dict[str, A
     }
 
 
-def _describe_study(results: Results, mechanism: Mechanism | None, ranking: Ranking | None) -> dict[str, Any]:
+def describe_study(results: Results, mechanism: Mechanism | None, ranking: Ranking | None) -> dict[str, Any]:
     """Facts of the study as a whole."""
     sentences = results.status_sentences
     parameters = mechanism.parameters if mechanism else ()

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from explore.ranking.rankings import Ranking
 from explore.store.results import Results
 
 #: Largest number of designs of which a page holds all.
@@ -49,24 +48,28 @@ class ReportRows:
     parts: tuple[KindCount, ...]
 
 
-def choose_rows(results: Results, ranking: Ranking | None, named: Sequence[int] = ()) -> ReportRows:
+def choose_rows(
+    results: Results, front: npt.NDArray[np.int64], named: Sequence[int] = (), *, shares: int = 1
+) -> ReportRows:
     """Choose the designs of a page.
 
     Parameters
     ----------
     results
         The results, with at least one design.
-    ranking
-        The ranking of the study; None if it has no objectives.
+    front
+        Numbers of the Pareto-optimal designs.
     named
         Numbers of infeasible designs that the page names, which no sample leaves out.
+    shares
+        Number of results that share the page equally.
     """
-    numbers, kinds = _all_kinds(results, ranking)
+    numbers, kinds = _all_kinds(results, front)
     members = [np.flatnonzero(kinds == kind) for kind in (INFEASIBLE, FEASIBLE, FRONT)]
     on_page = members
-    if len(numbers) > MAX_DESIGNS:
+    if len(numbers) > MAX_DESIGNS // shares:
         random = np.random.default_rng(_SEED)
-        limits = (MAX_INFEASIBLE, MAX_FEASIBLE, MAX_FRONT)
+        limits = (MAX_INFEASIBLE // shares, MAX_FEASIBLE // shares, MAX_FRONT // shares)
         always = np.searchsorted(numbers, np.sort(np.asarray(named, dtype=np.int64)))
         on_page = [_sample(random, places, most) for places, most in zip(members, limits, strict=True)]
         on_page[INFEASIBLE] = np.union1d(on_page[INFEASIBLE], always)
@@ -75,15 +78,14 @@ def choose_rows(results: Results, ranking: Ranking | None, named: Sequence[int] 
     return ReportRows(numbers[places], kinds[places], parts)
 
 
-def _all_kinds(results: Results, ranking: Ranking | None) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.uint8]]:
+def _all_kinds(results: Results, front: npt.NDArray[np.int64]) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.uint8]]:
     """Numbers and kinds of all committed designs, shape (n,); 9 bytes each."""
     numbers, kinds = [np.empty(0, np.int64)], [np.empty(0, np.uint8)]
     for columns in results.blocks(["design", "feasible"]):
         numbers.append(columns["design"])
         kinds.append(columns["feasible"].astype(np.uint8))
     all_numbers, all_kinds = np.concatenate(numbers), np.concatenate(kinds)
-    if ranking is not None:
-        all_kinds[np.searchsorted(all_numbers, ranking.frame.index.to_numpy())] = FRONT
+    all_kinds[np.searchsorted(all_numbers, front)] = FRONT
     return all_numbers, all_kinds
 
 

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import shlex
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from explore.cli.options import ResultsArgument
 from explore.cli.output import announce_compiling, say
 from explore.cli.paths import check_output, newest_results, refuse_overwriting
 from explore.cli.progress import progress_bar
@@ -16,13 +16,20 @@ from explore.errors import RequestError
 
 if TYPE_CHECKING:
     from explore.model.mechanism import Mechanism
+    from explore.reporting.contents import Contents, ReportStep
     from explore.store.results import Results
 
 _ENDINGS = (".html", ".htm")
 
 
 def report(
-    results: ResultsArgument = None,
+    results: Annotated[
+        list[Path] | None,
+        typer.Argument(
+            metavar="RESULTS",
+            help="Results files, several of one mechanism on one page; by default the newest results/*.h5.",
+        ),
+    ] = None,
     output: Annotated[
         Path | None, typer.Option("-o", "--output", help="FILE.html; by default results/NAME-report.html.")
     ] = None,
@@ -31,14 +38,18 @@ def report(
     check_output(output, _ENDINGS)
     from explore import open_results
     from explore.charts.labels import results_name
-    from explore.reporting.contents import STEPS, collect_contents
+    from explore.reporting.contents import STEPS
     from explore.reporting.pages import write_page
+    from explore.store.open_results import open_comparable
 
-    opened = open_results(results or newest_results())
-    refuse_overwriting(opened.path, output, "the results file")
-    page = output or Path("results") / f"{results_name(opened)}-report.html"
+    paths = results or [newest_results()]
+    sources = {str(paths[0]): open_results(paths[0])} if len(paths) == 1 else open_comparable(paths)
+    for source in sources.values():
+        refuse_overwriting(source.path, output, "the results file")
+    names = "+".join(results_name(source) for source in sources.values())
+    page = output or Path("results") / f"{names}-report.html"
     with progress_bar("collecting", STEPS) as step:
-        contents = collect_contents(opened, _mechanism(opened), _rank_command(opened.path), step)
+        contents = _collect(sources, step)
     page.parent.mkdir(exist_ok=True)
     size = write_page(contents, page)
     parts = contents.study["parts"]
@@ -49,17 +60,33 @@ def report(
     say(str(page), data=True)
 
 
-def _rank_command(path: Path) -> str:
+def _collect(sources: Mapping[str, Results], step: ReportStep) -> Contents:
+    """The data of the page of one or of several results."""
+    from explore.reporting.contents import collect_contents
+    from explore.reporting.joint import collect_joint_contents
+
+    first, *others = sources.values()
+    mechanism, command = _mechanism([first, *others]), _rank_command([source.path for source in sources.values()])
+    if others:
+        return collect_joint_contents(sources, mechanism, command, step)
+    return collect_contents(first, mechanism, command, step)
+
+
+def _rank_command(paths: Sequence[Path]) -> str:
     """The shell command that ranks the results; ./ keeps a name from being taken for an option."""
-    return f"explore rank {shlex.quote(f'./{path}' if str(path).startswith('-') else str(path))}"
+    names = [shlex.quote(f"./{path}" if str(path).startswith("-") else str(path)) for path in paths]
+    return f"explore rank {' '.join(names)}"
 
 
-def _mechanism(results: Results) -> Mechanism | None:
+def _mechanism(sources: Sequence[Results]) -> Mechanism | None:
     """The mechanism of the results; None if this version does not have it, and the page draws none."""
     from explore.request.names import find_mechanism
 
     announce_compiling()
     try:
-        return find_mechanism(results.mechanism, results.points)
+        points = sources[0].points
+        # The paths of points are drawn where all results have the same.
+        is_shared = all(source.points == points for source in sources)
+        return find_mechanism(sources[0].mechanism, points if is_shared else type(points)())
     except RequestError:
         return None

@@ -1,6 +1,7 @@
 /** The legend and the caption below the scatter. */
 
 import { el } from "./dom.js";
+import { FILE_LOOKS, isByFile } from "./files.js";
 import { count, number, titled } from "./format.js";
 import { KINDS, glyph } from "./marks.js";
 
@@ -18,7 +19,8 @@ export function legendOf(legend, model, view, density) {
     ...kinds.map(([mark, text]) => el("span", { class: "item" }, mark, text)),
     el("span", { class: "item" }, glyph("chosen"), "chosen"),
   ];
-  if (view.colour) items.push(rampItem(view.shades, model.byName.get(view.colour)));
+  if (isByFile(model, view.colour)) items.splice(0, items.length, ...fileItems(model));
+  else if (view.colour) items.push(rampItem(view.shades, model.byName.get(view.colour)));
   if (density)
     items.push(
       el(
@@ -29,6 +31,27 @@ export function legendOf(legend, model, view, density) {
       ),
     );
   legend.replaceChildren(...items);
+}
+
+/** The mark and the name of each file, with a text. */
+export const fileNames = ({ study }, text = () => "") =>
+  study.files.map((file, k) => {
+    const look = glyph(FILE_LOOKS[k].marker);
+    look.classList.add(`hue-${FILE_LOOKS[k].hue}`);
+    return el("span", { class: "item long" }, look, `${file.name}${text(file)}`);
+  });
+
+/** Entries of the files, and the marks that all have. */
+function fileItems(model) {
+  const counts = ({ feasible, front: [own, joint] }) =>
+    `: ${count(feasible)} feasible, ${count(own)} Pareto-optimal, ${count(joint)} of them jointly`;
+  const [infeasible] = model.study.parts;
+  return [
+    ...fileNames(model, counts),
+    ...(infeasible.total ? [el("span", { class: "item" }, glyph(0), `infeasible: ${count(infeasible.total)}`)] : []),
+    el("span", { class: "item" }, "large and outlined: joint Pareto set"),
+    el("span", { class: "item" }, glyph("chosen"), "chosen"),
+  ];
 }
 
 /** Text about the designs that the scatter does not show in place. */

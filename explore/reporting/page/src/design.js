@@ -3,6 +3,7 @@
 import { el, onWidth, resizeCanvas } from "./dom.js";
 import { curveChart } from "./curves.js";
 import { DASHES, HUES, drawMechanism, drawingOf, heightOf, limitsOf, pointPaths } from "./drawing.js";
+import { fileOf } from "./files.js";
 import { designName, words } from "./format.js";
 import { KINDS, dashedLine, glyph } from "./marks.js";
 import { brokenParameter, hasMotion, motionOf, overTheTurn } from "./mechanism.js";
@@ -110,7 +111,8 @@ export function designPanel(root, model, { chosen, pins }) {
 
 /** The motion of a design, null where it has none, with what is drawn of it. */
 function movingDesign(model, row, look) {
-  const { motion: declared, drive } = model.study;
+  const { motion: declared } = model.study,
+    { drive } = fileOf(model, row);
   const motion = hasMotion(declared) ? motionOf(declared, parametersOf(model, row), drive) : null;
   if (!motion) return { row, motion };
   return { row, look, motion, turn: overTheTurn(motion), drawing: declared.drawing ? drawingOf(motion) : null };
@@ -169,7 +171,7 @@ function player(state, angle, draw) {
 /** Parameters of a design by name: the swept ones, and defaults of the mechanism for the others. */
 export function parametersOf(model, row) {
   const swept = model.columns
-    .filter((column) => column.role === "parameter")
+    .filter((column) => column.role === "parameter" && !fileOf(model, row).lacks?.includes(column.name))
     .map((column) => [column.name, column.values[row]]);
   return { ...model.study.defaults, ...Object.fromEntries(swept) };
 }

@@ -33,12 +33,13 @@ export function tickText(values, least) {
 
 /** A value of a column: a label, a whole number or a number. */
 export function cell(column, value, digits = 6) {
-  if (column.labels) return words(column.labels[value] ?? String(value));
+  if (column.labels) return column.verbatim ? column.labels[value] : words(column.labels[value] ?? String(value));
   return column.whole && Number.isFinite(value) ? String(value).replace("-", "−") : number(value, digits);
 }
 
-/** A design as the page names it. */
-export const designName = (model, row) => count(model.designs[row]);
+/** A design as the page names it, with its file if the page has several. */
+export const designName = ({ study, designs, byName }, row) =>
+  study.files ? `${count(designs[row])} of ${study.files[byName.get("results").values[row]].name}` : count(designs[row]);
 
 /** A column's name in words. */
 export const words = (name) => name.replaceAll("_", " ");

@@ -42,7 +42,7 @@ export function mark(context, kind, x, y, size) {
   }
 }
 
-/** Outlines of the marks of kinds and of compared designs, around the origin. */
+/** Outlines of the marks of kinds, of compared designs and of files, around the origin. */
 export const SHAPES = {
   0: "M-3.5,-3.5L3.5,3.5M-3.5,3.5L3.5,-3.5",
   1: "M-3,0a3,3 0 1,0 6,0a3,3 0 1,0 -6,0",
@@ -52,6 +52,12 @@ export const SHAPES = {
   triangle: "M0,-5.6L5.2,3.8H-5.2Z",
   diamond: "M0,-6L4.6,0L0,6L-4.6,0Z",
   wedge: "M0,5.6L5.2,-3.8H-5.2Z",
+  disc: "M-4.4,0a4.4,4.4 0 1,0 8.8,0a4.4,4.4 0 1,0 -8.8,0",
+  plus: "M-1.8,-5H1.8V-1.8H5V1.8H1.8V5H-1.8V1.8H-5V-1.8H-1.8Z",
+  pentagon: "M0,-5.4L5.1,-1.7L3.2,4.4H-3.2L-5.1,-1.7Z",
+  hourglass: "M-4.4,-5H4.4L1,0L4.4,5H-4.4L-1,0Z",
+  bow: "M-5,-4.4V4.4L0,1L5,4.4V-4.4L0,-1Z",
+  bar: "M-5.4,-2.2H5.4V2.2H-5.4Z",
 };
 
 /** Draw one of the shapes at a point, filled and outlined. */

@@ -3,10 +3,11 @@
 import { axisLeft } from "d3-axis";
 import { brushY } from "d3-brush";
 import { select } from "d3-selection";
-import { rampItem } from "./captions.js";
+import { fileNames, rampItem } from "./captions.js";
 import { shortBound } from "./conditions.js";
 import { check, choice, el, oncePerFrame, onWidth, resizeCanvas, svg } from "./dom.js";
 import { count, titled, words } from "./format.js";
+import { fileColours, isByFile } from "./files.js";
 import { headings } from "./headings.js";
 import { QUICK, chooseLines, drawLines, shuffledRows } from "./lines.js";
 import { LOOKS } from "./pins.js";
@@ -176,7 +177,8 @@ export function parallel(root, model, shared) {
         context[along ? "moveTo" : "lineTo"](view.axes[k].x, y);
       });
     drawLines(context, model.kinds, rows, trace, shades?.of);
-    legend.replaceChildren(...(shades ? [rampItem(shades, model.byName.get(view.colour))] : []));
+    const items = isByFile(model, view.colour) ? fileNames(model) : [];
+    legend.replaceChildren(...(shades && !items.length ? [rampItem(shades, model.byName.get(view.colour))] : items));
     const total = shared.selection.total;
     const some = rows.selected.length < total ? ", Pareto-optimal ones first, an even sample of the others" : "";
     caption.textContent = `${count(rows.selected.length)} of ${count(total)} selected designs are drawn${some}; drag along an axis to select, drag a heading to move its axis.`;
@@ -261,6 +263,7 @@ function firstAxes(model) {
 
 /** Colours by a column; the scale spans the best kind of design among the drawn lines. */
 function shadesOf(model, name, rows) {
+  if (isByFile(model, name)) return { of: fileColours(model) };
   const { values } = model.byName.get(name);
   const known = rows.filter((row) => Number.isFinite(values[row]));
   const best = known.reduce((kind, row) => Math.max(kind, model.kinds[row]), 0);

@@ -1,5 +1,6 @@
 /** Pixels and marks of the designs in the scatter: at most one mark of a style per pixel. */
 
+import { fileColours, fileMarks, isByFile } from "./files.js";
 import { kindColour, mark } from "./marks.js";
 import { extent } from "./scales.js";
 import { shading } from "./shading.js";
@@ -66,7 +67,9 @@ function outside(pixel, scale) {
 export function drawPoints(context, model, view, points, selection) {
   const there = [0, 0, 0];
   for (const kind of model.kinds) there[kind]++;
-  const hue = view.colour ? rowColours(model, view, points) : null;
+  const byFile = isByFile(model, view.colour);
+  const hue = byFile ? fileColours(model) : view.colour ? rowColours(model, view, points) : null;
+  const fileMark = byFile ? fileMarks(context, model) : null;
   const looks = byLook(model, points, selection.mask, Boolean(hue));
   for (const selected of [0, 1]) {
     for (const kind of [0, 1, 2]) {
@@ -75,13 +78,14 @@ export function drawPoints(context, model, view, points, selection) {
         points,
         looks[2 * kind + selected],
         { kind, selected, there: there[kind] },
-        selected ? hue : null,
+        selected || byFile ? hue : null,
+        fileMark,
       );
     }
   }
 }
 
-function drawRows(context, points, rows, { kind, selected, there }, hue) {
+function drawRows(context, points, rows, { kind, selected, there }, hue, fileMark) {
   const size = kind === 2 ? ringSize(there) : dotSize(there, kind);
   context.globalAlpha = selected ? (kind === 0 ? 0.3 : 1) : kind === 0 ? 0.08 : 0.16;
   context.lineWidth = kind === 2 ? 1.5 : 1;
@@ -96,7 +100,11 @@ function drawRows(context, points, rows, { kind, selected, there }, hue) {
       if (kind === 2) context.fillStyle = own;
       else context.fillStyle = context.strokeStyle = own;
     }
-    if (square) context.fillRect(x - size, y - size, 2 * size, 2 * size);
+    if (fileMark && kind) {
+      context.fillStyle = hue(row);
+      if (kind === 2) context.strokeStyle = colours().ink;
+      fileMark(row, x, y, kind === 2 ? size + 1.5 : size + 0.3, kind === 2);
+    } else if (square) context.fillRect(x - size, y - size, 2 * size, 2 * size);
     else mark(context, kind, x, y, size);
   }
   context.globalAlpha = 1;

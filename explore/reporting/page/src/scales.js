@@ -1,7 +1,7 @@
 /** Axes: range, linear or logarithmic scale, and ticks. */
 
 import { scaleLinear, scaleLog } from "d3-scale";
-import { tickText, words } from "./format.js";
+import { cell, tickText } from "./format.js";
 
 /** Share of the designs beyond each end of an axis without outliers. */
 const TAIL = 0.005;
@@ -66,7 +66,7 @@ export function tickMarks(scale, column, wanted, span) {
     const codes = Object.keys(column.labels)
       .map(Number)
       .filter((code) => code >= low && code <= high);
-    return { values: codes, text: (code) => words(column.labels[code]) };
+    return { values: codes, text: (code) => cell(column, code) };
   }
   let values = scale.ticks(wanted);
   if (scale.base && values.length > wanted) {

@@ -6,6 +6,7 @@ import { drawAxes } from "./axes.js";
 import { check, choice, el, oncePerFrame, onWidth, resizeCanvas, svg } from "./dom.js";
 import { legendOf, omissionText } from "./captions.js";
 import { shortBound } from "./conditions.js";
+import { RESULTS } from "./files.js";
 import { titled } from "./format.js";
 import { drawDensity } from "./density.js";
 import { drawPoints, place } from "./points.js";
@@ -27,7 +28,7 @@ const REACH = 12;
  * @param {{selection: Object, hover: Object, chosen: Object, tip: Object}} shared
  */
 export function scatter(root, model, shared) {
-  const view = { ...firstAxes(model), colour: "", logX: false, logY: false, all: false, zoom: null, width: 0, height: HEIGHT };
+  const view = { ...firstAxes(model), colour: model.study.files ? RESULTS : "", logX: false, logY: false, all: false, zoom: null, width: 0, height: HEIGHT };
   const canvas = el("canvas", {}),
     overlay = svg("svg", { role: "group", tabindex: 0 });
   const plot = el("div", { class: "plot" }, canvas, overlay);

@@ -46,7 +46,16 @@ export function header(root, { study }) {
 
 /** Notices about designs that the page does not hold. */
 export function notices(root, { study, size }) {
-  const notice = (...sentences) => root.append(el("p", { class: "notice" }, sentences.filter(Boolean).join(" ")));
+  for (const caveat of study.caveats ?? []) root.append(el("p", { class: "notice" }, `${caveat}.`));
+  for (const file of study.files ?? [study]) fileNotices(root, file, study.files ? held(file) : size);
+}
+
+const held = ({ parts }) => parts.reduce((total, part_) => total + part_.held, 0);
+
+/** Notices about one file; of several, each begins with its name. */
+function fileNotices(root, study, size) {
+  const notice = (...sentences) =>
+    root.append(el("p", { class: "notice" }, [study.lacks ? `${study.name}:` : "", ...sentences].filter(Boolean).join(" ")));
   if (!study.complete) {
     notice(
       `This sweep is not finished: ${count(study.committed)} of ${count(study.studied)} designs are computed.`,
@@ -84,13 +93,16 @@ const part = ({ held, total }, what) =>
  * @param {(design: number) => void} choose called where the number of a design is clicked
  */
 export function facts(root, { study }, choose) {
-  root.append(
-    el("div", { class: "panel-head" }, el("h2", {}, "The study")),
-    el("div", { class: "facts" }, statuses(study), constraints(study, choose), provenance(study)),
-    study.config
-      ? el("details", {}, el("summary", {}, "The study file"), el("pre", {}, study.config))
-      : "",
-  );
+  root.append(el("div", { class: "panel-head" }, el("h2", {}, study.files ? "The studies" : "The study")));
+  for (const file of study.files ?? [study]) {
+    // Of several files the objectives are those of the joint Pareto set.
+    const shown = { ...study, ...file, objectives: study.objectives };
+    root.append(
+      study.files ? el("h3", { class: "file" }, file.name) : "",
+      el("div", { class: "facts" }, statuses(shown), constraints(shown, choose), provenance(shown)),
+      file.config ? el("details", {}, el("summary", {}, "The study file"), el("pre", {}, file.config)) : "",
+    );
+  }
 }
 
 function statuses(study) {

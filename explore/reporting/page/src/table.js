@@ -1,7 +1,7 @@
 /** The table of the selected designs: only visible rows exist; sorted by any column, navigated with the arrow keys. */
 
 import { el, oncePerFrame } from "./dom.js";
-import { cell, count, designName, words } from "./format.js";
+import { cell, count, words } from "./format.js";
 import { KINDS, glyph } from "./marks.js";
 
 const ROW = 28;
@@ -17,7 +17,7 @@ const PRINTED = 40;
 export function table(root, model, shared) {
   const fields = [
     { name: "kind", title: "kind", unit: "", values: model.kinds, text: (row) => KINDS[model.kinds[row]].name },
-    { name: "design", title: "design", unit: "", values: model.designs, text: (row) => designName(model, row) },
+    { name: "design", title: "design", unit: "", values: model.designs, text: (row) => count(model.designs[row]) },
     ...model.columns.map((column) => ({
       name: column.name,
       title: words(column.name),

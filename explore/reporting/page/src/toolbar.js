@@ -98,9 +98,11 @@ export function toolbar(root, model, shared, rows, onType) {
     );
     clear.disabled = !selection.active;
     kind.querySelector("select").value = String(selection.least);
+    // The column of files is of the page alone.
+    const canName = ({ column }) => isNameable(column) && !model.byName.get(column).verbatim;
     const conditions = selection.conditions();
-    line.textContent = commandLine(model.study.command, conditions);
-    const unnamed = conditions.filter(({ column }) => !isNameable(column)).map(({ column }) => column);
+    line.textContent = commandLine(model.study.command, conditions.filter(canName));
+    const unnamed = conditions.filter((condition) => !canName(condition)).map(({ column }) => column);
     status.textContent = unnamed.length ? `the command line cannot name ${unnamed.join(", ")}` : "";
   }
 
