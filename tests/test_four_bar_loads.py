@@ -12,6 +12,7 @@ from explore.mechanisms.crank_rocker.declaration import CRANK_ROCKER
 from explore.mechanisms.four_bar_loads import LOADS
 from explore.model.status import Status
 from explore.reporting.motion import describe_motion, kernel_for
+from explore.units.shown import ShownUnits
 
 PLAIN = {"crank": 100.0, "coupler": 300.0, "rocker": 250.0, "ground": 350.0, "speed": 20.0}
 LOAD = {
@@ -228,7 +229,7 @@ def test_designs_without_a_load_have_no_forces_and_no_extended_kernel():
 
 
 def test_a_page_computes_forces_where_the_study_gives_a_load():
-    plain, loaded = (describe_motion(kernel_for(CRANK_ROCKER, given)) for given in ([], ["rocker_mass"]))
+    plain, loaded = (describe_motion(kernel_for(CRANK_ROCKER, given), ShownUnits()) for given in ([], ["rocker_mass"]))
     for name in ("signals", "panels"):
         assert len(plain[name]) < len(loaded[name])
     assert "drive_torque" in {signal["name"] for signal in loaded["signals"]}

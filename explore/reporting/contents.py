@@ -23,6 +23,7 @@ from explore.reporting.nearness import describe_nearest
 from explore.reporting.packing import ColumnPacker
 from explore.reporting.rows import FEASIBLE, FRONT, INFEASIBLE, ReportRows, choose_rows
 from explore.store.results import Results
+from explore.units.shown import Scale
 
 #: Attributes that the page shows elsewhere, or that mean nothing to a reader.
 _HIDDEN_ATTRIBUTES = frozenset(
@@ -83,10 +84,15 @@ def collect_contents(results: Results, mechanism: Mechanism | None, command: str
     front = ranking.frame.index.to_numpy(np.int64) if ranking else np.empty(0, np.int64)
     rows = choose_rows(results, front, nearest_designs)
     step("reading")
-    frame = results.designs(rows.numbers)
+    frame = results.declared.designs(rows.numbers)
     step("packing")
     packer = ColumnPacker()
-    columns = [describe_column(c, packer.add(frame[c.name].to_numpy())) for c in results.columns if c.role != "index"]
+    # The page computes motions from the declared values and converts the columns itself.
+    columns = [
+        describe_column(c, results.scales[c.name], packer.add(frame[c.name].to_numpy()))
+        for c in results.columns
+        if c.role != "index"
+    ]
     study = {
         **describe_study(results, mechanism, ranking),
         "command": command,
@@ -101,7 +107,9 @@ def collect_contents(results: Results, mechanism: Mechanism | None, command: str
     feasible = rows.parts[FEASIBLE]
     objectives = [metric for metric, _ in study["objectives"]]
     study["density"] = (
-        count_densities(results, objectives, frame, rows, packer) if feasible.held < feasible.total else None
+        count_densities(results, objectives, results.show(frame), rows, packer)
+        if feasible.held < feasible.total
+        else None
     )
     return Contents(study, packer.texts, translate_functions(_kernel(results, mechanism)) if mechanism else "")
 
@@ -110,7 +118,7 @@ def collect_contents(results: Results, mechanism: Mechanism | None, command: str
 STEPS = 5
 
 
-def describe_column(column: Column, place: dict[str, int | str]) -> dict[str, Any]:
+def describe_column(column: Column, scale: Scale, place: dict[str, int | str]) -> dict[str, Any]:
     """What a page needs to know of a column whose values are packed at a place."""
     labels = _BOOLEAN_LABELS if column.name == "feasible" else column.labels
     return {
@@ -121,6 +129,8 @@ def describe_column(column: Column, place: dict[str, int | str]) -> dict[str, An
         "labels": {str(code): label for code, label in labels.items()} or None,
         "whole": column.dtype[1] in "iub" or column.name == "feasible",
         "packed": place,
+        "ratio": None if scale.factor == 1 else scale.ratio,
+        "heading": column.name if scale.is_declared else f"{column.name} [{column.unit}]",
     }
 
 
@@ -133,7 +143,7 @@ def describe_study(results: Results, mechanism: Mechanism | None, ranking: Ranki
         "version": __version__,
         "mechanism": results.mechanism,
         "summary": mechanism.summary if mechanism else "",
-        "motion": describe_motion(_kernel(results, mechanism)) if mechanism else None,
+        "motion": describe_motion(_kernel(results, mechanism), results.shown_units) if mechanism else None,
         "defaults": {p.name: p.default for p in parameters if p.default is not None},
         **_window_and_drive(results, mechanism),
         "studied": results.n_studied,
@@ -170,8 +180,8 @@ def _window_and_drive(results: Results, mechanism: Mechanism | None) -> dict[str
 
 
 def _bounds(results: Results, mechanism: Mechanism | None) -> list[list[Any]]:
-    """Each bound on a signal: its name, side, value, and the input angles or the stroke where it holds."""
-    bounds = signal_bounds(results, mechanism) if mechanism else []
+    """Each bound on a signal: its name, side, declared value, and the input angles or the stroke where it holds."""
+    bounds = signal_bounds(results.declared, mechanism) if mechanism else []
     return [[bound.signal, bound.side, bound.value, bound.stroke or bound.span] for bound in bounds]
 
 

@@ -65,7 +65,10 @@ def collect_joint_contents(
         "labels": {str(number): name for number, name in enumerate(names.values())}, "whole": True, "verbatim": True,
         "packed": packer.add(origins),
     }  # fmt: skip
-    described = [describe_column(column, packer.add(frame[name].to_numpy())) for name, column in columns.items()]
+    scales = {name: scale for source in sources.values() for name, scale in source.scales.items()}
+    described = [
+        describe_column(column, scales[name], packer.add(frame[name].to_numpy())) for name, column in columns.items()
+    ]
     step("describing")
     files = [_describe_file(names[name], source, mechanism, joint, name) for name, source in sources.items()]
     kernel = _kernel(list(sources.values()), mechanism) if mechanism else None
@@ -73,7 +76,7 @@ def collect_joint_contents(
         file["parts"] = [asdict(count) for count in part.parts]
     study = {
         **_describe_all(files, joint),
-        "motion": describe_motion(kernel) if kernel else None,
+        "motion": describe_motion(kernel, next(iter(sources.values())).shown_units) if kernel else None,
         "command": command,
         "columns": [origin_column, *described],
         "designs": packer.add(np.concatenate([part.numbers for part in rows])),
@@ -105,10 +108,10 @@ def _joint_front(joint: JointRanking, name: str) -> Any:
 
 
 def _read_designs(sources: Sequence[Results], rows: Sequence[ReportRows], names: Sequence[str]) -> pd.DataFrame:
-    """The designs of the page, one file after the other; NaN in columns that a file does not have."""
+    """The designs of the page in declared units, one file after the other; NaN in columns that a file does not have."""
     import pandas as pd
 
-    frames = [source.designs(part.numbers) for source, part in zip(sources, rows, strict=True)]
+    frames = [source.declared.designs(part.numbers) for source, part in zip(sources, rows, strict=True)]
     return pd.concat([frame.reindex(columns=list(names)) for frame in frames])
 
 

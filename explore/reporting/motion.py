@@ -16,6 +16,7 @@ from explore.model.quantities import Parameter
 from explore.model.status import Status
 from explore.quadrature.windows import LONGER, SHORTER, orient
 from explore.reporting.javascript import TranslationError, translate
+from explore.units.shown import ShownUnits
 
 
 def kernel_for(mechanism: Mechanism, given: Collection[str]) -> Mechanism:
@@ -27,8 +28,11 @@ def kernel_for(mechanism: Mechanism, given: Collection[str]) -> Mechanism:
     )
 
 
-def describe_motion(mechanism: Mechanism) -> dict[str, Any]:
-    """The declaration of a mechanism, that of `kernel_for`, as far as a page needs it; can be written as JSON."""
+def describe_motion(mechanism: Mechanism, units: ShownUnits) -> dict[str, Any]:
+    """The declaration of a mechanism, that of `kernel_for`, as far as a page needs it; can be written as JSON.
+
+    Signals are in declared units; the factors of the panels lead to the shown ones.
+    """
     moving = [int(Status.OK), *(code for code, status in mechanism.statuses.items() if status.lacks_strokes)]
     filled = [signal for signal in mechanism.signals if mechanism.fills(signal)]
     names = {signal.name for signal in filled}
@@ -60,7 +64,7 @@ def describe_motion(mechanism: Mechanism) -> dict[str, Any]:
         "longer": LONGER,
         "shorter": SHORTER,
         "limits": [end for stroke in mechanism.strokes[:1] for end in mechanism.window(stroke).ends],
-        "panels": [_describe_panel(mechanism, panel) for panel in panels],
+        "panels": [_describe_panel(mechanism, panel, units) for panel in panels],
         "drawing": asdict(mechanism.drawing) if mechanism.drawing else None,
     }  # fmt: skip
 
@@ -81,14 +85,16 @@ def _finite(limit: float) -> float | None:
     return limit if math.isfinite(limit) else None
 
 
-def _describe_panel(mechanism: Mechanism, panel: Panel) -> dict[str, Any]:
+def _describe_panel(mechanism: Mechanism, panel: Panel, units: ShownUnits) -> dict[str, Any]:
     signals = [mechanism.signal(name) for name in panel.signals]
-    unit = panel.unit or signals[0].unit
+    scale = units.scale(panel.unit or signals[0].unit)
+    unit, factor = scale.shown, panel.factor * float(scale.factor)
     return {
         "label": panel.label,
         "signals": list(panel.signals),
         "unit": "" if unit == "1" else unit_text(unit),
-        "factor": panel.factor,
+        "factor": factor,
+        "turn": 360.0 * factor if signals[0].unit == "deg" else 0.0,
         "clutch": panel.with_clutch,
         "magnitude": any(signal.is_magnitude for signal in signals),
         "loads": sorted({load for signal in signals for load in signal.required_loads}),

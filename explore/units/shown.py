@@ -59,18 +59,22 @@ class Scale:
         """Whether values are shown as they are declared."""
         return self.shown == self.declared
 
+    @property
+    def ratio(self) -> tuple[float, float]:
+        """The factor as a multiplier and a divisor; both are exact but for a factor with pi."""
+        top, bottom = self.factor.as_integer_ratio()
+        return (float(self.factor), 1.0) if max(top, bottom) > _LARGEST_EXACT else (float(top), float(bottom))
+
     def show(self, value: float) -> float:
         """A declared value in the shown unit, see `show_all`."""
         return float(self.show_all(np.asarray(value)))
 
     def show_all(self, values: FloatArray) -> FloatArray:
         """Declared values in the shown unit, by an exact factor with two rounding errors."""
-        top, bottom = self.factor.as_integer_ratio()
         if self.factor == 1:
             return values
-        if max(top, bottom) > _LARGEST_EXACT:  # a factor with pi
-            return np.asarray(values * float(self.factor))
-        return np.asarray(values * float(top) / float(bottom))
+        top, bottom = self.ratio
+        return np.asarray(values * top / bottom)
 
     def read(self, text: str) -> float:
         """The declared value of a text: a number in the shown unit, or one with a unit.

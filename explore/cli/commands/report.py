@@ -12,6 +12,7 @@ import typer
 from explore.cli.output import announce_compiling, say
 from explore.cli.paths import check_output, newest_results, refuse_overwriting
 from explore.cli.progress import progress_bar
+from explore.cli.units import UnitsOption, open_all_shown
 from explore.errors import RequestError
 
 if TYPE_CHECKING:
@@ -33,23 +34,24 @@ def report(
     output: Annotated[
         Path | None, typer.Option("-o", "--output", help="FILE.html; by default results/NAME-report.html.")
     ] = None,
+    units: UnitsOption = None,
 ) -> None:
     """Write the results as one interactive page for a browser, and print its name."""
     check_output(output, _ENDINGS)
-    from explore import open_results
     from explore.charts.labels import results_name
     from explore.reporting.contents import STEPS
     from explore.reporting.pages import write_page
     from explore.store.open_results import open_comparable
 
     paths = results or [newest_results()]
-    sources = {str(paths[0]): open_results(paths[0])} if len(paths) == 1 else open_comparable(paths)
+    opened = open_all_shown(paths, units)
+    sources = {str(paths[0]): opened[0]} if len(paths) == 1 else open_comparable(opened)
     for source in sources.values():
         refuse_overwriting(source.path, output, "the results file")
     names = "+".join(results_name(source) for source in sources.values())
     page = output or Path("results") / f"{names}-report.html"
     with progress_bar("collecting", STEPS) as step:
-        contents = _collect(sources, step)
+        contents = _collect(sources, units or [], step)
     page.parent.mkdir(exist_ok=True)
     size = write_page(contents, page)
     parts = contents.study["parts"]
@@ -60,22 +62,23 @@ def report(
     say(str(page), data=True)
 
 
-def _collect(sources: Mapping[str, Results], step: ReportStep) -> Contents:
+def _collect(sources: Mapping[str, Results], units: Sequence[str], step: ReportStep) -> Contents:
     """The data of the page of one or of several results."""
     from explore.reporting.contents import collect_contents
     from explore.reporting.joint import collect_joint_contents
 
     first, *others = sources.values()
-    mechanism, command = _mechanism([first, *others]), _rank_command([source.path for source in sources.values()])
+    mechanism = _mechanism([first, *others])
+    command = _rank_command([source.path for source in sources.values()], units)
     if others:
         return collect_joint_contents(sources, mechanism, command, step)
     return collect_contents(first, mechanism, command, step)
 
 
-def _rank_command(paths: Sequence[Path]) -> str:
-    """The shell command that ranks the results; ./ keeps a name from being taken for an option."""
-    names = [shlex.quote(f"./{path}" if str(path).startswith("-") else str(path)) for path in paths]
-    return f"explore rank {' '.join(names)}"
+def _rank_command(paths: Sequence[Path], units: Sequence[str]) -> str:
+    """The shell command that ranks the results in the units of the page; ./ keeps a name from being an option."""
+    names = [f"./{path}" if str(path).startswith("-") else str(path) for path in paths]
+    return shlex.join(["explore", "rank", *names, *(word for text in units for word in ("--units", text))])
 
 
 def _mechanism(sources: Sequence[Results]) -> Mechanism | None:

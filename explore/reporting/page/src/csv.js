@@ -2,7 +2,7 @@
 
 /** @param {import("./payload.js").Model} model @param {Iterable<number>} rows */
 export function csvText(model, rows) {
-  const names = model.columns.flatMap(({ name, labels }) => (labels ? [name, `${name}_label`] : [name]));
+  const names = model.columns.flatMap(({ name, heading = name, labels }) => (labels ? [heading, `${name}_label`] : [heading]));
   const lines = [["design", ...names].map(quoted).join(",")];
   for (const row of rows) {
     lines.push([model.designs[row], ...model.columns.flatMap((column) => cells(column, column.values[row]))].join(","));

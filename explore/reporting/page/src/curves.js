@@ -66,9 +66,9 @@ function draw(kind, canvas, value, degrees, width) {
   // The drawn angle may differ from that of the formula by whole turns.
   const turnsOff = (one, { angles, values }) => {
     const place = Math.max(0, angles.findIndex((angle) => angle >= degrees));
-    return kind.unit === "deg" ? Math.round((values[place] - one) / 360) : 0;
+    return kind.fullTurn ? kind.fullTurn * Math.round((values[place] - one) / kind.fullTurn) : 0;
   };
-  cursor(context, traces, now.map((one, i) => one + 360 * turnsOff(one, traces[i])), degrees, x, y, colour);
+  cursor(context, traces, now.map((one, i) => one + turnsOff(one, traces[i])), degrees, x, y, colour);
   const largest = Math.max(...span.map(Math.abs));
   const shown = (one) => number(Math.abs(one) < 1e-9 * largest ? 0 : one, 4);
   value.replaceChildren(

@@ -168,11 +168,11 @@ function player(state, angle, draw) {
   return { node: el("div", { class: "player" }, button, slider, reading), play, pause, set, show };
 }
 
-/** Parameters of a design by name: the swept ones, and defaults of the mechanism for the others. */
+/** Parameters of a design by name, in declared units: the swept ones, and defaults of the mechanism for the others. */
 export function parametersOf(model, row) {
   const swept = model.columns
     .filter((column) => column.role === "parameter" && !fileOf(model, row).lacks?.includes(column.name))
-    .map((column) => [column.name, column.values[row]]);
+    .map((column) => [column.name, column.declared[row]]);
   return { ...model.study.defaults, ...Object.fromEntries(swept) };
 }
 

@@ -11,7 +11,7 @@ const PAIR = ["orange", "blue"],
  * The panels of a motion.
  * @param {Object} motion
  * @param {{angles: Float64Array, series: Object<string, Float64Array>}} turn from `overTheTurn`
- * @returns {Array<{title: string, unit: string, factor: number, fromZero: boolean, motion: Object, traces: Array}>} each
+ * @returns {Array<{title: string, unit: string, factor: number, fullTurn: number, fromZero: boolean, motion: Object, traces: Array}>} each
  *   trace with the signal, its colour, dash, marker and label, its values over the turn and those at an input angle
  */
 export function panelsOf(motion, turn) {
@@ -21,10 +21,11 @@ export function panelsOf(motion, turn) {
   );
   return shown.map((panel, place) => {
     const rectified = declared.signals.find(({ name, rectified }) => rectified && name === panel.signals[0]);
-    const { label: title, unit, factor } = panel;
+    const { label: title, unit, factor, turn: fullTurn } = panel;
     const lines = rectified ? clutchLines(motion, rectified) : linesOf(panel.signals, place);
     const traces = lines.map((line) => traceOf(line, factor, motion, turn));
-    return { title, unit, factor, fromZero: panel.magnitude || Boolean(rectified && stroke), motion, traces };
+    const fromZero = panel.magnitude || Boolean(rectified && stroke);
+    return { title, unit, factor, fullTurn, fromZero, motion, traces };
   });
 }
 

@@ -8,7 +8,10 @@
  * @property {string} role parameter, metric, margin or bookkeeping
  * @property {?Object<string, string>} labels of codes
  * @property {boolean} whole
- * @property {Float64Array} values
+ * @property {?[number, number]} ratio multiplier and divisor from the declared unit to the shown one; null for 1
+ * @property {string} heading name in files
+ * @property {Float64Array} declared the values of the file
+ * @property {Float64Array} values in the shown unit
  */
 
 /**
@@ -31,13 +34,19 @@ const READ = { u1: Uint8Array, i1: Int8Array, i4: Int32Array, f8: Float64Array }
 export async function readModel() {
   const study = JSON.parse(document.getElementById("study").textContent);
   const columns = await Promise.all(
-    study.columns.map(async (column) => ({ ...column, values: Float64Array.from(await unpack(column.packed)) })),
+    study.columns.map(async (column) => {
+      const declared = Float64Array.from(await unpack(column.packed));
+      return { ...column, declared, values: inShownUnit(declared, column.ratio) };
+    }),
   );
   const designs = Float64Array.from(await unpack(study.designs));
   const kinds = Uint8Array.from(await unpack(study.kinds));
   const byName = new Map(columns.map((column) => [column.name, column]));
   return { study, columns, byName, designs, kinds, size: designs.length };
 }
+
+/** Values in the unit that the page shows. */
+const inShownUnit = (values, ratio) => (ratio ? values.map((one) => (one * ratio[0]) / ratio[1]) : values);
 
 /**
  * One column: base64, deflate, then bytes of the same weight put beside each other again, NaN where not defined.
