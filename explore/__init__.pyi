@@ -10,7 +10,9 @@ from .api.refinement import refine as refine
 from .api.results import nearest as nearest
 from .api.results import rank as rank
 from .api.results import read_results as read_results
+from .api.robustness import Robustness as Robustness
 from .api.sensitivity import sensitivity as sensitivity
+from .api.tolerances import tolerance as tolerance
 from .config.study import Study as Study
 from .config.study_file import load_study as load_study
 from .covering import Coverage as Coverage

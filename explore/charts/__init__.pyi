@@ -8,4 +8,5 @@ from .parallel import parallel_chart as parallel_chart
 from .pareto import pareto_chart as pareto_chart
 from .ratio import ratio_chart as ratio_chart
 from .sensitivity import sensitivity_chart as sensitivity_chart
+from .tolerances import tolerance_chart as tolerance_chart
 from .tuning import tuning_chart as tuning_chart

@@ -23,6 +23,7 @@ from explore.cli.commands.show import show
 from explore.cli.commands.simulate import simulate
 from explore.cli.commands.stability import stability
 from explore.cli.commands.sweep import sweep
+from explore.cli.commands.tolerance import tolerance
 from explore.cli.commands.tune import tune
 from explore.cli.commands.verify import verify
 
@@ -99,6 +100,9 @@ app.command(
 )(tune)
 app.command(epilog="Example: explore export results/grid.h5 --design 42 -o design.dxf -o design.gif")(export)
 app.command(epilog="Example: explore sensitivity results/optimum.h5 --metric cv -o sensitivity.svg")(sensitivity)
+app.command(epilog="Example: explore tolerance results/grid.h5 --design 42 --tolerance crank=0.1 -o parts.svg")(
+    tolerance
+)
 app.command(epilog="Example: explore precision smooth almost_change_point")(precision)
 app.command(epilog="Example: explore stability --accuracy 1e-3")(stability)
 app.command(epilog="Example: explore mechanisms crank-rocker")(mechanisms)

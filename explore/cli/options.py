@@ -19,6 +19,7 @@ _OPTIONS = {
     'keep="all"': "--keep all",
     'keep="front"': "--keep front",
     "design": "--design",
+    "tolerances": "--tolerance",
     "x": "--x",
     "y": "--y",
     "low": "--from",

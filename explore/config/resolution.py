@@ -20,6 +20,7 @@ from explore.model.quantities import Window
 from explore.model.request import Objective, Request
 from explore.request.names import find_mechanism
 from explore.request.requests import RequestArguments, make_objective, resolve_request
+from explore.request.tolerances import resolve_tolerances
 from explore.suggest import format_value
 from explore.units.shown import ShownUnits, explain_entry
 
@@ -68,6 +69,8 @@ def resolve_study(
     problems[n_before:] = [(key_of_coordinate(mechanism, key), reason) for key, reason in problems[n_before:]]
     request = _request(mechanism, evaluate, study, problems)
     objectives = _objectives(request, rank, space, problems)
+    _, tolerance_problems = resolve_tolerances(mechanism, study.tolerances)
+    problems += [(("tolerances", *key), reason) for key, reason in tolerance_problems]
     if space is not None:
         problems += _unavailable(request, space)
     if problems or table_problems or space is None:

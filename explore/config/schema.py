@@ -38,6 +38,7 @@ class StudyFile(Section):
     constraints: Entries = {}
     rank: dict[str, Any] = {}
     units: Entries = {}
+    tolerances: Entries = {}
     scene: dict[str, Any] | None = None
 
 

@@ -60,6 +60,8 @@ class Study:
         Bound on the relative error of every sampled statistic, as `evaluate` defines it.
     units
         Units in which commands show the results, by quantity: ``{"length": "in", "speed": "rpm"}``.
+    tolerances
+        Tolerances of parameters for `explore.tolerance`, such as ``{"crank": 0.1}``; a sweep does not use them.
 
     Attributes
     ----------
@@ -113,6 +115,7 @@ class Study:
         objectives: Sequence[str] | str | None = None,
         tolerance: float = 1e-9,
         units: Mapping[str, str] | None = None,
+        tolerances: Mapping[str, Any] | None = None,
     ) -> None:
         content = {
             "mechanism": mechanism,
@@ -124,6 +127,7 @@ class Study:
             "constraints": constraints,
             "rank": {"metrics": _as_list(objectives)},
             "units": units,
+            "tolerances": tolerances,
         }
         sections = toml_text.toml_value(content)
         problems: Problems = []

@@ -100,7 +100,17 @@ def apportion(results: explore.Results) -> pd.DataFrame:
     return table
 
 
-def draw_charts(results: explore.Results, cover: explore.Coverage, tuning: explore.Tuning) -> list[Figure]:
+def tolerance_designs(results: explore.Results) -> explore.Robustness:
+    """What a tenth of a millimetre does to the designs of the front."""
+    robustness: explore.Robustness = explore.tolerance(results, {"crank": "0.1 mm", "rocker": 0.1}, draws=1000)
+    yields: pd.Series[float] = robustness.designs["yield"]
+    assert yields.between(0, 1).all()
+    return robustness
+
+
+def draw_charts(
+    results: explore.Results, cover: explore.Coverage, tuning: explore.Tuning, robustness: explore.Robustness
+) -> list[Figure]:
     """Every figure of the results, which may be their path."""
     refined = results.path.with_name("refined.h5")
     return [
@@ -114,6 +124,7 @@ def draw_charts(results: explore.Results, cover: explore.Coverage, tuning: explo
         charts.coverage_chart(cover),
         charts.tuning_chart(tuning),
         charts.sensitivity_chart(apportion(results)),
+        charts.tolerance_chart(robustness),
     ]
 
 
@@ -152,7 +163,7 @@ def main(folder: Path) -> None:
         [13.58, 37.0], rocker=595.0, ground=751.0, coupler=(460.0, 1271.5), transmission_angle=(30.0, 150.0)
     )
     export_design(results, design, folder)
-    figures = draw_charts(results, cover, tune_design(design))
+    figures = draw_charts(results, cover, tune_design(design), tolerance_designs(results))
     print(study, design, cover.gaps, len(figures), *refused(), sep="\n")
 
 

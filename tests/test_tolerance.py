@@ -1,0 +1,285 @@
+"""`explore tolerance`: yields against brute force and known answers, results files, and bad input."""
+
+import json
+
+import numpy as np
+import pytest
+from command_line import call, run
+from scipy.special import ndtr
+from scipy.stats import binomtest
+from studies import GOOD
+
+import explore
+from explore import charts
+from explore.api.tolerances import plan_tolerances
+from explore.errors import ConfigError, RequestError, ResultsError
+from explore.sweeping.tolerance_runs import ToleranceRun
+
+STUDY = """
+mechanism = "crank-rocker"
+[parameters]
+crank = { min = 40, max = 60 }
+coupler = { min = 800, max = 1000 }
+rocker = { min = 60, max = 300 }
+ground = { min = 800, max = 1000 }
+[sampling]
+method = "sobol"
+count = 512
+seed = 1
+[evaluate]
+metrics = ["swing_angle", "transmission_angle_min", "cv"]
+[constraints]
+transmission_angle_min = { min = 40 }
+transmission_angle_max = { max = 140 }
+[rank]
+metrics = ["cv", "swing_angle:max", "transmission_angle_min:max"]
+[tolerances]
+crank = 0.5
+coupler = { plus_minus = "2 mm", distribution = "uniform" }
+rocker = 0.5
+"""
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("tolerance")
+    (folder / "study.toml").write_text(STUDY, encoding="utf-8")
+    explore.sweep(explore.load_study(folder / "study.toml"), folder / "study.h5")
+    return folder
+
+
+@pytest.fixture(scope="module")
+def robustness(folder):
+    return explore.tolerance(folder / "study.h5", draws=65536, path=folder / "robust.h5")
+
+
+def test_the_yield_is_the_share_of_feasible_parts(folder, robustness):
+    """Brute force: evaluate with the study's constraints, on the parts that were drawn."""
+    source = explore.open_results(folder / "study.h5")
+    assert list(robustness.designs.index) == list(explore.rank(source).index)
+    limits = {"transmission_angle_min": {"min": 40}, "transmission_angle_max": {"max": 140}}
+    counted = 0
+    for number, row in robustness.designs.iterrows():
+        sample = robustness.sample(number)
+        design = {name: row[name] for name in ("crank", "coupler", "rocker", "ground")}
+        for name in ("crank", "coupler", "rocker"):
+            design[name] = design[name] + sample[f"{name}_deviation"].to_numpy()
+        table = explore.evaluate("crank-rocker", design, metrics=["cv"], constraints=limits)
+        assert (table["feasible"] == sample["feasible"]).all()
+        if robustness.failures.loc[number, "method"] == "draws":
+            assert row["yield"] == pytest.approx(table["feasible"].mean(), rel=1e-15)
+            counted += 0 < row["failure_probability"] < 1
+        n_failures = int((~table["feasible"]).sum())
+        assert binomtest(n_failures, len(table), row["failure_probability"]).pvalue > 1e-4
+        assert row["yield_low"] <= row["yield"] <= row["yield_high"]
+        assert row["failure_probability"] == pytest.approx(1 - row["yield"], abs=1e-16)
+    assert counted > 3
+
+
+def test_robust_metrics(robustness):
+    """Mean and three standard deviations of the sample, which is all that was drawn; no worst beats the nominal."""
+    for number, row in robustness.designs.iterrows():
+        sample = robustness.sample(number)
+        assert row["cv_robust"] == pytest.approx(sample["cv"].mean() + 3 * sample["cv"].std(), rel=1e-9)
+        swing = sample["swing_angle"]
+        assert row["swing_angle_robust"] == pytest.approx(swing.mean() - 3 * swing.std(), rel=1e-9)
+        assert row["cv_worst"] >= row["cv"]
+        assert row["swing_angle_worst"] <= row["swing_angle"]
+    first = robustness.metrics["std_first_order"] / robustness.metrics["std"]
+    assert first.xs("swing_angle", level="metric").between(0.95, 1.05).all()  # nearly linear over these tolerances
+
+
+def test_the_results_file_is_ranked_by_yield(folder, robustness):
+    results = explore.open_results(folder / "robust.h5")
+    assert results.objectives == (
+        "yield:max",
+        "cv_robust:min",
+        "swing_angle_robust:max",
+        "transmission_angle_min_robust:max",
+    )
+    assert results.verify() == []
+    frame = results.to_pandas()
+    assert (frame["parent"].to_numpy() == robustness.designs.index.to_numpy()).all()
+    for name in ("yield", "cv_robust", "swing_angle_worst", "crank", "cv"):
+        assert (frame[name].to_numpy() == robustness.designs[name].to_numpy()).all()
+    best = explore.rank(results, objectives=["yield:max"]).iloc[0]
+    assert best["yield"] == robustness.designs["yield"].max()
+    front, same = explore.rank(results), explore.rank(robustness.designs)
+    assert list(front["parent"]) == list(same.index)
+    assert results.units["cv_worst"] == "1"
+    assert results.constraints == explore.open_results(folder / "study.h5").constraints
+    run("plot", "pareto", "robust.h5", "--x", "cv_robust", "--y", "yield", "-o", "front.svg", cwd=folder)
+    run("report", "robust.h5", "-o", "robust.html", cwd=folder)
+    with pytest.raises(ResultsError, match=r"robust.h5 exists; name another file"):
+        explore.tolerance(folder / "study.h5", path=folder / "robust.h5")
+    with pytest.raises(RequestError, match="holds the designs"):
+        explore.tolerance(folder / "study.h5", path=folder / "study.h5", restart=True)
+
+
+def test_no_result_depends_on_the_workers_or_the_other_designs(folder, robustness):
+    number = int(robustness.designs.index[2])
+    alone = explore.tolerance(folder / "study.h5", designs=number, draws=65536, workers=1)
+    assert alone.designs.iloc[0].equals(robustness.designs.loc[number])
+    assert alone.failures.iloc[0].equals(robustness.failures.loc[number])
+    other = explore.tolerance(folder / "study.h5", designs=number, draws=65536, seed=1)
+    assert other.designs["cv_robust"].iloc[0] != alone.designs["cv_robust"].iloc[0]
+
+
+def test_a_cluster_gives_the_same(folder, robustness):
+    from distributed import Client
+
+    numbers = [int(number) for number in robustness.designs.index[:2]]
+    with Client(processes=False, n_workers=1, threads_per_worker=2, dashboard_address=None) as client:
+        there = explore.tolerance(folder / "study.h5", designs=numbers, draws=65536, client=client)
+    assert there.designs.equals(robustness.designs.loc[numbers])
+
+
+@pytest.fixture(scope="module")
+def near_the_change_point(tmp_path_factory):
+    """A linkage 1 mm from where the crank no longer turns: the margin is linear in the lengths."""
+    study = explore.Study(
+        mechanism="crank-rocker",
+        parameters={"crank": 50, "coupler": 101, "rocker": 80, "ground": 130},
+        metrics=["swing_angle", "grashof_margin"],
+    )
+    return explore.sweep(study, tmp_path_factory.mktemp("change") / "one.h5")
+
+
+@pytest.mark.parametrize("sigmas", [0.5, 2.5, 4.75, 5.5])
+def test_parts_that_cannot_turn_are_failures_with_a_known_probability(near_the_change_point, sigmas):
+    """The margin of 1 mm is the sum of four normals of equal spread; down to 1e-6 and 2e-8."""
+    width = 3.0 / (2.0 * sigmas)
+    tolerances = dict.fromkeys(("crank", "coupler", "rocker", "ground"), width)
+    robustness = explore.tolerance(near_the_change_point, tolerances, draws=1 << 17)
+    row, exact = robustness.failures.loc[0], ndtr(-sigmas)
+    # Three in four intervals of half of the width would hold it: this is one seed, so allow twice the distance.
+    slack = (row["high"] - row["low"]) / 2
+    assert row["low"] - slack <= exact <= row["high"] + slack
+    assert row["high"] - row["low"] < 0.1 * exact
+    assert row["method"] == ("weighted" if sigmas > 2.4 else "draws")
+    design = robustness.designs.loc[0]
+    assert design["assembled"] == pytest.approx(1 - exact, abs=6e-3)
+    # The box is three standard deviations wide: its corner is at six of the sum.
+    assert np.isnan(design["swing_angle_worst"]) == (sigmas < 6.0)
+    assert not row["box_assembled"]
+
+
+def test_a_study_with_tolerances_is_the_same_study(tmp_path):
+    plain = GOOD
+    (tmp_path / "plain.toml").write_text(plain, encoding="utf-8")
+    (tmp_path / "with.toml").write_text(plain + "[tolerances]\ncrank = 0.1\n", encoding="utf-8")
+    first, second = (explore.load_study(tmp_path / name) for name in ("plain.toml", "with.toml"))
+    assert first == second
+    assert first.sha256 == second.sha256
+    study = explore.Study(
+        mechanism="crank-rocker", parameters={"crank": 100, "coupler": 1000, "rocker": 500, "ground": 700},
+        metrics=["swing_angle"], tolerances={"crank": {"plus_minus": "1 mm"}},
+    )  # fmt: skip
+    results = explore.sweep(study, tmp_path / "study.h5")
+    plan = plan_tolerances(results, {"crank": 0, "coupler": "10 um"}, 0, draws=2, seed=0)
+    assert [(t.parameter, t.plus_minus) for t in plan.run.request.tolerances] == [("coupler", 0.01)]
+
+
+@pytest.mark.parametrize(
+    ("section", "message"),
+    [
+        ("cranck = 0.1", "tolerances.cranck: crank-rocker has no such parameter; did you mean 'crank'?"),
+        ("branch = 1", "tolerances.branch: has only listed values, so it cannot deviate; leave it out"),
+        ("crank = -0.1", "tolerances.crank: must be at least 0, got -0.1"),
+        ('crank = "1 kg"', "tolerances.crank: 'kg' cannot be converted to 'mm'; use mm, cm, m or in"),
+        ("crank = { distribution = 'normal' }", "tolerances.crank: the key 'plus_minus' is missing"),
+        (
+            "crank = { plus_minus = 1, distribution = 'gauss' }",
+            "tolerances.crank.distribution: must be normal or uniform, got 'gauss'",
+        ),
+        ("crank = { plus_minus = 1, sigma = 3 }", "tolerances.crank.sigma: unknown key; available"),
+    ],
+)
+def test_bad_tolerances_of_a_study(tmp_path, section, message):
+    (tmp_path / "study.toml").write_text(f"{GOOD}[tolerances]\n{section}\n", encoding="utf-8")
+    with pytest.raises(ConfigError) as caught:
+        explore.load_study(tmp_path / "study.toml")
+    assert len(caught.value.problems) == 1
+    assert message.partition("; available")[0] in caught.value.problems[0]
+    assert "study.toml:8: " in caught.value.problems[0]
+
+
+def test_the_command(folder, robustness):
+    number = str(robustness.designs.index[0])
+    out = run("tolerance", "study.h5", "--design", number, "--draws", "65536", "--tolerance", "ground=0.1 mm",
+              "-o", "parts.svg", "-o", "parts.csv", cwd=folder)  # fmt: skip
+    assert out.stdout.startswith(f"design {number}: yield ")
+    assert "share of the variance to first order" in out.stdout
+    assert "± 0.1" in out.stdout
+    assert (folder / "parts.svg").read_text(encoding="utf-8").count("crank") > 1
+    assert "yield,yield_low" in (folder / "parts.csv").read_text(encoding="utf-8")
+    table = json.loads(
+        run("tolerance", "study.h5", "--design", number, "--draws", "65536", "--json", cwd=folder).stdout
+    )
+    assert table["designs"][0]["yield"] == robustness.designs["yield"].iloc[0]
+    assert table["tolerances"]["coupler"] == {"plus_minus": 2.0, "distribution": "uniform"}
+    assert table["derivatives"][0]["parameter"] == "crank"
+    front = run("tolerance", "study.h5", "--draws", "4096", cwd=folder).stdout
+    assert "that nothing beats in yield, cv_robust, swing_angle_robust" in front
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "message"),
+    [
+        (["--tolerance", "crank"], 2, "--tolerance crank: write NAME=VALUE, such as crank=0.1"),
+        (
+            ["--tolerance", "cranck=1"],
+            2,
+            "tolerance of cranck: crank-rocker has no such parameter; did you mean 'crank'?",
+        ),
+        (["--tolerance", "crank=1:gauss"], 2, "tolerance of crank.distribution: must be normal or uniform"),
+        (["--tolerance", "crank=0", "--tolerance", "coupler=0", "--tolerance", "rocker=0"], 2, "no dimension has"),
+        (["--design", "9999"], 1, "9999"),
+        (["-o", "robust.h5"], 1, "robust.h5 exists; name another file with -o or move it aside with --restart"),
+        (["-o", "study.h5"], 2, "-o study.h5 is the results file itself"),
+        (["-o", "robust.txt"], 2, "the name must end in"),
+    ],
+)
+def test_bad_input_gives_one_line(folder, robustness, monkeypatch, arguments, code, message):
+    monkeypatch.chdir(folder)
+    found, out, err = call("tolerance", "study.h5", *arguments)
+    assert (found, out) == (code, "")
+    assert message in err
+    assert err.count("\n") == 1
+
+
+def test_ctrl_c_leaves_nothing(folder, monkeypatch):
+    def interrupted(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(ToleranceRun, "compute", interrupted)
+    monkeypatch.chdir(folder)
+    code, out, err = call("tolerance", "study.h5", "-o", "new.h5")
+    assert (code, out) == (130, "")
+    assert "interrupted; nothing was written" in err
+    assert not (folder / "new.h5").exists()
+
+
+def test_progress_counts_all_parts(folder, robustness):
+    seen = []
+    explore.tolerance(
+        folder / "study.h5", designs=int(robustness.designs.index[0]), draws=(1 << 18) + 10,
+        report_progress=lambda done, total: seen.append((done, total)),
+    )  # fmt: skip
+    assert len(seen) == 2
+    assert seen[-1] == ((1 << 18) + 10, (1 << 18) + 10)
+
+
+def test_the_chart_marks_limits_and_shares(robustness):
+    number = int(robustness.designs["yield"].idxmin())
+    figure = charts.tolerance_chart(robustness, number)
+    bars, histograms = figure.axes[::2], figure.axes[1::2]
+    assert [bar.get_ylabel().replace("\n", " ") for bar in bars] == [
+        "swing angle [deg]", "transmission angle min [deg]", "cv", "transmission angle max [deg]",
+    ]  # fmt: skip
+    for bar in bars:
+        assert sum(patch.get_width() for patch in bar.patches) == pytest.approx(100.0, rel=1e-12)
+    heights = [patch.get_height() for patch in histograms[0].patches]
+    assert sum(heights) == len(robustness.sample(number))
+    with pytest.raises(RequestError, match="design -1 was not analysed"):
+        charts.tolerance_chart(robustness, -1)
