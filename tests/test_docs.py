@@ -184,6 +184,19 @@ def test_points_are_true(tmp_path, monkeypatch, capsys):
     run_page("coupler-points.md", capsys)
 
 
+def test_tolerance_is_true(tmp_path, monkeypatch, capsys):
+    page = (ROOT / "docs/tolerance.md").read_text(encoding="utf-8")
+    (study,) = re.findall(r"^```toml\n(.*?)^```", page, re.MULTILINE | re.DOTALL)
+    (tmp_path / "study.toml").write_text(study, encoding="utf-8")
+    (tmp_path / "results").mkdir()
+    monkeypatch.chdir(tmp_path)
+    explore.sweep(explore.load_study("study.toml"), "results/published_optimum.h5")
+    ((line, expected),) = COMMANDS.findall(page)
+    code, out, _ = call(*shlex.split(line), seconds=120)
+    assert (code, out.rstrip()) == (0, expected.rstrip())
+    run_page("tolerance.md", capsys)
+
+
 def test_tune_is_true(tmp_path, monkeypatch, capsys):
     assert run_commands("tune.md", tmp_path, monkeypatch) == {"tune"}
     run_page("tune.md", capsys)
