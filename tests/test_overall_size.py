@@ -1,5 +1,6 @@
 """Overall size of all mechanisms: the box of the formulas against that of all drawn points over a turn."""
 
+import mpmath as mp
 import numpy as np
 import pytest
 
@@ -86,3 +87,18 @@ def test_the_box_is_that_of_all_drawn_points(name):
         assert (box >= drawn * (1.0 - 1e-13) - 1e-9 * (name == "variable-crank") * box).all(), design
         assert (box - drawn <= resolution).all(), design
         assert table.loc[k, "footprint"] == pytest.approx(box.prod(), rel=1e-15)
+
+
+def test_the_height_of_flat_linkages():
+    """Rockers near the line of the pivots, whose height is a small part of their length, to the last digits."""
+    with mp.workdps(50):
+        crank, coupler, rocker = (mp.mpf(10) ** -k for k in (6, 1, 2))
+        lengths = [float(length) for length in (crank, coupler, rocker, coupler + rocker - 2 * crank)]
+        a, b, c, d = map(mp.mpf, lengths)
+        angles = [mp.acos((c**2 + d**2 - side**2) / (2 * c * d)) for side in (b - a, b + a)]
+        expected = a + max(a, *(c * mp.sin(angle) for angle in angles))
+        design = dict(zip(("crank", "coupler", "rocker", "ground"), lengths, strict=True))
+        table = explore.evaluate("crank-rocker", design, metrics=["envelope_height", "footprint"])
+        assert table["status"][0] == Status.OK
+        assert expected < 0.1 * c
+        assert table["envelope_height"][0] == pytest.approx(float(expected), rel=4e-16)

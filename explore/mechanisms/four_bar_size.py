@@ -28,8 +28,8 @@ def _arc(middle: FloatArray, swing: FloatArray, transmission: FloatArray) -> tup
 
 
 def _width(
-    crank: FloatArray, rocker: FloatArray, ground: FloatArray, middle: FloatArray, swing: FloatArray,
-    transmission: FloatArray,
+    crank: FloatArray, _coupler: FloatArray, rocker: FloatArray, ground: FloatArray, middle: FloatArray,
+    swing: FloatArray, transmission: FloatArray,
 ) -> FloatArray:  # fmt: skip
     middle, swing = _arc(middle, swing, transmission)
     forward, backward = (_reach(rocker, middle, swing, direction) for direction in (0.0, 180.0))
@@ -39,12 +39,42 @@ def _width(
 
 
 def _height(
-    crank: FloatArray, rocker: FloatArray, _ground: FloatArray, middle: FloatArray, swing: FloatArray,
-    transmission: FloatArray,
+    crank: FloatArray, coupler: FloatArray, rocker: FloatArray, ground: FloatArray, middle: FloatArray,
+    swing: FloatArray, transmission: FloatArray,
 ) -> FloatArray:  # fmt: skip
-    middle, swing = _arc(middle, swing, transmission)
-    upward, downward = (_reach(rocker, middle, swing, direction) for direction in (90.0, -90.0))
-    return np.asarray(np.maximum(crank, upward) + np.maximum(crank, downward))
+    """The joint of a rocker that swings is always on the same side of the frame, highest at an end or at 90 deg.
+
+    The heights of the ends are those of triangles, whose sides keep the digits that a cosine near 90 deg would lose.
+    """
+    ends = [_triangle_height(rocker, coupler, sign * crank, ground) for sign in (1.0, -1.0)]
+    is_upright = np.abs(np.abs(middle) - 90.0) <= 0.5 * swing
+    highest = np.where(is_upright, rocker, np.maximum(*ends))
+    turns = np.isnan(swing) & ~np.isnan(transmission)
+    swept = crank + np.maximum(crank, np.where(np.isnan(swing), np.nan, highest))
+    return np.asarray(np.where(turns, 2.0 * np.maximum(crank, rocker), swept))
+
+
+def _triangle_height(side: FloatArray, other: FloatArray, more: FloatArray, base: FloatArray) -> FloatArray:
+    """Height over the base of a triangle of side, other + more, and base, by Heron's formula with exact sums."""
+    square = (
+        _sum(side, other, more, base)
+        * _sum(-side, other, more, base)
+        * _sum(side, -other, -more, base)
+        * _sum(side, other, more, -base)
+    )
+    with np.errstate(invalid="ignore"):
+        return np.asarray(np.sqrt(square) / (2.0 * base))
+
+
+def _sum(*terms: FloatArray) -> FloatArray:
+    """The sum of terms with the rounding errors of each addition added at the end."""
+    total, lost = terms[0], np.zeros_like(terms[0])
+    for term in terms[1:]:
+        new = total + term
+        part = new - total
+        lost = lost + ((total - (new - part)) + (term - part))
+        total = new
+    return np.asarray(total + lost)
 
 
 def declare_four_bar_size(transmission_angle: str) -> tuple[Formula, ...]:
@@ -55,5 +85,5 @@ def declare_four_bar_size(transmission_angle: str) -> tuple[Formula, ...]:
     transmission_angle
         Name of a metric that every linkage has whose crank turns.
     """
-    inputs = ("crank", "rocker", "ground", "mid_angle", "swing_angle", transmission_angle)
+    inputs = ("crank", "coupler", "rocker", "ground", "mid_angle", "swing_angle", transmission_angle)
     return declare_size("the line of the ground pivots", inputs, _width, _height)
