@@ -79,9 +79,12 @@ def draw_comparisons() -> None:
     angles = [float(np.rad2deg(angle)) for angle in slicer.singular_angles]
     scenes = [load_scene(path) for path in bundled_scenes().values()]
     titles = {scene.name: scene.title for scene in scenes}
+    four_bars = {scene.name: scene.title for scene in scenes if scene.loop.name == "crank-rocker"}
+    sliders = {name: title for name, title in titles.items() if name not in four_bars}
     smooth = next(scene for scene in scenes if scene.name == "smooth")
     charts = {
-        "precision": overview_chart(motions, titles),
+        "precision": overview_chart(motions[motions["scene"].isin(four_bars)], four_bars),
+        "precision-sliders": overview_chart(motions[motions["scene"].isin(sliders)], sliders),
         "smooth": scene_chart(motions[motions["scene"] == "smooth"], f"{smooth.title}: {smooth.question}"),
         "averages": averages_chart(averages, titles),
         "stability": stability_chart(change_point, 1e-6, four_bar.distance, four_bar.beyond),
