@@ -4,7 +4,7 @@ import math
 
 from explore.mechanisms.load_metrics import WORK_FORMULAS, largest
 from explore.mechanisms.overall_size import declare_size
-from explore.mechanisms.variable_crank import columns, kernel, motion
+from explore.mechanisms.variable_crank import columns, fixed_crank, kernel, motion
 from explore.mechanisms.variable_crank.columns import Row
 from explore.model.drawing import INPUT, Drawing, Guide, Link, Panel, Path, Vector
 from explore.model.mechanism import Mechanism
@@ -104,6 +104,7 @@ _FORMULAS = (
             selects_one=True),
     Formula("groove_clearance", "mm", "smallest radius of curvature of the groove, less that of the roller", "max",
             ("groove_curvature_peak_cycle", "roller_radius"), _clearance),
+    *fixed_crank.FORMULAS,
     *declare_size("the slider's line", ("crank_max_cycle", "rod", "crank_outer"), _width, _height),
 )  # fmt: skip
 

@@ -1,0 +1,68 @@
+"""The variable crank beside a fixed one, of equal stroke and of equal length, against the slider-crank itself."""
+
+import numpy as np
+import pytest
+
+import explore
+
+DESIGNS = {
+    "rod": np.array([500.0, 500.0, 250.0, 300.0]),
+    "slider_speed": 800.0,
+    "speed": 100.0 * np.pi / 30.0,
+    "reversal_time": np.array([0.1, 0.2, 0.05, 0.15]),
+    "blend_order": np.array([2.0, 2.0, 1.0, 3.0]),
+}
+#: Steps of the half-turn, from the outer to the inner dead centre.
+STEPS = 20_000
+
+
+def share_by_samples(crank, rod, speed, wanted, deviation):
+    """Share of the samples of a slider-crank's motion within the deviation, the ends interpolated."""
+    angles = np.linspace(0.0, 180.0, STEPS + 1)
+    design = {"crank": crank, "rod": rod, "speed": speed}
+    velocity = np.abs(explore.simulate("slider-crank", design, angles=angles)["slider_velocity"].to_numpy())
+    total = 0.0
+    for level, sign in (((1.0 - deviation) * wanted, 1.0), ((1.0 + deviation) * wanted, -1.0)):
+        above = velocity - level
+        first, second = above[:-1], above[1:]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            part = np.where(first > 0.0, first, second) / np.abs(first - second)
+        total += sign * np.where((first > 0.0) & (second > 0.0), 1.0, np.where(first * second < 0.0, part, 0.0)).sum()
+    return total / STEPS
+
+
+@pytest.mark.parametrize("kind", ["stroke", "length"])
+def test_shares_are_those_of_the_slider_crank(kind):
+    forms = ("fixed_crank_speed_share_{}_equal_{}", "speed_share_{}_gain_equal_{}")
+    names = [form.format(percent, kind) for percent in (1, 2, 5) for form in forms]
+    lengths = ["stroke", "crank_max", *(f"speed_share_{percent}" for percent in (1, 2, 5))]
+    table = explore.evaluate("variable-crank", DESIGNS, metrics=[*names, *lengths])
+    assert (table["status"] == 1).all()
+    for _, row in table.iterrows():
+        crank = 0.5 * row["stroke"] if kind == "stroke" else row["crank_max"]
+        for percent in (1, 2, 5):
+            share = share_by_samples(crank, row["rod"], DESIGNS["speed"], 800.0, 0.01 * percent)
+            # interpolation over steps of 1.6e-4 rad is off by their square, more where the speed is near its peak
+            assert share > 0.0
+            assert row[f"fixed_crank_speed_share_{percent}_equal_{kind}"] == pytest.approx(share, abs=1e-6)
+            gain = row[f"speed_share_{percent}"] / row[f"fixed_crank_speed_share_{percent}_equal_{kind}"]
+            assert row[f"speed_share_{percent}_gain_equal_{kind}"] == pytest.approx(gain, rel=1e-15)
+
+
+def test_a_design_without_motion_has_no_fixed_crank():
+    name = "fixed_crank_speed_share_2_equal_stroke"
+    table = explore.evaluate("variable-crank", DESIGNS | {"reversal_time": 0.29}, metrics=[name])
+    assert table[name].isna().all()
+
+
+@pytest.mark.parametrize("ratio", [1e-3, 0.2, 0.5, 0.9, 0.999])
+def test_the_speed_of_a_fixed_crank_has_one_peak(ratio):
+    """Which the two roots of a level need."""
+    from explore.mechanisms.variable_crank.fixed_crank import _slope, _speed
+
+    theta = np.linspace(0.0, np.pi, 200_001)[1:-1]
+    slope = _slope(theta, np.full_like(theta, ratio))
+    assert np.count_nonzero(np.diff(np.sign(slope))) == 1
+    difference = np.gradient(_speed(theta, np.full_like(theta, ratio)), theta)
+    # second-order differences; third derivatives grow near a ratio of 1
+    assert np.abs(difference - slope)[1:-1].max() <= (1e-8 if ratio < 0.95 else 1e-3)
