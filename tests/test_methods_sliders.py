@@ -200,6 +200,17 @@ def test_the_other_branch_closes_the_loop_with_the_other_orientation(loop):
     assert (mirrored * orientation < 0.0).all()
 
 
+def test_the_orientation_of_the_variable_crank_changes_at_the_singular_angle_not_at_90_deg():
+    """Between both the determinant of its closed form has the same sign as beyond 90 deg."""
+    regular = np.rad2deg(regular_position(SLICERS.T[:, :, None])[0]).max()
+    angles = np.tile(np.deg2rad(np.linspace(regular + 0.5, 89.5, 7)), (len(SLICERS), 1))
+    task = Task(SLICERS, np.ones(len(SLICERS)), angles, Level.POSITIONS, loop=VARIABLE_CRANK)
+    signals = METHODS["closed-form"][0].solve(task).signals
+    parameters = SLICERS.T[:, :, None]
+    own = VARIABLE_CRANK.linearise(parameters, angles, *signals[:2]).determinant
+    assert (own * VARIABLE_CRANK.orientation(parameters, angles) > 0.0).all()
+
+
 def four_bar_turn():
     lengths = np.array([[20.0, 50.0, 45.0, 40.0]])
     return Task(lengths, np.ones(1), np.linspace(0.0, 6.0, 13)[None])
