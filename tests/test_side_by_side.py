@@ -76,14 +76,14 @@ def test_the_table_has_signs_percent_and_statuses_in_words(results):
     assert lines[-1].startswith("2: change_point: ")
 
 
-def test_a_narrow_terminal_leaves_differences_out_before_designs(results):
+def test_a_narrow_terminal_leaves_differences_out_before_designs_and_units(results):
     with mock.patch.dict(os.environ, {"COLUMNS": "72", "NO_COLOR": "1"}):
         code, out, err = call("show", results.path, "--design", 0, "--design", 1)
     assert code == 0, err
     assert max(map(len, out.splitlines()[1:-4])) <= 72
     heading = next(line for line in out.splitlines() if line.startswith(" column"))
-    assert heading.split() == ["column", "0", "1", "Δ%", "1"]
-    assert "2 columns left out: unit, Δ 1; -o FILE.csv writes all" in out
+    assert heading.split() == ["column", "unit", "0", "1"]
+    assert "2 columns left out: Δ 1, Δ% 1; -o FILE.csv writes all" in out
 
 
 def test_a_written_table_has_all_digits(results, tmp_path):

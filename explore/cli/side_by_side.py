@@ -53,7 +53,8 @@ def print_designs(results: Results, records: Sequence[Record]) -> None:
         f"designs of {results.path}, Δ and Δ% from design {first['design']}",
         columns,
         rows,
-        droppable=["unit", *absolute_names[::-1], *relative_names[::-1], *names[3::3][::-1]],
+        # The unit goes last: a length without it may be read in another.
+        droppable=[*absolute_names[::-1], *relative_names[::-1], *names[3::3][::-1], "unit"],
         hint="-o FILE.csv writes all",
     )
     sentences = results.status_sentences
