@@ -114,7 +114,8 @@ def summarise_nearest(results: Results, *, with_unmeasured: bool = False) -> Non
     exclusions = nearness.exclusions
     for design, row in zip(nearness.frame.index, nearness.frame.to_dict(orient="records"), strict=True):
         say(f"  near: design {design:,} {_describe_misses(row, nearness.scales, results.units)}")
-    for metric in sorted(nearness.scales, key=lambda metric: -exclusions.missed(metric)):
+    missed = [metric for metric in nearness.scales if exclusions.missed(metric)]
+    for metric in sorted(missed, key=lambda metric: -exclusions.missed(metric)):
         say(f"  {_describe_exclusion(metric, exclusions, results.units)}")
     for line in [*_combination_lines(exclusions), *(_unmeasured_lines(exclusions) if with_unmeasured else [])]:
         say(f"  {line}")

@@ -54,7 +54,8 @@ def _verify(path: Path, *, as_json: bool) -> int:
         return 1 if damaged else 0
     say(
         f"{results.path}: {count_of(len(committed), 'block')} committed, "
-        f"{results.n_blocks - len(committed):,} pending, {len(damaged):,} damaged; {results.n_committed:,} designs",
+        f"{results.n_blocks - len(committed):,} pending, {len(damaged):,} damaged; "
+        f"{count_of(results.n_committed, 'design')}",
         data=True,
     )
     title = (
