@@ -19,8 +19,9 @@ BLOCKS = re.compile(r"^```python\n(.*?)^```\n(?:\n```text\n(.*?)^```)?", re.MULT
 
 #: Commands and what they print, in a block of the tutorial.
 COMMANDS = re.compile(r"^\$ explore ((?:.*\\\n)*.*)\n((?:(?!\$ |```).*\n)*)", re.MULTILINE)
-#: Times, which differ between machines.
+#: Times of sweeps, which differ between machines, and of other commands.
 TIMES = re.compile(r"in [\d.]+ s \([\d,]+/s\)")
+SECONDS = re.compile(r"in [\d.]+ s\b(?: \([\d,]+/s\))?")
 
 
 def run_page(name, capsys, **names):
@@ -242,6 +243,32 @@ def test_tutorial_is_true(tmp_path, monkeypatch, capsys):
     assert len(Path("motion.csv").read_text(encoding="utf-8").splitlines()) == 361
     assert Path("results/optimum-motion.png").exists()
     run_page("tutorial.md", capsys)
+
+
+def test_tutorials_are_true(tmp_path, monkeypatch, capsys):
+    """All blocks, one after the other: studies and their changes, commands and what they print, Python."""
+    monkeypatch.chdir(tmp_path)
+    page = (ROOT / "docs/tutorials.md").read_text(encoding="utf-8")
+    blocks = re.findall(r"^```(\w+)\n(.*?)^```", page, re.MULTILINE | re.DOTALL)
+    for kind, block in blocks:
+        if kind == "toml":
+            Path(block.split("\n")[0].removeprefix("# ")).write_text(block, encoding="utf-8")
+        elif kind == "diff":
+            study = Path("wiper.toml").read_text(encoding="utf-8")
+            for old, new in re.findall(r"^-(.*)\n\+(.*)$", block, re.MULTILINE):
+                assert old in study
+                study = study.replace(old, new)
+            Path("wiper.toml").write_text(study, encoding="utf-8")
+        elif kind == "sh":  # what a refinement prints may differ between processors
+            for line in block.splitlines():
+                assert call(*shlex.split(line)[1:], seconds=120)[0] == 0, line
+        elif kind == "text":
+            for line, expected in COMMANDS.findall(block):
+                code, out, err = call(*shlex.split(line.replace("\\\n", " ")), seconds=120)
+                assert code == 0, err
+                shown = [re.escape(SECONDS.sub("", part)) for part in expected.split("…\n")]
+                assert re.search(".*".join(shown).rstrip("\\\n"), SECONDS.sub("", err + out), re.DOTALL), line
+    run_page("tutorials.md", capsys)
 
 
 def test_tutorial_shows_its_design(monkeypatch):
