@@ -7,7 +7,7 @@ import tomllib
 import numpy as np
 import pandas as pd
 import pytest
-from command_line import run
+from command_line import call, run
 
 import explore
 from explore import charts
@@ -211,3 +211,41 @@ def test_the_command_draws_in_the_units_of_the_study(folder, tmp_path):
     texts = [re.findall(r"<!-- (.*?) -->", (tmp_path / f"{name}.svg").read_text()) for name in ("inch", "plain")]
     assert "x [in]" in texts[0]
     assert [text.replace("inch", "plain") for text in texts[0]] == texts[1]
+
+
+def test_a_control_curve_in_the_chosen_units(folder, tmp_path):
+    """The same intervals from bare numbers in the shown units, from --set too, as from declared ones."""
+    options = ("--design", 7, "--parameter", "crank", "--metric", "rocker_velocity_rms")
+    declared = ("--from", "5 rpm", "--to", "9 rpm", "--start", "25.4", "--stop", "152.4", "--set", "coupler=965.2")
+    shown = ("--from", "5", "--to", "9", "--start", "1", "--stop", "6", "--set", "coupler=38")
+    plain = json.loads(run("tune", "results/plain.h5", *options, *declared, "--json", cwd=folder).stdout)
+    command = ("tune", "results/inch.h5", *options, *shown)
+    found = run(*command, "--json", "-o", tmp_path / "curve.csv", "-o", tmp_path / "curve.svg", cwd=folder)
+    inch = json.loads(found.stdout)
+    assert "coupler = 38 in, " in found.stderr
+    assert (inch["parameter"], inch["metric"]) == ("crank [in]", "rocker_velocity_rms [rpm]")
+    table = pd.read_csv(tmp_path / "curve.csv")
+    # 2e-16 for each of the factor, its inverse here and the division.
+    for name, size in (("crank [in]", INCH), ("rocker_velocity_rms [rpm]", RPM)):
+        expected = [row[name.partition(" ")[0]] for row in plain["curve"]]
+        np.testing.assert_allclose([row[name] * size for row in inch["curve"]], expected, rtol=1e-15)
+        np.testing.assert_array_equal(table[name], [row[name] for row in inch["curve"]])
+    assert len(inch["intervals"]) == len(plain["intervals"]) > 0
+    for one, other in zip(inch["intervals"], plain["intervals"], strict=True):
+        assert one["start"]["parameter"] * INCH == pytest.approx(other["start"]["parameter"], rel=1e-15)
+        assert one["stop"]["value"] * RPM == pytest.approx(other["stop"]["value"], rel=1e-15)
+    assert re.search(r"rocker_velocity_rms from 5 rpm to 9 rpm: crank [\d.]+ in", run(*command, cwd=folder).stdout)
+    assert "crank [in]" in (tmp_path / "curve.svg").read_text()
+
+
+def test_a_control_curve_of_a_mechanism_in_inches(tmp_path):
+    settings = [word for text in ("coupler=900", "rocker=500", "ground=700") for word in ("--set", f"{text} mm")]
+    command = ("tune", "--mechanism", "crank-rocker", *settings, "--parameter", "crank", "--metric", "swing_angle")
+    shown, plain = (
+        json.loads(run(*command, "--from", "20", "--json", *options, cwd=tmp_path).stdout)
+        for options in (("--units", "length=in", "--stop", "5"), ("--stop", "127"))
+    )
+    ends = [result["intervals"][0]["start"]["parameter"] for result in (shown, plain)]
+    assert ends[0] * INCH == pytest.approx(ends[1], rel=1e-15)
+    code, _, err = call(*command, "--units", "length=in", "--start", "5", "--stop", "2")
+    assert (code, err.count("--start = 5 is above --stop = 2")) == (2, 1)

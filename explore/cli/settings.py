@@ -2,21 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
 
 from explore.errors import RequestError
+
+if TYPE_CHECKING:
+    from explore.units.shown import Scale, ShownUnits
 
 #: Coordinates of points by name.
 Places = dict[str, tuple[float | str, ...]]
 
 
-def parse_settings(mechanism: str, settings: Sequence[str], points: Sequence[str] = ()) -> dict[str, float]:
-    """Parameters from NAME=VALUE, in the units of the mechanism with these points."""
+def parse_settings(
+    mechanism: str, settings: Sequence[str], points: Sequence[str] = (), units: ShownUnits | None = None
+) -> dict[str, float]:
+    """Parameters in declared units from NAME=VALUE, whose numbers without a unit are in the shown ones."""
     from explore.request.names import find_mechanism
     from explore.request.parameters import read_value
     from explore.suggest import suggestion
 
     declared = {p.name: p for p in find_mechanism(mechanism, points).parameters}
+    scales = units.scales({name: p.unit for name, p in declared.items()}) if units else {}
     parameters: dict[str, float] = {}
     for setting in settings:
         name, equals, text = setting.partition("=")
@@ -25,7 +32,7 @@ def parse_settings(mechanism: str, settings: Sequence[str], points: Sequence[str
         if name not in declared:
             raise RequestError(f"--set {setting}: unknown parameter; {suggestion(name, declared)}")
         try:
-            parameters[name] = read_value(declared[name], number_or_text(text))
+            parameters[name] = read_value(declared[name], number_or_text(text, scales.get(name)))
         except RequestError as error:
             raise RequestError(f"--set {name}: {error}") from None
     return parameters
@@ -43,14 +50,20 @@ def parse_points(points: Sequence[str]) -> Places:
     return places
 
 
-def number_or_text(text: str) -> float | str:
-    """A number, or the text where it is none, such as one with a unit."""
+def number_or_text(text: str, scale: Scale | None = None) -> float | str:
+    """A declared value from a number in the shown unit, or the text where it is none, such as one with a unit."""
     try:
-        return float(text)
+        number = float(text)
     except ValueError:
         return text
+    return number if scale is None or scale.is_declared else scale.read(text)
 
 
-def list_settings(parameters: dict[str, float]) -> str:
+def list_settings(parameters: Mapping[str, float], scales: Mapping[str, Scale] | None = None) -> str:
     """Parameters with their values, as a message lists them."""
-    return ", ".join(f"{name} = {value:.10g}" for name, value in parameters.items())
+    from explore.units.shown import PLAIN, number_with_unit
+
+    shown = scales or {}
+    return ", ".join(
+        f"{name} = {number_with_unit(value, shown.get(name, PLAIN), 10)}" for name, value in parameters.items()
+    )

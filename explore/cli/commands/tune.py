@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -15,14 +15,16 @@ from explore.cli.options import JsonOption
 from explore.cli.output import announce_compiling, number, print_json, say, shown_unit
 from explore.cli.paths import FIGURE_ENDINGS, check_output, newest_results, refuse_overwriting
 from explore.cli.settings import list_settings, number_or_text, parse_settings
-from explore.cli.table_files import ENDINGS, check_table, write_table
+from explore.cli.table_files import ENDINGS, check_table, with_units, write_table
 from explore.cli.tables import print_table
+from explore.cli.tuning_sentences import describe_tuning, wanted_values
+from explore.cli.units import UnitsOption, choose_units, units_of
 from explore.errors import MotionError, RequestError, ResultsError
 
 if TYPE_CHECKING:
     from explore.store.results import Results
     from explore.tuning.control_curve import Tuning
-    from explore.tuning.intervals import End
+    from explore.units.shown import Scale, ShownUnits
 
 #: Lines of the printed table.
 _N_LINES = 11
@@ -73,6 +75,7 @@ def tune(
         list[Path] | None,
         typer.Option("-o", "--output", help="Also write the curve: a figure .png, .svg, .pdf; .csv, .json, .md."),
     ] = None,
+    units: UnitsOption = None,
     as_json: JsonOption = False,
 ) -> None:
     """Vary one parameter of a design: its metrics over it, and where one of them is within a range."""
@@ -87,33 +90,76 @@ def tune(
         if path.suffix.lower() in ENDINGS:
             check_table(path)
     if mechanism is not None:
-        name, parameters, arguments = mechanism, parse_settings(mechanism, settings or []), _defaults(mechanism)
+        name, shown, arguments = mechanism, choose_units(units), _defaults(mechanism)
+        parameters = parse_settings(mechanism, settings or [], units=shown)
         arguments |= {"window": window, "drive": drive}
     else:
+        from explore import open_results
+
         path = results or newest_results()
         for other in output or []:
             refuse_overwriting(path, other, "the results file")
-        name, parameters, arguments = _design_of(path, design, parameter, settings or [])
+        source = open_results(path)
+        name, shown = source.mechanism, units_of(source, units)
+        parameters, arguments = _design_of(source, design, parameter, settings or [], shown)
     announce_compiling()
     from explore.tuning.control_curve import tune as find_curve
+    from explore.tuning.shown_tuning import show_tuning
 
     objectives, constraints = arguments.pop("metrics"), arguments.pop("constraints", {})
     metrics = metric or objectives
     if not metrics:
         raise RequestError("name the metric whose range is wanted: --metric NAME")
+    arguments |= {"parameter": parameter, "metric": metrics[0], "also": metrics[1:]}
+    scales = _scales(name, arguments, constraints, shown)
     texts = {"low": low, "high": high, "start": start, "stop": stop}
-    bounds = {side: number_or_text(text) for side, text in texts.items() if text is not None}
-    arguments |= {"parameter": parameter, "metric": metrics[0], "also": metrics[1:], **bounds}
-    tuning = find_curve(name, parameters, **arguments)
-    say(list_settings(parameters))
+    tuning = find_curve(name, parameters, **arguments, **_read_ends(texts, parameter, metrics[0], scales))
+    shown_tuning = show_tuning(tuning, scales)
+    say(list_settings(parameters, scales))
     if as_json:
-        print_json(_as_json(tuning))
+        print_json(_as_json(shown_tuning, scales))
     else:
-        _print(tuning, _sentences(name))
-    _say_constraints(tuning, constraints, name, parameters, arguments)
+        _print(shown_tuning, _sentences(name))
+    _say_constraints(tuning, constraints, name, parameters, arguments, scales)
     for path in output or []:
-        _write(tuning, path)
+        _write(shown_tuning, path, scales)
         say(f"wrote {path}")
+
+
+def _scales(
+    mechanism: str, arguments: Mapping[str, Any], constraints: Iterable[str], units: ShownUnits
+) -> dict[str, Scale]:
+    """The scale of each parameter, metric and constraint; none where no unit is chosen."""
+    if not units:
+        return {}
+    from explore.request.names import find_mechanism
+    from explore.request.requests import make_request
+
+    declared = find_mechanism(mechanism, arguments.get("points", ()))
+    names = list(dict.fromkeys([arguments["metric"], *arguments["also"], *constraints]))
+    options: dict[str, Any] = {name: arguments.get(name) for name in ("window", "drive", "formulas")}
+    metrics = make_request(declared, metrics=names, **options).all_metrics
+    return units.scales({quantity.name: quantity.unit for quantity in (*metrics, *declared.parameters)})
+
+
+def _read_ends(
+    texts: Mapping[str, str | None], parameter: str, metric: str, scales: Mapping[str, Scale]
+) -> dict[str, Any]:
+    """The given ends of both ranges; numbers without a unit are in the shown one."""
+    ends: dict[str, Any] = {}
+    for (first, last), name in ((("low", "high"), metric), (("start", "stop"), parameter)):
+        for side in (first, last):
+            text = texts[side]
+            if text is None:
+                continue
+            try:
+                ends[side] = number_or_text(text, scales.get(name))
+            except RequestError as error:
+                raise RequestError(f"`{side}`: {error}") from None
+        numbers: list[Any] = [ends.get(side) for side in (first, last)]
+        if name in scales and all(isinstance(value, float) for value in numbers) and numbers[0] > numbers[1]:
+            raise RequestError(f"`{first}` = {texts[first]} is above `{last}` = {texts[last]}")
+    return ends
 
 
 def _defaults(mechanism: str) -> dict[str, Any]:
@@ -130,19 +176,18 @@ def _sentences(mechanism: str) -> Mapping[str, str]:
 
 
 def _design_of(
-    path: Path, design: int | None, parameter: str, settings: Sequence[str]
-) -> tuple[str, dict[str, float], dict[str, Any]]:
-    """Mechanism and parameters of a design of results, and what its study asks for, as arguments of `tune`."""
+    results: Results, design: int | None, parameter: str, settings: Sequence[str], units: ShownUnits
+) -> tuple[dict[str, float], dict[str, Any]]:
+    """Parameters of a design of results, and what its study asks for, as arguments of `tune`."""
     import tomllib
 
-    from explore import open_results
     from explore.charts.queries import choose_design
 
-    results: Results = open_results(path)
+    path = results.path
     chosen = choose_design(results, design)
     row = results.design(chosen)
     parameters = {column.name: float(row[column.name]) for column in results.columns if column.role == "parameter"}
-    parameters |= parse_settings(results.mechanism, settings, results.points)
+    parameters |= parse_settings(results.mechanism, settings, results.points, units)
     for name, value in list(parameters.items()):
         if math.isnan(value):
             if name != parameter:
@@ -161,7 +206,7 @@ def _design_of(
         "metrics": [name for name in (text.partition(":")[0] for text in results.objectives) if name not in parameters],
         "constraints": results.constraints,
     }
-    return results.mechanism, parameters, arguments
+    return parameters, arguments
 
 
 def _say_constraints(
@@ -170,9 +215,11 @@ def _say_constraints(
     name: str,
     parameters: Mapping[str, float],
     arguments: Mapping[str, Any],
+    scales: Mapping[str, Scale],
 ) -> None:
     """Say where in the intervals a constraint of the study holds, if it does not everywhere."""
     from explore.tuning.control_curve import tune as find_curve
+    from explore.tuning.shown_tuning import show_tuning
 
     for interval in tuning.intervals:
         first, last = interval.start.parameter, interval.stop.parameter
@@ -185,17 +232,18 @@ def _say_constraints(
             except MotionError:
                 say(f"within it {metric}, which the study constrains, is undefined", "yellow")
                 continue
-            ranges = [(own.start.parameter, own.stop.parameter) for own in part.intervals]
-            if ranges != [(first, last)]:
-                unit = shown_unit(tuning.curve.attrs["units"][tuning.parameter])
+            if [(own.start.parameter, own.stop.parameter) for own in part.intervals] != [(first, last)]:
+                part = show_tuning(part, scales)
+                unit = shown_unit(part.curve.attrs["units"][part.parameter])
+                ranges = [(own.start.parameter, own.stop.parameter) for own in part.intervals]
                 places = ", ".join(f"{number(a, 13)} to {number(b, 13)} {unit}".rstrip() for a, b in ranges)
                 place = f"only for {tuning.parameter} {places}" if places else "nowhere"
-                say(f"within it the study's constraint {metric} {_wanted(part)} holds {place}", "yellow")
+                say(f"within it the study's constraint {metric} {wanted_values(part)} holds {place}", "yellow")
 
 
 def _print(tuning: Tuning, sentences: Mapping[str, str]) -> None:
     """Print the intervals, what is out of reach, and a table of the curve."""
-    for line in _describe(tuning, sentences):
+    for line in describe_tuning(tuning, sentences):
         say(line, data=True)
     curve, units = tuning.curve, tuning.curve.attrs["units"]
     names = [str(name) for name in curve if name != "piece"]
@@ -212,67 +260,25 @@ def _table_lines(tuning: Tuning) -> list[int]:
     return sorted({int(abs(places - value).argmin()) for value in wanted})
 
 
-def _describe(tuning: Tuning, sentences: Mapping[str, str]) -> list[str]:
-    """Where the metric is within its bounds, and which of them it does not reach."""
-    lines = []
-    for interval in tuning.intervals:
-        places = [_place(tuning, end, sentences) for end in dict.fromkeys((interval.start, interval.stop))]
-        lines.append(f"{tuning.metric} {_wanted(tuning)}: {tuning.parameter} {' to '.join(places)}")
-    least, most = tuning.reach
-    bounds = [bound for bound in dict.fromkeys(tuning.bounds) if math.isfinite(bound)]
-    for extreme, words, missed in (
-        (most, "at most", [bound for bound in bounds if bound > most.value]),
-        (least, "at least", [bound for bound in bounds if bound < least.value]),
-    ):
-        if missed:
-            names = " and ".join(_amount(tuning, bound) for bound in missed)
-            reason = f"{tuning.metric} is {words} {_amount(tuning, extreme.value)}, at {tuning.parameter}"
-            verb = "is" if len(missed) == 1 else "are"
-            lines.append(f"{names} {verb} not reached: {reason} {_place(tuning, extreme, sentences)}")
-    if not lines:
-        lines.append(f"no {tuning.parameter} gives {tuning.metric} {_wanted(tuning)}: it jumps across")
-    return lines
+def _as_json(tuning: Tuning, scales: Mapping[str, Scale]) -> dict[str, Any]:
+    from explore.units.shown import headings
 
-
-def _wanted(tuning: Tuning) -> str:
-    low, high = tuning.bounds
-    if low == high:
-        return _amount(tuning, low)
-    parts = [f"from {_amount(tuning, low)}"] if math.isfinite(low) else []
-    parts += [f"to {_amount(tuning, high)}"] if math.isfinite(high) else []
-    return " ".join(parts) or "exists"
-
-
-def _amount(tuning: Tuning, value: float) -> str:
-    return f"{number(value)} {shown_unit(tuning.curve.attrs['units'][tuning.metric])}".rstrip()
-
-
-def _place(tuning: Tuning, end: End, sentences: Mapping[str, str]) -> str:
-    """The parameter at an end, and why the curve ends there if it does."""
-    from explore.tuning.curves import END_OF_RANGE
-    from explore.tuning.intervals import JUMP
-
-    place = f"{number(end.parameter, 13)} {shown_unit(tuning.curve.attrs['units'][tuning.parameter])}".rstrip()
-    reasons = {"": "", END_OF_RANGE: "the end of the range looked at", JUMP: "where it jumps"}
-    reason = reasons.get(end.cause, f"where the curve ends: {sentences.get(end.cause, end.cause)}")
-    return f"{place} ({reason})" if reason else place
-
-
-def _as_json(tuning: Tuning) -> dict[str, Any]:
+    names = headings(scales, (tuning.parameter, tuning.metric))
     return {
-        "parameter": tuning.parameter,
-        "metric": tuning.metric,
+        "parameter": names.get(tuning.parameter, tuning.parameter),
+        "metric": names.get(tuning.metric, tuning.metric),
         "bounds": tuning.bounds,
         "intervals": [asdict(interval) for interval in tuning.intervals],
         "reach": [asdict(end) for end in tuning.reach],
-        "curve": tuning.curve.to_dict(orient="records"),
+        "curve": with_units(tuning.curve, scales).to_dict(orient="records"),
     }
 
 
-def _write(tuning: Tuning, path: Path) -> None:
+def _write(tuning: Tuning, path: Path, scales: Mapping[str, Scale]) -> None:
     """Write the curve as a figure or as a table, by the ending of the name."""
     if path.suffix.lower() in ENDINGS:
-        write_table(tuning.curve.set_index(tuning.parameter), path, tuning.curve.attrs["units"])
+        table = with_units(tuning.curve, scales)
+        write_table(table.set_index(str(table.columns[0])), path, tuning.curve.attrs["units"])
         return
     from explore.charts.style import save_figure
     from explore.charts.tuning import tuning_chart
