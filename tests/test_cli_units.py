@@ -1,5 +1,6 @@
 """The command line in units of the study's [units] and of --units; the results file stays in declared units."""
 
+import io
 import json
 import re
 import tomllib
@@ -249,3 +250,31 @@ def test_a_control_curve_of_a_mechanism_in_inches(tmp_path):
     assert ends[0] * INCH == pytest.approx(ends[1], rel=1e-15)
     code, _, err = call(*command, "--units", "length=in", "--start", "5", "--stop", "2")
     assert (code, err.count("--start = 5 is above --stop = 2")) == (2, 1)
+
+
+def test_a_motion_in_the_chosen_units(folder, tmp_path):
+    """The input angle keeps its degrees; numbers of --set and --point are in inches, as the columns are."""
+    options = ("--design", "1", "--angles", "7", "--set", "ground=28")
+    declared = ("simulate", "plain.toml", *options[:-1], "ground=711.2 mm")
+    plain, mixed, shown = (
+        run(*command, cwd=folder)
+        for command in (
+            (*declared, "--point", "knife=101.6,50.8"),
+            ("simulate", "inch.toml", *options, "--point", "knife=4,2 in"),
+            ("simulate", "plain.toml", *options, *CHOICES, "--point", "knife=4,2", "-o", tmp_path / "motion.csv"),
+        )
+    )
+    motion, table = (pd.read_csv(io.StringIO(output.stdout)) for output in (plain, mixed))
+    pd.testing.assert_frame_equal(pd.read_csv(tmp_path / "motion.csv"), table, check_exact=True)
+    assert ", but ground = 28 in" in shown.stderr
+    pd.testing.assert_series_equal(table.iloc[:, 0], motion.iloc[:, 0], check_exact=True)
+    # 2e-16 for each of the factor, its inverse here and the division.
+    for name, unit, size in (
+        ("knife_x", "in", INCH),
+        ("knife_velocity_x", "in/s", INCH),
+        ("rocker_velocity", "rpm", RPM),
+    ):
+        assert name not in table
+        np.testing.assert_allclose(table[f"{name} [{unit}]"] * size, motion[name], rtol=1e-15)
+    same = run(*declared, "--units", "length=mm", "--units", "speed=rad/s", cwd=folder)
+    assert same.stdout == run(*declared, cwd=folder).stdout

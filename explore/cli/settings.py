@@ -38,12 +38,16 @@ def parse_settings(
     return parameters
 
 
-def parse_points(points: Sequence[str]) -> Places:
-    """Points from NAME=ALONG,ACROSS."""
+def parse_points(points: Sequence[str], units: ShownUnits | None = None) -> Places:
+    """Points from NAME=ALONG,ACROSS, whose numbers without a unit are in the shown one."""
+    scale = units.scale("mm") if units else None
     places: Places = {}
     for point in points:
         name, equals, text = point.partition("=")
-        place = tuple(number_or_text(part) for part in text.split(","))
+        try:
+            place = tuple(number_or_text(part, scale) for part in text.split(","))
+        except RequestError as error:
+            raise RequestError(f"--point {name}: {error}") from None
         if not equals or len(place) != 2:
             raise RequestError(f"--point {point}: write NAME=ALONG,ACROSS, such as knife=120,40")
         places[name] = place

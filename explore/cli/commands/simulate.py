@@ -16,10 +16,15 @@ from explore.cli.options import JsonOption
 from explore.cli.output import announce_compiling, print_json, say
 from explore.cli.paths import check_new_file, refuse_overwriting
 from explore.cli.settings import Places, list_settings, parse_points, parse_settings
+from explore.cli.table_files import with_units
+from explore.cli.units import UnitsOption, choose_units
 from explore.errors import MotionError, RequestError
 
 if TYPE_CHECKING:
     import pandas as pd
+
+    from explore.config.study import Study
+    from explore.units.shown import ShownUnits
 
 
 def simulate(
@@ -46,6 +51,7 @@ def simulate(
     output: Annotated[
         Path | None, typer.Option("-o", "--output", help="The file, CSV unless it ends in .json; by default stdout.")
     ] = None,
+    units: UnitsOption = None,
     as_json: JsonOption = False,
 ) -> None:
     """Print all signals of one design over a turn, such as angles, velocities and forces."""
@@ -61,41 +67,53 @@ def simulate(
     from explore.api.designs import simulate as simulate_motion
 
     announce_compiling()
-    places = parse_points(points or [])
     if config:
-        name, parameters, places = _study_design(config, design, settings or [], places)
+        from explore.config.study_file import load_study
+
+        study = load_study(config)
+        shown = choose_units(units, study.units.units)
+        places = parse_points(points or [], shown)
+        name, parameters, places = _study_design(study, config, design, settings or [], places, shown)
     else:
-        name, parameters = mechanism or "", parse_settings(mechanism or "", settings or [])
+        shown, name = choose_units(units), mechanism or ""
+        places = parse_points(points or [], shown)
+        parameters = parse_settings(name, settings or [], units=shown)
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         motion = simulate_motion(name, parameters, points=places, angles=angles, method=method)
     for warning in caught:
         say(f"warning: {warning.message}", "yellow")
-    _write(motion, output, as_json=as_json)
+    _write(_show(motion, shown), output, as_json=as_json)
 
 
 def _study_design(
-    config: Path, design: int, settings: list[str], places: Places
+    study: Study, config: Path, design: int, settings: list[str], places: Places, units: ShownUnits
 ) -> tuple[str, dict[str, float], Places]:
     """The mechanism of a study, and parameters and points of one of its designs, replaced by those that are given."""
-    from explore.config.study_file import load_study
     from explore.model.points import coordinates
     from explore.model.status import Status
 
-    study = load_study(config)
     n_designs = study.space.n_designs
     if design >= n_designs:
         raise RequestError(f"{config} has {n_designs:,} designs, numbered from 0; there is no design {design}")
     name, points = study.request.mechanism.name, study.request.mechanism.points
     own = {key: float(values[0]) for key, values in study.space.designs(design, design + 1).items()}
-    replaced = parse_settings(name, settings, points)
+    replaced = parse_settings(name, settings, points, units)
     unreachable = [key for key, value in own.items() if math.isnan(value) and key not in replaced]
     if unreachable:
         raise MotionError(f"design {design} of {config} has no {unreachable[0]}: {Status.UNREACHABLE.sentence}")
-    exceptions = f", but {list_settings(replaced)}" if replaced else ""
-    say(f"design {design} of {n_designs:,}: {list_settings(own)}{exceptions}")
+    scales = units.scales({p.name: p.unit for p in study.request.mechanism.parameters})
+    exceptions = f", but {list_settings(replaced, scales)}" if replaced else ""
+    say(f"design {design} of {n_designs:,}: {list_settings(own, scales)}{exceptions}")
     parameters = own | replaced
     return name, parameters, {**coordinates(points, parameters), **places}
+
+
+def _show(motion: pd.DataFrame, units: ShownUnits) -> pd.DataFrame:
+    """The motion in the shown units, which are named in the columns where they are not the declared ones."""
+    scales = units.scales(motion.attrs["units"])
+    shown = {name: scale.show_all(motion[name].to_numpy()) for name, scale in scales.items() if not scale.is_declared}
+    return with_units(motion.assign(**shown), scales)
 
 
 def _write(motion: pd.DataFrame, output: Path | None, *, as_json: bool) -> None:
