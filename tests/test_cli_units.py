@@ -278,3 +278,13 @@ def test_a_motion_in_the_chosen_units(folder, tmp_path):
         np.testing.assert_allclose(table[f"{name} [{unit}]"] * size, motion[name], rtol=1e-15)
     same = run(*declared, "--units", "length=mm", "--units", "speed=rad/s", cwd=folder)
     assert same.stdout == run(*declared, cwd=folder).stdout
+
+
+def test_the_plan_of_a_sweep_is_in_the_units_of_the_study(folder):
+    plain, inch = (run("sweep", f"{name}.toml", "--dry-run", cwd=folder).stdout for name in ("plain", "inch"))
+    rows = [[line.split() for line in output.splitlines() if re.match(r" *\d", line)] for output in (plain, inch)]
+    # The speed and the crank of the last design: 60 rpm and 6 in.
+    assert "rpm" in inch
+    assert "rpm" not in plain
+    assert {"6.28319", "152.4"} <= set(rows[0][-1])
+    assert {"60", "6"} <= set(rows[1][-1])

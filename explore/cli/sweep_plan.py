@@ -42,14 +42,17 @@ def print_plan(study: Study, path: Path, *, keep: str, workers: int | None, on_c
     else:
         say(f"{_duration(seconds)} of computing, divided by the workers of the cluster")
     parameters = [column for column in columns if column.role == "parameter"]
+    scales = study.units.scales({parameter.name: parameter.unit for parameter in parameters})
     rows = []
     for start, stop in ((0, min(2, n_designs)), (max(n_designs - 2, min(2, n_designs)), n_designs)):
         designs = space.designs(start, stop)  # in the order of the study, which may be another than that of the columns
         rows += [
-            [str(design), *(number(float(designs[parameter.name][design - start])) for parameter in parameters)]
+            [str(design), *(number(scale.show(float(designs[name][design - start]))) for name, scale in scales.items())]
             for design in range(start, stop)
         ]
-    print_table("first and last designs", [("design", ""), *((c.name, c.unit) for c in parameters)], rows)
+    print_table(
+        "first and last designs", [("design", ""), *((name, scale.shown) for name, scale in scales.items())], rows
+    )
 
 
 def _seconds_per_design(study: Study) -> float:
