@@ -6,10 +6,12 @@ import signal
 import subprocess
 import sys
 
+import h5py
 import moocore
 import numpy as np
+import pandas as pd
 import pytest
-from command_line import call
+from command_line import call, run
 from distributed import Client, LocalCluster
 from typer.testing import CliRunner
 
@@ -247,11 +249,50 @@ def refusal_of(tmp_path, text):
     return str(caught.value)
 
 
-def test_no_feasible_design_names_the_constraint(tmp_path):
-    text = refusal_of(tmp_path, STUDY.replace("{ min = 30 }", "{ min = 89 }").replace("{ max = 150 }", "{ max = 90 }"))
-    assert "no design of" in text
-    assert "miss transmission_angle_m" in text
-    assert "more than any other" in text
+def test_results_without_a_feasible_design_are_refined_from_the_nearest(tmp_path):
+    """A wiper: 86 to 94 deg of swing, strokes of nearly equal times, transmission from 45 to 135 deg."""
+    text = STUDY.replace("{ min = 30 }", "{ min = 45 }").replace("{ max = 150 }", "{ max = 135 }")
+    text = text.replace(
+        "[constraints]", "[constraints]\nswing_angle = { min = 86, max = 94 }\ntime_ratio = { max = 1.02 }"
+    )
+    (tmp_path / "wiper.toml").write_text(text.replace("8192", "1024"), encoding="utf-8")
+    source = explore.sweep(explore.load_study(tmp_path / "wiper.toml"), tmp_path / "wiper.h5")
+    assert explore.rank(source).empty
+
+    refined = explore.refine(source, tmp_path / "refined.h5", evaluations=20_000, seed=3)
+
+    frame = refined.to_pandas()
+    start = frame[frame["parent"] == -1]
+    nearest = explore.nearest(source, len(start)).sort_index()
+    np.testing.assert_array_equal(start["coupler"].to_numpy(), nearest["coupler"].to_numpy())
+    best = explore.rank(refined)
+    assert len(best) > 20
+    assert (best[[name for name in best if name.endswith("_margin")]] >= 0).all(axis=None)
+    swings = explore.evaluate("crank-rocker", best[["crank", "coupler", "rocker", "ground"]], metrics=["swing_angle"])
+    assert swings["swing_angle"].between(86, 94).all()
+    # The same again, from the file alone after a stop.
+    again = explore.refine(source, tmp_path / "again.h5", evaluations=20_000, seed=3)
+    pd.testing.assert_frame_equal(again.to_pandas(), frame)
+
+
+def test_damaged_parameters_are_refused_before_a_file_is_written(source, tmp_path):
+    """Where bytes changed after they were written; reading does not compare checksums."""
+    copy = tmp_path / "copy.h5"
+    copy.write_bytes(source.path.read_bytes())
+    best = int(explore.rank(source).index[0])
+    with h5py.File(copy, "r+") as file:
+        file["designs"]["coupler"][best] = np.nan
+    with pytest.raises(explore.ResultsError, match=r"whose coupler is not finite; it is damaged: run `explore verify"):
+        explore.refine(copy, tmp_path / "new.h5")
+    assert not (tmp_path / "new.h5").exists()
+
+
+def test_bounds_that_nothing_can_meet_leave_nothing_feasible(tmp_path):
+    text = STUDY.replace("{ min = 30 }", "{ min = 89 }").replace("{ max = 150 }", "{ max = 90 }")
+    (tmp_path / "none.toml").write_text(text.replace("8192", "256"), encoding="utf-8")
+    explore.sweep(explore.load_study(tmp_path / "none.toml"), tmp_path / "none.h5")
+    output = run("refine", "none.h5", "--evaluations", "2000", cwd=tmp_path)
+    assert "none of the designs is feasible; the nearest of all: explore rank" in output.stderr
 
 
 def test_lists_alone_cannot_be_refined(tmp_path):

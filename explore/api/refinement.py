@@ -48,6 +48,8 @@ def refine(
 ) -> Results:
     """Improve the Pareto front of results by generations of designs around it, within the ranges of their study.
 
+    Where no design is feasible, it starts from those of least total violation and looks for feasible ones first.
+
     Parameters
     ----------
     results
@@ -72,7 +74,8 @@ def refine(
     Raises
     ------
     RequestError
-        If the results have no feasible design, or fewer than two objectives or no range to refine.
+        If the results have fewer than two objectives or no range to refine, or no design that is feasible or whose
+        distance from feasible is known.
     ResultsError
         As of `sweep`, and if the results are not finished.
     ClusterError

@@ -4,6 +4,9 @@ The first designs are the start: the front to refine. Each generation then has t
 before that break a constraint come back to where its margin is almost 0. The others step from a parent on the front in
 a random direction, most of them along the constraints that are near. Half of the steps have parents evenly over the
 front, half in proportion to what a parent adds to the hypervolume.
+
+Where no design of the start is feasible, those of least total violation of the constraints stand in for the front until
+a generation has a feasible one.
 """
 
 from __future__ import annotations
@@ -26,6 +29,8 @@ from explore.refining.members import Members, best_of, contributions, thinned
 PARENT, NO_PARENT = "parent", -1
 #: Members of the front that parents are chosen among.
 MOST_MEMBERS = 8192
+#: Members in place of the front while no design is feasible.
+MOST_NEAREST = 256
 #: A step is as long as the distance to this neighbour among the parents, times 10 to a power between these.
 NEIGHBOUR, STEP_POWERS = 8, (-1.5, 0.3)
 #: The distance in its place where all parents are at the same position.
@@ -55,8 +60,11 @@ class Generations:
         At least two.
     margins
         Names of the columns with the margins of the constraints.
+    scales
+        For each of them the violation that counts as 1 in the sum of all; used only where nothing is feasible.
     start
-        The columns of the front to refine: parameters, objectives and margins; at least one design.
+        The columns of the front to refine, or of the designs of least violation: parameters, objectives, margins and
+        ``feasible``; at least one design.
     n_designs, size
         Number of all designs, those of the start included, and of each generation; the last may be shorter.
     seed
@@ -69,18 +77,22 @@ class Generations:
         objectives: Sequence[Objective],
         margins: Sequence[str],
         start: Arrays,
+        scales: Sequence[float] = (),
         *,
         n_designs: int,
         size: int,
         seed: int,
     ) -> None:
         self._coordinates, self._objectives, self._margins = coordinates, tuple(objectives), tuple(margins)
+        self._scales = np.array(scales or [1.0] * len(self._margins))
         self._n_designs, self._size, self._seed = n_designs, size, seed
         self._start = {name: start[name] for name in coordinates.names}
         self._n_start = len(next(iter(start.values())))
         self.number = 0
         members = self._members(start, np.arange(self._n_start))
-        self.front = thinned(best_of(members), MOST_MEMBERS)
+        # Whether the front is one of feasible designs.
+        self._has_front = "feasible" not in start or bool((start["feasible"] != 0).all())
+        self.front = thinned(best_of(members), MOST_MEMBERS) if self._has_front else members
         nobody = members.take(slice(0, 0))
         self._outside = Outside(nobody, nobody, np.zeros(0, dtype=np.int64))
 
@@ -124,10 +136,23 @@ class Generations:
         parents = self.front.take(places)
         members = replace(members, gradients=learned_gradients(back.members.join(parents), members))
         is_inside = (columns["feasible"][first:] != 0) & np.isfinite(members.values).all(axis=1)
-        returns = np.concatenate([back.returns + 1, np.zeros(len(parents), dtype=np.int64)])
-        self._outside = Outside(members, back.parents.join(parents), returns).take(~is_inside).returnable()
-        self.front = thinned(best_of(self.front.join(best_of(members.take(is_inside)))), MOST_MEMBERS)
+        if self._has_front or is_inside.any():
+            returns = np.concatenate([back.returns + 1, np.zeros(len(parents), dtype=np.int64)])
+            if self._has_front:
+                self._outside = Outside(members, back.parents.join(parents), returns).take(~is_inside).returnable()
+            feasible = best_of(members.take(is_inside))
+            self.front = thinned(best_of(self.front.join(feasible)) if self._has_front else feasible, MOST_MEMBERS)
+            self._has_front = True
+        else:
+            self.front = self._nearest(self.front.join(members))
         self.number += 1
+
+    def _nearest(self, members: Members) -> Members:
+        """The members of least total violation; a margin that is not known counts as 0, but not all of them."""
+        violations = np.fmax(-members.margins / self._scales, 0.0)
+        totals = np.where(np.isfinite(members.margins).any(axis=1), np.nansum(violations, axis=1), np.inf)
+        totals = np.where(totals > 0.0, totals, np.inf)  # met as far as known, and yet not feasible
+        return members.take(np.lexsort((members.designs, totals))[:MOST_NEAREST])
 
     def _members(self, columns: Arrays, designs: npt.NDArray[np.int64]) -> Members:
         margins = [columns[name] for name in self._margins]
@@ -148,7 +173,7 @@ class Generations:
         parents = self.front
         places = np.concatenate([parents.positions, parents.choices], axis=1)
         distances, _ = cKDTree(places).query(places, k=[min(NEIGHBOUR + 1, len(places))])
-        share = contributions(parents)
+        share = contributions(parents) if self._has_front else np.ones(len(parents))
         share = 0.5 / len(share) + 0.5 * share / max(share.sum(), np.finfo(float).tiny)
         edges = np.cumsum(share / share.sum())
         marks = (np.arange(n) + generator.random()) / max(n, 1)  # systematic sampling: no parent by chance too often

@@ -6,6 +6,7 @@ import json
 from collections.abc import Sequence
 from dataclasses import dataclass
 from hashlib import sha256
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -16,13 +17,17 @@ from explore.designs.spaces import Axis, DesignSpace, Table, TableAxis
 from explore.errors import RequestError, ResultsError
 from explore.model.columns import Arrays, Attribute, Column
 from explore.model.request import Objective
+from explore.ranking.nearest import find_nearest
 from explore.ranking.pareto import objectives_to_minimise
 from explore.ranking.quality import REFERENCE_OFFSET
 from explore.ranking.rankings import Ranking, RankRequest, rank_source
 from explore.refining.coordinates import Coordinates
-from explore.refining.generations import NO_PARENT, PARENT, Generations
+from explore.refining.generations import MOST_NEAREST, NO_PARENT, PARENT, Generations
 from explore.store.results import Results
 from explore.sweeping.collectors import results_columns, study_attributes
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 #: Number of designs of a refinement without a choice of the user.
 EVALUATIONS = 262_144
@@ -48,6 +53,8 @@ class RefinementPlan:
         Number of designs, those of the start included.
     seed
         Seed of the random numbers.
+    scales
+        Where the start has no feasible design, for each constraint the violation that counts as 1.
     """
 
     study: Study
@@ -55,6 +62,12 @@ class RefinementPlan:
     start: Arrays
     n_designs: int
     seed: int
+    scales: tuple[float, ...] = ()
+
+    @property
+    def has_front(self) -> bool:
+        """Whether the start is a front; else it is the designs of least violation."""
+        return not self.scales
 
     @property
     def size(self) -> int:
@@ -69,6 +82,7 @@ class RefinementPlan:
             self.objectives,
             self.margins,
             self.start,
+            self.scales,
             n_designs=self.n_designs,
             size=self.size,
             seed=self.seed,
@@ -136,17 +150,25 @@ def plan_refinement(
             f"{name} alone has one best design, not a front; name two or more `objectives`, "
             "or improve that design by `explore polish`"
         )
-    if ranking.frame.empty:
-        raise RequestError(_nothing_feasible(results, ranking))
-    n_start = len(ranking.frame)
+    scales: tuple[float, ...] = ()
+    frame = ranking.frame
+    if frame.empty:
+        frame, scales = _nearest_designs(results, ranking)
+    n_start = len(frame)
     if evaluations <= n_start:
         raise RequestError(
             f"evaluations = {evaluations:,}: the front to refine has {n_start:,} designs; evaluate more than these"
         )
-    frame = ranking.frame.sort_index().reset_index()
+    frame = frame.sort_index().reset_index()
     names = [column.name for column in results_columns(study)]
     start = {name: np.ascontiguousarray(frame[name].to_numpy()) for name in names if name in frame}
-    return RefinementPlan(study, ranking.objectives, start, evaluations, seed)
+    for name in coordinates_of(study).names:
+        if name in start and not np.isfinite(start[name]).all():
+            raise ResultsError(
+                f"{results.path} has a design whose {name} is not finite; "
+                f"it is damaged: run `explore verify {results.path}`"
+            )
+    return RefinementPlan(study, ranking.objectives, start, evaluations, seed, scales)
 
 
 def study_of(results: Results) -> Study:
@@ -183,11 +205,11 @@ def growth(plan: RefinementPlan, ranking: Ranking) -> float | None:
     """By which share the hypervolume of the front grew, up to the ranking of the refined results.
 
     The reference point is a tenth of each objective's range on the front at the start beyond its worst value there.
-    None in more than three objectives, where it takes long.
+    None in more than three objectives, where it takes long, and where no design of the start is feasible.
     """
     import moocore
 
-    if len(plan.objectives) > 3:
+    if len(plan.objectives) > 3 or not plan.has_front:
         return None
     frame = {objective.metric: ranking.frame[objective.metric].to_numpy() for objective in plan.objectives}
     before, after = (objectives_to_minimise(columns, plan.objectives) for columns in (plan.start, frame))
@@ -197,14 +219,17 @@ def growth(plan: RefinementPlan, ranking: Ranking) -> float | None:
     return end / start - 1.0 if start > 0.0 else None
 
 
-def _nothing_feasible(results: Results, ranking: Ranking) -> str:
-    """Why there is no design to start from."""
-    tally = ranking.tally
-    counts = tally.by_constraint
-    text = f"no design of {results.path} is feasible, so there is no front to refine"
-    if tally.n_not_finite:
-        return f"{text}: the objectives of the feasible ones are undefined; name other `objectives`"
-    if not counts or not max(counts.values()):
-        return f"{text}; sweep other ranges"
-    name, count = counts.most_common(1)[0]
-    return f"{text}: {count:,} miss {name.removesuffix('_margin')}, more than any other; widen it or sweep other ranges"
+def _nearest_designs(results: Results, ranking: Ranking) -> tuple[pd.DataFrame, tuple[float, ...]]:
+    """The designs of least violation where none is feasible, and the violations that count as 1."""
+    if ranking.tally.n_not_finite:
+        raise RequestError(
+            f"the objectives of the feasible designs of {results.path} are undefined; name other `objectives`"
+        )
+    if results.keep == "front" or not results.constraints:
+        raise RequestError(f"no design of {results.path} is feasible, so there is none to refine; sweep other ranges")
+    nearness = find_nearest(results, MOST_NEAREST)
+    if nearness.frame.empty:
+        raise RequestError(
+            f"no design of {results.path} is feasible or so computed that its distance is known; sweep other ranges"
+        )
+    return nearness.frame, tuple(nearness.scales[metric] for metric in results.constraints)

@@ -132,6 +132,12 @@ def _report(summary: Summary, plan: RefinementPlan) -> None:
 
     ranking = rank_source(open_results(summary.path))
     n_start = len(plan.start["design"])
-    text = f"the front grew from {count_of(n_start, 'design')} to {len(ranking.frame):,}"
+    if not plan.has_front and ranking.frame.empty:
+        say(f"none of the designs is feasible; the nearest of all: explore rank {summary.path} --nearest 10", "yellow")
+        return
+    if plan.has_front:
+        text = f"the front grew from {count_of(n_start, 'design')} to {len(ranking.frame):,}"
+    else:
+        text = f"from {n_start:,} designs near feasible to a front of {count_of(len(ranking.frame), 'design')}"
     share = growth(plan, ranking)
     say(text if share is None else f"{text}, its hypervolume by {share:.2%}")
