@@ -2,6 +2,7 @@
 
 import io
 import json
+import math
 import re
 import tomllib
 
@@ -288,3 +289,17 @@ def test_the_plan_of_a_sweep_is_in_the_units_of_the_study(folder):
     assert "rpm" not in plain
     assert {"6.28319", "152.4"} <= set(rows[0][-1])
     assert {"60", "6"} <= set(rows[1][-1])
+
+
+def test_the_table_of_certified_designs_is_in_the_chosen_units(folder):
+    """Enclosures stay in declared units, in which they are proved: a rounded factor would not enclose."""
+    command = ("certify", "results/plain.h5", "--design", 7)
+    (plain,), (inch,) = (
+        json.loads(run(*command, *options, "--json", cwd=folder).stdout) for options in ((), ("--units", "angle=rad"))
+    )
+    assert plain == inch
+    table = run(*command, "--units", "angle=rad", cwd=folder).stdout
+    assert re.search(r" rad$", table, re.MULTILINE)
+    (row,) = (line.split() for line in table.splitlines() if line.split()[:1] == ["7"])
+    swing = math.radians(0.5 * (plain["swing_angle_lower"] + plain["swing_angle_upper"]))
+    assert float(row[-1]) == pytest.approx(swing, rel=1e-14)  # printed with 15 digits

@@ -14,6 +14,7 @@ from explore.cli.paths import newest_results, refuse_overwriting
 from explore.cli.progress import block_bar
 from explore.cli.table_files import check_table, write_table
 from explore.cli.tables import print_table
+from explore.cli.units import UnitsOption, units_of
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -32,6 +33,7 @@ def certify(
         list[int] | None,
         typer.Option(help="A design to certify, several times for several; by default the Pareto set of the study."),
     ] = None,
+    units: UnitsOption = None,
     as_json: JsonOption = False,
     output: Annotated[
         Path | None,
@@ -43,8 +45,10 @@ def certify(
     refuse_overwriting(path, output, "the results file")
     check_table(output)
     import explore
+    from explore.store.shown_results import show_results
 
     source = explore.open_results(path)
+    shown = units_of(source, units)
     start = time.perf_counter()
     with block_bar("certifying") as progress:
         certified = explore.certify(source, design, report_progress=progress)
@@ -55,7 +59,7 @@ def certify(
     if as_json:
         print_json(certified.reset_index().to_dict(orient="records"))
     else:
-        _print(certified, source, seconds, is_front=design is None)
+        _print(certified, show_results(source, shown), seconds, is_front=design is None)
     if (certified["verdict"] != "proved").any():
         raise typer.Exit(1)
 
@@ -80,7 +84,10 @@ def _print(certified: pd.DataFrame, source: Results, seconds: float, *, is_front
     print_table(
         "certified designs",
         columns,
-        [[str(line), str(row["verdict"]), str(row["bits"]), *_values(row, names)] for line, row in _records(lines)],
+        [
+            [str(line), str(row["verdict"]), str(row["bits"]), *_values(row, names, source)]
+            for line, row in _records(lines)
+        ],
         f"and {count_of(more, 'design')} more; -o FILE.csv writes all" if more else "",
     )
     for line, row in _records(lines):
@@ -94,6 +101,7 @@ def _records(frame: pd.DataFrame) -> list[tuple[int, dict[str, Any]]]:
     return list(zip(map(int, frame.index), rows, strict=True))
 
 
-def _values(row: dict[str, Any], names: list[str]) -> list[str]:
-    """The middles of enclosures, with the digits of a double."""
-    return [number(0.5 * (row[f"{name}_lower"] + row[f"{name}_upper"]), 15) for name in names]
+def _values(row: dict[str, Any], names: list[str], source: Results) -> list[str]:
+    """The middles of enclosures in the shown units, with the digits of a double."""
+    middles = {name: 0.5 * (row[f"{name}_lower"] + row[f"{name}_upper"]) for name in names}
+    return [number(source.scales[name].show(middle), 15) for name, middle in middles.items()]
