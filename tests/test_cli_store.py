@@ -94,7 +94,7 @@ def test_verify_names_damaged_blocks(copy):
         "error: block 0 is damaged: designs 0 to 999",
         "error: block 4 is damaged: designs 4,000 to 4,999",
         "error: block 9 is damaged: designs 9,000 to 9,499",
-        "error: run the sweep again: it computes the damaged blocks anew and keeps the others",
+        "error: run the sweep or refinement again: it computes the damaged blocks anew and keeps the others",
     ]
     report = json.loads(run("verify", "copy.h5", "--json", cwd=copy.parent, code=1).stdout)
     assert report["sound"] is False

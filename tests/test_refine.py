@@ -313,7 +313,9 @@ def test_unfinished_results_are_refused(source, tmp_path):
     big.write_text(study.to_toml().replace("8192", "100_000"), encoding="utf-8")
     with pytest.raises(Stop):
         explore.sweep(explore.load_study(big), tmp_path / "big.h5", workers=1, report_progress=stop)
-    with pytest.raises(explore.ResultsError, match=r"is not finished: 65,536 of 100,000 designs; run the sweep again"):
+    with pytest.raises(
+        explore.ResultsError, match=r"is not finished: 65,536 of 100,000 designs; run the sweep or refinement again"
+    ):
         explore.refine(tmp_path / "big.h5", tmp_path / "new.h5")
 
 

@@ -78,7 +78,9 @@ def test_disk_error_on_commit_is_reported_and_leaves_the_block_pending(tmp_path)
         broken = os.open(path, os.O_RDONLY)
         os.dup2(broken, store._descriptor)
         os.close(broken)
-        with pytest.raises(ResultsError, match=r"grid\.h5: block 1 cannot be written: .*run the sweep again"):
+        with pytest.raises(
+            ResultsError, match=r"grid\.h5: block 1 cannot be written: .*run the sweep or refinement again"
+        ):
             store.commit(1, values(1))
         assert list(store.pending) == list(range(1, N_BLOCKS))
     assert open_results(path).n_committed == BLOCK

@@ -81,7 +81,7 @@ DISPLACEMENTS = {
     "moved": (move, r"was moved to .*moved\.h5 during the sweep; its 65,536 designs are safe there: move it back"),
     "removed": (
         Path.unlink,
-        r"grid\.h5 was removed during the sweep; .* are lost with it: run the sweep again to start",
+        r"grid\.h5 was removed during the sweep; .* are lost with it: run the sweep or refinement again to start",
     ),
 }
 

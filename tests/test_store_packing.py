@@ -125,7 +125,7 @@ def test_refusals_leave_everything_alone(packed, finished, tmp_path):
     alias.symlink_to(finished)
     before = sha256(finished)
     for source, target, text in (
-        (part, tmp_path / "new.h5", "part.h5 is not finished; run the sweep again"),
+        (part, tmp_path / "new.h5", "part.h5 is not finished; run the sweep or refinement again"),
         (packed, tmp_path / "new.h5", "is packed already"),
         (finished, other, "other.h5 exists already; name another file with `path`"),
         (finished, finished, "is the file to be packed; name another"),
@@ -151,7 +151,9 @@ def test_damaged_block_is_not_packed(copy):
     with h5py.File(copy) as file:
         offset = file["designs/nodes"].id.get_offset()
     flip(copy, offset + 4 * (4 * BLOCK + 17))
-    with pytest.raises(ResultsError, match=r"block 4 \(rows 4000 to 4999\) is damaged; run the sweep again"):
+    with pytest.raises(
+        ResultsError, match=r"block 4 \(rows 4000 to 4999\) is damaged; run the sweep or refinement again"
+    ):
         pack(copy, copy.with_name("new.h5"))
     assert [p.name for p in copy.parent.iterdir()] == ["copy.h5"]
 

@@ -124,7 +124,7 @@ class AllDesignsWriter(SweepWriter):
             self._write_word(number, commit_word(ordered))
         except OSError as error:
             text = f"{self.path}: block {number} cannot be written: {error.strerror or error}"
-            raise ResultsError(f"{text}; run the sweep again to go on once the cause is gone") from error
+            raise ResultsError(f"{text}; run the sweep or refinement again to go on once the cause is gone") from error
         self._committed[number] = self._wrote = True
 
     def _check_block(self, number: int, arrays: Mapping[str, npt.NDArray[Any]]) -> list[npt.NDArray[Any]]:

@@ -59,7 +59,7 @@ def _pack(source: Path, target: Path, report: _Report) -> None:
     with io.FileIO(source) as file:
         words = read_words(file, layout)
         if not words.all():
-            raise ResultsError(f"{source} is not finished; run the sweep again to go on, then pack it")
+            raise ResultsError(f"{source} is not finished; run the sweep or refinement again to go on, then pack it")
         with exclusive_access(target):
             _check_target(source, target)
             with new_file(target, replace=False) as temporary:
@@ -201,7 +201,7 @@ def _sound_block(file: io.FileIO, layout: Layout, number: int, word: int) -> lis
     arrays = [read_column_rows(file, layout, column, start, stop) for column in layout.columns]
     if commit_word(arrays) != word:
         where = f"block {number} (rows {start} to {stop - 1}) is damaged"
-        raise ResultsError(f"{file.name}: {where}; run the sweep again to compute it anew, then pack it")
+        raise ResultsError(f"{file.name}: {where}; run the sweep or refinement again to compute it anew, then pack it")
     return arrays
 
 

@@ -51,13 +51,13 @@ def check_present(path: Path, descriptor: int, content: str) -> None:
     is_removed = not status.st_nlink or Path(current_path).name.startswith(".nfs")
     if not is_removed:
         change = f"moved to {current_path}{' and replaced by another file' * is_replaced}"
-        advice = f"its {content} are safe there: move it back and run the sweep again to go on"
+        advice = f"its {content} are safe there: move it back and run the sweep or refinement again to go on"
     elif is_replaced:
         change = "replaced by another file"
         advice = f"its {content} are lost with it: sweep again if the other file is a copy, else move it away first"
     else:
         change = "removed"
-        advice = f"its {content} are lost with it: run the sweep again to start over"
+        advice = f"its {content} are lost with it: run the sweep or refinement again to start over"
     is_removed = is_removed and not is_replaced
     raise DisplacedError(f"{path} was {change} during the sweep; {advice}", is_removed=is_removed)
 

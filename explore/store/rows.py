@@ -124,7 +124,9 @@ class RowReader:
                 advice = 'sweep with `keep="all"` to keep every design'
                 raise ResultsError(f"{self.path}: design {number} is not Pareto-optimal and was not kept; {advice}")
         for number in designs[~self.is_committed[rows // self.layout.block_size]][:1].tolist():
-            raise ResultsError(f"{self.path}: design {number} is not computed yet; run the sweep again to go on")
+            raise ResultsError(
+                f"{self.path}: design {number} is not computed yet; run the sweep or refinement again to go on"
+            )
         return rows
 
     @property

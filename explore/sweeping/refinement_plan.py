@@ -138,7 +138,7 @@ def plan_refinement(
     if not results.is_complete:
         raise ResultsError(
             f"{results.path} is not finished: {results.n_committed:,} of {results.n_designs:,} designs; "
-            "run the sweep again to go on, then refine"
+            "run the sweep or refinement again to go on, then refine"
         )
     if seed < 0:
         raise RequestError(f"seed = {seed}: must be at least 0")

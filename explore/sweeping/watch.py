@@ -148,7 +148,7 @@ def cluster_lost(problem: Exception) -> ClusterError:
     """The error that ends a sweep whose scheduler is gone."""
     # dask's own message has several lines and names the task.
     reason = getattr(problem, "reason", None) or str(problem).partition("\n")[0] or type(problem).__name__
-    return ClusterError(f"the cluster was lost ({reason}); run the sweep again to go on")
+    return ClusterError(f"the cluster was lost ({reason}); run the sweep or refinement again to go on")
 
 
 def _label(address: str, name: object) -> str:

@@ -95,7 +95,7 @@ def test_a_killed_scheduler_ends_the_sweep_in_one_line_and_loses_nothing(folder,
         assert code == 1
         assert len(lines) == 1
         assert lines[0].startswith("error: the cluster was lost")
-        assert "run the sweep again" in lines[0]
+        assert "run the sweep or refinement again" in lines[0]
         assert not explore.open_results(path).is_complete
         assert sweep.log()[-1]["event"] == "stop"
         assert sweep.log()[-1]["outcome"].startswith("failed: the cluster was lost")

@@ -92,5 +92,5 @@ def _advice(results: Results) -> str:
     if results.is_packed:
         return "restore the file from a copy, or pack the original again"
     if results.keep != "all":
-        return "restore the file from a copy, or run the sweep again with --restart"
-    return "run the sweep again: it computes the damaged blocks anew and keeps the others"
+        return "restore the file from a copy, or run the sweep or refinement again with --restart"
+    return "run the sweep or refinement again: it computes the damaged blocks anew and keeps the others"
