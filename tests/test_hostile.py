@@ -54,6 +54,10 @@ def test_no_call_executes_text():
             reads_text = name.endswith(("read_pickle", ".query", ".eval")) and not name.startswith("cKDTree(")
             if name.split(".")[0] in ("subprocess", "pty") or reads_text:
                 violations.append((file, node.lineno, name))
+            if (str(file), name) == ("exporting/frames.py", "subprocess.run"):  # ffmpeg, a list of words, no shell
+                assert ast.unparse(node.args[0]) == "command"
+                assert "shell" not in {keyword.arg for keyword in node.keywords}
+                violations.pop()
             if name.endswith(("np.load", "numpy.load")):
                 keywords = {keyword.arg: ast.unparse(keyword.value) for keyword in node.keywords}
                 if keywords.get("allow_pickle", "False") != "False":

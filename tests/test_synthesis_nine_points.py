@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from synthesis_cases import case, plane
 
 from explore.errors import RequestError
 from explore.synthesis.linkages import FourBar
@@ -79,6 +80,19 @@ def test_public_problems(name, n_real):
     assert (len(found.real), len(found.linkages)) == (n_real, 3 * n_real)
     for linkage in found.linkages:
         assert distances(linkage, points).max() < 1e-7
+
+
+def test_the_reference_case():
+    inputs, outputs = case("path9pt_1")
+    expected = {name: float(value) for name, value in outputs["one_solution"].items()}
+    found = find_all(np.array([plane(pair) for pair in inputs["points"]]))
+    assert found.is_complete
+    pivot = complex(expected["xA"], expected["yA"])
+    near = [each for each in found.linkages if abs(each.crank_pivot - pivot) < 1e-9 and each.crank < 1.01]
+    (linkage,) = [each for each in near if abs(each.ground - expected["d"]) < 1e-9]
+    assert (linkage.crank, linkage.rocker) == pytest.approx((expected["a"], expected["c"]), rel=1e-10)
+    side, other = abs(linkage.point) * linkage.coupler, abs(1 - linkage.point) * linkage.coupler
+    assert (side, other) == pytest.approx((expected["e"], expected["f"]), rel=1e-10)
 
 
 def distances(linkage, points):

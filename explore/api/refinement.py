@@ -132,6 +132,9 @@ def polish(
             raise RequestError(f"no design of {source.path} is feasible, so there is none to polish")
         designs = [int(best.index[0])]
     numbers = np.atleast_1d(np.asarray(designs, dtype=np.int64))
+    unique, counts = np.unique(numbers, return_counts=True)
+    for number in unique[counts > 1]:
+        raise RequestError(f"design {number} is named twice; name each design once")
     frame = source.designs(numbers)
     for number in frame.index[frame["feasible"] == 0]:
         raise RequestError(f"design {number} is not feasible; choose one that is")

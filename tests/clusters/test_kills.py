@@ -20,7 +20,7 @@ WORKERS = 2
 
 @pytest.mark.parametrize(
     ("kills", "blocks", "keep"),
-    [(8, 60, "all"), (3, 20, "front"), *(pytest.param(50, 240, k, marks=pytest.mark.slow) for k in ("all", "front"))],
+    [(8, 120, "all"), (3, 20, "front"), *(pytest.param(50, 240, k, marks=pytest.mark.slow) for k in ("all", "front"))],
 )
 def test_killed_workers_cost_only_time(folder, expected_digest, report, kills, blocks, keep):
     chance = random.Random(20_261_121)

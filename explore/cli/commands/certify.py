@@ -74,7 +74,11 @@ def _print(certified: pd.DataFrame, source: Results, seconds: float, *, is_front
         data=True,
     )
     if is_front and counts["proved"] == len(certified):
-        say("each is feasible with room, and none dominates another", data=True)
+        is_one = len(certified) == 1
+        say(
+            "it is feasible with room" if is_one else "each is feasible with room, and none dominates another",
+            data=True,
+        )
     order = certified["verdict"].map(list(_VERDICTS).index)
     lines = certified.loc[order.sort_values(kind="stable").index].head(_N_LINES)
     names = [text.partition(":")[0] for text in source.objectives]

@@ -5,6 +5,7 @@ from dataclasses import replace
 from explore.mechanisms import four_bar, four_bar_drawing, four_bar_integrals, rocking
 from explore.mechanisms.crank_rocker import extended, kernel
 from explore.mechanisms.crank_rocker.columns import EXTENDED_SIGNAL_ROWS, FIRST_POINT, POINTS, ExtendedRow, Row
+from explore.mechanisms.crank_rocker.second_differences import SECOND_DIFFERENCES
 from explore.mechanisms.four_bar_forces import Load
 from explore.mechanisms.four_bar_loads import LOAD_FORMULAS, LOAD_PANELS, LOAD_SIGNALS, LOADS
 from explore.mechanisms.four_bar_size import declare_four_bar_size
@@ -137,7 +138,7 @@ _EXTENDED = Mechanism(
         ),
         *LOAD_SIGNALS,
     ),
-    formulas=(*LOAD_FORMULAS, *declare_four_bar_size("transmission_angle_min")),
+    formulas=(*LOAD_FORMULAS, *declare_four_bar_size("transmission_angle_min"), SECOND_DIFFERENCES),
     metrics=_GEOMETRY_METRICS,
     windows=(
         Window("cycle", "the full turn", "turn", needs_stroke=False),
