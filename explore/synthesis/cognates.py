@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from explore.errors import RequestError
+from explore.model.quantities import FloatArray
 from explore.synthesis.linkages import FourBar
 
 
@@ -72,3 +73,25 @@ def find_cognates(linkage: FourBar, angle: float = 0.0) -> tuple[FourBar, FourBa
         branch=-linkage.branch,
     )
     return at_crank, at_third
+
+
+def cognate_angles(linkage: FourBar, angles: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Angles of the first links of both cognates in the plane while the crank of the linkage is at given ones.
+
+    Parameters
+    ----------
+    linkage
+        The given linkage.
+    angles
+        Angles of its crank in the plane, rad, shape (n,).
+
+    Returns
+    -------
+    tuple of (n,) arrays
+        In the order of `find_cognates`, rad; NaN where the linkage cannot be assembled.
+    """
+    pins = linkage.crank_pins(angles)
+    couplers = linkage.rocker_pins(angles) - pins
+    # The first link of one is M - A, that of the other (1 - kappa)(A - A0).
+    at_third = np.where(np.isnan(couplers), np.nan, (1.0 - linkage.point) * (pins - linkage.crank_pivot))
+    return np.angle(linkage.point * couplers), np.angle(at_third)

@@ -15,7 +15,7 @@ the ground has the same length in both dead positions: its linkages have another
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -115,16 +115,18 @@ def _angle_between(first: npt.NDArray[Any], second: npt.NDArray[Any], opposite: 
         return np.asarray(2.0 * np.arctan(np.sqrt(above / below)))
 
 
-def find_ranges(family: Family, allows: Callable[[FloatArray], npt.NDArray[np.bool_]]) -> list[tuple[float, float]]:
+def find_ranges(
+    family: Family, allows: Callable[[FloatArray], npt.NDArray[np.bool_]], around: Sequence[float] = ()
+) -> list[tuple[float, float]]:
     """The ranges of rho of valid linkages that are allowed, their ends to the last bit.
 
-    Ranges narrower than a step of the scan, 1/4000, may be missed.
+    Ranges narrower than a step of the scan, 1/4000, may be missed, unless they hold one of the places `around`.
     """
 
     def is_inside(rho: FloatArray) -> npt.NDArray[np.bool_]:
         return np.asarray(family.is_valid(rho) & allows(rho))
 
-    scan = np.linspace(0.0, 1.0, _N_SCAN)[1:-1]
+    scan = np.union1d(np.linspace(0.0, 1.0, _N_SCAN)[1:-1], around)
     inside = np.concatenate([[False], is_inside(scan), [False]])
     places = np.concatenate([[0.0], scan, [1.0]])
     changes = np.flatnonzero(inside[1:] != inside[:-1])

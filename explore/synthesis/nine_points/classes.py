@@ -68,7 +68,8 @@ def is_degenerate(solutions: ComplexArray, tolerance: float) -> npt.NDArray[np.b
     bad = ~np.isfinite(solutions).all(axis=1)
     for o in (0, 1):
         x, a, y, b = (solutions[:, k + o] for k in (0, 2, 4, 6))
-        size = np.abs([x, a, y, b]).max(axis=0) + 1e-300
+        # A large linkage, nearly one with a slider, may have a link of the size of the points.
+        size = np.clip(np.abs([x, a, y, b]).max(axis=0), 1e-300, 100.0)
         for length in (x, y, x - y, x - a, y - b, a - b):
             bad |= np.abs(length) < tolerance * size
     return np.asarray(bad)

@@ -6,6 +6,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import lru_cache
 from importlib.resources import files
+from itertools import product
 from os import cpu_count
 
 import numpy as np
@@ -18,16 +19,27 @@ from explore.synthesis.nine_points.classes import (
     N_CLASSES,
     cognate,
     distinct,
-    exchange,
     is_degenerate,
     keys,
     residuals,
 )
+from explore.synthesis.nine_points.endgame import (
+    DEGENERATE,
+    INFINITE,
+    LOST,
+    REGULAR,
+    SHRINKAGES,
+    SINGULAR,
+    find_limits,
+)
 from explore.synthesis.nine_points.equations import N_POINTS
+from explore.synthesis.nine_points.four_bars import distance_from_real, linkages_of
+from explore.synthesis.nine_points.regularity import is_regular
 from explore.synthesis.nine_points.tracking import ARRIVED, FATE, N_FACTS, track
 
-#: Attempts at a path: error of the predictor, which cognate is followed, most steps, and least step.
-_ATTEMPTS = (
+#: An attempt at a path: error of the predictor, which cognate is followed, most steps, and least step.
+_Attempt = tuple[float, int, int, float]
+_ATTEMPTS: tuple[_Attempt, ...] = (
     (1e-4, 0, 5_000, 1e-12),
     (1e-5, 1, 10_000, 1e-14),
     (1e-5, 2, 10_000, 1e-14),
@@ -37,11 +49,58 @@ _ATTEMPTS = (
     (1e-7, 0, 60_000, 1e-15),
     (1e-7, 2, 60_000, 1e-15),
 )
+#: Those at the last share of a path.
+_NEAR = 0.05
+_LAST_ATTEMPTS: tuple[_Attempt, ...] = tuple(
+    (wanted, member, 1_200, 1e-15) for wanted, member in ((1e-4, 0), (1e-5, 1), (1e-5, 2), (1e-5, 0))
+)
+#: Those of paths that neither arrived nor were classified there: in generic problems, to solutions beyond 1e5.
+_PATIENT_ATTEMPTS: tuple[_Attempt, ...] = tuple(
+    (wanted, member, 4_000, 1e-18) for wanted in (1e-6, 3e-5, 1e-3, 1e-4) for member in (0, 1, 2)
+)
 #: Paths of one task of a thread.
 _CHUNK = 32
 #: Largest relative distance of hats from conjugates in real solutions, and largest relative residual of a solution.
 _REAL, _RESIDUAL = 1e-6, 1e-5
-_SAME = 1e-7
+#: Distance of keys that are of one class. Keys of ill-conditioned solutions are off by 1e-7, and solutions that meet by
+#: the root of rounding; those of different classes were 5e-3 apart and more.
+_SAME = 1e-5
+#: Distance of keys of limits of paths that meet.
+_MEET = 1e-4
+
+
+@dataclass(frozen=True)
+class Ends:
+    """Where the paths of one start system lead.
+
+    Attributes
+    ----------
+    solutions
+        The limits, shape (1442, 8); NaN where infinite or lost.
+    fates
+        Fates of `endgame`, shape (1442,).
+    windings
+        How many paths meet at the limit in a cycle, 0 where lost, (1442,).
+    """
+
+    solutions: ComplexArray
+    fates: npt.NDArray[np.int64]
+    windings: npt.NDArray[np.int64]
+
+    def count(self, fate: int) -> int:
+        """Number of paths of a fate."""
+        return int((self.fates == fate).sum())
+
+    @property
+    def regular(self) -> ComplexArray:
+        """The regular solutions."""
+        return np.asarray(self.solutions[self.fates == REGULAR])
+
+    @property
+    def singular(self) -> ComplexArray:
+        """The singular solutions, one of each class."""
+        found = self.solutions[self.fates == SINGULAR]
+        return np.asarray(found[distinct(found, _MEET)])
 
 
 @dataclass(frozen=True)
@@ -50,26 +109,40 @@ class NinePointSolutions:
 
     Attributes
     ----------
+    points
+        The points, complex, shape (9,).
+    size
+        Their mean distance to the first.
     solutions
-        One of each class that was found, shape (n, 8), from the first point in units of the points' mean distance to
-        it.
+        The regular ones, one of each class, shape (n, 8), from the first point in units of `size`.
     real
         Rows of those that are real.
-    missing
-        Number of classes of a generic problem less those found: 0 when all were found.
+    singular
+        Those where several paths meet or that are not isolated, one of each class, (n, 8), to about six digits: among
+        them linkages at a dead point, or with a pivot, at one of the points.
+    n_singular, n_degenerate, n_infinite, n_lost
+        Numbers of the other paths: to singular solutions, to linkages with a link that is a point, to linkages with a
+        pivot at infinity, as sliders have, and those that no endgame could classify. Together with the regular ones,
+        1442.
     linkages
         The linkages of the real ones with their cognates, three to a class; each with both orders of its dyads is one.
     """
 
+    points: ComplexArray
+    size: float
     solutions: ComplexArray
     real: npt.NDArray[np.intp]
-    missing: int
+    singular: ComplexArray
+    n_singular: int
+    n_degenerate: int
+    n_infinite: int
+    n_lost: int
     linkages: tuple[FourBar, ...]
 
     @property
     def is_complete(self) -> bool:
-        """Whether all classes of a generic problem were found, so that no other linkage exists."""
-        return self.missing == 0
+        """Whether it is known where all paths lead, so that no other isolated linkage exists."""
+        return self.n_lost == 0
 
 
 @lru_cache(maxsize=2)
@@ -102,41 +175,99 @@ def find_all(points: ComplexArray) -> NinePointSolutions:
         one, other = sorted(np.argwhere(gaps == gaps.min())[0].tolist())
         raise RequestError(f"points {one + 1} and {other + 1} are equal; remove one or move it")
     parameters = np.concatenate([vectors, vectors.conj()]).astype(np.complex128) / size
-    found = solve(parameters, 0)
-    if len(found) < N_CLASSES:
-        both = np.concatenate([found, solve(parameters, 1)])
+    ends = solve(parameters, 0)
+    found = ends.regular
+    if ends.count(LOST):
+        other = solve(parameters, 1)
+        both = np.concatenate([found, other.regular])
         found = both[distinct(both, _SAME)]
-    real = np.flatnonzero(_distance_from_real(found) < _REAL)
-    linkages = [linkage for row in real for linkage in _linkages(found[row], points[0], size)]
-    return NinePointSolutions(found, real, N_CLASSES - len(found), tuple(linkages))
+        ends = min(ends, other, key=lambda each: each.count(LOST))
+    n_singular, n_degenerate, n_infinite = (ends.count(fate) for fate in (SINGULAR, DEGENERATE, INFINITE))
+    n_lost = N_CLASSES - len(found) - n_singular - n_degenerate - n_infinite
+    real = np.flatnonzero(distance_from_real(found) < _REAL)
+    linkages = [linkage for row in real for linkage in linkages_of(found[row], points[0], size)]
+    return NinePointSolutions(
+        points, size, found, real, ends.singular, n_singular, n_degenerate, n_infinite, max(n_lost, 0), tuple(linkages)
+    )
 
 
-def solve(parameters: ComplexArray, number: int) -> ComplexArray:
-    """The solutions that the paths from a start system lead to, one of each class.
+def solve(parameters: ComplexArray, number: int) -> Ends:
+    """Where the paths from a start system lead.
+
+    The paths first go near the parameters, where all solutions are regular and distinct; then straight to them, and
+    those that do not simply arrive go around them.
+    """
+    solutions, start = start_system(number)
+    rates = parameters - start
+    last = _NEAR * rates
+    near, is_near = _arrive(solutions, start, rates - last, _ATTEMPTS)
+    ends = np.full_like(solutions, np.nan)
+    fates, windings = np.full(len(solutions), LOST), np.zeros(len(solutions), dtype=np.int64)
+    rows = np.flatnonzero(is_near)
+    ends[rows], arrived = _arrive(near[rows], parameters - last, last, _LAST_ATTEMPTS)
+    arrived &= is_regular(ends[rows], parameters)
+    fates[rows[arrived]], windings[rows[arrived]] = REGULAR, 1
+    rest = rows[~arrived]
+    for shrinkage, member in product(SHRINKAGES, _cognates(near)):
+        limits = find_limits(member[rest], parameters, last, _follow_on, shrinkage)
+        fates[rest], windings[rest], ends[rest] = limits.fates, limits.windings, limits.solutions
+        rest = rest[limits.fates == LOST]
+    ends[rest], arrived = _arrive(near[rest], parameters - last, last, _PATIENT_ATTEMPTS)
+    fates[rest[arrived]], windings[rest[arrived]] = REGULAR, 1
+    fates[(fates == REGULAR) & ~is_regular(ends, parameters)] = SINGULAR
+    polished, _ = follow(ends[fates == REGULAR], parameters, np.zeros_like(parameters), 1e-6, 10, 1e-3)
+    ends[fates == REGULAR] = polished
+    fates[_is_repeated(ends, fates == REGULAR)] = LOST
+    return Ends(ends, fates, windings)
+
+
+def _cognates(solutions: ComplexArray) -> list[ComplexArray]:
+    """The solutions and their two cognates."""
+    second = cognate(solutions)
+    return [solutions, second, cognate(second)]
+
+
+def _arrive(
+    solutions: ComplexArray, start: ComplexArray, rates: ComplexArray, attempts: tuple[_Attempt, ...]
+) -> tuple[ComplexArray, npt.NDArray[np.bool_]]:
+    """Where solutions arrive, one of each class, and whether they do, each at another class.
 
     A path that does not arrive, or arrives where another one does, is followed again with smaller steps and from other
     cognates, which lie elsewhere.
     """
-    solutions, start = start_system(number)
-    second = cognate(solutions)
-    members = [solutions, second, cognate(second)]
-    rates = parameters - start
+    members = _cognates(solutions)
     found = np.full_like(solutions, np.nan)
     todo = np.arange(len(solutions))
     is_good = np.zeros(len(solutions), dtype=bool)
-    for wanted, member, most_steps, least_step in _ATTEMPTS:
+    for wanted, member, most_steps, least_step in attempts:
         found[todo], facts = follow(members[member][todo], start, rates, wanted, most_steps, least_step)
         arrived = facts[:, FATE] == ARRIVED
-        good = arrived & ~is_degenerate(found[todo], 1e-11) & (residuals(found[todo], parameters) < _RESIDUAL)
+        good = arrived & ~is_degenerate(found[todo], 1e-11) & (residuals(found[todo], start + rates) < _RESIDUAL)
         is_good[todo] = good & np.isfinite(keys(found[todo])).all(axis=1)
-        todo = np.flatnonzero(~is_good | _is_repeated(found, is_good))
+        repeated = _is_repeated(found, is_good)
+        todo = np.flatnonzero(~is_good | repeated)
         if not len(todo):
             break
-    return found[is_good][distinct(found[is_good], _SAME)]
+    is_good[todo] = False
+    return found, is_good
+
+
+def _follow_on(
+    solutions: ComplexArray, start: ComplexArray, rates: ComplexArray
+) -> tuple[ComplexArray, npt.NDArray[np.bool_]]:
+    """Follow solutions to a smaller circle."""
+    ends, facts = follow(solutions, start, rates, 1e-6, 2_000, 1e-6)
+    return ends, facts[:, FATE] == ARRIVED
 
 
 def follow(
-    solutions: ComplexArray, start: ComplexArray, rates: ComplexArray, wanted: float, most_steps: int, least_step: float
+    solutions: ComplexArray,
+    start: ComplexArray,
+    rates: ComplexArray,
+    wanted: float,
+    most_steps: int,
+    least_step: float,
+    n_vectors: int = N_POINTS,
 ) -> tuple[ComplexArray, FloatArray]:
     """Follow solutions on all cores; see `track`."""
     ends = np.ascontiguousarray(solutions)
@@ -145,7 +276,7 @@ def follow(
 
     def run(first: int) -> None:
         part = slice(first, first + _CHUNK)
-        track(ends[part], start, rates, wanted, most_steps, least_step, facts[part])
+        track(ends[part], start, rates, n_vectors, wanted, most_steps, least_step, facts[part])
 
     with ThreadPoolExecutor(cpu_count()) as pool:
         list(pool.map(run, range(0, len(ends), _CHUNK)))
@@ -162,22 +293,3 @@ def _is_repeated(found: ComplexArray, is_good: npt.NDArray[np.bool_]) -> npt.NDA
         pairs = cKDTree(keys(found[rows])).query_pairs(_SAME, output_type="ndarray")
         repeated[rows[pairs.ravel()]] = True
     return repeated
-
-
-def _distance_from_real(solutions: ComplexArray) -> FloatArray:
-    """The largest difference of a hat and a conjugate, relative to the largest unknown, (n,)."""
-    plain, hatted = solutions[:, 0::2], solutions[:, 1::2]
-    return np.asarray(np.abs(plain.conj() - hatted).max(axis=1) / np.abs(solutions).max(axis=1))
-
-
-def _linkages(solution: ComplexArray, origin: complex, size: float) -> list[FourBar]:
-    """The three cognates of a real solution, each with the shorter of its turning links as its crank."""
-    found = []
-    member = solution[None]
-    for _ in range(3):
-        ordered = min((member, exchange(member)), key=lambda rows: abs(rows[0, 0] - rows[0, 2]))
-        x, a, y, b = (complex(ordered[0, k]) * size for k in (0, 2, 4, 6))
-        branch = 1 if ((b - x).conjugate() * (y - x)).imag > 0.0 else -1
-        found.append(FourBar(origin + a, origin + b, abs(x - a), abs(y - x), abs(y - b), -x / (y - x), branch))
-        member = cognate(member)
-    return found

@@ -8,7 +8,7 @@ import numpy as np
 
 from explore.compiling import compiled
 from explore.subroutines import subroutine
-from explore.synthesis.nine_points.equations import N_PARAMETERS, N_UNKNOWNS, eliminate, linearise, magnitude
+from explore.synthesis.nine_points.equations import N_PARAMETERS, N_POINTS, N_UNKNOWNS, eliminate, linearise, magnitude
 
 # What became of a path.
 ARRIVED, TOO_MANY_STEPS, STEP_TOO_SMALL, NOT_CONVERGED = range(4)
@@ -22,6 +22,11 @@ _HOPELESS, _TOO_LARGE = 20.0, 5.0
 _CONVERGED, _ROUNDING = 1e-9, 1e-11
 _N_CORRECTIONS = 3
 _INFINITE = 1e10
+#: Sides of the polygon around the target's parameters, and steps along each.
+N_SIDES = 16
+_FIRST_STEP_OF_SIDE, _MOST_STEPS_OF_SIDE, _LEAST_STEP_OF_SIDE = 0.5, 500, 1e-6
+#: A solution has come back if it differs by less of each unknown, and of the largest unknown.
+_BACK, _BACK_IN_GROUP = 1e-5, 1e-8
 
 
 @subroutine()
@@ -45,21 +50,21 @@ def _relative_size(step, z):
 
 
 @subroutine()
-def _slope(z, time, start, rates, parameters, jacobian, values, slope):
+def _slope(z, time, start, rates, n_vectors, parameters, jacobian, values, slope):
     """The derivative of a solution by the time; the ratio of pivots."""
     _place(time, start, rates, parameters)
-    linearise(z, parameters, rates, jacobian, values, slope)
+    linearise(z, parameters, rates, n_vectors, jacobian, values, slope)
     for i in range(N_UNKNOWNS):
         slope[i] = -slope[i]
     return eliminate(jacobian, slope)
 
 
 @subroutine()
-def _correct(z, parameters, rates, jacobian, values, unused, wanted):
+def _correct(z, parameters, rates, n_vectors, jacobian, values, unused, wanted):
     """Newton's method; whether it converged, the first correction, and the ratio of pivots."""
     first, before, pivots = 0.0, 0.0, 0.0
     for k in range(_N_CORRECTIONS):
-        linearise(z, parameters, rates, jacobian, values, unused)
+        linearise(z, parameters, rates, n_vectors, jacobian, values, unused)
         pivots = eliminate(jacobian, values)
         for i in range(N_UNKNOWNS):
             z[i] -= values[i]
@@ -77,13 +82,13 @@ def _correct(z, parameters, rates, jacobian, values, unused, wanted):
 
 
 @subroutine(allocates=True)
-def _track(z, start, rates, wanted, most_steps, least_step, facts):
+def _track(z, start, rates, n_vectors, wanted, first_step, most_steps, least_step, facts):
     """Follow one solution from time 0 to 1, in place."""
     jacobian = np.empty((N_UNKNOWNS, N_UNKNOWNS), np.complex128)
     slopes = np.empty((4, N_UNKNOWNS), np.complex128)
     values, trial = np.empty(N_UNKNOWNS, np.complex128), np.empty(N_UNKNOWNS, np.complex128)
     unused, parameters = np.empty(N_UNKNOWNS, np.complex128), np.empty(N_PARAMETERS, np.complex128)
-    time, step, steps, pivots = 0.0, _FIRST_STEP, 0, 1.0
+    time, step, steps, pivots = 0.0, first_step, 0, 1.0
     has_slope, fate = False, ARRIVED
     while time < 1.0:
         if steps >= most_steps or step < least_step:
@@ -93,17 +98,17 @@ def _track(z, start, rates, wanted, most_steps, least_step, facts):
         is_last = time + step >= 1.0 - 1e-14
         h = 1.0 - time if is_last else step
         if not has_slope:
-            _slope(z, time, start, rates, parameters, jacobian, values, slopes[0])
+            _slope(z, time, start, rates, n_vectors, parameters, jacobian, values, slopes[0])
             has_slope = True
         for k in range(1, 4):
             share = h if k == 3 else 0.5 * h
             for i in range(N_UNKNOWNS):
                 trial[i] = z[i] + share * slopes[k - 1, i]
-            _slope(trial, time + share, start, rates, parameters, jacobian, values, slopes[k])
+            _slope(trial, time + share, start, rates, n_vectors, parameters, jacobian, values, slopes[k])
         for i in range(N_UNKNOWNS):
             change = slopes[0, i] + 2.0 * slopes[1, i] + 2.0 * slopes[2, i] + slopes[3, i]
             trial[i] = z[i] + change * (h / 6.0)
-        converged, error, ratio = _correct(trial, parameters, rates, jacobian, values, unused, wanted)
+        converged, error, ratio = _correct(trial, parameters, rates, n_vectors, jacobian, values, unused, wanted)
         if converged and error <= _TOO_LARGE * wanted:
             z[:] = trial
             time = 1.0 if is_last else time + h
@@ -116,7 +121,7 @@ def _track(z, start, rates, wanted, most_steps, least_step, facts):
     if fate == ARRIVED:
         _place(1.0, start, rates, parameters)
         for _ in range(_N_CORRECTIONS):
-            linearise(z, parameters, rates, jacobian, values, unused)
+            linearise(z, parameters, rates, n_vectors, jacobian, values, unused)
             pivots = eliminate(jacobian, values)
             if not _relative_size(values, z) < 1e-6:
                 fate = NOT_CONVERGED
@@ -127,12 +132,67 @@ def _track(z, start, rates, wanted, most_steps, least_step, facts):
 
 
 @compiled(
-    "void(complex128[:,::1], complex128[::1], complex128[::1], float64, int64, float64, float64[:,::1])", allocates=True
+    "void(complex128[:,::1], complex128[::1], complex128[::1], int64, float64, int64, float64, float64[:,::1])",
+    allocates=True,
 )
-def track(solutions, start, rates, wanted, most_steps, least_step, facts):
+def track(solutions, start, rates, n_vectors, wanted, most_steps, least_step, facts):
     """Follow solutions, in place, from parameters `start` to `start + rates`.
 
-    `wanted` is the relative error of the predictor; `facts` receives fate, parameter reached, steps and pivots of each.
+    `n_vectors` is that of `linearise`, `wanted` the relative error of the predictor; `facts` receives fate, parameter
+    reached, steps and pivots of each.
     """
     for i in range(len(solutions)):
-        _track(solutions[i], start, rates, wanted, most_steps, least_step, facts[i])
+        _track(solutions[i], start, rates, n_vectors, wanted, _FIRST_STEP, most_steps, least_step, facts[i])
+
+
+@subroutine()
+def _is_back(z, origin):
+    """Whether a solution is where it was: each unknown to its own size or that of the largest of its kind."""
+    plain, hatted = 0.0, 0.0
+    for i in range(0, N_UNKNOWNS, 2):
+        plain, hatted = max(plain, magnitude(origin[i])), max(hatted, magnitude(origin[i + 1]))
+    for i in range(N_UNKNOWNS):
+        group = plain if i % 2 == 0 else hatted
+        if not magnitude(z[i] - origin[i]) < _BACK * magnitude(origin[i]) + _BACK_IN_GROUP * group:
+            return False
+    return True
+
+
+@compiled(
+    "void(complex128[:,::1], complex128[::1], complex128[::1], float64, complex128[:,:,::1], int64[::1])",
+    allocates=True,
+)
+def circle(solutions, target, rates, wanted, samples, turns):
+    """Lead solutions around the parameters `target`, from `target - rates` and back, until they return to themselves.
+
+    Parameters
+    ----------
+    solutions
+        Of the problem with parameters `target - rates`, shape (n, 8).
+    samples
+        Receives the solutions on the way, at `N_SIDES` corners a turn, shape (n, most turns times `N_SIDES`, 8).
+    turns
+        Receives the number of turns, 0 where the way was lost, -1 where it is longer than `samples`.
+    """
+    z, facts = np.empty(N_UNKNOWNS, np.complex128), np.empty(N_FACTS)
+    corner, side = np.empty(N_PARAMETERS, np.complex128), np.empty(N_PARAMETERS, np.complex128)
+    for i in range(len(solutions)):
+        z[:] = solutions[i]
+        turns[i] = -1
+        for k in range(samples.shape[1]):
+            samples[i, k] = z
+            angles = 2.0 * np.pi * (k % N_SIDES) / N_SIDES, 2.0 * np.pi * ((k + 1) % N_SIDES) / N_SIDES
+            here = complex(np.cos(angles[0]), np.sin(angles[0]))
+            there = complex(np.cos(angles[1]), np.sin(angles[1]))
+            for j in range(N_PARAMETERS):
+                corner[j] = target[j] - rates[j] * here
+                side[j] = rates[j] * (here - there)
+            _track(
+                z, corner, side, N_POINTS, wanted, _FIRST_STEP_OF_SIDE, _MOST_STEPS_OF_SIDE, _LEAST_STEP_OF_SIDE, facts
+            )
+            if facts[FATE] != ARRIVED:
+                turns[i] = 0
+                break
+            if (k + 1) % N_SIDES == 0 and _is_back(z, samples[i, 0]):
+                turns[i] = (k + 1) // N_SIDES
+                break

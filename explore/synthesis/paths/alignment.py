@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from explore.model.quantities import FloatArray
 from explore.synthesis.linkages import ComplexArray
-from explore.synthesis.paths.atlas import N_ANGLES, N_STEPS, even_points
+from explore.synthesis.paths.atlas import N_ANGLES, N_STEPS, IntArray, even_points
+from explore.synthesis.paths.curves import lay_at_angles
 
 #: Dense points of the path between two of its given ones.
 _N_BETWEEN = 40
@@ -18,6 +20,8 @@ _SHARES, _N_STARTS, _N_POINTS = (0.08, 0.12, 0.18, 0.27, 0.4, 0.6, 0.8, 0.95), 3
 _N_PHASES = 48
 #: Shapes that are laid over a path together.
 _CHUNK = 256
+#: Signs of the columns of a shape in the mirror.
+_MIRRORED = np.array([1.0, 1.0, 1.0, 1.0, 1.0, -1.0])
 
 
 @dataclass(frozen=True)
@@ -83,6 +87,10 @@ class Starts:
     angles: FloatArray
     errors: FloatArray
 
+    def rows(self, rows: IntArray) -> Starts:
+        """Some of the starts."""
+        return Starts(*(column[rows] for column in vars(self).values()))
+
 
 def lay_over(target: Target, shapes: FloatArray) -> Starts:
     """Lay closed curves of shapes over a path: all starts, both senses and both mirror images, the best of each.
@@ -144,7 +152,7 @@ def lay_over_parts(points: ComplexArray, shapes: FloatArray, least_span: float) 
     """
     even, places = _open_path(points)
     pieces = [_lay_parts(even, places, shapes[k : k + _CHUNK], least_span) for k in range(0, len(shapes), _CHUNK)]
-    return _joined(pieces)
+    return join(pieces)
 
 
 def _open_path(points: ComplexArray) -> tuple[ComplexArray, FloatArray]:
@@ -250,31 +258,19 @@ def lay_timed(points: ComplexArray, angles: FloatArray, shapes: FloatArray, *, i
     is_shift_free
         Whether the angles count from any angle, or from the frame.
     """
-    pieces = []
     shifts = np.arange(_N_PHASES) * (2.0 * np.pi / _N_PHASES) if is_shift_free else np.zeros(1)
+    own, branches = np.concatenate([shapes, shapes * _MIRRORED]), np.repeat([1.0, -1.0], len(shapes))
+    best, errors = np.zeros(len(own), dtype=np.int64), np.empty(len(own))
     middle = points - points.mean()
-    for branch in (1.0, -1.0):
-        own = shapes * [1.0, 1.0, 1.0, 1.0, 1.0, branch]
-        for k in range(0, len(own), _CHUNK):
-            part = own[k : k + _CHUNK]
-            branches = np.full(len(part), branch)
-            errors = np.full(len(part), np.inf)
-            best = np.zeros(len(part))
-            for shift in shifts.tolist():
-                curve = coupler_points(part, branches, np.tile(angles + shift, (len(part), 1)))
-                curve = curve - curve.mean(axis=1, keepdims=True)
-                inner = np.abs(curve.conj() @ middle) ** 2 / ((np.abs(curve) ** 2).sum(axis=1) + 1e-300)
-                left = 1.0 - inner / _energy(middle)
-                best = np.where(left < errors, shift, best)
-                errors = np.minimum(errors, left)
-            turned = angles + best[:, None]
-            factor, place = fit_similarity(coupler_points(part, branches, turned), points)
-            scaled = part * np.abs(factor)[:, None]
-            senses = np.full(len(part), 1.0 if angles[-1] >= angles[0] else -1.0)
-            pieces.append(Starts(scaled, place, np.angle(factor), branches, senses, turned, errors))
-    return _joined(pieces)
+    lay_at_angles(own, branches, np.exp(1j * (shifts[:, None] + angles)), middle, best, errors)
+    turned = angles + shifts[best][:, None]
+    factor, place = fit_similarity(coupler_points(own, branches, turned), points)
+    senses = np.full(len(own), 1.0 if angles[-1] >= angles[0] else -1.0)
+    sizes = np.abs(factor)[:, None]
+    return Starts(own * sizes, place, np.angle(factor), branches, senses, turned, errors / _energy(middle))
 
 
-def _joined(pieces: list[Starts]) -> Starts:
+def join(pieces: Sequence[Starts]) -> Starts:
+    """All starts of the pieces."""
     columns = zip(*(vars(piece).values() for piece in pieces), strict=True)
     return Starts(*(np.concatenate(column) for column in columns))

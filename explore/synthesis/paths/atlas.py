@@ -26,12 +26,12 @@ _LEAST_SUM, _LARGEST_SUM = 0.02, 30.0
 _LEAST_DISTANCE, _LARGEST_DISTANCE = 0.1, 10.0
 
 
-def draw_shapes(count: int, seed: int = 0) -> FloatArray:
+def draw_shapes(count: int, seed: int = 0, *, is_ground_longer: bool = True) -> FloatArray:
     """Crank, coupler, rocker, ground and both coordinates of the coupler point along the coupler, shape (count, 6).
 
     The logarithms of a = coupler + rocker - crank - ground, b = ground + rocker - crank - coupler and c = ground +
     coupler - crank - rocker, all positive for the shapes whose crank turns and is shortest, are spread evenly by Sobol'
-    points.
+    points. Double cranks, whose ground is shortest, are the same with crank and ground exchanged.
     """
     from scipy.stats import qmc
 
@@ -43,7 +43,9 @@ def draw_shapes(count: int, seed: int = 0) -> FloatArray:
     )
     angle = 2.0 * np.pi * u[:, 3]
     ones = np.ones(count)
-    lengths = [ones, coupler, 1.0 + 0.5 * (a + b), 1.0 + 0.5 * (b + c)]
+    shortest, longer = ones, 1.0 + 0.5 * (b + c)
+    crank, ground = (shortest, longer) if is_ground_longer else (longer, shortest)
+    lengths = [crank, coupler, 1.0 + 0.5 * (a + b), ground]
     return np.ascontiguousarray(np.column_stack([*lengths, distance * np.cos(angle), distance * np.sin(angle)]))
 
 
@@ -85,9 +87,9 @@ class Atlas:
         return np.asarray(found[np.argsort(distances[found], kind="stable")])
 
 
-@lru_cache(maxsize=2)
-def make_atlas(count: int = 100_000, seed: int = 0) -> Atlas:
-    """An atlas; it is kept for the next task."""
-    shapes = draw_shapes(count, seed)
+@lru_cache(maxsize=4)
+def make_atlas(count: int, seed: int = 0, *, is_ground_longer: bool = True) -> Atlas:
+    """An atlas of crank-rockers or double cranks; it is kept for the next task."""
+    shapes = draw_shapes(count, seed, is_ground_longer=is_ground_longer)
     chunks = [describe(even_points(shapes[k : k + 4096])[0]) for k in range(0, count, 4096)]
     return Atlas(shapes, np.concatenate(chunks).astype(np.float32))

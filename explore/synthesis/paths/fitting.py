@@ -15,13 +15,21 @@ from explore.compiling import compiled
 from explore.model.quantities import FloatArray
 from explore.subroutines import subroutine
 from explore.synthesis.linkages import ComplexArray
-from explore.synthesis.paths.normal_equations import add_points, bound, eliminate, hold, solve
+from explore.synthesis.paths.normal_equations import (
+    add_points,
+    bound,
+    eliminate,
+    hold,
+    keep_within,
+    solve,
+)
 from explore.synthesis.paths.numbers import (
     FRAME,
     LARGEST,
     N_CONSTANTS,
     N_NUMBERS,
     close_shape,
+    outward_slopes,
     point_and_slopes,
     point_at,
 )
@@ -105,7 +113,7 @@ def _pulls_together(first, last, sense, weights, tangents, errors):
     return own > 0.0 or other < 0.0
 
 
-class Problem(NamedTuple):
+class Task(NamedTuple):
     """What is fitted.
 
     Attributes
@@ -114,17 +122,28 @@ class Problem(NamedTuple):
         Complex, shape (n,).
     weights
         Of the squared distances, shape (n,).
-    branch, sense
-        Side of the rocker's pin and sense of the crank, 1.0 or -1.0.
-    is_ground_longer
-        Whether the ground or the crank is the longer of both.
     mode
         How the angles may move: `ORDERED`, `TIMED` or `SHIFTED`.
     lower, upper
         Bounds of the nine numbers; equal ones hold a number.
     least_span
         Angle that the crank turns at least from the first to the last point, rad.
+    shortest, longest
+        Bounds of crank and ground.
     """
+
+    points: ComplexArray
+    weights: FloatArray
+    mode: int
+    lower: FloatArray
+    upper: FloatArray
+    least_span: float
+    shortest: float
+    longest: float
+
+
+class _Problem(NamedTuple):
+    """A task for one kind of linkage."""
 
     points: ComplexArray
     weights: FloatArray
@@ -135,6 +154,8 @@ class Problem(NamedTuple):
     lower: FloatArray
     upper: FloatArray
     least_span: float
+    shortest: float
+    longest: float
 
 
 class _Work(NamedTuple):
@@ -144,6 +165,8 @@ class _Work(NamedTuple):
     factor: FloatArray
     right: FloatArray
     step: FloatArray
+    normals: FloatArray
+    reach: FloatArray
     slopes: ComplexArray
     shares: FloatArray
     tangents: ComplexArray
@@ -160,8 +183,9 @@ class _Work(NamedTuple):
 def _make_work(n):
     return _Work(
         np.empty((N_NUMBERS, N_NUMBERS)), np.empty((N_NUMBERS, N_NUMBERS)), np.empty(N_NUMBERS), np.empty(N_NUMBERS),
+        np.empty((2, N_NUMBERS)), np.empty(N_NUMBERS),
         np.empty((n, N_NUMBERS), np.complex128), np.empty((n, N_NUMBERS)), np.empty(n, np.complex128),
-        np.empty(n, np.complex128), np.empty((n, 2)), np.ones(n), np.empty(n), np.empty(n), np.empty(n, np.int64),
+        np.empty(n, np.complex128), np.empty((n, 2)), np.empty(n), np.empty(n), np.empty(n), np.empty(n, np.int64),
         np.empty(n + 1, np.int64),
     )  # fmt: skip
 
@@ -198,10 +222,12 @@ def _linearise(problem, work, numbers, constants, angles):
     if problem.mode != TIMED:
         for block in range(m - 1 if is_tied else m):
             eliminate(work.matrix, work.right, work.shares[block], work.own[block])
+    outward_slopes(constants, problem.shortest, problem.longest, work.normals)
     for j in range(N_NUMBERS):
         right = work.right[j]
         if (numbers[j] <= problem.lower[j] and right > 0.0) or (numbers[j] >= problem.upper[j] and right < 0.0):
             hold(work.matrix, work.right, j)
+            work.normals[:, j] = 0.0
     return m, is_tied
 
 
@@ -209,6 +235,8 @@ def _linearise(problem, work, numbers, constants, angles):
 def _take_step(problem, work, numbers, angles, m, is_tied, damping, trial, turned):
     """Fill the numbers and angles after a step; return the share of the full step that it is."""
     solve(work.matrix, work.right, damping, work.factor, work.step)
+    for normal in work.normals:
+        keep_within(work.matrix, normal, damping, work.factor, work.reach, work.step)
     change = 0.0
     for j in range(FRAME, LARGEST + 1):
         change = max(change, abs(work.step[j]))
@@ -216,7 +244,7 @@ def _take_step(problem, work, numbers, angles, m, is_tied, damping, trial, turne
     for j in range(N_NUMBERS):
         work.step[j] *= scale
         trial[j] = numbers[j] + work.step[j]
-    bound(trial, problem.lower, problem.upper)
+    bound(trial, problem.lower, problem.upper, problem.shortest, problem.longest)
     turned[:] = angles
     if problem.mode == TIMED:
         return scale
@@ -233,17 +261,14 @@ def _take_step(problem, work, numbers, angles, m, is_tied, damping, trial, turne
     return scale
 
 
-@compiled(allocates=True)
-def fit(problem, numbers, angles, most_steps, tolerance):
-    """Improve numbers and angles in place, by at most so many steps; return the weighted sum of squares.
-
-    The search ends after three steps in a row that gain less than the tolerance, relatively.
-    """
-    work = _make_work(len(angles))
+@subroutine(allocates=True)
+def _fit(problem, work, numbers, angles, most_steps, tolerance):
+    """Improve numbers and angles in place; return the weighted sum of squares."""
     constants, trial_constants = np.empty(N_CONSTANTS), np.empty(N_CONSTANTS)
     trial, turned = np.empty(N_NUMBERS), np.empty(len(angles))
-    bound(numbers, problem.lower, problem.upper)
+    bound(numbers, problem.lower, problem.upper, problem.shortest, problem.longest)
     if problem.mode == ORDERED:
+        work.pulls[:] = 1.0
         _pool(angles, work.pulls, problem.sense, problem.least_span, work.values, work.sums, work.counts)
     close_shape(numbers, problem.is_ground_longer, constants)
     cost = _cost(problem.points, problem.weights, numbers, constants, angles, problem.branch)
@@ -266,3 +291,30 @@ def fit(problem, numbers, angles, most_steps, tolerance):
             numbers[:], angles[:], constants[:] = trial, turned, trial_constants
             cost = found
     return cost
+
+
+@compiled(allocates=True)
+def fit(task, branches, senses, are_grounds_longer, numbers, angles, most_steps, tolerance, costs):
+    """Improve linkages and their angles in place, each by at most so many steps.
+
+    A search ends after three steps in a row that gain less than the tolerance, relatively.
+
+    Parameters
+    ----------
+    task
+        A `Task`.
+    branches, senses, are_grounds_longer
+        Of each linkage: side of the rocker's pin and sense of the crank, 1.0 or -1.0, and whether the ground or the
+        crank is the longer of both.
+    numbers, angles
+        Shapes (n, 9) and (n, k).
+    costs
+        Receives the weighted sums of squares, shape (n,).
+    """
+    work = _make_work(len(task.points))
+    for k in range(len(branches)):
+        problem = _Problem(
+            task.points, task.weights, branches[k], senses[k], are_grounds_longer[k], task.mode, task.lower, task.upper,
+            task.least_span, task.shortest, task.longest,
+        )  # fmt: skip
+        costs[k] = _fit(problem, work, numbers[k], angles[k], most_steps, tolerance)

@@ -3,7 +3,7 @@
 import math
 
 from explore.subroutines import subroutine
-from explore.synthesis.paths.numbers import LARGEST, LEAST, N_NUMBERS
+from explore.synthesis.paths.numbers import LARGEST, LEAST, LOG_COUPLER, LOG_ROCKER, N_NUMBERS, longer_and_shorter
 
 #: Least difference of the two transmission angles.
 _LEAST_GAP = 1e-3
@@ -56,12 +56,34 @@ def hold(matrix, right, number):
 
 
 @subroutine()
-def bound(numbers, lower, upper):
-    """Bring numbers within their bounds, and the transmission angles apart."""
+def keep_within(matrix, normal, damping, factor, reach, step):
+    """Take the part of a step away that leaves a linear bound, where the step would: `normal` is zero without one."""
+    outward, is_bounded = 0.0, False
+    for j in range(N_NUMBERS):
+        outward += normal[j] * step[j]
+        is_bounded = is_bounded or normal[j] != 0.0
+    if not is_bounded or outward <= 0.0:
+        return
+    solve(matrix, normal, damping, factor, reach)  # the negative of the inverse times the normal
+    length = 0.0
+    for j in range(N_NUMBERS):
+        length += normal[j] * reach[j]
+    for j in range(N_NUMBERS):
+        step[j] -= reach[j] * outward / length
+
+
+@subroutine()
+def bound(numbers, lower, upper, shortest, longest):
+    """Bring numbers within their bounds, the transmission angles apart, and crank and ground to lengths allowed."""
     for j in range(N_NUMBERS):
         numbers[j] = min(max(numbers[j], lower[j]), upper[j])
     numbers[LEAST] = min(numbers[LEAST], upper[LARGEST] - _LEAST_GAP)
     numbers[LARGEST] = max(numbers[LARGEST], numbers[LEAST] + _LEAST_GAP)
+    longer, shorter = longer_and_shorter(numbers)
+    growth = min(max(math.log(shortest / shorter), 0.0), math.log(longest / longer))
+    if growth != 0.0:
+        for j in (LOG_COUPLER, LOG_ROCKER):
+            numbers[j] = min(max(numbers[j] + growth, lower[j]), upper[j])
 
 
 @subroutine()

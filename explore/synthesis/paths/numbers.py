@@ -25,6 +25,8 @@ SHORT_BY, LONG_BY = 4, 7
 N_CONSTANTS = 10
 #: Least size of the sine between coupler and rocker that derivatives are divided by.
 _LEAST_SINE = 1e-9
+#: A link is at its bound if it is so near, relatively.
+_NEAR = 1e-12
 
 
 @subroutine()
@@ -46,6 +48,32 @@ def close_shape(numbers, is_ground_longer, constants):
     constants[LONG_BY] = coupler * (coupler - rocker * cos_largest) / long
     constants[LONG_BY + 1] = rocker * (rocker - coupler * cos_largest) / long
     constants[LONG_BY + 2] = coupler * rocker * math.sin(numbers[LARGEST]) / long
+
+
+@subroutine()
+def longer_and_shorter(numbers):
+    """The longer and the shorter of crank and ground."""
+    coupler, rocker = math.exp(numbers[LOG_COUPLER]), math.exp(numbers[LOG_ROCKER])
+    squares, product = coupler * coupler + rocker * rocker, 2.0 * coupler * rocker
+    short = math.sqrt(squares - product * math.cos(numbers[LEAST]))
+    long = math.sqrt(squares - product * math.cos(numbers[LARGEST]))
+    return 0.5 * (long + short), 0.5 * (long - short)
+
+
+@subroutine()
+def outward_slopes(constants, shortest, longest, slopes):
+    """Derivatives by the numbers, rows of `slopes`, of the logarithms of the longer of crank and ground, and of the
+    inverse of the shorter one; zero where the length is within its bound.
+    """
+    slopes[:] = 0.0
+    longer, shorter = max(constants[CRANK], constants[GROUND]), min(constants[CRANK], constants[GROUND])
+    for number, k, side in ((LOG_COUPLER, 0, 0), (LOG_ROCKER, 1, 0), (LEAST, 2, -1), (LARGEST, 2, 1)):
+        by_short = constants[SHORT_BY + k] if side <= 0 else 0.0
+        by_long = constants[LONG_BY + k] if side >= 0 else 0.0
+        if longer >= longest * (1.0 - _NEAR):
+            slopes[0, number] = 0.5 * (by_long + by_short) / longer
+        if shorter <= shortest * (1.0 + _NEAR):
+            slopes[1, number] = -0.5 * (by_long - by_short) / shorter
 
 
 @subroutine()

@@ -9,13 +9,16 @@ import numpy as np
 
 from explore.model.quantities import FloatArray
 from explore.synthesis.linkages import ComplexArray, FourBar
-from explore.synthesis.paths.alignment import Starts, close_path, lay_over, lay_over_parts, lay_timed
-from explore.synthesis.paths.atlas import describe, make_atlas
-from explore.synthesis.paths.fitting import ORDERED, SHIFTED, TIMED, Problem, fit
+from explore.synthesis.paths.alignment import Starts, close_path, join, lay_over, lay_over_parts, lay_timed
+from explore.synthesis.paths.atlas import describe, draw_shapes, make_atlas
+from explore.synthesis.paths.fitting import ORDERED, SHIFTED, TIMED, Task
+from explore.synthesis.paths.improving import Candidates, improve
 from explore.synthesis.paths.numbers import (
     ACROSS,
     ALONG,
+    CRANK,
     FRAME,
+    GROUND,
     LARGEST,
     LEAST,
     LOG_COUPLER,
@@ -27,15 +30,10 @@ from explore.synthesis.paths.numbers import (
     close_shape,
 )
 
-#: Steps of each stage, and the share of the starts that goes on to the next; from so many steps on, to the last digits.
-_STAGES = ((8, 0.15), (30, 0.15), (400, 0.2), (4000, 1.0))
-_FINE = 400
-#: Curves of the atlas that are laid over the path, and starts that are improved together.
-_N_NEAREST, _CHUNK = 3000, 512
-#: Shapes that are tried for open paths and for timed points.
-_N_TRIED = 8192
-#: Errors that differ by less, relatively, are the same solution.
-_SAME = 1e-4
+#: Shapes of the atlas, those of them that are laid over a closed path, and shapes that are tried for other paths.
+_N_ATLAS, _N_NEAREST, _N_TRIED = 100_000, 3000, 8192
+#: One double crank is tried for so many crank-rockers.
+_DOUBLE = 4
 
 
 @dataclass(frozen=True)
@@ -59,10 +57,13 @@ class PathTask:
         The least of the transmission angle and its supplement over the turn, rad.
     link_ratio_max
         The longest link over the size of the path, the larger side of its box.
+    link_ratio_min
+        The shortest link over that size. Without it, some curves are best met by links of no length.
     weights
         Of the squared distances, shape (n,); None for 1.
     held
-        Numbers of the linkage that are given, by their place among the nine: see `explore.synthesis.paths.numbers`.
+        Numbers of the linkage that are given, or ranges of them, by their place among the nine: see
+        `explore.synthesis.paths.numbers`.
     """
 
     points: ComplexArray
@@ -72,8 +73,9 @@ class PathTask:
     span_min: float = 0.0
     transmission_angle_min: float = float(np.radians(20.0))
     link_ratio_max: float = 10.0
+    link_ratio_min: float = 0.01
     weights: FloatArray | None = None
-    held: Mapping[int, float] = field(default_factory=dict)
+    held: Mapping[int, float | tuple[float, float]] = field(default_factory=dict)
 
     @property
     def size(self) -> float:
@@ -92,20 +94,24 @@ class PathTask:
         lower, upper = np.full(N_NUMBERS, -np.inf), np.full(N_NUMBERS, np.inf)
         lower[[LEAST, LARGEST]] = self.transmission_angle_min
         upper[[LEAST, LARGEST]] = np.pi - self.transmission_angle_min
+        lower[[LOG_COUPLER, LOG_ROCKER]] = np.log(self.link_ratio_min * self.size)
         upper[[LOG_COUPLER, LOG_ROCKER]] = np.log(self.link_ratio_max * self.size)
         for number, value in self.held.items():
-            lower[number] = upper[number] = value
+            lower[number], upper[number] = value if isinstance(value, tuple) else (value, value)
         return lower, upper
 
     def starts(self, count: int) -> Starts:
-        """Shapes laid over the path, about `count` of them."""
+        """Crank-rockers and double cranks laid over the path, about `count` of the nearest where there are more."""
+        return join([self._starts(True, 1, count), self._starts(False, _DOUBLE, count // _DOUBLE)])
+
+    def _starts(self, is_ground_longer: bool, part: int, count: int) -> Starts:
+        if self.is_closed and self.crank_angles is None:
+            target, atlas = close_path(self.points), make_atlas(_N_ATLAS // part, is_ground_longer=is_ground_longer)
+            return lay_over(target, atlas.shapes[atlas.nearest(describe(target.points[None])[0], count)])
+        shapes = draw_shapes(_N_TRIED // part, is_ground_longer=is_ground_longer)
         if self.crank_angles is not None:
-            shapes = make_atlas(_N_TRIED).shapes
             return lay_timed(self.points, self.crank_angles, shapes, is_shift_free=self.angles_from == "free")
-        if not self.is_closed:
-            return lay_over_parts(self.points, make_atlas(_N_TRIED).shapes, self.span_min)
-        target, atlas = close_path(self.points), make_atlas()
-        return lay_over(target, atlas.shapes[atlas.nearest(describe(target.points[None])[0], count)])
+        return lay_over_parts(self.points, shapes, self.span_min)
 
 
 @dataclass(frozen=True)
@@ -130,51 +136,39 @@ class PathSolution:
 def find_paths(task: PathTask, count: int = 10, n_starts: int = _N_NEAREST) -> list[PathSolution]:
     """Linkages with the least sums of squared distances that were found, each a local optimum, best first."""
     starts = task.starts(n_starts)
-    order = np.argsort(starts.errors, kind="stable")[:n_starts]
+    best = np.argsort(starts.errors, kind="stable")[:n_starts]
+    candidates = improve(_task_of(task), _candidates_of(starts.rows(best)), count)
     found: list[PathSolution] = []
-    for first in range(0, len(order), _CHUNK):
-        found += _improve(task, starts, order[first : first + _CHUNK])
-    found.sort(key=lambda solution: solution.error)
-    distinct: list[PathSolution] = []
-    for solution in found:
-        if not any(abs(solution.error - other.error) <= _SAME * other.error for other in distinct):
-            distinct.append(solution)
-    return distinct[:count]
+    for k in range(len(candidates.errors)):
+        numbers, branch = candidates.numbers[k], float(candidates.branches[k])
+        linkage = linkage_of(numbers, branch, is_ground_longer=bool(candidates.are_grounds_longer[k]))
+        ratios = np.array(linkage.lengths) / task.size
+        if task.link_ratio_min * (1.0 - 1e-9) <= ratios.min() and ratios.max() <= task.link_ratio_max * (1.0 + 1e-9):
+            found.append(PathSolution(linkage, candidates.angles[k] + numbers[FRAME], float(candidates.errors[k])))
+    return found[:count]
 
 
-def _improve(task: PathTask, starts: Starts, rows: np.ndarray) -> list[PathSolution]:
-    """Improve starts in stages, of which each takes the best on."""
-    numbers, angles = numbers_of_starts(starts, rows), starts.angles[rows].copy()
-    weights = np.ones(len(task.points)) if task.weights is None else task.weights
+def _task_of(task: PathTask) -> Task:
+    weights = np.ones(len(task.points)) if task.weights is None else np.ascontiguousarray(task.weights, dtype=float)
     lower, upper = task.bounds()
-    problems = [
-        Problem(
-            task.points, weights, float(starts.branches[row]), float(starts.senses[row]), True, task.mode, lower, upper,
-            float(task.span_min),
-        )
-        for row in rows
-    ]  # fmt: skip
-    alive = np.arange(len(rows))
-    errors = np.full(len(rows), np.inf)
-    for most_steps, share in _STAGES:
-        tolerance = 1e-7 if most_steps < _FINE else 1e-10
-        for k in alive:
-            errors[k] = fit(problems[k], numbers[k], angles[k], most_steps, tolerance)
-        alive = alive[np.argsort(errors[alive], kind="stable")][: max(4, int(len(alive) * share))]
-    found = []
-    for k in alive:
-        linkage = linkage_of(numbers[k], starts.branches[rows[k]])
-        if max(linkage.lengths) <= task.link_ratio_max * task.size:
-            found.append(PathSolution(linkage, angles[k] + numbers[k, FRAME], float(errors[k])))
-    return found
+    shortest, longest = task.link_ratio_min * task.size, task.link_ratio_max * task.size
+    points = np.ascontiguousarray(task.points, dtype=np.complex128)
+    return Task(points, weights, task.mode, lower, upper, float(task.span_min), shortest, longest)
 
 
-def numbers_of_starts(starts: Starts, rows: np.ndarray) -> FloatArray:
+def _candidates_of(starts: Starts) -> Candidates:
+    is_longer = starts.shapes[:, GROUND] >= starts.shapes[:, CRANK]
+    return Candidates(
+        starts.branches, starts.senses, is_longer, numbers_of_starts(starts), starts.angles.copy(), starts.errors
+    )
+
+
+def numbers_of_starts(starts: Starts) -> FloatArray:
     """The nine numbers of starts, shape (n, 9)."""
-    crank, coupler, rocker, ground, along, across = starts.shapes[rows].T
-    numbers = np.empty((len(rows), N_NUMBERS))
-    numbers[:, PIVOT_X], numbers[:, PIVOT_Y] = starts.places[rows].real, starts.places[rows].imag
-    numbers[:, FRAME] = starts.frames[rows]
+    crank, coupler, rocker, ground, along, across = starts.shapes.T
+    numbers = np.empty((len(starts.errors), N_NUMBERS))
+    numbers[:, PIVOT_X], numbers[:, PIVOT_Y] = starts.places.real, starts.places.imag
+    numbers[:, FRAME] = starts.frames
     numbers[:, LOG_COUPLER], numbers[:, LOG_ROCKER] = np.log(coupler), np.log(rocker)
     for number, side in ((LEAST, ground - crank), (LARGEST, ground + crank)):
         cosine = (coupler**2 + rocker**2 - side**2) / (2.0 * coupler * rocker)

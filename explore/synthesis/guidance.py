@@ -1,0 +1,135 @@
+"""Four-bars that carry a body through three, four or five poses exactly: pairs of dyads, and what they do between.
+
+Two dyads make a four-bar whose coupler is the body. It meets the poses, but perhaps only on two branches, in another
+order, or with a crank that does not turn: that is told of each pair.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from explore.errors import RequestError
+from explore.model.quantities import FloatArray
+from explore.synthesis.defects import OTHER_BRANCH, OTHER_CIRCUIT, PASSES, WRONG_ORDER
+from explore.synthesis.linkages import ComplexArray, FourBar
+from explore.synthesis.poses import Poses, burmester_curves, find_dyads, fixed_pivots
+
+BoolArray = npt.NDArray[np.bool_]
+
+#: Moving pivots that are tried for three poses, angles of the first link for four, and pairs that are looked at.
+_N_PIVOTS, _N_ANGLES, _MOST_DYADS = 4096, 720, 700
+
+
+@dataclass(frozen=True)
+class Pairs:
+    """Four-bars of pairs of dyads, each array of shape (n,).
+
+    Attributes
+    ----------
+    fixed, moving
+        Pivots of the crank and of the rocker, the moving ones in the first pose, complex (2, n).
+    fates
+        What they do between the poses: fates of `explore.synthesis.defects`.
+    turning
+        Whether the crank turns fully.
+    transmission_angles
+        The least transmission angle, or its supplement, over the turn, rad; NaN for cranks that do not turn.
+    branches
+        In the first pose, 1 or -1, as of `FourBar`.
+    """
+
+    fixed: ComplexArray
+    moving: ComplexArray
+    fates: npt.NDArray[np.str_]
+    turning: BoolArray
+    transmission_angles: FloatArray
+    branches: FloatArray
+
+    @property
+    def lengths(self) -> FloatArray:
+        """Crank, coupler, rocker and ground, shape (4, n)."""
+        crank, rocker = np.abs(self.moving - self.fixed)
+        return np.array(
+            [crank, np.abs(np.diff(self.moving, axis=0)[0]), rocker, np.abs(np.diff(self.fixed, axis=0)[0])]
+        )
+
+    def rows(self, chosen: npt.NDArray[Any]) -> Pairs:
+        """Some of them."""
+        columns = vars(self).values()
+        return Pairs(*(column[:, chosen] if column.ndim == 2 else column[chosen] for column in columns))
+
+    def linkage(self, row: int, poses: Poses) -> FourBar:
+        """The four-bar of a row; its coupler point is that of the poses."""
+        (crank_pivot, rocker_pivot), (pin, end) = self.fixed[:, row].tolist(), self.moving[:, row].tolist()
+        point = (complex(poses.points[0]) - pin) / (end - pin)
+        crank, coupler, rocker, _ = self.lengths[:, row].tolist()
+        return FourBar(crank_pivot, rocker_pivot, crank, coupler, rocker, point, int(self.branches[row]))
+
+
+def find_pairs(poses: Poses, length_max: float, seed: int = 0) -> Pairs:
+    """All four-bars of five poses; of four and three, those of many dyads with links up to a length.
+
+    Parameters
+    ----------
+    poses
+        Three, four or five.
+    length_max
+        Longest link, and farthest moving pivot from the body's point.
+    seed
+        Of the choice among the dyads of three poses, which are a plane of points.
+    """
+    n = len(poses.points)
+    if n == 5:
+        dyads = find_dyads(poses)
+        fixed, moving = (np.array([getattr(each, name) for each in dyads]) for name in ("fixed", "moving"))
+    elif n == 4:
+        curves = burmester_curves(poses, np.linspace(0.0, 2.0 * np.pi, _N_ANGLES + 2)[1:-1])
+        fixed, moving = (each.ravel() for each in curves)
+    elif n == 3:
+        rng = np.random.default_rng(seed)
+        moving = poses.points[0] + length_max * (rng.uniform(-1, 1, _N_PIVOTS) + 1j * rng.uniform(-1, 1, _N_PIVOTS))
+        fixed = fixed_pivots(poses, moving)
+    else:
+        raise RequestError(f"three to five poses can be met exactly, not {n}")
+    if n < 5:
+        with np.errstate(invalid="ignore"):
+            near = (np.abs(moving - fixed) <= length_max) & (np.abs(moving - poses.points[0]) <= length_max)
+        fixed, moving = fixed[near], moving[near]
+        some = np.unique(np.linspace(0, max(len(fixed) - 1, 0), _MOST_DYADS).astype(np.int64))
+        fixed, moving = (each[some] if len(each) else each for each in (fixed, moving))
+    crank, rocker = np.nonzero(~np.eye(len(fixed), dtype=np.bool_))
+    return _examined(poses, fixed[np.array([crank, rocker])], moving[np.array([crank, rocker])])
+
+
+def _examined(poses: Poses, fixed: ComplexArray, moving: ComplexArray) -> Pairs:
+    """What the pairs do."""
+    rotations, shifts = poses.displacements()
+    places = np.concatenate([moving[None], rotations[:, None, None] * moving + shifts[:, None, None]])
+    pins, ends = places[:, 0], places[:, 1]  # [pose, pair]
+    sides = np.where(((fixed[1] - pins).conj() * (ends - pins)).imag >= 0.0, 1.0, -1.0)
+    empty = np.zeros(fixed.shape[1])
+    pairs = Pairs(fixed, moving, empty.astype("<U16"), empty > 0.0, empty, sides[0])
+    crank, coupler, rocker, ground = lengths = pairs.lengths
+    ordered = np.sort(lengths, axis=0)
+    turning = (np.minimum(crank, ground) == ordered[0]) & (ordered[0] + ordered[3] < ordered[1] + ordered[2])
+    with np.errstate(invalid="ignore", divide="ignore"):
+        cosines = [
+            (coupler**2 + rocker**2 - side**2) / (2.0 * coupler * rocker) for side in (ground - crank, ground + crank)
+        ]
+        worst = np.arccos(np.abs(np.array(cosines)).max(axis=0))
+    in_order = _in_order(np.angle(pins - fixed[0]))
+    one_side = (sides == sides[0]).all(axis=0)
+    # The two branches of a crank that turns are two circuits.
+    fates = np.where(one_side, np.where(in_order, PASSES, WRONG_ORDER), np.where(turning, OTHER_CIRCUIT, OTHER_BRANCH))
+    return Pairs(fixed, moving, fates, turning, np.where(turning, worst, np.nan), sides[0])
+
+
+def _in_order(angles: FloatArray) -> BoolArray:
+    """Whether the crank's angles, (poses, n), go one way within a turn."""
+    steps = np.diff(angles, axis=0) % (2.0 * np.pi)
+    forwards, backwards = steps.sum(axis=0), (-steps % (2.0 * np.pi)).sum(axis=0)
+    return np.asarray(np.minimum(forwards, backwards) < 2.0 * np.pi)

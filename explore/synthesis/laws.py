@@ -1,0 +1,107 @@
+"""Functions that linkages shall generate: a formula of x or a table, scaled to the angles of input and output."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from explore.errors import RequestError
+from explore.evaluation.propagation import Bounded, propagate
+from explore.model.quantities import FloatArray
+from explore.request.formula_text import parse_formula
+
+#: Values of x at which a function is tested before it is used.
+_N_TESTED = 401
+
+
+def chebyshev_points(first: float, last: float, count: int) -> FloatArray:
+    """Precision points by Chebyshev's spacing, ascending from first to last, shape (count,).
+
+    The zeros of the polynomial that deviates least from 0 (F. Freudenstein, Trans. ASME 77 (1955) 853-861).
+    """
+    angles = (2.0 * np.arange(count) + 1.0) * np.pi / (2.0 * count)
+    return np.asarray((first + last) / 2.0 - (last - first) / 2.0 * np.cos(angles))
+
+
+@dataclass(frozen=True)
+class Law:
+    """A function y of x between two values of x.
+
+    Attributes
+    ----------
+    first, last
+        Ends of the range of x; the input turns from the first to the last.
+    values
+        The values y at x, shape (n,).
+    """
+
+    first: float
+    last: float
+    values: Callable[[FloatArray], FloatArray]
+
+    def inputs(self, x: FloatArray, turn: float) -> FloatArray:
+        """What the input has turned at x, where it turns by `turn` in all, shape (n,)."""
+        return np.asarray(turn * (x - self.first) / (self.last - self.first))
+
+    def outputs(self, x: FloatArray, turn: float) -> FloatArray:
+        """What the output has turned at x, where it turns by `turn` from the least to the greatest value, (n,)."""
+        y = self.values(self.even(_N_TESTED))
+        return np.asarray(turn * (self.values(x) - y[0]) / np.ptp(y))
+
+    def even(self, count: int) -> FloatArray:
+        """Values of x at even steps, the ends included, shape (count,)."""
+        return np.linspace(self.first, self.last, count)
+
+
+def formula_law(text: str, first: float, last: float) -> Law:
+    """The law of a formula of x; angles of sines and the like are in degrees, as in all formulas.
+
+    Raises
+    ------
+    RequestError
+        If it is no formula of x, or has no finite value, or but one, in the range.
+    """
+    formula = parse_formula(text)
+    others = [name for name in formula.names if name != "x"]
+    if others:
+        raise RequestError(f"is a formula of x alone, got the name '{others[0]}'")
+    if not formula.names:
+        raise RequestError("does not depend on x")
+
+    def values(x: FloatArray) -> FloatArray:
+        return propagate(formula.expression, [Bounded.exact(np.asarray(x, dtype=np.float64))]).value
+
+    return _tested(Law(first, last, values))
+
+
+def table_law(x: Sequence[float], y: Sequence[float]) -> Law:
+    """The law through pairs, by the monotone cubic interpolation of Fritsch and Butland between them.
+
+    Raises
+    ------
+    RequestError
+        If there are fewer than three pairs, x does not ascend or descend, or all y are one value.
+    """
+    from scipy.interpolate import PchipInterpolator
+
+    places, values = np.asarray(x, dtype=np.float64), np.asarray(y, dtype=np.float64)
+    if len(places) < 3:
+        raise RequestError(f"has {len(places)} pairs, but a function needs three or more")
+    steps = np.diff(places)
+    if not ((steps > 0.0).all() or (steps < 0.0).all()):
+        raise RequestError("the values of x must ascend, or descend, from pair to pair")
+    order = np.argsort(places)
+    return _tested(Law(float(places[0]), float(places[-1]), PchipInterpolator(places[order], values[order])))
+
+
+def _tested(law: Law) -> Law:
+    """The law, if it has finite values that differ."""
+    x = law.even(_N_TESTED)
+    values = law.values(x)
+    if not np.isfinite(values).all():
+        raise RequestError(f"has no value at x = {x[~np.isfinite(values)][0]:g}; change the range")
+    if np.ptp(values) <= 1e-12 * np.abs(values).max():
+        raise RequestError("has one value over the whole range")
+    return law

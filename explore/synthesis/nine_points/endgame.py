@@ -1,0 +1,177 @@
+"""Where solutions go that do not simply arrive: Cauchy's endgame.
+
+Near the target a solution is a power series in s^(1/w), where s = 1 - t and w is its winding number: led around s = 0
+on a circle, it returns after w turns. Numbers that go to infinity have a first term of negative power. The argument of
+a number, over all turns, grows by 2 pi times w times its power, an integer, and the mean over the turns is its limit
+(A. P. Morgan, A. J. Sommese, C. W. Wampler, Computing singular solutions to nonlinear analytic systems, Numer. Math.
+58 (1991) 669-684). What is infinite, zero or neither is thus counted and not judged by its size. Over the one of
+(1, x, a, y, b) that grows fastest, and over that of the hats, all limits are finite; two circles must agree on them.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from os import cpu_count
+
+import numpy as np
+import numpy.typing as npt
+
+from explore.synthesis.linkages import ComplexArray
+from explore.synthesis.nine_points.equations import N_UNKNOWNS
+from explore.synthesis.nine_points.tracking import N_SIDES, circle
+
+#: Where a solution goes: to a linkage, to one where several meet, to one with a link that is a point, to infinity.
+REGULAR, SINGULAR, DEGENERATE, INFINITE, LOST = range(5)
+#: Radii of the circles shrink by this from one to the next, at the first and at a second attempt; the least share of
+#: the first radius; the most turns.
+SHRINKAGES, _LEAST_RADIUS, _MOST_TURNS = (0.3, 0.55), 1e-5, 8
+_WANTED = 1e-6
+#: Largest difference of the limits by two circles, relative, and at infinity, where digits are lost.
+_AGREED, _AGREED_AT_INFINITY = 1e-6, 1e-4
+#: Most of its size on a circle that may be left of a length that is counted as zero; most that the reciprocal of an
+#: infinite unknown may be, 1e-13 where it was, and 1e-6 at the largest solutions of generic points.
+_ZERO, _ZERO_AT_INFINITY = 1e-3, 1e-9
+_CHUNK = 4
+Follow = Callable[[ComplexArray, ComplexArray, ComplexArray], tuple[ComplexArray, npt.NDArray[np.bool_]]]
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Where solutions go.
+
+    Attributes
+    ----------
+    fates
+        One of the fates of this module, shape (n,); `REGULAR` says only that the limit is a linkage and w is 1.
+    windings
+        Winding numbers, 0 where lost, (n,).
+    solutions
+        The limits where all unknowns stay finite, else NaN, (n, 8).
+    """
+
+    fates: npt.NDArray[np.int64]
+    windings: npt.NDArray[np.int64]
+    solutions: ComplexArray
+
+
+def find_limits(
+    solutions: ComplexArray, target: ComplexArray, rates: ComplexArray, follow: Follow, shrinkage: float
+) -> Limits:
+    """Limits of solutions of the problem `target - rates` as its parameters go straight to `target`.
+
+    Parameters
+    ----------
+    follow
+        Follows solutions from parameters, by rates; returns them and whether each arrived.
+    shrinkage
+        Ratio of the radii of one circle and the one before.
+    """
+    n = len(solutions)
+    fates, windings = np.full(n, LOST), np.zeros(n, dtype=np.int64)
+    limits = np.full((n, N_UNKNOWNS), np.nan, dtype=np.complex128)
+    before: list[_Circle | None] = [None] * n
+    todo, places = np.arange(n), solutions.copy()
+    for _ in range(math.ceil(math.log(_LEAST_RADIUS) / math.log(shrinkage))):
+        samples, turns = _circles(places[todo], target, rates)
+        for row, sampled, w in zip(todo, samples, turns, strict=True):
+            last, found = before[row], _Circle.around(sampled[: w * N_SIDES], int(w)) if w > 0 else None
+            before[row] = found
+            if found is not None and last is not None and found.agrees(last):
+                fates[row], windings[row], limits[row] = found.fate, w, found.limit
+        smaller = shrinkage * rates
+        todo = todo[fates[todo] == LOST]
+        if not len(todo):
+            break
+        places[todo], arrived = follow(places[todo], target - rates, rates - smaller)
+        todo, rates = todo[arrived], smaller
+    return Limits(fates, windings, limits)
+
+
+@dataclass(frozen=True)
+class _Circle:
+    """What one circle says of a solution's limit.
+
+    Attributes
+    ----------
+    winding
+        Turns until the solution returned.
+    unknowns, lengths
+        Leading powers of s, times the winding number, of the unknowns and of the links' vectors.
+    homogeneous
+        The limit of (1, x, a, y, b) over the number that grows fastest, and of the hats alike.
+    limit
+        The limit of the unknowns; NaN where one is infinite.
+    left
+        The most that is left of a limit that the powers say is zero: of a link's vector, over its size on the circle,
+        and of the reciprocal of an unknown.
+    """
+
+    winding: int
+    unknowns: npt.NDArray[np.int64]
+    lengths: npt.NDArray[np.int64]
+    homogeneous: ComplexArray
+    limit: ComplexArray
+    left: float
+
+    @classmethod
+    def around(cls, samples: ComplexArray, winding: int) -> _Circle:
+        """From solutions along all turns, shape (turns times `N_SIDES`, 8)."""
+        x, a, y, b = (samples[:, 2 * k : 2 * k + 2] for k in range(4))
+        vectors = np.hstack([x, y, x - y, x - a, y - b, a - b])
+        unknowns, lengths = _powers(samples), _powers(vectors)
+        means, left = [], []
+        for o in (0, 1):
+            group = np.hstack([np.ones((len(samples), 1)), samples[:, o::2]])
+            fastest = int(np.argmin(np.concatenate([[0], unknowns[o::2]])))
+            means.append((group / group[:, [fastest]]).mean(axis=0))
+            left.append(abs(means[-1][0]) if fastest else 0.0)
+        is_finite = bool((unknowns >= 0).all())
+        if is_finite:
+            shares = np.abs(vectors.mean(axis=0)) / np.abs(vectors).max(axis=0)
+            left = list(shares[lengths > 0])
+        limit = samples.mean(axis=0) if is_finite else np.full(N_UNKNOWNS, np.nan, dtype=np.complex128)
+        return cls(winding, unknowns, lengths, np.concatenate(means), limit, float(max(left, default=0.0)))
+
+    @property
+    def fate(self) -> int:
+        """What the limit is."""
+        if (self.unknowns < 0).any():
+            return INFINITE
+        if (self.lengths > 0).any():
+            return DEGENERATE
+        return REGULAR if self.winding == 1 else SINGULAR
+
+    def agrees(self, other: _Circle) -> bool:
+        """Whether both say the same of what stays finite, what vanishes, and of the limit."""
+        if self.winding != other.winding or not self.left < (_ZERO_AT_INFINITY if self.fate == INFINITE else _ZERO):
+            return False
+        if not (np.array_equal(self.unknowns, other.unknowns) and np.array_equal(self.lengths, other.lengths)):
+            return False
+        agreed = _AGREED_AT_INFINITY if self.fate == INFINITE else _AGREED
+        return bool(np.abs(self.homogeneous - other.homogeneous).max() < agreed)
+
+
+def _powers(samples: ComplexArray) -> npt.NDArray[np.int64]:
+    """How often each number goes around zero along all turns: its leading power of s, times w."""
+    steps = np.roll(samples, -1, axis=0) / samples
+    return np.asarray(np.rint(np.angle(steps).sum(axis=0) / (2.0 * np.pi)), dtype=np.int64)
+
+
+def _circles(
+    solutions: ComplexArray, target: ComplexArray, rates: ComplexArray
+) -> tuple[ComplexArray, npt.NDArray[np.int64]]:
+    """Samples and turns of circles around the target, on all cores; see `tracking.circle`."""
+    solutions = np.ascontiguousarray(solutions)
+    samples = np.empty((len(solutions), _MOST_TURNS * N_SIDES, N_UNKNOWNS), dtype=np.complex128)
+    turns = np.zeros(len(solutions), dtype=np.int64)
+
+    def run(first: int) -> None:
+        part = slice(first, first + _CHUNK)
+        circle(solutions[part], target, rates, _WANTED, samples[part], turns[part])
+
+    with ThreadPoolExecutor(cpu_count()) as pool:
+        list(pool.map(run, range(0, len(solutions), _CHUNK)))
+    return samples, turns

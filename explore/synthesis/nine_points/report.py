@@ -1,0 +1,134 @@
+"""All linkages through nine points, simulated: how each passes the points, and what is complete and proved."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from explore.mechanisms.four_bar import CLASS_LABELS, classify
+from explore.synthesis.defects import MISSES, PASSES, SENTENCES, Passage, find_passage
+from explore.synthesis.linkages import ComplexArray, FourBar
+from explore.synthesis.nine_points.certificates import Certificates, certify
+from explore.synthesis.nine_points.classes import N_CLASSES
+from explore.synthesis.nine_points.four_bars import distance_from_real, driven_by_rocker, linkages_of
+from explore.synthesis.nine_points.solving import NinePointSolutions, find_all
+
+#: Largest relative distance of hats from conjugates in real singular solutions, which have about six digits.
+_NEARLY_REAL = 1e-5
+
+
+@dataclass(frozen=True)
+class FoundLinkage:
+    """A linkage through the nine points.
+
+    Attributes
+    ----------
+    linkage
+        The linkage; its crank is the link that drives it past the points best, of two the shorter one.
+    solution, cognate
+        Number of the real solution, from 1, and of its cognate, 0 … 2.
+    linkage_class
+        Its class by Grashof, in the words of `explore.mechanisms.four_bar`.
+    passage
+        How it passes the points.
+    is_proved
+        Whether it is proved to exist.
+    """
+
+    linkage: FourBar
+    solution: int
+    cognate: int
+    linkage_class: str
+    passage: Passage
+    is_proved: bool
+
+
+@dataclass(frozen=True)
+class NinePointReport:
+    """All linkages through nine points.
+
+    Attributes
+    ----------
+    linkages
+        Those that pass the points in order first, of those the ones with the least ratio of links.
+    solutions
+        What the paths lead to, complex solutions included.
+    certificates
+        What is proved of `solutions.solutions`.
+    """
+
+    linkages: tuple[FoundLinkage, ...]
+    solutions: NinePointSolutions
+    certificates: Certificates
+
+    @property
+    def is_complete(self) -> bool:
+        """Whether it is known where all paths lead, so that no other isolated linkage passes the points."""
+        return self.solutions.is_complete
+
+    @property
+    def is_certified(self) -> bool:
+        """Whether all regular solutions are proved to exist, to differ, and to be real or not."""
+        return self.certificates.is_complete
+
+    @property
+    def sentence(self) -> str:
+        """What was found, what of it is proved, and whether anything can be missing."""
+        solutions, n_passing = self.solutions, sum(each.passage.fate == PASSES for each in self.linkages)
+        n_regular, n_proved = len(solutions.solutions), int(self.certificates.is_proved.sum())
+        proved = "all proved" if self.is_certified else f"{n_proved:,} of them proved"
+        if not n_regular:
+            proved = "none"
+        others = [
+            (solutions.n_singular, "to singular solutions"),
+            (solutions.n_degenerate, "to linkages with a link that is a point"),
+            (solutions.n_infinite, "to infinity"),
+            (solutions.n_lost, "are lost, so that linkages may be missing"),
+        ]
+        ends = "; ".join(
+            [f"{n_regular:,} lead to regular solutions, {proved}"] + [f"{n:,} {to}" for n, to in others if n]
+        )
+        return (
+            f"Of {N_CLASSES:,} paths {ends}. {len(solutions.real)} regular solutions are real; with cognates "
+            f"{len(self.linkages)} linkages were found, {n_passing} of which take the points in order."
+        )
+
+
+def find_linkages(points: ComplexArray) -> NinePointReport:
+    """All linkages through nine points, each simulated.
+
+    Parameters
+    ----------
+    points
+        Shape (9,), complex.
+
+    Raises
+    ------
+    RequestError
+        If the points are not nine or two are equal.
+    """
+    found = find_all(points)
+    certificates = certify(found.solutions, points, found.size)
+    rows = [(found.solutions[row], bool(certificates.is_real[row])) for row in found.real]
+    rows += [(row, False) for row in found.singular[distance_from_real(found.singular) < _NEARLY_REAL]]
+    linkages = []
+    for number, (solution, is_proved) in enumerate(rows, start=1):
+        for cognate, linkage in enumerate(linkages_of(solution, complex(points[0]), found.size)):
+            linkages.append(simulated(linkage, points, number, cognate, is_proved=is_proved))
+    kept = [each for each in linkages if each.is_proved or each.passage.fate != MISSES]
+    return NinePointReport(tuple(sorted(kept, key=rank)), found, certificates)
+
+
+def simulated(linkage: FourBar, points: ComplexArray, number: int, cognate: int, *, is_proved: bool) -> FoundLinkage:
+    """The linkage, driven by the link that passes the points best."""
+    driven = [(each, find_passage(each, points)) for each in (linkage, driven_by_rocker(linkage))]
+    best, passage = min(driven, key=lambda pair: list(SENTENCES).index(pair[1].fate))
+    label = CLASS_LABELS[int(classify(*best.lengths)[0])]
+    return FoundLinkage(best, number, cognate, label, passage, is_proved)
+
+
+def rank(found: FoundLinkage) -> tuple[int, float]:
+    """Fates from the best on, then the ratio of the longest link to the shortest."""
+    lengths = np.array(found.linkage.lengths)
+    return list(SENTENCES).index(found.passage.fate), float(lengths.max() / lengths.min())

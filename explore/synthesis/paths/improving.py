@@ -1,0 +1,129 @@
+"""Improvement of many linkages in stages: few steps for all, more for the best of a group, many for the best of all."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+
+import numpy as np
+
+from explore.model.quantities import FloatArray
+from explore.synthesis.paths.atlas import IntArray
+from explore.synthesis.paths.fitting import ORDERED, Task, fit
+from explore.synthesis.paths.ordering import order_angles
+
+#: Steps of each stage of a group, and the share of its linkages that goes on.
+_STAGES = ((8, 0.15), (30, 0.15), (400, 1.0))
+#: Linkages that are improved together, and the least number of them that goes on.
+_GROUP, _LEAST = 512, 4
+#: Steps of the last stage, for so many more linkages than are asked for; tolerances before it and in it.
+_MOST_STEPS, _MORE = 4000, 14
+_COARSE, _FINE = 1e-7, 1e-10
+#: Samples of a turn, and of them between two that the first point is sought from, when angles are chosen anew: for all
+#: starts, for the best of a group, and for the best of all, which is repeated.
+_OF_ALL, _OF_GROUP, _OF_BEST, _REPETITIONS = (64, 8), (128, 4), (256, 4), 3
+#: Errors that differ by less, relatively, are the same linkage.
+_SAME = 1e-4
+
+
+@dataclass(frozen=True)
+class Candidates:
+    """Linkages under improvement.
+
+    Attributes
+    ----------
+    branches, senses
+        1.0 or -1.0, shape (n,).
+    are_grounds_longer
+        Whether the ground or the crank is the longer, bool, shape (n,).
+    numbers
+        Shape (n, 9).
+    angles
+        Of the crank from the frame, rad, shape (n, k).
+    errors
+        Weighted sums of squares, shape (n,).
+    """
+
+    branches: FloatArray
+    senses: FloatArray
+    are_grounds_longer: np.ndarray
+    numbers: FloatArray
+    angles: FloatArray
+    errors: FloatArray
+
+    def rows(self, rows: IntArray) -> Candidates:
+        """Copies of some."""
+        return Candidates(*(column[rows] for column in vars(self).values()))
+
+    def fit(self, task: Task, most_steps: int, tolerance: float) -> Candidates:
+        """Improve all in place, and return them."""
+        fit(
+            task, self.branches, self.senses, self.are_grounds_longer, self.numbers, self.angles, most_steps, tolerance,
+            self.errors,
+        )  # fmt: skip
+        return self
+
+    def ordered(self, task: Task, n_samples: int, stride: int) -> Candidates:
+        """The same linkages with the best angles among samples of a turn."""
+        other = self.rows(np.arange(len(self.errors)))
+        order_angles(
+            task, other.branches, other.are_grounds_longer, other.numbers, n_samples, stride, other.senses,
+            other.angles, other.errors,
+        )  # fmt: skip
+        return other
+
+    def best(self, count: int) -> Candidates:
+        """The best, in order."""
+        return self.rows(np.argsort(self.errors, kind="stable")[:count])
+
+
+def improve(task: Task, candidates: Candidates, count: int) -> Candidates:
+    """The distinct best of all after improvement, about `count`, best first."""
+    n = len(candidates.errors)
+    groups = [candidates.rows(np.arange(first, min(first + _GROUP, n))) for first in range(0, n, _GROUP)]
+    with ThreadPoolExecutor(os.cpu_count()) as threads:
+
+        def each(improved: Callable[[Candidates], Candidates], of: Candidates) -> Candidates:
+            singles = (of.rows(np.array([k])) for k in range(len(of.errors)))
+            return _distinct(_joined(list(threads.map(improved, singles)))).best(count + _MORE)
+
+        best = _distinct(_joined(list(threads.map(lambda group: _improve_group(task, group), groups))))
+        best = best.best(count + _MORE)
+        if task.mode == ORDERED:
+            for _ in range(_REPETITIONS):
+                best = each(lambda one: _with_angles_anew(task, one, *_OF_BEST).fit(task, _STAGES[-1][0], _FINE), best)
+        return each(lambda one: one.fit(task, _MOST_STEPS, _FINE), best)
+
+
+def _improve_group(task: Task, group: Candidates) -> Candidates:
+    if task.mode == ORDERED:
+        group = group.ordered(task, *_OF_ALL)
+    for most_steps, share in _STAGES:
+        is_last = most_steps == _STAGES[-1][0]
+        if is_last and task.mode == ORDERED:
+            group = _with_angles_anew(task, group, *_OF_GROUP)
+        group = group.fit(task, most_steps, _FINE if is_last else _COARSE)
+        group = group.best(max(_LEAST, int(len(group.errors) * share)))
+    return group
+
+
+def _with_angles_anew(task: Task, group: Candidates, n_samples: int, stride: int) -> Candidates:
+    """Linkages with their angles, and again with the best among samples of a turn."""
+    return _joined([group, group.ordered(task, n_samples, stride)])
+
+
+def _distinct(candidates: Candidates) -> Candidates:
+    """Those with different errors, best first."""
+    kept: list[int] = []
+    for k in np.argsort(candidates.errors, kind="stable").tolist():
+        error = candidates.errors[k]
+        if not kept or error - candidates.errors[kept[-1]] > _SAME * error:
+            kept.append(k)
+    return candidates.rows(np.array(kept))
+
+
+def _joined(parts: list[Candidates]) -> Candidates:
+    columns = zip(*(vars(part).values() for part in parts), strict=True)
+    return Candidates(*(np.concatenate(column) for column in columns))

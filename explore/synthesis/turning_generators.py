@@ -1,0 +1,196 @@
+"""Four-bar function generators whose crank turns fully, with free initial angles: least true error of the output.
+
+The numbers are the logarithm of rocker over coupler, the transmission angles with crank and ground in line one way and
+the other, which give crank and ground by two triangles, and the initial angle of the crank; that of the rocker follows
+from the mean of the errors. So every choice is a linkage whose crank turns, and a bound on the transmission angle over
+the turn is one on two numbers.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from explore.errors import RequestError
+from explore.model.quantities import FloatArray
+from explore.synthesis.function_search import FoundGenerator, FunctionTask
+from explore.synthesis.functions import FourBarGenerator, wrapped
+
+LOG_RATIO, LEAST, LARGEST, START = range(4)
+_N_NUMBERS = 4
+#: Shapes that are tried, by Sobol's sequence, first crank angles of each, and values of the function.
+_N_SHAPES, _N_ANGLES, _N_VALUES = 1024, 36, 24
+#: Starts that are improved of each of the four kinds of linkage, and steps; then of all, and steps to the last digits.
+_COARSE, _FINE = (32, 15), (40, 200)
+#: Step of the differences, rad; by how much bounds are kept, rad; and relative gain of a step that is the last.
+_STEP, _WITHIN, _GAIN = 1e-7, 1e-9, 1e-12
+#: Mean squared error, rad, at which a function is met.
+_MET = 1e-20
+_LEAST_DAMPING, _LARGEST_DAMPING = 1e-12, 1e8
+#: Weight of a missed bound on the ratio of links, and by which share of it the search stays within.
+_WEIGHT, _INSIDE = 100.0, 1e-3
+_TINY = 1e-12
+#: Linkages of nearly equal numbers are the same.
+_SAME = 1e-3
+
+
+class _Batch(NamedTuple):
+    """Linkages: their numbers, shape (n, 4), branches, and whether the ground is longer than the crank, each (n,)."""
+
+    numbers: FloatArray
+    branches: FloatArray
+    is_ground_longer: npt.NDArray[np.bool_]
+
+    def lengths(self) -> FloatArray:
+        """Crank, coupler and rocker with a ground of 1, shape (3, n)."""
+        log_ratio, least, largest, _ = self.numbers.T
+        ratio = np.exp(log_ratio)
+        short, long = (np.sqrt(1.0 + ratio**2 - 2.0 * ratio * np.cos(angle)) for angle in (least, largest))
+        larger, smaller = 0.5 * (long + short), 0.5 * np.abs(long - short) + _TINY
+        crank, ground = (np.where(self.is_ground_longer == k, smaller, larger) for k in (True, False))
+        return np.array([crank / ground, 1.0 / ground, ratio / ground])
+
+    def outputs(self, turned: FloatArray) -> FloatArray:
+        """Angles of the rocker, rad, where the crank has turned so far from its first angle, shape (n, k)."""
+        crank, coupler, rocker = (each[:, None] for each in self.lengths())
+        diagonal = 1.0 - crank * np.exp(1j * (self.numbers[:, START, None] + turned))
+        square = np.abs(diagonal) ** 2
+        cosine = (rocker**2 + square - coupler**2) / (2.0 * rocker * np.sqrt(square))
+        return np.asarray(np.angle(-diagonal) + self.branches[:, None] * np.arccos(np.clip(cosine, -1.0, 1.0)))
+
+    def rows(self, chosen: npt.NDArray[Any]) -> _Batch:
+        """Some of them."""
+        return _Batch(*(column[chosen] for column in self))
+
+
+def find_turning_generators(task: FunctionTask, count: int = 20) -> list[FoundGenerator]:
+    """Generators of least mean square error whose crank turns, each a local optimum, best first.
+
+    Raises
+    ------
+    RequestError
+        If none within the bound on the ratio of links was found.
+    """
+    some = np.unique(np.linspace(0, len(task.inputs) - 1, _N_VALUES).astype(np.int64))
+    coarse = replace(task, inputs=task.inputs[some], outputs=task.outputs[some])
+    starts = [_starts(coarse, branch, is_longer) for branch in (1.0, -1.0) for is_longer in (True, False)]
+    batch = _Batch(*(np.concatenate(columns) for columns in zip(*starts, strict=True)))
+    batch, costs = _fit(coarse, batch, _COARSE[1])
+    batch, costs = _fit(task, batch.rows(np.argsort(costs, kind="stable")[: _FINE[0]]), _FINE[1])
+    found: list[FoundGenerator] = []
+    for row in np.argsort(costs, kind="stable"):
+        candidate = _found(task, batch.rows(np.array([row])))
+        if candidate is not None and not any(_is_same(candidate, other) for other in found):
+            found.append(candidate)
+    if not found:
+        raise RequestError(f"no four-bar whose crank turns has links within a ratio of {task.link_ratio_max:g}")
+    return sorted(found, key=lambda each: each.error_rms)[:count]
+
+
+def _bounds(task: FunctionTask) -> tuple[FloatArray, FloatArray]:
+    angle, ratio = task.transmission_angle_min + _WITHIN, np.log(min(task.link_ratio_max, 1e3))
+    least = max(angle, 1e-3)
+    return np.array([-ratio, least, least, -np.inf]), np.array([ratio, np.pi - least, np.pi - least, np.inf])
+
+
+def _starts(task: FunctionTask, branch: float, is_longer: bool) -> _Batch:
+    """The best of many shapes of a kind, with the best first angle of each."""
+    from scipy.stats.qmc import Sobol
+
+    lower, upper = (each[:START] for each in _bounds(task))
+    numbers = np.zeros((_N_SHAPES, _N_NUMBERS))
+    numbers[:, :START] = lower + (upper - lower) * Sobol(START, seed=0).random(_N_SHAPES)
+    numbers[:, [LEAST, LARGEST]] = np.sort(numbers[:, [LEAST, LARGEST]], axis=1)
+    batch = _Batch(numbers, np.full(_N_SHAPES, branch), np.full(_N_SHAPES, is_longer))
+    batch = batch.rows(_link_ratios(batch) <= task.link_ratio_max)
+    errors, firsts = np.full(len(batch.numbers), np.inf), np.zeros(len(batch.numbers))
+    for first in np.arange(_N_ANGLES) * (2.0 * np.pi / _N_ANGLES):
+        square = np.square(_about_mean(batch.outputs(first + task.inputs) - task.outputs)).sum(axis=1)
+        firsts, errors = np.where(square < errors, first, firsts), np.minimum(errors, square)
+    batch.numbers[:, START] = firsts
+    return batch.rows(np.argsort(errors, kind="stable")[: _COARSE[0]])
+
+
+def _link_ratios(batch: _Batch) -> FloatArray:
+    """The longest link over the shortest, shape (n,)."""
+    lengths = np.vstack([batch.lengths(), np.ones(len(batch.numbers))])
+    return np.asarray(lengths.max(axis=0) / lengths.min(axis=0))
+
+
+def _about_mean(angles: FloatArray) -> FloatArray:
+    """Angles less their circular mean, within half a turn, shape (n, k)."""
+    mean = np.angle(np.exp(1j * angles).sum(axis=1, keepdims=True))
+    turned = wrapped(angles - mean)
+    return np.asarray(turned - turned.mean(axis=1, keepdims=True))
+
+
+def _residuals(task: FunctionTask, batch: _Batch) -> FloatArray:
+    """Errors of the output, their squares' sum a mean, and by how much the ratio of links is missed, (n, k + 1)."""
+    errors = _about_mean(batch.outputs(task.inputs) - task.outputs) / np.sqrt(len(task.inputs))
+    missed = np.log(_link_ratios(batch) / (task.link_ratio_max * (1.0 - _INSIDE)))
+    return np.column_stack([errors, _WEIGHT * np.maximum(missed, 0.0)])
+
+
+def _fit(task: FunctionTask, batch: _Batch, most_steps: int) -> tuple[_Batch, FloatArray]:
+    """Improve linkages together by Levenberg and Marquardt's method within the bounds; also the sums of squares."""
+    lower, upper = _bounds(task)
+    batch = batch._replace(numbers=np.clip(batch.numbers, lower, upper))
+    residuals = _residuals(task, batch)
+    costs, damping = np.square(residuals).sum(axis=1), np.full(len(residuals), 1e-2)
+    is_done = np.zeros(len(costs), dtype=np.bool_)
+    for _ in range(most_steps):
+        active = np.flatnonzero(~is_done & (damping < _LARGEST_DAMPING))
+        if not len(active):
+            break
+        now = batch.rows(active)
+        trial = now._replace(numbers=_stepped(task, now, residuals[active], damping[active]))
+        found = _residuals(task, trial)
+        errors = np.square(found).sum(axis=1)
+        is_better = errors < costs[active]
+        damping[active] = np.where(is_better, np.maximum(0.2 * damping[active], _LEAST_DAMPING), 4.0 * damping[active])
+        is_done[active] = is_better & ((costs[active] - errors < _GAIN * costs[active]) | (errors < _MET))
+        better = active[is_better]
+        batch.numbers[better], residuals[better] = trial.numbers[is_better], found[is_better]
+        costs[better] = errors[is_better]
+    return batch, costs
+
+
+def _stepped(task: FunctionTask, batch: _Batch, residuals: FloatArray, damping: FloatArray) -> FloatArray:
+    """The numbers after a damped step; those that a bound holds stay."""
+    lower, upper = _bounds(task)
+    slopes = np.empty((*residuals.shape, _N_NUMBERS))
+    for j, unit in enumerate(np.eye(_N_NUMBERS)):
+        slopes[..., j] = (_residuals(task, batch._replace(numbers=batch.numbers + _STEP * unit)) - residuals) / _STEP
+    right = (slopes * residuals[..., None]).sum(axis=1)
+    held = ((batch.numbers <= lower) & (right > 0.0)) | ((batch.numbers >= upper) & (right < 0.0))
+    slopes *= ~held[:, None, :]
+    matrix, own = slopes.transpose(0, 2, 1) @ slopes, np.arange(_N_NUMBERS)
+    matrix[:, own, own] = (matrix[:, own, own] + _TINY) * (1.0 + damping[:, None]) + held
+    step = np.linalg.solve(matrix, -(right * ~held)[..., None])[..., 0]
+    return np.asarray(np.clip(batch.numbers + np.clip(step, -0.5, 0.5), lower, upper))
+
+
+def _found(task: FunctionTask, batch: _Batch) -> FoundGenerator | None:
+    """The generator of a batch of one; None where its links are not within the bound on their ratio."""
+    (numbers,) = batch.numbers
+    if numbers[LARGEST] <= numbers[LEAST] or _link_ratios(batch)[0] > task.link_ratio_max:
+        return None
+    crank, coupler, rocker = batch.lengths()[:, 0].tolist()
+    outputs = batch.outputs(task.inputs)[0] - task.outputs
+    mean = float(np.angle(np.exp(1j * outputs).sum()))
+    output_start = mean + float(wrapped(outputs - mean).mean())
+    errors = wrapped(outputs - output_start)
+    return FoundGenerator(
+        FourBarGenerator(crank, coupler, rocker, int(batch.branches[0])), float(wrapped(numbers[START])),
+        float(wrapped(np.array(output_start))), float(np.sqrt(np.mean(errors**2))), float(np.abs(errors).max()),
+    )  # fmt: skip
+
+
+def _is_same(first: FoundGenerator, second: FoundGenerator) -> bool:
+    one, other = first.generator, second.generator
+    lengths = np.log([one.crank / other.crank, one.coupler / other.coupler, one.rocker / other.rocker])
+    starts = wrapped(np.array([first.input_start - second.input_start, first.output_start - second.output_start]))
+    return bool(max(np.abs(lengths).max(), np.abs(starts).max()) < _SAME)
