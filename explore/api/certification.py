@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from explore.api.chosen import chosen_designs, request_of
 from explore.errors import RequestError
 from explore.model.progress import ReportProgress
+from explore.model.request import Objective
 from explore.ranking.objectives import choose_objectives
 from explore.ranking.rankings import rankable_names
 from explore.store.open_results import results_of
@@ -50,7 +51,8 @@ def certify(
     Raises
     ------
     RequestError
-        If python-flint is not installed, the mechanism has no certificates, or no design is feasible and none is named.
+        If python-flint is not installed, the mechanism has no certificates, or no design is feasible and none is
+        named, or the Pareto set is one in objectives that the study does not compute.
     ResultsError
         If a design is not in the file.
 
@@ -70,6 +72,8 @@ def certify(
     find_certificate(source.mechanism)  # before anything is read
     frame = chosen_designs(source, designs)
     objectives, _ = choose_objectives(None, None, source.senses, rankable_names(source), source.objectives)
+    if designs is None:
+        _require_computed(source, objectives)
     names = [str(name) for name in frame]
     rows = {
         int(number): dict(zip(names, map(float, values), strict=True))
@@ -88,3 +92,15 @@ def certify(
     certified = pd.DataFrame(records, index=pd.Index(list(proofs), name="design"))
     certified.attrs["units"] = {f"{name}_{side}": source.units[name] for name in metrics for side in ("lower", "upper")}
     return certified
+
+
+def _require_computed(source: Results, objectives: Sequence[Objective]) -> None:
+    """Refuse a Pareto set in objectives such as the error that the solver of a task measures: no enclosure is known."""
+    request = request_of(source)
+    computed = {metric.name for metric in request.metrics} | {p.name for p in request.mechanism.parameters}
+    missing = [each.metric for each in objectives if each.metric.removesuffix("_margin") not in computed]
+    if missing:
+        raise RequestError(
+            f"the study of {source.path} does not compute {' and '.join(missing)}, so nothing proves that no design "
+            "dominates another; name `designs`"
+        )

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from explore.errors import RequestError
 from explore.model.columns import Column
 from explore.model.request import Objective
 from explore.request.tolerances import Tolerance
@@ -18,9 +20,14 @@ from explore.tolerancing.analysis import Analysis
 from explore.tolerancing.derivatives import contributions
 from explore.tolerancing.outcomes import TolerancedRequest
 from explore.tolerancing.spreads import CHUNK, chunk_deviations
+from explore.units.shown import PLAIN, Scale
 
 if TYPE_CHECKING:
     import pandas as pd
+
+
+#: With more designs derivatives are not sharpened in ball arithmetic, which takes up to seconds for an integral.
+MOST_EXACT = 16
 
 
 @dataclass(frozen=True, repr=False)
@@ -63,6 +70,7 @@ class Robustness:
     draws: int
     seed: int
     _run: ToleranceRun = field(repr=False)
+    _scales: Mapping[str, Scale] = field(default_factory=dict, repr=False)
 
     def __repr__(self) -> str:
         first = self.failures["probability"]
@@ -70,8 +78,14 @@ class Robustness:
 
     @property
     def units(self) -> dict[str, str]:
-        """Unit of each metric."""
-        return {metric.name: metric.unit for metric in self._run.request.request.metrics}
+        """Unit of each metric and parameter."""
+        return {name: self._scales[name].shown if self._scales else unit for name, unit in self.declared_units.items()}
+
+    @property
+    def declared_units(self) -> dict[str, str]:
+        """Unit of each metric and parameter in results files."""
+        request = self._run.request.request
+        return {quantity.name: quantity.unit for quantity in (*request.metrics, *request.mechanism.parameters)}
 
     def metrics_of(self, design: int) -> dict[str, dict[str, Any]]:
         """Rows of `metrics` of one design, by metric; each with the ``unit``."""
@@ -98,6 +112,8 @@ class Robustness:
         found = request.outcomes(self._run.designs[place], deviations)
         names = [f"{tolerance.parameter}_deviation" for tolerance in self.tolerances]
         columns = dict(zip(names, deviations, strict=True)) | found.metrics
+        for name, values in columns.items():
+            columns[name] = self._scales.get(name.removesuffix("_deviation"), PLAIN).show_all(values)
         return pd.DataFrame(columns | {"feasible": found.is_feasible})
 
 
@@ -146,6 +162,9 @@ class TolerancePlan:
         """The tables of the analyses, one for each design."""
         import pandas as pd
 
+        if len(analyses) <= MOST_EXACT and find_spec("flint") is not None:
+            given = zip(analyses, self.run.designs, strict=True)
+            analyses = [_sharpened(self.run.request, analysis, design) for analysis, design in given]
         request = self.run.request
         numbers, names = self.frame.index, request.metrics
         rows = [_added_row(request, analysis) for analysis in analyses]
@@ -183,6 +202,16 @@ class TolerancePlan:
     def write(self, robustness: Robustness, path: Path, *, restart: bool) -> None:
         """Write the designs as a results file."""
         write_toleranced(path, self.source, robustness.designs, self.added, self.attributes, restart=restart)
+
+
+def _sharpened(request: TolerancedRequest, analysis: Analysis, design: Mapping[str, float]) -> Analysis:
+    """The analysis with exact derivatives, where there is a rigorous road to them."""
+    from explore.certifying.slopes import sharpen
+
+    try:
+        return replace(analysis, derivatives=sharpen(analysis.derivatives, request, design))
+    except RequestError:
+        return analysis
 
 
 def _added_row(request: TolerancedRequest, analysis: Analysis) -> dict[str, float]:

@@ -160,7 +160,7 @@ def plan_sensitivity(
         )
         parameters = tuple(column.name for column in results.columns if column.role == "parameter")
     else:
-        study = parse_study(results.config, str(results.path), results.path.parent)
+        study = parse_study(results.config, str(results.path), results.path.parent, results.target)
         feasibility = plan_feasibility(study, evaluations, seed)
         parameters = feasibility.parameters
     if results.keep != "all" or sampler == "refinement":

@@ -89,9 +89,9 @@ def with_more_bits(
     raise UnprovedError(f"{reason} is not decided with {precisions[-1]} bits")
 
 
-def exact(number: float) -> fmpq:
-    """A double as a rational."""
-    return fmpq(*number.as_integer_ratio())
+def exact(number: float | fmpq) -> fmpq:
+    """A double as a rational; a rational is itself."""
+    return number if isinstance(number, fmpq) else fmpq(*number.as_integer_ratio())
 
 
 def sure_sign(ball: arb) -> int:

@@ -11,7 +11,9 @@ from explore.certifying.four_bar_motion import Linkage
 from explore.mechanisms import four_bar
 
 
-def classify(crank: float, coupler: float, rocker: float, ground: float) -> tuple[int, fmpq]:
+def classify(
+    crank: float | fmpq, coupler: float | fmpq, rocker: float | fmpq, ground: float | fmpq
+) -> tuple[int, fmpq]:
     """Class and Grashof margin by exact signs; a margin of up to 4 units in the last place is a change point."""
     lengths = tuple(map(exact, (crank, coupler, rocker, ground)))
     short, first, second, long = sorted(lengths)
@@ -20,7 +22,7 @@ def classify(crank: float, coupler: float, rocker: float, ground: float) -> tupl
         return four_bar.CHANGE_POINT, margin
     if long >= short + first + second:
         return four_bar.CANNOT_ASSEMBLE, margin
-    if abs(margin) <= 4 * exact(math.ulp(max(crank, coupler, rocker, ground))):
+    if abs(margin) <= 4 * exact(math.ulp(float(max(lengths)))):
         return four_bar.CHANGE_POINT, margin
     if margin < 0:
         return four_bar.NON_GRASHOF, margin

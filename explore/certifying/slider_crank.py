@@ -55,7 +55,7 @@ class SliderCrank:
         self._crank, self._rod, self._offset = (exact(parameters[name]) for name in ("crank", "rod", "offset"))
         self._speed, self._request = arb(parameters["speed"]), request
         self._margin = self._rod - self._crank - abs(self._offset)
-        self._rounding = 4 * exact(math.ulp(parameters["rod"]))
+        self._rounding = 4 * exact(math.ulp(float(parameters["rod"])))
         self._across = self._crank * _SINE - self._offset
         self._square = self._rod * self._rod - self._across * self._across
         self._moments: dict[tuple[str, Window], tuple[arb, arb]] = {}

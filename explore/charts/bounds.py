@@ -163,13 +163,14 @@ def _draw_bound(panel: Axes, angle: FloatArray, values: FloatArray, bound: Signa
 
 def draw_metric_bounds(panel: Axes, results: Results, **names: str) -> None:
     """Draw the study's bounds on the columns of the axes, `x` and `y`, as lines; they do not extend the axes."""
-    limits = panel.get_xlim(), panel.get_ylim()
+    limits = {"x": panel.get_xlim(), "y": panel.get_ylim()}
     lines = {"x": panel.axvline, "y": panel.axhline}
     label = "bound of the study"
     for side, name in names.items():
+        low, high = sorted(limits[side])
         for bound in results.constraints.get(name, {}).values():
-            if bound is not None:
+            if bound is not None and low <= bound <= high:
                 lines[side](bound, color=RED, lw=1.1, ls="-.", zorder=1, label=label)
                 label = "_further bound"  # not in the legend
-    panel.set_xlim(limits[0])
-    panel.set_ylim(limits[1])
+    panel.set_xlim(limits["x"])
+    panel.set_ylim(limits["y"])

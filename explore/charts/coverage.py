@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from explore.charts.labels import unit_text
 from explore.charts.style import BLUE, BROWN, GREEN, INK, MUTED, ORANGE, PURPLE, RED, SKY, new_figure
 
 if TYPE_CHECKING:
@@ -27,6 +28,7 @@ def coverage_chart(coverage: Coverage) -> Figure:
     coverage
         The result of `explore.coverage`; lengths in mm, swing angles in deg.
     """
+    length, angle = (unit_text(unit) for unit in coverage.units)
     figure = new_figure(10.0, 6.0)
     lines, bars = figure.subplots(1, 2, sharey=True, width_ratios=[3, 2])
     table, curves = coverage.table, coverage.curves()
@@ -38,12 +40,15 @@ def coverage_chart(coverage: Coverage) -> Figure:
         for panel in (lines, bars):
             panel.axhspan(start, end, facecolor="none", edgecolor=RED, hatch="///", lw=0, alpha=0.6)
     lines.set_ylim(bottom=0.0)
-    lines.set_xlabel("coupler length [mm]")
-    lines.set_ylabel("swing of the rocker [deg]")
+    lines.set_xlabel(f"coupler length [{length}]")
+    lines.set_ylabel(f"swing of the rocker [{angle}]")
     low, high = coverage.total
     gaps = ", ".join(f"{start:.4g} to {end:.4g}" for start, end in coverage.gaps)
-    heading = f"Swings from {low:.5g} to {high:.5g} deg, " + (f"but not {gaps} deg" if gaps else "without a gap")
-    figure.suptitle(f"{heading}\nrocker {coverage.rocker:g} mm, ground {coverage.ground:g} mm", fontsize=12, color=INK)
+    heading = f"Swings from {low:.5g} to {high:.5g} {angle}, " + (
+        f"but not {gaps} {angle}" if gaps else "without a gap"
+    )
+    rig = f"rocker {coverage.rocker:g} {length}, ground {coverage.ground:g} {length}"
+    figure.suptitle(f"{heading}\n{rig}", fontsize=12, color=INK)
     return figure
 
 
@@ -63,7 +68,7 @@ def _draw_bars(panel: Axes, coverage: Coverage) -> None:
             panel.annotate(words, (number, height), (0, shift), textcoords="offset points", ha="center", fontsize=9,
                            color=colour, bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.5})  # fmt: skip
     panel.set_xticks(range(len(table)), [f"{crank:g}" for crank in table["crank"]])
-    panel.set_xlabel("crank length [mm]")
+    panel.set_xlabel(f"crank length [{unit_text(coverage.units[0])}]")
     panel.margins(y=0.08)
 
 

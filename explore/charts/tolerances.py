@@ -33,6 +33,7 @@ if TYPE_CHECKING:
 
     from explore.api.robustness import Robustness
     from explore.model.quantities import FloatArray
+    from explore.request.tolerances import Tolerance
 
 #: Height of a row, and of what is around them, inches.
 _ROW_HEIGHT, _REST_HEIGHT = 1.25, 1.5
@@ -74,10 +75,15 @@ def tolerance_chart(robustness: Robustness, design: int | None = None) -> Figure
     panels[0, 0].set_title("share of the variance", fontsize=10, color=INK)
     panels[0, 1].set_title(f"{len(sample):,} parts", fontsize=10, color=INK)
     row = robustness.designs.loc[number].to_dict()
-    widths = ", ".join(f"{t.parameter} ± {t.plus_minus:g} ({t.distribution})" for t in robustness.tolerances)
+    widths = ", ".join(_width(t, robustness.units[t.parameter]) for t in robustness.tolerances)
     text = f"design {number}, yield {100 * row['yield_low']:.6g} to {100 * row['yield_high']:.6g} %, {widths}"
     write_heading(figure, text, 90)
     return figure
+
+
+def _width(tolerance: Tolerance, unit: str) -> str:
+    width = f"{tolerance.plus_minus:.6g} {unit_text(unit) if unit not in ('', '1') else ''}".rstrip()
+    return f"{tolerance.parameter} ± {width} ({tolerance.distribution})"
 
 
 def _label(name: str, unit: str) -> str:

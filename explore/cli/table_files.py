@@ -6,17 +6,17 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from explore.cli.output import json_text, number
+from explore.cli.output import number
 from explore.cli.paths import check_output
 from explore.errors import RequestError
+from explore.json_text import json_text
+from explore.store.labels import with_labels as with_labels
+from explore.store.labels import with_units as with_units
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
+    from collections.abc import Mapping
 
     import pandas as pd
-
-    from explore.model.columns import Column
-    from explore.units.shown import Scale
 
 ENDINGS = (".csv", ".json", ".md", ".parquet")
 
@@ -28,26 +28,6 @@ def check_table(path: Path | None) -> None:
         raise RequestError(
             f'-o {path}: Parquet needs pyarrow: pip install "linkage-explore[parquet]"; .csv needs nothing'
         )
-
-
-def with_labels(frame: pd.DataFrame, columns: Iterable[Column]) -> pd.DataFrame:
-    """The table with a column of labels after each column of codes, such as ``status_label`` after ``status``."""
-    labelled = frame.copy(deep=False)
-    for column in columns:
-        name = f"{column.name}_label"
-        if column.labels and column.name in frame and frame[column.name].dtype != bool and name not in frame:
-            labelled.insert(list(labelled).index(column.name) + 1, name, frame[column.name].map(column.labels))
-    return labelled
-
-
-def with_units(frame: pd.DataFrame, scales: Mapping[str, Scale]) -> pd.DataFrame:
-    """The table with the unit in the name of each column that is not in its declared unit, such as ``crank [in]``.
-
-    A program that expects the declared unit then misses the column, and does not take inches for millimetres.
-    """
-    from explore.units.shown import headings
-
-    return frame.rename(columns=headings(scales, [str(name) for name in frame.columns]))
 
 
 def write_table(frame: pd.DataFrame, path: Path, units: Mapping[str, str]) -> None:

@@ -104,22 +104,32 @@ def is_written(file: io.FileIO, layout: Layout, number: int) -> bool:
     return (first, last) == (start, stop - 1)
 
 
+def is_sound(file: io.FileIO, layout: Layout, number: int, word: int) -> bool:
+    """Whether the bytes of a block have the checksum of its commit word; one column is in memory at a time.
+
+    Raises
+    ------
+    DamagedChunkError
+    """
+    start, stop = layout.row_range(number)
+    arrays = (read_column_rows(file, layout, column, start, stop) for column in layout.columns)
+    return is_written(file, layout, number) and commit_word(arrays) == word
+
+
 def damaged_blocks(file: io.FileIO, layout: Layout, progress: ReportProgress | None = None) -> list[int]:
     """Numbers of the committed blocks whose bytes do not have the committed checksum.
 
-    One column of one block is in memory at a time; `progress` is called after each block that was checked.
+    `progress` is called after each block that was checked.
     """
     damaged = []
     words = read_words(file, layout)
     committed = np.flatnonzero(words)
     for n_checked, number in enumerate(committed.tolist(), 1):
-        start, stop = layout.row_range(number)
         try:
-            arrays = (read_column_rows(file, layout, column, start, stop) for column in layout.columns)
-            is_sound = is_written(file, layout, number) and commit_word(arrays) == int(words[number])
+            is_damaged = not is_sound(file, layout, number, int(words[number]))
         except DamagedChunkError:
-            is_sound = False
-        if not is_sound:
+            is_damaged = True
+        if is_damaged:
             damaged.append(number)
         if progress is not None:
             progress(n_checked, len(committed))

@@ -15,6 +15,8 @@ _ABSENT = "(not there)"
 _LONGEST_VALUE = 100
 _ADVICE = f"use `restart=True` to start over, or {NAME_ANOTHER_FILE}"
 _HIDDEN = ("determines", "request_sha256")
+#: Ending of the keys of checksums, which are of designs: those of a table, or those that a refinement starts from.
+_CHECKSUM = ".sha256"
 
 
 def study_description(attributes: Mapping[str, Any], n_designs: int, columns: Sequence[Column]) -> dict[str, Any]:
@@ -50,12 +52,15 @@ def changed_keys(old: str, new: str) -> list[str]:
 
 
 def changed_values(old: Mapping[str, Any], new: Mapping[str, Any]) -> list[str]:
-    """Differences between two mappings: a line ``key: old -> new`` for each key."""
-    return [
-        f"{key}: {_format_value(old, key)} -> {_format_value(new, key)}"
-        for key in dict.fromkeys((*old, *new))
-        if old.get(key, _ABSENT) != new.get(key, _ABSENT)
-    ]
+    """Differences between two mappings: a line ``key: old -> new`` for each key; of checksums that they differ."""
+    keys = [key for key in dict.fromkeys((*old, *new)) if old.get(key, _ABSENT) != new.get(key, _ABSENT)]
+    return [_describe_change(key, old, new) for key in keys]
+
+
+def _describe_change(key: str, old: Mapping[str, Any], new: Mapping[str, Any]) -> str:
+    if key.endswith(_CHECKSUM) and key in old and key in new:
+        return f"{key.removesuffix(_CHECKSUM)}: other designs"
+    return f"{key}: {_format_value(old, key)} -> {_format_value(new, key)}"
 
 
 def _flatten(text: str) -> dict[str, Any]:

@@ -19,6 +19,14 @@ from explore.store import system_calls
 _HOLDER_TEXT = b"process 0 on host "
 
 
+class LockedError(ResultsError):
+    """Another process holds the lock; `holder` says which."""
+
+    def __init__(self, message: str, holder: str) -> None:
+        super().__init__(message)
+        self.holder = holder
+
+
 class LockFile:
     """An exclusive lock for writing ``path``, a context manager; the system releases it when the process ends.
 
@@ -30,9 +38,10 @@ class LockFile:
 
     Raises
     ------
+    LockedError
+        On entering: another process holds the lock.
     ResultsError
-        On entering: another process holds the lock, the folder cannot be written, or the lock's name is that of a
-        link, a pipe or a device.
+        On entering: the folder cannot be written, or the lock's name is that of a link, a pipe or a device.
     """
 
     def __init__(self, path: Path) -> None:
@@ -65,7 +74,8 @@ class LockFile:
                 stack.callback(os.close, descriptor)
                 if not system_calls.lock(descriptor):
                     holder = _describe_holder(descriptor)
-                    raise ResultsError(f"{self._results} is being written by {holder}; wait for it or stop it")
+                    message = f"{self._results} is being written by {holder}; wait for it or stop it"
+                    raise LockedError(message, holder)
                 if self._is_current(descriptor):
                     is_lock_file = _is_holder_text(_read_text(descriptor))
                     self._is_removable = is_lock_file and os.fstat(descriptor).st_nlink == 1

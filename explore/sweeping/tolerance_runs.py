@@ -39,8 +39,8 @@ if TYPE_CHECKING:
 
 #: Attributes of results that results with tolerances have too.
 _KEPT = (
-    "config", "mechanism", "kernel", "seed", "speed", "speed_powers", "status_sentences", "explore_version",
-    "numpy_version", "scipy_version", "numba_version", "h5py_version", "hdf5_version", "machine",
+    "config", "mechanism", "kernel", "seed", "speed", "speed_powers", "status_sentences", "label_sentences",
+    "explore_version", "numpy_version", "scipy_version", "numba_version", "h5py_version", "hdf5_version", "machine",
 )  # fmt: skip
 #: Renewed when parts are drawn or analysed in another way.
 _VERSION = 1

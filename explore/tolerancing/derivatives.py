@@ -3,7 +3,7 @@
 The kernels are compiled for doubles and take neither dual nor complex numbers. A polynomial through sixteen Chebyshev
 nodes around the design converges geometrically in the distance to the nearest singularity over the step, so that steps
 of a few hundredths of a length leave rounding errors only. Steps from half of the parameter down by factors of two
-compete; where three in a row agree best, the first is taken, and their differences are its error.
+compete; where three in a row agree best, the first is taken, and their differences are its error, with a margin.
 """
 
 from __future__ import annotations
@@ -20,8 +20,14 @@ from explore.tolerancing.outcomes import TolerancedRequest
 #: Nodes on each side of the design, and the number of steps.
 _N_SIDE, _N_STEPS = 8, 26
 _EPSILON = 2.0**-52
-#: A fold of the metric at the design counts when it is this much above the rounding of the values.
-_CERTAIN = 1e3
+#: A fold of the metric at the design counts where the jumps of the slope over so many steps agree to this factor, which
+#: rounding and smooth metrics do not over a range of sixteen, and are this much above the rounding of the values.
+_N_EQUAL, _EQUAL, _CERTAIN = 5, 1.2, 1e2
+
+#: Errors are up to 8 times their estimates without it, in 56,000 derivatives of random designs; 1 in 4,000 is above 3.
+_SAFETY = 10.0
+#: An error that is a larger share of the derivative, and of the metric over the parameter, means that the metric jumps.
+_LARGEST = 0.1
 
 
 @dataclass(frozen=True)
@@ -44,7 +50,7 @@ def differentiate(request: TolerancedRequest, nominal: Mapping[str, float]) -> D
     """Differentiate all metrics of a design."""
     exact, nodes = request.exact, _rule()[0]
     d, mechanism, powers = len(exact.tolerances), request.request.mechanism, np.ldexp(1.0, -np.arange(1, _N_STEPS + 1))
-    steps = [_scale(mechanism, nominal, tolerance.parameter) * powers for tolerance in exact.tolerances]
+    steps = [parameter_scale(mechanism, nominal, tolerance.parameter) * powers for tolerance in exact.tolerances]
     deviations = np.zeros((d, d, _N_STEPS, 2, _N_SIDE))
     for k in range(d):
         deviations[k, k, :, 0] = steps[k][:, None] * nodes
@@ -70,7 +76,7 @@ def _rule() -> tuple[FloatArray, FloatArray]:
     return nodes, weights
 
 
-def _scale(mechanism: Mechanism, nominal: Mapping[str, float], name: str) -> float:
+def parameter_scale(mechanism: Mechanism, nominal: Mapping[str, float], name: str) -> float:
     """Magnitude of a parameter; where it is 0, the largest of those with its unit, or 1."""
     if nominal[name]:
         return abs(nominal[name])
@@ -85,22 +91,25 @@ def _best(values: FloatArray, centre: float, steps: FloatArray) -> tuple[float, 
         slopes = (values[:, 0] - values[:, 1]) @ weights / steps
         rounding = 2.0 * _EPSILON * np.abs(values).max(axis=(1, 2)) * np.abs(weights).sum() / steps
         neighbours = np.array([slopes[2:], slopes[1:-1], slopes[:-2]])
-        errors = neighbours.max(axis=0) - neighbours.min(axis=0) + rounding[:-2]
+        errors = _SAFETY * (neighbours.max(axis=0) - neighbours.min(axis=0) + rounding[:-2])
     if np.isnan(errors[:-2]).all() or np.isnan(centre):
         return np.nan, np.nan
+    if _is_fold(values, centre, steps):
+        return np.nan, np.nan
     best = int(np.nanargmin(errors[:-2]))
-    if _is_fold(values, centre, steps, best):
+    if not errors[best] < _LARGEST * max(abs(slopes[best]), np.nanmax(np.abs(values[best])) / (2.0 * steps[0])):
         return np.nan, np.nan
     return float(slopes[best]), float(errors[best])
 
 
-def _is_fold(values: FloatArray, centre: float, steps: FloatArray, best: int) -> bool:
-    """Whether the slopes on both sides differ: their difference is then the same for all steps, not proportional."""
-    rows = [best, best + 2, best + 4]
+def _is_fold(values: FloatArray, centre: float, steps: FloatArray) -> bool:
+    """Whether the slopes on both sides differ: their difference is then the same for small steps, not proportional."""
     with np.errstate(invalid="ignore"):
-        first, second, third = np.abs(values[rows, 0, 0] + values[rows, 1, 0] - 2.0 * centre) / steps[rows]
-    rounding = _EPSILON * np.abs(values[best]).max() / steps[best + 4]
-    return bool(third > 0.5 * second > 0.25 * first and third > _CERTAIN * rounding)
+        jumps = np.abs(values[:, 0, 0] + values[:, 1, 0] - 2.0 * centre) / steps
+        rounding = _EPSILON * np.abs(values[:, :, 0]).max(axis=1) / steps
+        rows = np.lib.stride_tricks.sliding_window_view(jumps, _N_EQUAL)
+        is_equal = rows.max(axis=1) < _EQUAL * rows.min(axis=1)
+        return bool((is_equal & (rows[:, -1] > _CERTAIN * rounding[_N_EQUAL - 1 :])).any())
 
 
 def contributions(derivatives: FloatArray, stds: Sequence[float]) -> FloatArray:

@@ -16,6 +16,7 @@ from explore.model.request import Request
 from explore.request.names import find_mechanism
 from explore.request.parameters import parameter_columns
 from explore.request.requests import make_request
+from explore.request.targets import TargetOrSection
 from explore.suggest import suggestion
 from explore.tuning.curves import MetricOfParameter, Run, find_runs
 from explore.tuning.intervals import End, Interval, find_intervals, find_reach
@@ -85,6 +86,7 @@ def tune(
     drive: str | None = None,
     formulas: Mapping[str, Mapping[str, str]] | None = None,
     points: Sequence[str] | str = (),
+    target: TargetOrSection | None = None,
     tolerance: float = 1e-12,
 ) -> Tuning:
     """Vary one parameter of a design, and find where a metric is within a range.
@@ -111,7 +113,7 @@ def tune(
         with the same unit.
     also
         More metrics of the curve.
-    window, drive, formulas, points
+    window, drive, formulas, points, target
         As of `evaluate`.
     tolerance
         Bound on the error of sampled metrics, as of `evaluate`; the ends of intervals are as exact as the metric.
@@ -127,7 +129,7 @@ def tune(
     MotionError
         If the metric exists nowhere in the range.
     """
-    declared = find_mechanism(mechanism, [points] if isinstance(points, str) else points)
+    declared = find_mechanism(mechanism, [points] if isinstance(points, str) else points, target)
     varied = _find_parameter(declared, parameter)
     names = list(dict.fromkeys([metric, *also]))
     request = make_request(declared, metrics=names, window=window, drive=drive, formulas=formulas, tolerance=tolerance)

@@ -4,20 +4,23 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from explore.cli.options import JsonOption
 from explore.cli.output import announce_compiling, number, print_json, say
 from explore.cli.paths import FIGURE_ENDINGS, check_output, refuse_overwriting
+from explore.cli.table_files import with_units
 from explore.cli.tables import print_table
+from explore.cli.units import UnitsOption, choose_units
 from explore.errors import RequestError
 
 if TYPE_CHECKING:
     from explore.config.study import Study
     from explore.covering import Coverage
     from explore.model.request import Constraint
+    from explore.units.shown import Scale
 
 #: Largest number of values of a length; a longer table is not readable.
 _MOST_LENGTHS = 1000
@@ -33,6 +36,7 @@ def coverage(
         ),
     ],
     output: Annotated[Path | None, typer.Option("-o", "--output", help="Also draw it: FILE.png, .svg or .pdf.")] = None,
+    units: UnitsOption = None,
     as_json: JsonOption = False,
 ) -> None:
     """Show which swings exchangeable cranks reach over the travel of the coupler, their overlaps and gaps."""
@@ -43,14 +47,18 @@ def coverage(
     refuse_overwriting(config, output, "the study")
     from explore.config.study_file import load_study
     from explore.covering import coverage as cover
+    from explore.covering import show_coverage
 
+    choose_units(units)  # reports a wrong unit before the kernels are compiled
     announce_compiling()
     study = load_study(config)
+    shown = choose_units(units, study.units.units)
     travel, cranks, rocker, ground = _lengths(study, config)
     bounds = _transmission_angle_bounds(study.request.constraints)
-    swings = cover(cranks, rocker=rocker, ground=ground, coupler=travel, transmission_angle=bounds)
+    declared = cover(cranks, rocker=rocker, ground=ground, coupler=travel, transmission_angle=bounds)
+    swings = show_coverage(declared, shown)
     if as_json:
-        print_json({"cranks": swings.table.to_dict(orient="records"), "total": swings.total, "gaps": swings.gaps})
+        print_json(_as_json(swings, shown.scales(declared.table.attrs["units"])))
     else:
         _print(swings)
     if output is not None:
@@ -113,14 +121,28 @@ def _transmission_angle_bounds(constraints: tuple[Constraint, ...]) -> tuple[flo
     return low, high
 
 
+def _as_json(coverage: Coverage, scales: dict[str, Scale]) -> dict[str, Any]:
+    """The table, and the range and the gaps of all swings, named with their unit if that is not the declared one."""
+    from explore.units.shown import headings
+
+    angles = headings(dict.fromkeys(("total", "gaps"), scales["swing_min"]), ("total", "gaps"))
+    return {
+        "cranks": with_units(coverage.table, scales).to_dict(orient="records"),
+        angles.get("total", "total"): coverage.total,
+        angles.get("gaps", "gaps"): coverage.gaps,
+    }
+
+
 def _print(coverage: Coverage) -> None:
-    columns = [("crank", "mm"), ("coupler", "mm"), ("to", "mm"), ("swing", "deg"), ("to", "deg"), ("overlap", "deg")]
+    length, angle = coverage.units
+    names = ("crank", "coupler", "to", "swing", "to", "overlap")
+    columns = [(name, length if k < 3 else angle) for k, name in enumerate(names)]
     rows = [[number(value, 9) for value in row] for row in coverage.table.itertuples(index=False)]
     print_table("Swings of each crank over the travel of the coupler", columns, rows)
     low, high = coverage.total
     for start, end in coverage.gaps:
-        say(f"gap: {start:.9g} to {end:.9g} deg", data=True)
+        say(f"gap: {start:.9g} to {end:.9g} {angle}", data=True)
     if math.isnan(low):
         say("no crank turns with any of these couplers", data=True)
     else:
-        say(f"{low:.9g} to {high:.9g} deg, {'with gaps' if coverage.gaps else 'without a gap'}", data=True)
+        say(f"{low:.9g} to {high:.9g} {angle}, {'with gaps' if coverage.gaps else 'without a gap'}", data=True)

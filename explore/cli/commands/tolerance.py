@@ -14,14 +14,19 @@ from explore.cli.output import announce_compiling, count_of, number, print_json,
 from explore.cli.paths import FIGURE_ENDINGS, check_new_file, check_output, newest_results, refuse_overwriting
 from explore.cli.progress import block_bar
 from explore.cli.settings import number_or_text
-from explore.cli.table_files import ENDINGS, check_table, with_labels, write_table
+from explore.cli.table_files import ENDINGS, check_table, with_labels, with_units, write_table
 from explore.cli.tables import print_table
 from explore.cli.termination import terminable
+from explore.cli.units import UnitsOption, units_of
 from explore.cli.workers import ProcessesOption, SchedulerOption, WorkerOptions, WorkersOption
 from explore.errors import RequestError
 
 if TYPE_CHECKING:
+    import pandas as pd
+
     from explore.api.robustness import Robustness
+    from explore.store.results import Results
+    from explore.units.shown import Scale, ShownUnits
 
 _RESULTS_ENDING = ".h5"
 #: Rows of the printed yield front.
@@ -38,7 +43,8 @@ def tolerance(
         typer.Option(
             "--tolerance",
             metavar="NAME=VALUE",
-            help="Half the width: crank=0.1, 'coupler=50 um', rocker=0.2:uniform; in place of the study's.",
+            help="Half the width: crank=0.1, 'coupler=50 um', rocker=0.2:uniform; in place of the study's. A number "
+            "without a unit is in the unit of the tables.",
         ),
     ] = None,
     draws: Annotated[
@@ -53,6 +59,7 @@ def tolerance(
             help="Also write the designs: a results file .h5; .csv, .json, .md, .parquet; a figure .png, .svg, .pdf.",
         ),
     ] = None,
+    units: UnitsOption = None,
     as_json: JsonOption = False,
     restart: Annotated[bool, typer.Option("--restart", help="Move an existing results file aside.")] = False,
     workers: WorkersOption = None,
@@ -63,12 +70,16 @@ def tolerance(
     path = results or newest_results()
     _check_outputs(path, output or [])
     work = WorkerOptions(workers, processes, scheduler, verbose=False, quiet=False)
+    import explore
+    from explore.api.shown_robustness import robustness_scales, show_robustness
     from explore.api.tolerances import DRAWS, check_target, plan_tolerances
     from explore.evaluation.evaluate import compile_kernels
     from explore.store.open_results import open_results
 
     source = open_results(path)
-    plan = plan_tolerances(source, _parse(tolerances or []), design or None, draws=draws or DRAWS, seed=seed)
+    shown_units = units_of(source, units)
+    entries = _parse(tolerances or [], source, shown_units)
+    plan = plan_tolerances(source, entries, design or None, draws=draws or DRAWS, seed=seed)
     for target in output or []:
         if target.suffix.lower() == _RESULTS_ENDING:
             check_target(source, target, restart=restart)
@@ -82,17 +93,19 @@ def tolerance(
     except KeyboardInterrupt:
         say("interrupted; nothing was written")
         raise typer.Exit(130) from None
+    shown = show_robustness(robustness, shown_units)
+    scales = robustness_scales(robustness, shown_units)
     if as_json:
-        print_json(_as_json(robustness))
-    elif len(robustness.designs) == 1:
-        _print_design(robustness)
+        print_json(_as_json(shown, scales))
+    elif len(shown.designs) == 1:
+        _print_design(shown, scales)
     else:
-        _print_front(robustness)
+        _print_front(shown, explore.rank(robustness.designs).index)
     for target in output or []:
         if target.suffix.lower() == _RESULTS_ENDING:
             plan.write(robustness, target, restart=restart)
         else:
-            _write(robustness, target, source.columns)
+            _write(shown, target, source.columns, scales)
         say(f"wrote {target}")
 
 
@@ -107,21 +120,30 @@ def _check_outputs(path: Path, outputs: Sequence[Path]) -> None:
             check_table(target)
 
 
-def _parse(texts: Sequence[str]) -> dict[str, object]:
-    """Tolerances from NAME=VALUE or NAME=VALUE:DISTRIBUTION."""
+def _parse(texts: Sequence[str], source: Results, units: ShownUnits) -> dict[str, object]:
+    """Tolerances from NAME=VALUE or NAME=VALUE:DISTRIBUTION; numbers without a unit are in the shown one."""
+    from explore.request.names import find_mechanism
+
+    mechanism = find_mechanism(source.mechanism, source.points)
+    scales = units.scales({parameter.name: parameter.unit for parameter in mechanism.parameters})
     entries: dict[str, object] = {}
     for text in texts:
         name, equals, value = text.partition("=")
         if not equals:
             raise RequestError(f"--tolerance {text}: write NAME=VALUE, such as crank=0.1")
         width, colon, distribution = value.partition(":")
-        entry: dict[str, object] = {"plus_minus": number_or_text(width)}
+        try:
+            entry: dict[str, object] = {"plus_minus": number_or_text(width, scales.get(name))}
+        except RequestError as error:
+            raise RequestError(f"--tolerance {name}: {error}") from None
         entries[name] = entry | ({"distribution": distribution} if colon else {})
     return entries
 
 
-def _print_design(robustness: Robustness) -> None:
+def _print_design(robustness: Robustness, scales: Mapping[str, Scale]) -> None:
     """Print the yield of one design, its metrics and what their spread comes from."""
+    from explore.units.shown import headings
+
     design = int(robustness.designs.index[0])
     for line in _yield_lines(design, {str(name): value for name, value in robustness.failures.iloc[0].items()}):
         say(line, data=True)
@@ -135,15 +157,25 @@ def _print_design(robustness: Robustness) -> None:
         for name, row in metrics.items()
     ]  # fmt: skip
     caption = "lowest and highest over the box of the tolerances; * found by a search, not at a corner"
-    print_table("metrics of parts", columns, rows, caption, droppable=["unit"], hint="--json prints all")
+    named = headings(scales, metrics)
+    droppable = [] if named else ["unit"]
+    print_table("metrics of parts", columns, rows, caption, droppable=droppable, hint="--json prints all")
     for column, title, scale, digits in (
         ("share", "share of the variance to first order, %", 100.0, 3),
         ("derivative", "first derivatives", 1.0, 6),
     ):
         table = robustness.by_dimension(design, column)
-        rows = [[name, *(number(scale * value, digits) for value in table[name].values())] for name in metrics]
-        headings = [("metric", ""), *((f"{t.parameter}", f"± {t.plus_minus:g}") for t in robustness.tolerances)]
-        print_table(title, headings, rows, hint="--json prints all")
+        rows = [
+            [named.get(name, name), *(number(scale * value, digits) for value in table[name].values())]
+            for name in metrics
+        ]
+        widths = [(t.parameter, _width(t.plus_minus, scales[t.parameter])) for t in robustness.tolerances]
+        print_table(title, [("metric", ""), *widths], rows, hint="--json prints all")
+
+
+def _width(plus_minus: float, scale: Scale) -> str:
+    """A tolerance above its column, with the unit if that is not the declared one."""
+    return f"± {plus_minus:g}" if scale.is_declared else f"± {plus_minus:.3g} {scale.shown}"
 
 
 def _yield_lines(design: int, row: Mapping[str, Any]) -> list[str]:
@@ -171,13 +203,11 @@ def _extreme(row: Mapping[str, Any], side: str) -> str:
     return number(row[side], 7) + " *" * is_found
 
 
-def _print_front(robustness: Robustness) -> None:
+def _print_front(robustness: Robustness, front: pd.Index) -> None:
     """Print the yield front, or all designs where none is feasible."""
-    import explore
-
     frame = robustness.designs
     units = frame.attrs["units"]
-    best = explore.rank(frame)
+    best = frame.loc[front]
     objectives = [text.partition(":")[0] for text in frame.attrs["objectives"]]
     shown = (best if len(best) else frame).head(_N_LINES)
     names = [*objectives[:1], "failure_probability", *objectives[1:]]
@@ -191,24 +221,34 @@ def _print_front(robustness: Robustness) -> None:
     print_table(title, headings, rows, caption)
 
 
-def _as_json(robustness: Robustness) -> dict[str, Any]:
+def _as_json(robustness: Robustness, scales: Mapping[str, Scale]) -> dict[str, Any]:
+    from explore.units.shown import headings
+
+    named = headings(scales, scales)
+    tables = {
+        "designs": with_units(robustness.designs, scales),
+        "failures": robustness.failures,
+        "metrics": robustness.metrics.rename(index=named, level="metric"),
+        "derivatives": robustness.derivatives.rename(index=named, level="metric").rename(
+            index=named, level="parameter"
+        ),
+    }
     return {
         "tolerances": {
-            t.parameter: {"plus_minus": t.plus_minus, "distribution": t.distribution} for t in robustness.tolerances
+            named.get(t.parameter, t.parameter): {"plus_minus": t.plus_minus, "distribution": t.distribution}
+            for t in robustness.tolerances
         },
         "draws": robustness.draws,
         "seed": robustness.seed,
-        **{
-            name: getattr(robustness, name).reset_index().to_dict(orient="records")
-            for name in ("designs", "failures", "metrics", "derivatives")
-        },
+        **{name: table.reset_index().to_dict(orient="records") for name, table in tables.items()},
     }
 
 
-def _write(robustness: Robustness, path: Path, columns: Sequence[Any]) -> None:
+def _write(robustness: Robustness, path: Path, columns: Sequence[Any], scales: Mapping[str, Scale]) -> None:
     """Write a table of the designs, or the figure of the first one."""
     if path.suffix.lower() in ENDINGS:
-        write_table(with_labels(robustness.designs, columns), path, robustness.designs.attrs["units"])
+        table = with_units(with_labels(robustness.designs, columns), scales)
+        write_table(table, path, robustness.designs.attrs["units"])
         return
     from explore.charts.style import save_figure
     from explore.charts.tolerances import tolerance_chart

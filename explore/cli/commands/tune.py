@@ -135,7 +135,7 @@ def _scales(
     from explore.request.names import find_mechanism
     from explore.request.requests import make_request
 
-    declared = find_mechanism(mechanism, arguments.get("points", ()))
+    declared = find_mechanism(mechanism, arguments.get("points", ()), arguments.get("target"))
     names = list(dict.fromkeys([arguments["metric"], *arguments["also"], *constraints]))
     options: dict[str, Any] = {name: arguments.get(name) for name in ("window", "drive", "formulas")}
     metrics = make_request(declared, metrics=names, **options).all_metrics
@@ -187,7 +187,7 @@ def _design_of(
     chosen = choose_design(results, design)
     row = results.design(chosen)
     parameters = {column.name: float(row[column.name]) for column in results.columns if column.role == "parameter"}
-    parameters |= parse_settings(results.mechanism, settings, results.points, units)
+    parameters |= parse_settings(results.mechanism, settings, results.points, units, results.target)
     for name, value in list(parameters.items()):
         if math.isnan(value):
             if name != parameter:
@@ -203,6 +203,7 @@ def _design_of(
         "drive": results.drive or None,
         "formulas": formulas,
         "points": results.points,
+        "target": results.target,
         "metrics": [name for name in (text.partition(":")[0] for text in results.objectives) if name not in parameters],
         "constraints": results.constraints,
     }

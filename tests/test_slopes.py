@@ -1,0 +1,138 @@
+"""Derivatives from ball arithmetic against mpmath, and differences with their errors against these."""
+
+import mpmath
+import numpy as np
+import pytest
+from exact_linkage import ExactLinkage
+
+import explore
+from explore.api import robustness
+from explore.certifying.slopes import sharpen
+from explore.request.names import find_mechanism
+from explore.request.requests import make_request
+from explore.request.tolerances import make_tolerances
+from explore.tolerancing.derivatives import differentiate
+from explore.tolerancing.outcomes import TolerancedRequest
+
+PUBLISHED = {"crank": 50.0, "coupler": 940.62, "rocker": 211.79, "ground": 869.44}
+#: Rounding of the exact value and of the derivative.
+ROUNDED = 2.0**-52
+METRICS = {
+    "crank-rocker": ["swing_angle", "time_ratio", "mid_angle", "transmission_angle_min", "transmission_angle_max", "cv",
+                     "mean", "footprint", "rocker_velocity_max"],
+    "slider-crank": ["stroke", "time_ratio", "pressure_angle_max", "slider_velocity_cv", "slider_velocity_rms",
+                     "slider_acceleration_max", "footprint"],
+}  # fmt: skip
+CLOSED = {
+    "swing_angle": lambda linkage: mpmath.degrees(linkage.swing),
+    "time_ratio": lambda linkage: linkage.time_ratio,
+    "mid_angle": lambda linkage: mpmath.degrees(linkage.mid_angle),
+    "transmission_angle_min": lambda linkage: mpmath.degrees(linkage.transmission_angle_min),
+    "transmission_angle_max": lambda linkage: mpmath.degrees(linkage.transmission_angle_max),
+}
+
+
+def toleranced(kind, metrics, lengths):
+    mechanism = find_mechanism(kind)
+    request = make_request(mechanism, metrics=metrics)
+    return TolerancedRequest.of(request, [], make_tolerances(mechanism, dict.fromkeys(lengths, 0.1)))
+
+
+def complete(kind, lengths):
+    return {p.name: p.default for p in find_mechanism(kind).parameters if p.default is not None} | lengths
+
+
+def random_designs(kind, seed=1):
+    """Designs that move, half of a box of lengths."""
+    random = np.random.default_rng(seed)
+    while True:
+        if kind == "crank-rocker":
+            yield dict(zip(PUBLISHED, [random.uniform(10, 100), *random.uniform(50, 400, 3)], strict=True))
+        else:
+            lengths = [random.uniform(10, 100), random.uniform(50, 400), random.uniform(-50, 50)]
+            yield dict(zip(("crank", "rod", "offset"), lengths, strict=True))
+
+
+def exact_slope(name, lengths, length):
+    """Central difference with 60 digits: its error is 1e-24 of the second relative derivatives."""
+    step = mpmath.mpf(10) ** -18
+    values = []
+    for sign in (1, -1):
+        linkage = ExactLinkage(*lengths.values())
+        moved = {n: getattr(linkage, f"r{k + 1}") + (sign * step if n == length else 0) for k, n in enumerate(lengths)}
+        values.append(CLOSED[name](ExactLinkage(*moved.values())))
+    return (values[0] - values[1]) / (2 * step)
+
+
+def test_exact_slopes_are_those_of_mpmath():
+    designs, checked = random_designs("crank-rocker", 2), 0
+    request = toleranced("crank-rocker", list(CLOSED), PUBLISHED)
+    while checked < 8:
+        lengths = PUBLISHED if checked == 0 else next(designs)
+        design = complete("crank-rocker", lengths)
+        rough = differentiate(request, design)
+        if np.isnan(rough.slopes["swing_angle"]).all():
+            continue
+        checked += 1
+        sharp = sharpen(rough, request, design)
+        for name in CLOSED:
+            for k, length in enumerate(lengths):
+                exact = float(exact_slope(name, lengths, length))
+                assert sharp.slopes[name][k] == pytest.approx(exact, rel=2 * ROUNDED, abs=0)
+                assert sharp.errors[name][k] <= ROUNDED * abs(exact)
+
+
+@pytest.mark.parametrize("kind", METRICS)
+@pytest.mark.parametrize("count", [25, pytest.param(1000, marks=pytest.mark.slow)])
+def test_the_errors_of_differences_hold(kind, count):
+    """The figures of docs/tolerance.md; a shorter run stays below those of the longer one."""
+    designs = random_designs(kind)
+    lengths = list(next(random_designs(kind)))
+    request = toleranced(kind, METRICS[kind], lengths)
+    relative = []
+    while count:
+        design = complete(kind, next(designs))
+        rough = differentiate(request, design)
+        if np.isnan(rough.slopes[METRICS[kind][0]]).all():
+            continue
+        count -= 1
+        sharp = sharpen(rough, request, design)
+        values = request.exact.outcomes(design, np.zeros((len(lengths), 1))).metrics
+        sizes = np.array([abs(design[name]) for name in lengths])
+        for name in METRICS[kind]:
+            is_known = ~np.isnan(sharp.slopes[name])
+            assert (is_known == ~np.isnan(rough.slopes[name])).all()
+            error = np.abs(sharp.slopes[name] - rough.slopes[name])
+            assert (error <= rough.errors[name])[is_known].all(), (name, design)
+            natural = np.maximum(np.abs(sharp.slopes[name]), np.abs(values[name]) / sizes)
+            assert (sharp.errors[name] <= ROUNDED * natural)[is_known].all()
+            relative += (error / natural)[is_known].tolist()
+    assert len(relative) > 2 * len(METRICS[kind])
+    assert np.quantile(relative, 0.98) < 1e-12
+    assert max(relative) < 1e-10
+
+
+def test_folds_and_jumps_have_no_slope():
+    """Without an offset both strokes last equally long: what is slow changes there, in steps far below its tie."""
+    names = ["stroke", "time_ratio", "slider_velocity_cv", "slider_velocity_max", "slider_acceleration_max"]
+    request = toleranced("slider-crank", names, ["crank", "offset"])
+    design = complete("slider-crank", {"crank": 80.0, "rod": 300.0, "offset": 0.0})
+    rough = differentiate(request, design)
+    for found in (rough, sharpen(rough, request, design)):
+        has_slope = {name: not np.isnan(found.slopes[name][1]) for name in names}
+        assert has_slope == {name: name == "stroke" for name in names}
+        assert found.slopes["stroke"] == pytest.approx([2.0, 0.0], abs=1e-12)
+
+
+@pytest.mark.parametrize("count", [robustness.MOST_EXACT, robustness.MOST_EXACT + 1])
+def test_few_designs_have_exact_slopes(tmp_path, count):
+    study = explore.Study(
+        mechanism="crank-rocker",
+        parameters={**PUBLISHED, "crank": {"start": 40, "stop": 60, "num": count}},
+        metrics=["swing_angle"],
+        tolerances={"crank": 0.1, "rocker": 0.2},
+    )
+    results = explore.sweep(study, tmp_path / "study.h5")
+    found = explore.tolerance(results, designs=list(range(count)), draws=2).derivatives
+    is_exact = (found["error"] <= ROUNDED * found["derivative"].abs()).all()
+    assert is_exact == (count <= robustness.MOST_EXACT)
