@@ -12,6 +12,7 @@ from explore.model.points import FloatingLink
 from explore.model.quadrature import Adaptive, Graded, Quadrature
 from explore.model.quantities import OUTPUT_STATISTICS, Formula, Metric, Parameter, Signal, Window
 from explore.model.status import OwnStatus, Status
+from explore.model.targets import PathTarget, TargetKind
 
 #: Names of the anchor and of its opposite, half a turn on, in `Signal.extremes_at`.
 ANCHORS = ("anchor", "opposite")
@@ -100,6 +101,10 @@ class Declaration:
         `MOST_POINTS` of them: parameters of the names of `slot_names` behind the others, and signals.
     points
         Names of the points, whose parameters, signals and drawing `Mechanism.with_points` adds.
+    targets
+        How it meets targets, by their kind; empty where it meets none.
+    target
+        The target, whose parameters and metrics `Mechanism.with_target` adds; None for none.
     """
 
     name: str
@@ -138,6 +143,8 @@ class Declaration:
     extended: Declaration | None = None
     floating_link: FloatingLink | None = None
     points: tuple[str, ...] = ()
+    targets: Mapping[str, TargetKind] = field(default_factory=dict)
+    target: PathTarget | None = None
 
     @property
     def default_drive(self) -> str:

@@ -7,7 +7,7 @@ ground's vector plus the rocker's. Figures, the page of a report and exports rea
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -16,6 +16,8 @@ from explore.model.quantities import FloatArray, Signal
 
 #: Name of the input angle as the angle of a vector.
 INPUT = "input"
+#: Parameters that say where the linkage lies in its plane: its origin, mm, and its x axis, deg.
+PLACE = ("crank_pivot_x", "crank_pivot_y", "ground_angle")
 #: A joint's path, the output's path to and fro, the path of a point of interest.
 PathRole = Literal["joint", "output", "point"]
 
@@ -43,6 +45,11 @@ class Vector:
     factor: float = 1.0
     sense: int = 1
     turn: float = 0.0
+
+    @property
+    def direction(self) -> float:
+        """Direction of a vector whose angle is a number, deg."""
+        return self.sense * float(self.angle) + self.turn
 
 
 @dataclass(frozen=True)
@@ -125,6 +132,20 @@ class Drawing:
         """The vectors of all points and profiles."""
         for vectors in (*self.points.values(), *(profile.vectors for profile in self.profiles)):
             yield from vectors
+
+    def placed(self, x: float, y: float, degrees: float) -> Drawing:
+        """The drawing turned about its origin, deg, which is then shifted to a place, mm."""
+        origin = (Vector(x), Vector(y, 90.0))
+
+        def turned(vectors: tuple[Vector, ...]) -> tuple[Vector, ...]:
+            return tuple(replace(vector, turn=vector.turn + degrees) for vector in vectors)
+
+        return replace(
+            self,
+            points={name: (*origin, *turned(vectors)) for name, vectors in self.points.items()},
+            guides=tuple(replace(guide, angle=guide.angle + degrees) for guide in self.guides),
+            profiles=tuple(replace(profile, vectors=turned(profile.vectors)) for profile in self.profiles),
+        )
 
 
 @dataclass(frozen=True)

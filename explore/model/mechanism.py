@@ -12,6 +12,7 @@ from explore.model.closed_form import ClosedFormResult
 from explore.model.declaration import Declaration
 from explore.model.points import draw_points, point_panels, point_parameters, point_signals, zero_means
 from explore.model.quantities import FloatArray, Signal
+from explore.model.targets import POSE, PathTarget
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -75,6 +76,26 @@ class Mechanism(Declaration):
             drawing=draw_points(self.drawing, link, points) if self.drawing else None,
             panels=(*self.declared_panels, *point_panels(points)),
             extended=self.extended.with_points(points) if self.extended else None,
+        )
+
+    def with_target(self, target: PathTarget | None) -> Mechanism:
+        """The mechanism with a target: the pose in its plane as parameters, metrics of the error, and new defaults.
+
+        It has the point of the target; `explore.request.targets` checks that. The statistics are over the full turn
+        unless a study names a window, because a path is followed by all of it.
+        """
+        if target is None:
+            return self
+        kind = self.targets[target.kind]
+        return replace(
+            self,
+            target=target,
+            parameters=(*self.parameters, *POSE),
+            formulas=(*self.formulas, *kind.formulas(target)),
+            default_metrics={window: (*names, *kind.defaults) for window, names in self.default_metrics.items()},
+            default_window=self.full_turn.name,
+            objectives=kind.objectives,
+            extended=self.extended.with_target(target) if self.extended else None,
         )
 
     def evaluate_closed_form(self, parameters: FloatArray) -> ClosedFormResult:

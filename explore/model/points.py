@@ -152,10 +152,15 @@ def point_panels(points: tuple[str, ...]) -> tuple[Panel, ...]:
     )  # fmt: skip
 
 
+def drawn_name(point: str) -> str:
+    """What a drawing calls a point."""
+    return f"point {point}"
+
+
 def draw_points(drawing: Drawing, link: FloatingLink, points: tuple[str, ...]) -> Drawing:
     """The drawing with the paths of points, each a corner of the link."""
     first, *_, last = next(each.points for each in drawing.links if each.name == link.name)
-    keys = {point: f"point {point}" for point in points}
+    keys = {point: drawn_name(point) for point in points}
     vectors = {
         key: (
             *drawing.points[link.origin],

@@ -52,7 +52,8 @@ class Parameter:
         `OMITTED`, metrics that need the parameter are not computed at 0.
     affects
         What depends on the parameter: the motion and everything that follows from it, only the signals under load,
-        only those of a point of the floating link, or only derived metrics, as for allowed stresses.
+        only those of a point of the floating link, only how well it meets a target, or only derived metrics, as for
+        allowed stresses.
     is_dynamic
         Whether the parameter, unless 0, makes the signals under load depend on the speed.
     adds_corners
@@ -70,7 +71,7 @@ class Parameter:
     only_in: tuple[str, ...] = ()
     scales_speed: bool = False
     zero_meaning: str = ""
-    affects: Literal["motion", "load", "point", "sizing"] = "motion"
+    affects: Literal["motion", "load", "point", "target", "sizing"] = "motion"
     is_dynamic: bool = False
     adds_corners: bool = False
 

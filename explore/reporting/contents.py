@@ -16,6 +16,7 @@ from explore.charts.labels import results_name, unit_text
 from explore.errors import RequestError
 from explore.model.columns import Column
 from explore.model.mechanism import Mechanism
+from explore.model.points import drawn_name
 from explore.ranking.rankings import Ranking, rank_source
 from explore.reporting.density import count_densities
 from explore.reporting.motion import describe_motion, kernel_for, translate_functions
@@ -27,8 +28,8 @@ from explore.units.shown import Scale
 
 #: Attributes that the page shows elsewhere, or that mean nothing to a reader.
 _HIDDEN_ATTRIBUTES = frozenset(
-    ["config", "determines", "senses", "speed", "speed_powers", "status_sentences", "objectives", "tally",
-     "studied_counts", "n_designs", "block_size"]
+    ["config", "determines", "senses", "speed", "speed_powers", "status_sentences", "label_sentences",
+     "objectives", "tally", "studied_counts", "n_designs", "block_size", "task"]
 )  # fmt: skip
 _BOOLEAN_LABELS = {0: "no", 1: "yes"}
 
@@ -146,6 +147,7 @@ def describe_study(results: Results, mechanism: Mechanism | None, ranking: Ranki
         "motion": describe_motion(_kernel(results, mechanism), results.shown_units) if mechanism else None,
         "defaults": {p.name: p.default for p in parameters if p.default is not None},
         **_window_and_drive(results, mechanism),
+        "target": _describe_target(results),
         "studied": results.n_studied,
         "committed": results.n_committed,
         "complete": results.is_complete,
@@ -177,6 +179,21 @@ def _window_and_drive(results: Results, mechanism: Mechanism | None) -> dict[str
         window = f"{window['from']:g} to {window['to']:g} deg"
     uses_stroke = mechanism is not None and uses_drive_stroke(results, mechanism)
     return {"window": window, "drive": drive_of(results, mechanism) if mechanism and uses_stroke else "none"}
+
+
+def _describe_target(results: Results) -> dict[str, Any] | None:
+    """The path that a point of the linkage shall follow, in declared units; None where there is none."""
+    target, scale = results.target, results.shown_units.scale("mm")
+    if target is None:
+        return None
+    return {
+        "point": drawn_name(target.point),
+        "points": [list(place) for place in target.points],
+        "closed": target.closed,
+        "timed": bool(target.crank_angles),
+        "unit": scale.shown,
+        "factor": float(scale.factor),
+    }
 
 
 def _bounds(results: Results, mechanism: Mechanism | None) -> list[list[Any]]:

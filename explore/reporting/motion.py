@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from explore.charts.labels import unit_text
-from explore.model.drawing import Panel
+from explore.model.drawing import PLACE, Panel
 from explore.model.mechanism import Mechanism
 from explore.model.quantities import Parameter
 from explore.model.status import Status
@@ -66,6 +66,7 @@ def describe_motion(mechanism: Mechanism, units: ShownUnits) -> dict[str, Any]:
         "limits": [end for stroke in mechanism.strokes[:1] for end in mechanism.window(stroke).ends],
         "panels": [_describe_panel(mechanism, panel, units) for panel in panels],
         "drawing": asdict(mechanism.drawing) if mechanism.drawing else None,
+        "place": list(PLACE),
     }  # fmt: skip
 
 

@@ -23,6 +23,7 @@ from explore.model.quantities import (
     Window,
 )
 from explore.request.points import add_points
+from explore.request.targets import TargetOrSection, add_target
 from explore.suggest import closest_name, format_value, suggestion
 from explore.units.quantities import quantity
 
@@ -41,17 +42,17 @@ _LONG_NAMES = {
 }
 
 
-def find_mechanism(name: str, points: Sequence[str] = ()) -> Mechanism:
-    """Find a mechanism by name, with points of its floating link.
+def find_mechanism(name: str, points: Sequence[str] = (), target: TargetOrSection | None = None) -> Mechanism:
+    """Find a mechanism by name, with points of its floating link and a target.
 
     Raises
     ------
     RequestError
-        If there is none of that name; the message suggests the closest. If it cannot have these points.
+        If there is none of that name; the message suggests the closest. If it cannot have these points or this target.
     """
     if name not in MECHANISMS:
         raise RequestError(f"unknown mechanism {format_value(name)}; {suggestion(name, MECHANISMS)}")
-    return add_points(MECHANISMS[name], points)
+    return add_target(add_points(MECHANISMS[name], points), target)
 
 
 def make_window(mechanism: Mechanism, window: str | Mapping[str, object] | None) -> Window:

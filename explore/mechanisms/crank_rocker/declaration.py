@@ -5,10 +5,12 @@ from dataclasses import replace
 from explore.mechanisms import four_bar, four_bar_drawing, four_bar_integrals, rocking
 from explore.mechanisms.crank_rocker import extended, kernel
 from explore.mechanisms.crank_rocker.columns import EXTENDED_SIGNAL_ROWS, FIRST_POINT, POINTS, ExtendedRow, Row
+from explore.mechanisms.crank_rocker.paths import find_coupler_curve
 from explore.mechanisms.crank_rocker.second_differences import SECOND_DIFFERENCES
 from explore.mechanisms.four_bar_forces import Load
 from explore.mechanisms.four_bar_loads import LOAD_FORMULAS, LOAD_PANELS, LOAD_SIGNALS, LOADS
 from explore.mechanisms.four_bar_size import declare_four_bar_size
+from explore.mechanisms.path_errors.metrics import declare_paths
 from explore.model.drawing import Panel
 from explore.model.mechanism import Mechanism
 from explore.model.points import FloatingLink
@@ -187,6 +189,14 @@ _EXTENDED = Mechanism(
     statuses=rocking.STATUSES,
     drawing=four_bar_drawing.DRAWING,
     floating_link=FloatingLink("coupler", "the crank's pin", "crank joint", "coupler_angle", FIRST_POINT, POINTS),
+    targets={
+        "path": declare_paths(
+            find_coupler_curve,
+            ("crank", "coupler", "rocker", "ground", "branch"),
+            "transmission_angle_min",
+            ("path_error_rms", "transmission_angle_min:max"),
+        )
+    },
     panels=(
         Panel("angle", ("coupler_angle", "rocker_angle")),
         Panel("transmission angle", ("transmission_angle",), limits=(0.0, 180.0)),

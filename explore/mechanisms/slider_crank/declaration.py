@@ -6,8 +6,10 @@ from dataclasses import replace
 import numpy as np
 
 from explore.mechanisms.overall_size import declare_size
+from explore.mechanisms.path_errors.metrics import declare_paths
 from explore.mechanisms.slider_crank import columns, extended, kernel, loads
 from explore.mechanisms.slider_crank.columns import ExtendedRow, Row
+from explore.mechanisms.slider_crank.paths import find_rod_curve
 from explore.model.drawing import INPUT, Drawing, Guide, Link, Panel, Path, Vector
 from explore.model.mechanism import Mechanism
 from explore.model.points import FloatingLink
@@ -177,6 +179,14 @@ _EXTENDED = Mechanism(
     statuses=kernel.STATUSES,
     drawing=_DRAWING,
     floating_link=FloatingLink("rod", "the crank's pin", "crank pin", "rod_angle", columns.FIRST_POINT, columns.POINTS),
+    targets={
+        "path": declare_paths(
+            find_rod_curve,
+            ("crank", "rod", "offset"),
+            "transmission_angle_min",
+            ("path_error_rms", "transmission_angle_min:max"),
+        )
+    },
     panels=(
         Panel("slider position", ("slider_position",)),
         Panel("slider velocity", ("slider_velocity",)),

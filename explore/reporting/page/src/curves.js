@@ -50,9 +50,15 @@ function draw(kind, canvas, value, degrees, width) {
   }
   const span = [all.reduce((a, b) => Math.min(a, b)), all.reduce((a, b) => Math.max(a, b))];
   if (kind.fromZero) span[0] = 0;
+  if (kind.marks?.length) span[1] = Math.max(span[1], ...kind.marks.map(([, one]) => one));
+  span[1] = Math.min(span[1], kind.most ?? Infinity);
   const y = axisScale(span, [HEIGHT - MARGIN.bottom, MARGIN.top], { room: 0.08 });
   frame(context, x, y, kind.motion, colour, width);
   for (const motion of new Set(traces.map((trace) => trace.motion))) drawBounds(context, kind, motion, x, y, colour);
+  context.save();
+  context.beginPath();
+  context.rect(MARGIN.left, 0, width - MARGIN.left - MARGIN.right, HEIGHT - MARGIN.bottom);
+  context.clip();
   for (const { hue, dash, angles, values } of traces) {
     context.strokeStyle = colour[hue];
     context.lineWidth = 1.7;
@@ -62,6 +68,13 @@ function draw(kind, canvas, value, degrees, width) {
     context.stroke();
   }
   context.setLineDash([]);
+  context.fillStyle = colour.red;
+  for (const [angle, one] of kind.marks ?? []) {
+    context.beginPath();
+    context.arc(x(angle), y(one), 2.4, 0, 2 * Math.PI);
+    context.fill();
+  }
+  context.restore();
   const now = traces.map((trace) => trace.at(degrees));
   // The drawn angle may differ from that of the formula by whole turns.
   const turnsOff = (one, { angles, values }) => {
@@ -156,7 +169,7 @@ function cursor(context, traces, now, degrees, x, y, colour) {
   context.stroke();
   context.strokeStyle = colour.panel;
   traces.forEach(({ hue, marker }, i) => {
-    if (!Number.isFinite(now[i])) return;
+    if (!Number.isFinite(now[i]) || y(now[i]) < 0) return;
     context.fillStyle = colour[hue];
     if (marker) return markAt(context, marker, x(degrees), y(now[i]), 0.9);
     context.beginPath();

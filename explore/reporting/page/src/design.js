@@ -63,7 +63,7 @@ export function designPanel(root, model, { chosen, pins }) {
     if (!state.shown.length) return controls.pause();
     const names = state.shown.map((one) => designName(model, one.row)).join(", ");
     canvas.setAttribute("aria-label", `the mechanism of design ${names} in true proportions`);
-    const panels = state.isCompared ? comparedPanels(state.shown) : panelsOf(state.shown[0].motion, state.shown[0].turn);
+    const panels = state.isCompared ? comparedPanels(state.shown) : panelsOf(state.shown[0]);
     charts = panels.map((kind) =>
       curveChart(kind, model.study.bounds, (degrees) => {
         controls.pause();
@@ -112,10 +112,10 @@ export function designPanel(root, model, { chosen, pins }) {
 /** The motion of a design, null where it has none, with what is drawn of it. */
 function movingDesign(model, row, look) {
   const { motion: declared } = model.study,
-    { drive } = fileOf(model, row);
+    { drive, target } = fileOf(model, row);
   const motion = hasMotion(declared) ? motionOf(declared, parametersOf(model, row), drive) : null;
   if (!motion) return { row, motion };
-  return { row, look, motion, turn: overTheTurn(motion), drawing: declared.drawing ? drawingOf(motion) : null };
+  return { row, look, motion, turn: overTheTurn(motion), drawing: declared.drawing ? drawingOf(motion, target) : null };
 }
 
 /** The input angle that is shown first: the start of the drive stroke. */
@@ -200,6 +200,7 @@ function legendOf(legend, drawn) {
   const item = (look, text) => entry(el("i", { class: `swatch ${look}` }), text);
   const items = [...drawing.links, ...drawing.profiles].map(({ name }, k) => item(`hue-${HUES[k % HUES.length]}`, name));
   for (const path of pointPaths(drawing)) items.push(entry(dashedLine(path.dashes), path.long_name));
+  if (drawn.target) items.push(item("target", "target"));
   if (motion.stroke) items.push(item("drive", "drive stroke"));
   limitsOf(motion).forEach(([name, angle], k) => {
     items.push(item(`limit-${k % DASHES.length}`, `${name} ${(((angle % 360) + 360) % 360).toFixed(1)}°`));

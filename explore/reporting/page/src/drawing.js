@@ -1,5 +1,6 @@
 /** A mechanism in true proportions, from its declared drawing: links, guides, pivots, paths, curves, drive stroke. */
 
+import { drawTarget } from "./target.js";
 import { colours } from "./theme.js";
 
 const STEPS = 360;
@@ -26,29 +27,50 @@ export function sum(vectors, pose) {
   return [x, y];
 }
 
-/** A drawing of a motion: its paths are computed once. */
-export function drawingOf(motion) {
-  const { drawing } = motion.declared;
+/** The declared drawing at the place of a design in its plane, as `Drawing.placed` in Python. */
+function placed({ drawing, place }, values) {
+  const [x, y, degrees] = place.map((name) => values[name] ?? 0);
+  if (!x && !y && !degrees) return drawing;
+  const at = (length, angle) => ({ length, angle, factor: 1, sense: 1, turn: 0 });
+  const turned = (vectors) => vectors.map((vector) => ({ ...vector, turn: vector.turn + degrees }));
+  const points = Object.entries(drawing.points).map(([name, vectors]) => [name, [at(x, 0), at(y, 90), ...turned(vectors)]]);
+  return {
+    ...drawing,
+    points: Object.fromEntries(points),
+    guides: drawing.guides.map((guide) => ({ ...guide, angle: guide.angle + degrees })),
+    profiles: drawing.profiles.map((profile) => ({ ...profile, vectors: turned(profile.vectors) })),
+  };
+}
+
+/**
+ * A drawing of a motion: its paths are computed once.
+ * @param {Object} motion from `motionOf`
+ * @param {?Object} target the study's, null for none
+ */
+export function drawingOf(motion, target) {
+  const drawing = placed(motion.declared, motion.values);
   const poses = Array.from({ length: STEPS + 1 }, (_, k) => poseAt(motion, k));
   const turn = Object.fromEntries(
     Object.entries(drawing.points).map(([name, vectors]) => [name, poses.map((pose) => sum(vectors, pose))]),
   );
   const curves = drawing.profiles.map((profile) => poses.map((pose) => sum(profile.vectors, pose)));
-  const drawn = { motion, drawing, turn, curves };
+  const drawn = { motion, drawing, turn, curves, target };
   drawn.reach = reach(drawn);
   return drawn;
 }
 
 /** Smallest and largest x and y over a turn. */
-function reach({ drawing, turn, curves }) {
-  const all = Object.values(turn).flat();
+function reach({ drawing, turn, curves, target }) {
+  const all = [...Object.values(turn).flat(), ...(target?.points ?? [])];
   drawing.profiles.forEach(({ centre }, k) => {
     const radius = curves[k].reduce((most, [x, y]) => Math.max(most, Math.hypot(x, y)), 0);
     const [x, y] = turn[centre][0];
     all.push([x - radius, y - radius], [x + radius, y + radius]);
   });
-  const [xs, ys] = [all.map(([x]) => x), all.map(([, y]) => y)];
-  return [Math.min(...xs), Math.max(...xs), Math.min(...ys), Math.max(...ys)];
+  return all.reduce(
+    ([left, right, low, high], [x, y]) => [Math.min(left, x), Math.max(right, x), Math.min(low, y), Math.max(high, y)],
+    [Infinity, -Infinity, Infinity, -Infinity],
+  );
 }
 
 /** Height of a drawing of this width. */
@@ -78,6 +100,7 @@ export function drawMechanism(context, drawn, degrees, size) {
   context.lineCap = context.lineJoin = "round";
   for (const { point, role } of drawing.paths) if (role !== "point") pathOf(view, turn[point], role);
   for (const { point, dashes } of pointPaths(drawing)) pathOf(view, turn[point], "point", dashes);
+  if (drawn.target) drawTarget(view, drawn.target);
   if (motion.stroke && drawing.stroke_point) driveStrokeArc(view, motion, drawing.points[drawing.stroke_point]);
   limitPositions(view, motion, drawing);
   const pose = poseAt(motion, degrees);

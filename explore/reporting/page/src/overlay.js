@@ -2,6 +2,7 @@
 
 import { bodyCurve, chain, fitView, pivotMark, poseAt, sum, trace } from "./drawing.js";
 import { markAt } from "./marks.js";
+import { drawTarget } from "./target.js";
 import { colours } from "./theme.js";
 
 /** Smallest and largest x and y of several drawings. */
@@ -23,6 +24,8 @@ export function drawOverlay(context, shown, degrees, size) {
   context.clearRect(0, 0, size.width, size.height);
   context.lineJoin = "round";
   for (const { drawing, look } of shown) paths({ context, place, colour }, drawing, look);
+  const targets = new Set(shown.map(({ drawing }) => drawing.target).filter(Boolean));
+  for (const target of targets) drawTarget({ context, place, colour }, target);
   for (const { drawing, look } of shown) links({ context, place, colour }, drawing, look, degrees);
 }
 

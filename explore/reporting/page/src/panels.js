@@ -1,5 +1,6 @@
 /** The charts of a motion: title, unit and lines of each panel that the mechanism declares. */
 
+import { targetPanel } from "./distance.js";
 import { countOf } from "./format.js";
 import { output } from "./mechanism.js";
 
@@ -8,18 +9,18 @@ const PAIR = ["orange", "blue"],
   SEVERAL = ["orange", "sky", "green", "ink", "purple", "blue"];
 
 /**
- * The panels of a motion.
- * @param {Object} motion
- * @param {{angles: Float64Array, series: Object<string, Float64Array>}} turn from `overTheTurn`
+ * The panels of a design: the distance from the target where there is one, then those that the mechanism declares.
+ * @param {{motion: Object, turn: Object, drawing: ?Object}} one its `turn` is from `overTheTurn`
  * @returns {Array<{title: string, unit: string, factor: number, fullTurn: number, fromZero: boolean, motion: Object, traces: Array}>} each
  *   trace with the signal, its colour, dash, marker and label, its values over the turn and those at an input angle
  */
-export function panelsOf(motion, turn) {
+export function panelsOf(one) {
+  const { motion, turn } = one;
   const { declared, values, stroke, drive } = motion;
   const shown = declared.panels.filter(
     (panel) => (!panel.loads.length || panel.loads.some((load) => values[load])) && (!panel.clutch || drive !== "none"),
   );
-  return shown.map((panel, place) => {
+  const panels = shown.map((panel, place) => {
     const rectified = declared.signals.find(({ name, rectified }) => rectified && name === panel.signals[0]);
     const { label: title, unit, factor, turn: fullTurn } = panel;
     const lines = rectified ? clutchLines(motion, rectified) : linesOf(panel.signals, place);
@@ -27,6 +28,8 @@ export function panelsOf(motion, turn) {
     const fromZero = panel.magnitude || Boolean(rectified && stroke);
     return { title, unit, factor, fullTurn, fromZero, motion, traces };
   });
+  const ofTarget = targetPanel(one);
+  return ofTarget ? [ofTarget, ...panels] : panels;
 }
 
 /**
@@ -35,14 +38,14 @@ export function panelsOf(motion, turn) {
  */
 export function comparedPanels(shown) {
   const panels = new Map();
-  for (const { motion, turn, look } of shown) {
-    for (const panel of panelsOf(motion, turn)) {
+  for (const one of shown) {
+    for (const panel of panelsOf(one)) {
       // Of an output through clutches that of all mechanisms.
       const signals = panel.traces.filter(({ isPart }) => !isPart);
       for (const trace of signals) {
         const title = signals.length > 1 ? `${panel.title}: ${trace.label}` : panel.title;
-        if (!panels.has(title)) panels.set(title, { ...panel, title, motion: null, traces: [] });
-        panels.get(title).traces.push({ ...trace, ...look, label: "" });
+        if (!panels.has(title)) panels.set(title, { ...panel, title, motion: null, marks: [], traces: [] });
+        panels.get(title).traces.push({ ...trace, ...one.look, label: "" });
       }
     }
   }

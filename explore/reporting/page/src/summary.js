@@ -70,10 +70,15 @@ function fileNotices(root, study, size) {
   }
   if (study.parts.some(({ held, total }) => held < total)) {
     const [infeasible, feasible, front] = study.parts;
+    const nearest = study.nearest ? " and those nearest to feasible" : "";
+    const kinds = [
+      [front, "Pareto-optimal ones"],
+      [feasible, "other feasible ones"],
+      [infeasible, `infeasible ones${nearest}`],
+    ].filter(([{ total }]) => total > 0);
     notice(
       `This page holds ${count(size)} of ${count(study.committed)} designs:`,
-      `${part(front, "Pareto-optimal ones")}; ${part(feasible, "other feasible ones")};`,
-      `${part(infeasible, "infeasible ones")}${study.nearest ? " and those nearest to feasible" : ""}. Selections and their counts refer to these designs;`,
+      `${kinds.map(([kind, what]) => part(kind, what)).join("; ")}. Selections and their counts refer to these designs;`,
       "the command ranks all designs of the file.",
       study.density && "The grey density behind the scatter counts all feasible designs.",
     );

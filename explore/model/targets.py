@@ -1,0 +1,104 @@
+"""What a linkage is to do, as plain data: its target, and the pose of the linkage in the plane of it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from math import isfinite
+from typing import Any, Literal, get_args
+
+from explore.model.drawing import PLACE
+from explore.model.quantities import Formula, Parameter
+
+_MEANINGS = (
+    ("mm", "x of the crank's pivot in the plane of the target"),
+    ("mm", "y of the crank's pivot in the plane of the target"),
+    ("deg", "angle of the linkage's own x axis in the plane of the target"),
+)
+#: The pose of the linkage in the plane of the target, as parameters: designs that differ only in it share a motion.
+POSE = tuple(
+    Parameter(name, unit, meaning, 0.0, -float("inf"), affects="target")
+    for name, (unit, meaning) in zip(PLACE, _MEANINGS, strict=True)
+)
+AnglesFrom = Literal["free", "frame"]
+#: Most points of a target: an attribute of a results file holds them.
+MOST_TARGET_POINTS = 500
+
+
+@dataclass(frozen=True)
+class PathTarget:
+    """A path that a point of the floating link is to follow.
+
+    Attributes
+    ----------
+    point
+        Name of the point.
+    points
+        Places that it passes in this order, in either sense of the crank, mm.
+    closed
+        Whether it returns from the last to the first.
+    weights
+        Of the squared distances; empty for equal ones.
+    crank_angles
+        Crank angle at each point, deg; empty where they are free.
+    angles_from
+        What the crank angles count from: "free", any angle, or "frame", the x axis of the linkage.
+    """
+
+    point: str
+    points: tuple[tuple[float, float], ...]
+    closed: bool = False
+    weights: tuple[float, ...] = ()
+    crank_angles: tuple[float, ...] = ()
+    angles_from: AnglesFrom = "free"
+
+    @property
+    def kind(self) -> str:
+        """Its kind in study files."""
+        return "path"
+
+    def to_content(self) -> dict[str, Any]:
+        """The section of a study file, in declared units, without keys that are at their defaults."""
+        content: dict[str, Any] = {"point": self.point, "points": [list(place) for place in self.points]}
+        content |= {"closed": True} if self.closed else {}
+        content |= {key: list(value) for key in ("weights", "crank_angles") if (value := getattr(self, key))}
+        content |= {"angles_from": self.angles_from} if self.angles_from != "free" else {}
+        return {"kind": self.kind, **content}
+
+    @classmethod
+    def from_content(cls, content: Any) -> PathTarget:
+        """The target of `to_content`; ValueError if the content has another form."""
+        try:
+            places = tuple((float(x), float(y)) for x, y in content["points"])
+            weights, angles = (tuple(map(float, content.get(key, ()))) for key in ("weights", "crank_angles"))
+            start = content.get("angles_from", "free")
+            target = cls(str(content["point"]), places, bool(content.get("closed", False)), weights, angles, start)
+        except (KeyError, TypeError, AttributeError) as error:
+            raise ValueError(f"a target lacks {error}") from None
+        numbers = [*(number for place in places for number in place), *weights, *angles]
+        if not all(map(isfinite, numbers)) or not 0 < len(places) <= MOST_TARGET_POINTS:
+            raise ValueError("a target has finite points")
+        if any(listed and len(listed) != len(places) for listed in (weights, angles)):
+            raise ValueError("a target has as many weights and crank angles as points")
+        if start not in get_args(AnglesFrom):
+            raise ValueError(f"the crank angles of a target cannot count from {start!r}")
+        return target
+
+
+@dataclass(frozen=True)
+class TargetKind:
+    """How a mechanism meets targets of a kind.
+
+    Attributes
+    ----------
+    formulas
+        The metrics of the error of a target; the first is the objective.
+    defaults
+        Names of those that a study computes which names no metrics.
+    objectives
+        Default objectives.
+    """
+
+    formulas: Callable[[PathTarget], tuple[Formula, ...]]
+    defaults: tuple[str, ...]
+    objectives: tuple[str, ...]

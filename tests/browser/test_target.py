@@ -1,0 +1,50 @@
+"""The target of a study on the page: the path against it and their distance, as the library computes them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import explore
+from browser.chromium import silent_page
+from browser.conftest import report_of, sweep_study
+from explore.charts.path import path_chart
+
+STUDY = """mechanism = "crank-rocker"
+[points]
+M = { along = -22.371, across = 7.0966 }
+[target]
+kind = "path"
+points = [[-27.0, 1.0], [-11.571, -11.642], [3.857, -24.285], [15.0, -29.9], [27.2, -25.0], [28.0, -10.0], [15.0, 10.6]]
+closed = true
+[parameters]
+crank = [17, 17.43]
+coupler = 25.46
+rocker = 64.57
+ground = 65.87
+crank_pivot_x = -11.55
+crank_pivot_y = -20.14
+ground_angle = [170.8, 165]
+[units]
+length = "in"
+"""
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_the_distance_to_the_target_agrees_with_the_figure(browser, tmp_path, scheme):
+    results = sweep_study(tmp_path, "path", STUDY)
+    path = report_of(results.path)
+    best = int(explore.rank(results).index[0])
+    error = path_chart(results, design=best).axes[1]
+    curve = error.get_lines()[0]
+    with silent_page(browser, path, viewport={"width": 390, "height": 900}, color_scheme=scheme) as page:
+        figure = page.locator("figure.curve").first
+        assert figure.locator(".title").inner_text() == "distance to target [in]"
+        assert "target" in page.locator("#design .legend").inner_text()
+        slider = page.locator("#design input[type=range]")
+        for degrees in (0, 47, 180, 301.5):
+            slider.evaluate("(node, value) => { node.value = value; node.dispatchEvent(new Event('input')); }", degrees)
+            shown = float(figure.locator(".value").inner_text())
+            expected = float(np.interp(degrees, curve.get_xdata(), curve.get_ydata()))
+            assert shown == pytest.approx(expected / 25.4, rel=1e-3)  # four digits are shown
+        assert page.evaluate("document.documentElement.scrollWidth") <= 390
