@@ -1,0 +1,133 @@
+"""Routes of jobs: submit, list, change, watch."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+from collections.abc import AsyncIterator
+from dataclasses import asdict
+from typing import Annotated, Any
+
+from fastapi import APIRouter, Header, HTTPException, Query, Request, Response
+from fastapi.responses import PlainTextResponse, StreamingResponse
+
+from explore.serving.estimates import estimate_seconds
+from explore.serving.plans import check_limits, make_plan
+from explore.serving.requests import JobName, Priority, StationOf, Submission
+from explore.serving.station import Station
+from explore.serving.turns import Turns
+
+#: Largest number of clients that watch at a time.
+MOST_WATCHERS = 200
+#: Seconds without an event after which a comment is sent, so that proxies do not close the connection.
+_HEARTBEAT = 15.0
+
+#: Studies that are read: a large one takes seconds, and its estimate a process.
+_PLANS = Turns(at_a_time=2, waiting=14)
+
+router = APIRouter(prefix="/api", tags=["jobs"])
+
+
+@router.post("/studies", status_code=201)
+def submit(
+    submission: Submission,
+    station: StationOf,
+    response: Response,
+    dry_run: Annotated[bool, Query(description="Say what the sweep would make and take; queue nothing.")] = False,
+) -> dict[str, Any]:
+    """Queue a study; all its problems come at once, with line and key."""
+    content = submission.study.encode("utf-8", "surrogatepass")  # a lone surrogate is then refused as no UTF-8
+    with _PLANS.taken():
+        if dry_run:
+            response.status_code = 200
+            plan = make_plan(submission.name, content, submission.keep)
+            check_limits(plan, station.limits, station.folder.results)
+            return {**asdict(plan), "seconds": estimate_seconds(content, plan.designs, station.workers)}
+        job = station.jobs.submit(submission.name, content, keep=submission.keep, priority=submission.priority)
+        return job.to_json()
+
+
+@router.get("/jobs")
+def list_jobs(station: StationOf) -> dict[str, Any]:
+    """All jobs: the running one, those that wait in their order, then the others, the last to end first."""
+    return {"jobs": [job.to_json() for job in station.jobs.in_order()]}
+
+
+@router.get("/jobs/{name}")
+def get_job(name: JobName, station: StationOf) -> dict[str, Any]:
+    """A job, with its progress."""
+    return station.jobs.get(name).to_json()
+
+
+@router.get("/jobs/{name}/study", response_class=PlainTextResponse)
+def get_study(name: JobName, station: StationOf) -> Response:
+    """The study of a job, as it was submitted."""
+    return Response(station.jobs.study(name), media_type="text/plain; charset=utf-8")
+
+
+@router.post("/jobs/{name}/cancel")
+def cancel(name: JobName, station: StationOf) -> dict[str, Any]:
+    """Cancel a job that waits or runs; what is computed stays."""
+    return station.runner.cancel(name).to_json()
+
+
+@router.post("/jobs/{name}/retry")
+def retry(name: JobName, station: StationOf) -> dict[str, Any]:
+    """Queue a job again that failed or was cancelled; its sweep goes on where it ended."""
+    return station.jobs.retry(name).to_json()
+
+
+@router.post("/jobs/{name}/priority")
+def prioritise(name: JobName, body: Priority, station: StationOf) -> dict[str, Any]:
+    """Give a job that waits another priority."""
+    return station.jobs.prioritise(name, body.priority).to_json()
+
+
+@router.delete("/jobs/{name}", status_code=204)
+def delete(name: JobName, station: StationOf) -> None:
+    """Delete a job that does not run, with its results."""
+    station.jobs.delete(name)
+
+
+@router.get("/events")
+async def watch(
+    request: Request, station: StationOf, last_event_id: Annotated[str | None, Header(max_length=100)] = None
+) -> StreamingResponse:
+    """Events of all jobs, as server-sent events, until the client leaves.
+
+    The first event, ``jobs``, lists all jobs; then each change is a ``job`` or ``deleted``. A client that comes back
+    with the header Last-Event-ID gets what it missed, or the list again where that is not kept any more.
+    """
+    if station.events.n_watchers >= MOST_WATCHERS:
+        raise HTTPException(503, f"{MOST_WATCHERS} clients watch already; try again later")
+    stream = _stream(station, last_event_id or "", request.app.state.is_closing)
+    return StreamingResponse(stream, media_type="text/event-stream", headers={"X-Accel-Buffering": "no"})
+
+
+async def _stream(station: Station, last_event_id: str, is_closing: Any) -> AsyncIterator[str]:
+    events, loop = station.events, asyncio.get_running_loop()
+    news = asyncio.Event()
+    epoch, _, number = last_event_id.partition("-")
+    position = int(number) if epoch == events.epoch and number.isascii() and number.isdigit() else -1
+    with events.watched(lambda: loop.call_soon_threadsafe(news.set)):
+        yield "retry: 1000\n\n"
+        while not is_closing():
+            news.clear()
+            missed = events.after(position)
+            if missed is None:
+                position = events.last  # before the list, so that a change is sent twice rather than not
+                jobs = [job.to_json() for job in station.jobs.in_order()]
+                yield _format(f"{events.epoch}-{position}", "jobs", {"jobs": jobs})
+                continue
+            for event in missed:
+                yield _format(f"{events.epoch}-{event.number}", event.kind, event.data)
+                position = event.number
+            try:
+                async with asyncio.timeout(_HEARTBEAT):
+                    await news.wait()
+            except TimeoutError:
+                yield ": nothing new\n\n"
+
+
+def _format(number: str, kind: str, data: dict[str, Any]) -> str:
+    return f"id: {number}\nevent: {kind}\ndata: {json.dumps(data)}\n\n"

@@ -1,0 +1,118 @@
+"""A job of a service, and the log of its events, from which it is read again when the service starts."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, fields, replace
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+from explore.files import open_regular
+from explore.serving.folder import State
+
+#: What a sweep reports while it runs; not logged, because the results file knows it.
+PROGRESS = ("done", "feasible", "computed", "seconds")
+
+
+@dataclass(frozen=True)
+class Job:
+    """A study on its way through the service.
+
+    Attributes
+    ----------
+    name
+        Its name, and that of its study and results.
+    state
+        Where it is.
+    priority, number
+        Jobs are swept by priority, 1 first and 9 last; those of equal priority by number.
+    keep
+        Which designs the sweep keeps: "all" or "front".
+    mechanism, designs, bytes
+        What the study asks for; `bytes` is None where only the front is kept.
+    submitted, started, ended
+        Times, UTC, ISO 8601; None for what has not happened since the job was last queued.
+    reason
+        Why it failed or what it waits for; else empty.
+    done, feasible, computed, seconds
+        Designs that are committed; of those that the running process computed, the feasible ones and all; seconds
+        since it started.
+    """
+
+    name: str
+    state: State
+    priority: int = 5
+    number: int = 0
+    keep: str = "all"
+    mechanism: str = ""
+    designs: int = 0
+    bytes: int | None = None
+    submitted: str | None = None
+    started: str | None = None
+    ended: str | None = None
+    reason: str = ""
+    done: int = 0
+    feasible: int = 0
+    computed: int = 0
+    seconds: float = 0.0
+
+    def to_json(self) -> dict[str, Any]:
+        """Everything for clients, with the rate in designs per second and the seconds left where they are known."""
+        rate = self.computed / self.seconds if self.seconds > 0 else None
+        left = (self.designs - self.done) / rate if rate and self.state == State.running else None
+        return {**asdict(self), "rate": rate, "seconds_left": left}
+
+    def after(self, event: Mapping[str, Any]) -> Job:
+        """The job after an event; unknown facts are ignored, because a newer version may have written them."""
+        known = {field.name for field in fields(self)} - {"name", "state", "priority", "number"}
+        facts = {name: value for name, value in event.items() if name in known and _fits(name, value)}
+        return replace(self, **facts)
+
+
+def _fits(name: str, value: object) -> bool:
+    """Whether a fact of a log has the type of its field; a log may come from anywhere."""
+    if name in ("submitted", "started", "ended"):
+        return value is None or isinstance(value, str)
+    if name in ("keep", "mechanism", "reason"):
+        return isinstance(value, str) and (name != "keep" or value in ("all", "front"))
+    if name == "seconds":
+        return isinstance(value, int | float) and not isinstance(value, bool)
+    return (value is None and name == "bytes") or (isinstance(value, int) and not isinstance(value, bool))
+
+
+def now() -> str:
+    """The time, UTC, to the millisecond."""
+    return datetime.now(UTC).isoformat(timespec="milliseconds")
+
+
+def append_event(path: Path, event: str, facts: Mapping[str, Any]) -> None:
+    """Append an event to a log durably, on a line of its own even after a line that a kill cut short."""
+    line = json.dumps({"time": now(), "event": event, **facts}).encode() + b"\n"
+    descriptor = open_regular(path, os.O_RDWR | os.O_APPEND | os.O_CREAT)
+    with open(descriptor, "r+b", buffering=0) as file:  # noqa: PTH123 -- a descriptor, not a path
+        size = file.seek(0, os.SEEK_END)
+        if size:
+            file.seek(size - 1)
+            line = line if file.read(1) == b"\n" else b"\n" + line
+        file.write(line)
+        os.fsync(descriptor)
+
+
+def read_events(path: Path) -> list[dict[str, Any]]:
+    """The events of a log; lines that a kill or a power cut damaged are left out."""
+    try:
+        lines = path.read_bytes().splitlines()
+    except OSError:
+        return []
+    events = []
+    for line in lines:
+        try:
+            event = json.loads(line)
+        except ValueError:
+            continue
+        if isinstance(event, dict):
+            events.append(event)
+    return events

@@ -1,0 +1,265 @@
+"""The jobs of a service: what is waiting, running and settled, and what may be done to each."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from dataclasses import asdict, replace
+from pathlib import Path
+from typing import Any
+
+from explore.errors import RequestError
+from explore.serving.folder import Folder, State, check_name, move, write_new
+from explore.serving.jobs import PROGRESS, Job, append_event, now, read_events
+from explore.serving.plans import Limits, check_limits, make_plan
+
+#: Called with a job after each change, and with None for the job and its name after it was deleted.
+Listener = Callable[[str, Job | None], None]
+#: Where a job is looked for when the service starts; a name that a person copied to a second place counts once.
+_ORDER = (State.running, State.queued, State.failed, State.cancelled, State.done)
+
+
+class UnknownJobError(RequestError):
+    """There is no job of that name."""
+
+
+class StateError(RequestError):
+    """The job is in a state, or the service is, in which this cannot be done."""
+
+
+class Jobs:
+    """The jobs of a folder that this process holds; safe to use from several threads.
+
+    Every change is durable before its method returns: first the log of the job, then the place of its study.
+
+    Parameters
+    ----------
+    folder
+        The folder, locked.
+    limits
+        What is accepted.
+    listener
+        Told of every change, in the order of the changes.
+    """
+
+    def __init__(self, folder: Folder, limits: Limits, listener: Listener) -> None:
+        self._folder, self._limits, self._listener = folder, limits, listener
+        self._jobs: dict[str, Job] = {}
+        self._active = ""
+        self._changed = threading.Condition(threading.RLock())
+        for state in _ORDER:
+            for name, priority, number in self._placed(state):
+                self._jobs.setdefault(name, self._read(Job(name, state, priority, number)))
+
+    def in_order(self) -> list[Job]:
+        """All jobs: the running one, those that wait in their order, then the others, the last to end first."""
+        with self._changed:
+            jobs = list(self._jobs.values())
+        waiting = sorted((job for job in jobs if job.state == State.queued), key=_order)
+        running = [job for job in jobs if job.state == State.running]
+        settled = [job for job in jobs if job.state not in (State.queued, State.running)]
+        return [*running, *waiting, *sorted(settled, key=lambda job: job.ended or "", reverse=True)]
+
+    def get(self, name: str) -> Job:
+        """The job of a name; `UnknownJobError` if there is none."""
+        check_name(name)
+        with self._changed:
+            if name not in self._jobs:
+                raise UnknownJobError(f"there is no job {name}")
+            return self._jobs[name]
+
+    def study(self, name: str) -> bytes:
+        """The study of a job as it was submitted."""
+        with self._changed:
+            try:
+                return self._place(self.get(name)).read_bytes()
+            except FileNotFoundError:
+                raise StateError(f"the study of {name} was removed from the folder") from None
+
+    def submit(self, name: str, content: bytes, *, keep: str = "all", priority: int = 5) -> Job:
+        """Queue a study.
+
+        Raises
+        ------
+        ConfigError
+            With every problem of the study.
+        RequestError
+            The name, `keep` or `priority` is invalid, or the study is beyond the limits.
+        StateError
+            The name is taken, or the queue is full.
+        """
+        check_name(name)
+        _check_priority(priority)
+        if keep not in ("all", "front"):
+            raise RequestError(f"keep = {keep!r:.40}: write all or front")
+        plan = make_plan(name, content, keep)
+        check_limits(plan, self._limits, self._folder.results)
+        facts: dict[str, Any] = {
+            "keep": keep,
+            "mechanism": plan.mechanism,
+            "designs": plan.designs,
+            "bytes": plan.bytes,
+        }
+        with self._changed:
+            if name in self._jobs:
+                raise StateError(
+                    f"there is a job {name} already ({self._jobs[name].state}); choose another name, such as "
+                    f"{self._free_name(name)}, or delete it first"
+                )
+            waiting = sum(job.state == State.queued for job in self._jobs.values())
+            if waiting >= self._limits.queue:
+                raise StateError(f"{waiting:,} jobs wait already, which is this server's limit; try again later")
+            job = Job(name, State.queued, priority, self._next_number(), **facts, submitted=now())
+            self._folder.log_path(name).unlink(missing_ok=True)  # of a submission that a kill cut short
+            self._log(job, "queued", **facts, submitted=job.submitted)
+            write_new(self._place(job), content)
+            return self._set(job)
+
+    def cancel(self, name: str) -> Job:
+        """Cancel a job that waits or runs; what a sweep has computed stays, and `retry` goes on from there."""
+        with self._changed:
+            job = self.get(name)
+            if job.state not in (State.queued, State.running):
+                raise StateError(f"{name} is {job.state}; only a job that is queued or running can be cancelled")
+            return self._settle(job, State.cancelled)
+
+    def retry(self, name: str) -> Job:
+        """Queue a job again that failed or was cancelled; its sweep goes on where it ended."""
+        with self._changed:
+            job = self.get(name)
+            if job.state not in (State.failed, State.cancelled):
+                raise StateError(f"{name} is {job.state}; only a job that is failed or cancelled can be retried")
+            facts: dict[str, Any] = {"submitted": now(), "started": None, "ended": None, "reason": ""}
+            queued = replace(job, state=State.queued, number=self._next_number(), **facts)
+            self._log(job, "queued", **facts)
+            return self._move(job, queued)
+
+    def prioritise(self, name: str, priority: int) -> Job:
+        """Give a job that waits another priority, 1 for the first and 9 for the last."""
+        _check_priority(priority)
+        with self._changed:
+            job = self.get(name)
+            if job.state != State.queued:
+                raise StateError(f"{name} is {job.state}; only a job that is queued has a priority")
+            return job if priority == job.priority else self._move(job, replace(job, priority=priority))
+
+    def delete(self, name: str) -> None:
+        """Remove a job that does not run, with its results."""
+        with self._changed:
+            job = self.get(name)
+            if job.state == State.running or name == self._active:
+                raise StateError(
+                    f"{name} is {job.state if job.state == State.running else 'still ending'}; "
+                    "cancel it, wait until its sweep has ended, and delete it then"
+                )
+            self._folder.delete(name, self._place(job))
+            del self._jobs[name]
+            self._listener(name, None)
+            self._changed.notify_all()
+
+    # --- for the runner -----------------------------------------------------------------------------------------------
+
+    def take(self) -> Job | None:
+        """The job to sweep now: the one that was under way when the service ended, else the first that waits."""
+        with self._changed:
+            running = [job for job in self._jobs.values() if job.state == State.running]
+            waiting = [job for job in self._jobs.values() if job.state == State.queued]
+            if not running and not waiting:
+                return None
+            job = running[0] if running else min(waiting, key=_order)
+            facts: dict[str, Any] = {"started": now(), "ended": None, "reason": "", "computed": 0, "seconds": 0.0}
+            self._active = job.name
+            self._log(job, "running", started=facts["started"], ended=None, reason="")
+            if running:
+                return self._set(replace(job, **facts))
+            return self._move(job, replace(job, state=State.running, **facts))
+
+    def report(self, name: str, **facts: Any) -> None:
+        """Note progress or a reason of a running job, which is not logged."""
+        with self._changed:
+            job = self.get(name)
+            if job.state == State.running:
+                self._set(job.after(facts))
+
+    def settle(self, name: str, state: State, reason: str = "") -> None:
+        """Note how a sweep ended, unless the job was cancelled meanwhile."""
+        with self._changed:
+            job = self.get(name)
+            if job.state == State.running:
+                self._settle(job, state, reason)
+
+    def release(self) -> None:
+        """Note that no process works on a job any more."""
+        with self._changed:
+            self._active = ""
+
+    def wait(self, seconds: float) -> None:
+        """Wait until there is a job to sweep, at most so long."""
+        with self._changed:
+            if all(job.state not in (State.queued, State.running) for job in self._jobs.values()):
+                self._changed.wait(seconds)
+
+    def wake(self) -> None:
+        """End all waits."""
+        with self._changed:
+            self._changed.notify_all()
+
+    # --- helpers; the caller holds the lock ---------------------------------------------------------------------------
+
+    def _placed(self, state: State) -> list[tuple[str, int, int]]:
+        if state == State.queued:
+            return self._folder.queued()
+        return [(name, 5, 0) for name in self._folder.settled(state)]
+
+    def _read(self, job: Job) -> Job:
+        for event in read_events(self._folder.log_path(job.name)):
+            job = job.after(event)
+        return job
+
+    def _place(self, job: Job) -> Path:
+        if job.state == State.queued:
+            return self._folder.queued_path(job.name, job.priority, job.number)
+        return self._folder.study_path(job.name, job.state)
+
+    def _next_number(self) -> int:
+        return 1 + max((job.number for job in self._jobs.values()), default=0)
+
+    def _free_name(self, name: str) -> str:
+        count = 2
+        while f"{name[:60]}-{count}" in self._jobs:
+            count += 1
+        return f"{name[:60]}-{count}"
+
+    def _log(self, job: Job, event: str, **facts: Any) -> None:
+        append_event(self._folder.log_path(job.name), event, facts)
+
+    def _settle(self, job: Job, state: State, reason: str = "") -> Job:
+        settled = replace(job, state=state, ended=now(), reason=reason)
+        progress = {name: value for name, value in asdict(job).items() if name in PROGRESS}
+        self._log(job, state, ended=settled.ended, reason=reason, **progress)
+        return self._move(job, settled)
+
+    def _move(self, job: Job, target: Job) -> Job:
+        try:
+            move(self._place(job), self._place(target))
+        except FileNotFoundError:
+            del self._jobs[job.name]
+            self._listener(job.name, None)
+            raise UnknownJobError(f"the study of {job.name} was removed from the folder, and the job with it") from None
+        return self._set(target)
+
+    def _set(self, job: Job) -> Job:
+        self._jobs[job.name] = job
+        self._listener(job.name, job)
+        self._changed.notify_all()
+        return job
+
+
+def _order(job: Job) -> tuple[int, int]:
+    """What the names of queued files are sorted by."""
+    return job.priority, job.number
+
+
+def _check_priority(priority: int) -> None:
+    if priority not in range(1, 10):
+        raise RequestError(f"priority = {priority}: write 1 for the first to 9 for the last")

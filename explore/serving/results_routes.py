@@ -1,0 +1,80 @@
+"""Routes of results: the words of `explore show` and `explore rank`, and the file itself."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+from fastapi import APIRouter, Path, Query
+from fastapi.responses import FileResponse
+
+from explore.serving.folder import State
+from explore.serving.queue import StateError
+from explore.serving.requests import JobName, StationOf
+from explore.serving.results_views import list_columns, open_shown, rank_results, show_design, summarise
+from explore.serving.station import Station
+from explore.serving.turns import Turns
+from explore.store.results import Results
+
+#: Rankings: each keeps a processor busy and reads a file.
+_RANKINGS = Turns(at_a_time=2, waiting=14)
+_Text = Annotated[str, Query(max_length=1000)]
+
+router = APIRouter(prefix="/api/results", tags=["results"])
+
+
+@router.get("/{name}")
+def show(name: JobName, station: StationOf) -> dict[str, Any]:
+    """What `explore show --json` prints."""
+    return summarise(_open(station, name))
+
+
+@router.get("/{name}/columns")
+def columns(name: JobName, station: StationOf) -> dict[str, Any]:
+    """The columns with their units and meanings."""
+    return {"columns": list_columns(_open(station, name))}
+
+
+@router.get("/{name}/design/{number}")
+def design(name: JobName, number: Annotated[int, Path(ge=0, lt=2**63)], station: StationOf) -> dict[str, Any]:
+    """What `explore show --design NUMBER --json` prints."""
+    return show_design(_open(station, name), number)
+
+
+@router.get("/{name}/rank")
+def rank(
+    name: JobName,
+    station: StationOf,
+    metric: Annotated[
+        list[_Text], Query(max_length=20, description="Once: order by it. Several times: the objectives.")
+    ] = [],  # noqa: B006 -- FastAPI copies it
+    where: Annotated[str | None, Query(max_length=2000, description='Such as "swing_angle > 20".')] = None,
+    limit: Annotated[list[_Text], Query(max_length=50, description="METRIC=VALUE, METRIC>=VALUE, METRIC<=VALUE.")] = [],  # noqa: B006
+    fronts: Annotated[int, Query(ge=1, le=100)] = 1,
+    quality: Annotated[bool, Query(description="Also knee, crowding distance, share of the hypervolume.")] = False,
+    top: Annotated[int, Query(ge=1, le=10_000, description="Designs to list.")] = 100,
+) -> dict[str, Any]:
+    """The Pareto-optimal designs, best first, as `explore rank --json` prints them."""
+    with _RANKINGS.taken():
+        return rank_results(
+            _open(station, name), metrics=metric, where=where, limits=limit, fronts=fronts, quality=quality, top=top
+        )
+
+
+@router.get("/{name}/file", response_class=FileResponse)
+def file(name: JobName, station: StationOf) -> FileResponse:
+    """The results file; ranges of bytes may be asked for."""
+    job = station.jobs.get(name)
+    if job.state != State.done:
+        raise StateError(f"{name} is {job.state}; its file can be fetched when it is done")
+    path = station.folder.results_path(name)
+    if not path.is_file():
+        raise StateError(f"the results of {name} were removed from the folder")
+    return FileResponse(path, media_type="application/x-hdf5", filename=f"{name}.h5")
+
+
+def _open(station: Station, name: str) -> Results:
+    """The results of a job, finished or not."""
+    job, path = station.jobs.get(name), station.folder.results_path(name)
+    if not path.exists():
+        raise StateError(f"{name} is {job.state} and has no results yet")
+    return open_shown(path)

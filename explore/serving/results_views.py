@@ -1,0 +1,111 @@
+"""What the service tells about results, in the words of `explore show` and `explore rank`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from explore.errors import RequestError
+from explore.json_text import json_value
+from explore.ranking.limits import parse_limits
+from explore.ranking.rankings import RankRequest, rank_source
+from explore.store.labels import with_labels, with_units
+from explore.store.open_results import open_results
+from explore.store.results import Results
+from explore.store.shown_results import show_results, units_of_study
+from explore.units.shown import headings, read_shown_units
+
+
+def open_shown(path: Path) -> Results:
+    """Results in the units of their study."""
+    results = open_results(path)
+    return show_results(results, read_shown_units(units_of_study(results)))
+
+
+def summarise(results: Results) -> dict[str, Any]:
+    """What `explore show --json` prints, without the path on the server."""
+    attributes = {key: value for key, value in results.attributes.items() if key != "determines"}
+    facts = {
+        "name": results.path.stem,
+        "complete": results.is_complete,
+        "packed": results.is_packed,
+        "keep": results.keep,
+        "studied": results.n_studied,
+        "designs": results.n_designs,
+        "committed": results.n_committed,
+        "counts": results.counts,
+        "units": results.units,
+        "objectives": results.objectives,
+        "constraints": results.constraints,
+        "attributes": attributes,
+    }
+    return dict(json_value(facts))
+
+
+def list_columns(results: Results) -> list[dict[str, Any]]:
+    """The columns: name, unit, role, meaning, and the words of codes."""
+    return [
+        {
+            "name": column.name,
+            "unit": column.unit,
+            "role": column.role,
+            "meaning": column.long_name,
+            "labels": {str(code): label for code, label in column.labels.items()},
+        }
+        for column in results.columns
+    ]
+
+
+def show_design(results: Results, number: int) -> dict[str, Any]:
+    """What `explore show --design NUMBER --json` prints."""
+    design = results.design(number)
+    labelled = {
+        column.name: column.labels.get(int(design[column.name]), design[column.name])
+        if column.labels
+        else design[column.name]
+        for column in results.columns
+    }
+    status, names = str(labelled["status"]), headings(results.scales, labelled)
+    named = {names.get(name, name): value for name, value in labelled.items()}
+    sentence = results.status_sentences.get(status, "")
+    return dict(json_value({**named, "status_label": status, "status_sentence": sentence}))
+
+
+def rank_results(
+    results: Results,
+    *,
+    metrics: Sequence[str],
+    where: str | None,
+    limits: Sequence[str],
+    fronts: int,
+    quality: bool,
+    top: int,
+) -> dict[str, Any]:
+    """The Pareto set, as `explore rank` makes it: one metric orders it, several replace the study's objectives."""
+    several = len(metrics) > 1
+    request = RankRequest(
+        objectives=list(metrics) if several else None,
+        order_by=metrics[0] if metrics and not several else None,
+        fronts=fronts,
+        where=where,
+        limits=parse_limits(list(limits)),
+        quality=quality,
+    )
+    if results.n_committed == 0:
+        raise RequestError("the results hold no designs yet")
+    ranking = rank_source(results, request)
+    table = with_units(with_labels(ranking.frame.head(top), results.columns), results.scales)
+    return dict(
+        json_value(
+            {
+                "objectives": [f"{objective.metric}:{objective.sense}" for objective in ranking.objectives],
+                "order_by": ranking.order_by.metric,
+                "complete": results.is_complete,
+                "committed": results.n_committed,
+                "found": len(ranking.frame),
+                "units": results.units,
+                "designs": table.reset_index().to_dict(orient="records"),
+            }
+        )
+    )

@@ -1,0 +1,39 @@
+"""Turns of requests that keep a processor busy: few work, some wait, and others are refused at once."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from fastapi import HTTPException
+
+#: Seconds that a request waits for its turn.
+_PATIENCE = 30.0
+_BUSY = "the server is busy with other requests of this kind; try again later"
+
+
+class Turns:
+    """Turns that so many threads have at a time, for which so many more wait.
+
+    All kinds of turns together must leave threads of the server free, or requests that need no turn would wait too.
+    """
+
+    def __init__(self, at_a_time: int, waiting: int) -> None:
+        self._present = threading.BoundedSemaphore(at_a_time + waiting)
+        self._working = threading.BoundedSemaphore(at_a_time)
+
+    @contextmanager
+    def taken(self) -> Iterator[None]:
+        """Have a turn; refuses with 503 if too many wait, or the wait is too long."""
+        if not self._present.acquire(blocking=False):
+            raise HTTPException(503, _BUSY)
+        try:
+            if not self._working.acquire(timeout=_PATIENCE):
+                raise HTTPException(503, _BUSY)
+            try:
+                yield
+            finally:
+                self._working.release()
+        finally:
+            self._present.release()

@@ -1,0 +1,81 @@
+"""A service as a process of its own, for the tests."""
+
+import contextlib
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Self
+
+import httpx
+
+
+class Served:
+    """`explore serve` on a folder, at a port that the system chose."""
+
+    def __init__(self, folder: Path, *options: str, port: str = "0") -> None:
+        self.folder = folder
+        command = [sys.executable, "-m", "explore", "serve", str(folder), "--port", port, "--workers", "1", *options]
+        self.process = subprocess.Popen(
+            command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, env={**os.environ, "COLUMNS": "300"}, text=True
+        )
+        try:
+            line = self.process.stdout.readline()
+            assert line, self.process.stderr.read()
+            self.url, self.link = re.search(r"open (\S+)/#token=(\S+)", line).groups()
+            self.link_to_look = re.search(r"#token=(\S+)", self.process.stderr.readline())[1]
+            self.token = (folder / "token").read_text().strip()
+        except BaseException:
+            self.kill()
+            raise
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """End it, also after a test that failed midway."""
+        if self.process.poll() is None:
+            self.kill()
+
+    def client(self, token: str | None = None) -> httpx.Client:
+        """A client with the token for everything, or another."""
+        headers = {"Authorization": f"Bearer {self.token if token is None else token}"}
+        return httpx.Client(base_url=self.url, headers=headers, timeout=60)
+
+    def new_link(self) -> str:
+        """The token of one more link, for everything."""
+        with self.client() as client:
+            return client.post("/api/links", json={"right": "full"}).json()["link"].partition("#token=")[2]
+
+    @contextlib.contextmanager
+    def browser(self, link: str) -> Iterator[httpx.Client]:
+        """A client with the cookie of a link."""
+        with httpx.Client(base_url=self.url, headers={"Origin": self.url}, timeout=60) as client:
+            assert client.post("/api/session", json={"token": link}).status_code == 200
+            yield client
+
+    def stop(self) -> int:
+        """Stop it as systemd does; returns the exit code."""
+        if self.process.poll() is None:
+            self.process.send_signal(signal.SIGTERM)
+        _, errors = self.process.communicate(timeout=60)
+        assert "Traceback" not in errors, errors
+        return self.process.returncode
+
+    def kill(self) -> None:
+        """Kill it with SIGKILL."""
+        self.process.kill()
+        self.process.communicate()
+
+
+def wait_settled(client: httpx.Client, name: str, seconds: float = 240) -> dict:
+    """The job, when nothing more happens to it."""
+    end = time.monotonic() + seconds
+    while (job := client.get(f"/api/jobs/{name}").json())["state"] in ("queued", "running"):
+        assert time.monotonic() < end, job
+        time.sleep(0.02)
+    return job
