@@ -1,8 +1,9 @@
 """Make the pictures of the documentation from real runs: ``python docs/figures.py`` in the repository's root.
 
 Needs the results of ``explore sweep`` of configs/grid.toml, optimum.toml, published.toml, slider_crank.toml,
-variable_crank.toml, straight_line.toml, rig_20deg.toml and of wiper.toml in docs/ranking.md, and those of ``explore
-precision`` and of ``explore stability`` with crank-rocker, with variable-crank and with gears.
+variable_crank.toml, straight_line.toml, rig_20deg.toml and of wiper.toml in docs/ranking.md, of ``explore synthesize``
+with the tasks that ``explore init path.toml --task path`` and ``explore init motion.toml --task motion`` write, and
+those of ``explore precision`` and of ``explore stability`` with crank-rocker, with variable-crank and with gears.
 """
 
 import io
@@ -112,6 +113,9 @@ GALLERY = {
     "motion": ["motion", "results/grid.h5"],
     "motion-published": ["motion", "results/published.h5", "--design", "0"],
     "mechanism": ["mechanism", "results/grid.h5"],
+    "path": ["path", "results/path.h5"],
+    "cognates": ["cognates", "results/path.h5"],
+    "burmester": ["burmester", "results/motion.h5"],
     "ratio": ["ratio", "results/grid.h5", "--design", "156168"],
 }
 #: Arguments of ``explore plot`` for the picture of the tutorial, the motion of the chosen design.

@@ -12,6 +12,7 @@ from .api.results import rank as rank
 from .api.results import read_results as read_results
 from .api.robustness import Robustness as Robustness
 from .api.sensitivity import sensitivity as sensitivity
+from .api.synthesis import synthesize as synthesize
 from .api.tolerances import tolerance as tolerance
 from .config.study import Study as Study
 from .config.study_file import load_study as load_study
@@ -25,8 +26,11 @@ from .errors import MotionError as MotionError
 from .errors import RequestError as RequestError
 from .errors import ResultsError as ResultsError
 from .exporting.formats import export as export
+from .serving.client import Service as Service
+from .serving.client import ServiceError as ServiceError
 from .store.open_results import open_results as open_results
 from .store.open_results import xarray as xarray
 from .store.results import Results as Results
+from .synthesis.tasks.task_files import load_task as load_task
 from .tuning.control_curve import Tuning as Tuning
 from .tuning.control_curve import tune as tune

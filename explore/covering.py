@@ -24,6 +24,8 @@ from explore.request.requests import make_request
 if TYPE_CHECKING:
     import pandas as pd
 
+    from explore.units.shown import ShownUnits
+
 #: Distance to keep from a change point, relative to the lengths: the motion is undefined there, the swing has a limit.
 _CLEARANCE = 2e-15
 
@@ -35,9 +37,10 @@ class Coverage:
     Attributes
     ----------
     table
-        One row per crank, ascending, in mm and deg: ``crank``; ``coupler_min`` and ``coupler_max``, the usable part of
-        the travel; ``swing_min`` and ``swing_max`` over it; ``overlap``, the width of the range that a smaller crank
-        reaches too, negative for a gap, NaN for the smallest. All but ``crank`` are NaN where no coupler is usable.
+        One row per crank, ascending, in mm and deg unless shown in other units: ``crank``; ``coupler_min`` and
+        ``coupler_max``, the usable part of the travel; ``swing_min`` and ``swing_max`` over it; ``overlap``, the width
+        of the range that a smaller crank reaches too, negative for a gap, NaN for the smallest. All but ``crank`` are
+        NaN where no coupler is usable.
         ``table.attrs["units"]`` has the units.
     rocker, ground
         Lengths, mm.
@@ -46,6 +49,12 @@ class Coverage:
     table: pd.DataFrame
     rocker: float
     ground: float
+
+    @property
+    def units(self) -> tuple[str, str]:
+        """The units of lengths and of angles."""
+        units = self.table.attrs["units"]
+        return units["crank"], units["swing_min"]
 
     @property
     def total(self) -> tuple[float, float]:
@@ -71,9 +80,37 @@ class Coverage:
 
     def __repr__(self) -> str:
         low, high = self.total
+        _, unit = self.units
         gaps = ", ".join(f"{start:.6g} to {end:.6g}" for start, end in self.gaps)
-        summary = f"{low:.6g} to {high:.6g} deg, " + (f"but not {gaps} deg" if gaps else "without a gap")
+        summary = f"{low:.6g} to {high:.6g} {unit}, " + (f"but not {gaps} {unit}" if gaps else "without a gap")
         return f"{self.table.to_string(index=False)}\n{summary}"
+
+
+@dataclass(frozen=True, repr=False)
+class ShownCoverage(Coverage):
+    """Swing ranges in chosen units; `declared` are the same in mm and deg."""
+
+    declared: Coverage
+    shown: ShownUnits
+
+    def curves(self, points: int = 200) -> pd.DataFrame:
+        """Swing angle over the coupler length, in columns crank, coupler and swing_angle."""
+        return _show(self.declared.curves(points), self.shown)
+
+
+def show_coverage(coverage: Coverage, units: ShownUnits) -> Coverage:
+    """Swing ranges with all values in the chosen units; the same object if none is chosen."""
+    if not units:
+        return coverage
+    rocker, ground = (units.scale("mm").show(length) for length in (coverage.rocker, coverage.ground))
+    return ShownCoverage(_show(coverage.table, units), rocker, ground, coverage, units)
+
+
+def _show(frame: pd.DataFrame, units: ShownUnits) -> pd.DataFrame:
+    scales = units.scales(frame.attrs["units"])
+    shown = frame.assign(**{name: scale.show_all(frame[name].to_numpy()) for name, scale in scales.items()})
+    shown.attrs["units"] = {name: scale.shown for name, scale in scales.items()}
+    return shown
 
 
 def coverage(

@@ -24,7 +24,8 @@ from studies import GOOD
 import explore
 from explore.cli import sweep_plan
 from explore.cli.application import app
-from explore.cli.output import json_text
+from explore.json_text import json_text
+from explore.sweeping.timing import seconds_per_design
 
 SMALL = """mechanism = "crank-rocker"
 [parameters]
@@ -267,10 +268,10 @@ def test_dry_run_leaves_compiling_out_of_its_estimate(monkeypatch):
         counts.append(len(designs["crank"]))
 
     counts = []
-    monkeypatch.setattr("explore.evaluation.evaluate.evaluate_columns", evaluate)
+    monkeypatch.setattr("explore.sweeping.timing.evaluate_columns", evaluate)
     study = explore.load_study(Path(__file__).parents[1] / "configs/optimum.toml")
 
-    assert sweep_plan._seconds_per_design(study) < 1e-5  # with that second it is above 1e-4
+    assert seconds_per_design(study) < 1e-5  # with that second it is above 1e-4
     assert counts == [128, 128, 512, 512, 2048, 2048]
 
 
@@ -288,9 +289,9 @@ def test_dry_run_computes_few_designs_of_small_and_slow_studies(tmp_path, monkey
         counts.append(len(designs["crank"]))
         time.sleep(seconds * counts[-1])
 
-    monkeypatch.setattr("explore.evaluation.evaluate.evaluate_columns", evaluate)
+    monkeypatch.setattr("explore.sweeping.timing.evaluate_columns", evaluate)
     (tmp_path / "study.toml").write_text(text)
-    sweep_plan._seconds_per_design(explore.load_study(tmp_path / "study.toml"))
+    seconds_per_design(explore.load_study(tmp_path / "study.toml"))
     assert counts == expected
 
 

@@ -41,7 +41,7 @@ def test_names_are_completed_without_heavy_imports():
     """In a fresh process, and each as in this one."""
     completions = {
         "explore pl": ["plot"],
-        "explore plot pa": ["pareto", "parallel"],
+        "explore plot pa": ["pareto", "path", "parallel"],
         "explore mechanisms ": sorted(MECHANISMS),
         "explore simulate --mechanism t": ["test-rig"],
     }

@@ -5,8 +5,11 @@ from command_line import call, on_terminal
 
 from explore.cli.commands.plot import KINDS
 
+#: Kinds that need more than the results of any study: a point of the coupler, a target.
+OF_POINTS = ("path", "cognates", "burmester")
 
-@pytest.mark.parametrize("kind", KINDS)
+
+@pytest.mark.parametrize("kind", [kind for kind in KINDS if kind not in OF_POINTS])
 def test_a_picture_is_written_and_named(in_results, kind):
     code, out, err = call("plot", kind)
     assert (code, out, err) == (0, f"results/small-{kind}.png\n", "")
@@ -64,8 +67,13 @@ def test_a_progress_bar_on_a_terminal(in_results):
         (["map", "--x", "crank", "--y", "crank"], "--x and --y are both 'crank'; name two parameters"),
         (
             ["parallel", "--design", "1"],
-            "--design does not apply to 'parallel', only to pareto, motion, mechanism",
+            "--design does not apply to 'parallel', only to pareto, motion, mechanism, path, cognates, burmester",
         ),
+        (
+            ["cognates"],
+            "cognates draw the path of a point of the coupler, and the study has none: name one in [points]",
+        ),
+        (["path"], "the study has no path in [target] to compare with"),
         (["motion", "--design", "4"], "no full turn to simulate: all links fall into one line"),
         (["mechanism", "--design", "4"], "no full turn to simulate: all links fall into one line"),
         (["pareto", "-o", "nowhere/front.png"], "-o nowhere/front.png: there is no folder nowhere; name another"),

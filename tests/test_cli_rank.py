@@ -9,8 +9,8 @@ import pytest
 from command_line import call, on_terminal
 
 import explore
-from explore.cli.output import json_text
 from explore.cli.table_files import markdown, with_labels
+from explore.json_text import json_text
 from explore.model.columns import Column
 from explore.ranking.joint import rank_sources
 from explore.ranking.rankings import RankRequest

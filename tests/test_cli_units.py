@@ -13,8 +13,9 @@ from command_line import call, run
 
 import explore
 from explore import charts
+from explore.covering import show_coverage
 from explore.store.shown_results import show_results
-from explore.units.shown import read_shown_units
+from explore.units.shown import ShownUnits, read_shown_units
 
 STUDY = """mechanism = "crank-rocker"
 [parameters]
@@ -303,3 +304,72 @@ def test_the_table_of_certified_designs_is_in_the_chosen_units(folder):
     (row,) = (line.split() for line in table.splitlines() if line.split()[:1] == ["7"])
     swing = math.radians(0.5 * (plain["swing_angle_lower"] + plain["swing_angle_upper"]))
     assert float(row[-1]) == pytest.approx(swing, rel=1e-14)  # printed with 15 digits
+
+
+def test_tolerances_in_the_chosen_units(folder, tmp_path):
+    """0.004 in is 0.1016 mm exactly, so the same parts are drawn; the results file stays in declared units."""
+    options = ("--design", "7", "--draws", "4096", "--tolerance", "rocker=0.2 mm:uniform")
+    declared = ("tolerance", "results/plain.h5", *options, "--tolerance", "crank=0.1016")
+    command = ("tolerance", "results/inch.h5", *options, "--tolerance", "crank=0.004")
+    plain = json.loads(run(*declared, "--json", "-o", tmp_path / "plain.h5", cwd=folder).stdout)
+    outputs = [word for name in ("inch.h5", "inch.csv", "inch.svg") for word in ("-o", tmp_path / name)]
+    inch = json.loads(run(*command, "--json", *outputs, cwd=folder).stdout)
+    assert inch["tolerances"]["crank [in]"]["plus_minus"] == pytest.approx(0.004, rel=1e-15)
+    assert inch["failures"] == plain["failures"]
+    size = {"in": INCH, "rpm": RPM, "rpm^2": RPM**2, "": 1.0}
+    units = {name: name.partition(" [")[2].removesuffix("]") for name in inch["designs"][0]}
+    units |= {row["metric"]: row["metric"].partition(" [")[2].removesuffix("]") for row in inch["metrics"]}
+    assert {units["variance [rpm^2]"], units["mean [rpm]"], units["cv"]} == {"rpm^2", "rpm", ""}
+    # 2e-16 for each of the factors, their quotient, the product here and that of the command.
+    for shown, row in zip(inch["metrics"], plain["metrics"], strict=True):
+        for name in ("nominal", "mean", "std", "std_first_order", "low", "high"):
+            assert shown[name] * size[units[shown["metric"]]] == pytest.approx(row[name], rel=2e-15)
+    for shown, row in zip(inch["derivatives"], plain["derivatives"], strict=True):
+        assert shown["parameter"] == f"{row['parameter']} [in]"
+        for name, factor in (("derivative", 1 / INCH), ("error", 1 / INCH), ("share", 1.0)):
+            factor *= 1.0 if name == "share" else size[units[shown["metric"]]]
+            assert shown[name] * factor == pytest.approx(row[name], rel=2e-15)
+    for name in ("crank [in]", "mean [rpm]", "variance [rpm^2]"):
+        declared_value = plain["designs"][0][name.partition(" ")[0]]
+        assert inch["designs"][0][name] * size[units[name]] == pytest.approx(declared_value, rel=1e-15)
+    (row,) = pd.read_csv(tmp_path / "inch.csv").to_dict(orient="records")
+    assert row["crank [in]"] == 2.0
+    first, second = (explore.read_results(tmp_path / f"{name}.h5") for name in ("plain", "inch"))
+    pd.testing.assert_frame_equal(first, second, check_exact=True)
+    assert "crank ± 0.004 in" in " ".join((tmp_path / "inch.svg").read_text().split())
+    table = run(*command, cwd=folder).stdout
+    assert re.search(r"^ metric +± 0\.004 in +± 0\.00787 in$", table, re.MULTILINE)
+    assert re.search(r"^ variance \[rpm\^2\] ", table, re.MULTILINE)
+    front = run("tolerance", "results/inch.h5", "--draws", "64", "--tolerance", "crank=0.004", cwd=folder).stdout
+    same = run("tolerance", "results/plain.h5", "--draws", "64", "--tolerance", "crank=0.1016", cwd=folder).stdout
+    assert [line.split()[:1] for line in front.splitlines()] == [line.split()[:1] for line in same.splitlines()]
+    wrong = run("tolerance", "results/inch.h5", "--tolerance", "crank=1e999", cwd=folder, code=2).stderr
+    assert wrong == "error: --tolerance crank: the number is too large\n"
+
+
+def test_coverage_in_the_chosen_units(tmp_path):
+    study = STUDY.replace("{ start = 500, stop = 600, num = 3 }", "500") + UNITS
+    (tmp_path / "inch.toml").write_text(study)
+    command = ("coverage", "inch.toml")
+    plain = json.loads(run(*command, "--units", "declared", "--json", cwd=tmp_path).stdout)
+    shown = json.loads(run(*command, "--units", "angle=rad", "--json", "-o", tmp_path / "c.svg", cwd=tmp_path).stdout)
+    for row, other in zip(shown["cranks"], plain["cranks"], strict=True):
+        for name, size in (("crank [in]", INCH), ("coupler_max [in]", INCH), ("swing_max [rad]", math.degrees(1))):
+            assert row[name] * size == pytest.approx(other[name.partition(" ")[0]], rel=1e-15)
+    assert np.degrees(shown["total [rad]"]) == pytest.approx(plain["total"], rel=1e-15)
+    assert np.degrees(shown["gaps [rad]"]).ravel() == pytest.approx(np.ravel(plain["gaps"]), rel=1e-13)
+    table = run(*command, cwd=tmp_path).stdout
+    assert re.search(r"^ +in +in +in +deg +deg +deg$", table, re.MULTILINE)
+    assert "coupler length [in]" in (tmp_path / "c.svg").read_text()
+    assert run(*command, "--units", "length=deg", cwd=tmp_path, code=2).stderr.startswith("error: --units length=deg: ")
+
+
+def test_the_figure_of_coverage_is_in_the_chosen_units():
+    declared = explore.coverage([50, 60], rocker=500, ground=700, coupler=(600, 800))
+    figures = [
+        charts.coverage_chart(shown) for shown in (declared, show_coverage(declared, ShownUnits({"length": "in"})))
+    ]
+    first, second = (figure.axes[0].get_lines()[0].get_xydata() for figure in figures)
+    np.testing.assert_allclose(second * [INCH, 1.0], first, rtol=1e-15)
+    assert [figure.axes[1].get_xlabel() for figure in figures] == ["crank length [mm]", "crank length [in]"]
+    assert "rocker 19.685 in" in figures[1].get_suptitle()

@@ -245,14 +245,17 @@ def test_tutorial_is_true(tmp_path, monkeypatch, capsys):
     run_page("tutorial.md", capsys)
 
 
-def test_tutorials_are_true(tmp_path, monkeypatch, capsys):
-    """All blocks, one after the other: studies and their changes, commands and what they print, Python."""
-    monkeypatch.chdir(tmp_path)
-    page = (ROOT / "docs/tutorials.md").read_text(encoding="utf-8")
-    blocks = re.findall(r"^```(\w+)\n(.*?)^```", page, re.MULTILINE | re.DOTALL)
-    for kind, block in blocks:
+def run_blocks(page):
+    """Run all blocks of a page in the working folder, one after the other: files and their changes, commands and what
+    they print.
+    """
+    text = (ROOT / "docs" / page).read_text(encoding="utf-8")
+    for kind, block in re.findall(r"^```(\w+)\n(.*?)^```", text, re.MULTILINE | re.DOTALL):
         if kind == "toml":
             Path(block.split("\n")[0].removeprefix("# ")).write_text(block, encoding="utf-8")
+        elif kind == "csv":
+            name, _, rows = block.partition("\n")
+            Path(name.removeprefix("# ")).write_text(rows, encoding="utf-8")
         elif kind == "diff":
             study = Path("wiper.toml").read_text(encoding="utf-8")
             for old, new in re.findall(r"^-(.*)\n\+(.*)$", block, re.MULTILINE):
@@ -268,7 +271,20 @@ def test_tutorials_are_true(tmp_path, monkeypatch, capsys):
                 assert code == 0, err
                 shown = [re.escape(SECONDS.sub("", part)) for part in expected.split("…\n")]
                 assert re.search(".*".join(shown).rstrip("\\\n"), SECONDS.sub("", err + out), re.DOTALL), line
+
+
+def test_tutorials_are_true(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    run_blocks("tutorials.md")
     run_page("tutorials.md", capsys)
+
+
+def test_synthesis_is_true(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    run_blocks("synthesis.md")
+    assert Path("claw.dxf").stat().st_size > 10_000
+    assert explore.load_study("claw-design.toml").request.mechanism.name == "crank-rocker"
+    run_page("synthesis.md", capsys)
 
 
 def test_tutorial_shows_its_design(monkeypatch):

@@ -307,6 +307,7 @@ def test_the_command_takes_a_mechanism_with_units_and_points(tmp_path):
     [
         ("", "name a file: -o wiper.dxf, and others by -o again"),
         ("-o a.h5", "-o a.h5: the name must end in .toml, .csv, .hdf5, .mat, .dxf, .svg, .gif or .mp4"),
+        ("-o a.step", "-o a.step: there are no solids to write; .dxf has the drawing for a sketch in CAD"),
         ("-o nowhere/a.dxf", "-o nowhere/a.dxf: there is no folder nowhere"),
         ("-o a.dxf", "no results yet"),
         ("-o a.dxf --set crank=4", "--set and --point are those of a --mechanism"),

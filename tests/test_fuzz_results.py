@@ -250,7 +250,7 @@ def test_altered_attributes_long(worker, sound, changes):
     assert_survived(worker, sound, alter(sound, changes))
 
 
-JSON = ("objectives", "senses", "speed_powers", "status_sentences")
+JSON = ("objectives", "senses", "speed_powers", "status_sentences", "label_sentences")
 
 
 @pytest.mark.parametrize("name", JSON)

@@ -54,7 +54,10 @@ def test_no_call_executes_text():
             reads_text = name.endswith(("read_pickle", ".query", ".eval")) and not name.startswith("cKDTree(")
             if name.split(".")[0] in ("subprocess", "pty") or reads_text:
                 violations.append((file, node.lineno, name))
-            if (str(file), name) == ("exporting/frames.py", "subprocess.run"):  # ffmpeg, a list of words, no shell
+            # ffmpeg, and processes of the service: a list of words, no shell
+            if str(file) in ("exporting/frames.py", "serving/estimates.py", "serving/runner.py") and name in (
+                "subprocess.run", "subprocess.Popen",
+            ):  # fmt: skip
                 assert ast.unparse(node.args[0]) == "command"
                 assert "shell" not in {keyword.arg for keyword in node.keywords}
                 violations.pop()

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 import explore
+from explore.charts.bounds import draw_metric_bounds
 from explore.charts.pareto import DENSITY_THRESHOLD, pareto_chart
-from explore.charts.style import save_figure
+from explore.charts.style import new_figure, save_figure
 from explore.errors import ExploreError, RequestError
 
 STUDY = """mechanism = "crank-rocker"
@@ -139,6 +140,13 @@ def test_bounds_of_the_study_are_lines_within_the_axes(results_of):
     assert [line.get_label() for line in lines] == ["bound of the study", "_further bound"]
     (without,) = pareto_chart(results).axes
     assert "-." not in [line.get_linestyle() for line in without.get_lines()]
+
+
+def test_a_bound_beyond_the_axes_is_not_named(results_of):
+    panel = new_figure(4.0, 3.0).subplots()
+    panel.set_xlim(30.0, 40.0)
+    draw_metric_bounds(panel, results_of(300), x="transmission_angle_min")
+    assert panel.get_lines() == []
 
 
 def test_the_steps_of_the_front_follow_the_objective_of_the_x_axis(results_of):

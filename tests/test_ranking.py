@@ -259,7 +259,7 @@ def test_a_screened_design_counts_as_missing_its_constraint():
     ("units", "message"), [(("mm", "1"), "size is in mm in a and 1 in b"), (("", "m"), "a number in a and m in b")]
 )
 def test_results_in_other_units_are_not_ranked_together(units, message):
-    a, b = (SimpleNamespace(columns=(Column("size", unit, "size", "metric"),)) for unit in units)
+    a, b = (SimpleNamespace(columns=(Column("size", unit, "size", "metric"),), drive="") for unit in units)
     with pytest.raises(explore.RequestError, match=f"{message}, so they cannot be ranked together"):
         _differences("a", a, "b", b, ["size"])
     assert _differences("a", a, "b", a, ["size"]) == []

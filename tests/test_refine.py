@@ -18,6 +18,7 @@ from typer.testing import CliRunner
 import explore
 from explore.cli.application import app
 from explore.ranking.pareto import is_nondominated
+from explore.store import rows
 from explore.sweeping import refinements
 from explore.sweeping.refinement_plan import plan_refinement
 
@@ -243,6 +244,31 @@ def test_refusals(source, tmp_path):
     assert "no column 'cvv'" in refused(objectives=["cvv", "cv"])
 
 
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [
+        ("new.txt", "the name must end in .h5"),
+        ("nowhere/new.h5", "there is no folder nowhere; name another file"),
+        ("folder.h5", "it is a folder; name another file"),
+    ],
+)
+def test_files_that_cannot_be_written_are_refused_before_anything_is_computed(source, tmp_path, name, message):
+    (tmp_path / "folder.h5").mkdir()
+    output = run("refine", source.path, "-o", name, cwd=tmp_path, code=2)
+    assert output.stderr == f"error: -o {name}: {message}\n"
+    assert [path.name for path in tmp_path.iterdir()] == ["folder.h5"]
+
+
+def test_another_refinement_in_the_file_is_described_without_checksums(source, tmp_path):
+    explore.refine(source, tmp_path / "new.h5", evaluations=N)
+    with pytest.raises(explore.ResultsError) as caught:
+        explore.refine(source, tmp_path / "new.h5", evaluations=N, objectives=["cv", "transmission_angle_min:max"])
+    lines = str(caught.value).splitlines()
+    assert "  sampling: other designs" in lines
+    assert any(line.startswith("  objectives: ") for line in lines)
+    assert "sha256" not in str(caught.value)
+
+
 def refusal_of(tmp_path, text):
     with pytest.raises(explore.RequestError) as caught:
         plan_refinement(swept(tmp_path, text))
@@ -275,13 +301,16 @@ def test_results_without_a_feasible_design_are_refined_from_the_nearest(tmp_path
     pd.testing.assert_frame_equal(again.to_pandas(), frame)
 
 
-def test_damaged_parameters_are_refused_before_a_file_is_written(source, tmp_path):
-    """Where bytes changed after they were written; reading does not compare checksums."""
+def test_damaged_parameters_are_refused_before_a_file_is_written(source, tmp_path, monkeypatch):
+    """Where bytes changed after they were written, by their checksum; in fronts of many blocks by their values."""
     copy = tmp_path / "copy.h5"
     copy.write_bytes(source.path.read_bytes())
     best = int(explore.rank(source).index[0])
     with h5py.File(copy, "r+") as file:
         file["designs"]["coupler"][best] = np.nan
+    with pytest.raises(explore.ResultsError, match=r"is damaged: .* checksum .*; `explore verify` lists"):
+        explore.refine(copy, tmp_path / "new.h5")
+    monkeypatch.setattr(rows, "_MOST_CHECKED", 0)
     with pytest.raises(explore.ResultsError, match=r"whose coupler is not finite; it is damaged: run `explore verify"):
         explore.refine(copy, tmp_path / "new.h5")
     assert not (tmp_path / "new.h5").exists()

@@ -59,6 +59,18 @@ def test_the_figure_shows_the_joint_ranking(paths):
     assert len({line.get_marker() for line in panel.lines if line.get_label().endswith("joint Pareto set")}) == 2
 
 
+def test_statistics_over_another_drive_stroke_get_a_caveat(folder, tmp_path):
+    """Of the objectives only cv is one: the swing is the same for both strokes."""
+    text = STUDY.format(start=60).replace("[constraints]", '[evaluate]\ndrive = "fast"\n[constraints]')
+    (tmp_path / "fast.toml").write_text(text)
+    run("sweep", "fast.toml", "-o", "fast.h5", cwd=tmp_path)
+    output = run("rank", folder / "low.h5", "fast.h5", cwd=tmp_path)
+    line = f'the drive stroke is "slow" in {folder / "low.h5"}, but "fast" in fast.h5: cv may mean something else'
+    assert (output.stdout + output.stderr).count(line) == 1
+    same = run("rank", folder / "low.h5", folder / "high.h5", cwd=tmp_path)
+    assert "drive stroke" not in same.stdout + same.stderr
+
+
 def test_names_that_are_not_distinct_are_paths(paths, folder):
     (folder / "other").mkdir()
     (folder / "other/low.h5").write_bytes(paths[1].read_bytes())

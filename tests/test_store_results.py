@@ -10,10 +10,11 @@ import h5py
 import numpy as np
 import pandas as pd
 import pytest
-from store_files import ATTRIBUTES, BLOCK, COLUMNS, LABELS, N_BLOCKS, N_DESIGNS, fill, values
+from store_files import ATTRIBUTES, BLOCK, COLUMNS, LABELS, N_BLOCKS, N_DESIGNS, fill, flip, values
 
 from explore.errors import ResultsError
 from explore.model.columns import Column
+from explore.store import rows
 from explore.store.all_designs_writer import AllDesignsWriter
 from explore.store.creation import create_results_file
 from explore.store.memory_file import MemoryFile
@@ -201,3 +202,27 @@ def test_a_committed_block_without_its_rows_is_damaged(copy, row):
         file["designs/design"][row] = 0
     with pytest.raises(ResultsError, match="is damaged: rows 4000 to 4999 are marked as committed, but were"):
         open_results(copy).to_pandas()
+
+
+def test_designs_of_a_damaged_block_are_refused(copy):
+    """One flipped bit in the last crank of block 3: its designs are refused by number, all others are read."""
+    offset = open_results(copy)._layout.offset(open_results(copy).columns[1], 4 * BLOCK - 1)
+    flip(copy, offset)
+    results = open_results(copy)
+    assert results.verify() == [3]
+    message = f"rows {3 * BLOCK} to {4 * BLOCK - 1} do not have the checksum .*; `explore verify` lists"
+    for read in (lambda: results.design(3 * BLOCK), lambda: results.designs([0, 3 * BLOCK + 1])):
+        with pytest.raises(ResultsError, match=message):
+            read()
+    assert results.design(4 * BLOCK)["design"] == 4 * BLOCK
+    assert results.designs([0, 5]).index.tolist() == [0, 5]
+    assert len(results.to_pandas()) == N_DESIGNS
+
+
+def test_designs_of_many_blocks_are_read_unchecked(copy, monkeypatch):
+    monkeypatch.setattr(rows, "_MOST_CHECKED", 1)
+    flip(copy, open_results(copy)._layout.offset(open_results(copy).columns[1], 4 * BLOCK - 1))
+    results = open_results(copy)
+    assert len(results.designs([0, 3 * BLOCK])) == 2
+    with pytest.raises(ResultsError, match="checksum"):
+        results.design(3 * BLOCK)

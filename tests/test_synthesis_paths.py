@@ -1,6 +1,7 @@
 """Four-bars through many points: derivatives, order of the angles, public problems, and linkages found again."""
 
 import json
+from itertools import combinations_with_replacement
 from pathlib import Path
 
 import numpy as np
@@ -8,8 +9,18 @@ import pytest
 
 from explore.synthesis.linkages import FourBar
 from explore.synthesis.paths.atlas import draw_shapes
-from explore.synthesis.paths.fitting import ORDERED, Problem, _pool, fit
-from explore.synthesis.paths.numbers import N_CONSTANTS, N_NUMBERS, close_shape, numbers_of, point_and_slopes, point_at
+from explore.synthesis.paths.fitting import ORDERED, Task, _pool, fit
+from explore.synthesis.paths.numbers import (
+    N_CONSTANTS,
+    N_NUMBERS,
+    close_shape,
+    longer_and_shorter,
+    numbers_of,
+    outward_slopes,
+    point_and_slopes,
+    point_at,
+)
+from explore.synthesis.paths.ordering import order_angles
 from explore.synthesis.paths.search import PathTask, find_paths, linkage_of
 
 PROBLEMS = json.loads((Path(__file__).parent / "reference" / "path_benchmarks.json").read_text(encoding="utf-8"))
@@ -64,6 +75,17 @@ def test_slopes_against_differences_of_fourth_order(branch, is_ground_longer):
     assert difference(lambda h: point_at(numbers, constants, branch, 1.1 + h)) == pytest.approx(by_angle, abs=1e-10)
 
 
+def test_the_slopes_of_crank_and_ground_at_their_bounds():
+    numbers, slopes, step = numbers_of(LINKAGE)[0], np.empty((2, N_NUMBERS)), 1e-5
+    assert longer_and_shorter(numbers) == pytest.approx((LINKAGE.ground, LINKAGE.crank), rel=1e-14)
+    outward_slopes(constants_of(numbers), LINKAGE.crank, LINKAGE.ground, slopes)
+    for j in range(N_NUMBERS):
+        sides = [np.log(longer_and_shorter(numbers + sign * step * np.eye(N_NUMBERS)[j])) for sign in (1, -1)]
+        assert slopes[:, j] == pytest.approx((sides[0] - sides[1]) / (2 * step) * [1, -1], abs=1e-9)
+    outward_slopes(constants_of(numbers), 0.99 * LINKAGE.crank, 1.01 * LINKAGE.ground, slopes)
+    assert not slopes.any()
+
+
 def pooled(angles, weights, sense=1.0, span=0.0):
     n, found = len(angles), np.array(angles, dtype=float)
     _pool(found, np.array(weights, dtype=float), sense, span, np.empty(n), np.empty(n), np.empty(n, dtype=np.int64))
@@ -90,18 +112,39 @@ def test_angles_are_within_one_turn_and_over_the_least_span():
     assert pooled([0.0, 0.5, 1.0], [3, 1, 1], span=2.0) == pytest.approx([-0.25, 0.5, 1.75])
 
 
+def least_sum(squares, first, count):
+    """The least sum over nondecreasing columns from the first one on, by trying all."""
+    columns = combinations_with_replacement(range(first, first + count + 1), len(squares))
+    return min(sum(squares[i, c % count] for i, c in enumerate(chosen)) for chosen in columns)
+
+
+def test_angles_in_order_are_the_best_of_all_samples():
+    points = np.array([1 + 2j, 3 + 1j, 2.5 + 3j, 0.5 + 4j])
+    task = Task(points, np.array([1, 2, 1, 1.0]), ORDERED, np.zeros(9), np.zeros(9), 0.0, 0.01, 100.0)
+    numbers, senses, angles, costs = numbers_of(LINKAGE)[0][None], np.empty(1), np.empty((1, 4)), np.empty(1)
+    order_angles(task, np.ones(1), np.ones(1, dtype=bool), numbers, 10, 1, senses, angles, costs)
+    distances = np.abs(LINKAGE.points(angles[0] + 0.3) - points) ** 2
+    assert distances @ task.weights == pytest.approx(costs[0], rel=1e-12)
+    assert (senses * np.diff(angles) >= 0).all()
+    places = LINKAGE.points(np.arange(10) * 2 * np.pi / 10 + 0.3)
+    squares = np.abs(places - points[:, None]) ** 2 * task.weights[:, None]
+    either = [least_sum(turned, first, 10) for turned in (squares, squares[:, ::-1]) for first in range(10)]
+    assert costs[0] == pytest.approx(min(either), rel=1e-12)
+
+
 def test_exact_points_give_the_linkage_back():
     points = LINKAGE.points(np.linspace(0, 6, 18) + 0.3)
     exact = numbers_of(LINKAGE)[0]
     lower, upper = np.full(N_NUMBERS, -np.inf), np.full(N_NUMBERS, np.inf)
     lower[5:7], upper[5:7] = 0.01, np.pi - 0.01
-    problem = Problem(points, np.ones(18), 1.0, 1.0, True, ORDERED, lower, upper, 0.0)
+    task = Task(points, np.ones(18), ORDERED, lower, upper, 0.0, 0.01, 100.0)
     rng = np.random.default_rng(13)
-    for _ in range(5):
-        numbers = exact + 0.1 * rng.normal(size=N_NUMBERS) * [1, 1, 0.5, 0.3, 0.3, 0.3, 0.3, 1, 1]
-        angles = np.sort(np.linspace(0, 6, 18) + 0.1 * rng.normal(size=18))
-        assert fit(problem, numbers, angles, 400, 1e-10) < 1e-24
-        assert numbers == pytest.approx(exact, abs=1e-11)
+    numbers = exact + 0.1 * rng.normal(size=(5, N_NUMBERS)) * [1, 1, 0.5, 0.3, 0.3, 0.3, 0.3, 1, 1]
+    angles = np.sort(np.linspace(0, 6, 18) + 0.1 * rng.normal(size=(5, 18)))
+    errors = np.empty(5)
+    fit(task, np.ones(5), np.ones(5), np.ones(5, dtype=bool), numbers, angles, 400, 1e-10, errors)
+    assert errors.max() < 1e-24
+    np.testing.assert_allclose(numbers, np.tile(exact, (5, 1)), atol=1e-11)
 
 
 def check(task, solution):
@@ -113,7 +156,8 @@ def check(task, solution):
     assert task.span_min - 1e-12 <= np.ptp(solution.angles) <= 2 * np.pi + 1e-12
     angles = solution.linkage.transmission_angles(np.linspace(0, 2 * np.pi, 721))
     assert np.minimum(angles, np.pi - angles).min() >= task.transmission_angle_min - 1e-9
-    assert max(solution.linkage.lengths) <= task.link_ratio_max * task.size * (1 + 1e-12)
+    assert min(solution.linkage.lengths) >= task.link_ratio_min * task.size * (1 - 1e-9)
+    assert max(solution.linkage.lengths) <= task.link_ratio_max * task.size * (1 + 1e-9)
 
 
 @pytest.mark.parametrize(("name", "best"), [("mkh1", 3.0708e-3), ("yu1", 0.85426), ("ullah", 0.1456)])
@@ -124,6 +168,31 @@ def test_public_problems(name, best):
     assert solutions[0].error <= best * 1.001
     for solution in solutions:
         check(task, solution)
+
+
+def test_a_best_linkage_at_the_bound_of_its_links():
+    """Ten points of an ellipse: the error falls as the links grow, so that all best linkages have the longest ones."""
+    task = PathTask(points_of("ellipse10"))
+    solutions = find_paths(task)
+    assert solutions[0].error <= PROBLEMS["ellipse10"]["best_known_sse_mu20"] * 1.001
+    assert max(solutions[0].linkage.lengths) == pytest.approx(10 * task.size, rel=1e-9)
+    for solution in solutions:
+        check(task, solution)
+
+
+def test_a_double_crank_is_found():
+    """A limacon with a loop, which the best crank-rocker known misses by a sum of squares of 4.4; links get short."""
+    angles = np.arange(40) * 2 * np.pi / 40
+    task = PathTask((1 + 2 * np.cos(angles)) * np.exp(1j * angles))
+    solution = find_paths(task)[0]
+    assert solution.linkage.ground == min(solution.linkage.lengths)
+    assert solution.error < 5e-3
+    check(task, solution)
+
+
+def test_points_may_be_a_view():
+    points = np.repeat(points_of("mkh1"), 2)[::2]
+    assert find_paths(PathTask(points), 1)[0].error <= 3.0708e-3 * 1.001
 
 
 @pytest.mark.parametrize(("angle", "best"), [(20, 8.96e-7), (30, 1.955e-5)])
@@ -172,7 +241,7 @@ def missed(count, seed):
     """How many of so many planted linkages are not recovered to 1e-7 of the size of their path."""
     rng, number = np.random.default_rng(seed), 0
     for _ in range(count):
-        task = PathTask(planted(rng), transmission_angle_min=np.radians(19.9), link_ratio_max=1e3)
+        task = PathTask(planted(rng), transmission_angle_min=np.radians(19.9), link_ratio_max=1e3, link_ratio_min=1e-3)
         solution = find_paths(task, 1)[0]
         number += np.sqrt(solution.error / len(task.points)) > 1e-7 * task.size
     return number

@@ -50,7 +50,7 @@ def request_of(results: Results) -> Request:
         raise ResultsError(f"{results.path} is damaged: its study cannot be read: {error}") from None
     evaluate = study.get("evaluate", {})
     return make_request(
-        find_mechanism(results.mechanism, results.points),
+        find_mechanism(results.mechanism, results.points, results.target),
         metrics=evaluate.get("metrics"),
         window=evaluate.get("window"),
         drive=evaluate.get("drive"),

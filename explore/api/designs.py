@@ -29,6 +29,7 @@ from explore.motions import motion_signals
 from explore.request.names import find_mechanism
 from explore.request.parameters import parameter_columns, read_value
 from explore.request.requests import make_objective, make_request
+from explore.request.targets import TargetOrSection
 from explore.store.open_results import open_results
 from explore.store.results import Results
 from explore.sweeping.runs import Keep, run_study
@@ -119,6 +120,7 @@ def evaluate(
     tolerance: float = 1e-9,
     formulas: Mapping[str, Mapping[str, str]] | None = None,
     points: Sequence[str] | str = (),
+    target: TargetOrSection | None = None,
 ) -> pd.DataFrame:
     """Evaluate designs, each with as few samples of its motion as the tolerance allows.
 
@@ -146,6 +148,8 @@ def evaluate(
     points
         Names of points of the floating link. The parameters ``knife_along`` and ``knife_across`` (mm) of a point
         "knife" are where it is: along the link from the crank's pin, and across it counter-clockwise.
+    target
+        What the linkage is to do, as for `Study`, such as ``{"kind": "path", "points": [[0, 0], [10, 5], [20, 0]]}``.
 
     Returns
     -------
@@ -163,7 +167,7 @@ def evaluate(
     """
     import pandas as pd
 
-    declared = find_mechanism(mechanism, [points] if isinstance(points, str) else points)
+    declared = find_mechanism(mechanism, [points] if isinstance(points, str) else points, target)
     request = make_request(
         declared, metrics=metrics, window=window, drive=drive, constraints=constraints, tolerance=tolerance,
         formulas=formulas,
@@ -194,6 +198,7 @@ def simulate(
     parameters: Mapping[str, float | str],
     *,
     points: Mapping[str, Sequence[float | str]] | None = None,
+    target: TargetOrSection | None = None,
     angles: int | Sequence[float] | npt.NDArray[np.float64] = 360,
     method: str = "closed-form",
     tolerance: float = 1e-9,
@@ -210,6 +215,8 @@ def simulate(
     points
         Points of the floating link by name: each the places along it from the crank's pin and across it
         counter-clockwise, such as ``{"knife": (120, 40)}``, mm or strings with a unit.
+    target
+        The target of the design's study: it adds the parameters of the pose, which do not change the signals.
     angles
         Input angles in degrees, or the number of evenly spaced ones from 0.
     method
@@ -238,7 +245,7 @@ def simulate(
     import pandas as pd
 
     places = {name: tuple(place) for name, place in (points or {}).items()}
-    declared = find_mechanism(mechanism, tuple(places))
+    declared = find_mechanism(mechanism, tuple(places), target)
     columns = parameter_columns(declared, {**parameters, **_coordinates(places)})
     request = make_request(declared, metrics=[declared.metrics[0].name], window=declared.full_turn.name)
     if len(columns[next(iter(columns))]) != 1:

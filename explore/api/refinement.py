@@ -23,7 +23,14 @@ from explore.ranking.rankings import RankRequest, rank_source, rankable_names
 from explore.refining.polishing import polish as polish_position
 from explore.store.open_results import open_results, results_of
 from explore.store.results import Results
-from explore.sweeping.refinement_plan import EVALUATIONS, coordinates_of, plan_refinement, space_of, study_of
+from explore.sweeping.refinement_plan import (
+    EVALUATIONS,
+    coordinates_of,
+    plan_refinement,
+    require_computed,
+    space_of,
+    study_of,
+)
 from explore.sweeping.refinements import run_refinement
 
 if TYPE_CHECKING:
@@ -126,6 +133,7 @@ def polish(
     source = results_of(results)
     study = study_of(source)
     one, _ = choose_objectives(objective, None, source.senses, rankable_names(source), source.objectives[:1])
+    require_computed(study, one, source)
     if designs is None:
         best = rank_source(source, RankRequest([f"{one[0].metric}:{one[0].sense}"])).frame
         if not len(best):

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from explore.charts.simulation import SimulatedDesign, simulate_design
+from explore.charts.simulation import SimulatedDesign, drawing_of, simulate_design
 from explore.charts.style import BLUE, GREEN, INK, MUTED, ORANGE, PURPLE, new_figure, write_heading
-from explore.errors import RequestError
+from explore.charts.target_points import draw_target
 from explore.model.drawing import Drawing, Pose, Profile
 from explore.model.quantities import FloatArray
 from explore.store.open_results import ResultsOrPath, results_of
@@ -68,9 +68,7 @@ def mechanism_figure(simulated: SimulatedDesign) -> Figure:
 
 def draw_mechanism(panel: Axes, simulated: SimulatedDesign) -> None:
     """Draw the mechanism of `mechanism_chart` into existing axes."""
-    drawing = simulated.mechanism.drawing
-    if drawing is None:
-        raise RequestError(f"the mechanism '{simulated.mechanism.name}' declares no drawing; draw its motion instead")
+    drawing = drawing_of(simulated)
     turn = simulated.pose()
     points = turn.points(drawing)
     lines = cycle(_POINT_LINES)
@@ -85,16 +83,18 @@ def draw_mechanism(panel: Axes, simulated: SimulatedDesign) -> None:
         curve = profile_curve(turn, simulated.pose([0.0]), profile, drawing)
         panel.plot(*curve.T, color=colour, lw=2.2, label=profile.name)
     for guide in drawing.guides:
-        _draw_guide(panel, points[guide.point], guide.angle, size)
+        draw_guide(panel, points[guide.point], guide.angle, size)
     for pivot in drawing.pivots:
-        _draw_pivot(panel, points[pivot][0], size)
+        draw_pivot(panel, points[pivot][0], size)
+    if (target := simulated.mechanism.target) is not None:
+        draw_target(panel, np.array(target.points), is_closed=target.closed)
     panel.set_aspect("equal", adjustable="datalim")
     panel.margins(0.06)
     panel.grid(color=MUTED, alpha=0.2, lw=0.5)
-    _label_axes(panel, simulated.units.scale("mm"))
+    label_axes(panel, simulated.units.scale("mm"))
 
 
-def _label_axes(panel: Axes, scale: Scale) -> None:
+def label_axes(panel: Axes, scale: Scale) -> None:
     """Label the axes, which are in mm, in the shown unit, at round numbers of it."""
     from matplotlib.ticker import FuncFormatter, MaxNLocator
 
@@ -152,7 +152,7 @@ def _draw_stroke(panel: Axes, simulated: SimulatedDesign, drawing: Drawing, driv
                    arrowprops={"arrowstyle": "-|>", "color": GREEN, "lw": 2.0, "mutation_scale": 20})  # fmt: skip
 
 
-def _draw_guide(panel: Axes, path: FloatArray, degrees: float, size: float) -> None:
+def draw_guide(panel: Axes, path: FloatArray, degrees: float, size: float) -> None:
     """Draw a guide along the path of its point, a little longer, as a pair of lines."""
     along = np.array([np.cos(np.deg2rad(degrees)), np.sin(np.deg2rad(degrees))])
     across = np.array([-along[1], along[0]])
@@ -162,7 +162,7 @@ def _draw_guide(panel: Axes, path: FloatArray, degrees: float, size: float) -> N
         panel.plot(*np.array(ends).T, color=INK, lw=1.4, zorder=3)
 
 
-def _draw_pivot(panel: Axes, place: FloatArray, size: float) -> None:
+def draw_pivot(panel: Axes, place: FloatArray, size: float) -> None:
     """Draw a pivot on the ground: a triangle on a hatched strip."""
     from matplotlib.patches import Polygon, Rectangle
 

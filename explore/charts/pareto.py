@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from explore.charts.bounds import draw_metric_bounds
+from explore.charts.candidates import draw_kinds, kinds_of_candidates
 from explore.charts.labels import axis_label, completeness_note, results_name
 from explore.charts.queries import choose_design, numeric_column, violation_columns, violations
 from explore.charts.style import BLUE, GREEN, INFEASIBLE_OPACITY, INK, RED, new_figure
@@ -33,6 +34,10 @@ _CROSS_CELLS = (72, 48)
 _OPACITIES = ((0.1, 0.48), (0.5, INFEASIBLE_OPACITY), (np.inf, 0.2))
 #: Smallest size of a mark in the legend, points.
 LEGEND_MARK = 6.0
+#: Most feasible designs whose kinds are told apart: the marks are large.
+_MOST_CANDIDATES = 500
+#: Size of a ring about such a mark, points.
+_RING = 9.0
 #: Share of the feasible designs outside the axes on each side: a few outliers would compress all others.
 _OUTSIDE = 0.005
 
@@ -87,7 +92,9 @@ def draw_designs(
     ranking = rank_source(results)
     x, y = choose_columns(results.path, ranking, x, y)
     columns = [numeric_column(results, name) for name in (x, y)]
-    frame = results.to_pandas(list(dict.fromkeys([x, y, "feasible", *violation_columns(results)])))
+    kinds = kinds_of_candidates(results)
+    names = [x, y, "feasible", *violation_columns(results), *([kinds.name] if kinds else [])]
+    frame = results.to_pandas(list(dict.fromkeys(names)))
     front = ranking.frame[[x, y]].to_numpy(float)
     chosen = None
     if design is not None or len(front):
@@ -95,15 +102,19 @@ def draw_designs(
     marked = front if chosen is None else np.vstack([front, chosen.to_numpy(float)])
     points, feasible = frame[[x, y]].to_numpy(float), frame["feasible"].to_numpy(bool)
     set_limits(panel, points[feasible] if feasible.any() else points, marked)
+    shows_kinds = kinds is not None and results.keep == "all" and feasible.sum() <= _MOST_CANDIDATES
     if results.keep == "all":
         _draw_infeasible(panel, points[~feasible], violations(results, frame)[~feasible])
-        _draw_feasible(figure, panel, points[feasible], ranking)
-    _draw_front(panel, front, ranking, (x, y))
+        if kinds and shows_kinds:
+            draw_kinds(panel, points[feasible], frame[kinds.name].to_numpy()[feasible], kinds)
+        else:
+            _draw_feasible(figure, panel, points[feasible], ranking)
+    _draw_front(panel, front, ranking, (x, y), least_size=_RING if shows_kinds else 2.0)
     if chosen is not None:
         _mark_design(panel, chosen)
     draw_metric_bounds(panel, results, x=x, y=y)
     panel.set_xlabel(axis_label(columns[0]))
-    panel.set_ylabel(axis_label(columns[1]))
+    panel.set_ylabel(axis_label(columns[1], 48))
     return ranking
 
 
@@ -200,7 +211,7 @@ def _draw_feasible(figure: Figure, panel: Axes, points: FloatArray, ranking: Ran
     panel.plot([], [], "s", color=INK, ms=6, ls="", label=f"{label}, darker where there are more")
 
 
-def _draw_front(panel: Axes, front: FloatArray, ranking: Ranking, names: tuple[str, str]) -> None:
+def _draw_front(panel: Axes, front: FloatArray, ranking: Ranking, names: tuple[str, str], least_size: float) -> None:
     """Draw rings; if the axes are all the objectives, joined by the border of the dominated region."""
     if len(front) == 0:
         return
@@ -210,7 +221,7 @@ def _draw_front(panel: Axes, front: FloatArray, ranking: Ranking, names: tuple[s
         front = front[np.argsort(front[:, 0], kind="stable")]
         line = {"drawstyle": "steps-post" if senses[names[0]] == "min" else "steps-pre", "lw": 1.2}
     objectives = ", ".join(f"{metric} ({sense})" for metric, sense in senses.items())
-    size = float(np.clip(60.0 / np.sqrt(len(front)), 2.0, 6.0))
+    size = float(np.clip(60.0 / np.sqrt(len(front)), least_size, max(least_size, 6.0)))
     panel.plot(*front.T, color=BLUE, marker="o", ms=size, mfc="white" if size > 3.5 else BLUE, mew=1.1, zorder=3,
                label=f"Pareto set in {objectives}: {len(front):,}", **line)  # fmt: skip
 

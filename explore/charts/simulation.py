@@ -13,7 +13,8 @@ from explore.charts.bounds import SignalBound, drive_of, signal_bounds, uses_dri
 from explore.charts.labels import results_name
 from explore.charts.queries import choose_design
 from explore.charts.turn import turn_angles
-from explore.model.drawing import Pose
+from explore.errors import RequestError
+from explore.model.drawing import PLACE, Drawing, Pose
 from explore.model.mechanism import Mechanism
 from explore.model.points import coordinates
 from explore.motions import mark_angles, window_limits
@@ -70,14 +71,29 @@ class SimulatedDesign:
         names = [end for stroke in self.mechanism.strokes[:1] for end in self.mechanism.window(stroke).ends]
         return {name: angle for name, angle in self.marks.items() if name in names}
 
+    @property
+    def drawing(self) -> Drawing | None:
+        """The declared drawing, at the place of the design in its plane where its parameters say one."""
+        drawing, place = self.mechanism.drawing, [self.parameters.get(name, 0.0) for name in PLACE]
+        return drawing.placed(*place) if drawing and any(place) else drawing
+
     def pose(self, input_angles: Sequence[float] | None = None) -> Pose:
         """The values that a drawing needs, at input angles in deg; by default those of the motion."""
         motion = self.motion
         if input_angles is not None:
-            points = coordinates(self.mechanism.points, self.parameters)
-            motion = simulate(self.mechanism.name, self.parameters, points=points, angles=input_angles)
+            # The place in the plane is the drawing's.
+            parameters = {name: value for name, value in self.parameters.items() if name not in PLACE}
+            points = coordinates(self.mechanism.points, parameters)
+            motion = simulate(self.mechanism.name, parameters, points=points, angles=input_angles)
         signals = {str(name): motion[name].to_numpy() for name in motion}
         return Pose.of(self.mechanism.signals, self.parameters, signals, motion.index.to_numpy())
+
+
+def drawing_of(simulated: SimulatedDesign) -> Drawing:
+    """The drawing of a design; `RequestError` if its mechanism declares none."""
+    if simulated.drawing is None:
+        raise RequestError(f"the mechanism '{simulated.mechanism.name}' declares no drawing; draw its motion instead")
+    return simulated.drawing
 
 
 def simulate_design(results: Results, design: int | None = None) -> SimulatedDesign:
@@ -100,13 +116,13 @@ def simulate_design(results: Results, design: int | None = None) -> SimulatedDes
         If the design is not in the file, or the window of the study cannot be read.
     """
     units, results = results.shown_units, results.declared
-    mechanism = find_mechanism(results.mechanism, results.points)
+    mechanism = find_mechanism(results.mechanism, results.points, results.target)
     chosen = choose_design(results, design)
     row = results.design(chosen)
     values = {p.name: float(row[p.name]) if p.name in row else p.default for p in mechanism.parameters}
     parameters = {name: value for name, value in values.items() if value is not None}
     points, angles = coordinates(mechanism.points, parameters), turn_angles(np.rad2deg(mechanism.anchor_angle))
-    motion = simulate(mechanism.name, parameters, points=points, angles=angles)
+    motion = simulate(mechanism.name, parameters, points=points, target=mechanism.target, angles=angles)
     columns = {name: np.array([value]) for name, value in parameters.items()}
     strokes = _Strokes(mechanism, columns, drive_of(results, mechanism))
     uses_stroke = uses_drive_stroke(results, mechanism)

@@ -6,6 +6,7 @@ import typer
 from typer.core import TyperGroup
 
 from explore._version import __version__
+from explore.cli.commands.atlas import atlas
 from explore.cli.commands.certify import certify
 from explore.cli.commands.coverage import coverage
 from explore.cli.commands.export import export
@@ -19,10 +20,13 @@ from explore.cli.commands.rank import rank
 from explore.cli.commands.refine import refine
 from explore.cli.commands.report import report
 from explore.cli.commands.sensitivity import sensitivity
+from explore.cli.commands.serve import serve
 from explore.cli.commands.show import show
 from explore.cli.commands.simulate import simulate
 from explore.cli.commands.stability import stability
+from explore.cli.commands.submit import submit
 from explore.cli.commands.sweep import sweep
+from explore.cli.commands.synthesize import synthesize
 from explore.cli.commands.tolerance import tolerance
 from explore.cli.commands.tune import tune
 from explore.cli.commands.verify import verify
@@ -78,6 +82,8 @@ def _options(
 
 # The help lists the commands in this order.
 app.command(epilog="Example: explore sweep configs/grid.toml")(sweep)
+app.command(epilog="Example: explore synthesize task.toml, after explore init --task dead-positions")(synthesize)
+app.command(epilog="Example: explore atlas --count 1048576 -o curves.h5")(atlas)
 app.command(epilog="Example: explore rank --metric cv --metric swing_angle:max --top 5")(rank)
 app.command(epilog="Example: explore refine results/optimum.h5 --evaluations 1000000")(refine)
 app.command(epilog="Example: explore polish results/optimum.h5 --metric cv")(polish)
@@ -105,5 +111,7 @@ app.command(epilog="Example: explore tolerance results/grid.h5 --design 42 --tol
 )
 app.command(epilog="Example: explore precision smooth almost_change_point")(precision)
 app.command(epilog="Example: explore stability --accuracy 1e-3")(stability)
+app.command(epilog="Example: explore serve served")(serve)
+app.command(epilog="Example: explore submit grid.toml --server http://127.0.0.1:8765 --token-file served/token")(submit)
 app.command(epilog="Example: explore mechanisms crank-rocker")(mechanisms)
 app.command(epilog="Example: explore init my_study.toml")(init)

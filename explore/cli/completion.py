@@ -22,6 +22,13 @@ def complete_mechanisms() -> list[str]:
     return sorted(registered_entries())
 
 
+def complete_tasks() -> list[tuple[str, str]]:
+    """Types of tasks, with what their linkages do."""
+    from explore.synthesis.tasks.registry import TASK_TYPES
+
+    return [(each.name, each.summary) for each in TASK_TYPES.values()]
+
+
 def complete_objectives(ctx: typer.Context) -> list[tuple[str, str]]:
     """Columns of the results that can be objectives, with their meaning."""
     from explore.ranking.rankings import RANKABLE_ROLES

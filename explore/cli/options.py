@@ -1,6 +1,7 @@
 """Arguments and options that several commands share."""
 
 import re
+from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
 
@@ -11,6 +12,14 @@ ResultsArgument = Annotated[
 ]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON.")]
 
+
+class KeepOption(StrEnum):
+    """Which designs a sweep keeps."""
+
+    all = "all"
+    front = "front"
+
+
 #: Arguments of Python functions as the library's errors quote them, and the options in their place.
 _OPTIONS = {
     "path": "-o",
@@ -19,6 +28,7 @@ _OPTIONS = {
     'keep="all"': "--keep all",
     'keep="front"': "--keep front",
     "design": "--design",
+    "designs": "--design",
     "tolerances": "--tolerance",
     "x": "--x",
     "y": "--y",
@@ -26,6 +36,12 @@ _OPTIONS = {
     "high": "--to",
     "start": "--start",
     "stop": "--stop",
+    "host": "--host",
+    "port": "--port",
+    "public_url": "--public-url",
+    "certificate": "--certificate",
+    "key": "--key",
+    "is_behind_proxy": "--behind-proxy",
 }
 
 

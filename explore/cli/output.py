@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-import json
 import math
 import sys
 from collections.abc import Mapping, Sequence
 from typing import Any
+
+from explore.json_text import json_text
 
 
 def complain(text: str) -> None:
@@ -65,22 +66,6 @@ def shown_unit(unit: str) -> str:
 def print_json(value: object) -> None:
     """JSON on stdout, with null for NaN and infinities."""
     sys.stdout.write(json_text(value) + "\n")
-
-
-def json_text(value: object) -> str:
-    """JSON, with null for NaN and infinities."""
-    return json.dumps(_json_value(value), indent=2, ensure_ascii=False)
-
-
-def _json_value(value: Any) -> Any:
-    """Containers and numbers of the types that `json` writes."""
-    if isinstance(value, Mapping):
-        return {str(key): _json_value(item) for key, item in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [_json_value(item) for item in value]
-    if hasattr(value, "item"):
-        value = value.item()
-    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def announce_compiling() -> None:

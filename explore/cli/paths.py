@@ -20,7 +20,8 @@ def check_output(path: Path | None, endings: Sequence[str]) -> None:
     if path is None:
         return
     if path.suffix.lower() not in endings:
-        raise RequestError(f"-o {path}: the name must end in {', '.join(endings[:-1])} or {endings[-1]}")
+        names = f"{', '.join(endings[:-1])} or {endings[-1]}" if len(endings) > 1 else endings[0]
+        raise RequestError(f"-o {path}: the name must end in {names}")
     check_new_file(path)
 
 

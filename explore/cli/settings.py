@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from explore.errors import RequestError
 
 if TYPE_CHECKING:
+    from explore.model.targets import PathTarget
     from explore.units.shown import Scale, ShownUnits
 
 #: Coordinates of points by name.
@@ -15,14 +16,18 @@ Places = dict[str, tuple[float | str, ...]]
 
 
 def parse_settings(
-    mechanism: str, settings: Sequence[str], points: Sequence[str] = (), units: ShownUnits | None = None
+    mechanism: str,
+    settings: Sequence[str],
+    points: Sequence[str] = (),
+    units: ShownUnits | None = None,
+    target: PathTarget | None = None,
 ) -> dict[str, float]:
     """Parameters in declared units from NAME=VALUE, whose numbers without a unit are in the shown ones."""
     from explore.request.names import find_mechanism
     from explore.request.parameters import read_value
     from explore.suggest import suggestion
 
-    declared = {p.name: p for p in find_mechanism(mechanism, points).parameters}
+    declared = {p.name: p for p in find_mechanism(mechanism, points, target).parameters}
     scales = units.scales({name: p.unit for name, p in declared.items()}) if units else {}
     parameters: dict[str, float] = {}
     for setting in settings:

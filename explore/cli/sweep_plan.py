@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import time
 from typing import TYPE_CHECKING
-
-import numpy as np
 
 from explore.cli.output import count_of, number, say
 from explore.cli.tables import print_table
@@ -14,18 +11,13 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from explore.config.study import Study
-    from explore.model.columns import Arrays
-
-#: Designs are timed for the estimate in pieces spread over the study, of more designs as long as they take less time
-#: than this. In a piece, designs that differ only in speed share a motion as in the sweep.
-_PIECES, _PIECE_SIZES = 32, (4, 16, 64)
-_LEAST_SECONDS = 0.1
 
 
 def print_plan(study: Study, path: Path, *, keep: str, workers: int | None, on_cluster: bool) -> None:
     """Print counts, bytes, an estimate of the time, the first and the last designs."""
     from explore.sweeping.clusters import processors
     from explore.sweeping.collectors import results_columns, row_bytes
+    from explore.sweeping.timing import seconds_per_design
 
     space, columns = study.space, results_columns(study)
     n_designs = space.n_designs
@@ -36,7 +28,7 @@ def print_plan(study: Study, path: Path, *, keep: str, workers: int | None, on_c
         f"{size} -> {path}"
     )
     workers = workers or processors()
-    seconds = _seconds_per_design(study) * n_designs
+    seconds = seconds_per_design(study) * n_designs
     if not on_cluster:
         say(f"{_duration(seconds / workers)} of computing with {count_of(workers, 'worker')}")
     else:
@@ -53,33 +45,6 @@ def print_plan(study: Study, path: Path, *, keep: str, workers: int | None, on_c
     print_table(
         "first and last designs", [("design", ""), *((name, scale.shown) for name, scale in scales.items())], rows
     )
-
-
-def _seconds_per_design(study: Study) -> float:
-    """Time of one worker per design, measured on designs spread over the study."""
-    from explore.evaluation.evaluate import evaluate_columns
-
-    seconds, count = 0.0, 1
-    for size in _PIECE_SIZES:
-        designs = _spread_designs(study, size)
-        # Functions are compiled or loaded when a design first needs them, which takes longer than all these designs.
-        evaluate_columns(study.request, designs)
-        start = time.perf_counter()
-        evaluate_columns(study.request, designs)
-        seconds, count = time.perf_counter() - start, len(next(iter(designs.values())))
-        if seconds >= _LEAST_SECONDS or count == study.space.n_designs:
-            break
-    return seconds / count
-
-
-def _spread_designs(study: Study, size: int) -> Arrays:
-    """The designs of pieces of a study, each once: all where the pieces would overlap."""
-    space = study.space
-    if space.n_designs <= _PIECES * size:
-        return space.designs(0, space.n_designs)
-    firsts = np.linspace(0, space.n_designs - size, _PIECES).astype(np.int64).tolist()
-    pieces = [space.designs(first, first + size) for first in firsts]
-    return {name: np.concatenate([piece[name] for piece in pieces]) for name in pieces[0]}
 
 
 def _duration(seconds: float) -> str:

@@ -11,6 +11,7 @@ from typing import Any
 from explore.config.designs import check_sampling, read_space, space_content
 from explore.config.points import key_of_coordinate, read_points
 from explore.config.schema import Evaluate, Rank, Sampling, SceneTable, StudyFile, read
+from explore.config.targets import add_target_section
 from explore.designs.solved_lengths import SolvedSpace
 from explore.designs.spaces import BLOCK_SIZE, DesignSpace
 from explore.errors import KeyPath, Problems, RequestError
@@ -63,6 +64,7 @@ def resolve_study(
         return None
     method = sampling.method if sampling else ""
     mechanism, parameters = read_points(mechanism, study.points, study.parameters, method, problems)
+    mechanism = add_target_section(mechanism, study.target, folder, problems)
     units = _units(study, problems)
     n_before = len(problems)
     space = read_space(mechanism, parameters, sampling, folder, problems, table_problems)
@@ -191,6 +193,8 @@ def _identity(request: Request, space: DesignSpace) -> str:
     }
     if request.mechanism.points:
         content["points"] = list(request.mechanism.points)
+    if request.mechanism.target:
+        content["target"] = request.mechanism.target.to_content()
     if request.formulas:
         content["formulas"] = {f.name: {"formula": f.long_name, "unit": f.unit} for f in request.formulas}
     return json.dumps(content, sort_keys=True, separators=(",", ":"), allow_nan=False)

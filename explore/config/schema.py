@@ -32,6 +32,7 @@ class StudyFile(Section):
     mechanism: StrictStr | None = None
     parameters: Entries = {}
     points: Entries = {}
+    target: dict[str, Any] | None = None
     sampling: dict[str, Any] = {}
     evaluate: dict[str, Any] = {}
     metrics: Entries = {}

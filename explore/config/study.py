@@ -40,6 +40,10 @@ class Study:
     points
         Points of the floating link, such as ``{"knife": {"along": 120, "across": 40}}``: their coordinates take all
         that parameters take, and are the columns ``knife_along`` and ``knife_across``.
+    target
+        What the linkage is to do, such as ``{"kind": "path", "point": "knife", "points": [[0, 0], [10, 5], [20, 0]]}``:
+        a path that the point follows. Metrics such as `path_error_rms` are how well it does; the parameters
+        `crank_pivot_x`, `crank_pivot_y` and `ground_angle` place the linkage in the plane of the target.
     sampling
         ``{"method": "sobol", "count": 65536, "seed": 3}`` to draw designs; also "latin-hypercube" and "random". A table
         of designs is a CSV file, ``{"method": "table", "file": "designs.csv"}``, its name relative to the working
@@ -106,6 +110,7 @@ class Study:
         mechanism: str,
         parameters: Mapping[str, npt.ArrayLike | Sequence[object] | Mapping[str, Any]],
         points: Mapping[str, Mapping[str, Any]] | None = None,
+        target: Mapping[str, Any] | None = None,
         sampling: Mapping[str, Any] | None = None,
         window: str | Mapping[str, NumberOrText] | None = None,
         drive: str | None = None,
@@ -121,6 +126,7 @@ class Study:
             "mechanism": mechanism,
             "parameters": parameters,
             "points": points,
+            "target": target,
             "sampling": sampling,
             "evaluate": {"window": window, "drive": drive, "metrics": _as_list(metrics), "tolerance": tolerance},
             "metrics": formulas,

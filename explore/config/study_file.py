@@ -11,6 +11,7 @@ from explore.config.resolution import resolve_study
 from explore.config.study import Study, make_study
 from explore.errors import ConfigError, Problems, RequestError
 from explore.model.mechanism import Mechanism
+from explore.model.targets import PathTarget
 
 
 def load_study(path: str | os.PathLike[str]) -> Study:
@@ -36,11 +37,19 @@ def load_study(path: str | os.PathLike[str]) -> Study:
     return parse_study(toml_text.read_text(file), file, Path(file).parent)
 
 
-def parse_study(text: str, file: str, folder: Path) -> Study:
-    """The study of a text; `file` names it in errors, and a table of designs is looked for in `folder`."""
+def parse_study(text: str, file: str, folder: Path, target: PathTarget | None = None) -> Study:
+    """The study of a text; `file` names it in errors, and files that it names are looked for in `folder`.
+
+    A target that is given takes the place of that of the text: results hold the points, which may have been in a file.
+    """
     problems: Problems = []
     table_problems: list[str] = []
-    resolved = resolve_study(toml_text.parse_toml(file, text), folder, problems, table_problems)
+    sections = toml_text.parse_toml(file, text)
+    if "task" in sections and "mechanism" not in sections:
+        raise ConfigError([f"{file}: this is a task; run it with `explore synthesize`"])
+    if target is not None:
+        sections = {**sections, "target": target.to_content()}
+    resolved = resolve_study(sections, folder, problems, table_problems)
     if resolved is None:
         lines = key_lines.locate(text.replace("\r\n", "\n"))
         located = sorted((key_lines.line_of(lines, key), toml_text.dotted(key), reason) for key, reason in problems)

@@ -26,7 +26,7 @@ from explore.request.parameters import parameter_columns
 from explore.store.results import Results
 
 #: Sections of a study of many designs that one design has its own of, or has none.
-_OF_MANY = ("mechanism", "parameters", "points", "sampling", "rank", "scene")
+_OF_MANY = ("mechanism", "parameters", "points", "target", "sampling", "rank", "scene")
 
 
 @dataclass(frozen=True)
@@ -67,6 +67,7 @@ class DesignOfResults:
             "mechanism": results.mechanism,
             "parameters": {name: value for name, value in values.items() if name not in of_points},
             "points": {point: dict(zip(COORDINATES, place, strict=True)) for point, place in places.items()},
+            **({"target": results.target.to_content()} if results.target else {}),
             **{name: section for name, section in sections.items() if name not in _OF_MANY},
             "rank": {"metrics": list(results.objectives)} if results.objectives else {},
         }

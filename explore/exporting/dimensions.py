@@ -11,7 +11,7 @@ from explore.charts.simulation import SimulatedDesign
 from explore.exporting.shapes import Angle, Arc, Distance, Polyline
 from explore.exporting.symbols import PIVOT, directions
 from explore.exporting.tracks import track_of
-from explore.model.drawing import Drawing, Vector
+from explore.model.drawing import Drawing, Guide, Vector
 from explore.model.quantities import FloatArray
 
 #: Distance of a dimension line from what it measures, in heights of text.
@@ -82,7 +82,8 @@ def _away(first: FloatArray, second: FloatArray, centre: FloatArray) -> float:
 
 def _name(vectors: tuple[Vector, ...]) -> str:
     """The length that a place is given by, in words; empty if there are several."""
-    return vectors[0].length.replace("_", " ") if len(vectors) == 1 and isinstance(vectors[0].length, str) else ""
+    names = [vector.length for vector in vectors if isinstance(vector.length, str)]
+    return names[0].replace("_", " ") if len(names) == 1 else ""
 
 
 def _offsets(
@@ -99,11 +100,17 @@ def _offsets(
             way = points[guide.point] - points[name]
             foot = points[name] + way - (way @ along) * along
             if np.hypot(*(foot - points[name])) > smallest:
-                named = next((str(v.length) for v in drawing.points[guide.point] if v.angle == guide.angle + 90.0), "")
+                named = next((str(v.length) for v in drawing.points[guide.point] if _is_across(v, guide)), "")
                 side = -1.0 if way @ along >= 0.0 else 1.0
                 beside = max(float(np.max(side * (place - points[name]) @ along)) for place in turn.values())
                 offset = _away(points[name], foot, points[guide.point]) * (beside + _OFFSET * height)
                 yield Distance("dimensions", points[name], foot, offset, named)
+
+
+def _is_across(vector: Vector, guide: Guide) -> bool:
+    """Whether a length is that of a vector across a guide."""
+    constant = isinstance(vector.length, str) and not isinstance(vector.angle, str)
+    return constant and vector.direction == guide.angle + 90.0
 
 
 def _ways(

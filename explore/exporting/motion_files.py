@@ -52,7 +52,7 @@ def motion_of(simulated: SimulatedDesign) -> Motion:
     """The motion of a design at `ROWS` input angles."""
     mechanism, parameters = simulated.mechanism, dict(simulated.parameters)
     points = coordinates(mechanism.points, parameters)
-    frame = simulate(mechanism.name, parameters, points=points, angles=ROWS)
+    frame = simulate(mechanism.name, parameters, points=points, target=mechanism.target, angles=ROWS)
     angle = frame.index.to_numpy()
     columns = {str(name): frame[name].to_numpy() for name in frame}
     described: list[Parameter | Signal] = [p for p in mechanism.parameters if p.name in parameters]
@@ -64,7 +64,7 @@ def motion_of(simulated: SimulatedDesign) -> Motion:
         mechanism.name,
         parameters,
         {input_name: angle, **columns},
-        pose.points(mechanism.drawing) if mechanism.drawing else {},
+        pose.points(drawing) if (drawing := simulated.drawing) else {},
         {input_name: "deg", **{item.name: item.unit for item in described}},
         {input_name: mechanism.input_angle, **{item.name: item.long_name for item in described}},
     )

@@ -28,9 +28,10 @@ _LINES = 8
 
 def drawing_of(simulated: SimulatedDesign) -> Drawing:
     """The declared drawing; `RequestError` if the mechanism has none."""
-    if simulated.mechanism.drawing is None:
+    drawing = simulated.drawing
+    if drawing is None:
         raise RequestError(f"the mechanism '{simulated.mechanism.name}' declares no drawing; export its motion instead")
-    return simulated.mechanism.drawing
+    return drawing
 
 
 def draw_sheet(simulated: SimulatedDesign) -> Sheet:

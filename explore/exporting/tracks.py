@@ -44,7 +44,7 @@ def track_of(
         return None
     if len(turning) == 1 and not changing:
         return _arc(simulated, vectors, turning[0], layer)
-    if not turning and len({_direction(vector) % 180.0 for vector in changing}) == 1:
+    if not turning and len({vector.direction % 180.0 for vector in changing}) == 1:
         return _line(simulated, vectors, changing[0], layer)
 
     def curve(angles: FloatArray) -> FloatArray:
@@ -57,11 +57,6 @@ def breaks_of(simulated: SimulatedDesign) -> list[float]:
     """Input angles, deg, where the laws of the design's signals change."""
     names = simulated.mechanism.breaks
     return [simulated.marks[name] for name in names if name in simulated.marks]
-
-
-def _direction(vector: Vector) -> float:
-    """Direction of a vector of constant angle, deg."""
-    return vector.sense * float(vector.angle) + vector.turn
 
 
 def _arc(simulated: SimulatedDesign, vectors: tuple[Vector, ...], turning: Vector, layer: str) -> Circle | Arc:
@@ -83,7 +78,7 @@ def _arc(simulated: SimulatedDesign, vectors: tuple[Vector, ...], turning: Vecto
 
 def _line(simulated: SimulatedDesign, vectors: tuple[Vector, ...], changing: Vector, layer: str) -> Polyline:
     """The way of a point to and fro along a line."""
-    along = arc_points(np.zeros(2), 1.0, np.array([_direction(changing)]))[0]
+    along = arc_points(np.zeros(2), 1.0, np.array([changing.direction]))[0]
     origin = simulated.pose([0.0]).sum(vectors)[0]
 
     def place(angles: FloatArray) -> FloatArray:

@@ -22,6 +22,8 @@ from explore.ranking.tallies import Tally
 
 #: Column with the name of the results that a design is from.
 RESULTS_COLUMN = "results"
+#: How the long name of a statistic over a stroke of the drive ends.
+_STROKES = ("window drive", "window return", "window clutch")
 
 
 @dataclass(frozen=True)
@@ -136,8 +138,14 @@ def _differences(first: str, source: Source, name: str, other: Source, metrics: 
         if here[metric].unit != there[metric].unit:
             units = f"{here[metric].unit or 'a number'} in {first} and {there[metric].unit or 'a number'} in {name}"
             raise RequestError(f"{metric} is in {units}, so they cannot be ranked together")
-    return [
+    distinct = list(dict.fromkeys(metrics))
+    lines = [
         f"{metric} is the {here[metric].long_name} in {first}, but the {there[metric].long_name} in {name}"
-        for metric in dict.fromkeys(metrics)
+        for metric in distinct
         if here[metric].long_name != there[metric].long_name
     ]
+    over_strokes = [metric for metric in distinct if here[metric].long_name.endswith(_STROKES)]
+    if over_strokes and source.drive != other.drive:
+        strokes = f'"{source.drive}" in {first}, but "{other.drive}" in {name}'
+        lines.append(f"the drive stroke is {strokes}: {', '.join(over_strokes)} may mean something else")
+    return lines

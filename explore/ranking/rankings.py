@@ -81,6 +81,10 @@ class Source(Protocol):
         """Which designs of the study are kept: "all", or "front" for the Pareto-optimal ones."""
 
     @property
+    def drive(self) -> str:
+        """Stroke that the window "drive" means; empty if the file has none."""
+
+    @property
     def tally(self) -> Mapping[str, Any]:
         """Counts of all studied designs where only the front is kept, as `Tally.to_json` writes them."""
 

@@ -16,6 +16,7 @@ from explore.errors import RequestError
 from explore.model.columns import Attribute, Column
 from explore.model.progress import ReportProgress
 from explore.model.quantities import Sense
+from explore.model.targets import PathTarget
 from explore.store.block_bytes import damaged_blocks
 from explore.store.layout import INDEX, KEEP_FRONT
 from explore.store.rows import RowReader
@@ -114,6 +115,11 @@ class Results:
         return self._layout.study.points
 
     @property
+    def target(self) -> PathTarget | None:
+        """What the linkages are to do; None where the study has no target."""
+        return self._layout.study.target
+
+    @property
     def speed_powers(self) -> dict[str, float | None]:
         """Power of the input speed that each metric is proportional to; None where there is none."""
         return dict(self._layout.study.speed_powers)
@@ -122,6 +128,11 @@ class Results:
     def status_sentences(self) -> dict[str, str]:
         """What each status means, by its label."""
         return dict(self._layout.study.status_sentences)
+
+    @property
+    def label_sentences(self) -> dict[str, str]:
+        """What labels of columns other than the status mean; empty if the file does not say."""
+        return dict(self._layout.study.label_sentences)
 
     @property
     def tally(self) -> dict[str, Any]:
@@ -252,8 +263,10 @@ class Results:
         return make_dataset(self._reader)
 
     def design(self, number: int) -> dict[str, Any]:
-        """One design: the value of each column by name."""
-        arrays = self._reader.read_rows(self.columns, self._reader.rows_of(np.array([number])))
+        """One design: the value of each column by name; `ResultsError` if its block is damaged."""
+        rows = self._reader.rows_of(np.array([number]))
+        self._reader.check_rows(rows)
+        arrays = self._reader.read_rows(self.columns, rows)
         return {column.name: values[0].item() for column, values in zip(self.columns, arrays, strict=True)}
 
     def designs(self, numbers: npt.ArrayLike) -> pd.DataFrame:
@@ -268,11 +281,19 @@ class Results:
         -------
         pandas.DataFrame
             All columns, index "design", one row for each number in the order of `numbers`; ``attrs`` as of `to_pandas`.
+
+        Raises
+        ------
+        ResultsError
+            If a design is not in the file, or its block does not have its checksum. Designs of more than 32 blocks are
+            not checked, which takes 10 to 40 ms for each; `verify` checks all.
         """
         import pandas as pd  # 0.4 s, not needed by a sweep
 
         unique, places = np.unique(np.asarray(numbers, dtype=np.int64), return_inverse=True)
-        arrays = self._reader.read_rows(self.columns, self._reader.rows_of(unique))
+        rows = self._reader.rows_of(unique)
+        self._reader.check_rows(rows)
+        arrays = self._reader.read_rows(self.columns, rows)
         data = {column.name: values[places] for column, values in zip(self.columns, arrays, strict=True)}
         return self._with_attrs(pd.DataFrame(data, copy=False).set_index(INDEX))
 

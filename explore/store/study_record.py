@@ -12,6 +12,7 @@ from typing import Any, Self
 
 from explore.model.columns import Attribute
 from explore.model.quantities import Sense
+from explore.model.targets import PathTarget
 
 
 @dataclass(frozen=True)
@@ -28,6 +29,8 @@ class StudyRecord:
         The power of the input speed that each metric is proportional to, None where there is none.
     status_sentences
         What each status means, by its label.
+    label_sentences
+        What labels of other columns mean, such as how a candidate of a task passes the points.
     studied_counts
         Number of designs by the label of their status, in a file that keeps the front only.
     tally
@@ -40,18 +43,22 @@ class StudyRecord:
         Stroke that the window "drive" means; "none" for a mechanism without drives.
     points
         Names of the points of the floating link.
+    target
+        What the linkage is to do; None where the study has no target.
     """
 
     objectives: tuple[str, ...] = ()
     senses: Mapping[str, Sense | None] = field(default_factory=dict)
     speed_powers: Mapping[str, float | None] = field(default_factory=dict)
     status_sentences: Mapping[str, str] = field(default_factory=dict)
+    label_sentences: Mapping[str, str] = field(default_factory=dict)
     studied_counts: Mapping[str, int] = field(default_factory=dict)
     tally: Mapping[str, Any] = field(default_factory=dict)
     constraints: Mapping[str, Mapping[str, float | None]] = field(default_factory=dict)
     window: str | Mapping[str, float] = ""
     drive: str = ""
     points: tuple[str, ...] = ()
+    target: PathTarget | None = None
 
     @classmethod
     def from_attributes(cls, attributes: Mapping[str, Attribute]) -> Self:
@@ -74,7 +81,8 @@ class StudyRecord:
         objectives = tuple(contents.pop("objectives", ()))
         return cls(
             objectives=objectives, constraints=constraints, window=window, drive=evaluate.get("drive", ""),
-            points=tuple(determines.get("points", ())), **contents,
+            points=tuple(determines.get("points", ())),
+            target=PathTarget.from_content(determines["target"]) if "target" in determines else None, **contents,
         )  # fmt: skip
 
 
@@ -139,6 +147,7 @@ _FORMS: dict[str, Callable[[Any], bool]] = {
     "senses": lambda content: isinstance(content, dict) and all(v in ("min", "max", None) for v in content.values()),
     "speed_powers": lambda content: contains_only(content, dict, int, float, NoneType),
     "status_sentences": lambda content: contains_only(content, dict, str),
+    "label_sentences": lambda content: contains_only(content, dict, str),
     "studied_counts": lambda content: contains_only(content, dict, int),
     "tally": lambda content: contains_only(content, dict, int, list, dict),
 }

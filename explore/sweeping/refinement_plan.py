@@ -144,6 +144,7 @@ def plan_refinement(
         raise RequestError(f"seed = {seed}: must be at least 0")
     study = study_of(results)
     ranking = rank_source(results, RankRequest(objectives))
+    require_computed(study, ranking.objectives, results)
     if len(ranking.objectives) < 2:
         name = ranking.objectives[0].metric
         raise RequestError(
@@ -177,13 +178,27 @@ def study_of(results: Results) -> Study:
         raise RequestError(
             f"{results.path} has the designs of a table, which has no ranges to move in; sweep ranges or lists"
         )
-    study = parse_study(results.config, str(results.path), results.path.parent)
+    study = parse_study(results.config, str(results.path), results.path.parent, results.target)
     if not coordinates_of(study).ranges:
         raise RequestError(
             f"{results.path} has only listed values, with nothing between them; "
             "give a parameter of the study a range and sweep it"
         )
     return study
+
+
+def require_computed(study: Study, objectives: Sequence[Objective], results: Results) -> None:
+    """Refuse objectives that the study does not compute, because new designs would not have them."""
+    columns = {column.name for column in results_columns(study)}
+    missing = [objective.metric for objective in objectives if objective.metric not in columns]
+    if missing:
+        is_synthesis = results.attributes.get("sampler") == "synthesis"
+        source = "the solver of the task" if is_synthesis else f"the command that wrote {results.path}"
+        own = " and ".join(f"{objective.metric}:{objective.sense}" for objective in study.objectives)
+        raise RequestError(
+            f"only {source} computes {' and '.join(missing)}, not the study, which new designs follow; "
+            f"name other `objectives`, such as {own or 'cv:min'}"
+        )
 
 
 def coordinates_of(study: Study) -> Coordinates:

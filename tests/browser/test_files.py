@@ -70,7 +70,7 @@ def test_the_page_holds_all_designs_of_all_files(page, frames):
 
 
 def test_the_joint_front_is_that_of_rank(page, folder):
-    with contextlib.chdir(folder):
+    with contextlib.chdir(folder), pytest.warns(RuntimeWarning, match="the drive stroke is"):
         joint = explore.rank(["first_one.h5", "second.h5"])
     names = {"first_one.h5": 0, "second.h5": 1}
     expected = {(names[file], design) for design, file in joint["results"].items()}

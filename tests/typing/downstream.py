@@ -109,9 +109,13 @@ def tolerance_designs(results: explore.Results) -> explore.Robustness:
 
 
 def draw_charts(
-    results: explore.Results, cover: explore.Coverage, tuning: explore.Tuning, robustness: explore.Robustness
+    results: explore.Results,
+    found: explore.Results,
+    cover: explore.Coverage,
+    tuning: explore.Tuning,
+    robustness: explore.Robustness,
 ) -> list[Figure]:
-    """Every figure of the results, which may be their path."""
+    """Every figure of the results, which may be their path, and of the linkages found for a task."""
     refined = results.path.with_name("refined.h5")
     return [
         charts.pareto_chart(str(results.path), x="cv", y="rocker_acceleration_max"),
@@ -120,12 +124,25 @@ def draw_charts(
         charts.parallel_chart(results.path),
         charts.motion_chart(results.path),
         charts.mechanism_chart(results.path),
+        charts.path_chart(found.path),
+        charts.cognates_chart(found),
+        charts.burmester_chart(found),
         charts.ratio_chart(results.path),
         charts.coverage_chart(cover),
         charts.tuning_chart(tuning),
         charts.sensitivity_chart(apportion(results)),
         charts.tolerance_chart(robustness),
     ]
+
+
+def find_linkages(folder: Path) -> explore.Results:
+    """Linkages that carry a body through four poses, best first."""
+    path = folder / "poses.toml"
+    poses = [[12.06, 13.06, 37.7], [10.46, 16.81, 29.3], [5.8, 18.66, 23.6], [-0.54, 16.74, 21.8]]
+    path.write_text(f'task = "motion"\n[target]\nposes = {poses}\n', encoding="utf-8")
+    found: explore.Results = explore.synthesize(explore.load_task(path), folder / "poses.h5")
+    assert found.attributes["sampler"] == "synthesis"
+    return found
 
 
 def refused() -> list[explore.ExploreError]:
@@ -147,6 +164,10 @@ def refused() -> list[explore.ExploreError]:
     except explore.MotionError as error:
         errors.append(error)
     try:
+        explore.Service("http://127.0.0.1:9", "token").jobs()
+    except explore.ServiceError as error:
+        errors.append(error)
+    try:
         explore.open_results("nowhere.h5")
     except (explore.ResultsError, explore.ClusterError) as error:
         errors.append(error)
@@ -163,7 +184,8 @@ def main(folder: Path) -> None:
         [13.58, 37.0], rocker=595.0, ground=751.0, coupler=(460.0, 1271.5), transmission_angle=(30.0, 150.0)
     )
     export_design(results, design, folder)
-    figures = draw_charts(results, cover, tune_design(design), tolerance_designs(results))
+    found = find_linkages(folder)
+    figures = draw_charts(results, found, cover, tune_design(design), tolerance_designs(results))
     print(study, design, cover.gaps, len(figures), *refused(), sep="\n")
 
 

@@ -13,6 +13,8 @@ from explore.cli.paths import check_output, newest_results
 from explore.cli.settings import list_settings, parse_points, parse_settings
 from explore.errors import RequestError
 
+#: Formats of solids, which a planar mechanism is not.
+_SOLIDS = (".step", ".stp", ".iges", ".igs", ".stl")
 #: Formats, by the endings of names.
 ENDINGS = (".toml", ".csv", ".hdf5", ".mat", ".dxf", ".svg", ".gif", ".mp4")
 
@@ -50,6 +52,8 @@ def export(
     if not output:
         raise RequestError("name a file: -o wiper.dxf, and others by -o again")
     for path in output:
+        if path.suffix.lower() in _SOLIDS:
+            raise RequestError(f"-o {path}: there are no solids to write; .dxf has the drawing for a sketch in CAD")
         check_output(path, ENDINGS)
     if mechanism is not None and (results is not None or design is not None):
         raise RequestError("--mechanism takes its parameters from --set; leave out RESULTS and --design")

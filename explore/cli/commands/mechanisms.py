@@ -104,6 +104,12 @@ def _print_notes(mechanism: Mechanism) -> None:
     say(f"mean, variance and cv alone are those of the output, {mechanism.output_signals['']}", data=True)
     if mechanism.floating_link:
         _print_points(mechanism.floating_link)
+    for kind, metrics in _target_metrics(mechanism).items():
+        say(
+            f'a point can have a target, [target] kind = "{kind}" in a study; its metrics are '
+            f"{', '.join(metric.name for metric in metrics)}",
+            data=True,
+        )
     if mechanism.drives:
         say(f"drive is one of {', '.join(mechanism.drives)}", data=True)
     say(f"default objectives are {', '.join(mechanism.objectives)}", data=True)
@@ -121,6 +127,14 @@ def _print_points(link: FloatingLink) -> None:
     parameters = ", ".join(f"NAME_{coordinate}" for coordinate in COORDINATES)
     signals = ", ".join(s.name.replace("knife", "NAME") for s in point_signals(link, ("knife",)))
     say(f"the parameters of a point are {parameters}, its signals {signals}", data=True)
+
+
+def _target_metrics(mechanism: Mechanism) -> dict[str, tuple[Formula, ...]]:
+    """The metrics of targets of each kind that the mechanism meets, of a point "knife"."""
+    from explore.model.targets import PathTarget
+
+    example = PathTarget("knife", ((0.0, 0.0), (1.0, 0.0), (0.0, 1.0)))
+    return {kind: declared.formulas(example) for kind, declared in mechanism.targets.items()}
 
 
 def _range(parameter: Parameter) -> str:
@@ -150,6 +164,10 @@ def _json_description(mechanism: Mechanism) -> dict[str, object]:
         "statistics": list(STATISTICS),
         "drives": list(mechanism.drives),
         "points": _json_points(mechanism.floating_link),
+        "targets": {
+            kind: {m.name: {"unit": m.unit, "meaning": m.long_name, "sense": m.sense} for m in metrics}
+            for kind, metrics in _target_metrics(mechanism).items()
+        },
         "objectives": list(mechanism.objectives),
     }
 

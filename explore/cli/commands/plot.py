@@ -25,12 +25,15 @@ KINDS = {
     "pareto": ("x", "y", "design"),
     "motion": ("design",),
     "mechanism": ("design",),
+    "path": ("design",),
+    "cognates": ("design",),
+    "burmester": ("design",),
     "map": ("x", "y", "metric", "design"),
     "parallel": ("metric",),
     "ratio": ("design",),
 }
 #: Kinds that simulate a design, which needs the kernels.
-_SIMULATED_KINDS = ("motion", "mechanism")
+_SIMULATED_KINDS = ("motion", "mechanism", "path", "cognates", "burmester")
 
 
 def _complete_kinds() -> list[str]:
@@ -41,7 +44,9 @@ def plot(
     kind: Annotated[
         str,
         typer.Argument(
-            metavar="KIND", autocompletion=_complete_kinds, help="pareto, motion, mechanism, map, parallel or ratio."
+            metavar="KIND",
+            autocompletion=_complete_kinds,
+            help="pareto, motion, mechanism, path, cognates, burmester, map, parallel or ratio.",
         ),
     ],
     results: Annotated[

@@ -11,6 +11,7 @@ import typer
 
 from explore.cli.completion import complete_objectives
 from explore.cli.output import announce_compiling, count_of, say
+from explore.cli.paths import check_output
 from explore.cli.workers import (
     EventPrinter,
     ProcessesOption,
@@ -20,7 +21,6 @@ from explore.cli.workers import (
     WorkerOptions,
     WorkersOption,
 )
-from explore.errors import ResultsError
 
 if TYPE_CHECKING:
     from explore.sweeping.refinement_plan import RefinementPlan
@@ -91,8 +91,7 @@ def _refine(options: RefineOptions) -> int:
     from explore.sweeping.refinements import run_refinement
 
     source = open_results(options.results)
-    if options.path.is_dir():
-        raise ResultsError(f"{options.path} is a folder; name another file with -o")
+    check_output(options.path, (".h5",))
     evaluations = options.evaluations or EVALUATIONS
     plan = plan_refinement(source, objectives=options.metrics or None, evaluations=evaluations, seed=options.seed)
     request, work = plan.study.request, options.work

@@ -87,9 +87,12 @@ def _mechanism(sources: Sequence[Results]) -> Mechanism | None:
 
     announce_compiling()
     try:
-        points = sources[0].points
+        points, target = sources[0].points, sources[0].target
         # The paths of points are drawn where all results have the same.
         is_shared = all(source.points == points for source in sources)
-        return find_mechanism(sources[0].mechanism, points if is_shared else type(points)())
+        has_target = is_shared and all(source.target == target for source in sources)
+        return find_mechanism(
+            sources[0].mechanism, points if is_shared else type(points)(), target if has_target else None
+        )
     except RequestError:
         return None

@@ -127,3 +127,7 @@ def _show_design(results: Results, record: Record, *, as_json: bool) -> None:
         droppable=["meaning", "unit"],
     )
     say(f"{status}: {sentences.get(status, '')}", "bold", data=True)
+    for column in results.columns:
+        word = str(record[column.name])
+        if column.labels and column.name != "status" and word in results.label_sentences:
+            say(f"{word}: {results.label_sentences[word]}", data=True)

@@ -74,13 +74,14 @@ def simulate(
         shown = choose_units(units, study.units.units)
         places = parse_points(points or [], shown)
         name, parameters, places = _study_design(study, config, design, settings or [], places, shown)
+        target = study.request.mechanism.target
     else:
-        shown, name = choose_units(units), mechanism or ""
+        shown, name, target = choose_units(units), mechanism or "", None
         places = parse_points(points or [], shown)
         parameters = parse_settings(name, settings or [], units=shown)
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
-        motion = simulate_motion(name, parameters, points=places, angles=angles, method=method)
+        motion = simulate_motion(name, parameters, points=places, target=target, angles=angles, method=method)
     for warning in caught:
         say(f"warning: {warning.message}", "yellow")
     _write(_show(motion, shown), output, as_json=as_json)
@@ -98,7 +99,7 @@ def _study_design(
         raise RequestError(f"{config} has {n_designs:,} designs, numbered from 0; there is no design {design}")
     name, points = study.request.mechanism.name, study.request.mechanism.points
     own = {key: float(values[0]) for key, values in study.space.designs(design, design + 1).items()}
-    replaced = parse_settings(name, settings, points, units)
+    replaced = parse_settings(name, settings, points, units, study.request.mechanism.target)
     unreachable = [key for key, value in own.items() if math.isnan(value) and key not in replaced]
     if unreachable:
         raise MotionError(f"design {design} of {config} has no {unreachable[0]}: {Status.UNREACHABLE.sentence}")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import shlex
 from dataclasses import dataclass
-from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -12,6 +11,7 @@ import typer
 
 from explore.cli.explanations import explain_unreachable
 from explore.cli.nearness import summarise_nearest
+from explore.cli.options import KeepOption
 from explore.cli.output import announce_compiling, complain, count_of, say
 from explore.cli.paths import refuse_overwriting
 from explore.cli.workers import (
@@ -30,13 +30,6 @@ if TYPE_CHECKING:
     from explore.config.study import Study
     from explore.sweeping.runs import Summary
     from explore.units.shown import ShownUnits
-
-
-class KeepOption(StrEnum):
-    """Which designs a sweep keeps."""
-
-    all = "all"
-    front = "front"
 
 
 def sweep(

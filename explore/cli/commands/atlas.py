@@ -1,0 +1,58 @@
+"""`explore atlas`: an atlas of coupler curves, as results."""
+
+from __future__ import annotations
+
+import shlex
+from importlib.resources import files
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from explore.cli.output import announce_compiling, count_of, say
+from explore.cli.workers import EventPrinter, QuietOption, WorkerOptions, WorkersOption
+from explore.errors import ResultsError
+
+#: The line of the study with the number of curves.
+_COUNT = "count = 65536"
+
+
+def atlas(
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", help="Results file; by default results/atlas.h5.")
+    ] = None,
+    count: Annotated[
+        int, typer.Option(min=1, max=10_000_000, help="Number of linkages, a power of two at best.")
+    ] = 65_536,
+    workers: WorkersOption = None,
+    restart: Annotated[bool, typer.Option("--restart", help="Move existing results aside and start over.")] = False,
+    quiet: QuietOption = False,
+) -> None:
+    """Compute coupler curves of crank-rockers of all proportions, as results that all other commands read."""
+    from explore.config.study_file import parse_study
+    from explore.evaluation.evaluate import compile_kernels
+    from explore.sweeping.runs import run_study
+
+    text = files("explore").joinpath("data/atlas.toml").read_text(encoding="utf-8")
+    study = parse_study(text.replace(_COUNT, f"count = {count}"), "atlas.toml", Path())
+    path = output or Path("results") / "atlas.h5"
+    if path.is_dir():
+        raise ResultsError(f"{path} is a folder; name another file with -o")
+    if not quiet:
+        announce_compiling()
+    compile_kernels(study.request)
+    work = WorkerOptions(workers, processes=False, scheduler=None, verbose=False, quiet=quiet)
+    cluster = work.cluster(study.request.mechanism.name)
+    try:
+        with work.connected(cluster, study.space.n_designs) as (connected, progress):
+            summary = run_study(
+                study, path, connected, restart=restart, progress=progress, listener=EventPrinter(verbose=False)
+            )
+    except KeyboardInterrupt:
+        say("interrupted; finished blocks are safe, and the same command continues")
+        raise typer.Exit(130) from None
+    if not quiet:
+        turning = f", {summary.n_feasible:,} with transmission from 20 deg" if summary.n_computed == count else ""
+        say(f"{count_of(count, 'linkage')}{turning} -> {path}; now run: {shlex.join(['explore', 'rank', str(path)])}")
+    if summary.failures:
+        raise typer.Exit(3)

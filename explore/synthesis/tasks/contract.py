@@ -1,0 +1,93 @@
+"""What a type of task is, and what a task of it has."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from explore.errors import Problems
+from explore.model.progress import ReportProgress
+from explore.model.quantities import Sense
+from explore.synthesis.candidates import Candidates
+from explore.synthesis.tasks.sections import SectionReader
+
+#: Largest number of candidates that a task may ask for.
+MOST_CANDIDATES = 10_000
+
+
+@dataclass(frozen=True)
+class Task:
+    """What a linkage shall do, resolved: the solver, and what the study of its candidates computes.
+
+    Attributes
+    ----------
+    mechanism
+        Name of the mechanism of the candidates.
+    find
+        Finds the candidates; called with what reports its progress, or None.
+    parameters
+        Names of the parameters that the candidates have.
+    fixed
+        Those that the task gives, which a refinement keeps.
+    objectives
+        As in ``[rank] metrics``: how well the task is met first.
+    measured
+        Metrics that the solver measures, because the study cannot compute them, with their better side; columns of
+        kind "metric" among those that the candidates add.
+    metrics
+        Names of metrics that are computed besides the objectives.
+    constraints
+        As in a study.
+    formulas
+        As ``[metrics]`` in a study.
+    points
+        Names of the points of the floating link, whose coordinates are among the parameters.
+    target
+        The section ``[target]`` of the study; None for a task without.
+    window
+        Name of the window of the study, unless the file names one; empty for the mechanism's own.
+    """
+
+    mechanism: str
+    find: Callable[[ReportProgress | None], Candidates]
+    parameters: tuple[str, ...]
+    fixed: tuple[str, ...] = ()
+    objectives: tuple[str, ...] = ()
+    measured: Mapping[str, Sense] = field(default_factory=dict)
+    metrics: tuple[str, ...] = ()
+    constraints: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    formulas: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
+    points: tuple[str, ...] = ()
+    target: Mapping[str, Any] | None = None
+    window: str = ""
+
+
+@dataclass(frozen=True)
+class TaskSections:
+    """The sections of a task file that its type reads, and the folder that names of files are relative to."""
+
+    target: SectionReader
+    bounds: SectionReader
+    search: SectionReader
+    folder: Path
+
+
+@dataclass(frozen=True)
+class TaskType:
+    """A type of task.
+
+    Attributes
+    ----------
+    name
+        The word after ``task =``.
+    summary
+        What its linkages do, for the list of types.
+    read
+        Makes a task of the sections, or returns None after it noted what is wrong with them.
+    """
+
+    name: str
+    summary: str
+    read: Callable[[TaskSections, Problems], Task | None]

@@ -1,0 +1,256 @@
+"""Task "function": four-bars whose rocker turns as a function of what their crank turns."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from explore.errors import Problems, RequestError
+from explore.model.columns import Column
+from explore.model.progress import ReportProgress
+from explore.suggest import format_value
+from explore.synthesis.candidates import SOLUTION, Candidates
+from explore.synthesis.function_search import FoundGenerator, FunctionTask
+from explore.synthesis.functions import FourBarGenerator, fit_four_bar, wrapped
+from explore.synthesis.laws import Law, chebyshev_points, formula_law, table_law
+from explore.synthesis.tasks.contract import MOST_CANDIDATES, Task, TaskSections, TaskType
+from explore.synthesis.tasks.four_bars import FORMULAS, LENGTHS, FourBarBounds
+from explore.synthesis.tasks.sections import SectionReader
+from explore.synthesis.turning_generators import find_turning_generators
+
+#: Values of x over which the search takes its mean, and at which the errors of all candidates are measured.
+_N_SEARCHED, _N_MEASURED = 101, 401
+_MOST_POINTS = 100
+#: Bounds on the transmission angle, deg, that are searched beside the one asked for, where they are larger.
+_FLOORS = (30.0, 40.0, 50.0)
+_METHOD = Column(
+    "method", "", "how the linkage was found", "bookkeeping", "|i1", {1: "precision_points", 2: "least_error"}
+)
+# A narrow table drops the first of these first.
+_ADDED = (
+    SOLUTION,
+    _METHOD,
+    Column("output_start", "deg", "rocker angle at the start of the range, from the ground", "bookkeeping"),
+    Column("input_start", "deg", "crank angle at the start of the range, from the ground", "bookkeeping"),
+    Column("output_error_rms", "deg", "root mean square error of the rocker's angle over the range", "metric"),
+    Column("output_error_max", "deg", "largest error of the rocker's angle over the range", "metric"),
+)
+_SENTENCES = {
+    "precision_points": "Freudenstein's equation holds at the precision points, or nearly at more than three",
+    "least_error": "the error of the output itself is least in the mean, among linkages nearby; its starts are free",
+}
+
+
+@dataclass(frozen=True)
+class _Search:
+    """The function, and what a linkage has to meet.
+
+    Attributes
+    ----------
+    law
+        The function.
+    turns
+        What crank and rocker turn over the range, rad.
+    starts
+        Angles of crank and rocker at the start of the range, rad; None where they are free.
+    n_points
+        Precision points of the linkage with these starts.
+    ground
+        Length of the ground, mm.
+    bounds
+        Of the transmission angle and the ratio of links.
+    error_max
+        Of the output, rad; linkages that miss it are left out unless all do.
+    count
+        Largest number of candidates.
+    """
+
+    law: Law
+    turns: tuple[float, float]
+    starts: tuple[float, float] | None
+    n_points: int
+    ground: float
+    bounds: FourBarBounds
+    error_max: float
+    count: int
+
+    def find(self, _: ReportProgress | None) -> Candidates:
+        """The candidates: first the one with the given starts, then those of the least error with free ones."""
+        found, tried = self._least_errors()
+        kept = [each for each in found if each.error_max <= self.error_max]
+        if found and not kept:
+            tried.append(f"none has an error of {np.degrees(self.error_max):g} deg or less; these come nearest")
+        elif len(kept) < len(found):
+            tried.append(f"left out {len(found) - len(kept)} with an error above {np.degrees(self.error_max):g} deg")
+            found = kept
+        methods = [2] * len(found)
+        if self.starts is not None:
+            try:
+                found.insert(0, self._at_precision_points(self.starts))
+                methods.insert(0, 1)
+            except RequestError as error:
+                tried.append(f"at the given starts: {error}")
+        if not found:
+            raise RequestError("; ".join(tried))
+        errors = np.array([self._errors(each) for each in found])
+        lengths = np.array([_lengths(each.generator) for each in found])
+        starts = np.degrees([(each.input_start, each.output_start) for each in found])
+        parameters = {name: self.ground * lengths[:, k] for k, name in enumerate(LENGTHS)}
+        # The branch of `output_angles` counts from the rocker's pivot, that of the mechanism from the crank's pin.
+        parameters["branch"] = np.array([-float(each.generator.branch) for each in found])
+        return Candidates(
+            parameters=parameters,
+            added=_ADDED,
+            values={
+                "solution": np.arange(1, len(found) + 1),
+                "output_error_max": np.degrees(np.abs(errors).max(axis=1)),
+                "output_error_rms": np.degrees(np.sqrt(np.mean(errors**2, axis=1))),
+                "input_start": starts[:, 0],
+                "output_start": starts[:, 1],
+                "method": np.array(methods),
+            },
+            tried=tuple(tried),
+            sentences=_SENTENCES,
+        )
+
+    def _least_errors(self) -> tuple[list[FoundGenerator], list[str]]:
+        """Generators of the least true error within the bounds, and within higher transmission angles."""
+        x = self.law.even(_N_SEARCHED)
+        inputs, outputs = self.law.inputs(x, self.turns[0]), self.law.outputs(x, self.turns[1])
+        asked, ratio = self.bounds.transmission_angle_min, self.bounds.link_ratio_max
+        floors = [asked, *(floor for floor in _FLOORS if floor > asked)]
+        found: list[FoundGenerator] = []
+        tried = (
+            f"searched four-bars whose crank turns, with transmission angles of at least "
+            f"{', '.join(f'{floor:g}' for floor in floors)} deg and links within a ratio of {ratio:g}"
+        )
+        for floor in floors:
+            try:
+                found += find_turning_generators(FunctionTask(inputs, outputs, math.radians(floor), ratio), self.count)
+            except RequestError as error:
+                if floor == asked:
+                    return [], [str(error)]
+        found.sort(key=lambda each: each.error_rms)
+        return found[: self.count], [f"{tried}: those of least error, each a local optimum"]
+
+    def _at_precision_points(self, starts: tuple[float, float]) -> FoundGenerator:
+        """The linkage of Freudenstein's equation with given starts; lengths are positive."""
+        x = chebyshev_points(self.law.first, self.law.last, self.n_points)
+        inputs = starts[0] + self.law.inputs(x, self.turns[0])
+        fitted = fit_four_bar(inputs, starts[1] + self.law.outputs(x, self.turns[1]))
+        generator = FourBarGenerator(abs(fitted.crank), fitted.coupler, abs(fitted.rocker), fitted.branch)
+        # A negative length is a link in the opposite direction.
+        turned = starts[0] + math.pi * (fitted.crank < 0.0), starts[1] + math.pi * (fitted.rocker < 0.0)
+        if fitted.rocker < 0.0:
+            generator = _nearer_branch(generator, inputs + turned[0] - starts[0], fitted.outputs(inputs) + math.pi)
+        elif fitted.crank < 0.0:
+            generator = _nearer_branch(generator, inputs + math.pi, fitted.outputs(inputs))
+        return FoundGenerator(generator, *turned, math.nan, math.nan)
+
+    def _errors(self, found: FoundGenerator) -> Any:
+        """Errors of the output over the range, rad, by simulation; NaN where it cannot be assembled."""
+        x = self.law.even(_N_MEASURED)
+        inputs = found.input_start + self.law.inputs(x, self.turns[0])
+        wanted = found.output_start + self.law.outputs(x, self.turns[1])
+        return wrapped(found.generator.outputs(inputs) - wanted)
+
+
+def _nearer_branch(generator: FourBarGenerator, inputs: Any, outputs: Any) -> FourBarGenerator:
+    """The generator on the branch that has these outputs."""
+    both = [FourBarGenerator(generator.crank, generator.coupler, generator.rocker, branch) for branch in (1, -1)]
+    return min(both, key=lambda each: float(np.nanmean(np.abs(wrapped(each.outputs(inputs) - outputs)))))
+
+
+def _lengths(generator: FourBarGenerator) -> tuple[float, float, float, float]:
+    return abs(generator.crank), generator.coupler, abs(generator.rocker), 1.0
+
+
+def _read(sections: TaskSections, problems: Problems) -> Task | None:
+    """The task, or None after the problems of its sections are noted."""
+    target = sections.target
+    law = _read_law(target)
+    turns = tuple(_read_turn(target, key, most) for key, most in (("input_angle", 360.0), ("output_angle", 180.0)))
+    starts = [target.number(key, "deg", default=math.nan) for key in ("input_start", "output_start")]
+    given = [key for key in ("input_start", "output_start") if key in target]
+    if len(given) == 1:
+        target.note(given[0], "give input_start and output_start, or neither, and both are found")
+    n_points = target.count("precision_points", 3, _MOST_POINTS)
+    if n_points < 3:
+        target.note("precision_points", f"three or more determine a linkage, not {n_points}")
+    ground = target.number("ground", "mm", default=100.0, above=0.0)
+    bounds = FourBarBounds.read(sections.bounds)
+    error = sections.bounds.number("output_error_max", "deg", default=2.0, above=0.0)
+    count = sections.search.count("count", 20, MOST_CANDIDATES)
+    if problems or law is None:
+        return None
+    radians = tuple(math.radians(turn) for turn in turns)
+    fixed_starts = (math.radians(starts[0]), math.radians(starts[1])) if given else None
+    search = _Search(law, (radians[0], radians[1]), fixed_starts, n_points, ground, bounds, math.radians(error), count)
+    return Task(
+        mechanism="crank-rocker",
+        find=search.find,
+        parameters=(*LENGTHS, "branch"),
+        fixed=("ground",),
+        objectives=("output_error_max:min", "transmission_angle_worst:max", "footprint:min"),
+        measured={"output_error_max": "min", "output_error_rms": "min"},
+        metrics=("transmission_angle_min", "transmission_angle_max", "link_ratio"),
+        constraints=bounds.constraints,
+        formulas=FORMULAS,
+        window="cycle",  # a rocker that turns fully has no strokes
+    )
+
+
+def _read_turn(target: SectionReader, key: str, most: float) -> float:
+    turn = target.number(key, "deg", "60", least=-most, below=most)
+    if turn == 0.0:
+        target.note(key, "must not be 0")
+    return turn
+
+
+def _read_law(target: SectionReader) -> Law | None:
+    """The function, from a formula with a range or a table of pairs; a mistake is noted."""
+    formula, table = target.get("formula"), target.get("table")
+    if (formula is None) == (table is None):
+        key = "formula" if table is None else "table"
+        target.note(key, 'give one of formula = "log(x)" with from and to, or table = [[1, 0], [2, 0.3], [3, 0.48]]')
+        return None
+    if formula is None:
+        return _read_table(target, table)
+    first, last = target.number("from", "1", "1"), target.number("to", "1", "2")
+    if not isinstance(formula, str):
+        target.note("formula", f'must be a string such as "log(x)", got {format_value(formula)}')
+        return None
+    if not math.isfinite(first - last):
+        return None
+    if first == last:
+        target.note("to", "must differ from from")
+        return None
+    try:
+        return formula_law(formula, first, last)
+    except RequestError as error:
+        target.note("formula", str(error))
+        return None
+
+
+def _read_table(target: SectionReader, table: object) -> Law | None:
+    def is_pair(row: object) -> bool:
+        return (
+            isinstance(row, Sequence) and len(row) == 2
+            and all(isinstance(v, int | float) and not isinstance(v, bool) and math.isfinite(v) for v in row)
+        )  # fmt: skip
+
+    if not isinstance(table, list) or not all(is_pair(row) for row in table):
+        target.note("table", "must be a list of pairs of numbers x and y, such as [[1, 0], [2, 0.3], [3, 0.48]]")
+        return None
+    try:
+        return table_law([row[0] for row in table], [row[1] for row in table])
+    except RequestError as error:
+        target.note("table", str(error))
+        return None
+
+
+TYPE = TaskType("function", "a four-bar whose rocker turns as a function of what its crank turns", _read)

@@ -1,0 +1,269 @@
+"""Task "motion": four-bars whose coupler carries a body through poses."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from explore.errors import Problems, RequestError
+from explore.model.columns import Column
+from explore.model.progress import ReportProgress
+from explore.suggest import format_value
+from explore.synthesis import defects
+from explore.synthesis.candidates import SOLUTION, Candidates
+from explore.synthesis.guidance import Pairs, find_pairs
+from explore.synthesis.pose_fits import FittedPoses, fit_poses, measure_poses
+from explore.synthesis.poses import Poses
+from explore.synthesis.tasks.contract import Task, TaskSections, TaskType
+from explore.synthesis.tasks.four_bars import FORMULAS, LENGTHS
+from explore.synthesis.tasks.sections import SectionReader
+from explore.units.quantities import quantity
+
+POINT = "M"
+_POSE = ("crank_pivot_x", "crank_pivot_y", "ground_angle")
+#: Fewest and most poses, those that are met exactly, and candidates.
+_FEWEST, _MOST, _EXACT, _MOST_CANDIDATES = 3, 100, 5, 500
+_LABELS = dict(enumerate(defects.SENTENCES))
+_SENTENCES = {
+    defects.PASSES: "the crank takes the body through all poses in their order",
+    defects.WRONG_ORDER: "the body passes all poses, but in another order",
+    defects.OTHER_BRANCH: "the crank would have to pass a dead point between the poses",
+    defects.OTHER_CIRCUIT: "the linkage would have to be taken apart between the poses",
+}
+# A narrow table drops the first of these first.
+_ADDED = (
+    SOLUTION,
+    Column("body_angle", "deg", "angle of the body from the coupler", "bookkeeping"),
+    Column("angle_error_max", "deg", "largest error of the body's angle at the poses", "metric"),
+    Column("position_error_max", "mm", "largest distance of the body's point from its places", "metric"),
+    Column(
+        "passage",
+        "",
+        "whether the crank takes the body through all poses in their order",
+        "bookkeeping",
+        "|i1",
+        _LABELS,
+    ),
+)
+#: Share of the poses' size by which an exact candidate may miss a place, from rounding.
+_ROUNDING = 1e-6
+#: Candidates whose pivots are nearer than this share of the poses' size are alike: one of them is enough.
+_ALIKE = 0.1
+
+
+@dataclass(frozen=True)
+class _Search:
+    """The poses, and what a linkage has to meet.
+
+    Attributes
+    ----------
+    poses
+        Points in mm.
+    transmission_angle_min
+        In rad.
+    size_ratio_max
+        Of the longest link over the size of the poses' points.
+    count
+        Number of candidates.
+    """
+
+    poses: Poses
+    transmission_angle_min: float
+    size_ratio_max: float
+    count: int
+
+    @property
+    def size(self) -> float:
+        """The larger side of the box of the points."""
+        return float(max(np.ptp(self.poses.points.real), np.ptp(self.poses.points.imag)))
+
+    @property
+    def is_exact(self) -> bool:
+        """Whether the poses are few enough to be met exactly."""
+        return len(self.poses.points) <= _EXACT
+
+    def find(self, _: ReportProgress | None) -> Candidates:
+        """The candidates, best first."""
+        if self.is_exact:
+            return self._find_exact()
+        found = fit_poses(self.poses)[: self.count]
+        if not found:
+            raise RequestError("no four-bar was found that comes near the poses on one branch; move a pose")
+        fates = [_fate(each) for each in found]
+        n = len(self.poses.points)
+        return _candidates(found, fates, [f"searched four-bars of least errors over {n} poses: {len(found)} found"])
+
+    def _find_exact(self) -> Candidates:
+        n, length_max = len(self.poses.points), self.size_ratio_max * self.size
+        pairs = find_pairs(self.poses, length_max)
+        if not len(pairs.fates):
+            raise RequestError(
+                f"the {n} poses have no two links within {length_max:.4g} mm; widen [bounds] or move one"
+            )
+        longest = pairs.lengths.max(axis=0)
+        passes = (pairs.fates == defects.PASSES) & pairs.turning & (longest <= length_max)
+        angles = np.nan_to_num(pairs.transmission_angles)
+        good = passes & (angles >= self.transmission_angle_min)
+        tried = [
+            f"looked at {len(longest):,} four-bars of two links that meet the {n} poses: {good.sum():,} meet all bounds"
+        ]
+        if n == _EXACT:
+            tried[0] += "; there are no others"
+        if not good.any():
+            best = np.degrees(angles[passes].max()) if passes.any() else 0.0
+            words = f"the best has a transmission angle of {best:.4g} deg" if passes.any() else "none passes in order"
+            tried.append(f"none meets all bounds: {words}; these come nearest")
+        order = np.lexsort((longest, -angles, ~passes, ~good))
+        rows = (
+            order if n == _EXACT else self._apart(pairs, order[good[order]] if good.any() else order[: 50 * self.count])
+        )
+        found = [self._measured(pairs, row) for row in rows[: self.count].tolist()]
+        return _candidates(found, pairs.fates[rows[: self.count]].tolist(), tried)
+
+    def _apart(self, pairs: Pairs, rows: np.ndarray) -> np.ndarray:
+        """The first of rows that are alike, up to the number of candidates."""
+        pivots = np.concatenate([pairs.fixed, pairs.moving])
+        kept: list[int] = []
+        for row in rows.tolist():
+            if len(kept) == self.count:
+                break
+            apart = np.abs(pivots[:, kept] - pivots[:, [row]]).max(axis=0)
+            if not (apart < _ALIKE * self.size).any():
+                kept.append(row)
+        return np.array(kept, dtype=np.int64)
+
+    def _measured(self, pairs: Pairs, row: int) -> FittedPoses:
+        """The linkage of a pair with its errors by simulation."""
+        rotations, shifts = self.poses.displacements()
+        crank, end = pairs.moving[:, row]
+        pins = np.append(crank, rotations * crank + shifts)
+        body_angle = float(self.poses.angles[0] - np.angle(end - crank))
+        angles = np.angle(pins - pairs.fixed[0, row])
+        return measure_poses(pairs.linkage(row, self.poses), body_angle, self.poses, angles)
+
+
+def _fate(fitted: FittedPoses) -> str:
+    """Whether the crank takes the body through the poses in their order; the branch is one by construction."""
+    steps = np.diff(fitted.angles)
+    is_one_way = (steps >= 0.0).all() or (steps <= 0.0).all()
+    return defects.PASSES if is_one_way and np.ptp(fitted.angles) < 2.0 * np.pi else defects.WRONG_ORDER
+
+
+def _candidates(found: Sequence[FittedPoses], fates: Sequence[str], tried: Sequence[str]) -> Candidates:
+    linkages = [each.linkage for each in found]
+    arms = [linkage.point * linkage.coupler for linkage in linkages]
+    columns = {
+        **{name: [getattr(linkage, name) for linkage in linkages] for name in (*LENGTHS, "branch")},
+        f"{POINT}_along": [arm.real for arm in arms],
+        f"{POINT}_across": [arm.imag for arm in arms],
+        "crank_pivot_x": [linkage.crank_pivot.real for linkage in linkages],
+        "crank_pivot_y": [linkage.crank_pivot.imag for linkage in linkages],
+        "ground_angle": [float(np.degrees(np.angle(each.rocker_pivot - each.crank_pivot))) for each in linkages],
+    }
+    turned = np.array([each.body_angle for each in found])
+    values = {
+        "solution": np.arange(1, len(found) + 1),
+        "body_angle": np.degrees(np.angle(np.exp(1j * turned))),
+        # Of linkages that cannot be assembled at a pose on the branch of the first: as they are.
+        "angle_error_max": np.array([np.degrees(each.angle_errors.max()) for each in found]),
+        "position_error_max": np.array([each.position_errors.max() for each in found]),
+        "passage": np.array([list(defects.SENTENCES).index(fate) for fate in fates]),
+    }
+    parameters = {name: np.array(column, dtype=np.float64) for name, column in columns.items()}
+    return Candidates(parameters, _ADDED, values, tuple(tried), _SENTENCES)
+
+
+def _read(sections: TaskSections, problems: Problems) -> Task | None:
+    """The task, or None after the problems of its sections are noted."""
+    target, bounds = sections.target, sections.bounds
+    poses = _read_poses(target)
+    angle = bounds.number("transmission_angle_min", "deg", default=20.0, least=0.0, below=90.0)
+    ratio = bounds.number("size_ratio_max", "1", default=10.0, above=0.0)
+    count = sections.search.count("count", 20, _MOST_CANDIDATES)
+    if problems or poses is None:
+        return None
+    search = _Search(poses, float(np.radians(angle)), ratio, count)
+    constraints = {
+        "transmission_angle_worst": {"min": angle * (1.0 - 1e-9)},
+        "longest_link": {"max": ratio * search.size * (1.0 + 1e-9)},
+    }
+    objectives = ["transmission_angle_worst:max", "footprint:min"]
+    if search.is_exact:
+        constraints["path_error_max"] = {"max": _ROUNDING * search.size}
+    else:  # poses that are met exactly are missed by rounding errors only, which order nothing
+        objectives[:0] = ["position_error_max:min", "angle_error_max:min"]
+    return Task(
+        mechanism="crank-rocker",
+        find=search.find,
+        parameters=(*LENGTHS, "branch", f"{POINT}_along", f"{POINT}_across", *_POSE),
+        objectives=tuple(objectives),
+        measured={"position_error_max": "min", "angle_error_max": "min"},
+        metrics=(
+            "path_error_rms",
+            "path_error_max",
+            "path_crank_span",
+            "transmission_angle_min",
+            "transmission_angle_max",
+        ),
+        constraints=constraints,
+        formulas={**FORMULAS, "longest_link": {"formula": f"max({', '.join(LENGTHS)})", "unit": "mm"}},
+        points=(POINT,),
+        target={"kind": "path", "point": POINT, "points": [[p.real, p.imag] for p in poses.points.tolist()]},
+    )
+
+
+def _read_poses(target: SectionReader) -> Poses | None:
+    """The poses, or None after a mistake is noted."""
+    entries = target.get("poses")
+    example = "poses = [[0, 0, 0], [10, 5, 20], [20, 0, 45]]"
+    if entries is None:
+        target.note("poses", f"is missing; write x, y and angle of each, such as {example}")
+        return None
+    if not isinstance(entries, list):
+        target.note("poses", f"must be a list such as {example}, got {format_value(entries)}")
+        return None
+    if not _FEWEST <= len(entries) <= _MOST:
+        target.note("poses", f"from {_FEWEST} to {_MOST} poses determine a linkage, not {len(entries):,}")
+        return None
+    numbers = [_pose(target, position, entry) for position, entry in enumerate(entries)]
+    good = [each for each in numbers if each is not None]
+    if len(good) < len(numbers):
+        return None
+    x, y, degrees = np.array(good).T
+    poses = Poses(x + 1j * y, np.radians(degrees))
+    reason = _problem_of(poses)
+    if reason:
+        target.note("poses", reason)
+        return None
+    return poses
+
+
+def _pose(target: SectionReader, position: int, entry: object) -> tuple[float, ...] | None:
+    if not isinstance(entry, list) or len(entry) != 3:
+        target.note("poses", f"pose {position + 1} must be [x, y, angle], got {format_value(entry)}", position)
+        return None
+    try:
+        return tuple(quantity(value, unit) for value, unit in zip(entry, ("mm", "mm", "deg"), strict=True))
+    except RequestError as error:
+        target.note("poses", f"pose {position + 1}: {error}", position)
+        return None
+
+
+def _problem_of(poses: Poses) -> str:
+    """Why the poses determine no linkages; empty if they do."""
+    points, turns = poses.points, np.exp(1j * poses.angles)
+    size = max(np.ptp(points.real), np.ptp(points.imag))
+    if size == 0.0:
+        return "all poses have the same place: the body turns about it; give the places of another of its points"
+    for one in range(len(points)):
+        for other in range(one):
+            if abs(points[one] - points[other]) <= _ROUNDING * size and abs(turns[one] - turns[other]) <= _ROUNDING:
+                return f"poses {other + 1} and {one + 1} are alike; remove one or move it"
+    if np.abs(turns - turns[0]).max() <= _ROUNDING:
+        return "all poses have the same angle: translations single out no pivots; turn one of them"
+    return ""
+
+
+TYPE = TaskType("motion", "a four-bar whose coupler carries a body through poses", _read)

@@ -1,0 +1,202 @@
+"""Read task files, and make the study of the candidates that a task leads to."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+from explore.config import key_lines, toml_text
+from explore.config.resolution import resolve_study
+from explore.config.study import Study, make_study
+from explore.errors import ConfigError, Problems, RequestError
+from explore.model.request import Objective
+from explore.suggest import format_value, suggestion
+from explore.synthesis.candidates import Candidates
+from explore.synthesis.ranges import any_ranges, ranges_around
+from explore.synthesis.tasks.contract import Task, TaskSections, TaskType
+from explore.synthesis.tasks.objectives import name_of, note_measured, objectives_of, split_objectives
+from explore.synthesis.tasks.registry import TASK_TYPES
+from explore.synthesis.tasks.sections import SectionReader
+
+#: Sections that a task's type reads.
+_OWN = ("target", "bounds", "search")
+#: Sections that the study of the candidates takes as they are.
+_GIVEN = ("evaluate", "metrics", "constraints", "rank", "units", "tolerances")
+
+
+@dataclass(frozen=True)
+class TaskFile:
+    """A task, checked, with the text of its file.
+
+    Attributes
+    ----------
+    kind
+        The name of its type.
+    task
+        The solver, and what the study of the candidates computes.
+    given
+        Sections of the study that the file has.
+    text
+        The text of the file.
+    """
+
+    kind: str
+    task: Task
+    given: Mapping[str, Mapping[str, Any]]
+    text: str
+
+    def find(self, report: Any = None) -> Candidates:
+        """Find the candidates; `report` is called with the numbers of steps done and to be done."""
+        return self.task.find(report)
+
+    def objectives(self, study: Study) -> tuple[Objective, ...]:
+        """The objectives of the candidates: those of their study, and those that the solver measures."""
+        return objectives_of(self.task, self.given.get("rank", {}), study.objectives)
+
+    def study(self, candidates: Candidates) -> Study:
+        """The study of the candidates: their ranges, the target, and the bounds as constraints."""
+        sections = _study_sections(self.task, self.given, ranges_around(self.task, candidates), candidates.count)
+        problems: Problems = []
+        resolved = resolve_study(sections, Path(), problems, [])
+        if resolved is None:
+            raise ConfigError([f"{toml_text.dotted(key)}: {reason}" for key, reason in problems])
+        return make_study(resolved, toml_text.format_toml(sections))
+
+
+def load_task(path: str | os.PathLike[str]) -> TaskFile:
+    """Read a task file: what a linkage shall do, from which `synthesize` finds linkages.
+
+    Parameters
+    ----------
+    path
+        A TOML file, UTF-8, that begins with ``task = "path"`` or another type of task.
+
+    Returns
+    -------
+    TaskFile
+        The task, all names resolved.
+
+    Raises
+    ------
+    ConfigError
+        With one line ``file:line: key: reason; suggestion`` for each problem: the first twenty, and the number of the
+        others.
+    """
+    file = os.fspath(path)
+    return parse_task(toml_text.read_text(file), file, Path(file).parent)
+
+
+def parse_task(text: str, file: str, folder: Path | None = None) -> TaskFile:
+    """The task of a text; `file` names it in errors, and a table of points is looked for in `folder`."""
+    problems: Problems = []
+    found = _resolve(toml_text.parse_toml(file, text), text, folder or Path(), problems)
+    if found is None or problems:
+        lines = key_lines.locate(text.replace("\r\n", "\n"))
+        located = sorted((key_lines.line_of(lines, key), toml_text.dotted(key), reason) for key, reason in problems)
+        texts = [f"{file}:{line}: {key}: {reason}" for line, key, reason in dict.fromkeys(located)]
+        raise ConfigError(toml_text.first_problems(f"{file}: ", texts))
+    return found
+
+
+def task_starter(name: str) -> str:
+    """The text of a commented task file of a type, ready to run; `RequestError` if there is no such type."""
+    if name not in TASK_TYPES:
+        raise RequestError(f"unknown task {format_value(name)}; {suggestion(name, TASK_TYPES)}")
+    return files("explore").joinpath(f"data/starter-task-{name}.toml").read_text(encoding="utf-8")
+
+
+def _resolve(sections: dict[str, Any], text: str, folder: Path, problems: Problems) -> TaskFile | None:
+    """Resolve the sections of a file; None where its type is not known or its own sections are wrong."""
+    if "mechanism" in sections and "task" not in sections:
+        problems.append((("mechanism",), "this is a study; run it with `explore sweep`"))
+        return None
+    known = ("task", *_OWN, *_GIVEN)
+    problems += [((key,), f"unknown key; {suggestion(key, known)}") for key in sections if key not in known]
+    kind = _type(sections, problems)
+    if kind is None:
+        return None
+    own: Problems = []
+    readers = {name: SectionReader(name, sections.get(name, {}), own) for name in _OWN}
+    task = kind.read(TaskSections(**readers, folder=folder), own)
+    for reader in readers.values():
+        reader.finish()
+    problems += own
+    if task is None:
+        return None
+    given = _given_sections(sections, problems)
+    # A trial with any ranges, so that mistakes in these sections are found before anything is searched.
+    trial = _study_sections(task, given, any_ranges(task), 1)
+    found: Problems = []
+    resolve_study(trial, Path(), found, [])
+    note_measured(task, given.get("rank", {}), problems)
+    places = split_objectives(task, given.get("rank", {}))[1]
+    n_given = len(_names(given.get("evaluate", {}).get("metrics")))
+    # The columns behind those that the file names are of the task, or of [rank], which reports them itself.
+    found = [(k, r) for k, r in found if not (k[:2] == ("evaluate", "metrics") and k[2:] and int(k[2]) >= n_given)]
+    problems += [
+        ((*k[:2], places[int(k[2])]) if k[:2] == ("rank", "metrics") and k[2:] else k, reason) for k, reason in found
+    ]
+    return TaskFile(kind.name, task, given, text)
+
+
+def _given_sections(sections: Mapping[str, Any], problems: Problems) -> dict[str, Mapping[str, Any]]:
+    """The sections that the study takes as they are; one that is no table is noted and left out."""
+    given = {name: sections[name] for name in _GIVEN if name in sections}
+    wrong = [name for name, content in given.items() if not isinstance(content, Mapping)]
+    problems += [
+        ((name,), f"must be a table of keys and values, got {format_value(given.pop(name))}") for name in wrong
+    ]
+    return given
+
+
+def _type(sections: Mapping[str, Any], problems: Problems) -> TaskType | None:
+    """The type of task of a file."""
+    if "task" not in sections:
+        problems.append((("task",), f'is missing; begin the file with task = "{next(iter(TASK_TYPES))}"'))
+        return None
+    name = sections["task"]
+    if name not in TASK_TYPES:
+        problems.append((("task",), f"unknown task {format_value(name)}; {suggestion(str(name), TASK_TYPES)}"))
+        return None
+    return TASK_TYPES[name]
+
+
+def _study_sections(
+    task: Task, given: Mapping[str, Mapping[str, Any]], ranges: Mapping[str, Any], count: int
+) -> dict[str, Any]:
+    """The sections of the study of candidates, whose parameters have these entries."""
+    evaluate, rank = dict(given.get("evaluate", {})), split_objectives(task, given.get("rank", {}))[0]
+    if task.window:
+        evaluate.setdefault("window", task.window)
+    formulas = {**task.formulas, **given.get("metrics", {})}
+    needed = dict.fromkeys([*_names(rank["metrics"]), *task.metrics])
+    named = evaluate.get("metrics", [])
+    if isinstance(named, list):
+        no_metrics = {*_names(named), *formulas, *task.parameters}
+        evaluate["metrics"] = named + [name for name in needed if name not in no_metrics]
+    points = {point: {axis: ranges[f"{point}_{axis}"] for axis in ("along", "across")} for point in task.points}
+    coordinates = {f"{point}_{axis}" for point in task.points for axis in ("along", "across")}
+    study = {
+        "mechanism": task.mechanism,
+        "parameters": {name: entry for name, entry in ranges.items() if name not in coordinates},
+        "points": points,
+        "target": task.target,
+        "sampling": {"method": "sobol", "count": count, "seed": 0},
+        "evaluate": evaluate,
+        "metrics": formulas,
+        "constraints": {**task.constraints, **given.get("constraints", {})},
+        "rank": rank,
+        **{name: given[name] for name in ("units", "tolerances") if name in given},
+    }
+    return {name: content for name, content in study.items() if content not in (None, {})}
+
+
+def _names(entries: object) -> list[str]:
+    """The names of metrics in a list of metrics or objectives."""
+    if not isinstance(entries, list):
+        return []
+    return [name_of(entry) for entry in entries]

@@ -1,0 +1,137 @@
+"""Task "function": linkages of the least error whose crank turns, and all mistakes of a task file."""
+
+import numpy as np
+import pytest
+
+import explore
+from explore.errors import ConfigError
+from explore.synthesis.function_search import FunctionTask
+from explore.synthesis.functions import output_angles, wrapped
+from explore.synthesis.laws import formula_law
+from explore.synthesis.linkages import FourBar
+from explore.synthesis.tasks.task_files import parse_task, task_starter
+from explore.synthesis.turning_generators import find_turning_generators
+
+LOGARITHM = formula_law("log(x) / log(10)", 1, 2)
+
+
+def task(angle):
+    x = LOGARITHM.even(101)
+    return FunctionTask(LOGARITHM.inputs(x, np.pi / 3), LOGARITHM.outputs(x, np.pi / 2), np.radians(angle), 10.0)
+
+
+@pytest.fixture(scope="module")
+def found():
+    return find_turning_generators(task(20))
+
+
+def test_a_turning_crank_comes_near_the_best_of_all(found):
+    """0.1018 deg at worst with 20 deg of transmission angle over the turn; 0.0977 of a crank that need not turn."""
+    assert np.degrees(found[0].error_max) == pytest.approx(0.1018, abs=1e-4)
+    assert np.degrees(found[0].error_rms) == pytest.approx(0.03534, abs=1e-5)
+
+
+def test_all_turn_within_the_bounds(found):
+    turn = np.linspace(0, 2 * np.pi, 721)
+    for each in found:
+        generator = each.generator
+        linkage = FourBar(0j, 1 + 0j, generator.crank, generator.coupler, generator.rocker, 0j, -generator.branch)
+        angles = linkage.transmission_angles(turn)
+        assert np.minimum(angles, np.pi - angles).min() >= np.radians(20)
+        assert max(*linkage.lengths) <= 10 * min(linkage.lengths)
+        # The error is that of the simulated linkage.
+        psi = np.angle(linkage.rocker_pins(each.input_start + task(20).inputs) - 1)
+        errors = wrapped(psi - each.output_start - task(20).outputs)
+        assert np.sqrt(np.mean(errors**2)) == pytest.approx(each.error_rms, rel=1e-9)
+
+
+def missed(count, seed):
+    """How many functions of random linkages, whose crank turns, are not met by one that is found to 0.01 deg."""
+    rng = np.random.default_rng(seed)
+    misses = done = 0
+    while done < count:
+        crank, coupler, rocker = rng.uniform(0.3, 3, 3)
+        linkage = FourBar(0j, 1 + 0j, crank, coupler, rocker, 0j)
+        with np.errstate(invalid="ignore"):
+            angles = linkage.transmission_angles(np.array([0, np.pi]))
+        if not linkage.is_crank_turning or np.minimum(angles, np.pi - angles).min() < np.radians(25):
+            continue
+        done += 1
+        phi = rng.uniform(0, 2 * np.pi) + np.linspace(0, rng.uniform(0.8, 2.5), 41)
+        psi = np.unwrap(output_angles(np.array([crank, coupler, rocker]), phi, int(rng.choice([1, -1]))))
+        best = find_turning_generators(FunctionTask(phi - phi[0], psi - psi[0], np.radians(20), 20.0))[0]
+        misses += best.error_max > np.radians(0.01)
+    return misses
+
+
+def test_functions_of_linkages_are_met():
+    assert missed(2, 31) == 0
+
+
+@pytest.mark.slow
+def test_functions_of_1000_linkages_are_met():
+    assert missed(1000, 32) <= 10
+
+
+def test_candidates_of_the_starter(tmp_path):
+    path = tmp_path / "task.toml"
+    path.write_text(task_starter("function"), encoding="utf-8")
+    frame = explore.synthesize(path, tmp_path / "task.h5").to_pandas()
+    given = frame[frame["method"] == 1].iloc[0]
+    assert given["output_error_max"] == pytest.approx(2.36432493514, rel=1e-10)
+    assert not given["feasible"]  # its crank does not turn
+    others = frame[frame["method"] == 2]
+    assert others["feasible"].all()
+    assert others["output_error_max"].min() == pytest.approx(0.10183, abs=1e-4)
+    assert (others["output_error_max"] <= 2).all()
+    # The rows' own simulation: the mechanism's rocker turns as the function does.
+    best = others.sort_values("output_error_rms").iloc[0]
+    lengths = [best[name] / best["ground"] for name in ("crank", "coupler", "rocker")]
+    linkage = FourBar(0j, 1 + 0j, *lengths, 0j, int(best["branch"]))
+    x = LOGARITHM.even(401)
+    psi = np.degrees(
+        np.angle(linkage.rocker_pins(np.radians(best["input_start"]) + LOGARITHM.inputs(x, np.pi / 3)) - 1)
+    )
+    errors = np.degrees(wrapped(np.radians(psi - best["output_start"] - LOGARITHM.outputs(x, 90))))
+    assert np.abs(errors).max() == pytest.approx(best["output_error_max"], rel=1e-6)
+
+
+def test_all_mistakes_at_once():
+    text = """task = "function"
+[target]
+formula = "log(x)"
+from = -1
+to = 2
+input_angle = 0
+output_angle = 200
+input_start = 3
+precision_points = 2
+[bounds]
+output_error_max = -1
+"""
+    with pytest.raises(ConfigError) as caught:
+        parse_task(text, "task.toml")
+    assert caught.value.problems == [
+        "task.toml:3: target.formula: has no value at x = -1; change the range",
+        "task.toml:6: target.input_angle: must not be 0",
+        "task.toml:7: target.output_angle: must be at least -180 and below 180 deg, got 200",
+        "task.toml:8: target.input_start: give input_start and output_start, or neither, and both are found",
+        "task.toml:9: target.precision_points: three or more determine a linkage, not 2",
+        "task.toml:11: bounds.output_error_max: must be above 0 deg, got -1",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("entries", "message"),
+    [
+        ("", "formula: give one of formula"),
+        ('formula = "x"\ntable = [[1, 2]]', "table: give one of formula"),
+        ("formula = 3\nfrom = 1\nto = 2", "formula: must be a string"),
+        ('formula = "x"\nfrom = 1\nto = 1', "to: must differ from from"),
+        ("table = [[1, 2], [3]]", "table: must be a list of pairs"),
+        ("table = [[1, 2], [2, 3]]", "table: has 2 pairs"),
+    ],
+)
+def test_functions_that_are_refused(entries, message):
+    with pytest.raises(ConfigError, match=message):
+        parse_task(f'task = "function"\n[target]\n{entries}\ninput_angle = 60\noutput_angle = 60\n', "task.toml")

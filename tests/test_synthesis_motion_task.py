@@ -1,0 +1,167 @@
+"""Task "motion": linkages that make poses are found again, exactly or nearly, and all mistakes of a task file."""
+
+import numpy as np
+import pytest
+from test_synthesis_poses import random_motion, reference
+
+import explore
+from explore.errors import ConfigError
+from explore.synthesis.defects import OTHER_BRANCH, OTHER_CIRCUIT, PASSES, WRONG_ORDER
+from explore.synthesis.guidance import find_pairs
+from explore.synthesis.linkages import FourBar
+from explore.synthesis.pose_fits import fit_poses, measure_poses
+from explore.synthesis.poses import Poses
+from explore.synthesis.tasks.task_files import parse_task, task_starter
+
+
+def test_pairs_of_the_reference_poses():
+    """Four dyads make six linkages, each with either link as the crank; the source passes in order."""
+    poses, _ = reference(5)
+    pairs = find_pairs(poses, np.inf)
+    assert len(pairs.fates) == 12
+    crank, coupler, rocker, ground = pairs.lengths
+    (source,) = np.flatnonzero(np.abs(crank - 1) + np.abs(rocker - 2.5) < 1e-9)
+    assert (coupler[source], ground[source]) == pytest.approx((3.5, 4), rel=1e-10)
+    assert pairs.fates[source] == PASSES
+    assert pairs.turning[source]
+    assert pairs.transmission_angles[source] == pytest.approx(np.arccos((3.5**2 + 2.5**2 - 9) / 17.5), rel=1e-9)
+
+
+def test_linkages_of_1000_motions_are_among_the_pairs():
+    """With the fate that the source has: one branch, and in order by construction."""
+    rng = np.random.default_rng(41)
+    for _ in range(1000):
+        linkage, poses, *_ = random_motion(rng, 5)
+        pairs = find_pairs(poses, np.inf)
+        apart = np.abs(pairs.fixed[0] - linkage.crank_pivot) + np.abs(pairs.fixed[1] - linkage.rocker_pivot)
+        row = int(apart.argmin())
+        assert apart[row] < 1e-5
+        assert pairs.lengths[:, row] == pytest.approx(linkage.lengths, rel=1e-5)
+        assert pairs.fates[row] == PASSES
+        assert pairs.turning[row] == linkage.is_crank_turning
+        assert pairs.branches[row] == linkage.branch
+
+
+@pytest.mark.parametrize("count", [3, 4])
+def test_pairs_of_fewer_poses_meet_them_by_simulation(count):
+    poses, _ = reference(count)
+    pairs = find_pairs(poses, 12.0)
+    assert len(pairs.fates) > 10_000
+    good = np.flatnonzero((pairs.fates == PASSES) & pairs.turning)
+    assert len(good) > 100
+    rotations, shifts = poses.displacements()
+    for row in good[:: len(good) // 50]:
+        linkage = pairs.linkage(row, poses)
+        pin, end = pairs.moving[:, row]
+        angles = np.angle(np.append(pin, rotations * pin + shifts) - linkage.crank_pivot)
+        fitted = measure_poses(linkage, poses.angles[0] - np.angle(end - pin), poses, angles)
+        # Burmester points near the end of their curve have half of the digits.
+        assert fitted.position_errors.max() < 1e-6
+        assert fitted.angle_errors.max() < 1e-6
+        steps = np.diff(np.unwrap(angles))
+        assert (steps > 0).all() or (steps < 0).all()
+        # Extreme where crank and ground are in line.
+        frame = np.angle(linkage.rocker_pivot - linkage.crank_pivot)
+        turn = linkage.transmission_angles(frame + np.linspace(0, 2 * np.pi, 721))
+        assert np.minimum(turn, np.pi - turn).min() == pytest.approx(pairs.transmission_angles[row], abs=1e-6)
+
+
+def test_defects_are_told():
+    rng = np.random.default_rng(42)
+    poses, _ = reference(4)
+    assert {PASSES, OTHER_BRANCH, OTHER_CIRCUIT} <= set(find_pairs(poses, 12.0).fates)
+    # The same linkage with its poses in another order.
+    linkage, poses, *_ = random_motion(rng, 5)
+    other = Poses(poses.points[[0, 2, 1, 4, 3]], poses.angles[[0, 2, 1, 4, 3]])
+    pairs = find_pairs(other, np.inf)
+    row = int((np.abs(pairs.fixed[0] - linkage.crank_pivot) + np.abs(pairs.fixed[1] - linkage.rocker_pivot)).argmin())
+    assert pairs.fates[row] == WRONG_ORDER
+
+
+def missed(count, seed, noise=0.0):
+    """How many planted motions of seven to twelve poses are not met, or not but for their noise."""
+    rng = np.random.default_rng(seed)
+    misses = 0
+    for _ in range(count):
+        n = int(rng.integers(7, 13))
+        _, poses, *_ = random_motion(rng, n)
+        size = np.abs(poses.points - poses.points.mean()).max()
+        shaken = Poses(
+            poses.points + noise * size * (rng.normal(size=n) + 1j * rng.normal(size=n)),
+            poses.angles + noise * rng.normal(size=n),
+        )
+        found = fit_poses(shaken)
+        limit = 1e-7 + 4 * noise
+        misses += not found or max(found[0].position_errors.max() / size, found[0].angle_errors.max()) > limit
+    return misses
+
+
+@pytest.mark.parametrize("noise", [0.0, 1e-3])
+def test_motions_of_many_poses_are_met(noise):
+    assert missed(1, 43, noise) == 0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("noise", [0.0, 1e-3])
+def test_motions_of_200_linkages_are_met(noise):
+    assert missed(200, 44, noise) <= 6
+
+
+def test_candidates_of_the_starter(tmp_path):
+    path = tmp_path / "task.toml"
+    path.write_text(task_starter("motion"), encoding="utf-8")
+    frame = explore.synthesize(path, tmp_path / "task.h5").to_pandas()
+    assert len(frame) == 20
+    assert frame["feasible"].all()
+    assert (frame["path_error_max"] < 1e-9).all()
+    assert (frame["position_error_max"] < 1e-9).all()
+    # The body's angle is the coupler's and the constant that is said: by simulation of the row at the first pose.
+    row = frame.iloc[0]
+    pivot, frame_angle = complex(row["crank_pivot_x"], row["crank_pivot_y"]), np.radians(row["ground_angle"])
+    point = complex(row["M_along"], row["M_across"]) / row["coupler"]
+    linkage = FourBar(
+        pivot, pivot + row["ground"] * np.exp(1j * frame_angle), row["crank"], row["coupler"], row["rocker"], point,
+        int(row["branch"]),
+    )  # fmt: skip
+    angles = np.linspace(0, 2 * np.pi, 100_001)
+    nearest = angles[np.abs(linkage.points(angles) - (12.06 + 13.06j)).argmin()][None]
+    coupler = np.angle(linkage.rocker_pins(nearest) - linkage.crank_pins(nearest))[0]
+    turned = np.degrees(coupler) + row["body_angle"] - 37.7
+    assert (turned + 180) % 360 - 180 == pytest.approx(0, abs=0.02)
+
+
+def test_more_poses_than_five_are_met_nearly(tmp_path):
+    rng = np.random.default_rng(45)
+    linkage = FourBar(1 + 2j, 41 + 2j, 10.0, 35.0, 25.0, 0.6 + 0.7j)
+    angles = np.linspace(0.5, 3.5, 9)
+    places, body = linkage.points(angles), np.angle(linkage.rocker_pins(angles) - linkage.crank_pins(angles))
+    rows = [
+        [p.real, p.imag, np.degrees(a) + e] for p, a, e in zip(places, body, 0.05 * rng.normal(size=9), strict=True)
+    ]
+    path = tmp_path / "task.toml"
+    poses = ", ".join(f"[{x:.4f}, {y:.4f}, {angle:.4f}]" for x, y, angle in rows)
+    path.write_text(f'task = "motion"\n[target]\nposes = [{poses}]\n', encoding="utf-8")
+    results = explore.synthesize(path, tmp_path / "task.h5")
+    assert results.objectives[:2] == ("position_error_max:min", "angle_error_max:min")
+    best = explore.rank(results).iloc[0]
+    assert best["position_error_max"] == explore.rank(results)["position_error_max"].min()
+    assert best["path_error_rms"] < 0.03
+    assert best["angle_error_max"] < 0.2
+    assert best[["crank", "coupler", "rocker", "ground"]].tolist() == pytest.approx([10, 35, 25, 40], rel=0.03)
+
+
+@pytest.mark.parametrize(
+    ("poses", "message"),
+    [
+        ("", "poses: is missing"),
+        ("poses = 3", "must be a list"),
+        ("poses = [[0, 0, 0], [1, 1, 1]]", "from 3 to 100 poses determine a linkage, not 2"),
+        ("poses = [[0, 0, 0], [1, 1], [2, 2, 'x']]", r"pose 2 must be \[x, y, angle\]"),
+        ("poses = [[0, 0, 0], [1, 1, 1], [1, 1, 1]]", "poses 2 and 3 are alike"),
+        ("poses = [[0, 0, 5], [1, 1, 5], [2, 1, 5]]", "all poses have the same angle"),
+        ("poses = [[1, 1, 5], [1, 1, 6], [1, 1, 7]]", "all poses have the same place"),
+    ],
+)
+def test_poses_that_are_refused(poses, message):
+    with pytest.raises(ConfigError, match=message):
+        parse_task(f'task = "motion"\n[target]\n{poses}\n', "task.toml")

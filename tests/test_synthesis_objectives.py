@@ -1,0 +1,167 @@
+"""Errors that the solver of a task measures are objectives: of `rank`, of task files, and not of searches."""
+
+import json
+from importlib.util import find_spec
+
+import pytest
+from command_line import run
+
+import explore
+from explore.errors import ConfigError, RequestError
+from explore.synthesis.tasks.task_files import parse_task, task_starter
+
+FUNCTION = """task = "function"
+[target]
+formula = "log(x)"
+from = 1
+to = 2
+input_angle = 60
+output_angle = 90
+"""
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """Candidates for the logarithm of the starter, whose errors come to 0.1, 0.6, 1.2, 1.5 and 1.7 deg."""
+    folder = tmp_path_factory.mktemp("function")
+    (folder / "log.toml").write_text(task_starter("function"), encoding="utf-8")
+    output = run("synthesize", "log.toml", cwd=folder)
+    assert "5 within the bounds, best output_error_max first" in output.stdout
+    return folder
+
+
+@pytest.fixture(scope="module")
+def results(folder):
+    return explore.open_results(folder / "results" / "log.h5")
+
+
+def test_the_error_is_the_first_objective(results):
+    assert results.objectives == ("output_error_max:min", "transmission_angle_worst:max", "footprint:min")
+    assert results.senses["output_error_max"] == results.senses["output_error_rms"] == "min"
+    assert {c.name: c.role for c in results.columns}["output_error_max"] == "metric"
+    assert {c.name: c.role for c in results.columns}["output_start"] == "bookkeeping"
+    errors = explore.rank(results)["output_error_max"]
+    assert errors.iloc[0] == errors.min() == pytest.approx(0.10183, abs=1e-4)
+    assert errors.is_monotonic_increasing
+
+
+def test_the_table_and_json_begin_with_the_least_error(folder):
+    record = json.loads(run("synthesize", "log.toml", "--json", "--quiet", cwd=folder).stdout)
+    errors = [each["output_error_max"] for each in record["candidates"] if each["feasible"]]
+    assert errors == sorted(errors)
+    assert len(errors) == 5
+
+
+def test_rank_by_the_error_and_under_a_condition(folder, results):
+    best = explore.rank(results, objectives="output_error_max")
+    assert best["output_error_max"].tolist() == [results.to_pandas()["output_error_max"].min()]
+    within = explore.rank(results, where="output_error_max < 0.6")
+    assert (within["output_error_max"] < 0.6).all()
+    assert len(within) == 2
+    assert "best output_error_rms first" in run("rank", "--metric", "output_error_rms", cwd=folder).stdout
+    output = run("rank", "--where", "output_error_max < 0.5", cwd=folder)
+    assert "1 of 1 feasible design" in output.stderr
+    assert "did you mean 'output_error_max'?" in run("rank", "--metric", "output_eror_max", cwd=folder, code=2).stderr
+
+
+def test_charts_and_the_report_have_the_error(folder):
+    run("plot", "pareto", "results/log.h5", "-o", "pareto.png", cwd=folder)
+    run("report", "results/log.h5", "-o", "log.html", cwd=folder)
+    assert "output_error_max" in (folder / "log.html").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize(
+    ("command", "metrics"),
+    [
+        ("refine", []),
+        ("refine", ["output_error_rms", "footprint:min"]),
+        ("polish", []),
+        ("polish", ["output_error_max"]),
+    ],
+)
+def test_searches_refuse_what_only_the_solver_computes(folder, command, metrics):
+    options = [word for metric in metrics for word in ("--metric", metric)]
+    output = run(command, "results/log.h5", *options, cwd=folder, code=2)
+    (line,) = output.stderr.splitlines()[-1:]
+    name = metrics[0] if metrics else "output_error_max"
+    assert f"only the solver of the task computes {name}, not the study" in line
+    assert line.endswith("such as transmission_angle_worst:max and footprint:min")
+    assert not (folder / "results" / "log-refined.h5").exists()
+
+
+def test_show_says_what_the_labels_of_a_design_mean(folder, results):
+    text = run("show", "--design", "1", cwd=folder).stdout
+    assert text.splitlines()[-1] == f"least_error: {results.label_sentences['least_error']}"
+    assert "precision_points: " not in text
+
+
+def test_a_refinement_in_objectives_of_the_study(folder):
+    metrics = ("--metric", "transmission_angle_worst:max", "--metric", "footprint:min")
+    run("refine", "results/log.h5", *metrics, "--evaluations", "256", "-o", "study.h5", cwd=folder)
+    assert len(explore.rank(folder / "study.h5"))
+
+
+@pytest.mark.skipif(find_spec("flint") is None, reason="certificates need python-flint")
+def test_certificates_of_a_front_need_objectives_of_the_study(results):
+    with pytest.raises(RequestError, match="does not compute output_error_max"):
+        explore.certify(results)
+    assert explore.certify(results, [1])["verdict"].tolist() == ["proved"]
+
+
+def test_a_task_file_names_errors_as_objectives(tmp_path):
+    (tmp_path / "log.toml").write_text(
+        FUNCTION + '[rank]\nmetrics = ["link_ratio:min", "output_error_rms"]\n[search]\ncount = 2\n', encoding="utf-8"
+    )
+    results = explore.synthesize(tmp_path / "log.toml", tmp_path / "log.h5")
+    assert results.objectives == ("link_ratio:min", "output_error_rms:min")
+    (tmp_path / "log.toml").write_text(
+        FUNCTION + '[rank]\nmetrics = ["output_error_rms"]\n[search]\ncount = 2\n', encoding="utf-8"
+    )
+    alone = explore.synthesize(tmp_path / "log.toml", tmp_path / "alone.h5")
+    assert alone.objectives == ("output_error_rms:min",)
+    assert len(explore.rank(alone)) == 1
+
+
+def test_mistakes_in_objectives_have_their_line():
+    text = (
+        FUNCTION
+        + """[rank]
+metrics = [
+    "output_error_max:mix",
+    "output_error_rms",
+    "footprnt",
+    "output_error_rms:max",
+    3,
+]
+"""
+    )
+    with pytest.raises(ConfigError) as caught:
+        parse_task(text, "task.toml")
+    assert sorted(line.split(": ", 2)[2] for line in caught.value.problems) == [
+        "must be a string in quotes, got 3",
+        "output_error_rms is listed twice; remove one",
+        "unknown metric 'footprnt'; did you mean 'footprint'?",
+        "unknown sense 'mix' of output_error_max; write output_error_max:min or output_error_max:max",
+    ]
+    with pytest.raises(ConfigError, match="the list is empty"):
+        parse_task(FUNCTION + "[rank]\nmetrics = []\n", "task.toml")
+    with pytest.raises(ConfigError, match="rank.metrics"):
+        parse_task(FUNCTION + "[rank]\nmetrics = 3\n", "task.toml")
+
+
+def test_errors_of_another_task_are_unknown():
+    with pytest.raises(ConfigError, match="unknown metric 'dwell_error'"):
+        parse_task(FUNCTION + '[rank]\nmetrics = ["dwell_error"]\n', "task.toml")
+
+
+def test_poses_that_are_met_exactly_are_not_ranked_by_rounding_errors():
+    task = parse_task(task_starter("motion"), "task.toml").task
+    assert task.objectives == ("transmission_angle_worst:max", "footprint:min")
+    assert set(task.measured) == {"position_error_max", "angle_error_max"}
+
+
+def test_the_error_comes_first_without_a_section_rank():
+    dwell = 'task = "dwell"\n[target]\ndwell_angle = 90\nstroke = 30\n'
+    for text, first in ((FUNCTION, "output_error_max:min"), (dwell, "dwell_error:min")):
+        task = parse_task(text, "task.toml").task
+        assert task.objectives == (first, "transmission_angle_worst:max", "footprint:min")

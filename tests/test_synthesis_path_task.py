@@ -1,0 +1,300 @@
+"""Tasks of paths: points of a file, bounds, exact nine points, linkages found again, and mistakes in one line."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from command_line import run
+
+import explore
+from explore.errors import ConfigError
+from explore.synthesis.linkages import FourBar
+from explore.synthesis.nine_points.four_bars import driven_by_rocker
+from explore.synthesis.tasks.task_files import parse_task
+from explore.synthesis.tasks.timed_errors import find_timed_errors
+
+PROBLEMS = json.loads((Path(__file__).parent / "reference" / "path_benchmarks.json").read_text(encoding="utf-8"))
+LINKAGE = FourBar(1 + 2j, 1 + 2j + 40 * np.exp(0.3j), 10.0, 35.0, 25.0, 0.6 + 0.7j, 1)
+
+
+def task_text(points, target="", bounds="", search=""):
+    pairs = [[float(point.real), float(point.imag)] for point in points]
+    return f'task = "path"\n[target]\npoints = {pairs}\n{target}\n[bounds]\n{bounds}\n[search]\n{search}\n'
+
+
+def find(text, folder=None):
+    return parse_task(text, "task.toml", folder).find()
+
+
+def problems_of(text, folder=None):
+    with pytest.raises(ConfigError) as caught:
+        parse_task(text, "task.toml", folder)
+    return caught.value.problems
+
+
+def linkage_at(parameters, row):
+    """The four-bar of a row of candidates."""
+    get = {name: float(values[row]) for name, values in parameters.items()}
+    pivot = complex(get["crank_pivot_x"], get["crank_pivot_y"])
+    arm = complex(get["M_along"], get["M_across"])
+    return FourBar(
+        pivot, pivot + get["ground"] * np.exp(1j * np.radians(get["ground_angle"])), get["crank"], get["coupler"],
+        get["rocker"], arm / get["coupler"], int(get["branch"]),
+    )  # fmt: skip
+
+
+def distance_of(one, other):
+    """Largest difference of places and lengths, over the longest link."""
+    pairs = [(one.crank_pivot, other.crank_pivot), (one.rocker_pivot, other.rocker_pivot), (one.point, other.point)]
+    pairs += zip(one.lengths, other.lengths, strict=True)
+    return max(abs(a - b) for a, b in pairs) / max(one.lengths)
+
+
+def is_found(linkage, candidates, tolerance):
+    """Whether the linkage is a candidate, as found or as a cognate; a double crank may be driven by its other crank."""
+    rows = [linkage_at(candidates.parameters, row) for row in range(candidates.count)]
+    return any(distance_of(each, row) < tolerance for row in rows for each in (linkage, driven_by_rocker(linkage)))
+
+
+POINTS = LINKAGE.points(np.linspace(0, 2 * np.pi, 20, endpoint=False))
+
+
+def test_a_linkage_is_found_with_its_cognates_which_draw_the_same_path(tmp_path):
+    """That the error of a cognate is that of its linkage is a second road to both: they share no length."""
+    text = task_text(POINTS, "closed = true")
+    candidates = find(text)
+    assert is_found(LINKAGE, candidates, 1e-6)
+    (tmp_path / "task.toml").write_text(text, encoding="utf-8")
+    results = explore.synthesize(tmp_path / "task.toml", tmp_path / "task.h5")
+    frame = results.to_pandas()
+    first = frame[frame["solution"] == 1].set_index("cognate")
+    assert first["path_error_rms"][0] < 1e-5
+    assert first["path_error_rms"][2] == pytest.approx(first["path_error_rms"][0], abs=1e-6)
+    assert frame["feasible"][0]
+    # the first cognate is driven by a link that only rocks, so that its crank cannot pass all points
+    assert (frame["passage"][frame["cognate"] == 1] != 0).any()
+    assert results.constraints.keys() >= {"transmission_angle_worst", "longest_link"}
+
+
+def test_pivots_stay_in_their_boxes():
+    text = task_text(POINTS, "closed = true", "crank_pivot = { x = [5, 8], y = 3 }\nrocker_pivot = { x = [0, 100] }")
+    candidates = find(text)
+    as_found = candidates.values["cognate"] == 0
+    x, y = (candidates.parameters[f"crank_pivot_{axis}"][as_found] for axis in "xy")
+    assert (x >= 5 - 1e-9).all()
+    assert (x <= 8 + 1e-9).all()
+    np.testing.assert_allclose(y, 3, rtol=1e-12)
+
+
+def test_candidates_outside_a_box_are_rows_that_are_not_feasible(tmp_path):
+    text = task_text(POINTS, "closed = true", "rocker_pivot = { x = [30, 50], y = [10, 20] }")
+    (tmp_path / "task.toml").write_text(text, encoding="utf-8")
+    frame = explore.synthesize(tmp_path / "task.toml", tmp_path / "task.h5").to_pandas()
+    angle = np.radians(frame["ground_angle"])
+    x = frame["crank_pivot_x"] + frame["ground"] * np.cos(angle)
+    y = frame["crank_pivot_y"] + frame["ground"] * np.sin(angle)
+    outside = (x < 30 - 1e-3) | (x > 50 + 1e-3) | (y < 10 - 1e-3) | (y > 20 + 1e-3)
+    assert outside.any()
+    assert not frame["feasible"][outside].any()
+    assert (frame["rocker_pivot_outside_margin"][outside] < 0).all()
+
+
+def test_an_open_path_in_its_order():
+    points = LINKAGE.points(np.linspace(0.5, 3.0, 15))
+    candidates = find(task_text(points, bounds="crank_span_min = 120"))
+    assert is_found(LINKAGE, candidates, 1e-5)
+
+
+def test_points_with_crank_angles():
+    angles = np.radians([0, 40, 85, 130, 180, 220, 300])
+    points = LINKAGE.points(angles)
+    text = f"crank_angles = {np.degrees(angles).tolist()}\nangles_from = 'free'"
+    candidates = find(task_text(points, text))
+    assert is_found(LINKAGE, candidates, 1e-5)
+    errors, largest = candidates.values["timed_error_rms"], candidates.values["timed_error_max"]
+    assert errors[0] < 1e-4
+    # the crank of the second cognate turns as that of its linkage does
+    assert errors[2] == pytest.approx(errors[0], abs=1e-6)
+    assert (errors <= largest + 1e-12)[np.isfinite(errors)].all()
+
+
+@pytest.mark.parametrize("angles_from", ["free", "frame"])
+def test_errors_at_crank_angles_against_distances_by_hand(angles_from):
+    """A linkage moved by 3 mm misses every point by 3 mm at its angle, however the angles count."""
+    angles = np.radians([0, 40, 85, 130, 180, 220, 300])
+    points = LINKAGE.points(angles + (0.3 if angles_from == "frame" else 1.7))
+    moved = FourBar(LINKAGE.crank_pivot + 3, LINKAGE.rocker_pivot + 3, 10.0, 35.0, 25.0, LINKAGE.point, 1)
+    is_free = angles_from == "free"
+    exact = find_timed_errors(LINKAGE, points, angles, np.ones(7), is_shift_free=is_free)
+    assert exact == pytest.approx((0, 0), abs=1e-7)
+    rms, largest = find_timed_errors(moved, points, angles, np.ones(7), is_shift_free=is_free)
+    assert rms <= 3 + 1e-12 if is_free else rms == pytest.approx(3, rel=1e-14)
+    assert largest >= rms - 1e-12
+
+
+def test_all_linkages_through_nine_points():
+    angles = np.array([0.1, 0.9, 1.4, 2.2, 3.0, 3.7, 4.4, 5.1, 5.9])
+    candidates = find(task_text(LINKAGE.points(angles), search="exact = true"))
+    assert candidates.tried[0].startswith("Of 1,442 paths ")
+    assert candidates.tried[0].endswith("So the search is complete.")
+    assert is_found(LINKAGE, candidates, 1e-8)
+    passing = [row for row in range(candidates.count) if candidates.values["passage"][row] == 0]
+    assert any(distance_of(LINKAGE, linkage_at(candidates.parameters, row)) < 1e-8 for row in passing)
+    assert candidates.values["proved"].all()
+
+
+def planted(count, seed):
+    """Crank-rockers with a transmission angle of 25 deg or more, and a coupler point not far off."""
+    rng = np.random.default_rng(seed)
+    while count:
+        crank, coupler, rocker, ground = np.exp(rng.uniform(np.log(0.3), np.log(3.0), 4)) * 20
+        linkage = FourBar(
+            complex(*rng.uniform(-50, 50, 2)), 0j, crank, coupler, rocker, complex(*rng.uniform(-1.2, 1.8, 2)),
+            int(rng.choice([1, -1])),
+        )  # fmt: skip
+        other = linkage.crank_pivot + ground * np.exp(1j * rng.uniform(0, 2 * np.pi))
+        linkage = FourBar(linkage.crank_pivot, other, crank, coupler, rocker, linkage.point, linkage.branch)
+        turn = np.linspace(0, 2 * np.pi, 361)
+        if not linkage.is_crank_turning or np.sin(linkage.transmission_angles(turn)).min() < np.sin(np.radians(25)):
+            continue
+        path = linkage.points(turn)
+        if max(linkage.lengths) < 8 * max(np.ptp(path.real), np.ptp(path.imag)):
+            yield linkage
+            count -= 1
+
+
+@pytest.mark.parametrize(("count", "least"), [(5, 5), pytest.param(1000, 980, marks=pytest.mark.slow)])
+def test_planted_linkages_are_found_again(count, least):
+    """The crank angles of the points are uneven. A least-squares fit of 9 numbers to exact points has its last digits
+    where the sum of squares is flat, 1e-4 of the longest link; 2 % of searches end in other local optima.
+    """
+    rng = np.random.default_rng(7)
+    found = 0
+    for linkage in planted(count, seed=8):
+        angles = np.cumsum(rng.uniform(0.5, 1.5, 25))
+        points = linkage.points(angles * (2 * np.pi / (angles[-1] + 1.0)))
+        found += is_found(linkage, find(task_text(points, "closed = true", search="count = 8")), 1e-4)
+    assert found >= least
+
+
+def test_timed_candidates_are_ranked_by_their_error_at_the_angles(tmp_path):
+    angles = np.radians([0, 40, 85, 130, 180, 220, 300])
+    text = f"crank_angles = {np.degrees(angles).tolist()}"
+    (tmp_path / "task.toml").write_text(task_text(LINKAGE.points(angles), text, search="count = 4"), encoding="utf-8")
+    output = run("synthesize", "task.toml", cwd=tmp_path)
+    assert "timed_error_rms" in output.stdout
+    assert "best timed_error_rms first" in output.stdout
+    run("rank", "--metric", "timed_error_rms", "--metric", "timed_error_max", cwd=tmp_path)
+    results = explore.open_results(tmp_path / "results" / "task.h5")
+    assert results.objectives == ("timed_error_rms:min", "transmission_angle_worst:max", "footprint:min")
+    assert (
+        "only the solver of the task computes timed_error_rms"
+        in run("refine", "results/task.h5", cwd=tmp_path, code=2).stderr
+    )
+
+
+def test_a_drawn_path_from_a_table_to_a_drawing(tmp_path):
+    """As a user would: points in a CSV file, with a heading, and the chosen linkage as DXF."""
+    rows = "\n".join(f"{x:.2f},{y:.2f}" for x, y in PROBLEMS["yu1"]["points"])
+    (tmp_path / "path.csv").write_text(f"x,y\n{rows}\n", encoding="utf-8")
+    (tmp_path / "task.toml").write_text('task = "path"\n[target]\nfile = "path.csv"\nclosed = true\n', encoding="utf-8")
+    output = run("synthesize", "task.toml", cwd=tmp_path)
+    assert "best path_error_rms first" in output.stdout
+    assert "passes: the crank takes the coupler point through all points in their order" in output.stdout
+    best = explore.rank(tmp_path / "results" / "task.h5").iloc[0]
+    # the best sum of squares known for these 20 points with 20 deg is 0.85426
+    assert best["path_error_rms"] ** 2 * 20 == pytest.approx(0.85426, rel=1e-3)
+    run("export", "results/task.h5", "--design", str(best.name), "-o", "best.dxf", cwd=tmp_path)
+    run("report", "results/task.h5", "-o", "report.html", cwd=tmp_path)
+    run("refine", "results/task.h5", "--evaluations", "512", cwd=tmp_path)
+    refined = explore.rank(tmp_path / "results" / "task-refined.h5")
+    assert refined["path_error_rms"].min() <= best["path_error_rms"]
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("x;y\n0;0\n1,5;2\n3;0\n", [[0, 0], [1.5, 2], [3, 0]]),
+        ("0\t0\n1,5\t2\n3\t0\n", [[0, 0], [1.5, 2], [3, 0]]),
+        ("# drawn by hand\n0,0\n\n1.5,2\n3,0\n", [[0, 0], [1.5, 2], [3, 0]]),
+        ("\ufeffx,y,crank_angle\n0,0,0\n1.5,2,40\n3,0,90\n", [[0, 0], [1.5, 2], [3, 0]]),
+    ],
+)
+def test_tables_of_points(tmp_path, text, expected):
+    (tmp_path / "path.csv").write_text(text, encoding="utf-8")
+    task = parse_task('task = "path"\n[target]\nfile = "path.csv"\n', "task.toml", tmp_path).task
+    assert task.target["points"] == expected
+    angles = task.find.__self__.crank_angles
+    assert angles is None if "crank_angle" not in text else np.degrees(angles).tolist() == [0, 40, 90]
+
+
+@pytest.mark.parametrize(
+    ("text", "problem"),
+    [
+        ("", "path.csv is empty; write a line x,y for each point"),
+        ("x,y\n", "path.csv has no points; write a line x,y for each"),
+        ("0,0\n1,b\n", "path.csv:2: 'b' is not a number"),
+        ("0,0\n1\n", "path.csv:2: has 1 numbers; write x,y or x,y,crank_angle in every line"),
+        ("0,0\n1,inf\n", "path.csv:2: 'inf' is not a number"),
+        ("0,0\n1,1\n", "2 points; a path has at least 3"),
+        ("0,0\n0,0\n1,1\n", "points 1 and 2 are equal; remove one"),
+        ("0,0\n1,1\n" * 500_000, "path.csv has 1,000,000 points, but a path has at most 500; keep every 2,000th"),
+        ("0.12345,0.54321\n" * 1_100_000, "path.csv has 17,600,000 bytes, but a path has at most 500 points; thin it"),
+    ],
+)
+def test_a_wrong_table_is_one_line(tmp_path, text, problem):
+    (tmp_path / "path.csv").write_text(text, encoding="utf-8")
+    (line,) = problems_of('task = "path"\n[target]\nfile = "path.csv"\n', tmp_path)
+    assert line == f"task.toml:3: target.file: {problem}"
+
+
+def test_a_folder_is_no_table_and_a_misspelled_key_is_known(tmp_path):
+    (line,) = problems_of('task = "path"\n[target]\nfile = "."\n', tmp_path)
+    assert line == "task.toml:3: target.file: . is not a file"
+    _, line = problems_of('task = "path"\n[target]\npionts = [[0, 0], [1, 1], [2, 0]]\n', tmp_path)
+    assert line == "task.toml:3: target.pionts: unknown key; did you mean 'points'?"
+
+
+SQUARE = [0, 10, 10 + 10j, 10j]
+
+
+@pytest.mark.parametrize(
+    ("text", "key", "problem"),
+    [
+        (task_text(SQUARE[:2]), "target.points", "2 points; a path has at least 3"),
+        (task_text([1, 1, 1]), "target.points", "all points are the same place; a path has at least two"),
+        (task_text([0, 1, 1, 2j]), "target.points", "points 2 and 3 are equal; remove one"),
+        (task_text([0, 1, 1j, 0], "closed = true"), "target.points",
+         "points 1 and 4 are equal; leave out the last: a closed path returns to the first by itself"),
+        (task_text(np.arange(600)), "target.points", "600 points; at most 500 are possible; thin it"),
+        (task_text(SQUARE, "crank_angles = [0, 1]"), "target.crank_angles", "has 2 angles, but the path has 4 points"),
+        (task_text(SQUARE, "weights = [1, 1, 0, 1]"), "target.weights", "must be above 0, got 0"),
+        (task_text(SQUARE, search="exact = true"), "search.exact",
+         "needs nine points, but the path has 4; leave it out"),
+        (task_text(SQUARE, bounds="crank_pivot = { x = [5, 1] }"), "bounds.crank_pivot.x",
+         "must be [least, largest], got [5, 1]"),
+        (task_text(SQUARE, bounds="crank_pivot = 3"), "bounds.crank_pivot",
+         "must be a table such as { x = [-50, 50], y = 0 }, got 3"),
+        (task_text(SQUARE, bounds="rocker_pivot = { z = 3 }"), "bounds.rocker_pivot.z",
+         "unknown key; a pivot has x and y, such as { x = [-50, 50], y = 0 }"),
+        (task_text(SQUARE, "file = 'path.csv'"), "target.file", "the path has points too; remove one of the two"),
+        (task_text(SQUARE, "closed = true", "crank_span_min = 90"), "bounds.crank_span_min",
+         "is for open paths without crank angles; remove it"),
+        ('task = "path"\n', "target", "the key 'points' is missing; give the path as [[0, 0], [10, 5], [20, 0]]"),
+    ],
+)  # fmt: skip
+def test_a_wrong_path_is_one_line(text, key, problem):
+    (line,) = problems_of(text)
+    assert line.split(": ", 2)[1:] == [key, problem]
+
+
+def test_where_no_linkage_meets_the_bounds_the_nearest_are_rows_that_are_not_feasible(tmp_path):
+    """Links of a twentieth of the path's size reach along it by an arm of the coupler that is as long as the path."""
+    text = task_text(POINTS, "closed = true", "size_ratio_max = 0.05")
+    (tmp_path / "task.toml").write_text(text, encoding="utf-8")
+    output = run("synthesize", "task.toml", cwd=tmp_path)
+    assert "none of the candidates is within the bounds; these come nearest" in output.stderr
+    assert "longest_link" in output.stdout
+    results = explore.open_results(tmp_path / "results" / "task.h5")
+    assert not results.to_pandas()["feasible"].any()
