@@ -59,7 +59,7 @@ def committed_blocks(path: Path) -> list[int]:
     return sorted(done_blocks(path))
 
 
-def wait_until(condition: Callable[[], Any], seconds: float = 30.0) -> Any:
+def wait_until(condition: Callable[[], Any], seconds: float = 90.0) -> Any:
     """Wait until the condition returns a true value, and return it."""
     end = time.monotonic() + seconds
     while not (value := condition()):

@@ -1,8 +1,9 @@
 """`python sabotage.py PLAN sweep …`: the command line, with blocks that are recorded, slow, or deadly.
 
-PLAN is JSON: `record` names the file that notes every execution, `seconds` is how long a block takes at least, `poison`
-says by block number what happens there, `silence` after how many seconds a process is called silent. The function below
-travels to the workers by value, because it is of ``__main__``; so it works on any cluster.
+PLAN is JSON: `record` names the file that notes every execution, `seconds` is how long a block takes at least (only
+until the file named by `until` exists, if there is one), `poison` says by block number what happens there, `silence`
+after how many seconds a process is called silent. The function below travels to the workers by value, because it is of
+``__main__``; so it works on any cluster.
 """
 
 import faulthandler
@@ -23,7 +24,9 @@ def evaluate_by_plan(plan, request, space, number, objectives):
 
     with Path(plan["record"]).open("a") as stream:
         stream.write(f"{number} {os.getpid()} {time.monotonic()}\n")
-    time.sleep(plan.get("seconds", 0))
+    end = time.monotonic() + plan.get("seconds", 0)
+    while time.monotonic() < end and not ("until" in plan and Path(plan["until"]).exists()):
+        time.sleep(min(0.02, max(0.0, end - time.monotonic())))
     poison = plan.get("poison", {}).get(str(number))
     if poison == "raise":
         raise ZeroDivisionError("poison")

@@ -20,19 +20,21 @@ WORKERS = 2
 
 @pytest.mark.parametrize(
     ("kills", "blocks", "keep"),
-    [(8, 120, "all"), (3, 20, "front"), *(pytest.param(50, 240, k, marks=pytest.mark.slow) for k in ("all", "front"))],
+    [(8, 120, "all"), (3, 60, "front"), *(pytest.param(50, 480, k, marks=pytest.mark.slow) for k in ("all", "front"))],
 )
 def test_killed_workers_cost_only_time(folder, expected_digest, report, kills, blocks, keep):
     chance = random.Random(20_261_121)
     path = folder / "a.h5"
     options = ("--processes", "--workers", str(WORKERS), "--quiet", "--keep", keep)
-    with Sweep(study_file(folder, blocks, keep), path, *options, seconds=0.1) as sweep:
+    killed = folder / "killed"  # until then blocks are slow, so that no sweep ends before the last kill
+    with Sweep(study_file(folder, blocks, keep), path, *options, seconds=0.8, until=str(killed)) as sweep:
         n_executions = 0
         for _ in range(kills):
             sweep.at_work(n_executions)  # the next one has started, and after a while it is any moment of its work
-            time.sleep(chance.random() * 0.2)
+            time.sleep(chance.random())
             os.kill(sweep.at_work(n_executions), signal.SIGKILL)
             n_executions = len(sweep.executions)
+        killed.touch()
         code, lines = sweep.end(120)
 
     report(f"{kills} kills, {blocks} blocks, keep {keep}: {sweep.n_repetitions} extra executions")
