@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import nullcontext
 from dataclasses import dataclass, field, replace
 from importlib.util import find_spec
 from pathlib import Path
@@ -26,8 +27,8 @@ if TYPE_CHECKING:
     import pandas as pd
 
 
-#: With more designs derivatives are not sharpened in ball arithmetic, which takes up to seconds for an integral.
-MOST_EXACT = 16
+#: With more designs derivatives of integrals, which take up to seconds in ball arithmetic, are differences.
+MOST_INTEGRATED = 16
 
 
 @dataclass(frozen=True, repr=False)
@@ -162,9 +163,8 @@ class TolerancePlan:
         """The tables of the analyses, one for each design."""
         import pandas as pd
 
-        if len(analyses) <= MOST_EXACT and find_spec("flint") is not None:
-            given = zip(analyses, self.run.designs, strict=True)
-            analyses = [_sharpened(self.run.request, analysis, design) for analysis, design in given]
+        if find_spec("flint") is not None:
+            analyses = self._sharpened(analyses)
         request = self.run.request
         numbers, names = self.frame.index, request.metrics
         rows = [_added_row(request, analysis) for analysis in analyses]
@@ -199,19 +199,26 @@ class TolerancePlan:
         nominal = [request.outcomes(design, np.zeros((count, 1))).metrics for design in self.run.designs]
         return [{name: values[0] for name, values in design.items()} for design in nominal]
 
+    def _sharpened(self, analyses: Sequence[Analysis]) -> list[Analysis]:
+        """The analyses with exact derivatives, where there is a rigorous road to them."""
+        from explore.certifying.integration import integration_left_out
+        from explore.certifying.registry import find_certificate
+        from explore.certifying.slopes import sharpen
+
+        request = self.run.request
+        try:
+            find_certificate(request.request.mechanism.name)
+        except RequestError:
+            return list(analyses)
+        with nullcontext() if len(analyses) <= MOST_INTEGRATED else integration_left_out():
+            return [
+                replace(analysis, derivatives=sharpen(analysis.derivatives, request, design))
+                for analysis, design in zip(analyses, self.run.designs, strict=True)
+            ]
+
     def write(self, robustness: Robustness, path: Path, *, restart: bool) -> None:
         """Write the designs as a results file."""
         write_toleranced(path, self.source, robustness.designs, self.added, self.attributes, restart=restart)
-
-
-def _sharpened(request: TolerancedRequest, analysis: Analysis, design: Mapping[str, float]) -> Analysis:
-    """The analysis with exact derivatives, where there is a rigorous road to them."""
-    from explore.certifying.slopes import sharpen
-
-    try:
-        return replace(analysis, derivatives=sharpen(analysis.derivatives, request, design))
-    except RequestError:
-        return analysis
 
 
 def _added_row(request: TolerancedRequest, analysis: Analysis) -> dict[str, float]:
