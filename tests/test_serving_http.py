@@ -4,6 +4,7 @@ import asyncio
 import contextlib
 import json
 import random
+import re
 import socket
 import ssl
 import string
@@ -151,6 +152,16 @@ def test_other_hosts_and_origins_are_refused(client, served, headers, status):
     headers = {name: value.format(port=port) for name, value in headers.items()}
     assert client.get("/api/jobs", headers=headers).status_code == status
     assert client.get("/healthz", headers=headers).status_code == status
+
+
+@pytest.mark.parametrize(
+    ("site", "status"), [("same-origin", 200), ("none", 200), ("same-site", 403), ("cross-site", 403), ("?", 403)]
+)
+def test_pages_of_other_ports_cannot_use_the_cookie_to_look(served, site, status):
+    """Browsers send the cookie there, because a port makes no other site, and no Origin with images and scripts."""
+    with served.browser(served.new_link()) as browser:
+        assert browser.get("/api/jobs", headers={"Sec-Fetch-Site": site}).status_code == status
+        assert browser.get("/", headers={"Sec-Fetch-Site": site}).status_code == 200, "a link to the page works"
 
 
 def test_every_answer_has_the_headers_that_protect(client):
@@ -493,12 +504,20 @@ def test_parts_of_the_file_can_be_fetched(client, served):
 
 
 def test_metrics_are_those_of_prometheus(client):
-    lines = client.get("/metrics").text.splitlines()
+    """By the grammar of its text format: each metric has its meaning and type first, then its values."""
+    answer = client.get("/metrics")
+    assert answer.headers["content-type"] == "text/plain; version=0.0.4; charset=utf-8"
     done = sum(job["state"] == "done" for job in client.get("/api/jobs").json()["jobs"])
-    assert f'explore_jobs{{state="done"}} {done}' in lines
-    values = [line for line in lines if not line.startswith("#")]
-    assert all(float(line.rpartition(" ")[2]) >= 0 for line in values)
-    assert len(values) == 11
+    assert f'explore_jobs{{state="done"}} {done}' in answer.text.splitlines()
+    value = r"(?P=name)(?:\{[a-z_]+=\"[^\"\\\n]*\"\})? (?:\d+(?:\.\d+)?(?:e[+-]\d+)?)\n"
+    family = re.compile(rf"# HELP (?P<name>[a-z_]+) [^\\\n]+\n# TYPE (?P=name) (?P<kind>gauge|counter)\n(?:{value})+")
+    families = list(family.finditer(answer.text))
+    assert "".join(match[0] for match in families) == answer.text
+    names = [match["name"] for match in families]
+    assert len(names) == len(set(names)) == 12
+    assert {match["name"] for match in families if match["kind"] == "counter"} == {
+        name for name in names if name.endswith("_total")
+    }
 
 
 # --- stopping, the Python client and the command line -----------------------------------------------------------------
@@ -604,6 +623,7 @@ def test_submit_on_the_command_line(served, tmp_path, monkeypatch):
         ({"public_url": "https://x.example:99999"}, "--public-url: write https://HOST or"),
         ({"public_url": "https://[::1"}, "--public-url: write https://HOST or"),
         ({"public_url": "https://me@x.example"}, "--public-url: write https://HOST or"),
+        ({"public_url": "http://x.example"}, "--public-url http://x.example would send tokens and results unencrypted"),
     ],
 )
 def test_places_that_are_not_safe_are_refused(options, reason):
@@ -629,6 +649,7 @@ def test_origin_and_host_are_those_that_browsers_send(url, origin, host):
 def test_places_that_are_safe():
     for host in ("127.0.0.1", "::1", "localhost", "127.0.0.7"):
         Place(host=host).check()
+    Place(public_url="http://localhost:9000").check()  # the other end of ssh -L 9000:127.0.0.1:8765
     Place(host="0.0.0.0", public_url="https://x.example", is_behind_proxy=True).check()
 
 
@@ -641,7 +662,8 @@ def test_tls_by_the_server(tmp_path, start_server):
     context = ssl.create_default_context(cafile=certificate)
     with httpx.Client(base_url=url, headers={"Origin": url}, verify=context, timeout=60) as browser:
         cookie = browser.post("/api/session", json={"token": server.link}).headers["set-cookie"]
-        assert "Secure" in cookie.split("; ")
+        assert cookie.startswith(f"__Host-explore-{url.rpartition(':')[2]}=")
+        assert {"Secure", "HttpOnly", "SameSite=strict", "Path=/"} == {*cookie.split("; ")[1:]}
         assert browser.get("/api/jobs").json() == {"jobs": []}
         assert browser.get("/api/jobs", headers={"Host": "evil.example"}).status_code == 421
     assert server.stop() == 0

@@ -44,7 +44,8 @@ class Access:
     origin, host
         Values of the headers Origin and Host of requests to that address.
     cookie
-        Name of the cookie. It has the port, because browsers send cookies to all ports of a host.
+        Name of the cookie. It has the port, because browsers send cookies to all ports of a host. With TLS it begins
+        with ``__Host-``, so that no other host of the domain can set it.
     """
 
     def __init__(self, public_url: str) -> None:
@@ -53,7 +54,7 @@ class Access:
         usual = 443 if self.is_secure else 80
         self.host = parts.netloc.lower().removesuffix(f":{usual}")  # browsers leave the usual port out
         self.origin = f"{parts.scheme}://{self.host}"
-        self.cookie = f"explore-{parts.port or usual}"
+        self.cookie = f"{'__Host-' if self.is_secure else ''}explore-{parts.port or usual}"
         self._tokens = {right: secrets.token_urlsafe(32) for right in Right}
         self._known = {_hash(token): right for right, token in self._tokens.items()}
         self._links: OrderedDict[bytes, tuple[Right, float]] = OrderedDict()

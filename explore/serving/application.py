@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import shutil
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -17,7 +16,7 @@ from explore._version import __version__
 from explore.errors import ConfigError, ExploreError, RequestError
 from explore.serving import job_routes, results_routes
 from explore.serving.access import Access, Right
-from explore.serving.folder import State
+from explore.serving.metrics import metrics_text
 from explore.serving.queue import StateError, UnknownJobError
 from explore.serving.requests import AccessOf, LinkRequest, Login, StationOf
 from explore.serving.station import Station
@@ -83,23 +82,9 @@ def health(station: StationOf) -> Response:
 
 
 @router.get("/metrics", response_class=PlainTextResponse, tags=["operation"])
-def metrics(station: StationOf) -> str:
+def metrics(station: StationOf) -> Response:
     """Counts for Prometheus."""
-    jobs = station.jobs.in_order()
-    running = next((job for job in jobs if job.state == State.running), None)
-    facts = running.to_json() if running is not None else {}
-    lines = ["# TYPE explore_jobs gauge"]
-    lines += [f'explore_jobs{{state="{state}"}} {sum(job.state == state for job in jobs)}' for state in State]
-    for name, value in (
-        ("explore_running_designs", facts.get("designs", 0)),
-        ("explore_running_designs_done", facts.get("done", 0)),
-        ("explore_running_designs_per_second", facts.get("rate") or 0),
-        ("explore_watchers", station.events.n_watchers),
-        ("explore_free_bytes", shutil.disk_usage(station.folder.results).free),
-    ):
-        lines += [f"# TYPE {name} gauge", f"{name} {value}"]
-    lines += ["# TYPE explore_events_total counter", f"explore_events_total {station.events.last}"]
-    return "\n".join(lines) + "\n"
+    return Response(metrics_text(station), media_type="text/plain; version=0.0.4; charset=utf-8")
 
 
 def _explain(_: Request, error: Exception) -> Response:

@@ -2,27 +2,30 @@
 
 from __future__ import annotations
 
+import json
 import secrets
 import threading
 from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from itertools import islice
 from typing import Any
 
 from explore.serving.jobs import Job
 
 #: Events that are kept for clients that come back.
 MOST_KEPT = 4096
+#: Events that a watcher takes at a time, so that one that reads slowly holds few that are not kept any more.
+_MOST_TAKEN = 64
 
 
 @dataclass(frozen=True)
 class Event:
-    """One event: its number, its kind ("job", "deleted") and its content for JSON."""
+    """One event: its number, and the text that is sent, made once for all watchers."""
 
     number: int
-    kind: str
-    data: dict[str, Any]
+    text: bytes
 
 
 class Events:
@@ -46,13 +49,22 @@ class Events:
         kind, data = ("job", job.to_json()) if job is not None else ("deleted", {"name": name})
         with self._guard:
             self._number += 1
-            self._kept.append(Event(self._number, kind, data))
+            self._kept.append(Event(self._number, self.text(self._number, kind, data)))
+        self.wake()
+
+    def text(self, number: int, kind: str, data: dict[str, Any]) -> bytes:
+        """An event as it is sent."""
+        return f"id: {self.epoch}-{number}\nevent: {kind}\ndata: {json.dumps(data)}\n\n".encode()
+
+    def wake(self) -> None:
+        """Notify all watchers."""
+        with self._guard:
             for notify in self._watchers:
                 notify()
 
     @contextmanager
     def watched(self, notify: Callable[[], object]) -> Iterator[None]:
-        """Call a function after each event, which must return at once, until the block ends."""
+        """Call a function after each event and by `wake`, which must return at once, until the block ends."""
         with self._guard:
             self._watchers.add(notify)
         try:
@@ -74,9 +86,13 @@ class Events:
             return self._number
 
     def after(self, number: int) -> list[Event] | None:
-        """The events after a number, or None if some of them are kept no more or it is not a number of this service."""
+        """The next events after a number, the oldest first.
+
+        None if some of them are kept no more, or it is not a number of this service.
+        """
         with self._guard:
-            first = self._number - len(self._kept)
-            if not first <= number <= self._number:
+            n_missed = self._number - number
+            if not 0 <= n_missed <= len(self._kept):
                 return None
-            return [event for event in self._kept if event.number > number]
+            missed = [*islice(reversed(self._kept), n_missed)]  # deques are slow in their middle, and most miss one
+        return missed[: -_MOST_TAKEN - 1 : -1]

@@ -108,6 +108,9 @@ class Guard:
         if right is None:
             reason = "open the link that the server printed, or send a token: Authorization: Bearer TOKEN"
             raise _RefusedError(401, reason)
+        # Browsers send the cookie for pages of another port of this host too, and no Origin with what these GET.
+        if by_cookie and headers.get(b"sec-fetch-site", b"none") not in (b"same-origin", b"none"):
+            raise _RefusedError(403, "requests of pages of another origin are refused")
         if method not in _SAFE:
             if by_cookie and b"origin" not in headers:  # every browser sends it; without it the page is unknown
                 raise _RefusedError(403, "a browser's request must have the header Origin")

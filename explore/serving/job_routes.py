@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import asyncio
-import json
-from collections.abc import AsyncIterator
+import time
+from collections.abc import AsyncIterator, Callable
 from dataclasses import asdict
 from typing import Annotated, Any
 
@@ -21,6 +21,8 @@ from explore.serving.turns import Turns
 MOST_WATCHERS = 200
 #: Seconds without an event after which a comment is sent, so that proxies do not close the connection.
 _HEARTBEAT = 15.0
+#: Seconds after which a stream ends and a client comes back for the rest, so that one whose right has ended does not.
+_STREAM_SECONDS = 3600.0
 
 #: Studies that are read: a large one takes seconds, and its estimate a process.
 _PLANS = Turns(at_a_time=2, waiting=14)
@@ -104,30 +106,28 @@ async def watch(
     return StreamingResponse(stream, media_type="text/event-stream", headers={"X-Accel-Buffering": "no"})
 
 
-async def _stream(station: Station, last_event_id: str, is_closing: Any) -> AsyncIterator[str]:
+async def _stream(station: Station, last_event_id: str, is_closing: Callable[[], bool]) -> AsyncIterator[bytes]:
     events, loop = station.events, asyncio.get_running_loop()
-    news = asyncio.Event()
+    news, end = asyncio.Event(), time.monotonic() + _STREAM_SECONDS
     epoch, _, number = last_event_id.partition("-")
     position = int(number) if epoch == events.epoch and number.isascii() and number.isdigit() else -1
     with events.watched(lambda: loop.call_soon_threadsafe(news.set)):
-        yield "retry: 1000\n\n"
-        while not is_closing():
+        yield b"retry: 1000\n\n"
+        while not is_closing() and time.monotonic() < end:
             news.clear()
             missed = events.after(position)
             if missed is None:
                 position = events.last  # before the list, so that a change is sent twice rather than not
                 jobs = [job.to_json() for job in station.jobs.in_order()]
-                yield _format(f"{events.epoch}-{position}", "jobs", {"jobs": jobs})
+                yield events.text(position, "jobs", {"jobs": jobs})
                 continue
             for event in missed:
-                yield _format(f"{events.epoch}-{event.number}", event.kind, event.data)
+                yield event.text
                 position = event.number
+            if position < events.last:
+                continue
             try:
                 async with asyncio.timeout(_HEARTBEAT):
                     await news.wait()
             except TimeoutError:
-                yield ": nothing new\n\n"
-
-
-def _format(number: str, kind: str, data: dict[str, Any]) -> str:
-    return f"id: {number}\nevent: {kind}\ndata: {json.dumps(data)}\n\n"
+                yield b": nothing new\n\n"

@@ -22,6 +22,7 @@ from explore.errors import RequestError
 from explore.serving.access import Access, Right
 from explore.serving.application import make_application
 from explore.serving.connections import Connection
+from explore.serving.events import Events
 from explore.serving.guard import Guard
 from explore.serving.jobs import now
 from explore.serving.plans import Limits
@@ -34,6 +35,8 @@ _LOG_BYTES, _OLDER_LOGS = 10_000_000, 4
 _PATIENCE = 5
 #: Requests at a time; others are answered 503.
 _MOST_REQUESTS = 400
+#: Files and connections that may be open at a time, where the system allows so many.
+_MOST_OPEN = 65_536
 
 
 @dataclass(frozen=True)
@@ -67,6 +70,11 @@ class Place:
             _check_pair(self.certificate, self.key)
         if self.public_url is not None and not _is_origin(self.public_url):
             raise RequestError("`public_url`: write https://HOST or https://HOST:PORT, without a path")
+        if self.public_url is not None and _is_open(self.public_url):
+            raise RequestError(
+                f"`public_url` {self.public_url} would send tokens and results unencrypted; write https://, and let "
+                "this server (`certificate` and `key`) or a reverse proxy speak TLS"
+            )
         if _is_loopback(self.host):
             return
         if self.certificate is None and not self.is_behind_proxy:
@@ -98,13 +106,14 @@ def serve(path: Path, place: Place, limits: Limits, work: Work, announce: Callab
         Another process serves the folder.
     """
     place.check()
+    _allow_open_files()
     with open_station(path, limits, work) as station, _listen(place) as listener:
         access = Access(place.public_url or _url(place, listener))
         log = _ServerLog(station.folder.log / "server.jsonl")
         access.write_tokens(path)
         try:
             guarded = _Guarded(log)
-            server = _Server(_config(guarded, place))
+            server = _Server(_config(guarded, place), station.events)
             application = make_application(station, access, lambda: server.should_exit)
             guarded.guard = Guard(application, access, log.note_request)
             log("start", address=access.origin, version=__version__)
@@ -133,6 +142,15 @@ class _Guarded:
 
 
 class _Server(uvicorn.Server):
+    def __init__(self, config: uvicorn.Config, events: Events) -> None:
+        super().__init__(config)
+        self._events = events
+
+    async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
+        """Let watchers see that the service stops, which would otherwise wait for the next event."""
+        self._events.wake()
+        await super().shutdown(sockets)
+
     def handle_exit(self, sig: int, frame: FrameType | None) -> None:
         """Stop in order; uvicorn would raise the signal again at the end, before the sweep is interrupted."""
         del sig, frame
@@ -140,11 +158,16 @@ class _Server(uvicorn.Server):
         self.should_exit = True
 
 
+class _LogFile(RotatingFileHandler):
+    def handleError(self, record: logging.LogRecord) -> None:  # noqa: N802 -- its name in logging
+        """Leave the line out: on a full disk, its traceback would be printed for every request."""
+
+
 class _ServerLog:
     """The structured log of the service, a JSON object a line; without queries, headers and bodies."""
 
     def __init__(self, path: Path) -> None:
-        self._handler = RotatingFileHandler(path, maxBytes=_LOG_BYTES, backupCount=_OLDER_LOGS, encoding="utf-8")
+        self._handler = _LogFile(path, maxBytes=_LOG_BYTES, backupCount=_OLDER_LOGS, encoding="utf-8")
 
     def __call__(self, event: str, **facts: Any) -> None:
         line = json.dumps({"time": now(), "event": event, **facts})
@@ -208,6 +231,24 @@ def _is_origin(url: str) -> bool:
     except ValueError:  # a port beyond 65,535, or an IPv6 address without its end
         return False
     return is_usual and "@" not in parts.netloc and not (parts.path.strip("/") or parts.query or parts.fragment)
+
+
+def _is_open(url: str) -> bool:
+    """Whether an address leads to another machine without TLS."""
+    parts = urlsplit(url)
+    return parts.scheme == "http" and not _is_loopback(parts.hostname or "")
+
+
+def _allow_open_files() -> None:
+    """Raise the number of open files: the usual 1,024 are soon taken by connections, and no sweep could start then."""
+    try:
+        import resource
+    except ImportError:  # on Windows, which has no such limit
+        return
+    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    wanted = _MOST_OPEN if hard == resource.RLIM_INFINITY else min(hard, _MOST_OPEN)
+    if soft != resource.RLIM_INFINITY and soft < wanted:
+        resource.setrlimit(resource.RLIMIT_NOFILE, (wanted, hard))
 
 
 def _is_loopback(host: str) -> bool:

@@ -1,0 +1,205 @@
+"""The service under load, with clients that read nothing or too many at a time."""
+
+import asyncio
+import contextlib
+import importlib
+import resource
+import socket
+import time
+from pathlib import Path
+
+import pytest
+import uvicorn
+from served import Served, wait_settled
+from studies import FEW, GOOD
+from uvicorn.server import ServerState
+
+from explore.serving import connections, job_routes
+from explore.serving.events import MOST_KEPT, Events
+from explore.serving.folder import State
+from explore.serving.jobs import Job
+from explore.serving.server import _allow_open_files
+
+
+@pytest.fixture
+def benchmark(monkeypatch):
+    monkeypatch.syspath_prepend(Path(__file__).parents[1] / "benchmarks")
+    return importlib.import_module("serve")
+
+
+def test_a_full_queue_and_many_watchers_lose_no_event_and_no_memory(benchmark, tmp_path):
+    """The load of ``benchmarks/serve.py`` in small; there 100 studies and 50 watchers for five minutes."""
+    with benchmark.started(tmp_path / "served", workers=1, queue=10) as service:
+        watchers = benchmark.Watchers(service.client.url, service.token, 20)
+        found = benchmark.load(service, watchers, FEW + '[rank]\nmetrics = ["cv"]\n', seconds=4, studies=10)
+        watchers.stop()
+    assert found.swept >= 2
+    assert found.events >= 2 * 10  # each of those that wait is queued, and cancelled at the end
+    assert all(seen.told.keys() == watchers.seen[0].told.keys() for seen in watchers.seen)
+    assert found.lost == 0
+    assert found.memory[1] < found.memory[0] + 5e6
+
+
+def test_the_benchmark_counts_events_that_are_missing(benchmark):
+    events, seen = Events(), benchmark.Seen()
+    texts = [events.text(0, "jobs", {"jobs": []})]
+    texts += [events.text(number, "job", {"name": "few"}) for number in (1, 2, 5, 6)]
+    seen.take(b"HTTP/1.1 200 OK\r\n\r\nretry: 1000\n\n" + texts[0] + texts[1][:20])
+    seen.take(texts[1][20:] + b"".join(texts[2:]))
+    assert (seen.last, seen.lost, list(seen.told)) == (6, 2, ["few"])
+    seen.take(events.text(9, "jobs", {"jobs": []}))
+    assert (seen.last, seen.lost) == (9, 5)
+
+
+def test_events_after_a_number():
+    events, woken = Events(), []
+    with events.watched(lambda: woken.append(True)):
+        for number in range(MOST_KEPT + 10):
+            events.note_job(f"job-{number}", Job(f"job-{number}", State.queued))
+        events.note_job("job-0", None)
+    last = MOST_KEPT + 11
+    assert len(woken) == last == events.last
+    assert events.after(last) == []
+    assert events.after(-1) is events.after(last + 1) is events.after(last - MOST_KEPT - 1) is None
+    position, seen = last - MOST_KEPT, []
+    while missed := events.after(position):
+        seen += missed
+        position = missed[-1].number
+    assert [event.number for event in seen] == list(range(last - MOST_KEPT + 1, last + 1))
+    assert seen[-1].text == f'id: {events.epoch}-{last}\nevent: deleted\ndata: {{"name": "job-0"}}\n\n'.encode()
+
+
+# --- clients that read nothing ----------------------------------------------------------------------------------------
+
+
+async def serve_connections(application, visit):
+    config = uvicorn.Config(application, lifespan="off", log_level="critical")
+    state, loop = ServerState(), asyncio.get_running_loop()
+    server = await loop.create_server(lambda: connections.Connection(config, state, {}), "127.0.0.1", 0)
+    async with server, asyncio.timeout(30):
+        return await visit(server.sockets[0].getsockname(), state)
+
+
+def test_a_client_that_reads_nothing_is_left_and_holds_little(monkeypatch):
+    """The answer never ends; what the service holds of it is a chunk, and what the system takes is bounded."""
+    n_sent = 0
+
+    async def answer(scope, receive, send):
+        nonlocal n_sent
+        await send({"type": "http.response.start", "status": 200, "headers": []})
+        while True:
+            await send({"type": "http.response.body", "body": bytes(1 << 16), "more_body": True})
+            n_sent += 1
+            message = asyncio.ensure_future(receive())
+            await asyncio.sleep(0)
+            if message.done() and message.result()["type"] == "http.disconnect":
+                return
+            message.cancel()
+
+    async def visit(address, state):
+        _, writer = await asyncio.open_connection(*address, limit=1)
+        writer.write(b"GET / HTTP/1.1\r\nHost: x\r\n\r\n")
+        while not state.tasks:
+            await asyncio.sleep(0.01)
+        (connection,) = state.connections
+        held, sizes = connection.transport, []
+        while state.connections:
+            sizes.append(held.get_write_buffer_size())
+            await asyncio.sleep(0.01)
+        writer.close()
+        return max(sizes)
+
+    monkeypatch.setattr(connections, "_TAKE_SECONDS", 0.5)
+    assert asyncio.run(serve_connections(answer, visit)) <= 2 << 16
+    assert 0 < n_sent < 1000
+
+
+def test_a_client_that_reads_slowly_gets_everything(monkeypatch):
+    async def answer(scope, receive, send):
+        await send({"type": "http.response.start", "status": 200, "headers": []})
+        for _ in range(480):
+            await send({"type": "http.response.body", "body": bytes(1 << 16), "more_body": True})
+        await send({"type": "http.response.body"})
+
+    async def visit(address, state):
+        reader, writer = await asyncio.open_connection(*address, limit=1 << 16)
+        writer.write(b"GET / HTTP/1.0\r\nHost: x\r\n\r\n")
+        size = len(await reader.read(1 << 18))
+        while data := await reader.read(1 << 18):
+            size += len(data)
+            await asyncio.sleep(0.005)  # in all longer than it has for one part
+        writer.close()
+        return size
+
+    monkeypatch.setattr(connections, "_TAKE_SECONDS", 0.3)
+    assert asyncio.run(serve_connections(answer, visit)) > 480 << 16
+
+
+def test_connections_beyond_the_most_are_closed(monkeypatch):
+    async def answer(scope, receive, send):
+        await send({"type": "http.response.start", "status": 204, "headers": []})
+        await send({"type": "http.response.body"})
+
+    async def visit(address, state):
+        first = [await asyncio.open_connection(*address) for _ in range(3)]
+        reader, writer = await asyncio.open_connection(*address)
+        writer.write(b"GET / HTTP/1.1\r\nHost: x\r\n\r\n")
+        with contextlib.suppress(ConnectionError):
+            assert await reader.read() == b""
+        first[0][1].close()
+        while len(state.connections) > 2:
+            await asyncio.sleep(0.01)
+        reader, again = await asyncio.open_connection(*address)
+        again.write(b"GET / HTTP/1.1\r\nHost: x\r\n\r\n")
+        assert (await reader.readline()).startswith(b"HTTP/1.1 204")
+        for _, open_writer in [*first, (None, writer), (None, again)]:
+            open_writer.close()
+
+    monkeypatch.setattr(connections, "_MOST_CONNECTIONS", 3)
+    asyncio.run(serve_connections(answer, visit))
+
+
+def test_as_many_files_as_the_system_allows_may_be_open():
+    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    try:
+        resource.setrlimit(resource.RLIMIT_NOFILE, (100, hard))
+        _allow_open_files()
+        assert resource.getrlimit(resource.RLIMIT_NOFILE) == (min(hard, 65_536), hard)
+    finally:
+        resource.setrlimit(resource.RLIMIT_NOFILE, (soft, hard))
+
+
+# --- watchers of a server that runs -----------------------------------------------------------------------------------
+
+
+def test_a_stop_does_not_wait_for_watchers_that_read_nothing(tmp_path):
+    with Served(tmp_path / "served") as server, contextlib.ExitStack() as open_sockets:
+        host, port = server.url.removeprefix("http://").split(":")
+        for _ in range(20):
+            watcher = open_sockets.enter_context(socket.create_connection((host, int(port))))
+            head = f"GET /api/events HTTP/1.1\r\nHost: {host}:{port}\r\nAuthorization: Bearer {server.token}\r\n\r\n"
+            watcher.sendall(head.encode())
+        with server.client() as client:
+            client.post("/api/studies", json={"name": "good", "study": GOOD}).raise_for_status()
+            assert wait_settled(client, "good")["state"] == "done"
+            assert "explore_watchers 20" in client.get("/metrics").text.splitlines()
+        start = time.monotonic()
+        assert server.stop() == 0
+        assert time.monotonic() - start < 4  # 0.5 s on a free machine; waiting for the next sign of life takes 5 s
+
+
+def test_a_stream_ends_after_a_while(monkeypatch):
+    """A client comes back then, with its right checked again, for what it missed."""
+
+    async def watch():
+        events = Events()
+        station = type("Station", (), {"events": events, "jobs": type("Jobs", (), {"in_order": lambda _: []})()})()
+        return [text async for text in job_routes._stream(station, "", lambda: False)]
+
+    monkeypatch.setattr(job_routes, "_STREAM_SECONDS", 0.2)
+    monkeypatch.setattr(job_routes, "_HEARTBEAT", 0.05)
+    texts = asyncio.run(asyncio.wait_for(watch(), 10))
+    assert texts[0] == b"retry: 1000\n\n"
+    assert b"event: jobs" in texts[1]
+    assert texts[-1] == b": nothing new\n\n"
+    assert len(texts) < 8
