@@ -277,6 +277,29 @@ def test_names_never_leave_the_folder(client, served):
     assert sorted(served.folder.parent.rglob("*.toml")) == before
 
 
+def test_errors_of_results_do_not_tell_where_the_folder_is(client, served):
+    client.post("/api/studies", json={"name": "damaged", "study": GOOD}).raise_for_status()
+    assert wait_settled(client, "damaged")["state"] == "done"
+    (served.folder / "results/damaged.h5").write_bytes(b"no results")
+    answer = client.get("/api/results/damaged")
+    assert (answer.status_code, answer.json()["detail"][:36]) == (409, "results/damaged.h5 is not an HDF5 fi")
+    client.delete("/api/jobs/damaged").raise_for_status()
+
+
+def test_a_request_has_one_length(served):
+    """A proxy and the server must not see the end of a request at different places."""
+    host, port = served.url.removeprefix("http://").split(":")
+    with socket.create_connection((host, int(port)), timeout=30) as connection, connection.makefile("rb") as answer:
+        head = (
+            f"POST /api/session HTTP/1.1\r\nHost: {host}:{port}\r\nContent-Length: 4\r\nTransfer-Encoding: chunked\r\n"
+        )
+        connection.sendall(f"{head}\r\n0\r\n\r\nGET / HTTP/1.1\r\nHost: {host}:{port}\r\n\r\n".encode())
+        content = answer.read()
+    assert content.startswith(b"HTTP/1.1 400 ")
+    assert b"a request has Content-Length or Transfer-Encoding, not both" in content
+    assert content.count(b"HTTP/1.1") == 1
+
+
 def test_problems_of_a_study_come_with_their_lines(client):
     answer = client.post("/api/studies", json={"name": "wrong", "study": FEW.replace("crank =", "cranc =")})
     assert answer.status_code == 422

@@ -284,7 +284,7 @@ def test_results_of_another_study_fail_the_job_in_words_and_the_log_tells(tmp_pa
         assert [json.loads(line)["event"] for line in lines] == ["queued", "running", "done"]
         assert json.loads(lines[-1])["done"] == 8
         assert job.state == State.failed
-        assert "good.h5" in job.reason
+        assert job.reason.startswith("results/good.h5")
         assert "Traceback" not in job.reason
         station.runner.join(0.1)
         wait_until(lambda: can_delete(station.jobs, "good"))

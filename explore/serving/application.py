@@ -87,9 +87,10 @@ def metrics(station: StationOf) -> Response:
     return Response(metrics_text(station), media_type="text/plain; version=0.0.4; charset=utf-8")
 
 
-def _explain(_: Request, error: Exception) -> Response:
-    """An error of explore: its sentence, and the problems of a study each with its line."""
-    content: dict[str, Any] = {"detail": str(error)}
+def _explain(request: Request, error: Exception) -> Response:
+    """An error of explore: its sentence, without the server's path, and the problems of a study each with its line."""
+    station: Station = request.app.state.station
+    content: dict[str, Any] = {"detail": station.folder.without_path(str(error))}
     if isinstance(error, ConfigError):
         places = [(_LINE.match(problem), problem) for problem in error.problems]
         content["problems"] = [{"line": int(place[1]) if place else None, "text": text} for place, text in places]

@@ -115,6 +115,10 @@ class Folder:
         found = {match[1] for file in self._settled[state].iterdir() if (match := _SETTLED.fullmatch(file.name))}
         return sorted(found - {_OWN_NAME})
 
+    def without_path(self, text: str) -> str:
+        """A text for clients: its files named from this folder on, which may lie anywhere on the server."""
+        return text.replace(f"{self.path}/", "")
+
     def delete(self, name: str, study: Path) -> None:
         """Remove a job: its results first, its study next, so that a kill between the two leaves a job to delete."""
         results = self.results_path(name)

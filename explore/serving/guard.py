@@ -134,6 +134,8 @@ def _headers(scope: Scope) -> dict[bytes, bytes]:
         if name in headers and name in (b"host", b"origin", b"authorization"):
             raise _RefusedError(400, f"the header {name.decode('latin-1')} occurs twice")
         headers[name] = headers[name] + b"; " + value if name == b"cookie" and name in headers else value
+    if b"content-length" in headers and b"transfer-encoding" in headers:  # a proxy may have read another end of it
+        raise _RefusedError(400, "a request has Content-Length or Transfer-Encoding, not both")
     return headers
 
 
@@ -178,7 +180,7 @@ async def _answer(send: Send, refused: _RefusedError) -> None:
     headers = [(b"content-type", b"application/json"), (b"content-length", str(len(body)).encode())]
     if refused.status == 401:
         headers.append((b"www-authenticate", b"Bearer"))
-    if refused.status in (408, 413):
+    if refused.status in (400, 408, 413):
         headers.append((b"connection", b"close"))
     await send({"type": "http.response.start", "status": refused.status, "headers": headers})
     await send({"type": "http.response.body", "body": body})

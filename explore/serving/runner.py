@@ -140,7 +140,7 @@ class Runner(threading.Thread):
         if is_late.is_set() and code:
             return 1, f"it took longer than {self._seconds:,.0f} s, this server's limit; retry goes on from there"
         unexplained = f"its process ended with exit code {code}; {self._folder.output_path(job.name)} may say why"
-        return code, reason or (unexplained if code else "")
+        return code, self._folder.without_path(reason or (unexplained if code else ""))
 
     def _start(self, job: Job) -> subprocess.Popen[bytes]:
         options = json.dumps({"keep": job.keep, **asdict(self._work)})
