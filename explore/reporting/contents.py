@@ -90,7 +90,7 @@ def collect_contents(results: Results, mechanism: Mechanism | None, command: str
     packer = ColumnPacker()
     # The page computes motions from the declared values and converts the columns itself.
     columns = [
-        describe_column(c, results.scales[c.name], packer.add(frame[c.name].to_numpy()))
+        {**describe_column(c, results.scales[c.name]), "packed": packer.add(frame[c.name].to_numpy())}
         for c in results.columns
         if c.role != "index"
     ]
@@ -112,15 +112,15 @@ def collect_contents(results: Results, mechanism: Mechanism | None, command: str
         if feasible.held < feasible.total
         else None
     )
-    return Contents(study, packer.texts, translate_functions(_kernel(results, mechanism)) if mechanism else "")
+    return Contents(study, packer.texts, translate_functions(design_kernel(results, mechanism)) if mechanism else "")
 
 
 #: Number of steps of `collect_contents`.
 STEPS = 5
 
 
-def describe_column(column: Column, scale: Scale, place: dict[str, int | str]) -> dict[str, Any]:
-    """What a page needs to know of a column whose values are packed at a place."""
+def describe_column(column: Column, scale: Scale) -> dict[str, Any]:
+    """What a page needs to know of a column beside its values."""
     labels = _BOOLEAN_LABELS if column.name == "feasible" else column.labels
     return {
         "name": column.name,
@@ -129,7 +129,6 @@ def describe_column(column: Column, scale: Scale, place: dict[str, int | str]) -
         "role": column.role,
         "labels": {str(code): label for code, label in labels.items()} or None,
         "whole": column.dtype[1] in "iub" or column.name == "feasible",
-        "packed": place,
         "ratio": None if scale.factor == 1 else scale.ratio,
         "heading": column.name if scale.is_declared else f"{column.name} [{column.unit}]",
     }
@@ -144,7 +143,7 @@ def describe_study(results: Results, mechanism: Mechanism | None, ranking: Ranki
         "version": __version__,
         "mechanism": results.mechanism,
         "summary": mechanism.summary if mechanism else "",
-        "motion": describe_motion(_kernel(results, mechanism), results.shown_units) if mechanism else None,
+        "motion": describe_motion(design_kernel(results, mechanism), results.shown_units) if mechanism else None,
         "defaults": {p.name: p.default for p in parameters if p.default is not None},
         **_window_and_drive(results, mechanism),
         "target": _describe_target(results),
@@ -167,7 +166,7 @@ def _count_feasible(ranking: Ranking | None) -> int | None:
     return ranking.tally.n_ranked + ranking.tally.n_not_finite if ranking else None
 
 
-def _kernel(results: Results, mechanism: Mechanism) -> Mechanism:
+def design_kernel(results: Results, mechanism: Mechanism) -> Mechanism:
     """What computes the motions of the page: with forces only where the study has loads."""
     return kernel_for(mechanism, {column.name for column in results.columns if column.role == "parameter"})
 

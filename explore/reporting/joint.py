@@ -67,7 +67,8 @@ def collect_joint_contents(
     }  # fmt: skip
     scales = {name: scale for source in sources.values() for name, scale in source.scales.items()}
     described = [
-        describe_column(column, scales[name], packer.add(frame[name].to_numpy())) for name, column in columns.items()
+        {**describe_column(column, scales[name]), "packed": packer.add(frame[name].to_numpy())}
+        for name, column in columns.items()
     ]
     step("describing")
     files = [_describe_file(names[name], source, mechanism, joint, name) for name, source in sources.items()]

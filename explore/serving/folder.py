@@ -6,6 +6,7 @@
     studies/running/grid.toml    under way
     studies/done/grid.toml       finished; also failed/ and cancelled/
     results/grid.h5              the results, as `explore sweep` writes them
+    index/grid/                  values in the order that the results are browsed by; can be removed and made again
     log/grid.jsonl               what happened to the job, an event a line
     log/server.jsonl             what happened to the service
 """
@@ -14,7 +15,8 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Iterator
+import shutil
+from collections.abc import Iterable, Iterator
 from contextlib import ExitStack, contextmanager
 from enum import StrEnum
 from pathlib import Path
@@ -65,12 +67,13 @@ class Folder:
     def __init__(self, path: Path) -> None:
         self.path = path
         self.queue, self.results, self.log = path / "queue", path / "results", path / "log"
+        self.index = path / "index"
         self._settled: dict[State, Path] = {state: path / "studies" / state for state in State if state != State.queued}
 
     @contextmanager
     def locked(self) -> Iterator[None]:
         """Hold the folder; `ResultsError` that says who does if another process holds it."""
-        for folder in (self.queue, *self._settled.values(), self.results, self.log):
+        for folder in (self.queue, *self._settled.values(), self.results, self.index, self.log):
             folder.mkdir(parents=True, exist_ok=True)
             sync_folder(folder.parent)
         with ExitStack() as stack:
@@ -87,6 +90,22 @@ class Folder:
     def results_path(self, name: str) -> Path:
         """The results file of a job."""
         return self.results / f"{check_name(name)}.h5"
+
+    def index_path(self, name: str) -> Path:
+        """The folder of the index of a job's results."""
+        return self.index / check_name(name)
+
+    def remove_indexes_but(self, names: Iterable[str]) -> None:
+        """Remove the indexes of other jobs than these, and what a kill left of unfinished ones."""
+        kept = set(names)
+        for entry in [*self.index.iterdir()]:
+            if (
+                entry.is_dir()
+                and not entry.is_symlink()
+                and NAME.fullmatch(entry.name.partition(".unfinished-")[0])
+                and entry.name not in kept
+            ):
+                shutil.rmtree(entry)
 
     def log_path(self, name: str) -> Path:
         """The log of a job."""
@@ -126,6 +145,8 @@ class Folder:
             if file.name == results.name or file.name.startswith(f"{results.name}."):
                 file.unlink(missing_ok=True)
         sync_folder(self.results)
+        if self.index_path(name).is_dir():
+            shutil.rmtree(self.index_path(name))
         study.unlink(missing_ok=True)
         sync_folder(study.parent)
         for file in (self.log_path(name), self.output_path(name)):

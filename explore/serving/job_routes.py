@@ -88,6 +88,7 @@ def prioritise(name: JobName, body: Priority, station: StationOf) -> dict[str, A
 @router.delete("/jobs/{name}", status_code=204)
 def delete(name: JobName, station: StationOf) -> None:
     """Delete a job that does not run, with its results."""
+    station.indexes.forget(name)
     station.jobs.delete(name)
 
 

@@ -8,8 +8,10 @@ from typing import Any
 
 from explore.errors import RequestError
 from explore.json_text import json_value
+from explore.model.mechanism import Mechanism
 from explore.ranking.limits import parse_limits
 from explore.ranking.rankings import RankRequest, rank_source
+from explore.request.names import find_mechanism
 from explore.store.labels import with_labels, with_units
 from explore.store.open_results import open_results
 from explore.store.results import Results
@@ -21,6 +23,11 @@ def open_shown(path: Path) -> Results:
     """Results in the units of their study."""
     results = open_results(path)
     return show_results(results, read_shown_units(units_of_study(results)))
+
+
+def with_mechanism(results: Results) -> tuple[Results, Mechanism]:
+    """Results and their mechanism; `RequestError` if this version does not have it."""
+    return results, find_mechanism(results.mechanism, results.points, results.target)
 
 
 def summarise(results: Results) -> dict[str, Any]:

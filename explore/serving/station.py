@@ -9,6 +9,7 @@ from pathlib import Path
 
 from explore.serving.events import Events
 from explore.serving.folder import Folder
+from explore.serving.indexes import Indexes
 from explore.serving.plans import Limits
 from explore.serving.queue import Jobs
 from explore.serving.runner import Runner, Work
@@ -23,6 +24,7 @@ class Station:
     jobs: Jobs
     events: Events
     runner: Runner
+    indexes: Indexes
     workers: int | None
 
 
@@ -40,8 +42,11 @@ def open_station(path: Path, limits: Limits, work: Work) -> Iterator[Station]:
         events = Events()
         jobs = Jobs(folder, limits, events.note_job)
         runner = Runner(jobs, folder, work, limits.seconds)
+        indexes = Indexes(jobs, folder)
         runner.start()
+        indexes.start()
         try:
-            yield Station(folder, limits, jobs, events, runner, work.workers)
+            yield Station(folder, limits, jobs, events, runner, indexes, work.workers)
         finally:
+            indexes.stop()
             runner.stop()

@@ -1,0 +1,150 @@
+"""What the service tells of indexed results: counts by bins and single points, in the shown units."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from explore.browsing.counting import Range, count_density, count_histograms, find_points, whole_range
+from explore.browsing.selections import Selection, group_conditions
+from explore.errors import RequestError
+from explore.json_text import json_value
+from explore.ranking.conditions import parse_condition
+from explore.ranking.rankings import rankable_names
+from explore.serving.indexes import Browsed
+from explore.store.results import Results
+from explore.suggest import format_value, suggestion
+
+_KINDS = ("parameter", "metric", "margin")
+
+
+@dataclass(frozen=True)
+class Window:
+    """Ends of two axes in shown units; None for the least or the largest value."""
+
+    x_low: float | None
+    x_high: float | None
+    y_low: float | None
+    y_high: float | None
+
+
+def describe_browsing(results: Results, browsed: Browsed | None) -> dict[str, Any]:
+    """What a page needs to start: columns, constraints and metrics to rank by; ranges only with an index."""
+    indexed = browsed.index.columns if browsed else {}
+    columns = []
+    for column in results.columns:
+        if column.role not in _KINDS or column.labels:
+            continue
+        facts, scale = indexed[column.name].facts if column.name in indexed else None, results.scales[column.name]
+        columns.append(
+            {
+                "name": column.name,
+                "unit": column.unit,
+                "meaning": column.long_name,
+                "kind": column.role,
+                "low": scale.show(facts.low) if facts and facts.low is not None else None,
+                "high": scale.show(facts.high) if facts and facts.high is not None else None,
+                "distinct": facts.distinct if facts else None,
+            }
+        )
+    units = results.units
+    constraints = [
+        {"metric": metric, "kind": side, "limit": bound, "unit": units.get(metric, units.get(f"{metric}_margin", ""))}
+        for metric, sides in results.constraints.items()
+        for side, bound in sides.items()
+        if bound is not None
+    ]
+    return dict(
+        json_value(
+            {
+                "designs": results.n_committed,
+                "complete": results.is_complete,
+                "keep": results.keep,
+                "columns": columns,
+                "constraints": constraints,
+                "objectives": results.objectives,
+                "rank_metrics": rankable_names(results),
+            }
+        )
+    )
+
+
+def describe_histograms(browsed: Browsed, columns: Sequence[str], where: Sequence[str], bins: int) -> dict[str, Any]:
+    """Counts of columns by the bins of each, of all designs and of those that the other columns' conditions leave."""
+    selection = _selection(browsed, where)
+    ranges = [_range(browsed, name, None, None, bins) for name in columns]
+    counted = count_histograms(browsed.index, selection, ranges)
+    return {
+        "designs": browsed.index.n_designs,
+        "selected": counted.n_selected,
+        "columns": [
+            {
+                **_describe_range(browsed.results, own),
+                "all": histogram.everything.tolist(),
+                "selected": histogram.selected.tolist(),
+                "missing": browsed.index.columns[own.column].facts.missing,
+            }
+            for own, histogram in zip(ranges, counted.columns, strict=True)
+        ],
+    }
+
+
+def describe_density(
+    browsed: Browsed, x: str, y: str, where: Sequence[str], bins: tuple[int, int], window: Window
+) -> dict[str, Any]:
+    """Counts of two columns together within a window."""
+    x_range = _range(browsed, x, window.x_low, window.x_high, bins[0])
+    y_range = _range(browsed, y, window.y_low, window.y_high, bins[1])
+    counted = count_density(browsed.index, _selection(browsed, where), x_range, y_range)
+    return {
+        "x": _describe_range(browsed.results, x_range),
+        "y": _describe_range(browsed.results, y_range),
+        "bins_x": bins[0],
+        "bins_y": bins[1],
+        "counts": counted.selected.ravel().tolist(),
+        "all": counted.everything.ravel().tolist(),
+        "selected": counted.n_selected,
+        "shown": int(counted.selected.sum()),
+    }
+
+
+def list_points(browsed: Browsed, x: str, y: str, where: Sequence[str], window: Window, limit: int) -> dict[str, Any]:
+    """The selected designs within a window: their number, and design, x and y of each if they are few enough."""
+    x_range = _range(browsed, x, window.x_low, window.x_high, 1)
+    y_range = _range(browsed, y, window.y_low, window.y_high, 1)
+    count, places = find_points(browsed.index, _selection(browsed, where), x_range, y_range, limit)
+    if count > limit:
+        return {"count": count, "points": None}
+    columns, scales = browsed.index.columns, browsed.results.scales
+    designs = columns["design"].values[places].astype(int).tolist()
+    shown = [scales[name].show_all(columns[name].values[places]).tolist() for name in (x, y)]
+    return {"count": count, "points": [list(point) for point in zip(designs, *shown, strict=True)]}
+
+
+def _selection(browsed: Browsed, where: Sequence[str]) -> Selection:
+    names, scales = list(browsed.index.columns), browsed.results.scales
+    return group_conditions(parse_condition(text, names, scales) for text in where)
+
+
+def _range(browsed: Browsed, name: str, low: float | None, high: float | None, bins: int) -> Range:
+    """Bins of a column between two ends in the shown unit."""
+    column = browsed.index.columns.get(name)
+    if column is None:
+        raise RequestError(f"no column {format_value(name)}; {suggestion(name, browsed.index.columns)}")
+    whole, scale = whole_range(column, bins), browsed.results.scales[name]
+    own = Range(
+        name,
+        whole.low if low is None else scale.read(repr(low)),
+        whole.high if high is None else scale.read(repr(high)),
+        bins,
+    )
+    if own.low > own.high:
+        raise RequestError(f"{name}: the window begins at {scale.show(own.low):g}, which is after its end")
+    return own
+
+
+def _describe_range(results: Results, own: Range) -> dict[str, Any]:
+    scale = results.scales[own.column]
+    low, high = scale.show(own.low), scale.show(own.high)
+    return dict(json_value({"name": own.column, "unit": results.units[own.column], "low": low, "high": high}))

@@ -1,0 +1,147 @@
+"""The results browser over HTTP: its routes count what pandas counts on the loaded file."""
+
+import time
+
+import numpy as np
+import pytest
+from served import Served, wait_settled
+
+from explore.serving.results_views import open_shown
+
+STUDY = """mechanism = "crank-rocker"
+[parameters]
+crank = { start = 80, stop = 260, num = 200 }
+coupler = { start = 900, stop = 1100, num = 11 }
+rocker = 541.7118
+ground = { start = 600, stop = 800, num = 41 }
+[constraints]
+swing_angle = { min = 20 }
+[units]
+length = "in"
+[rank]
+metrics = ["cv:min"]
+"""
+
+
+@pytest.fixture(scope="module")
+def served(tmp_path_factory):
+    with Served(tmp_path_factory.mktemp("browsing") / "served") as server:
+        with server.client() as client:
+            client.post("/api/studies", json={"name": "grid", "study": STUDY}).raise_for_status()
+            assert wait_settled(client, "grid")["state"] == "done"
+        yield server
+        assert server.stop() == 0
+
+
+@pytest.fixture
+def client(served):
+    with served.client() as client:
+        yield client
+
+
+@pytest.fixture
+def indexed(client):
+    """A client of results with an index."""
+    build(client, "grid")
+    return client
+
+
+@pytest.fixture(scope="module")
+def frame(served):
+    """The file in the shown units."""
+    path = served.folder / "results" / "grid.h5"
+    return open_shown(path).to_pandas().reset_index()
+
+
+def build(client, name):
+    client.get(f"/api/results/{name}/index", params={"build": True}).raise_for_status()
+    end = time.monotonic() + 60
+    while (state := client.get(f"/api/results/{name}/index").json())["state"] != "ready":
+        assert state["state"] == "building"
+        assert time.monotonic() < end
+        time.sleep(0.01)
+    return state
+
+
+def get(client, route, **query):
+    answer = client.get(f"/api/results/grid/{route}", params=query)
+    assert answer.status_code == 200, answer.text
+    return answer.json()
+
+
+def test_browsing_says_what_a_page_needs(indexed, frame):
+    told = get(indexed, "browsing")
+    assert told["index"] == {"state": "ready", "share": 1.0, "designs": len(frame)}
+    columns = {column["name"]: column for column in told["columns"]}
+    crank = columns["crank"]
+    assert (crank["kind"], crank["unit"], crank["distinct"]) == ("parameter", "in", 200)
+    assert (crank["low"], crank["high"]) == (frame["crank"].min(), frame["crank"].max())
+    assert columns["cv"]["kind"] == "metric"
+    assert columns["swing_angle_margin"]["kind"] == "margin"
+    assert {"metric": "swing_angle", "kind": "min", "limit": 20.0, "unit": "deg"} in told["constraints"]
+    assert "cv" in told["rank_metrics"]
+
+
+def test_histograms_leave_out_the_conditions_on_their_own_column(indexed, frame):
+    told = get(indexed, "histograms", columns="crank,cv", where=["crank < 5 in", "cv < 0.8"], bins=20)
+    short, smooth = frame["crank"] < 5, frame["cv"] < 0.8
+    assert (told["designs"], told["selected"]) == (len(frame), (short & smooth).sum())
+    for column, others in zip(told["columns"], (smooth, short), strict=True):
+        values = frame[column["name"]]
+        finite = values[np.isfinite(values)]
+        reach = (finite.min(), finite.max())
+        assert (column["low"], column["high"]) == reach
+        assert column["missing"] == len(values) - len(finite)
+        assert sum(column["all"]) == len(finite)
+        assert sum(column["selected"]) == (others & np.isfinite(values)).sum()
+        assert column["selected"] == np.histogram(values[others], bins=20, range=reach)[0].tolist()
+
+
+def test_density_counts_within_a_window(indexed, frame):
+    told = get(
+        indexed, "density", x="crank", y="cv", where="ground > 28", bins_x=16, bins_y=9, x_low=4, x_high=6.1, y_high=0.9
+    )
+    is_long = frame["ground"] > 28
+    window = [(0.0 + frame["cv"].min(), 0.9), (4, 6.1)]
+    assert told["selected"] == is_long.sum()
+    for key, rows in (("counts", is_long), ("all", is_long | True)):
+        chosen = frame[rows & np.isfinite(frame["cv"])]
+        expected = np.histogram2d(chosen["cv"], chosen["crank"], bins=(9, 16), range=window)[0]
+        assert np.array_equal(np.reshape(told[key], (9, 16)), expected)
+    assert told["shown"] == sum(told["counts"])
+
+
+def test_points_are_sent_if_they_are_few(indexed, frame):
+    smooth = float(frame.loc[frame["feasible"], "cv"].quantile(0.01))
+    query = {"x": "crank", "y": "cv", "where": "feasible == 1", "y_high": smooth}
+    rows = frame[frame["feasible"] & (frame["cv"] <= smooth)]
+    told = get(indexed, "points", **query, limit=20_000)
+    assert told["count"] == len(rows) > 10
+    assert told["points"] == rows[["design", "crank", "cv"]].to_numpy().tolist()
+    assert get(indexed, "points", **query, limit=10) == {"count": len(rows), "points": None}
+
+
+def test_a_design_comes_with_its_motion(indexed, frame):
+    design = int(frame.loc[frame["feasible"], "design"].iloc[0])
+    told = get(indexed, f"design/{design}/motion")
+    values = {column["name"]: column["declared"][0] for column in told["columns"]}
+    assert values["crank"] == pytest.approx(25.4 * frame["crank"][design], rel=1e-15)
+    assert told["motion"]["drawing"]
+    assert (told["designs"], told["kinds"]) == ([design], [1])
+    script = indexed.get("/api/results/grid/motion.js")
+    assert script.headers["content-type"] == "text/javascript; charset=utf-8"
+    assert script.text.startswith("globalThis.exploreMechanism = ")
+
+
+@pytest.mark.parametrize(
+    ("route", "query", "reason"),
+    [
+        ("histograms", {"columns": "crnk"}, "did you mean 'crank'?"),
+        ("histograms", {"columns": "crank", "where": "cv <"}, "where: "),
+        ("density", {"x": "crank", "y": "cv", "x_low": 6, "x_high": 5}, "crank: the window begins at 6"),
+    ],
+)
+def test_what_is_wrong_is_said(indexed, route, query, reason):
+    answer = indexed.get(f"/api/results/grid/{route}", params=query)
+    assert answer.status_code == 400
+    assert reason in answer.json()["detail"]
