@@ -106,5 +106,23 @@ def test_random_linkages_pass_their_own_points():
     assert kinds == {"turn", "front", "back", "sides"}
 
 
+@pytest.mark.parametrize("branch", [1, -1])
+def test_a_point_at_the_pivot_of_the_crank_is_passed(branch):
+    """Where the arm of the point is as long as the crank, the point returns to the pivot: found by bisection."""
+    point = TURNING.crank / TURNING.coupler * np.exp(0.8j)
+    linkage = FourBar(TURNING.crank_pivot, TURNING.rocker_pivot, 1.0, 3.5, 2.5, point, branch)
+    pins = linkage.crank_pins(angles := np.linspace(0, 2 * np.pi, 100_001))
+    fold = np.angle((linkage.rocker_pins(angles) - pins) * point / (linkage.crank_pivot - pins))
+    start = angles[np.flatnonzero((fold[:-1] * fold[1:] <= 0.0) & (np.abs(fold[1:]) < 1.0))[0]]
+    path = linkage.points(start + np.array([0.0, 0.7, 1.9, 3.0]))
+    path[0] = linkage.crank_pivot
+    passage = find_passage(linkage, path)
+    assert passage.fate == PASSES
+    assert passage.angles[0] % (2 * np.pi) == pytest.approx(start, abs=1e-4)
+    # with another arm the point stays off the pivot
+    off = FourBar(TURNING.crank_pivot, TURNING.rocker_pivot, 1.0, 3.5, 2.5, 1.1 * point, branch)
+    assert find_passage(off, path[:1]).fate == MISSES
+
+
 def test_every_fate_has_a_sentence():
     assert list(SENTENCES) == [PASSES, WRONG_ORDER, OTHER_BRANCH, OTHER_CIRCUIT, MISSES]

@@ -2,12 +2,13 @@
 
 import numpy as np
 import pytest
+from command_line import run
 from test_synthesis_poses import random_motion, reference
 
 import explore
 from explore.errors import ConfigError
 from explore.synthesis.defects import OTHER_BRANCH, OTHER_CIRCUIT, PASSES, WRONG_ORDER
-from explore.synthesis.guidance import find_pairs
+from explore.synthesis.guidance import PivotBox, find_pairs
 from explore.synthesis.linkages import FourBar
 from explore.synthesis.pose_fits import fit_poses, measure_poses
 from explore.synthesis.poses import Poses
@@ -148,6 +149,60 @@ def test_more_poses_than_five_are_met_nearly(tmp_path):
     assert best["path_error_rms"] < 0.03
     assert best["angle_error_max"] < 0.2
     assert best[["crank", "coupler", "rocker", "ground"]].tolist() == pytest.approx([10, 35, 25, 40], rel=0.03)
+
+
+THREE = "poses = [[12.06, 13.06, 37.7], [10.46, 16.81, 29.3], [5.80, 18.66, 23.6]]"
+BOXES = "crank_pivot = { x = 0, y = 0 }\nrocker_pivot = { x = [10, 60], y = [-10, 10] }"
+
+
+def synthesized(folder, target, bounds):
+    path = folder / "task.toml"
+    path.write_text(f'task = "motion"\n[target]\n{target}\n[bounds]\n{bounds}\n', encoding="utf-8")
+    return explore.synthesize(path, folder / "task.h5", restart=True)
+
+
+def test_three_poses_from_given_pivots(tmp_path):
+    frame = synthesized(tmp_path, THREE, BOXES + "\nlink_ratio_max = 4").to_pandas()
+    assert len(frame) == 20
+    assert frame["feasible"].all()
+    assert np.abs(frame[["crank_pivot_x", "crank_pivot_y"]]).to_numpy().max() < 1e-9
+    other = frame["ground"] * np.exp(1j * np.radians(frame["ground_angle"]))
+    assert other.map(lambda z: z.real).between(10 - 1e-6, 60 + 1e-6).all()
+    assert other.map(lambda z: z.imag).between(-10 - 1e-6, 10 + 1e-6).all()
+    assert frame["link_ratio"].max() <= 4
+    assert frame["path_error_max"].max() < 1e-9  # by simulation: the dyads are of the poses, not of their inverse
+
+
+def test_four_poses_with_pivots_in_boxes():
+    poses, _ = reference(4)
+    boxes = PivotBox(-3 - 3j, 3 + 3j), PivotBox(3 - 2j, 6 + 2j)
+    pairs = find_pairs(poses, 12.0, boxes=boxes)
+    inside = boxes[0].has(pairs.fixed[0]) & boxes[1].has(pairs.fixed[1])
+    # The source stands at 0 and 4. Only dyads of either box are paired, so that many of the pairs are in both.
+    assert inside.sum() > 0.1 * len(inside)
+    assert np.abs(pairs.fixed[:, inside] - np.array([[0], [4]])).max(axis=0).min() < 0.05
+
+
+def test_linkages_that_do_not_pass_are_rows_that_are_not_feasible(tmp_path):
+    """Poses in an order in which no linkage takes them."""
+    poses, _ = reference(5)
+    rows = np.column_stack([poses.points.real, poses.points.imag, np.degrees(poses.angles)]).tolist()
+    target = f"poses = {[rows[k] for k in (0, 2, 1, 4, 3)]}"
+    required = synthesized(tmp_path, target, "transmission_angle_min = 0\nsize_ratio_max = 1e3")
+    assert required.constraints["passage"] == {"min": None, "max": 0.0}
+    frame = required.to_pandas()
+    assert len(frame) == 12
+    assert not frame["feasible"].any()
+    assert (frame["passage_margin"] == -frame["passage"]).all()
+    assert (frame["passage"] > 0).all()
+    bounds = 'transmission_angle_min = 0\nsize_ratio_max = 1e3\npassage = "reported"'
+    reported = synthesized(tmp_path, target, bounds)
+    assert "passage" not in reported.constraints
+    assert reported.to_pandas()["feasible"].any()
+    # A refinement computes what the study does, which passage is not.
+    run("refine", "task.h5", "--evaluations", "64", cwd=tmp_path)
+    synthesized(tmp_path, target, "transmission_angle_min = 0\nsize_ratio_max = 1e3")
+    run("refine", "task.h5", "--evaluations", "64", "-o", "again.h5", cwd=tmp_path)
 
 
 @pytest.mark.parametrize(

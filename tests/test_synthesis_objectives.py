@@ -149,6 +149,38 @@ metrics = [
         parse_task(FUNCTION + "[rank]\nmetrics = 3\n", "task.toml")
 
 
+def test_a_misspelled_error_of_the_task_is_known():
+    with pytest.raises(ConfigError, match="unknown metric 'output_eror_rms'; did you mean 'output_error_rms'"):
+        parse_task(FUNCTION + '[rank]\nmetrics = ["output_eror_rms"]\n', "task.toml")
+
+
+def test_constraints_on_errors_that_the_solver_measures(tmp_path):
+    text = FUNCTION + "[search]\ncount = 5\n[constraints]\noutput_error_rms = { max = 0.3 }\n"
+    (tmp_path / "log.toml").write_text(text, encoding="utf-8")
+    results = explore.synthesize(tmp_path / "log.toml", tmp_path / "log.h5")
+    frame = results.to_pandas()
+    assert results.constraints["output_error_rms"] == {"min": None, "max": 0.3}
+    assert results.constraints["output_error_max"] == {"min": None, "max": 2.0}
+    assert 0 < frame["feasible"].sum() < len(frame)
+    assert (frame["feasible"] == (frame["output_error_rms"] <= 0.3)).all()
+    assert (frame["output_error_rms_margin"] == 0.3 - frame["output_error_rms"]).all()
+
+
+@pytest.mark.parametrize(
+    ("text", "problem"),
+    [
+        ("output_error_rms = 3", "constraints.output_error_rms: must be a table such as { max = 0.5 }, got 3"),
+        ("output_error_rms = { most = 3 }", "must be a table such as { max = 0.5 }, got {'most': 3}"),
+        ("output_error_rms = { max = 'a' }", "constraints.output_error_rms.max: must be a number, got 'a'"),
+    ],
+)
+def test_wrong_constraints_on_errors_of_the_task(text, problem):
+    with pytest.raises(ConfigError) as caught:
+        parse_task(FUNCTION + f"[constraints]\n{text}\n", "task.toml")
+    (line,) = caught.value.problems
+    assert line.endswith(problem)
+
+
 def test_errors_of_another_task_are_unknown():
     with pytest.raises(ConfigError, match="unknown metric 'dwell_error'"):
         parse_task(FUNCTION + '[rank]\nmetrics = ["dwell_error"]\n', "task.toml")

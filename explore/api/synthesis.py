@@ -6,6 +6,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from explore.model.progress import ReportProgress
+from explore.model.quantities import Metric
+from explore.model.request import Constraint
 from explore.store.open_results import open_results
 from explore.store.results import Results
 from explore.sweeping.synthesis_runs import CandidateRows, Measured, evaluate_candidates
@@ -59,8 +61,13 @@ def synthesize(
 
 def rows_of(task: TaskFile, candidates: Candidates) -> CandidateRows:
     """The candidates of a task, evaluated."""
-    study = task.study(candidates)
-    measured = Measured(
-        candidates.added, candidates.stored(), task.task.measured, task.objectives(study), candidates.sentences
+    study, columns = task.study(candidates), {column.name: column for column in candidates.added}
+    constraints = tuple(
+        Constraint(Metric(name, columns[name].unit, columns[name].long_name), sides.get("min"), sides.get("max"))
+        for name, sides in task.measured_constraints.items()
     )
+    measured = Measured(
+        candidates.added, candidates.stored(), task.task.measured, task.objectives(study), candidates.sentences,
+        constraints,
+    )  # fmt: skip
     return evaluate_candidates(study, candidates.parameters, measured, task.text, candidates.tried)

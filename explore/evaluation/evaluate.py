@@ -28,7 +28,7 @@ from explore.evaluation.kinematics import evaluate_kinematics
 from explore.evaluation.sampled import statistics_tolerance
 from explore.model.columns import Arrays, Column
 from explore.model.mechanism import Mechanism
-from explore.model.quantities import FloatArray, Metric
+from explore.model.quantities import AnyMetric, FloatArray, Metric
 from explore.model.request import Request
 from explore.model.status import Status
 
@@ -58,9 +58,7 @@ def output_columns(request: Request, parameters: Sequence[str]) -> tuple[Column,
             labels[-1] = "undefined"
         columns.append(Column(metric.name, metric.unit, metric.long_name, "metric", "|i1" if labels else "<f8", labels))
     for constraint in request.constraints:
-        metric = constraint.metric
-        long_name = f"signed distance of {metric.name} to its nearer bound, >= 0 when satisfied"
-        columns.append(Column(f"{metric.name}_margin", metric.unit, long_name, "margin"))
+        columns.append(margin_column(constraint.metric))
     return (
         *columns,
         Column("nodes", "1", "signal evaluations", "bookkeeping", "<i4"),
@@ -68,6 +66,12 @@ def output_columns(request: Request, parameters: Sequence[str]) -> tuple[Column,
         Column("feasible", "", "computed and every constraint satisfied", "bookkeeping", "|i1", {0: "no", 1: "yes"}),
         Column("status", "", "what became of the design", "bookkeeping", "|i1", request.mechanism.status_labels),
     )
+
+
+def margin_column(metric: AnyMetric) -> Column:
+    """The column with the margins of a constraint on a metric."""
+    meaning = f"signed distance of {metric.name} to its nearer bound, >= 0 when satisfied"
+    return Column(f"{metric.name}_margin", metric.unit, meaning, "margin")
 
 
 def evaluate_columns(request: Request, parameters: Arrays) -> Evaluation:

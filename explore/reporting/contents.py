@@ -14,7 +14,7 @@ from explore._version import __version__
 from explore.charts.bounds import drive_of, signal_bounds, uses_drive_stroke
 from explore.charts.labels import results_name, unit_text
 from explore.errors import RequestError
-from explore.model.columns import Column
+from explore.model.columns import Attribute, Column
 from explore.model.mechanism import Mechanism
 from explore.model.points import drawn_name
 from explore.ranking.rankings import Ranking, rank_source
@@ -157,9 +157,14 @@ def describe_study(results: Results, mechanism: Mechanism | None, ranking: Ranki
         "feasible": _count_feasible(ranking),
         "missed": _describe_constraints(results, ranking),
         "bounds": _bounds(results, mechanism),
-        "facts": [[k, str(v)] for k, v in sorted(results.attributes.items()) if k not in _HIDDEN_ATTRIBUTES],
+        "facts": [[k, _words(k, v)] for k, v in sorted(results.attributes.items()) if k not in _HIDDEN_ATTRIBUTES],
         "config": results.config,
     }
+
+
+def _words(name: str, value: Attribute) -> str:
+    """A fact in words: what a synthesis tried is a list of sentences."""
+    return "; ".join(json.loads(str(value))) if name == "tried" else str(value)
 
 
 def _count_feasible(ranking: Ranking | None) -> int | None:

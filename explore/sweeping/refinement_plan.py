@@ -154,7 +154,8 @@ def plan_refinement(
     scales: tuple[float, ...] = ()
     frame = ranking.frame
     if frame.empty:
-        frame, scales = _nearest_designs(results, ranking)
+        constrained = [constraint.metric.name for constraint in study.request.constraints]
+        frame, scales = _nearest_designs(results, ranking, constrained)
     n_start = len(frame)
     if evaluations <= n_start:
         raise RequestError(
@@ -234,8 +235,10 @@ def growth(plan: RefinementPlan, ranking: Ranking) -> float | None:
     return end / start - 1.0 if start > 0.0 else None
 
 
-def _nearest_designs(results: Results, ranking: Ranking) -> tuple[pd.DataFrame, tuple[float, ...]]:
-    """The designs of least violation where none is feasible, and the violations that count as 1."""
+def _nearest_designs(
+    results: Results, ranking: Ranking, constrained: Sequence[str]
+) -> tuple[pd.DataFrame, tuple[float, ...]]:
+    """The designs of least violation where none is feasible, and the violations of these metrics that count as 1."""
     if ranking.tally.n_not_finite:
         raise RequestError(
             f"the objectives of the feasible designs of {results.path} are undefined; name other `objectives`"
@@ -247,4 +250,4 @@ def _nearest_designs(results: Results, ranking: Ranking) -> tuple[pd.DataFrame, 
         raise RequestError(
             f"no design of {results.path} is feasible or so computed that its distance is known; sweep other ranges"
         )
-    return nearness.frame, tuple(nearness.scales[metric] for metric in results.constraints)
+    return nearness.frame, tuple(nearness.scales[metric] for metric in constrained)

@@ -12,10 +12,11 @@ import numpy as np
 
 from explore.config.study import Study
 from explore.designs.spaces import BLOCK_SIZE
-from explore.evaluation.evaluate import evaluate_columns
+from explore.evaluation.constraints import is_satisfied, margin
+from explore.evaluation.evaluate import evaluate_columns, margin_column
 from explore.model.columns import Arrays, Attribute, Column
 from explore.model.quantities import Sense
-from explore.model.request import Objective
+from explore.model.request import Constraint, Objective
 from explore.store.all_designs_writer import AllDesignsWriter
 from explore.sweeping.collectors import results_columns, study_attributes
 
@@ -39,6 +40,8 @@ class Measured:
         The objectives of the results, among which these and those of the study are.
     sentences
         What labels of the columns mean.
+    constraints
+        Bounds on columns, which the study does not have.
     """
 
     columns: tuple[Column, ...]
@@ -46,6 +49,7 @@ class Measured:
     senses: Mapping[str, Sense]
     objectives: tuple[Objective, ...]
     sentences: Mapping[str, str]
+    constraints: tuple[Constraint, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -95,8 +99,10 @@ class CandidateRows:
         for name in sorted(self.arrays):
             values.update(self.arrays[name].tobytes())
         objectives = [f"{objective.metric}:{objective.sense}" for objective in self.measured.objectives]
-        content = json.loads(self.study.identity) | {
+        content = json.loads(self.study.identity)
+        content |= {
             "objectives": objectives,
+            "constraints": content.get("constraints", {}) | self._measured_constraints(),
             "sampling": {"method": "synthesis", "version": _VERSION, "sha256": values.hexdigest()},
         }
         identity = json.dumps(content, sort_keys=True, separators=(",", ":"), allow_nan=False)
@@ -112,6 +118,9 @@ class CandidateRows:
             "task": self.task,
             "tried": json.dumps(self.tried),
         }
+
+    def _measured_constraints(self) -> dict[str, dict[str, float | None]]:
+        return {each.metric.name: {"min": each.minimum, "max": each.maximum} for each in self.measured.constraints}
 
 
 def evaluate_candidates(
@@ -132,7 +141,11 @@ def evaluate_candidates(
     """
     names = [axis.name for axis in study.space.axes]
     evaluation = evaluate_columns(study.request, {name: parameters[name] for name in names})
-    columns = (*results_columns(study), *measured.columns)
+    columns = [*results_columns(study), *measured.columns]
     arrays = evaluation.columns | measured.values
+    for each in measured.constraints:
+        columns.append(margin_column(each.metric))
+        margins = margin(each, measured.values[each.metric.name].astype(np.float64))
+        arrays |= {columns[-1].name: margins, "feasible": arrays["feasible"] * is_satisfied(margins)}
     stored = {c.name: np.ascontiguousarray(arrays[c.name], dtype=c.dtype) for c in columns[1:]}
-    return CandidateRows(study, measured, columns, stored, task, tuple(tried))
+    return CandidateRows(study, measured, tuple(columns), stored, task, tuple(tried))

@@ -121,20 +121,10 @@ def _ranges(linkage: FourBar) -> tuple[str, float, float]:
 
 def _positions_at(linkage: FourBar, point: complex) -> list[_Position]:
     """The positions of the linkage with the coupler point at a point: none, one or two."""
-    arm = abs(linkage.point) * linkage.coupler
-    vector = point - linkage.crank_pivot
-    length, size = abs(vector), max(linkage.lengths)
-    if length == 0.0 or arm == 0.0:
-        return []
-    along = (length**2 + linkage.crank**2 - arm**2) / (2.0 * length)
-    square = linkage.crank**2 - along**2
-    if square < -((_NEAR * size) ** 2):
-        return []
-    across = math.sqrt(max(square, 0.0))
+    vector, size = point - linkage.crank_pivot, max(linkage.lengths)
     frame = linkage.rocker_pivot - linkage.crank_pivot
     found = []
-    for side in (1.0, -1.0):
-        pin = vector / length * complex(along, side * across)
+    for pin in _pins_at(linkage, vector):
         end = pin + (vector - pin) / linkage.point
         diagonal = frame - pin
         if abs(abs(end - frame) - linkage.rocker) <= _NEAR * size:
@@ -144,3 +134,31 @@ def _positions_at(linkage: FourBar, point: complex) -> list[_Position]:
             circuit = branch if kind == "turn" else (1 if angle >= 0.0 else -1) if kind == "sides" else 0
             found.append(_Position(angle % (2.0 * math.pi) if kind == "back" else angle, branch, circuit))
     return found
+
+
+def _pins_at(linkage: FourBar, vector: complex) -> list[complex]:
+    """Where the pin of the crank can be with the coupler point at a vector from the crank's pivot: none, or two."""
+    arm, length, near = abs(linkage.point) * linkage.coupler, abs(vector), _NEAR * max(linkage.lengths)
+    if arm == 0.0:
+        return []
+    if length <= near * _NEAR:
+        return _pins_at_pivot(linkage) if abs(arm - linkage.crank) <= near else []
+    along = (length**2 + linkage.crank**2 - arm**2) / (2.0 * length)
+    square = linkage.crank**2 - along**2
+    if square < -(near**2):
+        return []
+    across = math.sqrt(max(square, 0.0))
+    return [vector / length * complex(along, side * across) for side in (1.0, -1.0)]
+
+
+def _pins_at_pivot(linkage: FourBar) -> list[complex]:
+    """Where the pin of the crank can be with the coupler point at the crank's pivot, which is as far from the pin.
+
+    The pin of the rocker is then the crank's vector times a number, and has to be at the rocker from its pivot.
+    """
+    frame, factor = linkage.rocker_pivot - linkage.crank_pivot, 1.0 - 1.0 / linkage.point
+    reach, ground = linkage.crank * abs(factor), linkage.ground
+    if reach == 0.0 or abs(cosine := (reach**2 + ground**2 - linkage.rocker**2) / (2.0 * reach * ground)) > 1.0:
+        return []
+    ahead = complex(cosine, math.sqrt(1.0 - cosine**2))
+    return [linkage.crank * frame / ground * turn * abs(factor) / factor for turn in (ahead, ahead.conjugate())]

@@ -25,6 +25,39 @@ _N_PIVOTS, _N_ANGLES, _MOST_DYADS = 4096, 720, 700
 
 
 @dataclass(frozen=True)
+class PivotBox:
+    """Where a fixed pivot may be.
+
+    Attributes
+    ----------
+    lowest, highest
+        Corners, lower left and upper right; infinite where a side is open.
+    """
+
+    lowest: complex = complex(-np.inf, -np.inf)
+    highest: complex = complex(np.inf, np.inf)
+
+    def has(self, pivots: ComplexArray) -> BoolArray:
+        """Whether pivots are inside, shape (n,); those on the edge, but for rounding errors, are."""
+        beyond = 1e-9 * np.abs(pivots)
+        return np.asarray(
+            (pivots.real >= self.lowest.real - beyond) & (pivots.real <= self.highest.real + beyond)
+            & (pivots.imag >= self.lowest.imag - beyond) & (pivots.imag <= self.highest.imag + beyond)
+        )  # fmt: skip
+
+    def draw(self, rng: np.random.Generator, count: int, centre: complex, reach: float) -> ComplexArray:
+        """Pivots inside, evenly at random; those of open sides are within a reach of a centre along that axis."""
+        low = np.maximum([self.lowest.real, self.lowest.imag], [centre.real - reach, centre.imag - reach])
+        high = np.minimum([self.highest.real, self.highest.imag], [centre.real + reach, centre.imag + reach])
+        x, y = low[:, None] + np.maximum(high - low, 0.0)[:, None] * rng.uniform(size=(2, count))
+        return np.asarray(x + 1j * y)
+
+
+#: The boxes of the pivots of crank and rocker.
+ANYWHERE = (PivotBox(), PivotBox())
+
+
+@dataclass(frozen=True)
 class Pairs:
     """Four-bars of pairs of dyads, each array of shape (n,).
 
@@ -70,7 +103,7 @@ class Pairs:
         return FourBar(crank_pivot, rocker_pivot, crank, coupler, rocker, point, int(self.branches[row]))
 
 
-def find_pairs(poses: Poses, length_max: float, seed: int = 0) -> Pairs:
+def find_pairs(poses: Poses, length_max: float, seed: int = 0, boxes: tuple[PivotBox, PivotBox] = ANYWHERE) -> Pairs:
     """All four-bars of five poses; of four and three, those of many dyads with links up to a length.
 
     Parameters
@@ -81,6 +114,8 @@ def find_pairs(poses: Poses, length_max: float, seed: int = 0) -> Pairs:
         Longest link, and farthest moving pivot from the body's point.
     seed
         Of the choice among the dyads of three poses, which are a plane of points.
+    boxes
+        Where the pivots of crank and rocker may be; of five poses all are returned, wherever they are.
     """
     n = len(poses.points)
     if n == 5:
@@ -90,19 +125,33 @@ def find_pairs(poses: Poses, length_max: float, seed: int = 0) -> Pairs:
         curves = burmester_curves(poses, np.linspace(0.0, 2.0 * np.pi, _N_ANGLES + 2)[1:-1])
         fixed, moving = (each.ravel() for each in curves)
     elif n == 3:
-        rng = np.random.default_rng(seed)
-        moving = poses.points[0] + length_max * (rng.uniform(-1, 1, _N_PIVOTS) + 1j * rng.uniform(-1, 1, _N_PIVOTS))
-        fixed = fixed_pivots(poses, moving)
+        fixed, moving = _dyads_of_three(poses, length_max, seed, boxes)
     else:
         raise RequestError(f"three to five poses can be met exactly, not {n}")
     if n < 5:
         with np.errstate(invalid="ignore"):
             near = (np.abs(moving - fixed) <= length_max) & (np.abs(moving - poses.points[0]) <= length_max)
+        near &= boxes[0].has(fixed) | boxes[1].has(fixed)
         fixed, moving = fixed[near], moving[near]
         some = np.unique(np.linspace(0, max(len(fixed) - 1, 0), _MOST_DYADS).astype(np.int64))
         fixed, moving = (each[some] if len(each) else each for each in (fixed, moving))
     crank, rocker = np.nonzero(~np.eye(len(fixed), dtype=np.bool_))
     return _examined(poses, fixed[np.array([crank, rocker])], moving[np.array([crank, rocker])])
+
+
+def _dyads_of_three(
+    poses: Poses, length_max: float, seed: int, boxes: tuple[PivotBox, PivotBox]
+) -> tuple[ComplexArray, ComplexArray]:
+    """Fixed and moving pivots of dyads: from moving pivots at random, or from fixed ones where these have boxes."""
+    rng, first = np.random.default_rng(seed), complex(poses.points[0])
+    if boxes == ANYWHERE:
+        moving = PivotBox().draw(rng, _N_PIVOTS, first, length_max)
+        return fixed_pivots(poses, moving), moving
+    fixed = np.concatenate([box.draw(rng, _N_PIVOTS, first, 2.0 * length_max) for box in boxes])
+    # Seen from the body the ground takes the inverse poses, and the two pivots of a dyad change places.
+    turned = np.exp(-1j * (poses.angles - poses.angles[0]))
+    inverse = Poses(first + turned * (first - poses.points), -poses.angles)
+    return fixed, fixed_pivots(inverse, fixed)
 
 
 def _examined(poses: Poses, fixed: ComplexArray, moving: ComplexArray) -> Pairs:

@@ -80,15 +80,21 @@ def _run(loaded: TaskFile, path: Path, progress: Any, *, restart: bool) -> tuple
 
 def _print_plan(task: Path, path: Path, loaded: TaskFile, *, as_json: bool) -> None:
     """Print what would be searched and computed."""
+    from explore.synthesis.tasks.placed_four_bars import PASSAGE
+
     objectives = loaded.given.get("rank", {}).get("metrics", loaded.task.objectives)
     if as_json:
         print_json({
             "task": loaded.kind, "mechanism": loaded.task.mechanism, "results": str(path),
-            "constraints": loaded.task.constraints, "objectives": list(objectives),
+            "constraints": {**loaded.task.constraints, **loaded.measured_constraints},
+            "objectives": list(objectives),
         })  # fmt: skip
         return
     say(f"{task}: {loaded.kind}, candidates of a {loaded.task.mechanism} -> {path}", data=True)
-    for name, sides in loaded.task.constraints.items():
+    constraints = {**loaded.task.constraints, **loaded.measured_constraints}
+    if constraints.pop(PASSAGE.name, None):
+        say("  every place passed in one motion and in order", data=True)
+    for name, sides in constraints.items():
         limits = " and ".join(
             f"{words} {number(float(sides[side]))}" for side, words in (("min", "at least"), ("max", "at most"))
             if side in sides

@@ -40,6 +40,8 @@ class Task:
         Names of metrics that are computed besides the objectives.
     constraints
         As in a study.
+    measured_constraints
+        As in a study, on columns that the candidates add.
     formulas
         As ``[metrics]`` in a study.
     points
@@ -58,6 +60,7 @@ class Task:
     measured: Mapping[str, Sense] = field(default_factory=dict)
     metrics: tuple[str, ...] = ()
     constraints: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    measured_constraints: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     formulas: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
     points: tuple[str, ...] = ()
     target: Mapping[str, Any] | None = None

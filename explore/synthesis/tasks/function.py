@@ -199,6 +199,7 @@ def _read(sections: TaskSections, problems: Problems) -> Task | None:
         measured={"output_error_max": "min", "output_error_rms": "min"},
         metrics=("transmission_angle_min", "transmission_angle_max", "link_ratio"),
         constraints=bounds.constraints,
+        measured_constraints={"output_error_max": {"max": error}},
         formulas=FORMULAS,
         window="cycle",  # a rocker that turns fully has no strokes
     )

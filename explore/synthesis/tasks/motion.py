@@ -2,30 +2,37 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from explore.errors import Problems, RequestError
 from explore.model.columns import Column
 from explore.model.progress import ReportProgress
+from explore.model.quantities import FloatArray
 from explore.suggest import format_value
 from explore.synthesis import defects
 from explore.synthesis.candidates import SOLUTION, Candidates
-from explore.synthesis.guidance import Pairs, find_pairs
+from explore.synthesis.guidance import Pairs, PivotBox, find_pairs
 from explore.synthesis.pose_fits import FittedPoses, fit_poses, measure_poses
 from explore.synthesis.poses import Poses
 from explore.synthesis.tasks.contract import Task, TaskSections, TaskType
 from explore.synthesis.tasks.four_bars import FORMULAS, LENGTHS
+from explore.synthesis.tasks.pivot_boxes import Box, pivot_bounds, read_box
+from explore.synthesis.tasks.placed_four_bars import (
+    PARAMETERS,
+    PASSAGE,
+    POINT,
+    parameters_of,
+    passage_codes,
+    read_passage,
+)
 from explore.synthesis.tasks.sections import SectionReader
 from explore.units.quantities import quantity
 
-POINT = "M"
-_POSE = ("crank_pivot_x", "crank_pivot_y", "ground_angle")
 #: Fewest and most poses, those that are met exactly, and candidates.
 _FEWEST, _MOST, _EXACT, _MOST_CANDIDATES = 3, 100, 5, 500
-_LABELS = dict(enumerate(defects.SENTENCES))
 _SENTENCES = {
     defects.PASSES: "the crank takes the body through all poses in their order",
     defects.WRONG_ORDER: "the body passes all poses, but in another order",
@@ -38,14 +45,7 @@ _ADDED = (
     Column("body_angle", "deg", "angle of the body from the coupler", "bookkeeping"),
     Column("angle_error_max", "deg", "largest error of the body's angle at the poses", "metric"),
     Column("position_error_max", "mm", "largest distance of the body's point from its places", "metric"),
-    Column(
-        "passage",
-        "",
-        "whether the crank takes the body through all poses in their order",
-        "bookkeeping",
-        "|i1",
-        _LABELS,
-    ),
+    replace(PASSAGE, long_name="whether the crank takes the body through all poses in their order"),
 )
 #: Share of the poses' size by which an exact candidate may miss a place, from rounding.
 _ROUNDING = 1e-6
@@ -65,6 +65,12 @@ class _Search:
         In rad.
     size_ratio_max
         Of the longest link over the size of the poses' points.
+    link_ratio_max
+        Of the longest link over the shortest.
+    boxes
+        Where "crank_pivot" and "rocker_pivot" may be.
+    must_pass
+        Whether the crank has to take the body through the poses in one motion and in order.
     count
         Number of candidates.
     """
@@ -72,6 +78,9 @@ class _Search:
     poses: Poses
     transmission_angle_min: float
     size_ratio_max: float
+    link_ratio_max: float
+    boxes: Mapping[str, Box]
+    must_pass: bool
     count: int
 
     @property
@@ -97,13 +106,19 @@ class _Search:
 
     def _find_exact(self) -> Candidates:
         n, length_max = len(self.poses.points), self.size_ratio_max * self.size
-        pairs = find_pairs(self.poses, length_max)
+        boxes = _corners(self.boxes["crank_pivot"]), _corners(self.boxes["rocker_pivot"])
+        pairs = find_pairs(self.poses, length_max, boxes=boxes)
         if not len(pairs.fates):
+            where = "and fixed pivots in the boxes " if any(self.boxes.values()) else ""
             raise RequestError(
-                f"the {n} poses have no two links within {length_max:.4g} mm; widen [bounds] or move one"
+                f"no two links within {length_max:.4g} mm {where}meet the {n} poses; widen [bounds] or move a pose"
             )
         longest = pairs.lengths.max(axis=0)
-        passes = (pairs.fates == defects.PASSES) & pairs.turning & (longest <= length_max)
+        passes = pairs.turning & (longest <= length_max) & boxes[0].has(pairs.fixed[0]) & boxes[1].has(pairs.fixed[1])
+        if self.must_pass:
+            passes &= pairs.fates == defects.PASSES
+        with np.errstate(divide="ignore"):
+            passes &= longest <= self.link_ratio_max * pairs.lengths.min(axis=0)
         angles = np.nan_to_num(pairs.transmission_angles)
         good = passes & (angles >= self.transmission_angle_min)
         tried = [
@@ -113,7 +128,9 @@ class _Search:
             tried[0] += "; there are no others"
         if not good.any():
             best = np.degrees(angles[passes].max()) if passes.any() else 0.0
-            words = f"the best has a transmission angle of {best:.4g} deg" if passes.any() else "none passes in order"
+            words = (
+                f"the best has a transmission angle of {best:.4g} deg" if passes.any() else self._met(pairs, longest)
+            )
             tried.append(f"none meets all bounds: {words}; these come nearest")
         order = np.lexsort((longest, -angles, ~passes, ~good))
         rows = (
@@ -121,6 +138,16 @@ class _Search:
         )
         found = [self._measured(pairs, row) for row in rows[: self.count].tolist()]
         return _candidates(found, pairs.fates[rows[: self.count]].tolist(), tried)
+
+    def _met(self, pairs: Pairs, longest: FloatArray) -> str:
+        """How many meet each bound, for the message that none meets all."""
+        inside = [_corners(box).has(pivots) for box, pivots in zip(self.boxes.values(), pairs.fixed, strict=True)]
+        counts = {
+            "pass in order": pairs.fates == defects.PASSES, "have a crank that turns": pairs.turning,
+            f"have links within {self.size_ratio_max * self.size:.4g} mm": longest <= self.size_ratio_max * self.size,
+            "have their pivots in the boxes": inside[0] & inside[1],
+        }  # fmt: skip
+        return ", ".join(f"{met.sum():,} {words}" for words, met in counts.items() if not met.all())
 
     def _apart(self, pairs: Pairs, rows: np.ndarray) -> np.ndarray:
         """The first of rows that are alike, up to the number of candidates."""
@@ -144,6 +171,12 @@ class _Search:
         return measure_poses(pairs.linkage(row, self.poses), body_angle, self.poses, angles)
 
 
+def _corners(box: Box) -> PivotBox:
+    """A box of a pivot by its corners."""
+    (x, right), (y, top) = (box.get(axis, (-np.inf, np.inf)) for axis in "xy")
+    return PivotBox(complex(x, y), complex(right, top))
+
+
 def _fate(fitted: FittedPoses) -> str:
     """Whether the crank takes the body through the poses in their order; the branch is one by construction."""
     steps = np.diff(fitted.angles)
@@ -152,16 +185,6 @@ def _fate(fitted: FittedPoses) -> str:
 
 
 def _candidates(found: Sequence[FittedPoses], fates: Sequence[str], tried: Sequence[str]) -> Candidates:
-    linkages = [each.linkage for each in found]
-    arms = [linkage.point * linkage.coupler for linkage in linkages]
-    columns = {
-        **{name: [getattr(linkage, name) for linkage in linkages] for name in (*LENGTHS, "branch")},
-        f"{POINT}_along": [arm.real for arm in arms],
-        f"{POINT}_across": [arm.imag for arm in arms],
-        "crank_pivot_x": [linkage.crank_pivot.real for linkage in linkages],
-        "crank_pivot_y": [linkage.crank_pivot.imag for linkage in linkages],
-        "ground_angle": [float(np.degrees(np.angle(each.rocker_pivot - each.crank_pivot))) for each in linkages],
-    }
     turned = np.array([each.body_angle for each in found])
     values = {
         "solution": np.arange(1, len(found) + 1),
@@ -169,10 +192,9 @@ def _candidates(found: Sequence[FittedPoses], fates: Sequence[str], tried: Seque
         # Of linkages that cannot be assembled at a pose on the branch of the first: as they are.
         "angle_error_max": np.array([np.degrees(each.angle_errors.max()) for each in found]),
         "position_error_max": np.array([each.position_errors.max() for each in found]),
-        "passage": np.array([list(defects.SENTENCES).index(fate) for fate in fates]),
+        "passage": passage_codes(fates),
     }
-    parameters = {name: np.array(column, dtype=np.float64) for name, column in columns.items()}
-    return Candidates(parameters, _ADDED, values, tuple(tried), _SENTENCES)
+    return Candidates(parameters_of([each.linkage for each in found]), _ADDED, values, tuple(tried), _SENTENCES)
 
 
 def _read(sections: TaskSections, problems: Problems) -> Task | None:
@@ -181,23 +203,29 @@ def _read(sections: TaskSections, problems: Problems) -> Task | None:
     poses = _read_poses(target)
     angle = bounds.number("transmission_angle_min", "deg", default=20.0, least=0.0, below=90.0)
     ratio = bounds.number("size_ratio_max", "1", default=10.0, above=0.0)
+    link_ratio = bounds.number("link_ratio_max", "1", default=np.inf, above=1.0)
+    boxes = {name: read_box(bounds, name) for name in ("crank_pivot", "rocker_pivot")}
+    passage = read_passage(bounds)
     count = sections.search.count("count", 20, _MOST_CANDIDATES)
     if problems or poses is None:
         return None
-    search = _Search(poses, float(np.radians(angle)), ratio, count)
-    constraints = {
+    search = _Search(poses, float(np.radians(angle)), ratio, link_ratio, boxes, bool(passage), count)
+    formulas, constraints = pivot_bounds(boxes, search.size)
+    if np.isfinite(link_ratio):
+        constraints["link_ratio"] = {"max": link_ratio * (1.0 + 1e-9)}
+    constraints |= {
         "transmission_angle_worst": {"min": angle * (1.0 - 1e-9)},
         "longest_link": {"max": ratio * search.size * (1.0 + 1e-9)},
     }
     objectives = ["transmission_angle_worst:max", "footprint:min"]
-    if search.is_exact:
+    if search.is_exact and passage:
         constraints["path_error_max"] = {"max": _ROUNDING * search.size}
-    else:  # poses that are met exactly are missed by rounding errors only, which order nothing
+    if not search.is_exact:  # poses that are met exactly are missed by rounding errors only, which order nothing
         objectives[:0] = ["position_error_max:min", "angle_error_max:min"]
     return Task(
         mechanism="crank-rocker",
         find=search.find,
-        parameters=(*LENGTHS, "branch", f"{POINT}_along", f"{POINT}_across", *_POSE),
+        parameters=PARAMETERS,
         objectives=tuple(objectives),
         measured={"position_error_max": "min", "angle_error_max": "min"},
         metrics=(
@@ -208,7 +236,8 @@ def _read(sections: TaskSections, problems: Problems) -> Task | None:
             "transmission_angle_max",
         ),
         constraints=constraints,
-        formulas={**FORMULAS, "longest_link": {"formula": f"max({', '.join(LENGTHS)})", "unit": "mm"}},
+        measured_constraints=passage,
+        formulas={**FORMULAS, **formulas, "longest_link": {"formula": f"max({', '.join(LENGTHS)})", "unit": "mm"}},
         points=(POINT,),
         target={"kind": "path", "point": POINT, "points": [[p.real, p.imag] for p in poses.points.tolist()]},
     )

@@ -9,6 +9,7 @@ from explore.errors import Problems, RequestError
 from explore.model.quantities import Sense
 from explore.model.request import Objective
 from explore.ranking.objectives import read_objective
+from explore.suggest import closest_name, format_value
 from explore.synthesis.tasks.contract import Task
 
 
@@ -46,6 +47,15 @@ def note_measured(task: Task, rank: Mapping[str, Any], problems: Problems) -> No
         if name in known:
             problems.append((("rank", "metrics", place), f"{name} is listed twice; remove one"))
         known.add(name)
+
+
+def with_suggestion(task: Task, rank: Mapping[str, Any], key: tuple[str | int, ...], reason: str) -> str:
+    """The reason against an objective of the study; one with an unknown name may mean what the solver measures."""
+    if key[:2] != ("rank", "metrics") or not key[2:] or not reason.startswith("unknown metric"):
+        return reason
+    name = name_of(rank["metrics"][int(key[2])])
+    meant = closest_name(name, task.measured)
+    return reason if meant is None else f"unknown metric {format_value(name)}; did you mean '{meant}'?"
 
 
 def objectives_of(task: Task, rank: Mapping[str, Any], computed: Sequence[Objective]) -> tuple[Objective, ...]:

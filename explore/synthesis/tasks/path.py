@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -17,15 +16,15 @@ from explore.suggest import format_value
 from explore.synthesis.tasks.contract import Task, TaskSections, TaskType
 from explore.synthesis.tasks.four_bars import FORMULAS, LENGTHS
 from explore.synthesis.tasks.path_points import read_path_table, reason_against
-from explore.synthesis.tasks.path_search import Box, PathSearch
-from explore.synthesis.tasks.placed_four_bars import PARAMETERS, POINT
+from explore.synthesis.tasks.path_search import PathSearch
+from explore.synthesis.tasks.pivot_boxes import pivot_bounds, read_box
+from explore.synthesis.tasks.placed_four_bars import PARAMETERS, POINT, read_passage
 from explore.synthesis.tasks.sections import SectionReader
 from explore.units.quantities import quantity
 
 #: Largest number of candidates before their cognates, and of points that all linkages are found through.
 _MOST, _NINE = 200, 9
-#: Bounds on pivots are met if they are missed by less than this share of the path's size: a given pivot is rounded.
-#: A linkage passes nine points exactly if it misses them by less.
+#: A linkage passes nine points exactly if it misses them by less than this share of the path's size.
 _ROUNDING = 1e-6
 #: The longest link; the arm of the coupler from the crank's pin to the point is one.
 _LONGEST = f"max({', '.join(LENGTHS)}, hypot({POINT}_along, {POINT}_across))"
@@ -46,7 +45,7 @@ def _read(sections: TaskSections, problems: Problems) -> Task | None:
     if "crank_span_min" in bounds and not is_open:
         bounds.note("crank_span_min", "is for open paths without crank angles; remove it")
     boxes = {name: read_box(bounds, name) for name in ("crank_pivot", "rocker_pivot")}
-    order = bounds.word("order", ("required", "reported"), "required")
+    passage = read_passage(bounds)
     is_exact = search.flag("exact", default=False)
     count = search.count("count", 20, _MOST)
     if is_exact and len(points) and len(points) != _NINE:
@@ -59,7 +58,7 @@ def _read(sections: TaskSections, problems: Problems) -> Task | None:
         target, None if angles is None else np.radians(angles), angles_from, float(np.radians(span)),
         float(np.radians(angle)), ratio, least_ratio, boxes, count, is_exact,
     )  # fmt: skip
-    return _task_of(found, must_pass=is_exact and order == "required")
+    return _task_of(found, passage)
 
 
 def read_path(section: SectionReader, folder: Path, problems: Problems) -> tuple[PathTarget | None, list[float] | None]:
@@ -90,8 +89,8 @@ def read_path(section: SectionReader, folder: Path, problems: Problems) -> tuple
     return target, angles
 
 
-def _task_of(search: PathSearch, *, must_pass: bool) -> Task:
-    """The task of a search."""
+def _task_of(search: PathSearch, passage: Mapping[str, Mapping[str, float]]) -> Task:
+    """The task of a search, whose candidates have this bound on their passage."""
     formulas, constraints = pivot_bounds(search.boxes, search.size)
     formulas |= {
         **FORMULAS,
@@ -103,7 +102,7 @@ def _task_of(search: PathSearch, *, must_pass: bool) -> Task:
         "longest_link": {"max": search.size_ratio_max * search.size * (1.0 + 1e-9)},
         "shortest_link": {"min": search.size_ratio_min * search.size * (1.0 - 1e-9)},
     }
-    if must_pass:
+    if search.is_exact and passage:
         constraints["path_error_max"] = {"max": _ROUNDING * search.size}
     is_timed = search.crank_angles is not None
     return Task(
@@ -120,68 +119,11 @@ def _task_of(search: PathSearch, *, must_pass: bool) -> Task:
             "transmission_angle_max",
         ),
         constraints=constraints,
+        measured_constraints=passage,
         formulas=formulas,
         points=(POINT,),
         target=search.target.to_content(),
     )  # fmt: skip
-
-
-def pivot_bounds(
-    boxes: Mapping[str, Box], size: float
-) -> tuple[dict[str, Mapping[str, str]], dict[str, Mapping[str, float]]]:
-    """Formulas of how far pivots are outside their boxes, and constraints on them."""
-    places = {
-        "crank_pivot": {"x": "crank_pivot_x", "y": "crank_pivot_y"},
-        "rocker_pivot": {
-            "x": "crank_pivot_x + ground * cos(ground_angle)",
-            "y": "crank_pivot_y + ground * sin(ground_angle)",
-        },
-    }
-    formulas: dict[str, Mapping[str, str]] = {}
-    constraints: dict[str, Mapping[str, float]] = {}
-    for name, box in boxes.items():
-        sides = []
-        for axis, (low, high) in box.items():
-            place = places[name][axis]
-            sides += [f"({low!r}) - ({place})", f"{place} - ({high!r})"]
-        if sides:
-            formulas[f"{name}_outside"] = {"formula": f"max({', '.join(sides)})", "unit": "mm"}
-            constraints[f"{name}_outside"] = {"max": _ROUNDING * size}
-    return formulas, constraints
-
-
-def read_box(bounds: SectionReader, name: str) -> Box:
-    """The ranges of the coordinates of a pivot: { x = [low, high], y = 5 }."""
-    entry = bounds.get(name)
-    if entry is None:
-        return {}
-    example = "{ x = [-50, 50], y = 0 }"
-    if not isinstance(entry, Mapping):
-        bounds.note(name, f"must be a table such as {example}, got {format_value(entry)}")
-        return {}
-    box: dict[str, tuple[float, float]] = {}
-    for axis, given in entry.items():
-        if axis not in ("x", "y"):
-            bounds.note(name, f"unknown key; a pivot has x and y, such as {example}", axis)
-            continue
-        try:
-            low, high = _range(given)
-        except RequestError as error:
-            bounds.note(name, str(error), axis)
-            continue
-        box[axis] = (low, high)
-    return box
-
-
-def _range(given: Any) -> tuple[float, float]:
-    """Two ends from a list of them, or from one number."""
-    ends = given if isinstance(given, list) else [given, given]
-    if len(ends) != 2:
-        raise RequestError(f"must be a number or two such as [-50, 50], got {format_value(given)}")
-    low, high = (quantity(end, "mm") for end in ends)
-    if low > high:
-        raise RequestError(f"must be [least, largest], got {format_value(given)}")
-    return low, high
 
 
 def _angles(target: SectionReader, count: int) -> list[float] | None:

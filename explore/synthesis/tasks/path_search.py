@@ -17,6 +17,7 @@ from explore.synthesis.candidates import Candidates
 from explore.synthesis.cognates import find_cognates
 from explore.synthesis.defects import find_passage
 from explore.synthesis.linkages import ComplexArray, FourBar
+from explore.synthesis.tasks.pivot_boxes import Box
 from explore.synthesis.tasks.placed_four_bars import PlacedFourBar, candidates_of
 from explore.synthesis.tasks.timed_errors import find_timed_errors
 
@@ -29,9 +30,6 @@ _FLOORS = (30.0, 40.0, 50.0)
 _FEWER = 1000
 #: Linkages whose lengths differ by less, relatively, are the same; crank angles, rad, that differ by less are.
 _SAME, _SAME_ANGLE = 1e-4, 1e-6
-
-#: Ranges of the coordinates of a pivot.
-Box = Mapping[str, tuple[float, float]]
 
 
 @dataclass(frozen=True)

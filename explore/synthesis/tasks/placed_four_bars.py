@@ -1,17 +1,19 @@
-"""Candidates that are four-bars at their place in the plane, with a point of the coupler."""
+"""Candidates that are four-bars at their place in the plane, with a point of the coupler, and how they pass places."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
-from explore.model.columns import Column
+from explore.model.columns import Arrays, Column
 from explore.synthesis.candidates import SOLUTION, Candidates
-from explore.synthesis.defects import SENTENCES
+from explore.synthesis.defects import PASSES, SENTENCES
 from explore.synthesis.linkages import FourBar
 from explore.synthesis.tasks.four_bars import LENGTHS
+from explore.synthesis.tasks.sections import SectionReader
 
 #: Name of the point, and of the parameters of the candidates.
 POINT = "M"
@@ -19,7 +21,7 @@ PARAMETERS = (
     *LENGTHS, "branch", f"{POINT}_along", f"{POINT}_across", "crank_pivot_x", "crank_pivot_y", "ground_angle",
 )  # fmt: skip
 _COGNATE = Column("cognate", "", "0: as found; 1, 2: its cognates, which draw the same path", "bookkeeping", "|i1")
-_PASSAGE = Column(
+PASSAGE = Column(
     "passage", "", "whether the crank takes the point through all points in their order", "bookkeeping", "|i1",
     dict(enumerate(SENTENCES)),
 )  # fmt: skip
@@ -56,9 +58,14 @@ class PlacedFourBar:
     timed_errors: tuple[float, float] | None = None
 
 
-def candidates_of(found: Sequence[PlacedFourBar], tried: Sequence[str]) -> Candidates:
-    """Four-bars as candidates, in their order; `tried` says what was searched."""
-    linkages = [each.linkage for each in found]
+def read_passage(bounds: SectionReader) -> Mapping[str, Mapping[str, float]]:
+    """The constraint that the places are passed in one motion and in order, unless that is only to be reported."""
+    word = bounds.word("passage", ("required", "reported"), "required")
+    return {PASSAGE.name: {"max": float(list(SENTENCES).index(PASSES))}} if word == "required" else {}
+
+
+def parameters_of(linkages: Sequence[FourBar]) -> Arrays:
+    """The values of `PARAMETERS` by name, each of shape (n,)."""
     arms = [linkage.point * linkage.coupler for linkage in linkages]
     columns = {
         **{name: [getattr(linkage, name) for linkage in linkages] for name in (*LENGTHS, "branch")},
@@ -68,12 +75,22 @@ def candidates_of(found: Sequence[PlacedFourBar], tried: Sequence[str]) -> Candi
         "crank_pivot_y": [linkage.crank_pivot.imag for linkage in linkages],
         "ground_angle": [float(np.degrees(np.angle(each.rocker_pivot - each.crank_pivot))) for each in linkages],
     }
+    return {name: np.array(column, dtype=np.float64) for name, column in columns.items()}
+
+
+def passage_codes(fates: Sequence[str]) -> npt.NDArray[np.int8]:
+    """The values of `PASSAGE` for fates of `explore.synthesis.defects`, shape (n,)."""
+    return np.array([list(SENTENCES).index(fate) for fate in fates], dtype=np.int8)
+
+
+def candidates_of(found: Sequence[PlacedFourBar], tried: Sequence[str]) -> Candidates:
+    """Four-bars as candidates, in their order; `tried` says what was searched."""
     values = {
         "solution": np.array([each.solution for each in found]),
         "cognate": np.array([each.cognate for each in found]),
-        "passage": np.array([list(SENTENCES).index(each.fate) for each in found]),
+        "passage": passage_codes([each.fate for each in found]),
     }
-    added = [SOLUTION, _COGNATE, _PASSAGE]
+    added = [SOLUTION, _COGNATE, PASSAGE]
     if any(each.is_proved is not None for each in found):
         added.append(_PROVED)
         values["proved"] = np.array([bool(each.is_proved) for each in found])
@@ -82,7 +99,7 @@ def candidates_of(found: Sequence[PlacedFourBar], tried: Sequence[str]) -> Candi
         errors = np.array([each.timed_errors or (np.nan, np.nan) for each in found])
         values |= {column.name: errors[:, k] for k, column in enumerate(_TIMED)}
     return Candidates(
-        parameters={name: np.array(column, dtype=np.float64) for name, column in columns.items()},
+        parameters=parameters_of([each.linkage for each in found]),
         added=tuple(added),
         values=values,
         tried=tuple(tried),

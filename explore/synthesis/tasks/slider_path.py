@@ -18,7 +18,8 @@ from explore.synthesis.slider_cranks import SliderCrank
 from explore.synthesis.slider_path_search import SliderPath, SliderPathTask, distinct_paths, find_slider_paths
 from explore.synthesis.slider_paths import closed_spline, find_guide, reach_path
 from explore.synthesis.tasks.contract import Task, TaskSections, TaskType
-from explore.synthesis.tasks.path import pivot_bounds, read_box, read_path
+from explore.synthesis.tasks.path import read_path
+from explore.synthesis.tasks.pivot_boxes import pivot_bounds, read_box
 
 POINT = "M"
 _LENGTHS = ("crank", "rod", "offset")

@@ -18,7 +18,14 @@ from explore.suggest import format_value, suggestion
 from explore.synthesis.candidates import Candidates
 from explore.synthesis.ranges import any_ranges, ranges_around
 from explore.synthesis.tasks.contract import Task, TaskSections, TaskType
-from explore.synthesis.tasks.objectives import name_of, note_measured, objectives_of, split_objectives
+from explore.synthesis.tasks.measured_constraints import note_constraints, split_constraints
+from explore.synthesis.tasks.objectives import (
+    name_of,
+    note_measured,
+    objectives_of,
+    split_objectives,
+    with_suggestion,
+)
 from explore.synthesis.tasks.registry import TASK_TYPES
 from explore.synthesis.tasks.sections import SectionReader
 
@@ -56,6 +63,11 @@ class TaskFile:
     def objectives(self, study: Study) -> tuple[Objective, ...]:
         """The objectives of the candidates: those of their study, and those that the solver measures."""
         return objectives_of(self.task, self.given.get("rank", {}), study.objectives)
+
+    @property
+    def measured_constraints(self) -> Mapping[str, Mapping[str, float]]:
+        """Bounds on columns that the candidates add: those of the task, and those of the section [constraints]."""
+        return {**self.task.measured_constraints, **split_constraints(self.task, self.given.get("constraints", {}))[1]}
 
     def study(self, candidates: Candidates) -> Study:
         """The study of the candidates: their ranges, the target, and the bounds as constraints."""
@@ -133,6 +145,8 @@ def _resolve(sections: dict[str, Any], text: str, folder: Path, problems: Proble
     found: Problems = []
     resolve_study(trial, Path(), found, [])
     note_measured(task, given.get("rank", {}), problems)
+    note_constraints(task, given.get("constraints", {}), problems)
+    found = [(key, with_suggestion(task, trial["rank"], key, reason)) for key, reason in found]
     places = split_objectives(task, given.get("rank", {}))[1]
     n_given = len(_names(given.get("evaluate", {}).get("metrics")))
     # The columns behind those that the file names are of the task, or of [rank], which reports them itself.
@@ -188,7 +202,7 @@ def _study_sections(
         "sampling": {"method": "sobol", "count": count, "seed": 0},
         "evaluate": evaluate,
         "metrics": formulas,
-        "constraints": {**task.constraints, **given.get("constraints", {})},
+        "constraints": {**task.constraints, **split_constraints(task, given.get("constraints", {}))[0]},
         "rank": rank,
         **{name: given[name] for name in ("units", "tolerances") if name in given},
     }
