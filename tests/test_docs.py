@@ -1,6 +1,7 @@
 """The pages under docs: every Python block runs, and prints what the page says that it prints."""
 
 import importlib
+import json
 import re
 import shlex
 from pathlib import Path
@@ -8,6 +9,7 @@ from pathlib import Path
 import pytest
 import typer
 from command_line import call, run
+from served import Served
 
 import explore
 from explore.cli.application import app
@@ -20,7 +22,7 @@ BLOCKS = re.compile(r"^```python\n(.*?)^```\n(?:\n```text\n(.*?)^```)?", re.MULT
 #: Commands and what they print, in a block of the tutorial.
 COMMANDS = re.compile(r"^\$ explore ((?:.*\\\n)*.*)\n((?:(?!\$ |```).*\n)*)", re.MULTILINE)
 #: Times of sweeps, which differ between machines, and of other commands.
-TIMES = re.compile(r"in [\d.]+ s \([\d,]+/s\)")
+TIMES = re.compile(r"in [\d.]+ s \([\d,]+/s\)|about [\d.]+ s of computing")
 SECONDS = re.compile(r"in [\d.]+ s\b(?: \([\d,]+/s\))?")
 
 
@@ -148,6 +150,23 @@ def run_commands(page, folder, monkeypatch):
         assert TIMES.sub("", err + out).rstrip().endswith(TIMES.sub("", expected).rstrip()), line
         assert code == 0
     return {line.split()[0] for line, _ in commands}
+
+
+def test_tutorial_of_the_service_is_true(tmp_path, monkeypatch):
+    """The commands of both terminals, on the port that is free; a link for a colleague opens the service."""
+    page = (ROOT / "docs/tutorial-service.md").read_text(encoding="utf-8")
+    with Served(tmp_path / "served") as server:
+        page = page.replace("http://127.0.0.1:8765", server.url)
+        assert run_commands(page, tmp_path, monkeypatch) == {"submit", "rank"}
+        (command,) = re.findall(r"^```sh\n(curl .*?)^```", page, re.MULTILINE | re.DOTALL)
+        right = json.loads(re.search(r"-d '(.*)'", command)[1])
+        with server.client() as client:
+            link = client.post(f"{server.url}/api/links", json=right).json()["link"]
+        assert re.fullmatch(rf"{server.url}/#token=[\w-]{{43}}", link)
+        with server.browser(link.partition("=")[2]) as browser:
+            assert browser.get("/api/session").json() == {"right": "read"}
+            assert [job["name"] for job in browser.get("/api/jobs").json()["jobs"]] == ["grid"]
+        assert server.stop() == 0
 
 
 def test_formulas_of_sweeps_are_true(tmp_path, monkeypatch):
