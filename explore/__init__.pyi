@@ -27,7 +27,7 @@ from .errors import RequestError as RequestError
 from .errors import ResultsError as ResultsError
 from .exporting.formats import export as export
 from .serving.client import Service as Service
-from .serving.client import ServiceError as ServiceError
+from .serving.requester import ServiceError as ServiceError
 from .store.open_results import open_results as open_results
 from .store.open_results import xarray as xarray
 from .store.results import Results as Results

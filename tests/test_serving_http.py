@@ -367,7 +367,7 @@ def test_no_request_breaks_the_server_or_leaves_the_folder(count, client, served
     seen = set()
     for number in range(count):
         path, method, facts = operations[number % len(operations)]
-        if path == "/api/events":  # never ends; its own test reads it
+        if path.endswith("/events"):  # never ends; its own test reads it
             continue
         query = []
         for parameter in facts.get("parameters", []):

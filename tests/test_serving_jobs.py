@@ -16,11 +16,13 @@ from studies import FEW, GOOD
 
 from explore.errors import ConfigError, RequestError, ResultsError
 from explore.serving.folder import Folder, State, check_name
+from explore.serving.job_files import Kind, Refinement, read_job_file
 from explore.serving.jobs import append_event, read_events
 from explore.serving.plans import Limits, check_limits, make_plan
 from explore.serving.queue import Jobs, StateError, UnknownJobError
 from explore.serving.runner import Work
 from explore.serving.station import open_station
+from explore.synthesis.tasks.task_files import task_starter
 
 ROOT = Path(__file__).parents[1]
 #: 20 blocks of designs that are simulated, a second of one thread: long enough to be killed at any moment.
@@ -203,16 +205,16 @@ def test_what_is_no_study_is_refused(content, jobs):
 
 
 def test_limits_refuse_in_words(jobs, tmp_path):
-    plan = make_plan("grid", FEW.encode(), "all")
+    plan = make_plan(read_job_file("grid", FEW.encode()))
     assert (plan.mechanism, plan.designs, plan.blocks) == ("crank-rocker", 8, 1)
     check_limits(plan, Limits(designs=8, bytes=plan.bytes), tmp_path)
     with pytest.raises(RequestError, match="the study has 8 designs, but this server takes 7 at most"):
         check_limits(plan, Limits(designs=7), tmp_path)
     with pytest.raises(RequestError, match=f"the results need {plan.bytes:,} bytes, but this server takes 10 at most"):
         check_limits(plan, Limits(bytes=10), tmp_path)
-    check_limits(make_plan("grid", FEW.encode(), "front"), Limits(bytes=10), tmp_path)
+    check_limits(make_plan(read_job_file("grid", FEW.encode()), "front"), Limits(bytes=10), tmp_path)
     axis = "{ start = 1000, stop = 2000, num = 1_000_000 }"
-    huge = make_plan("grid", GOOD.replace("1000", axis).replace("700", axis).encode(), "all")
+    huge = make_plan(read_job_file("grid", GOOD.replace("1000", axis).replace("700", axis).encode()))
     with pytest.raises(RequestError, match="bytes, but only .* are free on the server"):
         check_limits(huge, Limits(designs=2**62, bytes=2**62), tmp_path)
     full = Jobs(Folder(tmp_path / "served"), Limits(queue=1), lambda *_: None)
@@ -357,33 +359,34 @@ def start(tmp_path):
         process.wait()
 
 
+#: What the kill test runs again and again: kind, text.
+KILLED = {
+    "one": (Kind.study, LONG),
+    "two": (Kind.study, LONG),
+    "refined": (Kind.refinement, Refinement("base", ("cv", "swing_angle:max"), evaluations=400_000).to_toml()),
+    "found": (Kind.task, task_starter("dead-positions")),
+}
+
+
 @pytest.mark.parametrize("kills", [3, pytest.param(200, marks=pytest.mark.slow)])
 def test_kills_at_any_moment_lose_nothing(kills, tmp_path, start):
-    """Of the service, of the sweep, or of both, at random moments, until all is swept: as without them, to the byte."""
-    names = ["one", "two"]
+    """Of the service, of the process of a job, or of both, at random moments: at the end as without them, to the byte.
+
+    The jobs are two studies, a refinement and a task; one that is done is deleted and submitted again.
+    """
     folder = Folder(tmp_path / "served")
     random_moments = random.Random(kills)
-    for name in names:
-        (tmp_path / f"{name}.toml").write_text(LONG)
-    run("sweep", "one.toml", "--workers", "1", cwd=tmp_path)
-    expected = (tmp_path / "results/one.h5").read_bytes()
+    expected = results_without_kills(tmp_path)
+    with folder.locked():
+        Jobs(folder, Limits(), lambda *_: None).submit("base", LONG.encode())
+    assert start().wait(timeout=120) == 0
 
     n_killed = rounds = 0
     while n_killed < kills:
         rounds += 1
         assert rounds < 3 * kills
         with folder.locked():  # the kernel released the lock of the killed process
-            jobs = Jobs(folder, Limits(), lambda *_: None)
-            for name in names:
-                states = {job.name: job.state for job in jobs.in_order()}
-                if states.get(name) == State.done:
-                    assert folder.results_path(name).read_bytes() == expected
-                    jobs.delete(name)
-                if states.get(name) in (None, State.done):
-                    jobs.submit(name, LONG.encode())
-                if states.get(name) == State.failed:
-                    assert "killed by signal" in jobs.get(name).reason
-                    jobs.retry(name)
+            submit_again(Jobs(folder, Limits(), lambda *_: None), folder, expected)
         server = start()
         time.sleep(random_moments.uniform(0.0, 2.0))
         whom = random_moments.choice(["server", "sweep", "both"])
@@ -398,11 +401,37 @@ def test_kills_at_any_moment_lose_nothing(kills, tmp_path, start):
             server.terminate()
             server.wait()
     server = start()
-    assert server.wait(timeout=120) == 0
-    for name in names:
-        assert folder.results_path(name).read_bytes() == expected
-        assert folder.study_path(name, State.done).read_text() == LONG
+    assert server.wait(timeout=240) == 0
+    for name, (_, text) in KILLED.items():
+        assert folder.results_path(name).read_bytes() == expected[name]
+        assert folder.study_path(name, State.done).read_text() == text
     assert list(folder.queue.iterdir()) == []
+
+
+def results_without_kills(tmp_path):
+    """What the command line makes of the jobs of the kill test."""
+    (tmp_path / "base.toml").write_text(LONG)
+    (tmp_path / "found.toml").write_text(KILLED["found"][1])
+    run("sweep", "base.toml", "--workers", "1", cwd=tmp_path)
+    options = ("--metric", "cv", "--metric", "swing_angle:max", "--evaluations", "400000", "--workers", "1")
+    run("refine", "results/base.h5", *options, "-o", "results/refined.h5", cwd=tmp_path)
+    run("synthesize", "found.toml", cwd=tmp_path)
+    made = {"one": "base", "two": "base", "refined": "refined", "found": "found"}
+    return {name: (tmp_path / f"results/{made[name]}.h5").read_bytes() for name in KILLED}
+
+
+def submit_again(jobs, folder, expected):
+    """Check and delete what is done, and queue what is not there or has failed of too many kills."""
+    for name, (kind, text) in KILLED.items():
+        state = {job.name: job.state for job in jobs.in_order()}.get(name)
+        if state == State.done:
+            assert folder.results_path(name).read_bytes() == expected[name]
+            jobs.delete(name)
+        if state in (None, State.done):
+            jobs.submit(name, text.encode(), kind=kind)
+        if state == State.failed:
+            assert "killed by signal" in jobs.get(name).reason
+            jobs.retry(name)
 
 
 def kill_sweeps(parent):

@@ -281,11 +281,11 @@ def test_hausdorff_and_chamfer(closed):
 
 
 def test_a_server_reads_no_file_of_points():
-    from explore.serving.plans import make_plan
+    from explore.serving.job_files import read_job_file
 
     text = study().to_toml().replace("points = [[0, 0], [10, 0], [10, 10], [0, 10]]", 'file = "/etc/hostname"')
     with pytest.raises(ConfigError, match="target.file: a server reads no file of points"):
-        make_plan("square", text.encode(), "all")
+        read_job_file("square", text.encode())
 
 
 def test_designs_whose_crank_does_not_turn_have_no_error():

@@ -11,6 +11,7 @@ from explore.cli.commands.certify import certify
 from explore.cli.commands.coverage import coverage
 from explore.cli.commands.export import export
 from explore.cli.commands.init import init
+from explore.cli.commands.jobs import jobs
 from explore.cli.commands.mechanisms import mechanisms
 from explore.cli.commands.pack import pack
 from explore.cli.commands.plot import plot
@@ -113,5 +114,6 @@ app.command(epilog="Example: explore precision smooth almost_change_point")(prec
 app.command(epilog="Example: explore stability --accuracy 1e-3")(stability)
 app.command(epilog="Example: explore serve served")(serve)
 app.command(epilog="Example: explore submit grid.toml --server http://127.0.0.1:8765 --token-file served/token")(submit)
+app.command(epilog="Example: explore jobs grid --server http://127.0.0.1:8765 --token-file served/token --cancel")(jobs)
 app.command(epilog="Example: explore mechanisms crank-rocker")(mechanisms)
 app.command(epilog="Example: explore init my_study.toml")(init)

@@ -48,3 +48,10 @@ _OPTIONS = {
 def name_options(text: str) -> str:
     """The text of an error of the library with options in place of the arguments, which it has in backticks."""
     return re.sub(r"`([^`]+)`", lambda quoted: _OPTIONS.get(quoted[1], quoted[0]), text)
+
+
+ServerOption = Annotated[str, typer.Option("--server", metavar="URL", help="Address of the service.")]
+TokenFileOption = Annotated[
+    Path | None,
+    typer.Option("--token-file", metavar="FILE", help="File `token` of the service's folder; default: $EXPLORE_TOKEN."),
+]

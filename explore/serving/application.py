@@ -16,6 +16,7 @@ from explore._version import __version__
 from explore.errors import ConfigError, ExploreError, RequestError
 from explore.serving import browsing_routes, job_routes, results_routes
 from explore.serving.access import Access, Right
+from explore.serving.head import Head
 from explore.serving.metrics import metrics_text
 from explore.serving.queue import StateError, UnknownJobError
 from explore.serving.requests import AccessOf, LinkRequest, Login, StationOf
@@ -35,6 +36,7 @@ def make_application(station: Station, access: Access, is_closing: Callable[[], 
         title="explore", version=__version__, openapi_url="/api/openapi.json", docs_url=None, redoc_url=None
     )
     application.state.station, application.state.access, application.state.is_closing = station, access, is_closing
+    application.add_middleware(Head)
     for part in (router, job_routes.router, results_routes.router, browsing_routes.router):
         application.include_router(part)
     application.mount("/page", StaticFiles(directory=_PAGE))

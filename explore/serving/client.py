@@ -1,40 +1,30 @@
-"""Submit studies to a service from Python, and fetch the results."""
+"""Submit studies, tasks and refinements to a service from Python, and fetch the results."""
 
 from __future__ import annotations
 
-import json
 import os
 import time
-import urllib.error
-import urllib.request
-from collections.abc import Iterator
+import tomllib
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from http.client import HTTPException
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
-from urllib.parse import quote, urlencode, urlsplit
+from urllib.parse import quote, urlencode
 
-from explore.errors import ConfigError, ExploreError, RequestError, ResultsError
+from explore.errors import RequestError, ResultsError
 from explore.files import new_file
+from explore.serving.requester import Requester, ServiceError, Unreachable
 
 if TYPE_CHECKING:
     from explore.config.study import Study
     from explore.store.results import Results
+    from explore.synthesis.tasks.task_files import TaskFile
 
-#: Where the token is looked for when none is given.
-TOKEN_VARIABLE = "EXPLORE_TOKEN"  # noqa: S105 -- the name of a variable
-#: Seconds that a request may take, and between two looks at a job.
-_TIMEOUT, _INTERVAL = 180.0, 0.3
+#: Seconds between two looks at a job.
+_INTERVAL = 0.3
 #: Seconds that a server may be away while a job is waited for, such as for a restart.
 _MOST_AWAY = 60.0
-
-
-class ServiceError(ExploreError, RuntimeError):
-    """The service cannot be reached, or refuses."""
-
-
-class Unreachable(ServiceError):  # noqa: N818 -- a state of the service
-    """Nothing answers at the address."""
 
 
 @dataclass(frozen=True)
@@ -46,7 +36,9 @@ class JobProgress:
     state
         "queued", "running", "done", "failed" or "cancelled".
     done, designs
-        Designs that are computed, and all of the study.
+        Designs that are computed, and all; 0 for a task that has not found any yet.
+    steps_done, steps
+        Those of the search of a task; 0 for others.
     rate, seconds_left
         Designs per second, and an estimate of the time left; None where they are not known.
     reason
@@ -56,6 +48,8 @@ class JobProgress:
     state: str
     done: int
     designs: int
+    steps_done: int
+    steps: int
     rate: float | None
     seconds_left: float | None
     reason: str
@@ -88,52 +82,85 @@ class Service:
     """
 
     def __init__(self, url: str, token: str | Path | None = None) -> None:
-        try:
-            parts = urlsplit(url)
-            is_usual = parts.scheme in ("http", "https") and bool(parts.hostname) and parts.port != 0
-        except ValueError:  # a port beyond 65,535, or an IPv6 address without its end
-            is_usual = False
-        if not is_usual:
-            raise RequestError(f"{url!r:.200} is no address of a service; write one such as http://127.0.0.1:8765")
-        self.url = f"{parts.scheme}://{parts.netloc}"
-        self._token = token if token is not None else os.environ.get(TOKEN_VARIABLE, "")
-        handlers: list[urllib.request.BaseHandler] = [_NoRedirects()]
-        if parts.hostname in ("127.0.0.1", "::1", "localhost"):  # a proxy is for other machines
-            handlers.append(urllib.request.ProxyHandler({}))
-        self._opener = urllib.request.build_opener(*handlers)
+        self._requester = Requester(url, token)
+        self.url = self._requester.url
 
     def __repr__(self) -> str:
         return f"Service({self.url!r})"
 
     def submit(
-        self, study: Study | str, *, name: str, keep: Literal["all", "front"] = "all", priority: int = 5
+        self, study: Study | TaskFile | str, *, name: str, keep: Literal["all", "front"] = "all", priority: int = 5
     ) -> JobHandle:
-        """Queue a study.
+        """Queue a study or a task.
 
         Parameters
         ----------
         study
-            A study, or the text of a study file.
+            A study, a task from `load_task`, or the text of a file of either.
         name
             Name of the job and of its results: lower-case letters, digits, - and _.
         keep
-            Which designs are kept, as `explore.sweep` has it.
+            Which designs of a study are kept, as `explore.sweep` has it.
         priority
-            1 is swept first, 9 last.
+            1 runs first, 9 last.
 
         Raises
         ------
         ConfigError
-            With every problem of the study.
+            With every problem of the study or task.
         ServiceError
             The service cannot be reached, or refuses; the message says why.
         """
-        self._post("/api/studies", self._submission(study, name, keep, priority))
+        route, content = _submission(study, name, keep)
+        self._requester.post(route, {**content, "priority": priority})
         return self.job(name)
 
-    def plan(self, study: Study | str, *, name: str = "study", keep: Literal["all", "front"] = "all") -> dict[str, Any]:
-        """What the sweep of a study would make and take: designs, bytes, seconds and so on; nothing is queued."""
-        return dict(self._post("/api/studies?dry_run=true", self._submission(study, name, keep, 5)))
+    def refine(
+        self,
+        job: str,
+        *,
+        name: str | None = None,
+        objectives: Sequence[str] | None = None,
+        evaluations: int | None = None,
+        seed: int = 0,
+        priority: int = 5,
+    ) -> JobHandle:
+        """Queue the refinement of the results of a job that is done, as `explore.refine` makes it.
+
+        Parameters
+        ----------
+        job
+            Name of the job whose results are refined.
+        name
+            Name of the new job and of its results; by default JOB-refined.
+        objectives, evaluations, seed
+            As of `explore.refine`.
+        priority
+            1 runs first, 9 last.
+
+        Raises
+        ------
+        ServiceError
+            The service cannot be reached, or refuses; the message says why.
+        """
+        name = name or refined_name(job)
+        content = _refinement(job, name, objectives, evaluations, seed)
+        self._requester.post("/api/refinements", {**content, "priority": priority})
+        return self.job(name)
+
+    def plan(
+        self, study: Study | TaskFile | str, *, name: str = "study", keep: Literal["all", "front"] = "all"
+    ) -> dict[str, Any]:
+        """What a study or task would make and take: designs, bytes, seconds and so on; nothing is queued."""
+        route, content = _submission(study, name, keep)
+        return dict(self._requester.post(f"{route}?dry_run=true", content))
+
+    def plan_refinement(
+        self, job: str, *, objectives: Sequence[str] | None = None, evaluations: int | None = None, seed: int = 0
+    ) -> dict[str, Any]:
+        """What a refinement would make and take; nothing is queued."""
+        content = _refinement(job, refined_name(job), objectives, evaluations, seed)
+        return dict(self._requester.post("/api/refinements?dry_run=true", content))
 
     def job(self, name: str) -> JobHandle:
         """A job by name."""
@@ -141,65 +168,12 @@ class Service:
 
     def jobs(self) -> list[dict[str, Any]]:
         """All jobs: the running one, those that wait in their order, then the others."""
-        return list(self._get("/api/jobs")["jobs"])
+        return list(self._requester.get("/api/jobs")["jobs"])
 
     def rank(self, name: str, **options: Any) -> dict[str, Any]:
         """The Pareto set of a job's results, found by the service; `options` as of its route, such as `metric`."""
         query = urlencode(options, doseq=True)
-        return dict(self._get(f"/api/results/{quote(name, safe='')}/rank?{query}"))
-
-    @staticmethod
-    def _submission(study: Study | str, name: str, keep: str, priority: int) -> dict[str, Any]:
-        text = study if isinstance(study, str) else study.to_toml()
-        return {"name": name, "study": text, "keep": keep, "priority": priority}
-
-    def _get(self, path: str) -> Any:
-        return self._ask("GET", path)
-
-    def _post(self, path: str, content: Any = None) -> Any:
-        return self._ask("POST", path, content)
-
-    def _ask(self, method: str, path: str, content: Any = None) -> Any:
-        with self._open(method, path, content) as answer:
-            try:
-                return json.load(answer)
-            except ValueError:
-                raise ServiceError(f"{self.url} answers no JSON; is it a service of explore?") from None
-            except (OSError, HTTPException) as error:
-                raise Unreachable(f"{self.url} broke off its answer: {error or type(error).__name__}") from None
-
-    def _open(self, method: str, path: str, content: Any = None) -> Any:
-        token = self._read_token()
-        headers = {"Authorization": f"Bearer {token}", "Accept": "application/json"}
-        data = None
-        if content is not None:
-            data, headers["Content-Type"] = json.dumps(content).encode(), "application/json"
-        request = urllib.request.Request(  # noqa: S310 -- http or https, see __init__
-            self.url + path, data, headers, method=method
-        )
-        try:
-            return self._opener.open(request, timeout=_TIMEOUT)
-        except urllib.error.HTTPError as error:
-            raise _refusal(self.url, error) from None
-        except (OSError, HTTPException) as error:
-            cause = getattr(error, "reason", None) or error
-            reason = getattr(cause, "strerror", None) or cause
-            raise Unreachable(f"no service answers at {self.url}: {reason}") from None
-
-    def _read_token(self) -> str:
-        if isinstance(self._token, Path):
-            try:
-                token = self._token.read_text(encoding="ascii").strip()
-            except (OSError, UnicodeDecodeError):
-                reason = f"{self._token} cannot be read, which a service writes while it runs"
-                raise Unreachable(f"{reason}; is it running?") from None
-        else:
-            token = self._token.strip()
-        if not token:
-            raise RequestError(f"the service asks for a token; give one, or set {TOKEN_VARIABLE}")
-        if not (token.isascii() and token.isprintable()):
-            raise RequestError("the token is none of a service: it has characters other than letters, digits, - and _")
-        return token
+        return dict(self._requester.get(f"/api/results/{quote(name, safe='')}/rank?{query}"))
 
 
 class JobHandle:
@@ -207,14 +181,19 @@ class JobHandle:
 
     def __init__(self, service: Service, name: str) -> None:
         self.service, self.name = service, name
+        self._requester = service._requester
         self._path = f"/api/jobs/{quote(name, safe='')}"
 
     def __repr__(self) -> str:
         return f"JobHandle({self.service.url!r}, {self.name!r})"
 
+    def facts(self) -> dict[str, Any]:
+        """All that the service tells about it: kind, priority, times, progress and so on."""
+        return dict(self._requester.get(self._path))
+
     def progress(self) -> JobProgress:
         """How far it is now."""
-        facts = self.service._get(self._path)
+        facts = self.facts()
         return JobProgress(**{name: facts[name] for name in JobProgress.__dataclass_fields__})
 
     def wait(self, seconds: float | None = None) -> JobProgress:
@@ -245,7 +224,7 @@ class JobHandle:
         from explore.store.open_results import open_results
 
         target = Path("results") / f"{self.name}.h5" if path is None else Path(path)
-        with self.service._open("GET", f"/api/results/{quote(self.name, safe='')}/file") as answer:
+        with self._requester.open("GET", f"/api/results/{quote(self.name, safe='')}/file") as answer:
             size = int(answer.headers.get("Content-Length", -1))
             if size < 0:
                 raise ServiceError(f"{self.service.url} sends a file of unknown length; is it a service of explore?")
@@ -258,24 +237,58 @@ class JobHandle:
                     raise ResultsError(f"{target}: {file.tell():,} of {size:,} bytes arrived; fetch it again")
         return open_results(target)
 
+    def prioritise(self, priority: int) -> None:
+        """Give it another priority while it waits: 1 runs first, 9 last."""
+        self._requester.post(f"{self._path}/priority", {"priority": priority})
+
     def cancel(self) -> None:
         """Cancel it; what is computed stays."""
-        self.service._post(f"{self._path}/cancel")
+        self._requester.post(f"{self._path}/cancel")
 
     def retry(self) -> None:
-        """Queue it again; its sweep goes on where it ended."""
-        self.service._post(f"{self._path}/retry")
+        """Queue it again; it goes on where it ended, and the search of a task begins again."""
+        self._requester.post(f"{self._path}/retry")
 
     def delete(self) -> None:
         """Delete it with its results."""
-        self.service._open("DELETE", self._path).close()
+        self._requester.open("DELETE", self._path).close()
 
 
-class _NoRedirects(urllib.request.HTTPRedirectHandler):
-    """A redirect would send the token elsewhere."""
+def refined_name(job: str) -> str:
+    """The name of the refinement of a job, where none is given."""
+    return f"{job[:56]}-refined"
 
-    def redirect_request(self, *_: Any, **__: Any) -> None:
-        return None
+
+def _submission(study: Study | TaskFile | str, name: str, keep: str) -> tuple[str, dict[str, Any]]:
+    """The route and the content that submit a study or a task."""
+    text = study if isinstance(study, str) else _text(study)
+    if not _is_task(text):
+        return "/api/studies", {"name": name, "study": text, "keep": keep}
+    if keep != "all":
+        raise RequestError('a task keeps all its linkages; write `keep="all"`')
+    return "/api/tasks", {"name": name, "task": text}
+
+
+def _text(study: Study | TaskFile) -> str:
+    """The text of a study or task, told apart without an import of either, which would take a second."""
+    return study.to_toml() if hasattr(study, "to_toml") else study.text
+
+
+def _is_task(text: str) -> bool:
+    """Whether a text is that of a task; one that is no TOML is a study, whose problems the service tells."""
+    try:
+        sections = tomllib.loads(text)
+    except (tomllib.TOMLDecodeError, RecursionError):
+        return False
+    return "task" in sections and "mechanism" not in sections
+
+
+def _refinement(
+    job: str, name: str, objectives: Sequence[str] | None, evaluations: int | None, seed: int
+) -> dict[str, Any]:
+    """The content that submits a refinement."""
+    content = {"name": name, "refine": job, "metric": list(objectives or []), "seed": seed}
+    return content if evaluations is None else {**content, "evaluations": evaluations}
 
 
 def _blocks(answer: Any) -> Iterator[bytes]:
@@ -285,17 +298,3 @@ def _blocks(answer: Any) -> Iterator[bytes]:
             yield block
     except (OSError, HTTPException):
         return
-
-
-def _refusal(url: str, error: urllib.error.HTTPError) -> ExploreError:
-    """The reason that the service gave."""
-    try:
-        content = json.loads(error.read(1 << 20))
-        detail, problems = str(content["detail"]), content.get("problems", [])
-    except (ValueError, KeyError, TypeError, AttributeError):
-        return ServiceError(f"{url} answers {error.code} {error.reason}; is it a service of explore?")
-    if error.code == 422 and problems:
-        return ConfigError([str(problem["text"]) for problem in problems])
-    if error.code == 401:
-        detail = "it does not know the token, which is new after each start of the service"
-    return ServiceError(f"{url} refuses: {detail}")

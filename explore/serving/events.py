@@ -22,9 +22,11 @@ _MOST_TAKEN = 64
 
 @dataclass(frozen=True)
 class Event:
-    """One event: its number, and the text that is sent, made once for all watchers."""
+    """One event: its number, the job's name, whether that was deleted, and the text, made once for all watchers."""
 
     number: int
+    name: str
+    is_deleted: bool
     text: bytes
 
 
@@ -49,7 +51,7 @@ class Events:
         kind, data = ("job", job.to_json()) if job is not None else ("deleted", {"name": name})
         with self._guard:
             self._number += 1
-            self._kept.append(Event(self._number, self.text(self._number, kind, data)))
+            self._kept.append(Event(self._number, name, job is None, self.text(self._number, kind, data)))
         self.wake()
 
     def text(self, number: int, kind: str, data: dict[str, Any]) -> bytes:

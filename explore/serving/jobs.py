@@ -12,27 +12,36 @@ from typing import Any
 
 from explore.files import open_regular
 from explore.serving.folder import State
+from explore.serving.job_files import Kind
 
-#: What a sweep reports while it runs; not logged, because the results file knows it.
-PROGRESS = ("done", "feasible", "computed", "seconds")
+#: What a job reports while it runs; logged when it has ended.
+PROGRESS = ("done", "feasible", "computed", "seconds", "steps_done", "steps")
+
+#: The words that these fields have.
+_WORDS: dict[str, tuple[str, ...]] = {"keep": ("all", "front"), "kind": tuple(Kind)}
 
 
 @dataclass(frozen=True)
 class Job:
-    """A study on its way through the service.
+    """A study, a task or a refinement on its way through the service.
 
     Attributes
     ----------
     name
-        Its name, and that of its study and results.
+        Its name, and that of its file and results.
     state
         Where it is.
     priority, number
-        Jobs are swept by priority, 1 first and 9 last; those of equal priority by number.
+        Jobs run by priority, 1 first and 9 last; those of equal priority by number.
+    kind
+        What its file is.
+    refine
+        The job whose results a refinement starts from; empty for others.
     keep
-        Which designs the sweep keeps: "all" or "front".
+        Which designs a sweep keeps: "all" or "front".
     mechanism, designs, bytes
-        What the study asks for; `bytes` is None where only the front is kept.
+        What the file asks for; 0 designs for a task that has not found any yet. `bytes` is None for a task, and where
+        only the front is kept.
     submitted, started, ended
         Times, UTC, ISO 8601; None for what has not happened since the job was last queued.
     reason
@@ -40,12 +49,16 @@ class Job:
     done, feasible, computed, seconds
         Designs that are committed; of those that the running process computed, the feasible ones and all; seconds
         since it started.
+    steps_done, steps
+        Those of the search of a task; 0 for others.
     """
 
     name: str
     state: State
     priority: int = 5
     number: int = 0
+    kind: str = Kind.study
+    refine: str = ""
     keep: str = "all"
     mechanism: str = ""
     designs: int = 0
@@ -58,11 +71,17 @@ class Job:
     feasible: int = 0
     computed: int = 0
     seconds: float = 0.0
+    steps_done: int = 0
+    steps: int = 0
 
     def to_json(self) -> dict[str, Any]:
         """Everything for clients, with the rate in designs per second and the seconds left where they are known."""
         rate = self.computed / self.seconds if self.seconds > 0 else None
-        left = (self.designs - self.done) / rate if rate and self.state == State.running else None
+        left = None
+        if self.state == State.running and rate:
+            left = (self.designs - self.done) / rate
+        elif self.state == State.running and self.steps_done:
+            left = self.seconds / self.steps_done * (self.steps - self.steps_done)
         return {**asdict(self), "rate": rate, "seconds_left": left}
 
     def after(self, event: Mapping[str, Any]) -> Job:
@@ -76,8 +95,10 @@ def _fits(name: str, value: object) -> bool:
     """Whether a fact of a log has the type of its field; a log may come from anywhere."""
     if name in ("submitted", "started", "ended"):
         return value is None or isinstance(value, str)
-    if name in ("keep", "mechanism", "reason"):
-        return isinstance(value, str) and (name != "keep" or value in ("all", "front"))
+    if name in _WORDS:
+        return value in _WORDS[name]
+    if name in ("refine", "mechanism", "reason"):
+        return isinstance(value, str)
     if name == "seconds":
         return isinstance(value, int | float) and not isinstance(value, bool)
     return (value is None and name == "bytes") or (isinstance(value, int) and not isinstance(value, bool))

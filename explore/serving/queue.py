@@ -10,8 +10,9 @@ from typing import Any
 
 from explore.errors import RequestError
 from explore.serving.folder import Folder, State, check_name, move, write_new
+from explore.serving.job_files import JobFile, Kind, Refinement, read_job_file
 from explore.serving.jobs import PROGRESS, Job, append_event, now, read_events
-from explore.serving.plans import Limits, check_limits, make_plan
+from explore.serving.plans import Limits, Plan, check_limits, make_plan
 
 #: Called with a job after each change, and with None for the job and its name after it was deleted.
 Listener = Callable[[str, Job | None], None]
@@ -69,35 +70,44 @@ class Jobs:
             return self._jobs[name]
 
     def study(self, name: str) -> bytes:
-        """The study of a job as it was submitted."""
+        """The file of a job as it was submitted."""
         with self._changed:
             try:
                 return self._place(self.get(name)).read_bytes()
             except FileNotFoundError:
                 raise StateError(f"the study of {name} was removed from the folder") from None
 
-    def submit(self, name: str, content: bytes, *, keep: str = "all", priority: int = 5) -> Job:
-        """Queue a study.
+    def plan(self, name: str, content: bytes, *, kind: Kind = Kind.study, keep: str = "all") -> Plan:
+        """What a job would make; raises as `submit` does, but a name may be taken."""
+        check_name(name)
+        return self._plan(read_job_file(name, content, kind), keep)
+
+    def submit(
+        self, name: str, content: bytes, *, kind: Kind = Kind.study, keep: str = "all", priority: int = 5
+    ) -> Job:
+        """Queue a study, a task or a refinement.
 
         Raises
         ------
         ConfigError
-            With every problem of the study.
+            With every problem of the file.
         RequestError
-            The name, `keep` or `priority` is invalid, or the study is beyond the limits.
+            The name, `keep` or `priority` is invalid, the refinement is not possible, or the limits are exceeded.
         StateError
-            The name is taken, or the queue is full.
+            The name is taken, the queue is full, or the job to refine is not done.
         """
         check_name(name)
         _check_priority(priority)
         if keep not in ("all", "front"):
             raise RequestError(f"keep = {keep!r:.40}: write all or front")
-        plan = make_plan(name, content, keep)
-        check_limits(plan, self._limits, self._folder.results)
+        job_file = read_job_file(name, content, kind)
+        plan = self._plan(job_file, keep)
         facts: dict[str, Any] = {
+            "kind": kind,
+            "refine": job_file.refine if isinstance(job_file, Refinement) else "",
             "keep": keep,
             "mechanism": plan.mechanism,
-            "designs": plan.designs,
+            "designs": plan.designs or 0,
             "bytes": plan.bytes,
         }
         with self._changed:
@@ -109,6 +119,7 @@ class Jobs:
             waiting = sum(job.state == State.queued for job in self._jobs.values())
             if waiting >= self._limits.queue:
                 raise StateError(f"{waiting:,} jobs wait already, which is this server's limit; try again later")
+            self._require_done(facts["refine"])  # again, because it may have been deleted meanwhile
             job = Job(name, State.queued, priority, self._next_number(), **facts, submitted=now())
             self._folder.log_path(name).unlink(missing_ok=True)  # of a submission that a kill cut short
             self._log(job, "queued", **facts, submitted=job.submitted)
@@ -152,6 +163,11 @@ class Jobs:
                     f"{name} is {job.state if job.state == State.running else 'still ending'}; "
                     "cancel it, wait until its sweep has ended, and delete it then"
                 )
+            needed = (State.queued, State.running)
+            if starts := [
+                other.name for other in self._jobs.values() if other.refine == name and other.state in needed
+            ]:
+                raise StateError(f"{starts[0]} refines the results of {name}; cancel it, or wait until it is done")
             self._folder.delete(name, self._place(job))
             del self._jobs[name]
             self._listener(name, None)
@@ -168,6 +184,7 @@ class Jobs:
                 return None
             job = running[0] if running else min(waiting, key=_order)
             facts: dict[str, Any] = {"started": now(), "ended": None, "reason": "", "computed": 0, "seconds": 0.0}
+            facts |= {"steps_done": 0, "steps": 0}
             self._active = job.name
             self._log(job, "running", started=facts["started"], ended=None, reason="")
             if running:
@@ -204,6 +221,20 @@ class Jobs:
         with self._changed:
             self._changed.notify_all()
 
+    # --- helpers ------------------------------------------------------------------------------------------------------
+
+    def _plan(self, job_file: JobFile, keep: str) -> Plan:
+        if isinstance(job_file, Refinement):
+            self._require_done(job_file.refine)
+        plan = make_plan(job_file, keep, self._folder.results)
+        check_limits(plan, self._limits, self._folder.results)
+        return plan
+
+    def _require_done(self, refine: str) -> None:
+        """Refuse to refine the results of a job that is not done; no name asks for none."""
+        if refine and (job := self.get(refine)).state != State.done:
+            raise StateError(f"{refine} is {job.state}; its results can be refined when it is done")
+
     # --- helpers; the caller holds the lock ---------------------------------------------------------------------------
 
     def _placed(self, state: State) -> list[tuple[str, int, int]]:
@@ -235,7 +266,7 @@ class Jobs:
 
     def _settle(self, job: Job, state: State, reason: str = "") -> Job:
         settled = replace(job, state=state, ended=now(), reason=reason)
-        progress = {name: value for name, value in asdict(job).items() if name in PROGRESS}
+        progress = {name: value for name, value in asdict(job).items() if name in (*PROGRESS, "designs")}
         self._log(job, state, ended=settled.ended, reason=reason, **progress)
         return self._move(job, settled)
 

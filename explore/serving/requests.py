@@ -9,21 +9,48 @@ from pydantic import BaseModel, ConfigDict, Field, StrictInt, StrictStr
 
 from explore.serving.access import Access
 from explore.serving.folder import NAME
-from explore.serving.plans import MOST_STUDY_BYTES
+from explore.serving.job_files import MOST_FILE_BYTES, Refinement
 from explore.serving.station import Station
+from explore.sweeping.refinement_plan import EVALUATIONS
 
 
 class _Body(BaseModel):
     model_config = ConfigDict(extra="forbid")
 
 
-class Submission(_Body):
+class StudySubmission(_Body):
     """A study to queue."""
 
     name: StrictStr = Field(max_length=100, description="Name of the job and of its results.")
-    study: StrictStr = Field(max_length=MOST_STUDY_BYTES, description="The text of the study file, TOML.")
+    study: StrictStr = Field(max_length=MOST_FILE_BYTES, description="The text of the study file, TOML.")
     keep: Literal["all", "front"] = Field("all", description="Keep every design, or only the Pareto set.")
-    priority: StrictInt = Field(5, ge=1, le=9, description="1 is swept first, 9 last.")
+    priority: StrictInt = Field(5, ge=1, le=9, description="1 runs first, 9 last.")
+
+
+class TaskSubmission(_Body):
+    """A task to queue."""
+
+    name: StrictStr = Field(max_length=100, description="Name of the job and of its results.")
+    task: StrictStr = Field(max_length=MOST_FILE_BYTES, description="The text of the task file, TOML.")
+    priority: StrictInt = Field(5, ge=1, le=9, description="1 runs first, 9 last.")
+
+
+class RefinementSubmission(_Body):
+    """A refinement to queue."""
+
+    name: StrictStr = Field(max_length=100, description="Name of the job and of its results.")
+    refine: StrictStr = Field(max_length=100, description="Name of the job whose results are refined.")
+    metric: list[Annotated[StrictStr, Field(max_length=1000)]] = Field(
+        [], max_length=20, description="NAME, NAME:min or NAME:max, two or more: objectives in place of the study's."
+    )
+    evaluations: StrictInt = Field(EVALUATIONS, ge=1, lt=2**63, description="Number of designs to evaluate.")
+    seed: StrictInt = Field(0, ge=0, lt=2**63, description="Seed of the random steps.")
+    priority: StrictInt = Field(5, ge=1, le=9, description="1 runs first, 9 last.")
+
+    @property
+    def text(self) -> str:
+        """The text of its file."""
+        return Refinement(self.refine, tuple(self.metric), self.evaluations, self.seed).to_toml()
 
 
 class Priority(_Body):

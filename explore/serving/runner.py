@@ -10,6 +10,7 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from explore.serving.folder import Folder, State
+from explore.serving.job_files import Kind
 from explore.serving.jobs import Job
 from explore.serving.queue import Jobs, UnknownJobError
 
@@ -23,10 +24,14 @@ _MOST_KILLS = 3
 
 @dataclass(frozen=True)
 class Work:
-    """Where sweeps compute: so many threads of this machine (None: one for each processor), or a dask scheduler."""
+    """Where sweeps compute: so many threads or processes of this machine, or a dask scheduler.
+
+    None for one thread or process for each processor.
+    """
 
     workers: int | None = None
     scheduler: str | None = None
+    processes: bool = False
 
 
 class Runner(threading.Thread):
@@ -138,7 +143,8 @@ class Runner(threading.Thread):
             process.stdout.close()  # type: ignore[union-attr]
             code = process.wait()
         if is_late.is_set() and code:
-            return 1, f"it took longer than {self._seconds:,.0f} s, this server's limit; retry goes on from there"
+            goes_on = "begins again" if job.kind == Kind.task else "goes on from there"
+            return 1, f"it took longer than {self._seconds:,.0f} s, this server's limit; retry {goes_on}"
         unexplained = f"its process ended with exit code {code}; {self._folder.output_path(job.name)} may say why"
         return code, self._folder.without_path(reason or (unexplained if code else ""))
 

@@ -1,4 +1,4 @@
-"""The process of one sweep: ``python -m explore.serving.sweep_process STUDY RESULTS OPTIONS``.
+"""The process of one job: ``python -m explore.serving.sweep_process FILE RESULTS OPTIONS``.
 
 It prints its progress on stdout, a JSON object a line, and ends like Ctrl-C when its stdin ends: the process that
 started it was stopped or killed then. What is committed is safe, and the same call goes on from there.
@@ -23,8 +23,11 @@ from explore.store.locking import LockedError, LockFile
 if TYPE_CHECKING:
     from distributed import Client
 
-    from explore.sweeping.runs import Progress
+    from explore.config.study import Study
+    from explore.serving.job_files import Refinement
+    from explore.sweeping.runs import Progress, Summary
     from explore.sweeping.threads import LocalThreads
+    from explore.synthesis.tasks.task_files import TaskFile
 
 #: Seconds between two lines of progress.
 _INTERVAL = 0.1
@@ -33,12 +36,12 @@ _PATIENCE = 60.0
 
 
 def main() -> int:
-    """Sweep, and return the exit code of `explore sweep`."""
+    """Run the job, and return the exit code of `explore sweep`."""
     signal.signal(signal.SIGTERM, _interrupt)
     threading.Thread(target=_end_with_stdin, daemon=True).start()
-    study, results, options = sys.argv[1:]
+    file, results, options = sys.argv[1:]
     try:
-        return _sweep(Path(study), Path(results), json.loads(options))
+        return _run(Path(file), Path(results), json.loads(options))
     except KeyboardInterrupt:
         return 130
     except ExploreError as error:
@@ -49,25 +52,38 @@ def main() -> int:
         return 1
 
 
-def _sweep(path: Path, results: Path, options: Mapping[str, Any]) -> int:
+def _run(file: Path, results: Path, options: Mapping[str, Any]) -> int:
     from explore.compiling import announce_compilation
-    from explore.config.study_file import load_study
-    from explore.evaluation.evaluate import compile_kernels
-    from explore.sweeping.runs import run_study
+    from explore.serving.job_files import Refinement, read_job_file
+    from explore.synthesis.tasks.task_files import TaskFile
 
-    study = load_study(path)
+    job_file = read_job_file(file.stem, file.read_bytes())
     with _alone(results.parent.parent / "log" / "sweep"):
         announce_compilation(lambda: _print("note", reason="compiling the kernels, once per machine"))
-        if options["scheduler"] is None:
-            compile_kernels(study.request)
-        summary = run_study(
-            study,
-            results,
-            _workers(options, study.request.mechanism.name),
-            keep=options["keep"],
-            progress=_progress_printer(),
-            listener=_print_event,
-        )
+        if isinstance(job_file, TaskFile):
+            return _synthesize(job_file, results)
+        if isinstance(job_file, Refinement):
+            return _report(_refine(job_file, results, options))
+        return _report(_sweep(job_file, results, options))
+
+
+def _sweep(study: Study, results: Path, options: Mapping[str, Any]) -> Summary:
+    from explore.sweeping.runs import run_study
+
+    workers, report = _workers(options, study), _progress_printer()
+    return run_study(study, results, workers, keep=options["keep"], progress=report, listener=_print_event)
+
+
+def _refine(refinement: Refinement, results: Path, options: Mapping[str, Any]) -> Summary:
+    from explore.sweeping.refinements import run_refinement
+
+    plan, source = refinement.plan(results.parent), results.with_name(f"{refinement.refine}.h5")
+    workers, report = _workers(options, plan.study), _progress_printer()
+    return run_refinement(plan, source, results, workers, progress=report, listener=_print_event)
+
+
+def _report(summary: Summary) -> int:
+    """Print how a sweep or refinement ended, and return the exit code."""
     n_done = summary.progress.n_done
     _print("progress", done=n_done, feasible=summary.n_feasible, computed=summary.n_computed, seconds=summary.seconds)
     if summary.failures:
@@ -77,12 +93,31 @@ def _sweep(path: Path, results: Path, options: Mapping[str, Any]) -> int:
     return 3 if summary.failures else 0
 
 
-def _workers(options: Mapping[str, Any], mechanism: str) -> AbstractContextManager[Client | LocalThreads]:
+def _synthesize(task: TaskFile, results: Path) -> int:
+    """Find the linkages of a task, which are written at once: a search that was interrupted begins again."""
+    from explore.api.synthesis import rows_of
+
+    print_seconds = _Paced()
+
+    def report(steps_done: int, steps: int) -> None:
+        print_seconds(steps_done=steps_done, steps=steps)
+
+    rows = rows_of(task, task.find(report))
+    rows.write(results)
+    n_feasible = int(rows.arrays["feasible"].sum())
+    _print("progress", designs=rows.count, done=rows.count, feasible=n_feasible)
+    return 0
+
+
+def _workers(options: Mapping[str, Any], study: Study) -> AbstractContextManager[Client | LocalThreads]:
+    """The workers of a study, whose kernels are compiled if this process needs them."""
+    from explore.evaluation.evaluate import compile_kernels
     from explore.sweeping.clusters import local_cluster, remote_cluster
 
     if options["scheduler"] is not None:
-        return remote_cluster(options["scheduler"], mechanism)
-    return local_cluster(options["workers"], processes=False)
+        return remote_cluster(options["scheduler"], study.request.mechanism.name)
+    compile_kernels(study.request)
+    return local_cluster(options["workers"], processes=options["processes"])
 
 
 @contextmanager
@@ -101,22 +136,24 @@ def _alone(path: Path) -> Iterator[None]:
         yield
 
 
+class _Paced:
+    """Prints progress with the seconds since the start, but not too often."""
+
+    def __init__(self) -> None:
+        self._start, self._last = time.monotonic(), -_INTERVAL
+
+    def __call__(self, **facts: int) -> None:
+        seconds = time.monotonic() - self._start
+        if seconds - self._last >= _INTERVAL:
+            self._last = seconds
+            _print("progress", **facts, seconds=round(seconds, 3))
+
+
 def _progress_printer() -> Callable[[Progress], None]:
-    start = time.monotonic()
-    last = -_INTERVAL
+    print_seconds = _Paced()
 
     def report(progress: Progress) -> None:
-        nonlocal last
-        seconds = time.monotonic() - start
-        if seconds - last >= _INTERVAL:
-            last = seconds
-            _print(
-                "progress",
-                done=progress.n_done,
-                feasible=progress.n_feasible,
-                computed=progress.n_computed,
-                seconds=round(seconds, 3),
-            )
+        print_seconds(done=progress.n_done, feasible=progress.n_feasible, computed=progress.n_computed)
 
     return report
 

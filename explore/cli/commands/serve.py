@@ -29,8 +29,12 @@ def serve(
         bool, typer.Option("--behind-proxy", help="A reverse proxy with TLS stands before this address.")
     ] = False,
     workers: Annotated[
-        int | None, typer.Option(min=1, help="Number of threads of a sweep; default: one per processor.")
+        int | None,
+        typer.Option(
+            min=1, help="Number of threads of a sweep (processes with --processes); default: one per processor."
+        ),
     ] = None,
+    processes: Annotated[bool, typer.Option("--processes", help="Sweep in processes, not in threads.")] = False,
     scheduler: Annotated[
         str | None, typer.Option(metavar="ADDRESS", help="Sweep on a dask cluster, such as tcp://host:8786.")
     ] = None,
@@ -42,8 +46,8 @@ def serve(
     """Take studies over HTTP, sweep them one after the other, and show the results; Ctrl-C stops."""
     if missing := [name for name in ("fastapi", "uvicorn") if find_spec(name) is None]:
         raise RequestError(f'explore serve needs {" and ".join(missing)}: pip install "linkage-explore[serve]"')
-    if scheduler is not None and workers is not None:
-        raise RequestError("--scheduler brings its own workers; leave out --workers")
+    if scheduler is not None and (workers is not None or processes):
+        raise RequestError("--scheduler brings its own workers; leave out --workers and --processes")
     from explore.serving.plans import Limits
     from explore.serving.runner import Work
     from explore.serving.server import Place
@@ -55,5 +59,5 @@ def serve(
 
     place = Place(host, port, public_url, certificate, key, behind_proxy)
     limits = Limits(max_designs, max_bytes, max_queue, None if max_hours is None else 3600 * max_hours)
-    serve_folder(folder, place, limits, Work(workers, scheduler), announce)
+    serve_folder(folder, place, limits, Work(workers, scheduler, processes), announce)
     say("stopped; what waits or was under way goes on at the next start", "dim")

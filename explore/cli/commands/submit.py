@@ -1,54 +1,76 @@
-"""`explore submit`: give a study to a service."""
+"""`explore submit`: give a study, a task or a refinement to a service."""
 
 from __future__ import annotations
 
 import re
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from explore.cli.options import JsonOption, KeepOption
+from explore.cli.options import JsonOption, KeepOption, ServerOption, TokenFileOption
 from explore.cli.output import count_of, print_json, say
+from explore.errors import RequestError
 
 if TYPE_CHECKING:
-    from explore.serving.client import JobHandle
+    from explore.serving.client import JobHandle, Service
 
 
 def submit(
-    study: Annotated[Path, typer.Argument(metavar="STUDY", help="The study, a TOML file.")],
-    server: Annotated[str, typer.Option("--server", metavar="URL", help="Address of the service.")],
-    token_file: Annotated[
-        Path | None,
-        typer.Option(
-            "--token-file", metavar="FILE", help="File `token` of the service's folder; default: $EXPLORE_TOKEN."
-        ),
+    file: Annotated[
+        Path | None, typer.Argument(metavar="FILE", help="The study or the task, a TOML file; none with --refine.")
     ] = None,
+    *,
+    server: ServerOption,
+    token_file: TokenFileOption = None,
     name: Annotated[
-        str | None, typer.Option(help="Name of the job and of its results; by default that of the file.")
+        str | None,
+        typer.Option(help="Name of the job and of its results; default: that of the file, or JOB-refined."),
     ] = None,
     keep: Annotated[KeepOption, typer.Option(help="Keep every design, or only the Pareto set.")] = KeepOption.all,
-    priority: Annotated[int, typer.Option(min=1, max=9, help="1 is swept first, 9 last.")] = 5,
+    refine: Annotated[
+        str | None, typer.Option("--refine", metavar="JOB", help="Refine the results of this job, which is done.")
+    ] = None,
+    metric: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="With --refine: NAME, NAME:min or NAME:max, two or more: objectives in place of the study's."
+        ),
+    ] = None,
+    evaluations: Annotated[
+        int | None,
+        typer.Option(min=1, metavar="N", help="With --refine: number of designs to evaluate; default: 262,144."),
+    ] = None,
+    seed: Annotated[int | None, typer.Option(min=0, help="With --refine: seed of the random steps.")] = None,
+    priority: Annotated[int, typer.Option(min=1, max=9, help="1 runs first, 9 last.")] = 5,
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Show what would be computed, and queue nothing.")] = False,
-    wait: Annotated[bool, typer.Option("--wait", help="Wait until the sweep ends.")] = False,
+    wait: Annotated[bool, typer.Option("--wait", help="Wait until the job ends.")] = False,
     output: Annotated[
         Path | None, typer.Option("-o", "--output", help="Wait, and fetch the results into this file.")
     ] = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Queue a study at a service, which sweeps it."""
-    from explore.config import toml_text
+    """Queue a study, a task or a refinement at a service, which runs it."""
     from explore.serving.client import Service
 
-    text = toml_text.read_text(str(study))
-    name = name or re.sub(r"[^a-z0-9_-]+", "-", study.stem.lower()).strip("-_")
+    if (file is None) == (refine is None):
+        raise RequestError("name a file to submit, or a job by --refine, and not both")
     service = Service(server, token_file)
+    new: _NewFile | _NewRefinement
+    if refine is not None:
+        if keep != KeepOption.all:
+            raise RequestError("a refinement keeps all its designs; leave out --keep")
+        new = _NewRefinement(service, refine, name, metric, evaluations, seed or 0, priority)
+    elif file is not None:
+        if metric or evaluations is not None or seed is not None:
+            raise RequestError("--metric, --evaluations and --seed are for --refine; those of a file are in the file")
+        new = _NewFile(service, file, name, keep, priority)
     if dry_run:
-        plan = service.plan(text, name=name, keep=keep.value)
+        plan = new.plan()
         print_json(plan) if as_json else _print_plan(plan)
         return
-    job = service.submit(text, name=name, keep=keep.value, priority=priority)
+    job = new.submit()
     if wait or output is not None:
         _wait(job)
     if output is not None:
@@ -56,12 +78,71 @@ def submit(
         say(f"fetched {output}")
     progress = job.progress()
     if as_json:
-        print_json({"name": name, **asdict(progress)})
+        print_json({"name": job.name, **asdict(progress)})
     elif not wait and output is None:
-        say(f"{name}: {count_of(progress.designs, 'design')}, {progress.state} at {server}")
+        designs = f"{count_of(progress.designs, 'design')}, " if progress.designs else ""
+        say(f"{job.name}: {designs}{progress.state} at {server}")
+
+
+@dataclass(frozen=True)
+class _NewFile:
+    """A study or task to submit."""
+
+    service: Service
+    file: Path
+    name: str | None
+    keep: KeepOption
+    priority: int
+
+    def plan(self) -> dict[str, Any]:
+        text, name = self._read()
+        return self.service.plan(text, name=name, keep=self.keep.value)
+
+    def submit(self) -> JobHandle:
+        text, name = self._read()
+        return self.service.submit(text, name=name, keep=self.keep.value, priority=self.priority)
+
+    def _read(self) -> tuple[str, str]:
+        """The text, and the name of the job."""
+        from explore.config import toml_text
+
+        text = toml_text.read_text(str(self.file))
+        return text, self.name or re.sub(r"[^a-z0-9_-]+", "-", self.file.stem.lower()).strip("-_")
+
+
+@dataclass(frozen=True)
+class _NewRefinement:
+    """A refinement to submit."""
+
+    service: Service
+    refine: str
+    name: str | None
+    metrics: list[str] | None
+    evaluations: int | None
+    seed: int
+    priority: int
+
+    def plan(self) -> dict[str, Any]:
+        return self.service.plan_refinement(
+            self.refine, objectives=self.metrics, evaluations=self.evaluations, seed=self.seed
+        )
+
+    def submit(self) -> JobHandle:
+        return self.service.refine(
+            self.refine,
+            name=self.name,
+            objectives=self.metrics,
+            evaluations=self.evaluations,
+            seed=self.seed,
+            priority=self.priority,
+        )
 
 
 def _print_plan(plan: dict[str, Any]) -> None:
+    """Print what a job would make and take."""
+    if plan["designs"] is None:
+        say(f"linkages of a {plan['mechanism']} for a task ({plan['method']}); how many is known when they are found")
+        return
     size = "the front only" if plan["bytes"] is None else f"{plan['bytes'] / 1e6:,.1f} MB"
     seconds = "" if plan["seconds"] is None else f", about {plan['seconds']:.2g} s of computing"
     say(f"{count_of(plan['designs'], 'design')} ({plan['method']}), {plan['columns']} columns, {size}{seconds}")
@@ -69,7 +150,7 @@ def _print_plan(plan: dict[str, Any]) -> None:
 
 def _wait(job: JobHandle) -> None:
     """Wait, and raise unless the job is done."""
-    from explore.serving.client import ServiceError
+    from explore.serving.requester import ServiceError
 
     progress = job.wait()
     if progress.state != "done":
