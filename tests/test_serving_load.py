@@ -8,13 +8,14 @@ import socket
 import time
 from pathlib import Path
 
+import anyio
 import pytest
 import uvicorn
 from served import Served, wait_settled
 from studies import FEW, GOOD
 from uvicorn.server import ServerState
 
-from explore.serving import connections, job_routes
+from explore.serving import browsing_routes, connections, job_routes, results_routes
 from explore.serving.events import MOST_KEPT, Events
 from explore.serving.folder import State
 from explore.serving.jobs import Job
@@ -169,6 +170,14 @@ def test_as_many_files_as_the_system_allows_may_be_open():
         resource.setrlimit(resource.RLIMIT_NOFILE, (soft, hard))
 
 
+def test_turns_leave_threads_for_requests_that_need_none():
+    async def threads():
+        return anyio.to_thread.current_default_thread_limiter().total_tokens
+
+    turns = [job_routes._PLANS, results_routes._RANKINGS, browsing_routes._COUNTS]
+    assert sum(kind.most for kind in turns) <= anyio.run(threads) - 10
+
+
 # --- watchers of a server that runs -----------------------------------------------------------------------------------
 
 
@@ -194,7 +203,7 @@ def test_a_stream_ends_after_a_while(monkeypatch):
     async def watch():
         events = Events()
         station = type("Station", (), {"events": events, "jobs": type("Jobs", (), {"in_order": lambda _: []})()})()
-        return [text async for text in job_routes._stream(station, "", lambda: False)]
+        return [text async for text in job_routes._stream(station, "", "", lambda: False)]
 
     monkeypatch.setattr(job_routes, "_STREAM_SECONDS", 0.2)
     monkeypatch.setattr(job_routes, "_HEARTBEAT", 0.05)

@@ -35,7 +35,7 @@ _STREAM_SECONDS = 3600.0
 _LastEventId = Annotated[str | None, Header(max_length=100)]
 
 #: Files of jobs that are read: a large one takes seconds, and its estimate a process.
-_PLANS = Turns(at_a_time=2, waiting=14)
+_PLANS = Turns(at_a_time=2, waiting=8)
 
 router = APIRouter(prefix="/api", tags=["jobs"])
 

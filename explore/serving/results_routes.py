@@ -16,7 +16,7 @@ from explore.serving.turns import Turns
 from explore.store.results import Results
 
 #: Rankings: each keeps a processor busy and reads a file.
-_RANKINGS = Turns(at_a_time=2, waiting=14)
+_RANKINGS = Turns(at_a_time=2, waiting=8)
 _Text = Annotated[str, Query(max_length=1000)]
 
 router = APIRouter(prefix="/api/results", tags=["results"])

@@ -17,10 +17,16 @@ class Turns:
     """Turns that so many threads have at a time, for which so many more wait.
 
     All kinds of turns together must leave threads of the server free, or requests that need no turn would wait too.
+
+    Attributes
+    ----------
+    most
+        Threads that they take at most.
     """
 
     def __init__(self, at_a_time: int, waiting: int) -> None:
-        self._present = threading.BoundedSemaphore(at_a_time + waiting)
+        self.most = at_a_time + waiting
+        self._present = threading.BoundedSemaphore(self.most)
         self._working = threading.BoundedSemaphore(at_a_time)
 
     @contextmanager
