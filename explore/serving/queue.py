@@ -16,6 +16,8 @@ from explore.serving.plans import Limits, Plan, check_limits, make_plan
 
 #: Called with a job after each change, and with None for the job and its name after it was deleted.
 Listener = Callable[[str, Job | None], None]
+#: Makes the plan of a job, of which designs to keep, and of the folder of the results that a refinement starts from.
+MakePlan = Callable[[JobFile, str, Path], Plan]
 #: Where a job is looked for when the service starts; a name that a person copied to a second place counts once.
 _ORDER = (State.running, State.queued, State.failed, State.cancelled, State.done)
 
@@ -41,10 +43,19 @@ class Jobs:
         What is accepted.
     listener
         Told of every change, in the order of the changes.
+    plan_refinement
+        Makes the plan of a refinement, which ranks the results that it starts from, as `make_plan` does.
     """
 
-    def __init__(self, folder: Folder, limits: Limits, listener: Listener) -> None:
+    def __init__(
+        self,
+        folder: Folder,
+        limits: Limits,
+        listener: Listener,
+        plan_refinement: MakePlan = make_plan,
+    ) -> None:
         self._folder, self._limits, self._listener = folder, limits, listener
+        self._plan_refinement = plan_refinement
         self._jobs: dict[str, Job] = {}
         self._active = ""
         self._changed = threading.Condition(threading.RLock())
@@ -224,9 +235,11 @@ class Jobs:
     # --- helpers ------------------------------------------------------------------------------------------------------
 
     def _plan(self, job_file: JobFile, keep: str) -> Plan:
+        make: MakePlan = make_plan
         if isinstance(job_file, Refinement):
             self._require_done(job_file.refine)
-        plan = make_plan(job_file, keep, self._folder.results)
+            make = self._plan_refinement
+        plan = make(job_file, keep, self._folder.results)
         check_limits(plan, self._limits, self._folder.results)
         return plan
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path as FilePath
 from typing import Annotated, Any
 
 from fastapi import APIRouter, Path, Query
@@ -10,7 +11,8 @@ from fastapi.responses import FileResponse
 from explore.serving.folder import State
 from explore.serving.queue import StateError
 from explore.serving.requests import JobName, StationOf
-from explore.serving.results_views import list_columns, open_shown, rank_results, show_design, summarise
+from explore.serving.results_views import list_columns, open_shown, rank_results, show_design
+from explore.serving.results_views import show as show_results
 from explore.serving.station import Station
 from explore.serving.turns import Turns
 from explore.store.results import Results
@@ -25,7 +27,7 @@ router = APIRouter(prefix="/api/results", tags=["results"])
 @router.get("/{name}")
 def show(name: JobName, station: StationOf) -> dict[str, Any]:
     """What `explore show --json` prints."""
-    return summarise(_open(station, name))
+    return show_results(_open(station, name))
 
 
 @router.get("/{name}/columns")
@@ -54,10 +56,10 @@ def rank(
     top: Annotated[int, Query(ge=1, le=10_000, description="Designs to list.")] = 100,
 ) -> dict[str, Any]:
     """The Pareto-optimal designs, best first, as `explore rank --json` prints them."""
+    path = _path(station, name)
     with _RANKINGS.taken():
-        return rank_results(
-            _open(station, name), metrics=metric, where=where, limits=limit, fronts=fronts, quality=quality, top=top
-        )
+        options = (metric, where, limit, fronts, quality, top)
+        return dict(station.calls.call("the ranking", rank_results, path, *options))
 
 
 @router.get("/{name}/file", response_class=FileResponse)
@@ -74,7 +76,12 @@ def file(name: JobName, station: StationOf) -> FileResponse:
 
 def _open(station: Station, name: str) -> Results:
     """The results of a job, finished or not."""
+    return open_shown(_path(station, name))
+
+
+def _path(station: Station, name: str) -> FilePath:
+    """The file of the results of a job, finished or not."""
     job, path = station.jobs.get(name), station.folder.results_path(name)
     if not path.exists():
         raise StateError(f"{name} is {job.state} and has no results yet")
-    return open_shown(path)
+    return path

@@ -16,6 +16,7 @@ from explore.store.labels import with_labels, with_units
 from explore.store.open_results import open_results
 from explore.store.results import Results
 from explore.store.shown_results import show_results, units_of_study
+from explore.store.summaries import summarise
 from explore.units.shown import headings, read_shown_units
 
 
@@ -30,24 +31,10 @@ def with_mechanism(results: Results) -> tuple[Results, Mechanism]:
     return results, find_mechanism(results.mechanism, results.points, results.target)
 
 
-def summarise(results: Results) -> dict[str, Any]:
-    """What `explore show --json` prints, without the path on the server."""
-    attributes = {key: value for key, value in results.attributes.items() if key != "determines"}
-    facts = {
-        "name": results.path.stem,
-        "complete": results.is_complete,
-        "packed": results.is_packed,
-        "keep": results.keep,
-        "studied": results.n_studied,
-        "designs": results.n_designs,
-        "committed": results.n_committed,
-        "counts": results.counts,
-        "units": results.units,
-        "objectives": results.objectives,
-        "constraints": results.constraints,
-        "attributes": attributes,
-    }
-    return dict(json_value(facts))
+def show(results: Results) -> dict[str, Any]:
+    """What `explore show --json` prints, with the name in place of the path on the server, and what ranks them."""
+    named = {"name": results.path.stem, "objectives": results.objectives, "constraints": results.constraints}
+    return dict(json_value({**named, **summarise(results)}))
 
 
 def list_columns(results: Results) -> list[dict[str, Any]]:
@@ -80,8 +67,7 @@ def show_design(results: Results, number: int) -> dict[str, Any]:
 
 
 def rank_results(
-    results: Results,
-    *,
+    path: Path,
     metrics: Sequence[str],
     where: str | None,
     limits: Sequence[str],
@@ -90,6 +76,7 @@ def rank_results(
     top: int,
 ) -> dict[str, Any]:
     """The Pareto set, as `explore rank` makes it: one metric orders it, several replace the study's objectives."""
+    results = open_shown(path)
     several = len(metrics) > 1
     request = RankRequest(
         objectives=list(metrics) if several else None,

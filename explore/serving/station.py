@@ -7,12 +7,17 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
+from explore.serving.bounded_calls import BoundedCalls
 from explore.serving.events import Events
 from explore.serving.folder import Folder
 from explore.serving.indexes import Indexes
-from explore.serving.plans import Limits
+from explore.serving.job_files import JobFile
+from explore.serving.plans import Limits, Plan, make_plan
 from explore.serving.queue import Jobs
 from explore.serving.runner import Runner, Work
+
+#: Seconds that a ranking may take, for itself or for the plan of a refinement.
+_CALL_SECONDS = 60.0
 
 
 @dataclass(frozen=True)
@@ -25,6 +30,7 @@ class Station:
     events: Events
     runner: Runner
     indexes: Indexes
+    calls: BoundedCalls
     workers: int | None
 
 
@@ -40,13 +46,20 @@ def open_station(path: Path, limits: Limits, work: Work) -> Iterator[Station]:
     folder = Folder(path)
     with folder.locked():
         events = Events()
-        jobs = Jobs(folder, limits, events.note_job)
+        calls = BoundedCalls(_CALL_SECONDS)
+
+        def plan_refinement(job_file: JobFile, keep: str, results: Path) -> Plan:
+            plan: Plan = calls.call("the plan of the refinement", make_plan, job_file, keep, results)
+            return plan
+
+        jobs = Jobs(folder, limits, events.note_job, plan_refinement)
         runner = Runner(jobs, folder, work, limits.seconds)
         indexes = Indexes(jobs, folder)
         runner.start()
         indexes.start()
         try:
-            yield Station(folder, limits, jobs, events, runner, indexes, work.workers)
+            yield Station(folder, limits, jobs, events, runner, indexes, calls, work.workers)
         finally:
+            calls.close()
             indexes.stop()
             runner.stop()

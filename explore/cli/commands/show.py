@@ -56,22 +56,11 @@ def show(
 
 
 def _show_results(results: Results, *, as_json: bool) -> None:
+    from explore.store.summaries import summarise
+
     sentences = results.status_sentences
     if as_json:
-        print_json(
-            {
-                "path": str(results.path),
-                "complete": results.is_complete,
-                "packed": results.is_packed,
-                "keep": results.keep,
-                "studied": results.n_studied,
-                "designs": results.n_designs,
-                "committed": results.n_committed,
-                "counts": results.counts,
-                "units": results.units,
-                "attributes": {key: value for key, value in results.attributes.items() if key != "determines"},
-            }
-        )
+        print_json({"path": str(results.path), **summarise(results)})
         return
     state = "complete" if results.is_complete else f"not finished, {results.n_committed:,} designs so far"
     state += ", packed" if results.is_packed else ""
