@@ -1,10 +1,12 @@
-"""The index of a results file: a folder with the values of each column, one after the other, to be mapped into memory.
+"""The index of a results file: a folder with the cells and values of each column, to be mapped into memory.
 
 ::
 
     facts.json    what the index is of, and facts of each column
-    000.values    the values of the first column, f8 (n): of the committed designs, in their order in the file
-    001.values    and so on
+    000.cells     of the first column, u2 (n): the cell of each committed design, in their order in the file
+    000.ranges    least and greatest value of each cell and its number of designs, f8 (3, cells)
+    000.values    the values, f8 (n); not there where each cell has one value only
+    001.cells     and so on
 
 It is written under another name and renamed when it is complete and durable, so that one cut short is never read.
 """
@@ -18,9 +20,12 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
+from explore.browsing.cells import Cells
 from explore.errors import ResultsError
 from explore.files import sync_folder, unfinished_name
 from explore.model.quantities import FloatArray
@@ -55,10 +60,26 @@ class ColumnFacts:
 
 @dataclass(frozen=True)
 class IndexedColumn:
-    """A column of an index: its facts, and its values in the declared unit, (n,), which stay on the disk."""
+    """A column of an index.
+
+    Attributes
+    ----------
+    facts
+        Its facts.
+    cells
+        What its cells hold.
+    numbers
+        The cell of each design, (n,); stays on the disk.
+    """
 
     facts: ColumnFacts
-    values: FloatArray
+    cells: Cells
+    numbers: npt.NDArray[np.uint16]
+    _values: FloatArray | None
+
+    def values(self, rows: slice | npt.NDArray[np.int64]) -> FloatArray:
+        """The exact values of some designs in the declared unit."""
+        return self.cells.least[self.numbers[rows]] if self._values is None else self._values[rows]
 
 
 @dataclass(frozen=True)
@@ -105,9 +126,9 @@ def remove_index(folder: Path) -> None:
         shutil.rmtree(folder)
 
 
-def values_path(folder: Path, number: int) -> Path:
-    """The file of the values of a column."""
-    return folder / f"{number:03}.values"
+def column_path(folder: Path, number: int, kind: str) -> Path:
+    """A file of a column: of its "cells", "ranges" or "values"."""
+    return folder / f"{number:03}.{kind}"
 
 
 def write_facts(folder: Path, identity: list[int], n_designs: int, columns: list[ColumnFacts]) -> None:
@@ -133,9 +154,7 @@ def open_index(folder: Path, identity: list[int]) -> Index | None:
             return None
         columns = [ColumnFacts(**entry) for entry in facts["columns"]]
         n_designs = int(facts["designs"])
-        mapped = [
-            IndexedColumn(column, _map(values_path(folder, number), n_designs)) for number, column in enumerate(columns)
-        ]
+        mapped = [_open_column(column, folder, number, n_designs) for number, column in enumerate(columns)]
     except FileNotFoundError:
         return None
     except (ValueError, KeyError, TypeError):
@@ -145,8 +164,16 @@ def open_index(folder: Path, identity: list[int]) -> Index | None:
     return Index(n_designs, {column.facts.name: column for column in mapped})
 
 
-def _map(path: Path, length: int) -> FloatArray:
-    values = np.memmap(path, dtype="<f8", mode="r")
+def _open_column(facts: ColumnFacts, folder: Path, number: int, length: int) -> IndexedColumn:
+    least, greatest, counts = np.fromfile(column_path(folder, number, "ranges"), "<f8").reshape(3, -1)
+    cells = Cells(least, greatest, counts.astype(np.int64))
+    values = None if cells.are_exact else _map(column_path(folder, number, "values"), "<f8", length)
+    return IndexedColumn(facts, cells, _map(column_path(folder, number, "cells"), "<u2", length), values)
+
+
+def _map(path: Path, dtype: str, length: int) -> npt.NDArray[Any]:
+    # Compiled functions take arrays that can be written; what is written to this one would not reach the file.
+    values = np.memmap(path, dtype=dtype, mode="c")
     if len(values) != length:
         raise ValueError(path)
     return np.asarray(values)

@@ -3,71 +3,62 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
 from explore.browsing.index_files import Index
+from explore.browsing.kernels import SEVERAL, mark_failed
 from explore.ranking.conditions import Condition
 
-#: What `Selection.failed` gives for designs that fail the conditions of several groups.
-SEVERAL = 255
-#: Largest number of groups.
-_MOST_GROUPS = SEVERAL - 1
+Conditions = tuple[Condition, ...]
 
 
-@dataclass(frozen=True)
 class Selection:
-    """Conditions in groups: those on each column, and in one more group those that compare columns.
+    """The designs of an index that meet conditions.
 
-    Attributes
+    The conditions on one column are a group; those that compare columns are one more, which no column leaves out.
+
+    Parameters
     ----------
-    groups
-        Conditions by the name of their one column, or "" for those on several columns.
+    index
+        The index.
+    conditions
+        At most 250; names of columns are those of the index.
     """
 
-    groups: dict[str, tuple[Condition, ...]]
+    def __init__(self, index: Index, conditions: Iterable[Condition]) -> None:
+        groups: dict[str, Conditions] = {}
+        for condition in conditions:
+            name = condition.names[0] if len(condition.names) == 1 else ""
+            groups[name] = (*groups.get(name, ()), condition)
+        self._index, self._groups = index, groups
+        self._outcomes = {name: index.columns[name].cells.outcomes(own) for name, own in groups.items() if name}
 
     def group_of(self, column: str) -> int:
         """Number of the group of the conditions on a column, from 1; 0 if there is none."""
-        return 1 + list(self.groups).index(column) if column in self.groups else 0
+        return 1 + list(self._groups).index(column) if column in self._groups else 0
 
-    def failed(self, index: Index, rows: slice) -> npt.NDArray[np.uint8]:
+    def failed(self, rows: slice) -> npt.NDArray[np.uint8]:
         """For each design 0 if it meets all conditions, else the number of the one group it fails, or `SEVERAL`."""
         failed = np.zeros(rows.stop - rows.start, np.uint8)
-        for number, conditions in enumerate(self.groups.values(), start=1):
-            meets = np.ones(len(failed), bool)
-            for condition in conditions:
-                names = condition.names or tuple(index.columns)[:1]  # the length of a condition without columns
-                meets &= condition.test({name: index.columns[name].values[rows] for name in names})
-            failed[~meets] = np.where(failed[~meets] == 0, number, SEVERAL)
+        unsure = np.empty(len(failed), np.int32)
+        for number, (name, conditions) in enumerate(self._groups.items(), start=1):
+            if name:
+                cells = self._index.columns[name].numbers[rows]
+                n_unsure = mark_failed(cells, self._outcomes[name], number, failed, unsure)
+                places = unsure[:n_unsure].astype(np.int64)
+            else:
+                places = np.arange(len(failed))
+            if len(places):
+                fails = places[~self._meets(conditions, places + rows.start)]
+                failed[fails] = np.where(failed[fails] == 0, number, SEVERAL)
         return failed
 
-
-def group_conditions(conditions: Iterable[Condition]) -> Selection:
-    """Put conditions into groups."""
-    groups: dict[str, list[Condition]] = {}
-    for condition in conditions:
-        groups.setdefault(condition.names[0] if len(condition.names) == 1 else "", []).append(condition)
-    assert len(groups) <= _MOST_GROUPS  # noqa: S101 -- a request has far fewer conditions
-    return Selection({name: tuple(own) for name, own in groups.items()})
-
-
-def make_edges(low: float, high: float, bins: int) -> npt.NDArray[np.float64]:
-    """Edges of bins of equal width, (bins + 1,), those of NumPy's histograms, also over the whole range of floats."""
-    if np.isfinite(high - low):
-        return np.linspace(low, high, bins + 1)
-    return 2.0 * np.linspace(low / 2.0, high / 2.0, bins + 1)
-
-
-def find_bins(values: npt.NDArray[np.float64], edges: npt.NDArray[np.float64]) -> npt.NDArray[np.int64]:
-    """Number of the bin of each value, (n,), or -1 outside; a bin has its lower edge, and the last one both.
-
-    Where all edges are equal, the first bin has them.
-    """
-    low, high, bins = edges[0], edges[-1], len(edges) - 1
-    if low == high:
-        return np.where(values == low, 0, -1)
-    found = np.minimum(np.searchsorted(edges, values, side="right") - 1, bins - 1)
-    return np.where((values >= low) & (values <= high), found, -1)
+    def _meets(self, conditions: Conditions, rows: npt.NDArray[np.int64]) -> npt.NDArray[np.bool_]:
+        """Which of some designs meet conditions, by their values."""
+        meets = np.ones(len(rows), bool)
+        for condition in conditions:
+            names = condition.names or list(self._index.columns)[:1]  # how many there are, for one without columns
+            meets &= condition.test({name: self._index.columns[name].values(rows) for name in names})
+        return meets

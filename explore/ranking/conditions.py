@@ -58,6 +58,9 @@ class Condition:
         The condition as written.
     names
         Columns that the condition uses.
+    numbers
+        The numbers that it compares with, in declared units: between two of them, the values of a single column all
+        meet it or all do not.
     test
         Takes columns of shape (n,) and returns which designs meet the condition, (n,). A comparison with an undefined
         value (NaN) is false, including ``!=``.
@@ -65,6 +68,7 @@ class Condition:
 
     text: str
     names: tuple[str, ...]
+    numbers: tuple[float, ...]
     test: _Test
 
 
@@ -107,12 +111,13 @@ class _Parser(Descent):
         super().__init__(text)
         self._columns, self._scales = columns, scales
         self._names: dict[str, None] = {}
+        self._numbers: list[float] = []
 
     def parse(self) -> Condition:
         test = self._disjunction()
         if self._tokens[self._next][0] != "end":
             raise self._error(self._explain_extra())
-        return Condition(self._text, tuple(self._names), test)
+        return Condition(self._text, tuple(self._names), tuple(self._numbers), test)
 
     def _explain_unknown(self, rest: str) -> str:
         for wrong, right in _REPLACEMENTS:
@@ -186,6 +191,7 @@ class _Parser(Descent):
         def values(operand: _Operand) -> Callable[[Arrays], Any]:
             if operand.is_number:
                 number = self._number(operand, scale)
+                self._numbers.append(number)
                 return lambda _: number
             if as_stored:
                 return lambda columns: columns[operand.word]

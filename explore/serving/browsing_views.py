@@ -6,11 +6,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from explore.browsing.counting import Range, count_density, count_histograms, find_points, whole_range
-from explore.browsing.selections import Selection, group_conditions
+import numpy as np
+
+from explore.browsing.counting import Range, count_density, count_histograms, find_designs, whole_range
+from explore.browsing.selections import Selection
 from explore.errors import RequestError
 from explore.json_text import json_value
-from explore.ranking.conditions import parse_condition
+from explore.model.columns import Arrays
+from explore.ranking.conditions import Condition, Mask, parse_condition
 from explore.ranking.rankings import rankable_names
 from explore.serving.indexes import Browsed
 from explore.store.results import Results
@@ -81,11 +84,11 @@ def describe_histograms(browsed: Browsed, columns: Sequence[str], where: Sequenc
         "columns": [
             {
                 **_describe_range(browsed.results, own),
-                "all": histogram.everything.tolist(),
-                "selected": histogram.selected.tolist(),
+                "all": everything.tolist(),
+                "selected": selected.tolist(),
                 "missing": browsed.index.columns[own.column].facts.missing,
             }
-            for own, histogram in zip(ranges, counted.columns, strict=True)
+            for own, everything, selected in zip(ranges, counted.everything, counted.selected, strict=True)
         ],
     }
 
@@ -97,15 +100,16 @@ def describe_density(
     x_range = _range(browsed, x, window.x_low, window.x_high, bins[0])
     y_range = _range(browsed, y, window.y_low, window.y_high, bins[1])
     counted = count_density(browsed.index, _selection(browsed, where), x_range, y_range)
+    everything = browsed.density_of_all(x_range, y_range)
     return {
         "x": _describe_range(browsed.results, x_range),
         "y": _describe_range(browsed.results, y_range),
         "bins_x": bins[0],
         "bins_y": bins[1],
-        "counts": counted.selected.ravel().tolist(),
-        "all": counted.everything.ravel().tolist(),
+        "counts": counted.counts.ravel().tolist(),
+        "all": everything.ravel().tolist(),
         "selected": counted.n_selected,
-        "shown": int(counted.selected.sum()),
+        "shown": int(counted.counts.sum()),
     }
 
 
@@ -113,18 +117,33 @@ def list_points(browsed: Browsed, x: str, y: str, where: Sequence[str], window: 
     """The selected designs within a window: their number, and design, x and y of each if they are few enough."""
     x_range = _range(browsed, x, window.x_low, window.x_high, 1)
     y_range = _range(browsed, y, window.y_low, window.y_high, 1)
-    count, places = find_points(browsed.index, _selection(browsed, where), x_range, y_range, limit)
+    inside = [_within(own) for own in (x_range, y_range)]
+    selection = Selection(browsed.index, [*_conditions(browsed, where), *inside])
+    count, places = find_designs(browsed.index, selection, limit)
     if count > limit:
         return {"count": count, "points": None}
     columns, scales = browsed.index.columns, browsed.results.scales
-    designs = columns["design"].values[places].astype(int).tolist()
-    shown = [scales[name].show_all(columns[name].values[places]).tolist() for name in (x, y)]
+    designs = columns["design"].values(places).astype(int).tolist()
+    shown = [scales[name].show_all(columns[name].values(places)).tolist() for name in (x, y)]
     return {"count": count, "points": [list(point) for point in zip(designs, *shown, strict=True)]}
 
 
 def _selection(browsed: Browsed, where: Sequence[str]) -> Selection:
+    return Selection(browsed.index, _conditions(browsed, where))
+
+
+def _conditions(browsed: Browsed, where: Sequence[str]) -> list[Condition]:
     names, scales = list(browsed.index.columns), browsed.results.scales
-    return group_conditions(parse_condition(text, names, scales) for text in where)
+    return [parse_condition(text, names, scales) for text in where]
+
+
+def _within(own: Range) -> Condition:
+    """That a design is within a range."""
+
+    def test(columns: Arrays) -> Mask:
+        return np.asarray((columns[own.column] >= own.low) & (columns[own.column] <= own.high))
+
+    return Condition(f"{own.column} from {own.low!r} to {own.high!r}", (own.column,), (own.low, own.high), test)
 
 
 def _range(browsed: Browsed, name: str, low: float | None, high: float | None, bins: int) -> Range:

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import threading
 from collections import OrderedDict
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from explore.browsing.building import build_index
+from explore.browsing.counting import Counts, Range, count_density
 from explore.browsing.index_files import Index, identify, open_index, remove_index
+from explore.browsing.selections import Selection
 from explore.errors import ExploreError
 from explore.serving.folder import Folder, State
 from explore.serving.queue import Jobs, StateError
@@ -17,6 +19,8 @@ from explore.store.results import Results
 
 #: Indexes that stay open; another is opened anew.
 _MOST_OPEN = 8
+#: Densities of all designs that stay known for each.
+_MOST_DENSITIES = 32
 #: Indexes that wait to be made.
 _MOST_WAITING = 16
 
@@ -31,6 +35,17 @@ class Browsed:
 
     results: Results
     index: Index
+    _densities: OrderedDict[tuple[Range, Range], Counts] = field(default_factory=OrderedDict)
+
+    def density_of_all(self, x: Range, y: Range) -> Counts:
+        """Counts of all designs by the bins of two columns; the last few are kept."""
+        counts = self._densities.get((x, y))
+        if counts is None:
+            counts = count_density(self.index, Selection(self.index, []), x, y).counts
+            while len(self._densities) >= _MOST_DENSITIES:
+                self._densities.pop(next(iter(self._densities), (x, y)), None)
+            self._densities[x, y] = counts
+        return counts
 
 
 class Indexes:
