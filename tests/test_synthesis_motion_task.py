@@ -116,6 +116,10 @@ def test_candidates_of_the_starter(tmp_path):
     assert frame["feasible"].all()
     assert (frame["path_error_max"] < 1e-9).all()
     assert (frame["position_error_max"] < 1e-9).all()
+    run("report", "task.h5", "-o", "task.html", cwd=tmp_path)
+    page = (tmp_path / "task.html").read_text(encoding="utf-8")
+    assert page.count('<img alt="Burmester curves of design ') == 1
+    assert "Cognates of design" not in page
     # The body's angle is the coupler's and the constant that is said: by simulation of the row at the first pose.
     row = frame.iloc[0]
     pivot, frame_angle = complex(row["crank_pivot_x"], row["crank_pivot_y"]), np.radians(row["ground_angle"])

@@ -1,6 +1,8 @@
 """Tasks of paths: points of a file, bounds, exact nine points, linkages found again, and mistakes in one line."""
 
+import base64
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -207,6 +209,9 @@ def test_a_drawn_path_from_a_table_to_a_drawing(tmp_path):
     assert best["path_error_rms"] ** 2 * 20 == pytest.approx(0.85426, rel=1e-3)
     run("export", "results/task.h5", "--design", str(best.name), "-o", "best.dxf", cwd=tmp_path)
     run("report", "results/task.h5", "-o", "report.html", cwd=tmp_path)
+    page = (tmp_path / "report.html").read_text(encoding="utf-8")
+    (svg,) = re.findall(f'<img alt="Cognates of design {best.name}" src="data:image/svg\\+xml;base64,([^"]+)">', page)
+    assert b"<svg" in base64.b64decode(svg)
     run("refine", "results/task.h5", "--evaluations", "512", cwd=tmp_path)
     refined = explore.rank(tmp_path / "results" / "task-refined.h5")
     assert refined["path_error_rms"].min() <= best["path_error_rms"]

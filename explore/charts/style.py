@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import textwrap
 from dataclasses import dataclass
+from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -81,9 +82,20 @@ def save_figure(figure: Figure, path: Path) -> None:
     ResultsError
         If the file cannot be written; no partial file stays.
     """
+    with new_file(real_path(path)) as unfinished:
+        _write(figure, unfinished, path.suffix.lower())
+
+
+def figure_svg(figure: Figure) -> bytes:
+    """A figure as SVG; the same figure gives the same bytes."""
+    file = BytesIO()
+    _write(figure, file, ".svg")
+    return file.getvalue()
+
+
+def _write(figure: Figure, file: Path | BytesIO, ending: str) -> None:
     import matplotlib as mpl
 
     undated: dict[str, dict[str, None]] = {".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
-    ending = path.suffix.lower()
-    with new_file(real_path(path)) as unfinished, mpl.rc_context({"svg.hashsalt": "explore"}):
-        figure.savefig(unfinished, format=ending[1:], dpi=130, metadata=undated.get(ending))
+    with mpl.rc_context({"svg.hashsalt": "explore"}):
+        figure.savefig(file, format=ending[1:], dpi=130, metadata=undated.get(ending))

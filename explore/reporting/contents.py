@@ -19,6 +19,7 @@ from explore.model.mechanism import Mechanism
 from explore.model.points import drawn_name
 from explore.ranking.rankings import Ranking, rank_source
 from explore.reporting.density import count_densities
+from explore.reporting.figures import DrawnFigure, draw_figures
 from explore.reporting.motion import describe_motion, kernel_for, translate_functions
 from explore.reporting.nearness import describe_nearest
 from explore.reporting.packing import ColumnPacker
@@ -49,11 +50,14 @@ class Contents:
         Packed columns, see `ColumnPacker`.
     kernel
         The mechanism's functions in JavaScript; empty where the page draws no motion.
+    figures
+        Those of a synthesis.
     """
 
     study: dict[str, Any]
     texts: list[str]
     kernel: str = ""
+    figures: tuple[DrawnFigure, ...] = ()
 
 
 def collect_contents(results: Results, mechanism: Mechanism | None, command: str, step: ReportStep) -> Contents:
@@ -112,7 +116,9 @@ def collect_contents(results: Results, mechanism: Mechanism | None, command: str
         if feasible.held < feasible.total
         else None
     )
-    return Contents(study, packer.texts, translate_functions(design_kernel(results, mechanism)) if mechanism else "")
+    kernel = translate_functions(design_kernel(results, mechanism)) if mechanism else ""
+    chosen = int(rows.numbers[study["chosen"]])
+    return Contents(study, packer.texts, kernel, draw_figures(results, chosen) if mechanism else ())
 
 
 #: Number of steps of `collect_contents`.

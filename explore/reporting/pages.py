@@ -13,6 +13,7 @@ from pathlib import Path
 
 from explore.files import new_file, real_path
 from explore.reporting.contents import Contents, data_elements
+from explore.reporting.figures import figure_elements
 
 _PAGE = files("explore.reporting") / "page"
 _PLACEHOLDER = re.compile(r"\{\{([a-z_]+)\}\}")
@@ -55,6 +56,8 @@ def _fill_template(contents: Contents) -> Iterator[str]:
         yield template[end : match.start()]
         if match[1] == "data":
             yield from data_elements(contents)
+        elif match[1] == "figures":
+            yield from figure_elements(contents.figures)
         else:
             yield parts[match[1]]
         end = match.end()
