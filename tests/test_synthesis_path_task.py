@@ -13,7 +13,7 @@ import explore
 from explore.errors import ConfigError
 from explore.synthesis.linkages import FourBar
 from explore.synthesis.nine_points.four_bars import driven_by_rocker
-from explore.synthesis.tasks.task_files import parse_task
+from explore.synthesis.tasks.task_files import load_task, parse_task
 from explore.synthesis.tasks.timed_errors import find_timed_errors
 
 PROBLEMS = json.loads((Path(__file__).parent / "reference" / "path_benchmarks.json").read_text(encoding="utf-8"))
@@ -292,6 +292,16 @@ SQUARE = [0, 10, 10 + 10j, 10j]
 def test_a_wrong_path_is_one_line(text, key, problem):
     (line,) = problems_of(text)
     assert line.split(": ", 2)[1:] == [key, problem]
+
+
+def test_a_million_points_in_the_task_itself_are_one_line(tmp_path):
+    (tmp_path / "task.toml").write_text(f'task = "path"\n[target]\npoints = [{"[0.5, 1.5]," * 1_000_000}]\n')
+    with pytest.raises(ConfigError) as caught:
+        load_task(tmp_path / "task.toml")
+    (line,) = caught.value.problems
+    assert line.endswith(
+        "has 11,000,035 bytes, but a file has at most 2,097,152; thin the points: a path has at most 500"
+    )
 
 
 def test_where_no_linkage_meets_the_bounds_the_nearest_are_rows_that_are_not_feasible(tmp_path):

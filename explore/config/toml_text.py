@@ -31,8 +31,8 @@ _HINTS = (
 )
 
 
-def read_text(file: str) -> str:
-    """Read a text file.
+def read_text(file: str, shorten: str = "write values as { start, stop, num }, or designs as a CSV table") -> str:
+    """Read a text file; `shorten` says how one that is too large can be shorter.
 
     Raises
     ------
@@ -51,10 +51,7 @@ def read_text(file: str) -> str:
                 # utf-8-sig: some editors on Windows write a byte-order mark.
                 return content.decode("utf-8-sig")
             else:
-                reason = (
-                    f"has {status.st_size:,} bytes, but a study file has at most {_LARGEST_FILE:,}; "
-                    "write values as { start, stop, num }, or designs as a CSV table"
-                )
+                reason = f"has {status.st_size:,} bytes, but a file has at most {_LARGEST_FILE:,}; {shorten}"
         else:
             reason = "is a pipe or a device; save the study as a file first"
     except FileNotFoundError:

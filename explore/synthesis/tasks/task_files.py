@@ -14,6 +14,7 @@ from explore.config.resolution import resolve_study
 from explore.config.study import Study, make_study
 from explore.errors import ConfigError, Problems, RequestError
 from explore.model.request import Objective
+from explore.model.targets import MOST_TARGET_POINTS
 from explore.suggest import format_value, suggestion
 from explore.synthesis.candidates import Candidates
 from explore.synthesis.ranges import any_ranges, ranges_around
@@ -29,6 +30,8 @@ from explore.synthesis.tasks.objectives import (
 from explore.synthesis.tasks.registry import TASK_TYPES
 from explore.synthesis.tasks.sections import SectionReader
 
+#: What makes a task file shorter that is too large.
+_SHORTEN = f"thin the points: a path has at most {MOST_TARGET_POINTS}"
 #: Sections that a task's type reads.
 _OWN = ("target", "bounds", "search")
 #: Sections that the study of the candidates takes as they are.
@@ -99,7 +102,7 @@ def load_task(path: str | os.PathLike[str]) -> TaskFile:
         others.
     """
     file = os.fspath(path)
-    return parse_task(toml_text.read_text(file), file, Path(file).parent)
+    return parse_task(toml_text.read_text(file, _SHORTEN), file, Path(file).parent)
 
 
 def parse_task(text: str, file: str, folder: Path | None = None) -> TaskFile:
