@@ -51,12 +51,12 @@ class Cells:
             unsure |= holds_number
         return np.where(fails, FAILS, np.where(unsure, UNSURE, MEETS)).astype(np.uint8)
 
-    def bins(self, edges: FloatArray) -> npt.NDArray[np.int32]:
+    def bins(self, edges: FloatArray) -> npt.NDArray[np.uint16]:
         """The bin of each cell, (cells,): the number of bins for those outside, and one more for unsure ones."""
         n_bins = len(edges) - 1
         first, last = (_place(values, edges) for values in (self.least, self.greatest))
         is_sure = (first == last) | (self.counts == 0) | np.isnan(self.least)
-        return np.where(is_sure, find_bins(self.least, edges), n_bins + 1).astype(np.int32)
+        return np.where(is_sure, find_bins(self.least, edges), n_bins + 1).astype(np.uint16)
 
 
 def cell_edges(low: float | None, high: float | None, distinct: FloatArray | None, sample: FloatArray) -> FloatArray:

@@ -98,7 +98,7 @@ def count_density(index: Index, selection: Selection, x: Range, y: Range) -> Den
 
     def count(rows: slice, sums: list[Counts]) -> None:
         chosen = _list_rows(selection.failed(rows), 0)
-        unsure = np.empty(len(chosen), np.int32)
+        unsure = np.empty(len(chosen), np.uint32)
         cells = table_x.numbers[rows], table_y.numbers[rows]
         n_unsure = count_pairs(*cells, table_x.bins, table_y.bins, chosen, len(chosen), sums[1], unsure)
         places = unsure[:n_unsure].astype(np.int64) + rows.start
@@ -144,9 +144,9 @@ class _BinTable:
         """The bin of some designs by their values; the number of bins outside."""
         return find_bins(self._column.values(rows), self._edges)
 
-    def count(self, rows: slice, chosen: npt.NDArray[np.int32], counts: Counts) -> None:
+    def count(self, rows: slice, chosen: npt.NDArray[np.uint32], counts: Counts) -> None:
         """Add the chosen designs among some to counts of `shape`, whose lines add up to bins and two more."""
-        unsure = np.empty(len(chosen), np.int32)
+        unsure = np.empty(len(chosen), np.uint32)
         n_unsure = count_bins(self.numbers[rows], self.bins, chosen, len(chosen), counts, unsure)
         if n_unsure:
             found = self.find(unsure[:n_unsure].astype(np.int64) + rows.start)
@@ -161,12 +161,12 @@ class _BinTable:
         return np.bincount(self.bins, counts, self._n_bins + 2)[:-2].astype(np.int64)
 
 
-def _all_rows(rows: slice) -> npt.NDArray[np.int32]:
-    return np.arange(rows.stop - rows.start, dtype=np.int32)
+def _all_rows(rows: slice) -> npt.NDArray[np.uint32]:
+    return np.arange(rows.stop - rows.start, dtype=np.uint32)
 
 
-def _list_rows(failed: npt.NDArray[np.uint8], group: int) -> npt.NDArray[np.int32]:
-    rows = np.empty(len(failed), np.int32)
+def _list_rows(failed: npt.NDArray[np.uint8], group: int) -> npt.NDArray[np.uint32]:
+    rows = np.empty(len(failed), np.uint32)
     return rows[: list_selected(failed, group, rows)]
 
 

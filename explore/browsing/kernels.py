@@ -1,7 +1,8 @@
 """Compiled loops over the cells of designs; none holds the interpreter's lock.
 
 A cell is a range of values of a column. A table says of each cell what holds for all of its values, or that the values
-have to be looked at: loops note such rows and leave them to the caller.
+have to be looked at: loops note such rows and leave them to the caller. Rows and bins have types without a sign, which
+need no test for a negative index.
 """
 
 from __future__ import annotations
@@ -38,7 +39,7 @@ def assign_cells(values, edges, cells, least, greatest, counts):
         counts[cell] += 1
 
 
-@compiled("int64(uint16[::1], uint8[::1], int64, uint8[::1], int32[::1])")
+@compiled("int64(uint16[::1], uint8[::1], int64, uint8[::1], uint32[::1])")
 def mark_failed(cells, outcomes, group, failed, unsure):
     """Note the group in `failed` for the designs whose cell fails; returns the number of unsure rows, listed."""
     n_unsure = 0
@@ -52,7 +53,7 @@ def mark_failed(cells, outcomes, group, failed, unsure):
     return n_unsure
 
 
-@compiled("int64(uint8[::1], int64, int32[::1])")
+@compiled("int64(uint8[::1], int64, uint32[::1])")
 def list_selected(failed, group, rows):
     """List the rows that fail nothing but perhaps a group; returns their number."""
     n_rows = 0
@@ -62,7 +63,7 @@ def list_selected(failed, group, rows):
     return n_rows
 
 
-@compiled("int64(uint16[::1], int32[::1], int32[::1], int64, int64[:, ::1], int32[::1])")
+@compiled("int64(uint16[::1], uint16[::1], uint32[::1], int64, int64[:, ::1], uint32[::1])")
 def count_bins(cells, bins, rows, n_rows, counts, unsure):
     """Count rows by the bin of their cell; returns the number of unsure rows, which are listed.
 
@@ -70,17 +71,18 @@ def count_bins(cells, bins, rows, n_rows, counts, unsure):
     the rows outside the bins and the unsure ones.
     """
     last = counts.shape[1] - 1
-    n_unsure = 0
+    before = counts[:, last].sum()
     for place in range(n_rows):
-        row = rows[place]
-        own = bins[cells[row]]
-        counts[place & 3, own] += 1
-        unsure[n_unsure] = row
-        n_unsure += own == last
+        counts[place & 3, bins[cells[rows[place]]]] += 1
+    n_unsure = 0
+    if counts[:, last].sum() > before:
+        for place in range(n_rows):
+            unsure[n_unsure] = rows[place]
+            n_unsure += bins[cells[rows[place]]] == last
     return n_unsure
 
 
-@compiled("int64(uint16[::1], uint16[::1], int32[::1], int32[::1], int32[::1], int64, int64[:, ::1], int32[::1])")
+@compiled("int64(uint16[::1], uint16[::1], uint16[::1], uint16[::1], uint32[::1], int64, int64[:, ::1], uint32[::1])")
 def count_pairs(cells_x, cells_y, bins_x, bins_y, rows, n_rows, counts, unsure):
     """Count rows by the bins of the cells of two columns, as `count_bins`, but in one table, (bins of y, bins of x)."""
     last_y, last_x = counts.shape[0] - 1, counts.shape[1] - 1

@@ -42,7 +42,7 @@ class Selection:
     def failed(self, rows: slice) -> npt.NDArray[np.uint8]:
         """For each design 0 if it meets all conditions, else the number of the one group it fails, or `SEVERAL`."""
         failed = np.zeros(rows.stop - rows.start, np.uint8)
-        unsure = np.empty(len(failed), np.int32)
+        unsure = np.empty(len(failed), np.uint32)
         for number, (name, conditions) in enumerate(self._groups.items(), start=1):
             if name:
                 cells = self._index.columns[name].numbers[rows]
