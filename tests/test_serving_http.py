@@ -175,6 +175,7 @@ def test_every_answer_has_the_headers_that_protect(client):
         assert headers["cache-control"] == "no-store"
     assert client.get("/api/jobs").headers.get("access-control-allow-origin") is None
     assert client.get("/docs").status_code == 404, "it would load scripts from elsewhere"
+    assert client.get("/api/jobs/").status_code == 404, "a redirect would not know of a proxy's TLS"
 
 
 def test_tokens_change_at_a_restart_and_a_second_server_says_who_runs(tmp_path, start_server):

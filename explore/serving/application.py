@@ -32,8 +32,14 @@ router = APIRouter()
 def make_application(station: Station, access: Access, is_closing: Callable[[], bool]) -> FastAPI:
     """The application of a service; a `Guard` has to stand before it."""
     # No pages of documentation: they load scripts from elsewhere.
+    # No redirects to addresses without a last slash: behind a proxy they would lead from https to http.
     application = FastAPI(
-        title="explore", version=__version__, openapi_url="/api/openapi.json", docs_url=None, redoc_url=None
+        title="explore",
+        version=__version__,
+        openapi_url="/api/openapi.json",
+        docs_url=None,
+        redoc_url=None,
+        redirect_slashes=False,
     )
     application.state.station, application.state.access, application.state.is_closing = station, access, is_closing
     application.add_middleware(Head)
