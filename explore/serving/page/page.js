@@ -1,22 +1,11 @@
 // The page of a service: jobs with their progress, a study to submit, the Pareto set of a job.
 
+import { ask } from "./ask.js";
+
 const byId = (id) => document.getElementById(id);
 const jobs = new Map();
 const order = { running: 0, queued: 1 };
 let mayChange = false;
-
-/** Ask the service; an error of it becomes an Error with its sentence and the problems of a study. */
-async function ask(method, path, content) {
-  const request = { method, headers: {} };
-  if (content !== undefined) {
-    request.body = JSON.stringify(content);
-    request.headers["Content-Type"] = "application/json";
-  }
-  const answer = await fetch(path, request);
-  const facts = answer.status === 204 ? {} : await answer.json();
-  if (!answer.ok) throw Object.assign(new Error(facts.detail), { status: answer.status, problems: facts.problems ?? [] });
-  return facts;
-}
 
 /** An element with a text and children. */
 function make(tag, text = "", ...children) {
@@ -135,6 +124,10 @@ function actions(job) {
   };
   const path = `/api/jobs/${job.name}`;
   if (job.state === "done") {
+    const browse = make("a", "Browse");
+    browse.href = `/page/browse.html?results=${job.name}`;
+    browse.ariaLabel = `browse the results of ${job.name}`;
+    found.push(browse, " ");
     add("Pareto set", () => showResults(job.name));
     const link = make("a", "file");
     link.href = `/api/results/${job.name}/file`;
