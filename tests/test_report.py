@@ -41,7 +41,9 @@ def test_the_bundle_is_built_from_the_sources():
     recorded_hashes = dict(
         reversed(line.split(maxsplit=1)) for line in (PAGE / "bundle/sources.sha256").read_text().splitlines()
     )
-    files = ["build.sh", "package.json", "package-lock.json", *(f"src/{p.name}" for p in PAGE.glob("src/*"))]
+    browser = "../../serving/page/src"
+    files = ["build.sh", "package.json", "package-lock.json", "page.css"]
+    files += [f"{folder}/{path.name}" for folder in ("src", browser) for path in (PAGE / folder).glob("*")]
     assert recorded_hashes == {name: hashlib.sha256((PAGE / name).read_bytes()).hexdigest() for name in files}
 
 

@@ -1,4 +1,4 @@
-"""The page of a service in a real browser: log in, submit, dry run, watch, rank, cancel, delete."""
+"""The page of a service in a real browser: log in, submit, dry run, watch, cancel, delete."""
 
 import time
 
@@ -6,11 +6,9 @@ import pytest
 from served import Served
 from studies import FEW
 
-from browser.chromium import find_browser, find_driver
+from browser.service_pages import service_page
 
 LONG = FEW.replace("[80, 100, 150, 160]", "{ start = 100, stop = 140, num = 6_000_000 }").replace(", 720", "")
-#: What the browser itself logs of an answer to a study with problems, and of a server that was killed.
-EXPECTED = ("the server responded with a status of 4", "net::ERR_CONNECTION_REFUSED", "net::ERR_INCOMPLETE_CHUNKED")
 
 
 @pytest.fixture(scope="module")
@@ -22,27 +20,9 @@ def served(tmp_path_factory):
 
 
 @pytest.fixture
-def page(served):
-    """A page with its messages, errors and requests elsewhere; there must be none."""
-    wrong = []
-    with find_driver()() as driver:
-        browser = driver.chromium.launch(executable_path=find_browser(), args=["--no-sandbox"])
-        page = browser.new_page()
-        page.on("console", lambda message: wrong.append(message.text) if is_unexpected(message.text) else None)
-        page.on("pageerror", lambda error: wrong.append(str(error)))
-        page.on("request", lambda request: wrong.append(request.url) if not is_own(request.url, served) else None)
-        page.on("dialog", lambda dialog: dialog.accept())
+def page(browser, served):
+    with service_page(browser, served) as page:
         yield page
-        browser.close()
-    assert wrong == []
-
-
-def is_unexpected(text):
-    return not any(part in text for part in EXPECTED)
-
-
-def is_own(url, served):
-    return url.startswith((f"{served.url}/", "data:,", "about:blank"))
 
 
 def wait_until(condition, seconds=240):
@@ -84,10 +64,10 @@ def test_a_day_with_the_page(page, served):
     page.wait_for_selector("#outcome:has-text('8 designs')", timeout=240_000)
     page.click("#form button[type=submit]")
     page.wait_for_selector(state("few", "done"), timeout=240_000)
-    page.click("[aria-label='Pareto set few']")
-    page.wait_for_selector("#results-table tbody tr")
-    assert "Pareto-optimal designs in cv:min" in page.inner_text("#results-facts")
-    assert "crank (mm)" in page.inner_text("#results-table thead")
+    page.click("[aria-label='browse the results of few']")
+    page.wait_for_selector("#ranking tbody tr", timeout=240_000)
+    page.click("#subtitle a")
+    page.wait_for_selector("#state:text-is('connected')")
 
     page.fill("#name", "long")
     page.fill("#study", LONG)

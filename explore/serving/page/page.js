@@ -1,4 +1,4 @@
-// The page of a service: jobs with their progress, a study to submit, the Pareto set of a job.
+// The page of a service: jobs with their progress, and a study to submit.
 
 import { ask } from "./ask.js";
 
@@ -128,7 +128,6 @@ function actions(job) {
     browse.href = `/page/browse.html?results=${job.name}`;
     browse.ariaLabel = `browse the results of ${job.name}`;
     found.push(browse, " ");
-    add("Pareto set", () => showResults(job.name));
     const link = make("a", "file");
     link.href = `/api/results/${job.name}/file`;
     link.ariaLabel = `results file of ${job.name}`;
@@ -143,34 +142,6 @@ function actions(job) {
     });
   }
   return found;
-}
-
-// --- results ----------------------------------------------------------------------------------------------------------
-
-async function showResults(name) {
-  const ranking = await ask("GET", `/api/results/${name}/rank?top=50`);
-  const objectives = ranking.objectives.map((objective) => objective.split(":")[0]);
-  const { columns } = await ask("GET", `/api/results/${name}/columns`);
-  const parameters = columns.filter((column) => column.role === "parameter").map((column) => column.name);
-  const names = ["design", ...new Set([...parameters, ...objectives])];
-  byId("results").hidden = false;
-  byId("results-facts").textContent =
-    `${name}: ${ranking.found.toLocaleString("en")} Pareto-optimal design${ranking.found === 1 ? "" : "s"} in ${ranking.objectives.join(", ")}` +
-    (ranking.found > ranking.designs.length ? `; the best ${ranking.designs.length} by ${ranking.order_by}` : "");
-  const heading = make("tr", "", ...names.map((column) => {
-    const unit = ranking.units[column] ?? "1";
-    return Object.assign(make("th", unit === "1" || unit === "" ? column : `${column} (${unit})`), { scope: "col", className: "number" });
-  }));
-  const value = (design, column) => design[column] ?? design[`${column} [${ranking.units[column]}]`];
-  const lines = ranking.designs.map((design) =>
-    make("tr", "", ...names.map((column) => Object.assign(make("td", shown(value(design, column))), { className: "number" }))));
-  byId("results-table").replaceChildren(make("thead", "", heading), make("tbody", "", ...lines));
-  byId("results").scrollIntoView();
-}
-
-function shown(value) {
-  if (typeof value !== "number") return value ?? "–";
-  return Number.isInteger(value) ? String(value) : String(Number(value.toPrecision(6)));
 }
 
 // --- the editor -------------------------------------------------------------------------------------------------------

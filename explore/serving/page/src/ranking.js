@@ -34,7 +34,7 @@ export function ranking(root, sources, conditions, choose) {
   root.append(
     el("div", { class: "panel-head" }, el("h2", {}, "Pareto set"), el("div", { class: "controls" }, list)),
     status,
-    el("div", { class: "sideways", tabindex: 0, role: "region", "aria-label": "Pareto set" }, table),
+    el("div", { class: "sideways", tabindex: 0, role: "region", "aria-label": "table of the Pareto set" }, table),
   );
   let fronts = [];
 

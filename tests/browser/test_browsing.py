@@ -1,0 +1,173 @@
+"""The results browser of a service in a real browser: counts are those of pandas, brushed, typed, zoomed, compared."""
+
+import pytest
+from served import Served, wait_settled
+
+import explore
+from browser.service_pages import accessibility_faults, service_page
+
+GRID = """mechanism = "crank-rocker"
+[parameters]
+crank = { start = 80, stop = 160, num = 81 }
+coupler = { start = 900, stop = 1100, num = 9 }
+rocker = 541.7118
+ground = { start = 600, stop = 800, num = 9 }
+[constraints]
+swing_angle = { min = 20 }
+[rank]
+metrics = ["cv", "swing_angle:max", "crank:min"]
+"""
+SHORT = GRID.replace("stop = 160, num = 81", "stop = 140, num = 61")
+
+
+@pytest.fixture(scope="module")
+def served(tmp_path_factory):
+    with Served(tmp_path_factory.mktemp("browsing") / "served") as server:
+        with server.client() as client:
+            for name, text in (("grid", GRID), ("short", SHORT)):
+                client.post("/api/studies", json={"name": name, "study": text}).raise_for_status()
+                assert wait_settled(client, name)["state"] == "done"
+        yield server
+        assert server.stop() == 0
+
+
+@pytest.fixture(scope="module")
+def frame(served):
+    return explore.read_results(served.folder / "results" / "grid.h5")
+
+
+@pytest.fixture
+def page(browser, served):
+    """The results of the grid, counted, ranked, and with a design drawn."""
+    with service_page(browser, served, viewport={"width": 1280, "height": 900}) as page:
+        log_in(page, served)
+        page.click("[aria-label='browse the results of grid']")
+        wait_shown(page)
+        yield page
+
+
+def log_in(page, served):
+    page.goto(f"{served.url}/#token={served.new_link()}")
+    page.wait_for_selector("#state:text-is('connected')")
+
+
+def wait_shown(page):
+    page.wait_for_selector("#ranking tbody tr", timeout=120_000)
+    page.wait_for_selector("#design .picture", timeout=60_000)
+
+
+def wait_total(page, text):
+    """Wait until the counts of selected designs are these."""
+    page.wait_for_function("text => document.getElementById('total').textContent === text", arg=text)
+
+
+def wait_selected(page, count, everything):
+    wait_total(page, f"{count:,} of {everything:,} designs")
+
+
+def drag(page, selector, start, stop, height=(0.5, 0.5)):
+    """Drag over an element, from and to shares of its width and height."""
+    box = page.locator(selector).bounding_box()
+    places = [
+        (box["x"] + box["width"] * x, box["y"] + box["height"] * y) for x, y in zip((start, stop), height, strict=True)
+    ]
+    page.mouse.move(*places[0])
+    page.mouse.down()
+    page.mouse.move(*places[1], steps=8)
+    page.mouse.up()
+
+
+def end(page, side, name):
+    return float(page.input_value(f"[aria-label='{side} {name}']"))
+
+
+def test_the_constraints_of_the_study_are_the_first_conditions(page, frame):
+    wait_selected(page, int(frame["feasible"].sum()), len(frame))
+    page.click("text=All designs")
+    wait_selected(page, len(frame), len(frame))
+    page.click("text=Constraints of the study")
+    wait_selected(page, int(frame["feasible"].sum()), len(frame))
+
+
+def test_brushed_and_typed_ranges_select_what_pandas_selects(page, frame):
+    drag(page, "[data-column=crank] canvas", 0.25, 0.6)
+    low, high = end(page, "least", "crank"), end(page, "largest", "crank")
+    assert 95 < low < 105
+    assert 123 < high < 133
+    inside = frame["feasible"] & frame["crank"].between(low, high)
+    wait_selected(page, int(inside.sum()), len(frame))
+
+    page.focus("[aria-label='largest crank']")
+    page.keyboard.press("ArrowDown")
+    page.keyboard.press("Shift+ArrowDown")
+    assert end(page, "largest", "crank") == pytest.approx(high - 0.11 * 80, abs=0.01)
+    inside = frame["feasible"] & frame["crank"].between(low, end(page, "largest", "crank"))
+    wait_selected(page, int(inside.sum()), len(frame))
+
+    page.fill("[aria-label='least swing angle']", "24.5")
+    page.keyboard.press("Enter")
+    inside &= frame["swing_angle"] >= 24.5
+    wait_selected(page, int(inside.sum()), len(frame))
+    best = frame[inside]["cv"].idxmin()
+    page.wait_for_selector(f"#ranking tbody tr:first-child [aria-label='choose design {best}']")
+
+    page.click("[aria-label^='remove crank']")
+    inside = frame["swing_angle"] >= 24.5
+    wait_selected(page, int(inside.sum()), len(frame))
+    page.fill("[aria-label='least swing angle']", "abc")
+    page.keyboard.press("Enter")
+    assert page.get_attribute("[aria-label='least swing angle']", "aria-invalid") == "true"
+    wait_selected(page, int(inside.sum()), len(frame))
+
+
+def test_a_narrow_window_is_drawn_design_by_design(page, frame):
+    page.focus("#cloud canvas")
+    for _ in range(6):
+        page.keyboard.press("+")
+    page.wait_for_selector("#cloud .caption:has-text('drawn one by one; click one')")
+    page.keyboard.press("0")
+    page.wait_for_selector("#cloud .caption:has-text('darker where there are more')")
+    drag(page, "#cloud canvas", 0.45, 0.5, (0.2, 0.8))
+    page.wait_for_selector("#cloud .caption:has-text('drawn one by one; click one')")
+
+
+def test_designs_are_chosen_and_pinned(page, frame):
+    rows = page.locator("#ranking tbody button")
+    first, last = rows.first.inner_text(), rows.last.inner_text()
+    page.click("#design .pin-button")
+    rows.last.click()
+    page.wait_for_selector(f"#design h2:has-text('Design {last}')")
+    assert page.locator("#design .compared").first.locator("th[scope=col]").all_inner_texts() == [first, last]
+    number = int(last.replace(",", ""))
+    crank = page.locator("#design .compared tr:has(th:text-is('crank [mm]')) td").last.inner_text()
+    assert float(crank) == pytest.approx(frame["crank"].iloc[number], rel=1e-5)
+
+
+def test_several_results_are_shown_together(page, frame):
+    page.select_option("#compare select", "short")
+    page.wait_for_selector("h1:text-is('grid and short')")
+    wait_shown(page)
+    short = frame[frame["crank"] <= 140]
+    counts = [f"{part['feasible'].sum():,} of {len(part):,} designs" for part in (frame, short)]
+    wait_total(page, f"grid: {counts[0]} · short: {counts[1]}")
+    assert {"grid", "short"} == set(page.locator("#ranking tbody tr td:first-child").all_inner_texts())
+    page.locator("#ranking tbody button").last.click()
+    page.wait_for_selector("#design h2:has-text('of short')")
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_no_serious_fault_of_accessibility_is_found(browser, served, scheme):
+    with service_page(browser, served, color_scheme=scheme) as page:
+        log_in(page, served)
+        assert accessibility_faults(page) == []
+        page.click("[aria-label='browse the results of short']")
+        wait_shown(page)
+        assert accessibility_faults(page) == []
+
+
+def test_the_page_is_no_wider_than_a_telephone(browser, served):
+    with service_page(browser, served, viewport={"width": 390, "height": 800}) as page:
+        log_in(page, served)
+        page.goto(f"{served.url}/page/browse.html?results=short")
+        wait_shown(page)
+        assert page.evaluate("document.documentElement.scrollWidth") <= 390
