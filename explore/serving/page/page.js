@@ -102,7 +102,7 @@ function fillRow(row, job) {
   cells[1].className = job.state === "failed" ? "reason wrong" : job.reason ? "reason" : "";
   cells[2].firstChild.value = job.state === "done" ? 1 : job.designs ? job.done / job.designs : 0;
   const numbers = [
-    job.designs.toLocaleString("en"),
+    job.designs ? job.designs.toLocaleString("en") : "",
     job.rate && job.state === "running" ? Math.round(job.rate).toLocaleString("en") : "",
     job.computed ? `${Math.round((100 * job.feasible) / job.computed)} %` : "",
     job.seconds_left === null ? "" : `${Math.ceil(job.seconds_left)} s`,
@@ -128,6 +128,7 @@ function actions(job) {
     browse.href = `/page/browse.html?results=${job.name}`;
     browse.ariaLabel = `browse the results of ${job.name}`;
     found.push(browse, " ");
+    if (mayChange) add("Refine", () => ask("POST", "/api/refinements", { name: newName(`${job.name}-refined`), refine: job.name }));
     const link = make("a", "file");
     link.href = `/api/results/${job.name}/file`;
     link.ariaLabel = `results file of ${job.name}`;
@@ -142,6 +143,13 @@ function actions(job) {
     });
   }
   return found;
+}
+
+/** The name, with a number if a job has it. */
+function newName(name) {
+  let free = name;
+  for (let k = 2; jobs.has(free); k++) free = `${name}-${k}`;
+  return free;
 }
 
 // --- the editor -------------------------------------------------------------------------------------------------------
@@ -177,15 +185,14 @@ function goTo(line) {
 }
 
 async function submit(query, tell) {
-  const submission = {
-    name: byId("name").value,
-    study: byId("study").value,
-    keep: byId("keep").value,
-    priority: Number(byId("priority").value),
-  };
+  const text = byId("study").value;
+  const shared = { name: byId("name").value, priority: Number(byId("priority").value) };
+  const [route, submission] = /^\s*task\s*=/m.test(text)
+    ? ["tasks", { ...shared, task: text }]
+    : ["studies", { ...shared, study: text, keep: byId("keep").value }];
   byId("outcome").textContent = "…";
   try {
-    const facts = await ask("POST", `/api/studies${query}`, submission);
+    const facts = await ask("POST", `/api/${route}${query}`, submission);
     showProblems([]);
     byId("outcome").textContent = tell(facts);
   } catch (error) {
@@ -195,6 +202,7 @@ async function submit(query, tell) {
 }
 
 function tellPlan(plan) {
+  if (plan.designs === null) return "a task; how many candidates it has is known when it is done";
   const size = plan.bytes === null ? "the front only" : `${(plan.bytes / 1e6).toLocaleString("en")} MB`;
   const time = plan.seconds === null ? "" : `, about ${Number(plan.seconds.toPrecision(2))} s of computing`;
   return `${plan.designs.toLocaleString("en")} designs, ${plan.columns} columns, ${size}${time}`;
