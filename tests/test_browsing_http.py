@@ -5,9 +5,11 @@ import time
 import numpy as np
 import pytest
 from served import Served, wait_settled
+from studies import FEW
 
 from explore.serving.results_views import open_shown
 
+LONG_AXIS = "{ start = 900, stop = 1100, num = 500_000 }"
 STUDY = """mechanism = "crank-rocker"
 [parameters]
 crank = { start = 80, stop = 260, num = 200 }
@@ -145,3 +147,40 @@ def test_what_is_wrong_is_said(indexed, route, query, reason):
     answer = indexed.get(f"/api/results/grid/{route}", params=query)
     assert answer.status_code == 400
     assert reason in answer.json()["detail"]
+
+
+def test_an_index_goes_with_its_job(client, served):
+    client.post("/api/studies", json={"name": "gone", "study": FEW}).raise_for_status()
+    assert wait_settled(client, "gone")["state"] == "done"
+    answer = client.get("/api/results/gone/histograms", params={"columns": "crank"})
+    assert answer.status_code == 409
+    assert answer.json()["detail"] == "the index of gone is not ready; ask for index?build=true"
+    build(client, "gone")
+    folder = served.folder / "index" / "gone"
+    assert (folder / "facts.json").exists()
+    assert client.delete("/api/jobs/gone").status_code == 204
+    assert not folder.exists()
+    assert client.get("/api/results/gone/index").status_code == 404
+
+
+def test_results_that_are_still_swept_are_not_browsed(client):
+    client.post("/api/studies", json={"name": "long", "study": FEW.replace("1083.4236", LONG_AXIS)}).raise_for_status()
+    answer = client.get("/api/results/long/browsing")
+    assert answer.status_code == 409
+    assert "its results can be browsed when the sweep has ended" in answer.json()["detail"]
+    client.post("/api/jobs/long/cancel").raise_for_status()
+
+
+@pytest.mark.parametrize(
+    ("route", "query"),
+    [
+        ("histograms", {"columns": "crank", "bins": 513}),
+        ("histograms", {"columns": "crank", "where": ["cv < 1"] * 41}),
+        ("histograms", {"columns": "crank", "where": "c" * 1001}),
+        ("density", {"x": "crank", "y": "cv", "x_low": "nan"}),
+        ("density", {"x": "crank", "y": "cv", "y_high": "1e999"}),
+        ("points", {"x": "crank", "y": "cv", "limit": 20_001}),
+    ],
+)
+def test_requests_beyond_the_limits_are_refused(indexed, route, query):
+    assert indexed.get(f"/api/results/grid/{route}", params=query).status_code == 422

@@ -187,4 +187,6 @@ class Indexes:
             return str(error)
         except OSError as error:
             return error.strerror or type(error).__name__
+        except Exception as error:  # the next index must be made, whatever is wrong with this file
+            return f"internal error: {type(error).__name__}"
         return ""
