@@ -152,3 +152,13 @@ def test_most_designs_are_counted_without_their_values(index, values):
         assert smooth.counts[smooth.bins(own.edges) == bins + 1].sum() == 0
     for name in ("axis", "constant", "feasible", "empty"):
         assert index.columns[name].cells.are_exact
+
+
+@pytest.mark.parametrize("sign", ["<", "<=", ">", ">=", "==", "!="])
+@pytest.mark.parametrize("end", ["least", "greatest"])
+def test_a_limit_at_the_end_of_a_cell_divides_it(index, values, end, sign):
+    cells = index.columns["smooth"].cells
+    wide = np.flatnonzero((cells.counts > 3) & (cells.least < cells.greatest))[1000]
+    conditions = conditions_of([f"smooth {sign} {float(getattr(cells, end)[wide])!r}"], values)
+    count, _ = find_designs(index, Selection(index, conditions), 1)
+    assert count == conditions[0].test({"smooth": values["smooth"]}).sum()
