@@ -40,8 +40,8 @@ _N_PHASES, _AMPLITUDES, _N_PLACES = 24, (0.0, 0.6), 4
 #: Angles that the crank turns over an open path.
 _SPANS = tuple(np.radians([45.0, 90.0, 150.0, 240.0]).tolist())
 #: Starts that are improved, the best of all; steps of each stage, and how many go on to the next.
-_N_STARTS = 1500
-_STAGES = ((6, 180), (25, 30), (200, 12), (1000, 12))
+_N_STARTS = 3000
+_STAGES = ((6, 360), (25, 60), (200, 24), (1000, 12))
 _FINE = 200
 #: Points of the path that starts are fitted to.
 _N_START_POINTS = 48
