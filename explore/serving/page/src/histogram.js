@@ -10,6 +10,8 @@ const HEIGHT = 62;
 const STEP = 0.01,
   LARGE_STEP = 0.1,
   CLICK = 3;
+/** Width of the bar of one of few values over its share of the width. */
+const BAR = 0.6;
 
 /**
  * @param {Object} column
@@ -67,13 +69,17 @@ export function histogram(column, constraints, conditions, files) {
   function bars(context, answer, counts, colour) {
     const most = Math.max(...counts);
     if (!most) return;
+    const isFew = column.distinct !== null && column.distinct <= counts.length;
     const bin = (answer.high - answer.low || 1) / counts.length;
     context.fillStyle = colour;
     counts.forEach((one, k) => {
       if (!one) return;
-      const left = place(answer.low + k * bin),
+      // Few values fall into some bins only: their bars are wider, but do not touch.
+      const wide = isFew ? (BAR * width) / column.distinct : Math.abs(place(answer.low + bin) - place(answer.low)),
+        middle = place(answer.low + (k + 0.5) * bin),
+        left = Math.min(Math.max(middle - wide / 2, 0), width - wide),
         tall = Math.max(1, (one / most) * (HEIGHT - 4));
-      context.fillRect(left, HEIGHT - tall, Math.max(1, place(answer.low + (k + 1) * bin) - left - 0.5), tall);
+      context.fillRect(left, HEIGHT - tall, Math.max(1, wide - 0.5), tall);
     });
   }
 
