@@ -324,11 +324,12 @@ def is_deleted(job):
 
 
 def test_head_is_answered_where_get_is(client):
+    changing = ("/api/jobs", "/metrics")  # their times change from one request to the next, and so do their lengths
     for path in ("/healthz", "/api/jobs", "/api/jobs/base", "/api/results/base", "/api/results/base/file", "/metrics"):
         got, head = client.get(path), client.head(path)
         assert (head.status_code, head.content) == (200, b"")
         assert head.headers["content-type"] == got.headers["content-type"]
-        assert head.headers["content-length"] == got.headers["content-length"]
+        assert path in changing or head.headers["content-length"] == got.headers["content-length"]
     for path in ("/api/events", "/api/jobs/base/events"):
         assert client.head(path).headers["content-type"].startswith("text/event-stream")
     assert client.head("/api/jobs/nothing").status_code == 404
