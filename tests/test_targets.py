@@ -15,6 +15,7 @@ import explore
 from explore.errors import ConfigError, RequestError
 from explore.mechanisms.crank_rocker.paths import find_coupler_curve
 from explore.mechanisms.path_errors.metrics import measures_of
+from explore.model.targets import target_from_content
 from explore.request.names import find_mechanism
 
 PROBLEMS = json.loads((Path(__file__).parent / "reference" / "path_benchmarks.json").read_text())
@@ -413,3 +414,14 @@ def test_mechanisms_say_which_targets_they_meet(tmp_path):
     described = json.loads(run("mechanisms", "slider-crank", "--json", cwd=tmp_path).stdout)
     assert described["targets"]["path"]["path_error_rms"]["sense"] == "min"
     assert json.loads(run("mechanisms", "gears", "--json", cwd=tmp_path).stdout)["targets"] == {}
+
+
+@pytest.mark.parametrize("content", [{"kind": "paths"}, {"kind": ["path"]}, [1], {"kind": "path", "point": "M"}])
+def test_a_damaged_record_of_a_target_is_refused(content):
+    with pytest.raises(ValueError, match="target"):
+        target_from_content(content)
+
+
+def test_a_record_without_a_kind_is_a_path():
+    content = {"point": "M", "points": SQUARE}
+    assert target_from_content(content) == target_from_content({"kind": "path", **content})

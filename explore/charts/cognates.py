@@ -59,7 +59,7 @@ def cognates_chart(results: ResultsOrPath, *, design: int | None = None) -> Figu
     """
     simulated = simulate_design(results_of(results), design)
     scale = simulated.units.scale("mm")
-    factor, target = float(scale.factor), simulated.mechanism.target
+    factor, target = float(scale.factor), simulated.path
     return cognates_figure(
         scaled(four_bar_of(simulated), factor),
         target=None if target is None else factor * np.array(target.points),
@@ -82,7 +82,7 @@ def four_bar_of(simulated: SimulatedDesign) -> FourBar:
         )
     points = simulated.pose([_ANGLE]).points(drawing)
     chain = [complex(*points[joint][0]) for joint in joints]
-    target = simulated.mechanism.target
+    target = simulated.path
     place = complex(*points[drawn_name(target.point if target else simulated.mechanism.points[0])][0])
     crank_pivot, crank_pin, rocker_pin, rocker_pivot = chain
     is_left = ((rocker_pivot - crank_pin).conjugate() * (rocker_pin - crank_pin)).imag > 0.0

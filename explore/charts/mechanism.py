@@ -86,8 +86,8 @@ def draw_mechanism(panel: Axes, simulated: SimulatedDesign) -> None:
         draw_guide(panel, points[guide.point], guide.angle, size)
     for pivot in drawing.pivots:
         draw_pivot(panel, points[pivot][0], size)
-    if (target := simulated.mechanism.target) is not None:
-        draw_target(panel, np.array(target.points), is_closed=target.closed)
+    if (followed := simulated.path) is not None:
+        draw_target(panel, np.array(followed.points), is_closed=followed.closed)
     panel.set_aspect("equal", adjustable="datalim")
     panel.margins(0.06)
     panel.grid(color=MUTED, alpha=0.2, lw=0.5)

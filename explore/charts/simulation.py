@@ -17,6 +17,7 @@ from explore.errors import RequestError
 from explore.model.drawing import PLACE, Drawing, Pose
 from explore.model.mechanism import Mechanism
 from explore.model.points import coordinates
+from explore.model.targets import PathTarget
 from explore.motions import mark_angles, window_limits
 from explore.request.names import find_mechanism
 from explore.units.shown import ShownUnits
@@ -72,6 +73,11 @@ class SimulatedDesign:
         return {name: angle for name, angle in self.marks.items() if name in names}
 
     @property
+    def path(self) -> PathTarget | None:
+        """The places that a point is to pass by the target of the study; None where there are none."""
+        return self.mechanism.target.path if self.mechanism.target else None
+
+    @property
     def drawing(self) -> Drawing | None:
         """The declared drawing, at the place of the design in its plane where its parameters say one."""
         drawing, place = self.mechanism.drawing, [self.parameters.get(name, 0.0) for name in PLACE]
@@ -81,8 +87,9 @@ class SimulatedDesign:
         """The values that a drawing needs, at input angles in deg; by default those of the motion."""
         motion = self.motion
         if input_angles is not None:
-            # The place in the plane is the drawing's.
-            parameters = {name: value for name, value in self.parameters.items() if name not in PLACE}
+            # The place in the plane is the drawing's, and the motion has no target.
+            targets = [p.name for p in self.mechanism.parameters if p.affects == "target"]
+            parameters = {name: value for name, value in self.parameters.items() if name not in targets}
             points = coordinates(self.mechanism.points, parameters)
             motion = simulate(self.mechanism.name, parameters, points=points, angles=input_angles)
         signals = {str(name): motion[name].to_numpy() for name in motion}

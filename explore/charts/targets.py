@@ -62,7 +62,7 @@ class DrawnTarget:
 
 def target_of(simulated: SimulatedDesign) -> DrawnTarget:
     """The target of a design's study, and where its crank is at the points; `RequestError` if there is none."""
-    target = simulated.mechanism.target
+    target = simulated.path
     if target is None:
         raise RequestError("the study has no path in [target] to compare with")
     points = np.array(target.points, dtype=np.float64)

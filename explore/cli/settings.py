@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from explore.errors import RequestError
 
 if TYPE_CHECKING:
-    from explore.model.targets import PathTarget
+    from explore.model.targets import Target
     from explore.units.shown import Scale, ShownUnits
 
 #: Coordinates of points by name.
@@ -20,7 +20,7 @@ def parse_settings(
     settings: Sequence[str],
     points: Sequence[str] = (),
     units: ShownUnits | None = None,
-    target: PathTarget | None = None,
+    target: Target | None = None,
 ) -> dict[str, float]:
     """Parameters in declared units from NAME=VALUE, whose numbers without a unit are in the shown ones."""
     from explore.request.names import find_mechanism

@@ -11,7 +11,7 @@ from explore.config.resolution import resolve_study
 from explore.config.study import Study, make_study
 from explore.errors import ConfigError, Problems, RequestError
 from explore.model.mechanism import Mechanism
-from explore.model.targets import PathTarget
+from explore.model.targets import Target
 
 
 def load_study(path: str | os.PathLike[str]) -> Study:
@@ -37,7 +37,7 @@ def load_study(path: str | os.PathLike[str]) -> Study:
     return parse_study(toml_text.read_text(file), file, Path(file).parent)
 
 
-def parse_study(text: str, file: str, folder: Path, target: PathTarget | None = None) -> Study:
+def parse_study(text: str, file: str, folder: Path, target: Target | None = None) -> Study:
     """The study of a text; `file` names it in errors, and files that it names are looked for in `folder`.
 
     A target that is given takes the place of that of the text: results hold the points, which may have been in a file.

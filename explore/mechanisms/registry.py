@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from explore.errors import RequestError
 from explore.mechanisms.entry_points import registered_entries, source_of
 from explore.model.mechanism import Mechanism
-from explore.model.targets import PathTarget
+from explore.model.targets import Target
 
 
 class Registry(Mapping[str, Mechanism]):
@@ -72,20 +72,20 @@ def _load(name: str) -> Mechanism:
 MECHANISMS = Registry()
 
 
-def mechanism_by_name(name: str, points: tuple[str, ...] = (), target: PathTarget | None = None) -> Mechanism:
+def mechanism_by_name(name: str, points: tuple[str, ...] = (), target: Target | None = None) -> Mechanism:
     """The mechanism of that name with points and a target, for a worker that unpickles it."""
     if name not in MECHANISMS:
         raise RequestError(f"the mechanism '{name}' is not installed here")
     return MECHANISMS[name].with_points(points).with_target(target)
 
 
-def _extended_by_name(name: str, points: tuple[str, ...], target: PathTarget | None) -> Mechanism:
+def _extended_by_name(name: str, points: tuple[str, ...], target: Target | None) -> Mechanism:
     """The extended mechanism of that of that name, or this where one kernel fills all signals."""
     mechanism = mechanism_by_name(name, points, target)
     return mechanism.extended or mechanism
 
 
-def _reduce(mechanism: Mechanism) -> tuple[Callable[..., Mechanism], tuple[str, tuple[str, ...], PathTarget | None]]:
+def _reduce(mechanism: Mechanism) -> tuple[Callable[..., Mechanism], tuple[str, tuple[str, ...], Target | None]]:
     """How a mechanism is pickled: as its name, so that a worker loads its own compiled functions."""
     # An extended mechanism has none of its own.
     find = mechanism_by_name if mechanism.extended else _extended_by_name

@@ -12,7 +12,7 @@ from explore.model.points import FloatingLink
 from explore.model.quadrature import Adaptive, Graded, Quadrature
 from explore.model.quantities import OUTPUT_STATISTICS, Formula, Metric, Parameter, Signal, Window
 from explore.model.status import OwnStatus, Status
-from explore.model.targets import PathTarget, TargetKind
+from explore.model.targets import Target, TargetKind
 
 #: Names of the anchor and of its opposite, half a turn on, in `Signal.extremes_at`.
 ANCHORS = ("anchor", "opposite")
@@ -144,7 +144,7 @@ class Declaration:
     floating_link: FloatingLink | None = None
     points: tuple[str, ...] = ()
     targets: Mapping[str, TargetKind] = field(default_factory=dict)
-    target: PathTarget | None = None
+    target: Target | None = None
 
     @property
     def default_drive(self) -> str:

@@ -12,7 +12,7 @@ from explore.model.closed_form import ClosedFormResult
 from explore.model.declaration import Declaration
 from explore.model.points import draw_points, point_panels, point_parameters, point_signals, zero_means
 from explore.model.quantities import FloatArray, Signal
-from explore.model.targets import POSE, PathTarget
+from explore.model.targets import Target
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -78,11 +78,11 @@ class Mechanism(Declaration):
             extended=self.extended.with_points(points) if self.extended else None,
         )
 
-    def with_target(self, target: PathTarget | None) -> Mechanism:
-        """The mechanism with a target: the pose in its plane as parameters, metrics of the error, and new defaults.
+    def with_target(self, target: Target | None) -> Mechanism:
+        """The mechanism with a target: what places it on the target as parameters, metrics of the error, new defaults.
 
         It has the point of the target; `explore.request.targets` checks that. The statistics are over the full turn
-        unless a study names a window, because a path is followed by all of it.
+        unless a study names a window, because a target can be met anywhere in it.
         """
         if target is None:
             return self
@@ -90,7 +90,7 @@ class Mechanism(Declaration):
         return replace(
             self,
             target=target,
-            parameters=(*self.parameters, *POSE),
+            parameters=(*self.parameters, *kind.parameters),
             formulas=(*self.formulas, *kind.formulas(target)),
             default_metrics={window: (*names, *kind.defaults) for window, names in self.default_metrics.items()},
             default_window=self.full_turn.name,

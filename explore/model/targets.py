@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
 from math import isfinite
-from typing import Any, Literal, get_args
+from typing import Any, ClassVar, Literal, Self, get_args
 
 from explore.model.drawing import PLACE
 from explore.model.quantities import Formula, Parameter
@@ -25,8 +26,42 @@ AnglesFrom = Literal["free", "frame"]
 MOST_TARGET_POINTS = 500
 
 
+class Target(ABC):
+    """What a linkage is to do; each kind is a class with its data.
+
+    Attributes
+    ----------
+    kind
+        Its kind in study files.
+    doer
+        What of the linkage has a target of this kind, in words.
+    """
+
+    kind: ClassVar[str]
+    doer: ClassVar[str]
+
+    @property
+    @abstractmethod
+    def path(self) -> PathTarget | None:
+        """The places that a point is to pass, for figures; None where the target has none."""
+
+    @abstractmethod
+    def to_content(self) -> dict[str, Any]:
+        """The section of a study file, in declared units, without keys that are at their defaults."""
+
+    @classmethod
+    @abstractmethod
+    def from_content(cls, content: Any) -> Self:
+        """The target of `to_content`; ValueError if the content has another form."""
+
+    @classmethod
+    @abstractmethod
+    def example(cls) -> Self:
+        """A target of a point "knife", for lists of the metrics of the kind."""
+
+
 @dataclass(frozen=True)
-class PathTarget:
+class PathTarget(Target):
     """A path that a point of the floating link is to follow.
 
     Attributes
@@ -51,11 +86,13 @@ class PathTarget:
     weights: tuple[float, ...] = ()
     crank_angles: tuple[float, ...] = ()
     angles_from: AnglesFrom = "free"
+    kind: ClassVar[str] = "path"
+    doer: ClassVar[str] = "a point"
 
     @property
-    def kind(self) -> str:
-        """Its kind in study files."""
-        return "path"
+    def path(self) -> PathTarget:
+        """The target itself."""
+        return self
 
     def to_content(self) -> dict[str, Any]:
         """The section of a study file, in declared units, without keys that are at their defaults."""
@@ -84,6 +121,23 @@ class PathTarget:
             raise ValueError(f"the crank angles of a target cannot count from {start!r}")
         return target
 
+    @classmethod
+    def example(cls) -> PathTarget:
+        """A path of a point "knife"."""
+        return cls("knife", ((0.0, 0.0), (1.0, 0.0), (0.0, 1.0)))
+
+
+#: The kinds of targets by their names in study files.
+TARGETS: dict[str, type[Target]] = {target.kind: target for target in (PathTarget,)}
+
+
+def target_from_content(content: Any) -> Target:
+    """The target of `Target.to_content`; ValueError if the content has another form."""
+    kind = content.get("kind", PathTarget.kind) if isinstance(content, dict) else None
+    if not isinstance(kind, str) or kind not in TARGETS:
+        raise ValueError(f"there is no target of the kind {kind!r}")
+    return TARGETS[kind].from_content(content)
+
 
 @dataclass(frozen=True)
 class TargetKind:
@@ -92,13 +146,16 @@ class TargetKind:
     Attributes
     ----------
     formulas
-        The metrics of the error of a target; the first is the objective.
+        The metrics of the error of a target of the kind.
     defaults
         Names of those that a study computes which names no metrics.
     objectives
         Default objectives.
+    parameters
+        Those that a target of the kind adds: designs that differ only in them share a motion.
     """
 
-    formulas: Callable[[PathTarget], tuple[Formula, ...]]
+    formulas: Callable[[Any], tuple[Formula, ...]]
     defaults: tuple[str, ...]
     objectives: tuple[str, ...]
+    parameters: tuple[Parameter, ...] = POSE

@@ -193,7 +193,7 @@ def _window_and_drive(results: Results, mechanism: Mechanism | None) -> dict[str
 
 def _describe_target(results: Results) -> dict[str, Any] | None:
     """The path that a point of the linkage shall follow, in declared units; None where there is none."""
-    target, scale = results.target, results.shown_units.scale("mm")
+    target, scale = results.target.path if results.target else None, results.shown_units.scale("mm")
     if target is None:
         return None
     return {

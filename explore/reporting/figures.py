@@ -30,7 +30,8 @@ def draw_figures(results: Results, design: int) -> tuple[DrawnFigure, ...]:
     from explore.charts.style import figure_svg
 
     names = {column.name for column in results.columns}
-    n_places = len(results.target.points) if results.target else 0
+    path = results.target.path if results.target else None
+    n_places = len(path.points) if path else 0
     charts = {
         "Cognates": (cognates_chart, _COGNATE in names),
         "Burmester curves": (burmester_chart, _BODY_ANGLE in names and n_places == _N_BURMESTER_POSES),

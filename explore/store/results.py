@@ -16,7 +16,7 @@ from explore.errors import RequestError
 from explore.model.columns import Attribute, Column
 from explore.model.progress import ReportProgress
 from explore.model.quantities import Sense
-from explore.model.targets import PathTarget
+from explore.model.targets import Target
 from explore.store.block_bytes import damaged_blocks
 from explore.store.layout import INDEX, KEEP_FRONT
 from explore.store.rows import RowReader
@@ -115,7 +115,7 @@ class Results:
         return self._layout.study.points
 
     @property
-    def target(self) -> PathTarget | None:
+    def target(self) -> Target | None:
         """What the linkages are to do; None where the study has no target."""
         return self._layout.study.target
 

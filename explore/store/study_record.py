@@ -12,7 +12,7 @@ from typing import Any, Self
 
 from explore.model.columns import Attribute
 from explore.model.quantities import Sense
-from explore.model.targets import PathTarget
+from explore.model.targets import Target, target_from_content
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,7 @@ class StudyRecord:
     window: str | Mapping[str, float] = ""
     drive: str = ""
     points: tuple[str, ...] = ()
-    target: PathTarget | None = None
+    target: Target | None = None
 
     @classmethod
     def from_attributes(cls, attributes: Mapping[str, Attribute]) -> Self:
@@ -82,7 +82,7 @@ class StudyRecord:
         return cls(
             objectives=objectives, constraints=constraints, window=window, drive=evaluate.get("drive", ""),
             points=tuple(determines.get("points", ())),
-            target=PathTarget.from_content(determines["target"]) if "target" in determines else None, **contents,
+            target=target_from_content(determines["target"]) if "target" in determines else None, **contents,
         )  # fmt: skip
 
 

@@ -86,6 +86,7 @@ def _window_note(quantity: Signal | Metric | Formula) -> str:
 def _print_notes(mechanism: Mechanism) -> None:
     """Print how sampled metrics are named, and the strokes and objectives of the mechanism."""
     from explore.model.quantities import MAGNITUDE_STATISTICS, STATISTICS
+    from explore.model.targets import TARGETS
 
     say(
         "statistics of signals: SIGNAL_STATISTIC over the window of the study, SIGNAL_STATISTIC_WINDOW over another",
@@ -106,7 +107,7 @@ def _print_notes(mechanism: Mechanism) -> None:
         _print_points(mechanism.floating_link)
     for kind, metrics in _target_metrics(mechanism).items():
         say(
-            f'a point can have a target, [target] kind = "{kind}" in a study; its metrics are '
+            f'{TARGETS[kind].doer} can have a target, [target] kind = "{kind}" in a study; its metrics are '
             f"{', '.join(metric.name for metric in metrics)}",
             data=True,
         )
@@ -131,10 +132,9 @@ def _print_points(link: FloatingLink) -> None:
 
 def _target_metrics(mechanism: Mechanism) -> dict[str, tuple[Formula, ...]]:
     """The metrics of targets of each kind that the mechanism meets, of a point "knife"."""
-    from explore.model.targets import PathTarget
+    from explore.model.targets import TARGETS
 
-    example = PathTarget("knife", ((0.0, 0.0), (1.0, 0.0), (0.0, 1.0)))
-    return {kind: declared.formulas(example) for kind, declared in mechanism.targets.items()}
+    return {kind: declared.formulas(TARGETS[kind].example()) for kind, declared in mechanism.targets.items()}
 
 
 def _range(parameter: Parameter) -> str:

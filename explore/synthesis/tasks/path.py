@@ -11,7 +11,7 @@ from explore.errors import Problems, RequestError
 from explore.mechanisms.registry import mechanism_by_name
 from explore.model.targets import PathTarget
 from explore.request.names import find_mechanism
-from explore.request.targets import read_target
+from explore.request.path_targets import read_path_target
 from explore.suggest import format_value
 from explore.synthesis.tasks.contract import Task, TaskSections, TaskType
 from explore.synthesis.tasks.four_bars import FORMULAS, LENGTHS
@@ -79,7 +79,7 @@ def read_path(section: SectionReader, folder: Path, problems: Problems) -> tuple
         angles = rows[:, 2].tolist() if rows.shape[1] > 2 else None
     own: Problems = []
     mechanism = find_mechanism("crank-rocker", (POINT,))
-    target = read_target(mechanism, {"kind": "path", "point": POINT, **content}, own)
+    target = read_path_target(mechanism, {"kind": "path", "point": POINT, **content}, own)
     problems += [(("target", *(path if path[:1] != ("points",) or key == "points" else (key,))), reason)
                  for path, reason in own]  # fmt: skip
     if target is not None:

@@ -1,0 +1,50 @@
+"""Parts of the section [target] of a study: its point, lists of numbers and of places."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, TypeGuard
+
+from explore.errors import Problems, RequestError
+from explore.model.mechanism import Mechanism
+from explore.suggest import format_value, suggestion
+from explore.units.quantities import quantity
+
+
+def note_unknown_keys(entries: Mapping[str, Any], known: Sequence[str], problems: Problems) -> None:
+    """Note the keys that a kind of target does not have."""
+    problems += [((key,), f"unknown key; {suggestion(str(key), known)}") for key in entries if key not in known]
+
+
+def read_point(mechanism: Mechanism, name: object, problems: Problems) -> str:
+    """The point that is to meet the target."""
+    points = mechanism.points
+    if not points:
+        reason = "the mechanism has no point to follow it; give it one, [points] M = { along = 120, across = 40 }"
+        problems.append(((), reason))
+    elif name is None and len(points) == 1:
+        return points[0]
+    elif name is None:
+        problems.append(((), f"which point follows it? Write point = {' or '.join(map(repr, points))}"))
+    elif name not in points:
+        problems.append((("point",), f"unknown point {format_value(name)}; {suggestion(str(name), points)}"))
+    return str(name)
+
+
+def read_numbers(key: str, value: object, unit: str, problems: Problems) -> tuple[float, ...]:
+    """Numbers of a list, in a unit."""
+    if not is_list(value):
+        problems.append(((key,), f"must be a list of numbers, got {format_value(value)}"))
+        return ()
+    numbers: list[float] = []
+    for position, entry in enumerate(value):
+        try:
+            numbers.append(quantity(entry, unit))
+        except RequestError as error:
+            problems.append(((key, position), str(error)))
+    return tuple(numbers)
+
+
+def is_list(value: Any) -> TypeGuard[Sequence[Any]]:
+    """Whether an entry of a file is a list."""
+    return isinstance(value, Sequence) and not isinstance(value, str)
