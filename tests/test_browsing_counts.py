@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 
 from explore.browsing.building import build_index
-from explore.browsing.cells import make_edges
+from explore.browsing.cells import MOST_DISTINCT, Cells, find_bins, make_edges
 from explore.browsing.counting import Range, count_density, count_histograms, find_designs, whole_range
-from explore.browsing.index_files import identify, open_index
+from explore.browsing.fitting_bins import fitting_bins
+from explore.browsing.index_files import ColumnFacts, IndexedColumn, identify, open_index
 from explore.browsing.selections import Selection
 from explore.ranking.conditions import parse_condition
 
@@ -162,3 +163,71 @@ def test_a_limit_at_the_end_of_a_cell_divides_it(index, values, end, sign):
     conditions = conditions_of([f"smooth {sign} {float(getattr(cells, end)[wide])!r}"], values)
     count, _ = find_designs(index, Selection(index, conditions), 1)
     assert count == conditions[0].test({"smooth": values["smooth"]}).sum()
+
+
+def column_of(distinct):
+    """A column with a cell for each value, as the index of few values has."""
+    least = np.concatenate([[np.nan, np.inf], distinct, [np.inf]])
+    counts = np.concatenate([[3, 0], np.arange(1, len(distinct) + 1), [2]])
+    facts = ColumnFacts("axis", float(distinct[0]), float(distinct[-1]), 5, len(distinct))
+    return IndexedColumn(
+        facts, Cells(least, np.where(counts == 0, -np.inf, least), counts), np.empty(0, np.uint16), None
+    )
+
+
+@pytest.mark.parametrize("ends", [(80.0, 260.0), (-1.0, 1.0), (1e-300, 3e-300), (4.0e15, 4.1e15)])
+def test_each_bin_of_a_grid_holds_equally_many_values(ends):
+    """Counted one by one for every number of values: no bin is above another because of its width."""
+    for n in range(2, MOST_DISTINCT + 1):
+        values = np.linspace(*ends, n)
+        fitting = fitting_bins(column_of(values))
+        own = fitting.range
+        held = np.histogram(values, own.edges)[0]
+        if fitting.values_per_bin is None:
+            assert own.bins == 64
+            assert 16 <= held.min() <= held.max() <= held.min() + 1, "a step that is hardly seen"
+        else:
+            assert set(held) == {fitting.values_per_bin}, n
+            assert own.bins == n if n <= 128 else 48 <= own.bins <= 128 or own.bins == n <= 1024
+        half = (values[1] - values[0]) / 2
+        assert (own.low, own.high) == pytest.approx((ends[0] - half, ends[1] + half), rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    "values",
+    [
+        [1.0, 2.0, 100.0],
+        np.geomspace(1, 1000, 200),
+        [-1.7e308, 0.0, 1.7e308],
+    ],
+)
+def test_values_of_no_grid_have_the_usual_bins(values):
+    fitting = fitting_bins(column_of(np.array(values)))
+    assert fitting.values_per_bin is None
+    assert (fitting.range.low, fitting.range.high, fitting.range.bins) == (values[0], values[-1], 64)
+
+
+@pytest.mark.parametrize("start", [1.0, 5e-324, -1e308, 2.0**1023])
+def test_neighbouring_floats_are_parted_or_have_the_usual_bins(start):
+    values = start + abs(np.spacing(start)) * np.arange(5)
+    fitting = fitting_bins(column_of(values))
+    held = np.bincount(find_bins(values, fitting.range.edges))
+    assert held.sum() == 5
+    assert len(held) <= fitting.range.bins, "none is outside"
+    assert fitting.range.bins == 64 or held.tolist() == [1] * 5
+
+
+def test_fitting_bins_count_exactly(index, values):
+    fitting = fitting_bins(index.columns["axis"])
+    assert (fitting.range.bins, fitting.values_per_bin) == (30, 1)
+    constant = fitting_bins(index.columns["constant"])
+    assert (constant.range, constant.values_per_bin) == (Range("constant", 0.1, 0.1, 1), 1)
+    assert count_histograms(index, Selection(index, []), [constant.range]).everything[0].tolist() == [N]
+    assert np.isnan(fitting_bins(index.columns["empty"]).range.low)
+    conditions = conditions_of(["smooth < 0.3", "axis >= 100"], values)
+    counted = count_histograms(index, Selection(index, conditions), [fitting.range])
+    assert counted.everything[0].tolist() == np.unique(values["axis"], return_counts=True)[1].tolist()
+    chosen = values["smooth"] < 0.3
+    assert counted.selected[0].tolist() == [
+        (chosen & (values["axis"] == one)).sum() for one in np.unique(values["axis"])
+    ]

@@ -99,6 +99,21 @@ def test_histograms_leave_out_the_conditions_on_their_own_column(indexed, frame)
         assert column["selected"] == np.histogram(values[others], bins=20, range=reach)[0].tolist()
 
 
+def test_bins_fit_the_values_unless_their_number_is_given(indexed, frame):
+    told = get(indexed, "histograms", columns="crank,ground,cv", where="cv < 0.8")["columns"]
+    assert [(len(column["all"]), column["values_per_bin"]) for column in told] == [(50, 4), (41, 1), (64, None)]
+    smooth = frame["cv"] < 0.8
+    for column, per_bin in zip(told[:2], (4, 1), strict=True):
+        order = np.unique(frame[column["name"]], return_inverse=True)[1] // per_bin
+        assert column["all"] == np.bincount(order).tolist()
+        assert column["selected"] == np.bincount(order[smooth], minlength=len(column["all"])).tolist()
+    ground = np.unique(frame["ground"])
+    step = ground[1] - ground[0]
+    assert (told[1]["low"], told[1]["high"]) == pytest.approx((ground[0] - step / 2, ground[-1] + step / 2), rel=1e-12)
+    assert told[2]["all"] == np.histogram(frame["cv"].dropna(), bins=64)[0].tolist()
+    assert get(indexed, "histograms", columns="ground", bins=64)["columns"][0]["values_per_bin"] is None
+
+
 def test_density_counts_within_a_window(indexed, frame):
     told = get(
         indexed, "density", x="crank", y="cv", where="ground > 28", bins_x=16, bins_y=9, x_low=4, x_high=6.1, y_high=0.9

@@ -56,9 +56,12 @@ def histograms(
     station: StationOf,
     columns: Annotated[str, Query(max_length=4000, description="Names, separated by commas.")],
     where: _Where = [],  # noqa: B006 -- FastAPI copies it
-    bins: _Bins = 64,
+    bins: Annotated[int | None, Query(ge=1, le=512, description="Default: about 64, as fits the values.")] = None,
 ) -> Response:
-    """Counts of up to 64 columns by bins; each column leaves out the conditions on itself."""
+    """Counts of up to 64 columns by bins of equal width; each column leaves out the conditions on itself.
+
+    Without `bins` each bin of a column on a grid holds equally many of its values, `values_per_bin`.
+    """
     browsed = station.indexes.get(name)
     with _COUNTS.taken():
         return _json(describe_histograms(browsed, _split(columns), where, bins))

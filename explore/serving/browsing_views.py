@@ -9,6 +9,8 @@ from typing import Any
 import numpy as np
 
 from explore.browsing.counting import Range, count_density, count_histograms, find_designs, whole_range
+from explore.browsing.fitting_bins import FittingBins, fitting_bins
+from explore.browsing.index_files import IndexedColumn
 from explore.browsing.selections import Selection
 from explore.errors import RequestError
 from explore.json_text import json_value
@@ -73,22 +75,28 @@ def describe_browsing(results: Results, browsed: Browsed | None) -> dict[str, An
     )
 
 
-def describe_histograms(browsed: Browsed, columns: Sequence[str], where: Sequence[str], bins: int) -> dict[str, Any]:
-    """Counts of columns by the bins of each, of all designs and of those that the other columns' conditions leave."""
+def describe_histograms(
+    browsed: Browsed, columns: Sequence[str], where: Sequence[str], bins: int | None
+) -> dict[str, Any]:
+    """Counts of columns by the bins of each, of all designs and of those that the other columns' conditions leave.
+
+    None for the bins chooses those that fit the values.
+    """
     selection = _selection(browsed, where)
-    ranges = [_range(browsed, name, None, None, bins) for name in columns]
-    counted = count_histograms(browsed.index, selection, ranges)
+    fitting = [_bins(browsed, name, bins) for name in columns]
+    counted = count_histograms(browsed.index, selection, [own.range for own in fitting])
     return {
         "designs": browsed.index.n_designs,
         "selected": counted.n_selected,
         "columns": [
             {
-                **_describe_range(browsed.results, own),
+                **_describe_range(browsed.results, own.range),
+                "values_per_bin": own.values_per_bin,
                 "all": everything.tolist(),
                 "selected": selected.tolist(),
-                "missing": browsed.index.columns[own.column].facts.missing,
+                "missing": browsed.index.columns[own.range.column].facts.missing,
             }
-            for own, everything, selected in zip(ranges, counted.everything, counted.selected, strict=True)
+            for own, everything, selected in zip(fitting, counted.everything, counted.selected, strict=True)
         ],
     }
 
@@ -146,11 +154,22 @@ def _within(own: Range) -> Condition:
     return Condition(f"{own.column} from {own.low!r} to {own.high!r}", (own.column,), (own.low, own.high), test)
 
 
-def _range(browsed: Browsed, name: str, low: float | None, high: float | None, bins: int) -> Range:
-    """Bins of a column between two ends in the shown unit."""
+def _bins(browsed: Browsed, name: str, bins: int | None) -> FittingBins:
+    """So many bins of a column, or those that fit it."""
+    column = _column(browsed, name)
+    return fitting_bins(column) if bins is None else FittingBins(whole_range(column, bins), None)
+
+
+def _column(browsed: Browsed, name: str) -> IndexedColumn:
     column = browsed.index.columns.get(name)
     if column is None:
         raise RequestError(f"no column {format_value(name)}; {suggestion(name, browsed.index.columns)}")
+    return column
+
+
+def _range(browsed: Browsed, name: str, low: float | None, high: float | None, bins: int) -> Range:
+    """Bins of a column between two ends in the shown unit."""
+    column = _column(browsed, name)
     whole, scale = whole_range(column, bins), browsed.results.scales[name]
     own = Range(
         name,

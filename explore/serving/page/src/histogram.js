@@ -10,8 +10,9 @@ const HEIGHT = 62;
 const STEP = 0.01,
   LARGE_STEP = 0.1,
   CLICK = 3;
-/** Width of the bar of one of few values over its share of the width. */
-const BAR = 0.6;
+/** Width of the bar of one of few values over its share of the width, and the largest number of values that are few. */
+const BAR = 0.7,
+  FEW = 64;
 
 /**
  * @param {Object} column
@@ -36,9 +37,11 @@ export function histogram(column, constraints, conditions, files) {
   let width = 0,
     answers = [],
     dragged = null;
-  const span = high - low || 1;
-  const place = (value) => ((value - low) / span) * width;
-  const value = (x) => round(low + (Math.min(Math.max(x, 0), width) / width) * span, span);
+  const span = high - low || 1,
+    isFew = column.distinct !== null && column.distinct <= FEW;
+  let [start, stop] = low < high ? [low, high] : [low - 0.5, high + 0.5];
+  const place = (value) => ((value - start) / (stop - start)) * width;
+  const value = (x) => round(start + (Math.min(Math.max(x, 0), width) / width) * (stop - start), span);
 
   function paint() {
     if (!width) return;
@@ -69,30 +72,28 @@ export function histogram(column, constraints, conditions, files) {
   function bars(context, answer, counts, colour) {
     const most = Math.max(...counts);
     if (!most) return;
-    const isFew = column.distinct !== null && column.distinct <= counts.length;
-    const bin = (answer.high - answer.low || 1) / counts.length;
+    const bin = (answer.high - answer.low || 1) / counts.length,
+      first = answer.high > answer.low ? answer.low : answer.low - 0.5,
+      wide = (isFew ? BAR * gap(answer.all) : 1) * (place(bin) - place(0));
     context.fillStyle = colour;
     counts.forEach((one, k) => {
       if (!one) return;
-      // Few values fall into some bins only: their bars are wider, but do not touch.
-      const wide = isFew ? (BAR * width) / column.distinct : Math.abs(place(answer.low + bin) - place(answer.low)),
-        middle = place(answer.low + (k + 0.5) * bin),
-        left = Math.min(Math.max(middle - wide / 2, 0), width - wide),
+      const middle = place(first + (k + 0.5) * bin),
         tall = Math.max(1, (one / most) * (HEIGHT - 4));
-      context.fillRect(left, HEIGHT - tall, Math.max(1, wide - 0.5), tall);
+      context.fillRect(middle - wide / 2, HEIGHT - tall, Math.max(1, wide - (isFew ? 0 : 0.5)), tall);
     });
   }
 
   canvas.onpointerdown = (event) => {
     canvas.setPointerCapture(event.pointerId);
-    const [start, open] = [event.offsetX, conditions.of(name)];
+    const [from, open] = [event.offsetX, conditions.of(name)];
     // An end that is taken hold of is moved, elsewhere a new range begins.
-    const held = ["low", "high"].find((side) => Math.abs(place(open[side]) - start) < 8);
-    const fixed = held === "low" ? open.high : held === "high" ? open.low : value(start);
+    const held = ["low", "high"].find((side) => Math.abs(place(open[side]) - from) < 8);
+    const fixed = held === "low" ? open.high : held === "high" ? open.low : value(from);
     canvas.onpointermove = (move) => {
-      if (!dragged && Math.abs(move.offsetX - start) < CLICK) return;
-      const [from, to] = [fixed, value(move.offsetX)].sort((a, b) => a - b);
-      dragged = { low: from <= low ? -Infinity : from, high: to >= high ? Infinity : to };
+      if (!dragged && Math.abs(move.offsetX - from) < CLICK) return;
+      const [least, largest] = [fixed, value(move.offsetX)].sort((a, b) => a - b);
+      dragged = { low: least <= low ? -Infinity : least, high: largest >= high ? Infinity : largest };
       conditions.set(name, dragged.low, dragged.high);
       paint();
     };
@@ -114,9 +115,20 @@ export function histogram(column, constraints, conditions, files) {
     node,
     draw(now) {
       answers = now;
+      for (const answer of answers.filter((one) => one && one.low < one.high)) {
+        // Bins of a grid begin half a step before it; else the first and the last bar need room.
+        const room = isFew && !answer.values_per_bin ? (gap(answer.all) * (answer.high - answer.low)) / answer.all.length / 2 : 0;
+        [start, stop] = [Math.min(start, answer.low - room), Math.max(stop, answer.high + room)];
+      }
       paint();
     },
   };
+}
+
+/** The least distance of two bins that hold designs, so that bars of few values do not touch. */
+function gap(counts) {
+  const filled = counts.flatMap((one, k) => (one ? [k] : []));
+  return filled.length < 2 ? counts.length : Math.min(...filled.slice(1).map((k, place) => k - filled[place]));
 }
 
 function line(context, x) {

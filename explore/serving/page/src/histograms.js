@@ -6,9 +6,8 @@ import { words } from "../../../reporting/page/src/format.js";
 import { histogram } from "./histogram.js";
 import { byWeight, query } from "./sources.js";
 
-/** Columns that are shown first, at most, and bins of each. */
-const SHOWN = 8,
-  BINS = 64;
+/** Columns that are shown first, at most. */
+const SHOWN = 8;
 
 /**
  * @param {HTMLElement} root
@@ -21,7 +20,7 @@ export function histograms(root, sources, conditions) {
   const grid = el("div", { class: "histograms" });
   const shown = new Map();
   const add = (name) => {
-    const own = histogram(first.byName.get(name), first.constraints, conditions, sources.length);
+    const own = histogram(together(sources, name), first.constraints, conditions, sources.length);
     shown.set(name, own);
     grid.append(own.node);
   };
@@ -58,7 +57,7 @@ export function histograms(root, sources, conditions) {
       answers = await Promise.all(
         sources.map((source) => {
           const columns = [...shown.keys()].filter((name) => source.byName.has(name)).join(",");
-          return query(source, "histograms", { columns, where: conditions.texts(source), bins: BINS });
+          return query(source, "histograms", { columns, where: conditions.texts(source) });
         }),
       );
       return answers;
@@ -68,4 +67,11 @@ export function histograms(root, sources, conditions) {
         own.draw(answers.map((answer) => answer.columns.find((column) => column.name === name) ?? null));
     },
   };
+}
+
+/** A column of the first results, with the range of its values in all of them. */
+function together([first, ...others], name) {
+  const columns = [first, ...others].map(({ byName }) => byName.get(name)).filter(Boolean);
+  const distinct = columns.some((column) => column.distinct === null) ? null : Math.max(...columns.map((column) => column.distinct));
+  return { ...first.byName.get(name), low: Math.min(...columns.map(({ low }) => low)), high: Math.max(...columns.map(({ high }) => high)), distinct };
 }
