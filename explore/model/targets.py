@@ -5,6 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import chain
 from math import isfinite
 from typing import Any, ClassVar, Literal, Self, get_args
 
@@ -21,6 +22,12 @@ POSE = tuple(
     Parameter(name, unit, meaning, 0.0, -float("inf"), affects="target")
     for name, (unit, meaning) in zip(PLACE, _MEANINGS, strict=True)
 )
+#: Where a function begins, as parameters: designs that differ only in it share a motion.
+STARTS = tuple(
+    Parameter(name, "deg", f"{side} angle at the start of the function, from the ground", 0.0, -float("inf"),
+              affects="target")
+    for name, side in (("input_start", "input"), ("output_start", "output"))
+)  # fmt: skip
 AnglesFrom = Literal["free", "frame"]
 #: Most points of a target: an attribute of a results file holds them.
 MOST_TARGET_POINTS = 500
@@ -127,8 +134,47 @@ class PathTarget(Target):
         return cls("knife", ((0.0, 0.0), (1.0, 0.0), (0.0, 1.0)))
 
 
+@dataclass(frozen=True)
+class FunctionTarget(Target):
+    """A function of the input angle that the output angle is to follow.
+
+    Attributes
+    ----------
+    table
+        What input and output have turned from their starts, deg, pair by pair; the inputs ascend or descend.
+    """
+
+    table: tuple[tuple[float, float], ...]
+    kind: ClassVar[str] = "function"
+    doer: ClassVar[str] = "the output"
+
+    @property
+    def path(self) -> None:
+        """No point has places to pass."""
+
+    def to_content(self) -> dict[str, Any]:
+        """The section of a study file, in declared units."""
+        return {"kind": self.kind, "table": [list(pair) for pair in self.table]}
+
+    @classmethod
+    def from_content(cls, content: Any) -> FunctionTarget:
+        """The target of `to_content`; ValueError if the content has another form."""
+        try:
+            table = tuple((float(x), float(y)) for x, y in content["table"])
+        except (KeyError, TypeError) as error:
+            raise ValueError(f"a target lacks {error}") from None
+        if not all(map(isfinite, chain(*table))) or not 0 < len(table) <= MOST_TARGET_POINTS:
+            raise ValueError("a target has finite pairs")
+        return cls(table)
+
+    @classmethod
+    def example(cls) -> FunctionTarget:
+        """The output as the input."""
+        return cls(((0.0, 0.0), (1.0, 1.0), (2.0, 2.0)))
+
+
 #: The kinds of targets by their names in study files.
-TARGETS: dict[str, type[Target]] = {target.kind: target for target in (PathTarget,)}
+TARGETS: dict[str, type[Target]] = {target.kind: target for target in (PathTarget, FunctionTarget)}
 
 
 def target_from_content(content: Any) -> Target:

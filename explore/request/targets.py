@@ -8,14 +8,18 @@ from typing import Any
 
 from explore.errors import Problems, RequestError
 from explore.model.mechanism import Mechanism
-from explore.model.targets import PathTarget, Target
+from explore.model.targets import FunctionTarget, PathTarget, Target
+from explore.request.function_targets import read_function_target
 from explore.request.path_targets import read_path_target
 from explore.suggest import closest_name, format_value, suggestion
 
 #: A target, or the section of a study file that describes one.
 TargetOrSection = Target | Mapping[str, Any]
 _Read = Callable[[Mechanism, Mapping[str, Any], Problems, Path], Target | None]
-_READERS: Mapping[str, _Read] = {PathTarget.kind: read_path_target}
+_READERS: Mapping[str, _Read] = {
+    PathTarget.kind: read_path_target,
+    FunctionTarget.kind: read_function_target,
+}
 
 
 def add_target(mechanism: Mechanism, target: TargetOrSection | None) -> Mechanism:

@@ -5,11 +5,13 @@ from dataclasses import replace
 from explore.mechanisms import four_bar, four_bar_drawing, four_bar_integrals, rocking
 from explore.mechanisms.crank_rocker import extended, kernel
 from explore.mechanisms.crank_rocker.columns import EXTENDED_SIGNAL_ROWS, FIRST_POINT, POINTS, ExtendedRow, Row
+from explore.mechanisms.crank_rocker.outputs import find_rocker_output
 from explore.mechanisms.crank_rocker.paths import find_coupler_curve
 from explore.mechanisms.crank_rocker.second_differences import SECOND_DIFFERENCES
 from explore.mechanisms.four_bar_forces import Load
 from explore.mechanisms.four_bar_loads import LOAD_FORMULAS, LOAD_PANELS, LOAD_SIGNALS, LOADS
 from explore.mechanisms.four_bar_size import declare_four_bar_size
+from explore.mechanisms.function_errors.metrics import declare_functions
 from explore.mechanisms.path_errors.metrics import declare_paths
 from explore.model.drawing import Panel
 from explore.model.mechanism import Mechanism
@@ -195,7 +197,13 @@ _EXTENDED = Mechanism(
             ("crank", "coupler", "rocker", "ground", "branch"),
             "transmission_angle_min",
             ("path_error_rms", "transmission_angle_min:max"),
-        )
+        ),
+        "function": declare_functions(
+            find_rocker_output,
+            "rocker",
+            ("crank", "coupler", "rocker", "ground", "branch"),
+            ("output_error_max", "transmission_angle_min:max"),
+        ),
     },
     panels=(
         Panel("angle", ("coupler_angle", "rocker_angle")),
