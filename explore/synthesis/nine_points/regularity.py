@@ -45,6 +45,13 @@ def evaluate(z: Any, d: Any, dh: Any) -> tuple[Any, list[Any], Any]:
     return g * h + e * by_e, row, e
 
 
+def determinant_terms(z: Any, d: Any, dh: Any) -> Any:
+    """The size of the terms of Cramer's determinant, which cancel where it vanishes; see `evaluate`."""
+    x, xh, a, ah, y, yh, b, bh = z
+    left, left_h, right, right_h = (abs(u) + abs(v) for u, v in ((a, d), (ah, dh), (b, d), (bh, dh)))
+    return abs(x * yh) * left_h * right + abs(xh * y) * left * right_h
+
+
 def is_regular(solutions: ComplexArray, parameters: ComplexArray) -> npt.NDArray[np.bool_]:
     """Whether the equations' derivatives are independent at solutions, shape (n,).
 
@@ -53,12 +60,9 @@ def is_regular(solutions: ComplexArray, parameters: ComplexArray) -> npt.NDArray
     """
     z = [solutions[:, [k]] for k in range(N_UNKNOWNS)]
     d, dh = parameters[:N_POINTS], parameters[N_POINTS:]
-    x, xh, a, ah, y, yh, b, bh = z
     with np.errstate(all="ignore"):
         _, row, determinants = evaluate(z, d, dh)
-        left, left_h, right, right_h = (np.abs(u) + np.abs(v) for u, v in ((a, d), (ah, dh), (b, d), (bh, dh)))
-        terms = np.abs(x * yh) * left_h * right + np.abs(xh * y) * left * right_h
-        is_dead = (np.abs(determinants) < _DEAD * terms).any(axis=1)
+        is_dead = (np.abs(determinants) < _DEAD * determinant_terms(z, d, dh)).any(axis=1)
         jacobian = np.stack(row, axis=-1) * solutions[:, None, :]
         jacobian /= np.abs(jacobian).max(axis=2, keepdims=True)
     usable = np.isfinite(jacobian).all(axis=(1, 2))

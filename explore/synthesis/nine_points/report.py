@@ -12,7 +12,7 @@ from explore.synthesis.linkages import ComplexArray, FourBar
 from explore.synthesis.nine_points.certificates import Certificates, certify
 from explore.synthesis.nine_points.classes import N_CLASSES
 from explore.synthesis.nine_points.four_bars import distance_from_real, driven_by_rocker, linkages_of
-from explore.synthesis.nine_points.solving import NinePointSolutions, find_all
+from explore.synthesis.nine_points.solving import NinePointSolutions, find_all, has_more_digits
 
 #: Largest relative distance of hats from conjugates in real singular solutions, which have about six digits.
 _NEARLY_REAL = 1e-5
@@ -89,6 +89,8 @@ class NinePointReport:
         ends = "; ".join(
             [f"{n_regular:,} lead to regular solutions, {proved}"] + [f"{n:,} {to}" for n, to in others if n]
         )
+        if solutions.n_lost and not has_more_digits():
+            ends += " (the extra `certify` of the package follows them with more digits)"
         return (
             f"Of {N_CLASSES:,} paths {ends}. {len(solutions.real)} regular solutions are real; with cognates "
             f"{len(self.linkages)} linkages were found, {n_passing} of which take the points in order."

@@ -6,6 +6,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import lru_cache
 from importlib.resources import files
+from importlib.util import find_spec
 from itertools import product
 from os import cpu_count
 
@@ -58,6 +59,8 @@ _LAST_ATTEMPTS: tuple[_Attempt, ...] = tuple(
 _PATIENT_ATTEMPTS: tuple[_Attempt, ...] = tuple(
     (wanted, member, 4_000, 1e-18) for wanted in (1e-6, 3e-5, 1e-3, 1e-4) for member in (0, 1, 2)
 )
+#: Most of those that are followed with more digits; of degenerate points, where these do not help, more are left.
+_MOST_PRECISE = 12
 #: Paths of one task of a thread.
 _CHUNK = 32
 #: Largest relative distance of hats from conjugates in real solutions, and largest relative residual of a solution.
@@ -218,7 +221,51 @@ def solve(parameters: ComplexArray, number: int) -> Ends:
     polished, _ = follow(ends[fates == REGULAR], parameters, np.zeros_like(parameters), 1e-6, 10, 1e-3)
     ends[fates == REGULAR] = polished
     fates[_is_repeated(ends, fates == REGULAR)] = LOST
+    unclear = (fates == LOST) | _is_alone(ends, fates == SINGULAR, windings)
+    far, precise = _follow_far(near, np.flatnonzero(is_near & unclear), parameters - last, last)
+    ends[far], fates[far], windings[far] = precise, REGULAR, 1
+    fates[_is_repeated(ends, fates == REGULAR)] = LOST
     return Ends(ends, fates, windings)
+
+
+def has_more_digits() -> bool:
+    """Whether the package is installed in whose numbers paths to far solutions are followed."""
+    return find_spec("flint") is not None
+
+
+def _is_alone(
+    ends: ComplexArray, is_singular: npt.NDArray[np.bool_], windings: npt.NDArray[np.int64]
+) -> npt.NDArray[np.bool_]:
+    """Whether a path's limit is singular though the paths that would meet there do not: of w in a cycle all end there.
+
+    One alone is no cycle, so that only digits are missing, or the limit is not isolated.
+    """
+    rows = np.flatnonzero(is_singular)
+    alone = np.zeros(len(ends), dtype=bool)
+    if len(rows):
+        table = keys(ends[rows])
+        n_there = (np.abs(table[:, None] - table).max(axis=2) < _MEET).sum(axis=1)
+        alone[rows] = n_there < np.maximum(windings[rows], 2)
+    return alone
+
+
+def _follow_far(
+    near: ComplexArray, rows: npt.NDArray[np.intp], start: ComplexArray, rates: ComplexArray
+) -> tuple[npt.NDArray[np.intp], ComplexArray]:
+    """Rows that more digits lead to regular solutions, and these, (n, 8); none without the package for them."""
+    if not has_more_digits() or len(rows) > _MOST_PRECISE:
+        rows = rows[:0]
+    found = {}
+    for row in rows:
+        from explore.synthesis.nine_points.precise_tracking import follow_precisely
+
+        for member in _cognates(near[[row]]):
+            end = follow_precisely(member[0], start, rates)
+            if end is not None:
+                found[int(row)] = end
+                break
+    solutions = np.array(list(found.values()), dtype=np.complex128).reshape(-1, near.shape[1])
+    return np.array(list(found), dtype=np.intp), solutions
 
 
 def _cognates(solutions: ComplexArray) -> list[ComplexArray]:

@@ -1,0 +1,111 @@
+"""Paths to solutions far larger than the points, which double precision loses."""
+
+import numpy as np
+import pytest
+
+from explore.synthesis.linkages import FourBar
+from explore.synthesis.nine_points import solving
+from explore.synthesis.nine_points.certificates import certify
+from explore.synthesis.nine_points.classes import N_CLASSES
+from explore.synthesis.nine_points.endgame import SINGULAR
+from explore.synthesis.nine_points.precise_tracking import follow_precisely
+from explore.synthesis.nine_points.report import find_linkages
+from explore.synthesis.nine_points.solving import find_all, follow, solve, start_system
+
+NEAR = 0.05
+
+
+def crank_rocker(rng):
+    """A crank-rocker and nine points of its path, anywhere over the turn of the crank."""
+    while True:
+        crank, coupler, rocker, ground = rng.uniform(0.3, 3, 4)
+        lengths = sorted((crank, coupler, rocker, ground))
+        if lengths[0] != crank or lengths[0] + lengths[3] >= lengths[1] + lengths[2]:
+            continue
+        pivot = rng.normal(size=2) @ [1, 1j]
+        other = pivot + ground * np.exp(1j * rng.uniform(0, 2 * np.pi))
+        linkage = FourBar(complex(pivot), complex(other), crank, coupler, rocker, complex(*rng.normal(size=2)))
+        return linkage, linkage.points(np.sort(rng.uniform(0, 2 * np.pi, 9)))
+
+
+def has(linkages, source):
+    """Whether a linkage is among others, its dyads in either order."""
+    pivots = {source.crank_pivot, source.rocker_pivot}
+    return any(
+        all(min(abs(pivot - own) for own in (each.crank_pivot, each.rocker_pivot)) < 1e-4 for pivot in pivots)
+        for each in linkages
+    )
+
+
+@pytest.fixture(scope="module")
+def hard():
+    rng = np.random.default_rng(7)
+    return [crank_rocker(rng) for _ in range(23)][22]
+
+
+def test_what_double_precision_loses_is_found_and_proved(hard):
+    source, points = hard
+    found = find_all(points)
+    assert found.is_complete
+    assert len(found.solutions) == N_CLASSES
+    assert has(found.linkages, source)
+    assert np.abs(found.solutions).max() > 1e4
+    # Krawczyk's test knows nothing of how the solutions were found.
+    assert certify(found.solutions, points, found.size).is_complete
+
+
+def test_without_the_package_for_more_digits_the_paths_are_said_to_be_lost(hard, monkeypatch):
+    monkeypatch.setattr(solving, "find_spec", lambda name: None)
+    found = find_linkages(hard[1])
+    solutions = found.solutions
+    assert not found.is_complete
+    assert solutions.n_lost + solutions.n_singular + len(solutions.solutions) == N_CLASSES
+    assert "are lost, so that linkages may be missing (the extra `certify` of the package" in found.sentence
+
+
+def parameters_of(points):
+    vectors = points[1:] - points[0]
+    return np.concatenate([vectors, vectors.conj()]) / np.abs(vectors).mean()
+
+
+def near_solutions(parameters, rows):
+    """Solutions on the way from the first start system, and the parameters and rates of what is left of it."""
+    solutions, start = start_system(0)
+    rates = parameters - start
+    near, _ = follow(solutions[rows], start, (1 - NEAR) * rates, 1e-7, 20_000, 1e-14)
+    return near, parameters - NEAR * rates, NEAR * rates
+
+
+def test_more_digits_lead_where_double_precision_does():
+    parameters = parameters_of(np.random.default_rng(3).normal(size=(9, 2)) @ [1, 1j])
+    near, start, rates = near_solutions(parameters, np.arange(0, 60, 10))
+    ends, _ = follow(near, start, rates, 1e-7, 20_000, 1e-14)
+    precise = np.array([follow_precisely(place, start, rates) for place in near])
+    # the condition of the solutions, times the rounding of double precision
+    assert np.abs(precise - ends).max() < 1e-10 * np.abs(ends).max()
+
+
+def test_singular_limits_stay_singular():
+    free = np.random.default_rng(5).normal(size=(4, 2)) @ [1, 1j]
+    parameters = parameters_of(np.concatenate([free, free.conj(), [0.3]]))
+    rows = np.flatnonzero(solve(parameters, 0).fates == SINGULAR)[:2]
+    near, start, rates = near_solutions(parameters, rows)
+    assert len(rows) == 2
+    assert [follow_precisely(place, start, rates) for place in near] == [None, None]
+
+
+@pytest.mark.slow
+def test_points_anywhere_on_the_paths_of_crank_rockers_are_complete():
+    rng = np.random.default_rng(8)
+    for _ in range(100):
+        source, points = crank_rocker(rng)
+        ends = find_all(points)
+        assert ends.is_complete
+        assert has(ends.linkages, source)
+
+
+def test_of_degenerate_points_not_many_paths_are_followed_again():
+    """Where many paths are lost, more digits do not help: the limit keeps the time finite."""
+    near = np.ones((20, 8), complex)
+    rows, solutions = solving._follow_far(near, np.arange(20), np.ones(16, complex), np.zeros(16, complex))
+    assert (rows.size, solutions.shape) == (0, (0, 8))
