@@ -12,8 +12,9 @@ from explore.synthesis.linkages import FourBar
 from explore.synthesis.nine_points.classes import N_CLASSES, cognate, distinct, exchange, keys, residuals
 from explore.synthesis.nine_points.endgame import REGULAR
 from explore.synthesis.nine_points.equations import linearise
+from explore.synthesis.nine_points.homotopy import solve, start_system
 from explore.synthesis.nine_points.regularity import evaluate
-from explore.synthesis.nine_points.solving import find_all, solve, start_system
+from explore.synthesis.nine_points.solving import find_all
 
 PROBLEMS = json.loads((Path(__file__).parent / "reference" / "path_benchmarks.json").read_text(encoding="utf-8"))
 

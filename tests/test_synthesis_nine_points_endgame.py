@@ -14,8 +14,9 @@ from explore.synthesis.nine_points.endgame import (
     SINGULAR,
     find_limits,
 )
+from explore.synthesis.nine_points.homotopy import follow, solve, start_system
 from explore.synthesis.nine_points.regularity import is_regular
-from explore.synthesis.nine_points.solving import find_all, follow, solve, start_system
+from explore.synthesis.nine_points.solving import find_all
 from explore.synthesis.nine_points.tracking import ARRIVED, FATE
 
 ANGLES = np.arange(9) * 2 * np.pi / 9 + 0.1 * np.random.default_rng(1).normal(size=9)

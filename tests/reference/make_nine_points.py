@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from explore.synthesis.nine_points.classes import distinct, is_degenerate, residuals
-from explore.synthesis.nine_points.solving import follow
+from explore.synthesis.nine_points.homotopy import follow
 from explore.synthesis.nine_points.tracking import ARRIVED, FATE
 
 QUIET = 10

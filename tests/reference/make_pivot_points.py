@@ -15,8 +15,8 @@ import numpy as np
 from make_nine_points import random_linkage
 
 from explore.synthesis.nine_points.classes import is_degenerate
+from explore.synthesis.nine_points.homotopy import follow
 from explore.synthesis.nine_points.pivots import distinct_rows
-from explore.synthesis.nine_points.solving import follow
 from explore.synthesis.nine_points.tracking import ARRIVED, FATE
 
 QUIET = 8

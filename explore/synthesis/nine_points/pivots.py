@@ -16,8 +16,8 @@ from explore.synthesis.linkages import ComplexArray
 from explore.synthesis.nine_points.classes import is_degenerate
 from explore.synthesis.nine_points.equations import N_POINTS
 from explore.synthesis.nine_points.four_bars import distance_from_real, linkages_of
+from explore.synthesis.nine_points.homotopy import follow
 from explore.synthesis.nine_points.report import FoundLinkage, rank, simulated
-from explore.synthesis.nine_points.solving import follow
 from explore.synthesis.nine_points.tracking import ARRIVED, FATE
 
 #: Attempts at a path: error of the predictor and most steps.

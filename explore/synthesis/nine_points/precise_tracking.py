@@ -25,7 +25,7 @@ _MOST_KNOTS = 9
 #: Largest first correction of a step, relative, and the one that ends its corrections.
 _WANTED, _CONVERGED = 1e-8, 1e-26
 _N_CORRECTIONS = 4
-_FIRST_STEP, _LEAST_STEP, _MOST_STEPS = 1e-4, 1e-24, 6_000
+_FIRST_STEP, _LEAST_STEP, _MOST_STEPS = 1e-4, 1e-20, 6_000
 #: At the end: corrections at most, and the relative size of the last one, which singular solutions do not reach.
 _N_LAST_CORRECTIONS, _EXACT = 12, 1e-36
 #: A Cramer determinant over its terms that is none of a linkage at a dead point.

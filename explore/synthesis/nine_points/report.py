@@ -12,7 +12,8 @@ from explore.synthesis.linkages import ComplexArray, FourBar
 from explore.synthesis.nine_points.certificates import Certificates, certify
 from explore.synthesis.nine_points.classes import N_CLASSES
 from explore.synthesis.nine_points.four_bars import distance_from_real, driven_by_rocker, linkages_of
-from explore.synthesis.nine_points.solving import NinePointSolutions, find_all, has_more_digits
+from explore.synthesis.nine_points.homotopy import has_more_digits
+from explore.synthesis.nine_points.solving import NinePointSolutions, find_all
 
 #: Largest relative distance of hats from conjugates in real singular solutions, which have about six digits.
 _NEARLY_REAL = 1e-5

@@ -1,0 +1,254 @@
+"""The solutions of a generic problem of nine points, followed to those of the problem of given points."""
+
+from __future__ import annotations
+
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from functools import lru_cache
+from importlib.resources import files
+from importlib.util import find_spec
+from itertools import product
+from os import cpu_count
+
+import numpy as np
+import numpy.typing as npt
+
+from explore.model.quantities import FloatArray
+from explore.synthesis.linkages import ComplexArray
+from explore.synthesis.nine_points.classes import (
+    SAME,
+    cognate,
+    distinct,
+    is_degenerate,
+    keys,
+    residuals,
+)
+from explore.synthesis.nine_points.endgame import (
+    LOST,
+    REGULAR,
+    SHRINKAGES,
+    SINGULAR,
+    find_limits,
+)
+from explore.synthesis.nine_points.equations import N_POINTS
+from explore.synthesis.nine_points.regularity import is_regular
+from explore.synthesis.nine_points.tracking import ARRIVED, FATE, N_FACTS, track
+
+#: An attempt at a path: error of the predictor, which cognate is followed, most steps, and least step.
+_Attempt = tuple[float, int, int, float]
+_ATTEMPTS: tuple[_Attempt, ...] = (
+    (1e-4, 0, 5_000, 1e-12),
+    (1e-5, 1, 10_000, 1e-14),
+    (1e-5, 2, 10_000, 1e-14),
+    (1e-6, 0, 30_000, 1e-15),
+    (1e-6, 1, 30_000, 1e-15),
+    (1e-6, 2, 30_000, 1e-15),
+    (1e-7, 0, 60_000, 1e-15),
+    (1e-7, 2, 60_000, 1e-15),
+)
+#: Those at the last share of a path.
+_NEAR = 0.05
+_LAST_ATTEMPTS: tuple[_Attempt, ...] = tuple(
+    (wanted, member, 1_200, 1e-15) for wanted, member in ((1e-4, 0), (1e-5, 1), (1e-5, 2), (1e-5, 0))
+)
+#: Those of paths that neither arrived nor were classified there: in generic problems, to solutions beyond 1e5.
+_PATIENT_ATTEMPTS: tuple[_Attempt, ...] = tuple(
+    (wanted, member, 4_000, 1e-18) for wanted in (1e-6, 3e-5, 1e-3, 1e-4) for member in (0, 1, 2)
+)
+#: Most of those that are followed with more digits; of degenerate points, where these do not help, more are left.
+_MOST_PRECISE = 12
+#: Paths of one task of a thread.
+_CHUNK = 32
+#: Largest relative residual of a solution.
+_RESIDUAL = 1e-5
+#: Distance of keys of limits of paths that meet.
+_MEET = 1e-4
+
+
+@dataclass(frozen=True)
+class Ends:
+    """Where the paths of one start system lead.
+
+    Attributes
+    ----------
+    solutions
+        The limits, shape (1442, 8); NaN where infinite or lost.
+    fates
+        Fates of `endgame`, shape (1442,).
+    windings
+        How many paths meet at the limit in a cycle, 0 where lost, (1442,).
+    """
+
+    solutions: ComplexArray
+    fates: npt.NDArray[np.int64]
+    windings: npt.NDArray[np.int64]
+
+    def count(self, fate: int) -> int:
+        """Number of paths of a fate."""
+        return int((self.fates == fate).sum())
+
+    @property
+    def regular(self) -> ComplexArray:
+        """The regular solutions."""
+        return np.asarray(self.solutions[self.fates == REGULAR])
+
+    @property
+    def singular(self) -> ComplexArray:
+        """The singular solutions, one of each class."""
+        found = self.solutions[self.fates == SINGULAR]
+        return np.asarray(found[distinct(found, _MEET)])
+
+
+@lru_cache(maxsize=2)
+def start_system(number: int) -> tuple[ComplexArray, ComplexArray]:
+    """Solutions, one of each class, and parameters of a generic problem; see `tests/reference/make_nine_points.py`."""
+    with files("explore").joinpath("data/nine_points.npz").open("rb") as stream, np.load(stream) as data:
+        return data[f"solutions_{number}"], data[f"parameters_{number}"]
+
+
+def solve(parameters: ComplexArray, number: int) -> Ends:
+    """Where the paths from a start system lead.
+
+    The paths first go near the parameters, where all solutions are regular and distinct; then straight to them, and
+    those that do not simply arrive go around them.
+    """
+    solutions, start = start_system(number)
+    rates = parameters - start
+    last = _NEAR * rates
+    near, is_near = _arrive(solutions, start, rates - last, _ATTEMPTS)
+    ends = np.full_like(solutions, np.nan)
+    fates, windings = np.full(len(solutions), LOST), np.zeros(len(solutions), dtype=np.int64)
+    rows = np.flatnonzero(is_near)
+    ends[rows], arrived = _arrive(near[rows], parameters - last, last, _LAST_ATTEMPTS)
+    arrived &= is_regular(ends[rows], parameters)
+    fates[rows[arrived]], windings[rows[arrived]] = REGULAR, 1
+    rest = rows[~arrived]
+    for shrinkage, member in product(SHRINKAGES, _cognates(near)):
+        limits = find_limits(member[rest], parameters, last, _follow_on, shrinkage)
+        fates[rest], windings[rest], ends[rest] = limits.fates, limits.windings, limits.solutions
+        rest = rest[limits.fates == LOST]
+    ends[rest], arrived = _arrive(near[rest], parameters - last, last, _PATIENT_ATTEMPTS)
+    fates[rest[arrived]], windings[rest[arrived]] = REGULAR, 1
+    fates[(fates == REGULAR) & ~is_regular(ends, parameters)] = SINGULAR
+    polished, _ = follow(ends[fates == REGULAR], parameters, np.zeros_like(parameters), 1e-6, 10, 1e-3)
+    ends[fates == REGULAR] = polished
+    fates[_is_repeated(ends, fates == REGULAR)] = LOST
+    unclear = (fates == LOST) | _is_alone(ends, fates == SINGULAR, windings)
+    far, precise = _follow_far(near, np.flatnonzero(is_near & unclear), parameters - last, last)
+    ends[far], fates[far], windings[far] = precise, REGULAR, 1
+    fates[_is_repeated(ends, fates == REGULAR)] = LOST
+    return Ends(ends, fates, windings)
+
+
+def has_more_digits() -> bool:
+    """Whether the package is installed in whose numbers paths to far solutions are followed."""
+    return find_spec("flint") is not None
+
+
+def _is_alone(
+    ends: ComplexArray, is_singular: npt.NDArray[np.bool_], windings: npt.NDArray[np.int64]
+) -> npt.NDArray[np.bool_]:
+    """Whether a path's limit is singular though the paths that would meet there do not: of w in a cycle all end there.
+
+    One alone is no cycle, so that only digits are missing, or the limit is not isolated.
+    """
+    rows = np.flatnonzero(is_singular)
+    alone = np.zeros(len(ends), dtype=bool)
+    if len(rows):
+        table = keys(ends[rows])
+        n_there = (np.abs(table[:, None] - table).max(axis=2) < _MEET).sum(axis=1)
+        alone[rows] = n_there < np.maximum(windings[rows], 2)
+    return alone
+
+
+def _follow_far(
+    near: ComplexArray, rows: npt.NDArray[np.intp], start: ComplexArray, rates: ComplexArray
+) -> tuple[npt.NDArray[np.intp], ComplexArray]:
+    """Rows that more digits lead to regular solutions, and these, (n, 8); none without the package for them."""
+    if not has_more_digits() or len(rows) > _MOST_PRECISE:
+        rows = rows[:0]
+    found = {}
+    for row in rows:
+        from explore.synthesis.nine_points.precise_tracking import follow_precisely
+
+        for member in _cognates(near[[row]]):
+            end = follow_precisely(member[0], start, rates)
+            if end is not None:
+                found[int(row)] = end
+                break
+    solutions = np.array(list(found.values()), dtype=np.complex128).reshape(-1, near.shape[1])
+    return np.array(list(found), dtype=np.intp), solutions
+
+
+def _cognates(solutions: ComplexArray) -> list[ComplexArray]:
+    """The solutions and their two cognates."""
+    second = cognate(solutions)
+    return [solutions, second, cognate(second)]
+
+
+def _arrive(
+    solutions: ComplexArray, start: ComplexArray, rates: ComplexArray, attempts: tuple[_Attempt, ...]
+) -> tuple[ComplexArray, npt.NDArray[np.bool_]]:
+    """Where solutions arrive, one of each class, and whether they do, each at another class.
+
+    A path that does not arrive, or arrives where another one does, is followed again with smaller steps and from other
+    cognates, which lie elsewhere.
+    """
+    members = _cognates(solutions)
+    found = np.full_like(solutions, np.nan)
+    todo = np.arange(len(solutions))
+    is_good = np.zeros(len(solutions), dtype=bool)
+    for wanted, member, most_steps, least_step in attempts:
+        found[todo], facts = follow(members[member][todo], start, rates, wanted, most_steps, least_step)
+        arrived = facts[:, FATE] == ARRIVED
+        good = arrived & ~is_degenerate(found[todo], 1e-11) & (residuals(found[todo], start + rates) < _RESIDUAL)
+        is_good[todo] = good & np.isfinite(keys(found[todo])).all(axis=1)
+        repeated = _is_repeated(found, is_good)
+        todo = np.flatnonzero(~is_good | repeated)
+        if not len(todo):
+            break
+    is_good[todo] = False
+    return found, is_good
+
+
+def _follow_on(
+    solutions: ComplexArray, start: ComplexArray, rates: ComplexArray
+) -> tuple[ComplexArray, npt.NDArray[np.bool_]]:
+    """Follow solutions to a smaller circle."""
+    ends, facts = follow(solutions, start, rates, 1e-6, 2_000, 1e-6)
+    return ends, facts[:, FATE] == ARRIVED
+
+
+def follow(
+    solutions: ComplexArray,
+    start: ComplexArray,
+    rates: ComplexArray,
+    wanted: float,
+    most_steps: int,
+    least_step: float,
+    n_vectors: int = N_POINTS,
+) -> tuple[ComplexArray, FloatArray]:
+    """Follow solutions on all cores; see `track`."""
+    ends = np.ascontiguousarray(solutions)
+    ends = ends.copy() if ends is solutions else ends
+    facts = np.zeros((len(ends), N_FACTS))
+
+    def run(first: int) -> None:
+        part = slice(first, first + _CHUNK)
+        track(ends[part], start, rates, n_vectors, wanted, most_steps, least_step, facts[part])
+
+    with ThreadPoolExecutor(cpu_count()) as pool:
+        list(pool.map(run, range(0, len(ends), _CHUNK)))
+    return ends, facts
+
+
+def _is_repeated(found: ComplexArray, is_good: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
+    """Whether another path arrived at the same class: one of both changed over to the other."""
+    from scipy.spatial import cKDTree
+
+    rows = np.flatnonzero(is_good)
+    repeated = np.zeros(len(found), dtype=bool)
+    if len(rows):
+        pairs = cKDTree(keys(found[rows])).query_pairs(SAME, output_type="ndarray")
+        repeated[rows[pairs.ravel()]] = True
+    return repeated
