@@ -10,6 +10,7 @@ import numpy as np
 from explore.charts.simulation import SimulatedDesign, drawing_of
 from explore.errors import RequestError
 from explore.mechanisms.path_errors.metrics import PathMeasure, measures_of
+from explore.mechanisms.pose_errors.metrics import PoseMeasure, pose_measures_of
 from explore.model.points import drawn_name
 from explore.model.quantities import FloatArray
 from explore.model.targets import PathTarget
@@ -79,10 +80,13 @@ def target_of(simulated: SimulatedDesign) -> DrawnTarget:
 def _crank_angles(simulated: SimulatedDesign, target: PathTarget) -> FloatArray:
     """Input angles at the points of a target, deg, (n,), as its metrics measure them."""
     for formula in simulated.mechanism.formulas:
-        if isinstance(formula.function, PathMeasure):
-            # All inputs but the last are parameters; that one tells whether the crank turns, which it does.
-            columns = tuple(np.array([simulated.parameters.get(name, 0.0)]) for name in formula.inputs)
-            return np.asarray(np.rad2deg(measures_of(formula.function.curve, target, columns)[1][0]))
+        measure = formula.function
+        # All inputs but the last are parameters; that one tells whether the crank turns, which it does.
+        columns = tuple(np.array([simulated.parameters.get(name, 0.0)]) for name in formula.inputs)
+        if isinstance(measure, PathMeasure):
+            return np.asarray(np.rad2deg(measures_of(measure.curve, target, columns)[1][0]))
+        if isinstance(measure, PoseMeasure):
+            return np.asarray(np.rad2deg(pose_measures_of(measure.curve, measure.target, columns)[1][0]))
     raise RequestError(f"a {simulated.mechanism.name} does not say where it passes the points of a target")
 
 

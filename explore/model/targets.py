@@ -6,7 +6,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import chain
-from math import isfinite
+from math import hypot, inf, isfinite
 from typing import Any, ClassVar, Literal, Self, get_args
 
 from explore.model.drawing import PLACE
@@ -22,6 +22,12 @@ POSE = tuple(
     Parameter(name, unit, meaning, 0.0, -float("inf"), affects="target")
     for name, (unit, meaning) in zip(PLACE, _MEANINGS, strict=True)
 )
+#: The same, and how the body of poses is turned from the link that carries it.
+BODY_POSE = (
+    *POSE,
+    Parameter("body_angle", "deg", "angle of the body from the link that carries it", 0.0, -float("inf"),
+              affects="target"),
+)  # fmt: skip
 #: Where a function begins, as parameters: designs that differ only in it share a motion.
 STARTS = tuple(
     Parameter(name, "deg", f"{side} angle at the start of the function, from the ground", 0.0, -float("inf"),
@@ -29,6 +35,7 @@ STARTS = tuple(
     for name, side in (("input_start", "input"), ("output_start", "output"))
 )  # fmt: skip
 AnglesFrom = Literal["free", "frame"]
+PoseOrder = Literal["given", "any"]
 #: Most points of a target: an attribute of a results file holds them.
 MOST_TARGET_POINTS = 500
 
@@ -173,8 +180,74 @@ class FunctionTarget(Target):
         return cls(((0.0, 0.0), (1.0, 1.0), (2.0, 2.0)))
 
 
+@dataclass(frozen=True)
+class PosesTarget(Target):
+    """Poses that the floating link is to carry a body through.
+
+    Attributes
+    ----------
+    point
+        Name of the point of the body whose places are given.
+    poses
+        Its places, mm, with angles of the body, deg.
+    lever
+        Length at whose end the error of an angle counts as a distance, mm; 0 for the largest distance of a place from
+        the mean of all.
+    order
+        "given" where the crank passes the poses in their order, in either sense, within a turn; "any" for each pose
+        by itself.
+    """
+
+    point: str
+    poses: tuple[tuple[float, float, float], ...]
+    lever: float = 0.0
+    order: PoseOrder = "given"
+    kind: ClassVar[str] = "poses"
+    doer: ClassVar[str] = "the link with a point"
+
+    @property
+    def path(self) -> PathTarget:
+        """The places of the point."""
+        return PathTarget(self.point, tuple((x, y) for x, y, _ in self.poses))
+
+    @property
+    def length(self) -> float:
+        """The lever, mm."""
+        n = len(self.poses)
+        middle = sum(x for x, _, _ in self.poses) / n, sum(y for _, y, _ in self.poses) / n
+        return self.lever or max(hypot(x - middle[0], y - middle[1]) for x, y, _ in self.poses)
+
+    def to_content(self) -> dict[str, Any]:
+        """The section of a study file, in declared units, without keys that are at their defaults."""
+        content: dict[str, Any] = {"point": self.point, "poses": [list(pose) for pose in self.poses]}
+        content |= {"lever": self.lever} if self.lever else {}
+        content |= {"order": self.order} if self.order != "given" else {}
+        return {"kind": self.kind, **content}
+
+    @classmethod
+    def from_content(cls, content: Any) -> PosesTarget:
+        """The target of `to_content`; ValueError if the content has another form."""
+        try:
+            poses = tuple((float(x), float(y), float(angle)) for x, y, angle in content["poses"])
+            target = cls(str(content["point"]), poses, float(content.get("lever", 0)), content.get("order", "given"))
+        except (KeyError, TypeError) as error:
+            raise ValueError(f"a target lacks {error}") from None
+        if not all(map(isfinite, chain(*poses))) or not 0 < len(poses) <= MOST_TARGET_POINTS:
+            raise ValueError("a target has finite poses")
+        if not (0.0 <= target.lever < inf and target.length > 0.0):
+            raise ValueError("a target has a lever above 0")
+        if target.order not in get_args(PoseOrder):
+            raise ValueError(f"the poses of a target have no order {target.order!r}")
+        return target
+
+    @classmethod
+    def example(cls) -> PosesTarget:
+        """Poses of a body with a point "knife"."""
+        return cls("knife", ((0.0, 0.0, 0.0), (1.0, 0.0, 10.0)))
+
+
 #: The kinds of targets by their names in study files.
-TARGETS: dict[str, type[Target]] = {target.kind: target for target in (PathTarget, FunctionTarget)}
+TARGETS: dict[str, type[Target]] = {target.kind: target for target in (PathTarget, FunctionTarget, PosesTarget)}
 
 
 def target_from_content(content: Any) -> Target:

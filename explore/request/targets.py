@@ -8,9 +8,10 @@ from typing import Any
 
 from explore.errors import Problems, RequestError
 from explore.model.mechanism import Mechanism
-from explore.model.targets import FunctionTarget, PathTarget, Target
+from explore.model.targets import FunctionTarget, PathTarget, PosesTarget, Target
 from explore.request.function_targets import read_function_target
 from explore.request.path_targets import read_path_target
+from explore.request.pose_targets import read_poses_target
 from explore.suggest import closest_name, format_value, suggestion
 
 #: A target, or the section of a study file that describes one.
@@ -19,6 +20,7 @@ _Read = Callable[[Mechanism, Mapping[str, Any], Problems, Path], Target | None]
 _READERS: Mapping[str, _Read] = {
     PathTarget.kind: read_path_target,
     FunctionTarget.kind: read_function_target,
+    PosesTarget.kind: read_poses_target,
 }
 
 

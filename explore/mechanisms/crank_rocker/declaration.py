@@ -13,6 +13,7 @@ from explore.mechanisms.four_bar_loads import LOAD_FORMULAS, LOAD_PANELS, LOAD_S
 from explore.mechanisms.four_bar_size import declare_four_bar_size
 from explore.mechanisms.function_errors.metrics import declare_functions
 from explore.mechanisms.path_errors.metrics import declare_paths
+from explore.mechanisms.pose_errors.metrics import declare_poses
 from explore.model.drawing import Panel
 from explore.model.mechanism import Mechanism
 from explore.model.points import FloatingLink
@@ -203,6 +204,9 @@ _EXTENDED = Mechanism(
             "rocker",
             ("crank", "coupler", "rocker", "ground", "branch"),
             ("output_error_max", "transmission_angle_min:max"),
+        ),
+        "poses": declare_poses(
+            find_coupler_curve, ("crank", "coupler", "rocker", "ground", "branch"), "transmission_angle_min"
         ),
     },
     panels=(

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from explore.mechanisms.design_columns import designs_of
 from explore.mechanisms.path_errors.curve import MANY_CHORDS
 from explore.mechanisms.path_errors.measuring import LARGEST, N_MEASURES, RMS, SPAN, measure_ordered
 from explore.mechanisms.path_errors.shapes import CHAMFER, HAUSDORFF, N_SHAPES, measure_shapes
@@ -72,7 +73,7 @@ class ShapeMeasure:
         angles = measures_of(self.curve, self.target, columns)[1]
         points, _, _ = _arrays(self.target)
         shapes = np.empty((len(angles), N_SHAPES))
-        measure_shapes(self.curve(), _designs(columns), points, self.target.closed, angles, shapes)
+        measure_shapes(self.curve(), designs_of(columns), points, self.target.closed, angles, shapes)
         return np.ascontiguousarray(shapes[:, self.row])
 
 
@@ -92,7 +93,7 @@ def measures_of(curve: FindCurve, target: PathTarget, columns: tuple[FloatArray,
     columns
         Shape and pose of the designs, then a metric that is NaN where the crank does not turn, each of shape (n,).
     """
-    designs = _designs(columns)
+    designs = designs_of(columns)
     last = _Last.found
     if last and last[:2] == (curve, target) and np.array_equal(last[2], designs, equal_nan=True):
         return last[3]
@@ -104,14 +105,6 @@ def measures_of(curve: FindCurve, target: PathTarget, columns: tuple[FloatArray,
         measure_ordered(curve(), designs, points, weights, target.closed, _rays(), *found)
     _Last.found = curve, target, designs, found
     return found
-
-
-def _designs(columns: tuple[FloatArray, ...]) -> FloatArray:
-    """Shape and pose of designs, shape (n, p), the first number NaN where any is not finite or the crank is stuck."""
-    table = np.column_stack(np.broadcast_arrays(*columns)).astype(np.float64)
-    designs = np.ascontiguousarray(table[:, :-1])
-    designs[~np.isfinite(table).all(axis=1), 0] = np.nan
-    return designs
 
 
 @lru_cache(maxsize=8)

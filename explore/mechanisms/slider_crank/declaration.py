@@ -7,6 +7,7 @@ import numpy as np
 
 from explore.mechanisms.overall_size import declare_size
 from explore.mechanisms.path_errors.metrics import declare_paths
+from explore.mechanisms.pose_errors.metrics import declare_poses
 from explore.mechanisms.slider_crank import columns, extended, kernel, loads
 from explore.mechanisms.slider_crank.columns import ExtendedRow, Row
 from explore.mechanisms.slider_crank.paths import find_rod_curve
@@ -185,7 +186,8 @@ _EXTENDED = Mechanism(
             ("crank", "rod", "offset"),
             "transmission_angle_min",
             ("path_error_rms", "transmission_angle_min:max"),
-        )
+        ),
+        "poses": declare_poses(find_rod_curve, ("crank", "rod", "offset"), "transmission_angle_min"),
     },
     panels=(
         Panel("slider position", ("slider_position",)),

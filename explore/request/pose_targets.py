@@ -1,0 +1,76 @@
+"""Read targets of the kind "poses": places and angles that the floating link is to carry a body through."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, get_args
+
+from explore.errors import Problems, RequestError
+from explore.model.mechanism import Mechanism
+from explore.model.targets import MOST_TARGET_POINTS, PoseOrder, PosesTarget
+from explore.request.target_entries import is_list, note_unknown_keys, read_point
+from explore.suggest import format_value
+from explore.units.quantities import quantity
+
+_KEYS = ("kind", "point", "poses", "lever", "order")
+#: Fewest poses.
+_FEWEST = 2
+_EXAMPLE = "[[0, 0, 0], [10, 5, 20], [20, 0, 45]]"
+
+
+def read_poses_target(
+    mechanism: Mechanism, entries: Mapping[str, Any], problems: Problems, _folder: Path = Path()
+) -> PosesTarget | None:
+    """The poses that a section describes; see `explore.request.targets.read_target`."""
+    before = len(problems)
+    note_unknown_keys(entries, _KEYS, problems)
+    point = read_point(mechanism, entries.get("point"), problems)
+    poses = _poses(entries.get("poses"), problems)
+    lever = _lever(entries.get("lever", 0.0), problems) if "lever" in entries else 0.0
+    order = entries.get("order", "given")
+    if order not in get_args(PoseOrder):
+        problems.append((("order",), f'must be "given" or "any", got {format_value(order)}'))
+    if len(problems) > before:
+        return None
+    target = PosesTarget(point, poses, lever, order)
+    if not target.length > 0.0:
+        problems.append(((), "all poses have the same place; give the length at which angles count, lever = 50"))
+        return None
+    return target
+
+
+def _lever(value: object, problems: Problems) -> float:
+    """The length at whose end an angle counts as a distance, mm."""
+    try:
+        lever = quantity(value, "mm")
+    except RequestError as error:
+        problems.append((("lever",), str(error)))
+        return 0.0
+    if not lever > 0.0:
+        problems.append((("lever",), f"must be above 0, got {format_value(value)}"))
+    return lever
+
+
+def _poses(value: object, problems: Problems) -> tuple[tuple[float, float, float], ...]:
+    """Places and angles, mm and deg."""
+    if value is None:
+        problems.append(((), f"the key 'poses' is missing; give x, y and angle of each as {_EXAMPLE}"))
+        return ()
+    if not is_list(value):
+        problems.append((("poses",), f"must be a list of poses such as {_EXAMPLE}, got {format_value(value)}"))
+        return ()
+    if not _FEWEST <= len(value) <= MOST_TARGET_POINTS:
+        reason = "give two or more" if len(value) < _FEWEST else f"at most {MOST_TARGET_POINTS} are possible; thin them"
+        problems.append((("poses",), f"{len(value):,} poses; {reason}"))
+        return ()
+    poses: list[tuple[float, float, float]] = []
+    for number, pose in enumerate(value):
+        if not is_list(pose) or len(pose) != 3:
+            problems.append((("poses", number), f"must be a pose [x, y, angle], got {format_value(pose)}"))
+            continue
+        try:
+            poses.append((quantity(pose[0], "mm"), quantity(pose[1], "mm"), quantity(pose[2], "deg")))
+        except RequestError as error:
+            problems.append((("poses", number), str(error)))
+    return tuple(poses)

@@ -1,0 +1,236 @@
+"""Poses as targets: errors of place and angle at the best crank angles, and what is said of bad ones."""
+
+import json
+import pickle
+
+import numpy as np
+import pytest
+from command_line import run
+
+import explore
+from explore.errors import RequestError
+from explore.mechanisms.crank_rocker.paths import find_coupler_curve
+from explore.mechanisms.pose_errors.metrics import pose_measures_of
+from explore.model.targets import PosesTarget
+from explore.request.names import find_mechanism
+from explore.synthesis.functions import wrapped
+
+METRICS = ["position_error_max", "angle_error_max", "pose_error_rms", "pose_crank_span"]
+LENGTHS = {"crank": 30, "coupler": 100, "rocker": 80, "ground": 110}
+DOUBLE_CRANK = {"crank": 110, "coupler": 100, "rocker": 90, "ground": 30}
+POSES = [[0, 0, 0], [10, 0, 5], [12, 8, 15], [5, 12, 25], [-3, 8, 20], [-2, 2, 8]]
+NAMES = ("crank", "coupler", "rocker", "ground", "branch", "M_along", "M_across", "crank_pivot_x", "crank_pivot_y",
+         "ground_angle", "body_angle")  # fmt: skip
+
+
+def errors(design, poses, mechanism="crank-rocker", **target):
+    metrics = METRICS if target.get("order") != "any" else METRICS[:3]
+    target = {"kind": "poses", "poses": poses} | target
+    return explore.evaluate(mechanism, design, points="M", target=target, metrics=metrics)[metrics].to_numpy()
+
+
+@pytest.mark.parametrize("step", [1, -1])
+@pytest.mark.parametrize("lengths", [LENGTHS, DOUBLE_CRANK])
+@pytest.mark.parametrize("branch", [1, -1])
+def test_poses_of_the_motion_itself_are_met(lengths, branch, step):
+    """In either sense, with the body turned from the coupler, anywhere in the plane."""
+    angles = np.arange(20, 300, 31.0)[::step]
+    motion = explore.simulate("crank-rocker", lengths | {"branch": branch}, points={"M": (40, 25)}, angles=angles)
+    x, y, turned = (motion[name].to_numpy() for name in ("M_x", "M_y", "coupler_angle"))
+    angle, cosine, sine = 37.0, np.cos(np.radians(37.0)), np.sin(np.radians(37.0))
+    poses = np.column_stack([5 + cosine * x - sine * y, -9 + sine * x + cosine * y, turned + 37.0 + 70.0 + 360.0])
+    design = lengths | {"branch": branch, "M_along": 40, "M_across": 25}
+    design |= {"crank_pivot_x": 5, "crank_pivot_y": -9, "ground_angle": angle, "body_angle": 70}
+    found = errors(design, poses.tolist())[0]
+    # roundings of numbers up to 150, of the exact motion and of its poses
+    assert found[:3] == pytest.approx(0.0, abs=2e-12)
+    assert found[3] == pytest.approx(279.0, abs=1e-6)
+    shuffled = poses[[0, 5, 2, 7, 1, 3, 9, 8, 4, 6]].tolist()
+    assert errors(design, shuffled, order="any")[0] == pytest.approx(0.0, abs=2e-12)
+    assert errors(design, shuffled)[0][0] > 1.0
+
+
+def test_poses_of_the_rod_of_a_slider_crank():
+    lengths = {"crank": 30, "rod": 100, "offset": 8}
+    motion = explore.simulate("slider-crank", lengths, points={"M": (40, 25)}, angles=np.arange(20, 300, 31.0))
+    poses = motion[["M_x", "M_y", "rod_angle"]].to_numpy().tolist()
+    design = lengths | {"M_along": 40, "M_across": 25}
+    assert errors(design, poses, "slider-crank")[0][:3] == pytest.approx(0.0, abs=2e-12)
+
+
+def random_designs(count, seed):
+    rng = np.random.default_rng(seed)
+    designs = np.column_stack([
+        np.full(count, 18.0), rng.uniform(30, 60, count), rng.uniform(50, 60, count), rng.uniform(45, 62, count),
+        rng.choice([1, -1], count), rng.normal(0, 25, (count, 4)), rng.uniform(0, 360, (count, 2)),
+    ])  # fmt: skip
+    return dict(zip(NAMES, designs.T, strict=True))
+
+
+def motion_of(design, angles):
+    """Places and angles of the body, rad, by the triangle of diagonal, coupler and rocker."""
+    crank, coupler, rocker, ground, branch, along, across, x, y, frame, body = design
+    pin = crank * np.exp(1j * angles)
+    diagonal = ground - pin
+    square = np.abs(diagonal) ** 2
+    share = 0.5 * (square + (coupler - rocker) * (coupler + rocker)) / square
+    unit = diagonal * (share + 1j * branch * np.sqrt(coupler**2 / square - share**2)) / coupler
+    place = x + 1j * y + np.exp(1j * np.radians(frame)) * (pin + (along + 1j * across) * unit)
+    return place, np.angle(unit) + np.radians(frame + body)
+
+
+def squares_of(design, poses, lever, angles):
+    place, turned = motion_of(design, angles)
+    gaps = np.abs(place - (poses[:, 0] + 1j * poses[:, 1])[:, None]) ** 2
+    return gaps + (lever * wrapped(turned - np.radians(poses[:, 2])[:, None])) ** 2
+
+
+def least_ordered(squares):
+    """The least sum over all orders of the columns in both senses, by brute force."""
+    count = squares.shape[1]
+    turns = (np.arange(count)[:, None] + np.arange(count + 1)) % count  # from each start, a turn
+    least = np.inf
+    for order in (squares, squares[::-1]):
+        sums = np.repeat(order[0][:, None], count + 1, axis=1)
+        for row in order[1:]:
+            sums = np.minimum.accumulate(sums + row[turns], axis=1)
+        least = min(least, sums[:, -1].min())
+    return least
+
+
+def test_the_angles_are_the_best_of_all():
+    """Random linkages far off random poses: no order of many samples has a smaller sum."""
+    designs = random_designs(60, 5)
+    poses = np.array(POSES) * [3.0, 3.0, 4.0]
+    for order, least_of in (("given", least_ordered), ("any", lambda squares: squares.min(axis=1).sum())):
+        table = errors(designs, poses.tolist(), lever=20, order=order)
+        rows = np.flatnonzero(np.isfinite(table[:, 0]))
+        assert len(rows) > 20
+        found, least = [], []
+        for row in rows:
+            design = [column[row] for column in designs.values()]
+            squares = squares_of(design, poses, 20.0, np.arange(720) * np.radians(0.5))
+            least.append(least_of(squares))
+            found.append(table[row, 2] ** 2 * len(poses))
+        # chords decide between orders that are nearly as good
+        assert (np.array(found) <= np.array(least) * 1.001).all()
+        assert np.mean(np.array(found) <= np.array(least) * (1.0 + 1e-9)) > 0.9
+
+
+def test_errors_are_those_of_the_motion_at_the_angles():
+    designs = random_designs(60, 6)
+    poses = np.array(POSES) * [3.0, 3.0, 4.0]
+    for order in ("given", "any"):
+        table = errors(designs, poses.tolist(), order=order)
+        target = PosesTarget("M", tuple(map(tuple, poses.tolist())), order=order)
+        columns = (*designs.values(), table[:, 0])
+        angles = pose_measures_of(find_coupler_curve, target, columns)[1]
+        lever = np.abs(poses[:, :2] - poses[:, :2].mean(axis=0)) @ [1, 1j]
+        for row in np.flatnonzero(np.isfinite(table[:, 0])):
+            place, turned = motion_of([column[row] for column in designs.values()], angles[row])
+            gaps = np.abs(place - (poses[:, 0] + 1j * poses[:, 1]))
+            missed = np.abs(wrapped(turned - np.radians(poses[:, 2])))
+            total = np.sqrt(np.mean(gaps**2 + (np.abs(lever).max() * missed) ** 2))
+            assert table[row, :3] == pytest.approx([gaps.max(), np.degrees(missed.max()), total], rel=1e-12)
+            steps = np.diff(angles[row])
+            if order == "given":
+                assert (steps >= 0).all() or (steps <= 0).all()
+                assert np.degrees(np.ptp(angles[row])) == pytest.approx(table[row, 3], rel=1e-12)
+                assert table[row, 3] <= 360 * (1 + 1e-15)
+
+
+def test_errors_scale_with_the_linkage_and_move_with_it():
+    rng = np.random.default_rng(3)
+    poses = np.column_stack([rng.normal(0, 30, (8, 2)), rng.uniform(0, 90, 8)])
+    design = LENGTHS | {"M_along": 40, "M_across": 25, "body_angle": 12}
+    plain = errors(design, poses.tolist())
+    scaled = {name: value * (1 if name == "body_angle" else 2.5) for name, value in design.items()}
+    bigger = errors(scaled, (poses * [2.5, 2.5, 1]).tolist())
+    np.testing.assert_allclose(bigger, plain * [[2.5, 1, 2.5, 1]], rtol=1e-9)
+    cosine, sine = np.cos(0.7), np.sin(0.7)
+    places = poses[:, :2] @ np.array([[cosine, sine], [-sine, cosine]]) + [4, -9]
+    moved = design | {"crank_pivot_x": 4, "crank_pivot_y": -9, "ground_angle": np.degrees(0.7)}
+    turned = np.column_stack([places, poses[:, 2] + np.degrees(0.7)])
+    # angles of pooled poses are where a sum is flat: its error is the square of theirs
+    np.testing.assert_allclose(errors(moved, turned.tolist()), plain, rtol=1e-7)
+    np.testing.assert_allclose(errors(design, poses[::-1].tolist()), plain, rtol=1e-7)
+
+
+def test_designs_whose_crank_does_not_turn_have_no_error():
+    design = {"crank": 50, "coupler": 100, "rocker": 100, "ground": 260, "M_along": 1, "M_across": 2}
+    assert np.isnan(errors(design, POSES)).all()
+
+
+def study(**changes):
+    arguments = {
+        "mechanism": "crank-rocker",
+        "points": {"M": {"along": {"min": 5, "max": 30}, "across": {"min": -20, "max": 20}}},
+        "target": {"kind": "poses", "poses": POSES},
+        "parameters": {
+            "crank": {"min": 4, "max": 10}, "coupler": 30, "rocker": 30, "ground": 32, "branch": [1, -1],
+            "crank_pivot_x": {"min": -30, "max": 30}, "crank_pivot_y": {"min": -30, "max": 30},
+            "ground_angle": {"min": 0, "max": 360}, "body_angle": {"min": 0, "max": 360},
+        },
+        "sampling": {"method": "sobol", "count": 1024, "seed": 1},
+        "constraints": {"transmission_angle_min": {"min": 20}},
+    }  # fmt: skip
+    return explore.Study(**arguments | changes)
+
+
+def test_poses_travel(tmp_path):
+    """To workers, into results, into a refinement, a tolerance, figures, a report, and out again as a study."""
+    own = study()
+    assert pickle.loads(pickle.dumps(own)).request.mechanism.target == own.request.mechanism.target
+    assert [o.metric for o in own.objectives] == ["position_error_max", "angle_error_max", "transmission_angle_min"]
+    results = explore.sweep(own, tmp_path / "p.h5", workers=1)
+    assert results.target == own.request.mechanism.target
+    best = explore.rank(results, objectives=["pose_error_rms"]).iloc[0]
+    refined = explore.refine(results, tmp_path / "q.h5", evaluations=4096)
+    assert explore.rank(refined, objectives=["pose_error_rms"])["pose_error_rms"].iloc[0] < best["pose_error_rms"]
+    explore.export(results, tmp_path / "best.toml", design=int(best.name))
+    once = explore.sweep(explore.load_study(tmp_path / "best.toml"), tmp_path / "once.h5", workers=1)
+    assert once.design(0)["pose_error_rms"] == best["pose_error_rms"]
+    design = ("--design", str(best.name))
+    run("tolerance", "p.h5", *design, "--tolerance", "crank=0.1", "--tolerance", "body_angle=0.5", cwd=tmp_path)
+    run("report", "p.h5", "-o", "p.html", cwd=tmp_path)
+    for chart in ("mechanism", "motion", "path", "cognates", "pareto"):
+        run("plot", chart, "p.h5", *(design if chart != "pareto" else ()), "-o", f"{chart}.png", cwd=tmp_path)
+    run("export", "p.h5", *design, "-o", "p.dxf", "-o", "p.csv", cwd=tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("target", "reason"),
+    [
+        ({"kind": "poses"}, "the key 'poses' is missing"),
+        ({"kind": "poses", "poses": 3}, "must be a list of poses"),
+        ({"kind": "poses", "poses": POSES[:1]}, "1 poses; give two or more"),
+        ({"kind": "poses", "poses": [[k, k, k] for k in range(10**6)]}, "1,000,000 poses; at most 500 are possible"),
+        ({"kind": "poses", "poses": [*POSES, [1, 2]]}, r"poses.6: must be a pose \[x, y, angle\], got \[1, 2\]"),
+        ({"kind": "poses", "poses": [*POSES, [1, 2, float("inf")]]}, "poses.6: .*finite"),
+        ({"kind": "poses", "poses": [*POSES, [1, 2, "3 mm"]]}, "poses.6: 'mm' cannot be converted to 'deg'"),
+        ({"kind": "poses", "poses": [[1, 2, 3], [1, 2, 9]]}, "all poses have the same place; give the length"),
+        ({"kind": "poses", "poses": POSES, "lever": -1}, "target.lever: must be above 0, got -1"),
+        ({"kind": "poses", "poses": POSES, "lever": "long"}, "target.lever: "),
+        ({"kind": "poses", "poses": POSES, "order": "some"}, "target.order: must be \"given\" or \"any\", got 'some'"),
+        ({"kind": "poses", "poses": POSES, "points": []}, "target.points: unknown key"),
+        ({"kind": "poses", "poses": POSES, "point": "N"}, "unknown point 'N'"),
+        ({"kind": "pose", "poses": POSES}, "did you mean 'poses'"),
+    ],
+)  # fmt: skip
+def test_bad_poses_are_one_clear_line(target, reason):
+    with pytest.raises(RequestError, match=reason) as caught:
+        find_mechanism("crank-rocker", ("M",), target)
+    assert len(str(caught.value).splitlines()) == 1
+
+
+def test_a_lever_makes_poses_at_one_place_a_target():
+    find_mechanism("crank-rocker", ("M",), {"kind": "poses", "poses": [[1, 2, 3], [1, 2, 9]], "lever": "2 cm"})
+    with pytest.raises(RequestError, match="has no point to follow it"):
+        find_mechanism("crank-rocker", (), {"kind": "poses", "poses": POSES})
+
+
+def test_mechanisms_say_that_their_link_can_meet_poses(tmp_path):
+    printed = run("mechanisms", "slider-crank", cwd=tmp_path).stdout
+    assert 'the link with a point can have a target, [target] kind = "poses" in a study' in printed
+    described = json.loads(run("mechanisms", "crank-rocker", "--json", cwd=tmp_path).stdout)
+    assert described["targets"]["poses"]["position_error_max"]["sense"] == "min"
