@@ -83,7 +83,12 @@ def _settings() -> dict[str, Any]:
 
 def remote_cluster(address: str, mechanism: str) -> AbstractContextManager[Client]:
     """The cluster of the scheduler at an address such as ``tcp://host:8786``, for a mechanism of this name."""
-    # Checked here: dask's client waits 20 s for a malformed address and ends with a traceback.
+    check_address(address)
+    return _connected(address, mechanism)
+
+
+def check_address(address: str) -> None:
+    """Refuse what is no address of a scheduler: dask's client waits 20 s for one and ends with a traceback."""
     if not _ADDRESS.fullmatch(address):
         raise RequestError(f"{address!r} is no address of a scheduler; write one such as tcp://host:8786")
     if address.startswith("tls:"):
@@ -91,7 +96,6 @@ def remote_cluster(address: str, mechanism: str) -> AbstractContextManager[Clien
 
         if Security().get_connection_args("client").get("ssl_context") is None:
             raise RequestError(f"{address} needs certificates; name them in dask's configuration, distributed.comm.tls")
-    return _connected(address, mechanism)
 
 
 @contextmanager

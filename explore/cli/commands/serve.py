@@ -48,6 +48,11 @@ def serve(
         raise RequestError(f'explore serve needs {" and ".join(missing)}: pip install "linkage-explore[serve]"')
     if scheduler is not None and (workers is not None or processes):
         raise RequestError("--scheduler brings its own workers; leave out --workers and --processes")
+    _check_folder(folder)
+    if scheduler is not None:
+        from explore.sweeping.clusters import check_address
+
+        check_address(scheduler)
     from explore.serving.plans import Limits
     from explore.serving.runner import Work
     from explore.serving.server import Place
@@ -61,3 +66,16 @@ def serve(
     limits = Limits(max_designs, max_bytes, max_queue, None if max_hours is None else 3600 * max_hours)
     serve_folder(folder, place, limits, Work(workers, scheduler, processes), announce)
     say("stopped; what waits or was under way goes on at the next start", "dim")
+
+
+def _check_folder(folder: Path) -> None:
+    """Refuse what is no folder, and a folder of other files: what is in its results would become the service's."""
+    if folder.exists() and not folder.is_dir():
+        raise RequestError(f"{folder} is no folder; name one, such as served")
+    if not folder.is_dir() or (folder / "queue").is_dir():
+        return
+    others = sorted(path.name for path in folder.iterdir() if not path.name.startswith("."))
+    if others:
+        raise RequestError(
+            f"{folder} holds other files, such as {others[0]}; name a new folder, such as {folder / 'served'}"
+        )
