@@ -12,7 +12,7 @@ import signal
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import AbstractContextManager, ExitStack, contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -31,6 +31,8 @@ if TYPE_CHECKING:
 
 #: Seconds between two lines of progress.
 _INTERVAL = 0.1
+#: Said until workers of another scheduler have computed something: they are quick, or compile for a while.
+_FIRST_DESIGNS = "waiting for the first designs; workers compile the kernels before, once per machine, up to a minute"
 #: Seconds to wait for the process of a service that was killed to let go of the folder.
 _PATIENCE = 60.0
 
@@ -70,16 +72,16 @@ def _run(file: Path, results: Path, options: Mapping[str, Any]) -> int:
 def _sweep(study: Study, results: Path, options: Mapping[str, Any]) -> Summary:
     from explore.sweeping.runs import run_study
 
-    workers, report = _workers(options, study), _progress_printer()
-    return run_study(study, results, workers, keep=options["keep"], progress=report, listener=_print_event)
+    workers, printer = _workers(options, study), _Printer(is_remote=options["scheduler"] is not None)
+    return run_study(study, results, workers, keep=options["keep"], progress=printer.progress, listener=printer.event)
 
 
 def _refine(refinement: Refinement, results: Path, options: Mapping[str, Any]) -> Summary:
     from explore.sweeping.refinements import run_refinement
 
     plan, source = refinement.plan(results.parent), results.with_name(f"{refinement.refine}.h5")
-    workers, report = _workers(options, plan.study), _progress_printer()
-    return run_refinement(plan, source, results, workers, progress=report, listener=_print_event)
+    workers, printer = _workers(options, plan.study), _Printer(is_remote=options["scheduler"] is not None)
+    return run_refinement(plan, source, results, workers, progress=printer.progress, listener=printer.event)
 
 
 def _report(summary: Summary) -> int:
@@ -149,21 +151,25 @@ class _Paced:
             _print("progress", **facts, seconds=round(seconds, 3))
 
 
-def _progress_printer() -> Callable[[Progress], None]:
-    print_seconds = _Paced()
+class _Printer:
+    """Prints the progress of a sweep, and events of it that a user may have to act on or wait for."""
 
-    def report(progress: Progress) -> None:
-        print_seconds(done=progress.n_done, feasible=progress.n_feasible, computed=progress.n_computed)
+    def __init__(self, *, is_remote: bool) -> None:
+        self._print_progress, self._is_remote, self._has_begun = _Paced(), is_remote, False
 
-    return report
+    def progress(self, progress: Progress) -> None:
+        """Print how far it is."""
+        self._has_begun = True
+        self._print_progress(done=progress.n_done, feasible=progress.n_feasible, computed=progress.n_computed)
 
-
-def _print_event(event: str, facts: Mapping[str, Any]) -> None:
-    """Print the events of a sweep that a user may have to act on."""
-    if event == "failure":
-        _print("note", reason=f"block {facts['block']} failed: {facts['problem']}")
-    elif event in ("waiting", "silent", "answers"):
-        _print("note", reason=str(facts["reason"]))
+    def event(self, event: str, facts: Mapping[str, Any]) -> None:
+        """Print an event that matters."""
+        if event == "failure":
+            _print("note", reason=f"block {facts['block']} failed: {facts['problem']}")
+        elif event in ("waiting", "silent", "answers"):
+            _print("note", reason=str(facts["reason"]))
+        elif event == "workers" and facts["joined"] and self._is_remote and not self._has_begun:
+            _print("note", reason=_FIRST_DESIGNS)  # workers do not tell when they compile
 
 
 def _print(event: str, **facts: Any) -> None:

@@ -65,7 +65,10 @@ def _print_jobs(jobs: list[dict[str, Any]], server: str) -> None:
 
 
 def _numbers(job: dict[str, Any]) -> list[str]:
-    left = "" if job["seconds_left"] is None else f"{job['seconds_left']:,.0f}"
+    is_search = job["kind"] == "task" and not job["designs"]  # which tells how far it is only where it has steps
+    left = "not known" if is_search and job["state"] == "running" else ""
+    if job["seconds_left"] is not None:
+        left = f"{job['seconds_left']:,.0f}"
     priority = str(job["priority"]) if job["state"] == "queued" else ""
-    designs = f"{job['designs']:,}" if job["designs"] else ""
+    designs = f"{job['designs']:,}" if job["designs"] else "when found" if is_search else ""
     return [priority, f"{job['done']:,}", designs, left]

@@ -56,6 +56,8 @@ def submit(
 
     if (file is None) == (refine is None):
         raise RequestError("name a file to submit, or a job by --refine, and not both")
+    if output is not None and output.is_dir():  # said before the sweep, not after it
+        raise RequestError(f"-o {output} is a folder; name a file, such as {output / 'results.h5'}")
     service = Service(server, token_file)
     new: _NewFile | _NewRefinement
     if refine is not None:
@@ -141,7 +143,8 @@ class _NewRefinement:
 def _print_plan(plan: dict[str, Any]) -> None:
     """Print what a job would make and take."""
     if plan["designs"] is None:
-        say(f"linkages of a {plan['mechanism']} for a task ({plan['method']}); how many is known when they are found")
+        found = f"linkages of a {plan['mechanism']} for a task ({plan['method']})"
+        say(f"{found}; how many, and how long the search takes, is known when it is done")
         return
     size = "the front only" if plan["bytes"] is None else f"{plan['bytes'] / 1e6:,.1f} MB"
     seconds = "" if plan["seconds"] is None else f", about {plan['seconds']:.2g} s of computing"
