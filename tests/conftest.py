@@ -41,6 +41,13 @@ def problems(load):
 
 
 @pytest.fixture
+def client(served):
+    """A client of the service of the module."""
+    with served.client() as client:
+        yield client
+
+
+@pytest.fixture
 def unprivileged():
     """A folder that all users may enter, and a function that drops the privileges of the superuser."""
     superuser = os.geteuid() == 0

@@ -72,6 +72,30 @@ class Served:
         self.process.communicate()
 
 
+@contextlib.contextmanager
+def serving(folder: Path, **studies: str) -> Iterator[Served]:
+    """A service in which these studies are done, by name; it must stop in order."""
+    with Served(folder) as server:
+        with server.client() as client:
+            for name, text in studies.items():
+                client.post("/api/studies", json={"name": name, "study": text}).raise_for_status()
+            for name in studies:
+                assert wait_settled(client, name)["state"] == "done"
+        yield server
+        assert server.stop() == 0
+
+
+def build_index(client: httpx.Client, name: str, seconds: float = 60) -> dict:
+    """Make the index of results; the state of it that the service tells."""
+    client.get(f"/api/results/{name}/index", params={"build": True}).raise_for_status()
+    end = time.monotonic() + seconds
+    while (state := client.get(f"/api/results/{name}/index").json())["state"] != "ready":
+        assert state["state"] == "building"
+        assert time.monotonic() < end, state
+        time.sleep(0.01)
+    return state
+
+
 def wait_settled(client: httpx.Client, name: str, seconds: float = 240) -> dict:
     """The job, when nothing more happens to it."""
     end = time.monotonic() + seconds

@@ -1,10 +1,8 @@
 """The results browser over HTTP: its routes count what pandas counts on the loaded file."""
 
-import time
-
 import numpy as np
 import pytest
-from served import Served, wait_settled
+from served import build_index, serving, wait_settled
 from studies import FEW
 
 from explore.serving.results_views import open_shown
@@ -27,24 +25,14 @@ metrics = ["cv:min"]
 
 @pytest.fixture(scope="module")
 def served(tmp_path_factory):
-    with Served(tmp_path_factory.mktemp("browsing") / "served") as server:
-        with server.client() as client:
-            client.post("/api/studies", json={"name": "grid", "study": STUDY}).raise_for_status()
-            assert wait_settled(client, "grid")["state"] == "done"
+    with serving(tmp_path_factory.mktemp("browsing") / "served", grid=STUDY) as server:
         yield server
-        assert server.stop() == 0
-
-
-@pytest.fixture
-def client(served):
-    with served.client() as client:
-        yield client
 
 
 @pytest.fixture
 def indexed(client):
     """A client of results with an index."""
-    build(client, "grid")
+    build_index(client, "grid")
     return client
 
 
@@ -53,16 +41,6 @@ def frame(served):
     """The file in the shown units."""
     path = served.folder / "results" / "grid.h5"
     return open_shown(path).to_pandas().reset_index()
-
-
-def build(client, name):
-    client.get(f"/api/results/{name}/index", params={"build": True}).raise_for_status()
-    end = time.monotonic() + 60
-    while (state := client.get(f"/api/results/{name}/index").json())["state"] != "ready":
-        assert state["state"] == "building"
-        assert time.monotonic() < end
-        time.sleep(0.01)
-    return state
 
 
 def get(client, route, **query):
@@ -170,7 +148,7 @@ def test_an_index_goes_with_its_job(client, served):
     answer = client.get("/api/results/gone/histograms", params={"columns": "crank"})
     assert answer.status_code == 409
     assert answer.json()["detail"] == "the index of gone is not ready; ask for index?build=true"
-    build(client, "gone")
+    build_index(client, "gone")
     folder = served.folder / "index" / "gone"
     assert (folder / "facts.json").exists()
     assert client.delete("/api/jobs/gone").status_code == 204

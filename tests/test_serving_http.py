@@ -23,7 +23,7 @@ from cryptography.hazmat.primitives import hashes
 from cryptography.hazmat.primitives.asymmetric import ec
 from cryptography.hazmat.primitives.serialization import Encoding, NoEncryption, PrivateFormat
 from fastapi import HTTPException
-from served import Served, wait_settled
+from served import Served, serving, wait_settled
 from studies import FEW, GOOD
 from uvicorn.server import ServerState
 
@@ -42,12 +42,8 @@ LONG = FEW.replace("[80, 100, 150, 160]", "{ start = 100, stop = 140, num = 300_
 
 @pytest.fixture(scope="module")
 def served(tmp_path_factory):
-    with Served(tmp_path_factory.mktemp("http") / "served") as server:
-        with server.client() as client:
-            client.post("/api/studies", json={"name": "few", "study": FEW}).raise_for_status()
-            assert wait_settled(client, "few")["state"] == "done"
+    with serving(tmp_path_factory.mktemp("http") / "served", few=FEW) as server:
         yield server
-        assert server.stop() == 0
     assert not (server.folder / "token").exists()
     logs = b"".join(file.read_bytes() for file in (server.folder / "log").iterdir())
     for secret in (server.token, server.link, server.link_to_look):
@@ -59,12 +55,6 @@ def start_server():
     """Start a server that ends with the test, however the test ends."""
     with contextlib.ExitStack() as servers:
         yield lambda *arguments, **options: servers.enter_context(Served(*arguments, **options))
-
-
-@pytest.fixture
-def client(served):
-    with served.client() as client:
-        yield client
 
 
 # --- rights -----------------------------------------------------------------------------------------------------------
@@ -725,3 +715,27 @@ def test_a_port_that_is_taken_is_one_line(served, tmp_path):
     code, _, err = call("serve", str(tmp_path), "--port", served.url.rpartition(":")[2])
     assert code == 2
     assert "choose another with --port" in err
+
+
+def test_what_is_wrong_is_said_before_anything_is_served(tmp_path):
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine" / "grid.h5").write_bytes(b"")
+    wrong = {
+        ("mine",): "mine holds other files, such as grid.h5; name a new folder, such as mine/served",
+        ("mine/grid.h5",): "mine/grid.h5 is no folder; name one, such as served",
+        ("new", "--scheduler", "foo"): "'foo' is no address of a scheduler; write one such as tcp://host:8786",
+        ("new", "--scheduler", "tls://a:1"): "tls://a:1 needs certificates; name them in dask's configuration",
+    }
+    for arguments, reason in wrong.items():
+        assert reason in run("serve", *arguments, cwd=tmp_path, code=2).stderr
+    assert [file.name for file in tmp_path.iterdir()] == ["mine"]
+    assert [file.name for file in (tmp_path / "mine").iterdir()] == ["grid.h5"]
+
+
+def test_a_folder_to_fetch_into_is_refused_before_the_sweep(served, tmp_path):
+    (tmp_path / "few.toml").write_text(FEW)
+    at = ("--server", served.url, "--token-file", str(served.folder / "token"))
+    refused = run("submit", "few.toml", *at, "--name", "nowhere", "-o", ".", cwd=tmp_path, code=2)
+    assert "-o . is a folder; name a file, such as results.h5" in refused.stderr
+    with served.client() as client:
+        assert client.get("/api/jobs/nowhere").status_code == 404

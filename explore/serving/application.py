@@ -14,7 +14,7 @@ from fastapi.staticfiles import StaticFiles
 
 from explore._version import __version__
 from explore.errors import ConfigError, ExploreError, RequestError
-from explore.serving import browsing_routes, job_routes, results_routes
+from explore.serving import browsing_routes, job_routes, results_routes, starter_routes
 from explore.serving.access import Access, Right
 from explore.serving.head import Head
 from explore.serving.metrics import metrics_text
@@ -43,7 +43,7 @@ def make_application(station: Station, access: Access, is_closing: Callable[[], 
     )
     application.state.station, application.state.access, application.state.is_closing = station, access, is_closing
     application.add_middleware(Head)
-    for part in (router, job_routes.router, results_routes.router, browsing_routes.router):
+    for part in (router, job_routes.router, results_routes.router, browsing_routes.router, starter_routes.router):
         application.include_router(part)
     application.mount("/page", StaticFiles(directory=_PAGE))
     application.add_exception_handler(ExploreError, _explain)

@@ -22,7 +22,7 @@ def service_page(browser, served, **options):
     page.on("dialog", lambda dialog: dialog.accept())
     yield page
     context.close()
-    assert wrong == []
+    assert wrong == [], wrong
 
 
 def is_unexpected(text):

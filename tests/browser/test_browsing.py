@@ -1,7 +1,7 @@
 """The results browser of a service in a real browser: counts are those of pandas, brushed, typed, zoomed, compared."""
 
 import pytest
-from served import Served, wait_settled
+from served import serving
 
 import explore
 from browser.service_pages import accessibility_faults, service_page
@@ -18,17 +18,23 @@ swing_angle = { min = 20 }
 metrics = ["cv", "swing_angle:max", "crank:min"]
 """
 SHORT = GRID.replace("stop = 160, num = 81", "stop = 140, num = 61")
+#: Without the metrics of the others.
+OTHER = SHORT.replace('metrics = ["cv", "swing_angle:max", "crank:min"]', 'metrics = ["time_ratio:max"]').replace(
+    "[rank]", '[evaluate]\nmetrics = ["time_ratio", "swing_angle"]\n[rank]'
+)
+SLIDER = """mechanism = "slider-crank"
+[parameters]
+crank = { start = 40, stop = 80, num = 9 }
+rod = 200
+"""
 
 
 @pytest.fixture(scope="module")
 def served(tmp_path_factory):
-    with Served(tmp_path_factory.mktemp("browsing") / "served") as server:
-        with server.client() as client:
-            for name, text in (("grid", GRID), ("short", SHORT)):
-                client.post("/api/studies", json={"name": name, "study": text}).raise_for_status()
-                assert wait_settled(client, name)["state"] == "done"
+    with serving(
+        tmp_path_factory.mktemp("browsing") / "served", grid=GRID, short=SHORT, other=OTHER, slider=SLIDER
+    ) as server:
         yield server
-        assert server.stop() == 0
 
 
 @pytest.fixture(scope="module")
@@ -153,6 +159,20 @@ def test_several_results_are_shown_together(page, frame):
     assert {"grid", "short"} == set(page.locator("#ranking tbody tr td:first-child").all_inner_texts())
     page.locator("#ranking tbody button").last.click()
     page.wait_for_selector("#design h2:has-text('of short')")
+
+
+def test_results_are_compared_that_can_be(page, served, frame):
+    offered = page.locator("#compare option").all_inner_texts()
+    assert sorted(offered[1:]) == ["other", "short"], "results of one mechanism"
+    page.goto(f"{served.url}/page/browse.html?results=grid&results=other")
+    counts = [f"{part['feasible'].sum():,} of {len(part):,} designs" for part in (frame, frame[frame["crank"] <= 140])]
+    page.wait_for_selector("#total:has-text('other')")
+    wait_total(page, f"grid: {counts[0]} · other: {counts[1]}")
+    page.wait_for_selector("#cloud .caption:has-text('selected designs in this window')")
+    page.goto(f"{served.url}/page/browse.html?results=grid&results=slider")
+    page.wait_for_selector(
+        "#notice:has-text('grid is of crank-rocker, slider of slider-crank; results of one mechanism')"
+    )
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])

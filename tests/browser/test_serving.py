@@ -6,7 +6,7 @@ import pytest
 from served import Served
 from studies import FEW
 
-from browser.service_pages import service_page
+from browser.service_pages import accessibility_faults, service_page
 
 LONG = FEW.replace("[80, 100, 150, 160]", "{ start = 100, stop = 140, num = 6_000_000 }").replace(", 720", "")
 
@@ -34,10 +34,9 @@ def wait_until(condition, seconds=240):
 
 def delete(page, name):
     """Click Delete, which is refused as long as the sweep is ending; whether the job is gone."""
-    if page.is_visible(f"[aria-label='Delete {name}']"):
+    with page.expect_response(lambda answer: answer.request.method == "DELETE") as told:
         page.click(f"[aria-label='Delete {name}']")
-    page.wait_for_timeout(200)
-    return name not in page.inner_text("#jobs")
+    return told.value.status == 204
 
 
 def state(name, word):
@@ -79,6 +78,71 @@ def test_a_day_with_the_page(page, served):
     wait_until(lambda: delete(page, "long"))
     page.set_viewport_size({"width": 390, "height": 800})
     assert page.evaluate("document.documentElement.scrollWidth") <= 390
+
+
+def test_a_study_is_started_from_edited_and_submitted_by_keys_alone(page, served):
+    page.goto(f"{served.url}/#token={served.new_link()}")
+    page.wait_for_selector("#state:text-is('connected')")
+    page.wait_for_selector("#start-studies option[value='starters/studies/crank-rocker']", state="attached")
+    with served.client() as client:
+        starter = client.get("/api/starters/studies/crank-rocker").text
+        task = client.get("/api/starters/tasks/dead-positions").text
+
+    page.focus("#start")
+    page.keyboard.type("sl")
+    page.wait_for_function("document.getElementById('name').value === 'slider-crank'")
+    page.keyboard.press("ArrowUp")
+    page.wait_for_function("text => document.getElementById('study').value === text", arg=starter)
+    assert page.input_value("#name") == "crank-rocker"
+    for _ in range(4):
+        page.keyboard.press("Tab")
+    assert page.evaluate("document.activeElement.id") == "study"
+    page.keyboard.press("Control+A")
+    page.keyboard.insert_text(LONG)
+    for _ in range(2):
+        page.keyboard.press("Tab")
+    assert page.evaluate("document.activeElement.id") == "plan"
+    page.keyboard.press("Shift+Tab")
+    page.keyboard.press("Enter")
+    page.wait_for_selector(state("crank-rocker", "running"), timeout=60_000)
+    assert page.evaluate("document.activeElement.textContent") == "Submit"
+
+    page.select_option("#start", "starters/tasks/dead-positions")
+    page.wait_for_function("text => document.getElementById('study').value === text", arg=task)
+    assert page.input_value("#name") == "dead-positions"
+    assert page.is_hidden("#keep"), "a task keeps all its linkages"
+    page.click("#form button[type=submit]")
+    row = page.locator("#jobs tr:has(th:text-is('dead-positions'))")
+    row.locator("td:nth-child(4):text-is('known when found')").wait_for()
+    row.locator("input").fill("2")
+    page.keyboard.press("Enter")
+    with served.client() as client:
+        wait_until(lambda: client.get("/api/jobs/dead-positions").json()["priority"] == 2)
+
+    page.focus("[aria-label='Cancel crank-rocker']")
+    page.keyboard.press("Enter")
+    page.wait_for_selector("[aria-label='Retry crank-rocker']")
+    assert page.evaluate("document.activeElement.closest('tr')?.innerText").startswith("crank-rocker"), "focus stays"
+    page.wait_for_selector(state("dead-positions", "done"), timeout=240_000)
+    page.select_option("#start", "jobs/crank-rocker/study")
+    page.wait_for_function("text => document.getElementById('study').value === text", arg=LONG)
+    for name in ("crank-rocker", "dead-positions"):
+        wait_until(lambda name=name: delete(page, name))
+
+
+def test_the_theme_is_remembered_and_telephones_show_all_of_a_job(browser, served):
+    with service_page(browser, served, viewport={"width": 390, "height": 800}) as page:
+        page.goto(f"{served.url}/#token={served.new_link()}")
+        page.wait_for_selector(state("few", "done"))
+        page.click("#theme:text-is('Dark')")
+        page.goto(f"{served.url}/page/browse.html?results=few")
+        page.wait_for_selector("#theme:text-is('Light')")
+        page.goto(served.url)
+        page.wait_for_selector(state("few", "done"))
+        assert page.evaluate("document.documentElement.dataset.theme") == "dark"
+        box = page.locator("[aria-label='Delete few']").bounding_box()
+        assert box["x"] + box["width"] <= 390
+        assert accessibility_faults(page) == []
 
 
 def test_a_page_says_so_when_the_server_is_killed_and_goes_on_with_a_new_link(page, served):

@@ -1,10 +1,10 @@
 /** The results browser: whole files are counted by the service; all views share one set of conditions. */
 
-import { isDark, onTheme, toggle } from "../../../reporting/page/src/theme.js";
+import { onTheme } from "../../../reporting/page/src/theme.js";
 import { el } from "../../../reporting/page/src/dom.js";
 import { countOf } from "../../../reporting/page/src/format.js";
 import { FRONT } from "../../../reporting/page/src/payload.js";
-import { ask } from "../ask.js";
+import { ask } from "./ask.js";
 import { cloud } from "./cloud.js";
 import { Conditions } from "./conditions.js";
 import { designs } from "./designs.js";
@@ -13,6 +13,7 @@ import { latest } from "./latest.js";
 import { ranking } from "./ranking.js";
 import { addressOf, browsingOf, waitForIndexes } from "./sources.js";
 import { summary } from "./summary.js";
+import { themeButton } from "./themes.js";
 
 /** Milliseconds without a change of the conditions before the results are ranked again. */
 const PAUSE = 500;
@@ -24,16 +25,17 @@ const say = (text) => {
 };
 
 async function start() {
-  const label = () => (root("theme").textContent = isDark() ? "Light" : "Dark");
-  root("theme").onclick = toggle;
-  onTheme(label);
-  label();
+  themeButton(root("theme"));
   const names = [...new Set(new URLSearchParams(location.search).getAll("results"))].slice(0, 4);
   if (!names.length) return say("No results are named: open them from the list of jobs.");
   root("title").textContent = names.join(" and ");
   document.title = `${names.join(" and ")} · explore`;
   try {
-    offerComparison(names, (await ask("GET", "/api/jobs")).jobs);
+    const jobs = (await ask("GET", "/api/jobs")).jobs;
+    const mechanisms = new Map(jobs.map(({ name, mechanism }) => [name, mechanism]));
+    const other = names.find((name) => mechanisms.has(name) && mechanisms.get(name) !== mechanisms.get(names[0]));
+    if (other) return say(`${names[0]} is of ${mechanisms.get(names[0])}, ${other} of ${mechanisms.get(other)}; results of one mechanism can be compared.`);
+    offerComparison(names, jobs.filter(({ mechanism }) => mechanism === mechanisms.get(names[0])));
     await waitForIndexes(names, (share) => say(`Indexing the designs, once: ${Math.floor(100 * share)} %`));
     show(names, await browsingOf(names));
   } catch (error) {
@@ -100,6 +102,7 @@ function show(names, sources) {
     picture.draw();
   });
   refresh();
+  table.say("ranking …");
   rank();
   root("subtitle").replaceChildren(
     el("a", { href: "/" }, "All jobs"),

@@ -33,9 +33,9 @@ export function cloud(root, sources, conditions, choose, refresh) {
   const [first] = sources;
   const aims = first.objectives.map((text) => text.split(":")[0]).filter((name) => first.byName.has(name));
   const metrics = [...aims, ...first.columns.filter(({ kind }) => kind === "metric").map(({ name }) => name), ...first.byName.keys()];
-  const [x, y] = [...new Set(metrics)];
-  const view = { x, y: y ?? x, window: null, width: 0, height: 0 };
   const common = first.columns.filter(({ name }) => sources.every(({ byName }) => byName.has(name)));
+  const [x, y] = [...new Set(metrics)].filter((name) => common.some((column) => column.name === name));
+  const view = { x, y: y ?? x, window: null, width: 0, height: 0 };
   const axis = (side) =>
     choice(side, common.map((column) => [column.name, titled(column)]), view[side], (name) => {
       view[side] = name;

@@ -1,6 +1,6 @@
 /** The results that are browsed: their indexes, columns and constraints, and queries to their routes. */
 
-import { ask } from "../ask.js";
+import { ask } from "./ask.js";
 
 /** Milliseconds between two looks at an index that is being made. */
 const LOOK = 200;

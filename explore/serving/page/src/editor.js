@@ -1,0 +1,139 @@
+/** The editor of a study or a task: starters and earlier jobs to begin from, mistakes at their lines, dry runs. */
+
+import { el } from "../../../reporting/page/src/dom.js";
+import { ask, askText } from "./ask.js";
+import { freeName } from "./names.js";
+
+/** Milliseconds after which a dry run says why it takes long. */
+const LONG = 2000;
+
+export class Editor {
+  /**
+   * @param {(id: string) => HTMLElement} root
+   * @param {Map<string, Object>} jobs by name
+   */
+  constructor(root, jobs) {
+    Object.assign(this, { root, jobs, loaded: "", suggested: "", offered: "", isBusy: false });
+    this.study = root("study");
+    root("form").onsubmit = (event) => {
+      event.preventDefault();
+      this.submit("", "…", (job) => `${job.name} is queued`);
+    };
+    root("plan").onclick = () =>
+      root("form").reportValidity() &&
+      this.submit("?dry_run=true", "Measuring a design. The first study of a mechanism compiles before, up to a minute …", tellPlan);
+    root("start").onchange = () => this.startFrom(root("start").value).catch((error) => this.tell(error.message));
+    this.study.oninput = () => {
+      root("start").value = "";
+      this.changed();
+    };
+    this.study.onscroll = () => (root("lines").scrollTop = this.study.scrollTop);
+  }
+
+  tell(text) {
+    this.root("outcome").textContent = text;
+  }
+
+  // --- where to start from ----------------------------------------------------------------------------------------------
+
+  /** Offer the studies and tasks that `explore init` writes. */
+  async offerStarters() {
+    const { studies, tasks } = await ask("GET", "/api/starters");
+    const entries = (kind, list) => list.map(({ name, summary }) => el("option", { value: `starters/${kind}/${name}`, title: summary }, name));
+    this.root("start-studies").replaceChildren(...entries("studies", studies));
+    this.root("start-tasks").replaceChildren(...entries("tasks", tasks));
+  }
+
+  /** Offer what was submitted before. */
+  offerJobs() {
+    const names = [...this.jobs.values()].filter(({ kind }) => kind !== "refinement").map(({ name }) => name);
+    if (this.offered === names.join()) return;
+    this.offered = names.join();
+    this.root("start-jobs").replaceChildren(...names.map((name) => el("option", { value: `jobs/${name}/study` }, name)));
+  }
+
+  /** Put a text into the editor; the focus stays in the list, where each arrow key chooses the next one. */
+  async startFrom(path) {
+    const { study, root } = this;
+    if (!path) return;
+    if (study.value.trim() && study.value !== this.loaded && !confirm("Replace the text in the editor?")) {
+      root("start").value = "";
+      return;
+    }
+    const text = await askText(`/api/${path}`);
+    if (root("start").value !== path) return; // another one was chosen since
+    study.value = this.loaded = text;
+    const [kind, name, last] = path.split("/");
+    if (!root("name").value || root("name").value === this.suggested)
+      root("name").value = this.suggested = freeName(kind === "jobs" ? name : last, this.jobs);
+    this.tell("");
+    this.showProblems([]);
+    this.changed();
+    study.setSelectionRange(0, 0);
+    study.scrollTop = 0;
+  }
+
+  get isTask() {
+    return /^\s*task\s*=/m.test(this.study.value);
+  }
+
+  changed() {
+    this.showLines();
+    this.root("keep").parentElement.hidden = this.isTask; // a task keeps all its linkages
+  }
+
+  // --- mistakes ---------------------------------------------------------------------------------------------------------
+
+  showLines(problems = []) {
+    const wrong = new Set(problems.map((problem) => problem.line));
+    const count = this.study.value.split("\n").length;
+    const lines = Array.from({ length: count }, (_, k) => el("span", { class: wrong.has(k + 1) ? "wrong" : false }, k + 1));
+    this.root("lines").replaceChildren(...lines.flatMap((line) => [line, "\n"]));
+    this.root("lines").scrollTop = this.study.scrollTop;
+  }
+
+  showProblems(problems) {
+    this.showLines(problems);
+    const line = (problem) => el("button", { type: "button", onclick: () => this.goTo(problem.line ?? 1) }, problem.text);
+    this.root("problems").replaceChildren(...problems.map((problem) => el("li", {}, line(problem))));
+  }
+
+  goTo(line) {
+    const lines = this.study.value.split("\n");
+    const first = lines.slice(0, line - 1).join("\n").length + (line > 1);
+    this.study.focus();
+    this.study.setSelectionRange(first, first + (lines[line - 1] ?? "").length);
+  }
+
+  // --- what is sent -----------------------------------------------------------------------------------------------------
+
+  async submit(query, patience, tell) {
+    if (this.isBusy) return; // a disabled button would lose the focus
+    const { root } = this;
+    const shared = { name: root("name").value, priority: Number(root("priority").value) };
+    const [route, content] = this.isTask
+      ? ["tasks", { ...shared, task: this.study.value }]
+      : ["studies", { ...shared, study: this.study.value, keep: root("keep").value }];
+    const timer = setTimeout(() => this.tell(patience), LONG);
+    this.tell("…");
+    this.isBusy = true;
+    try {
+      const facts = await ask("POST", `/api/${route}${query}`, content);
+      this.showProblems([]);
+      this.tell(tell(facts));
+    } catch (error) {
+      this.showProblems(error.problems ?? []);
+      this.tell(error.problems?.length ? "" : error.message);
+    } finally {
+      clearTimeout(timer);
+      this.isBusy = false;
+    }
+  }
+}
+
+function tellPlan(plan) {
+  if (plan.designs === null) return "a task; how many linkages it finds, and how long that takes, is known when it is done";
+  const size = plan.bytes === null ? "the front only" : `${(plan.bytes / 1e6).toLocaleString("en")} MB`;
+  const time = plan.seconds === null ? "" : `, about ${Number(plan.seconds.toPrecision(2))} s of computing`;
+  return `${plan.designs.toLocaleString("en")} designs, ${plan.columns} columns, ${size}${time}`;
+}
