@@ -6,8 +6,8 @@ import pytest
 from explore.synthesis.linkages import FourBar
 from explore.synthesis.nine_points import homotopy
 from explore.synthesis.nine_points.certificates import certify
-from explore.synthesis.nine_points.classes import N_CLASSES
-from explore.synthesis.nine_points.endgame import SINGULAR
+from explore.synthesis.nine_points.classes import N_CLASSES, distinct
+from explore.synthesis.nine_points.endgame import LOST, SINGULAR
 from explore.synthesis.nine_points.homotopy import follow, solve, start_system
 from explore.synthesis.nine_points.precise_tracking import follow_precisely
 from explore.synthesis.nine_points.report import find_linkages
@@ -82,7 +82,7 @@ def test_more_digits_lead_where_double_precision_does():
     parameters = parameters_of(np.random.default_rng(3).normal(size=(9, 2)) @ [1, 1j])
     near, start, rates = near_solutions(parameters, np.arange(0, 60, 10))
     ends, _ = follow(near, start, rates, 1e-7, 20_000, 1e-14)
-    precise = np.array([follow_precisely(place, start, rates) for place in near])
+    precise = np.array([follow_precisely(place, start, rates).solution for place in near])
     # the condition of the solutions, times the rounding of double precision
     assert np.abs(precise - ends).max() < 1e-10 * np.abs(ends).max()
 
@@ -93,7 +93,9 @@ def test_singular_limits_stay_singular():
     rows = np.flatnonzero(solve(parameters, 0).fates == SINGULAR)[:1]
     near, start, rates = near_solutions(parameters, rows)
     assert len(rows) == 1
-    assert follow_precisely(near[0], start, rates) is None
+    end = follow_precisely(near[0], start, rates)
+    assert end.solution is None
+    assert not end.is_infinite
 
 
 @pytest.mark.slow
@@ -106,8 +108,21 @@ def test_points_anywhere_on_the_paths_of_crank_rockers_are_complete():
         assert has(ends.linkages, source)
 
 
-def test_of_degenerate_points_not_many_paths_are_followed_again():
-    """Where many paths are lost, more digits do not help: the limit keeps the time finite."""
-    near = np.ones((20, 8), complex)
-    rows, solutions = homotopy._follow_far(near, np.arange(20), np.ones(16, complex), np.zeros(16, complex))
-    assert (rows.size, solutions.shape) == (0, (0, 8))
+@pytest.mark.slow
+def test_points_of_a_parabola_are_complete_from_both_start_systems():
+    # Of the 143 paths to infinity many have winding numbers that no circle in double precision finds.
+    across = np.linspace(-1.3, 1.4, 9) + 0.05 * np.random.default_rng(2).normal(size=9)
+    parameters = parameters_of(across + 1j * across**2)
+    one, other = (solve(parameters, number) for number in (0, 1))
+    assert one.count(LOST) == other.count(LOST) == 0
+    assert len(one.regular) == len(other.regular) == len(distinct(np.concatenate([one.regular, other.regular]), 1e-5))
+
+
+def test_a_path_to_infinity_is_told_from_one_to_a_far_solution():
+    across = np.linspace(-1.3, 1.4, 9) + 0.05 * np.random.default_rng(2).normal(size=9)
+    near, start, rates = near_solutions(parameters_of(across + 1j * across**2), np.array([115, 149]))
+    infinite, regular = (follow_precisely(place, start, rates) for place in near)
+    assert infinite.is_infinite
+    assert infinite.solution is None
+    assert not regular.is_infinite
+    assert regular.solution is not None

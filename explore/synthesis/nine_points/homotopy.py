@@ -24,6 +24,7 @@ from explore.synthesis.nine_points.classes import (
     residuals,
 )
 from explore.synthesis.nine_points.endgame import (
+    INFINITE,
     LOST,
     REGULAR,
     SHRINKAGES,
@@ -55,8 +56,8 @@ _LAST_ATTEMPTS: tuple[_Attempt, ...] = tuple(
 _PATIENT_ATTEMPTS: tuple[_Attempt, ...] = tuple(
     (wanted, member, 4_000, 1e-18) for wanted in (1e-6, 3e-5, 1e-3, 1e-4) for member in (0, 1, 2)
 )
-#: Most of those that are followed with more digits; of degenerate points, where these do not help, more are left.
-_MOST_PRECISE = 12
+#: Most paths that are followed with more digits, which takes a second or two for each.
+_MOST_PRECISE = 200
 #: Paths of one task of a thread.
 _CHUNK = 32
 #: Largest relative residual of a solution.
@@ -76,7 +77,7 @@ class Ends:
     fates
         Fates of `endgame`, shape (1442,).
     windings
-        How many paths meet at the limit in a cycle, 0 where lost, (1442,).
+        How many paths meet at the limit in a cycle, 0 where that is not known, (1442,).
     """
 
     solutions: ComplexArray
@@ -134,10 +135,29 @@ def solve(parameters: ComplexArray, number: int) -> Ends:
     ends[fates == REGULAR] = polished
     fates[_is_repeated(ends, fates == REGULAR)] = LOST
     unclear = (fates == LOST) | _is_alone(ends, fates == SINGULAR, windings)
-    far, precise = _follow_far(near, np.flatnonzero(is_near & unclear), parameters - last, last)
-    ends[far], fates[far], windings[far] = precise, REGULAR, 1
+    _follow_far(near, np.flatnonzero(is_near & unclear), parameters - last, last, Ends(ends, fates, windings))
     fates[_is_repeated(ends, fates == REGULAR)] = LOST
     return Ends(ends, fates, windings)
+
+
+def _follow_far(
+    near: ComplexArray, rows: npt.NDArray[np.intp], start: ComplexArray, rates: ComplexArray, ends: Ends
+) -> None:
+    """Follow paths with more digits, and enter where they lead; without the package for them none."""
+    if not has_more_digits() or len(rows) > _MOST_PRECISE:
+        return
+    for row in rows:
+        from explore.synthesis.nine_points.precise_tracking import follow_precisely
+
+        for member in _cognates(near[[row]]):
+            end = follow_precisely(member[0], start, rates)
+            if end.solution is not None:
+                ends.solutions[row], ends.fates[row], ends.windings[row] = end.solution, REGULAR, 1
+            elif end.is_infinite:
+                ends.solutions[row], ends.fates[row], ends.windings[row] = np.nan, INFINITE, 0
+            else:
+                continue
+            break
 
 
 def has_more_digits() -> bool:
@@ -159,25 +179,6 @@ def _is_alone(
         n_there = (np.abs(table[:, None] - table).max(axis=2) < _MEET).sum(axis=1)
         alone[rows] = n_there < np.maximum(windings[rows], 2)
     return alone
-
-
-def _follow_far(
-    near: ComplexArray, rows: npt.NDArray[np.intp], start: ComplexArray, rates: ComplexArray
-) -> tuple[npt.NDArray[np.intp], ComplexArray]:
-    """Rows that more digits lead to regular solutions, and these, (n, 8); none without the package for them."""
-    if not has_more_digits() or len(rows) > _MOST_PRECISE:
-        rows = rows[:0]
-    found = {}
-    for row in rows:
-        from explore.synthesis.nine_points.precise_tracking import follow_precisely
-
-        for member in _cognates(near[[row]]):
-            end = follow_precisely(member[0], start, rates)
-            if end is not None:
-                found[int(row)] = end
-                break
-    solutions = np.array(list(found.values()), dtype=np.complex128).reshape(-1, near.shape[1])
-    return np.array(list(found), dtype=np.intp), solutions
 
 
 def _cognates(solutions: ComplexArray) -> list[ComplexArray]:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -18,21 +19,43 @@ from explore.synthesis.linkages import ComplexArray
 from explore.synthesis.nine_points.equations import N_POINTS, N_UNKNOWNS
 from explore.synthesis.nine_points.regularity import determinant_terms, evaluate
 
-#: Bits of all numbers: 57 digits, of which the largest solutions lose thirty.
-PRECISION = 192
+#: Bits of all numbers: 96 digits, of which the largest solutions lose more than thirty.
+PRECISION = 320
 #: Solutions that the predictor's polynomial passes at most.
 _MOST_KNOTS = 9
 #: Largest first correction of a step, relative, and the one that ends its corrections.
 _WANTED, _CONVERGED = 1e-8, 1e-26
 _N_CORRECTIONS = 4
 _FIRST_STEP, _LEAST_STEP, _MOST_STEPS = 1e-4, 1e-20, 6_000
+#: What is left of a path where it ends, a few hundred roundings of the points, and where growth is measured from.
+_LEFT, _LEFT_BEFORE = 2.0**-40, 2.0**-30
+#: Growth between them of a solution that goes to infinity: one of the power 1 / 8 grows by 2.4.
+_GROWTH = 1.5
+#: Most that what is left may change a solution, relative, for its limit to be known.
+_KNOWN = 1e-2
 #: At the end: corrections at most, and the relative size of the last one, which singular solutions do not reach.
-_N_LAST_CORRECTIONS, _EXACT = 12, 1e-36
+_N_LAST_CORRECTIONS, _EXACT = 12, 1e-45
 #: A Cramer determinant over its terms that is none of a linkage at a dead point.
 _DEAD = 1e-20
 
 
-def follow_precisely(solution: ComplexArray, start: ComplexArray, rates: ComplexArray) -> ComplexArray | None:
+@dataclass(frozen=True)
+class PreciseEnd:
+    """Where a path leads.
+
+    Attributes
+    ----------
+    solution
+        The regular solution, rounded, shape (8,); None if it leads to none or is lost.
+    is_infinite
+        Whether it goes to infinity as far as the digits of the points tell.
+    """
+
+    solution: ComplexArray | None = None
+    is_infinite: bool = False
+
+
+def follow_precisely(solution: ComplexArray, start: ComplexArray, rates: ComplexArray) -> PreciseEnd:
     """Follow a solution from parameters `start` to `start + rates`.
 
     Parameters
@@ -41,23 +64,20 @@ def follow_precisely(solution: ComplexArray, start: ComplexArray, rates: Complex
         Of the problem with parameters `start`, shape (8,).
     start, rates
         Shape (16,); the parameters are d_1 … d_8 and their hats.
-
-    Returns
-    -------
-    array or None
-        The solution there, rounded, shape (8,); None if the path is lost or leads to no regular solution of a linkage.
     """
     with _precision(PRECISION):
         begin, moves = ([acb(complex(value)) for value in each] for each in (start, rates))
         path = _Path(begin, moves)
         place = path.correct([acb(complex(value)) for value in solution], acb(0), _N_LAST_CORRECTIONS, _EXACT)[0]
-        end = path.follow(place) if place is not None else None
+        if place is None:
+            return PreciseEnd()
+        place, growth = path.follow(place)
+        if place is None:
+            return PreciseEnd()
+        end, _ = path.correct(place, acb(1), _N_LAST_CORRECTIONS, _EXACT, _KNOWN)
         if end is None:
-            return None
-        end, _ = path.correct(end, acb(1), _N_LAST_CORRECTIONS, _EXACT)
-        if end is None or path.is_dead(end):
-            return None
-        return np.array([complex(value) for value in end])
+            return PreciseEnd(is_infinite=growth > _GROWTH)
+        return PreciseEnd() if path.is_dead(end) else PreciseEnd(np.array([complex(value) for value in end]))
 
 
 class _Path:
@@ -66,25 +86,29 @@ class _Path:
     def __init__(self, start: list[Any], rates: list[Any]) -> None:
         self.start, self.rates = start, rates
 
-    def follow(self, place: list[Any]) -> list[Any] | None:
-        """The solution at time 1 that a solution at time 0 leads to; None if the way is lost."""
+    def follow(self, place: list[Any]) -> tuple[list[Any] | None, float]:
+        """The solution near time 1 that one at time 0 leads to, None if the way is lost; how it grew at last."""
         times, places = [acb(0)], [place]
-        time, step = acb(0), _FIRST_STEP
+        time, step, size_before = 0.0, _FIRST_STEP, 0.0
         for _ in range(_MOST_STEPS):
-            is_last = float(time.real) + step >= 1.0
-            then = acb(1) if is_last else time + acb(step)
-            found, error = self.correct(_extrapolate(times, places, then), then, _N_CORRECTIONS, _CONVERGED, _WANTED)
+            then = min(time + step, 1.0 - _LEFT)
+            moment = acb(then)
+            found, error = self.correct(
+                _extrapolate(times, places, moment), moment, _N_CORRECTIONS, _CONVERGED, _WANTED
+            )
             if found is None:
                 step *= 0.3
                 if step < _LEAST_STEP:
-                    return None
+                    break
                 continue
-            if is_last:
-                return found
+            if not size_before and 1.0 - then <= _LEFT_BEFORE:
+                size_before = _size(found)
+            if then == 1.0 - _LEFT:
+                return found, _size(found) / size_before
             time = then
-            times, places = [*times, then][-_MOST_KNOTS:], [*places, found][-_MOST_KNOTS:]
+            times, places = [*times, moment][-_MOST_KNOTS:], [*places, found][-_MOST_KNOTS:]
             step *= min(2.0, max(0.5, 0.8 * (_WANTED / max(error, 1e-60)) ** (1.0 / len(times))))
-        return None
+        return None, 0.0
 
     def correct(
         self, place: list[Any], time: Any, most: int, converged: float, wanted: float = 1.0
@@ -138,11 +162,16 @@ def _extrapolate(times: list[Any], places: list[list[Any]], then: Any) -> list[A
     ]
 
 
+def _size(place: list[Any]) -> float:
+    """The magnitude of the largest unknown."""
+    return max(float(abs(value).mid()) for value in place)
+
+
 def _relative_size(changes: list[Any], place: list[Any]) -> float:
     """The largest change over the largest unknown, of the unknowns and of their hats."""
     sizes = []
     for o in (0, 1):
-        change, value = (max(float(abs(each).mid()) for each in group[o::2]) for group in (changes, place))
+        change, value = _size(changes[o::2]), _size(place[o::2])
         sizes.append(change / value if value > 0.0 else np.inf)
     return max(sizes)
 
