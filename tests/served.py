@@ -44,7 +44,7 @@ class Served:
     def client(self, token: str | None = None) -> httpx.Client:
         """A client with the token for everything, or another."""
         headers = {"Authorization": f"Bearer {self.token if token is None else token}"}
-        return httpx.Client(base_url=self.url, headers=headers, timeout=60)
+        return httpx.Client(base_url=self.url, headers=headers, timeout=180)  # a dry run may compile
 
     def new_link(self) -> str:
         """The token of one more link, for everything."""

@@ -4,13 +4,15 @@ import json
 import time
 
 import pytest
-from command_line import run
+from command_line import on_terminal, run
 from refinable import BASE, TASK
 from served import serving, wait_settled
 from studies import FEW
 
 import explore
+from explore.cli import progress
 from explore.errors import RequestError
+from explore.serving.client import JobProgress
 from explore.serving.job_files import Refinement, read_job_file
 from explore.synthesis.tasks.registry import TASK_TYPES
 
@@ -163,6 +165,38 @@ def test_the_list_of_jobs_says_what_is_not_known_of_a_search(client, served, tmp
     client.post("/api/jobs/before/cancel")
     assert wait_settled(client, "search")["state"] == "done"
     assert "when found" not in run("jobs", "search", *at, cwd=tmp_path).stdout
+
+
+def test_who_waits_is_told_how_far_a_job_is(served, tmp_path, monkeypatch):
+    at = ("--server", served.url, "--token-file", str(served.folder / "token"), "--wait", "--keep", "front")
+    (tmp_path / "told.toml").write_text(BASE.replace("num = 32", "num = 1500"))
+    monkeypatch.setattr(progress, "LINE_INTERVAL", 0.0)
+    lines = run("submit", "told.toml", *at, cwd=tmp_path).stderr.splitlines()
+    assert lines[-1] == "told is done: 2,250,000 designs"
+    assert any(line.startswith(("told: queued", "told: running", "told: compiling")) for line in lines[:-1])
+    assert any(" of 2,250,000 designs, " in line for line in lines[:-1]), lines
+    _, terminal = on_terminal("submit", "told.toml", *at, "--name", "terminal", cwd=tmp_path)
+    assert "terminal: running" in terminal
+    assert "terminal is done: 2,250,000 designs" in terminal
+
+
+@pytest.mark.parametrize(
+    ("facts", "text"),
+    [
+        ({"state": "queued"}, "queued"),
+        ({"state": "failed", "reason": "no [bold]memory"}, "failed: no [bold]memory"),
+        ({"reason": "compiling"}, "running: compiling"),
+        ({}, "running"),
+        ({"steps": 7, "steps_done": 3, "seconds_left": 4.2}, "step 3 of 7, 4 s left"),
+        (
+            {"designs": 5000, "done": 1000, "rate": 200.4, "seconds_left": 20.0},
+            "1,000 of 5,000 designs, 200/s, 20 s left",
+        ),
+    ],
+)
+def test_progress_of_a_job_in_words(facts, text):
+    unknown = {"done": 0, "designs": 0, "steps": 0, "steps_done": 0, "rate": None, "seconds_left": None}
+    assert progress._job_text(JobProgress(**({"state": "running", "reason": ""} | unknown | facts))) == text
 
 
 def test_head_is_answered_where_get_is(client):

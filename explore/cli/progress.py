@@ -8,10 +8,11 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
-from explore.cli.output import say
+from explore.cli.output import printable, say
 from explore.model.progress import ReportProgress
 
 if TYPE_CHECKING:
+    from explore.serving.client import JobProgress
     from explore.sweeping.runs import Progress
 
 #: Seconds between progress lines where there is no terminal.
@@ -107,3 +108,41 @@ def _sweep_lines() -> Callable[[Progress], None]:
         )
 
     return update
+
+
+@contextmanager
+def job_progress(name: str) -> Iterator[Callable[[JobProgress], None]]:
+    """Yield a function to call with the progress of a job of a service, which it tells in one line or now and then."""
+    if not sys.stderr.isatty():
+        last, told = time.monotonic(), ""
+
+        def tell(job: JobProgress) -> None:
+            nonlocal last, told
+            text = _job_text(job)
+            if time.monotonic() - last >= LINE_INTERVAL and text != told:
+                last, told = time.monotonic(), text
+                say(f"{name}: {text}")
+
+        yield tell
+        return
+    from rich.console import Console
+    from rich.text import Text
+
+    with Console(stderr=True).status(Text(f"{name}: …")) as status:
+        yield lambda job: status.update(Text(printable(f"{name}: {_job_text(job)}")))
+
+
+def _job_text(job: JobProgress) -> str:
+    """How far a job is, or what it waits for."""
+    if job.state != "running" or job.reason:
+        return f"{job.state}: {job.reason}" if job.reason else job.state
+    parts = []
+    if job.done and job.designs:
+        parts.append(f"{job.done:,} of {job.designs:,} designs")
+    elif job.steps:
+        parts.append(f"step {job.steps_done} of {job.steps}")
+    if job.rate:
+        parts.append(f"{job.rate:,.0f}/s")
+    if job.seconds_left is not None:
+        parts.append(f"{job.seconds_left:.0f} s left")
+    return ", ".join(parts) or "running"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import time
 import tomllib
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from http.client import HTTPException
 from pathlib import Path
@@ -196,8 +196,16 @@ class JobHandle:
         facts = self.facts()
         return JobProgress(**{name: facts[name] for name in JobProgress.__dataclass_fields__})
 
-    def wait(self, seconds: float | None = None) -> JobProgress:
-        """Wait until it is done, failed or cancelled, or so many seconds; a restart of the service is waited for."""
+    def wait(self, seconds: float | None = None, report: Callable[[JobProgress], None] | None = None) -> JobProgress:
+        """Wait until it is done, failed or cancelled, or so many seconds; a restart of the service is waited for.
+
+        Parameters
+        ----------
+        seconds
+            The longest time to wait; None for any.
+        report
+            Called with the progress, some times a second.
+        """
         start = last_seen = time.monotonic()
         while True:
             try:
@@ -211,6 +219,8 @@ class JobHandle:
                 progress.is_settled or (seconds is not None and time.monotonic() - start >= seconds)
             ):
                 return progress
+            if progress is not None and report is not None:
+                report(progress)
             time.sleep(_INTERVAL)
 
     def results(self, path: Path | str | None = None) -> Results:

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import re
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -15,6 +18,9 @@ from explore.errors import RequestError
 
 if TYPE_CHECKING:
     from explore.serving.client import JobHandle, Service
+
+#: Seconds after which a dry run says why it takes long.
+_LONG = 3.0
 
 
 def submit(
@@ -69,7 +75,8 @@ def submit(
             raise RequestError("--metric, --evaluations and --seed are for --refine; those of a file are in the file")
         new = _NewFile(service, file, name, keep, priority)
     if dry_run:
-        plan = new.plan()
+        with _patience():
+            plan = new.plan()
         print_json(plan) if as_json else _print_plan(plan)
         return
     job = new.submit()
@@ -151,11 +158,26 @@ def _print_plan(plan: dict[str, Any]) -> None:
     say(f"{count_of(plan['designs'], 'design')} ({plan['method']}), {plan['columns']} columns, {size}{seconds}")
 
 
+@contextmanager
+def _patience() -> Iterator[None]:
+    """Say what takes so long, if it does."""
+    text = "the service measures a design; the first study of a mechanism compiles before, up to a minute"
+    timer = threading.Timer(_LONG, say, (text, "dim"))
+    timer.daemon = True
+    timer.start()
+    try:
+        yield
+    finally:
+        timer.cancel()
+
+
 def _wait(job: JobHandle) -> None:
     """Wait, and raise unless the job is done."""
+    from explore.cli.progress import job_progress
     from explore.serving.requester import ServiceError
 
-    progress = job.wait()
+    with job_progress(job.name) as report:
+        progress = job.wait(report=report)
     if progress.state != "done":
         raise ServiceError(f"{job.name} is {progress.state}{': ' * bool(progress.reason)}{progress.reason}")
     say(f"{job.name} is done: {count_of(progress.designs, 'design')}")
