@@ -137,6 +137,15 @@ def test_a_narrow_window_is_drawn_design_by_design(page, frame):
     page.wait_for_selector("#cloud .caption:has-text('drawn one by one; click one')")
 
 
+def test_few_selected_designs_are_drawn_one_by_one_without_a_zoom(page, frame):
+    page.wait_for_selector("#cloud .caption:has-text('darker where there are more')")
+    page.fill("[aria-label='largest crank']", "100")
+    page.keyboard.press("Enter")
+    few = (frame["feasible"] & (frame["crank"] <= 100)).sum()
+    assert 0 < few < 2000
+    page.wait_for_selector(f"#cloud .caption:has-text('{few:,} selected designs in this window, drawn one by one')")
+
+
 def test_designs_are_chosen_and_pinned(page, frame):
     rows = page.locator("#ranking tbody button")
     first, last = rows.first.inner_text(), rows.last.inner_text()

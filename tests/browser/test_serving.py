@@ -90,7 +90,7 @@ def test_a_study_is_started_from_edited_and_submitted_by_keys_alone(page, served
 
     page.focus("#start")
     page.keyboard.type("sl")
-    page.wait_for_function("document.getElementById('name').value === 'slider-crank'")
+    page.wait_for_function("() => document.getElementById('name').value === 'slider-crank'")
     page.keyboard.press("ArrowUp")
     page.wait_for_function("text => document.getElementById('study').value === text", arg=starter)
     assert page.input_value("#name") == "crank-rocker"
@@ -124,9 +124,13 @@ def test_a_study_is_started_from_edited_and_submitted_by_keys_alone(page, served
     page.wait_for_selector("[aria-label='Retry crank-rocker']")
     assert page.evaluate("document.activeElement.closest('tr')?.innerText").startswith("crank-rocker"), "focus stays"
     page.wait_for_selector(state("dead-positions", "done"), timeout=240_000)
+    assert row.locator("td:nth-child(6)").inner_text().endswith(" %")
+    page.click("[aria-label='Refine dead-positions']")
+    page.wait_for_selector("#state:text-is('dead-positions-refined is queued')")
+    page.wait_for_selector(state("dead-positions-refined", "done"), timeout=240_000)
     page.select_option("#start", "jobs/crank-rocker/study")
     page.wait_for_function("text => document.getElementById('study').value === text", arg=LONG)
-    for name in ("crank-rocker", "dead-positions"):
+    for name in ("crank-rocker", "dead-positions-refined", "dead-positions"):
         wait_until(lambda name=name: delete(page, name))
 
 

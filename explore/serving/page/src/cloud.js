@@ -89,10 +89,9 @@ export function cloud(root, sources, conditions, choose, refresh) {
     });
     context.restore();
     const shown = answers.reduce((sum, answer) => sum + answer.shown, 0);
-    caption.textContent =
-      `${count(shown)} selected designs in this window` +
-      (points.some(Boolean) ? ", drawn one by one; click one" : "; darker where there are more; zoom in until they are drawn one by one") +
-      (fronts.some((front) => front.designs.length) ? ". Rings are Pareto-optimal." : ".");
+    const how = !shown ? "" : points.some(Boolean) ? ", drawn one by one; click one" : "; darker where there are more; zoom in until they are drawn one by one";
+    const rings = fronts.some((front) => front.designs.length) ? ". Rings are Pareto-optimal." : ".";
+    caption.textContent = `${shown ? count(shown) : "No"} selected designs in this window${how}${rings}`;
     canvas.setAttribute("aria-label", `density of ${view.y} over ${view.x}: ${caption.textContent}`);
   }
 
@@ -123,14 +122,15 @@ export function cloud(root, sources, conditions, choose, refresh) {
     async read() {
       const { x, y, window } = view;
       const ends = window ? { x_low: window.x[0], x_high: window.x[1], y_low: window.y[0], y_high: window.y[1] } : commonEnds(sources, x, y);
-      [answers, points] = await Promise.all([
-        Promise.all(sources.map((one) => query(one, "density", { x, y, where: conditions.texts(one), ...BINS, ...ends }))),
-        Promise.all(
-          sources.map(async (one) =>
-            window ? (await query(one, "points", { x, y, where: conditions.texts(one), ...ends, limit: MOST_POINTS })).points : null,
-          ),
-        ),
-      ]);
+      const told = await Promise.all(
+        sources.map(async (one) => {
+          const asked = { x, y, where: conditions.texts(one), ...ends };
+          const answer = await query(one, "density", { ...asked, ...BINS });
+          const few = answer.shown <= MOST_POINTS ? await query(one, "points", { ...asked, limit: MOST_POINTS }) : { points: null };
+          return [answer, few.points];
+        }),
+      );
+      [answers, points] = [told.map(([answer]) => answer), told.map(([, few]) => few)];
     },
     draw,
     showFronts(now) {

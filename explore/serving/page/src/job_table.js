@@ -76,7 +76,7 @@ export class JobTable {
     const found = [];
     if (job.state === "done") {
       found.push(link("Browse", `/page/browse.html?results=${job.name}`, "browse the results"));
-      if (mayChange) found.push(button("Refine", () => ask("POST", "/api/refinements", { name: freeName(`${job.name}-refined`, this.jobs), refine: job.name })));
+      if (mayChange) found.push(button("Refine", () => this.refine(job)));
       found.push(link("file", `/api/results/${job.name}/file`, "results file"));
     }
     if (!mayChange) return found;
@@ -89,6 +89,13 @@ export class JobTable {
       }));
     }
     return found;
+  }
+
+  async refine(job) {
+    const name = freeName(`${job.name.slice(0, 56)}-refined`, this.jobs);
+    this.say(`ranking ${job.name} to refine it …`); // which takes seconds for a large file
+    await ask("POST", "/api/refinements", { name, refine: job.name });
+    this.say(`${name} is queued`);
   }
 
   /** A field for the priority of a job that waits. */
@@ -121,7 +128,7 @@ function figures(job) {
   return [
     isSearch ? "known when found" : job.designs ? job.designs.toLocaleString("en") : "",
     job.rate && job.state === "running" ? Math.round(job.rate).toLocaleString("en") : "",
-    job.computed ? percent(job.feasible / job.computed) : "",
+    job.computed ? percent(job.feasible / job.computed) : job.kind === "task" && job.designs ? percent(job.feasible / job.designs) : "",
     job.seconds_left !== null ? duration(job.seconds_left) : isSearch && job.state === "running" ? "not known" : "",
   ];
 }
