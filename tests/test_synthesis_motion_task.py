@@ -1,5 +1,7 @@
 """Task "motion": linkages that make poses are found again, exactly or nearly, and all mistakes of a task file."""
 
+import json
+
 import numpy as np
 import pytest
 from command_line import run
@@ -7,7 +9,7 @@ from test_synthesis_poses import random_motion, reference
 
 import explore
 from explore.errors import ConfigError
-from explore.synthesis.defects import OTHER_BRANCH, OTHER_CIRCUIT, PASSES, WRONG_ORDER
+from explore.synthesis.defects import OTHER_BRANCH, OTHER_CIRCUIT, PASSES, SENTENCES, WRONG_ORDER
 from explore.synthesis.guidance import PivotBox, find_pairs
 from explore.synthesis.linkages import FourBar
 from explore.synthesis.pose_fits import fit_poses, measure_poses
@@ -114,8 +116,8 @@ def test_candidates_of_the_starter(tmp_path):
     frame = explore.synthesize(path, tmp_path / "task.h5").to_pandas()
     assert len(frame) == 20
     assert frame["feasible"].all()
-    assert (frame["path_error_max"] < 1e-9).all()
     assert (frame["position_error_max"] < 1e-9).all()
+    assert (frame["angle_error_max"] < 1e-9).all()
     run("report", "task.h5", "-o", "task.html", cwd=tmp_path)
     page = (tmp_path / "task.html").read_text(encoding="utf-8")
     assert page.count('<img alt="Burmester curves of design ') == 1
@@ -150,9 +152,25 @@ def test_more_poses_than_five_are_met_nearly(tmp_path):
     assert results.objectives[:2] == ("position_error_max:min", "angle_error_max:min")
     best = explore.rank(results).iloc[0]
     assert best["position_error_max"] == explore.rank(results)["position_error_max"].min()
-    assert best["path_error_rms"] < 0.03
+    assert best["pose_error_rms"] < 0.03
     assert best["angle_error_max"] < 0.2
     assert best[["crank", "coupler", "rocker", "ground"]].tolist() == pytest.approx([10, 35, 25, 40], rel=0.03)
+    # The study measures what the solver has found: the same errors at crank angles of its own.
+    solved = fit_poses(Poses(np.array([complex(x, y) for x, y, _ in rows]).round(4), np.radians([a for *_, a in rows])))
+    assert best["position_error_max"] == pytest.approx(solved[0].position_errors.max(), rel=1e-2)
+    refined = explore.refine(results, tmp_path / "refined.h5", evaluations=4096)
+    assert refined.target == results.target
+    front = explore.rank(refined)
+    assert front["position_error_max"].min() <= best["position_error_max"]
+    assert front["angle_error_max"].min() <= best["angle_error_max"]
+    # The solver has the least of the sum itself.
+    polished = json.loads(run("polish", "task.h5", "--metric", "pose_error_rms", "--json", cwd=tmp_path).stdout)
+    assert polished[0]["pose_error_rms"] == pytest.approx(best["pose_error_rms"], rel=1e-6)
+    design = str(front.index[0])
+    run("tolerance", "refined.h5", "--tolerance", "crank=0.01", "--design", design, "--draws", "64", cwd=tmp_path)
+    for page in ("task.h5", "refined.h5"):
+        run("report", page, "-o", "page.html", cwd=tmp_path)
+    run("plot", "path", "refined.h5", "-o", "path.png", cwd=tmp_path)
 
 
 THREE = "poses = [[12.06, 13.06, 37.7], [10.46, 16.81, 29.3], [5.80, 18.66, 23.6]]"
@@ -174,7 +192,7 @@ def test_three_poses_from_given_pivots(tmp_path):
     assert other.map(lambda z: z.real).between(10 - 1e-6, 60 + 1e-6).all()
     assert other.map(lambda z: z.imag).between(-10 - 1e-6, 10 + 1e-6).all()
     assert frame["link_ratio"].max() <= 4
-    assert frame["path_error_max"].max() < 1e-9  # by simulation: the dyads are of the poses, not of their inverse
+    assert frame["position_error_max"].max() < 1e-9  # by simulation: the dyads are of the poses, not of their inverse
 
 
 def test_four_poses_with_pivots_in_boxes():
@@ -203,6 +221,12 @@ def test_linkages_that_do_not_pass_are_rows_that_are_not_feasible(tmp_path):
     reported = synthesized(tmp_path, target, bounds)
     assert "passage" not in reported.constraints
     assert reported.to_pandas()["feasible"].any()
+    # Where the order is only reported each pose counts by itself; a crank that does not turn has no errors.
+    wrong = list(SENTENCES).index(WRONG_ORDER)
+    errors = [each[each["passage"] == wrong]["position_error_max"].dropna() for each in (frame, reported.to_pandas())]
+    assert len(errors[0]) == len(errors[1]) > 0
+    assert (errors[0] > 0.01).all()
+    assert (errors[1] < 1e-6).all()
     # A refinement computes what the study does, which passage is not.
     run("refine", "task.h5", "--evaluations", "64", cwd=tmp_path)
     synthesized(tmp_path, target, "transmission_angle_min = 0\nsize_ratio_max = 1e3")

@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from explore.mechanisms.registry import mechanism_by_name
 from explore.model.quantities import FloatArray, Parameter
+from explore.request.names import find_mechanism
 from explore.synthesis.candidates import Candidates
 from explore.synthesis.tasks.contract import Task
 
@@ -19,15 +19,14 @@ _ANY_RANGE = {"min": 1.0, "max": 2.0}
 
 def any_ranges(task: Task) -> dict[str, Any]:
     """Entries that stand for those of candidates that are not found yet."""
-    declared = {parameter.name: parameter for parameter in mechanism_by_name(task.mechanism).parameters}
+    declared = _declared(task)
     choices = {name: declared[name].choices for name in task.parameters if name in declared}
     return {name: list(choices[name]) if choices.get(name) else dict(_ANY_RANGE) for name in task.parameters}
 
 
 def ranges_around(task: Task, candidates: Candidates) -> dict[str, Any]:
     """Entries of the section [parameters] by name: ranges; lists of choices; numbers that the task gives."""
-    mechanism = mechanism_by_name(task.mechanism)
-    declared = {parameter.name: parameter for parameter in mechanism.parameters}
+    declared = _declared(task)
     sizes = [np.abs(values).max() for values in candidates.parameters.values()]
     entries: dict[str, Any] = {}
     for name, values in candidates.parameters.items():
@@ -36,6 +35,11 @@ def ranges_around(task: Task, candidates: Candidates) -> dict[str, Any]:
         else:
             entries[name] = _range(declared.get(name), values, float(max(sizes)))
     return entries
+
+
+def _declared(task: Task) -> dict[str, Parameter]:
+    """The parameters of the task's mechanism with its points and its target, by name."""
+    return {each.name: each for each in find_mechanism(task.mechanism, task.points, task.target).parameters}
 
 
 def _range(parameter: Parameter | None, values: FloatArray, size: float) -> Any:

@@ -12,6 +12,7 @@ import numpy as np
 from explore.errors import Problems, RequestError
 from explore.model.columns import Column
 from explore.model.progress import ReportProgress
+from explore.model.targets import STARTS, FunctionTarget
 from explore.suggest import format_value
 from explore.synthesis.candidates import SOLUTION, Candidates
 from explore.synthesis.function_search import FoundGenerator, FunctionTask
@@ -22,23 +23,15 @@ from explore.synthesis.tasks.four_bars import FORMULAS, LENGTHS, FourBarBounds
 from explore.synthesis.tasks.sections import SectionReader
 from explore.synthesis.turning_generators import find_turning_generators
 
-#: Values of x over which the search takes its mean, and at which the errors of all candidates are measured.
-_N_SEARCHED, _N_MEASURED = 101, 401
+#: Values of x over which the search takes its mean, and at which the target asks for the output.
+_N_SEARCHED, _N_ASKED = 101, 401
 _MOST_POINTS = 100
 #: Bounds on the transmission angle, deg, that are searched beside the one asked for, where they are larger.
 _FLOORS = (30.0, 40.0, 50.0)
 _METHOD = Column(
     "method", "", "how the linkage was found", "bookkeeping", "|i1", {1: "precision_points", 2: "least_error"}
 )
-# A narrow table drops the first of these first.
-_ADDED = (
-    SOLUTION,
-    _METHOD,
-    Column("output_start", "deg", "rocker angle at the start of the range, from the ground", "bookkeeping"),
-    Column("input_start", "deg", "crank angle at the start of the range, from the ground", "bookkeeping"),
-    Column("output_error_rms", "deg", "root mean square error of the rocker's angle over the range", "metric"),
-    Column("output_error_max", "deg", "largest error of the rocker's angle over the range", "metric"),
-)
+_STARTS = tuple(parameter.name for parameter in STARTS)
 _SENTENCES = {
     "precision_points": "Freudenstein's equation holds at the precision points, or nearly at more than three",
     "least_error": "the error of the output itself is least in the mean, among linkages nearby; its starts are free",
@@ -96,23 +89,16 @@ class _Search:
                 tried.append(f"at the given starts: {error}")
         if not found:
             raise RequestError("; ".join(tried))
-        errors = np.array([self._errors(each) for each in found])
         lengths = np.array([_lengths(each.generator) for each in found])
-        starts = np.degrees([(each.input_start, each.output_start) for each in found])
+        starts = np.degrees(wrapped(np.array([(each.input_start, each.output_start) for each in found])))
         parameters = {name: self.ground * lengths[:, k] for k, name in enumerate(LENGTHS)}
         # The branch of `output_angles` counts from the rocker's pivot, that of the mechanism from the crank's pin.
         parameters["branch"] = np.array([-float(each.generator.branch) for each in found])
+        parameters |= {name: starts[:, k] for k, name in enumerate(_STARTS)}
         return Candidates(
             parameters=parameters,
-            added=_ADDED,
-            values={
-                "solution": np.arange(1, len(found) + 1),
-                "output_error_max": np.degrees(np.abs(errors).max(axis=1)),
-                "output_error_rms": np.degrees(np.sqrt(np.mean(errors**2, axis=1))),
-                "input_start": starts[:, 0],
-                "output_start": starts[:, 1],
-                "method": np.array(methods),
-            },
+            added=(SOLUTION, _METHOD),
+            values={"solution": np.arange(1, len(found) + 1), "method": np.array(methods)},
             tried=tuple(tried),
             sentences=_SENTENCES,
         )
@@ -151,12 +137,12 @@ class _Search:
             generator = _nearer_branch(generator, inputs + math.pi, fitted.outputs(inputs))
         return FoundGenerator(generator, *turned, math.nan, math.nan)
 
-    def _errors(self, found: FoundGenerator) -> Any:
-        """Errors of the output over the range, rad, by simulation; NaN where it cannot be assembled."""
-        x = self.law.even(_N_MEASURED)
-        inputs = found.input_start + self.law.inputs(x, self.turns[0])
-        wanted = found.output_start + self.law.outputs(x, self.turns[1])
-        return wrapped(found.generator.outputs(inputs) - wanted)
+    @property
+    def target(self) -> FunctionTarget:
+        """The function as the target of a study."""
+        x = self.law.even(_N_ASKED)
+        turned = self.law.inputs(x, self.turns[0]), self.law.outputs(x, self.turns[1])
+        return FunctionTarget(tuple(zip(*np.degrees(turned).tolist(), strict=True)))
 
 
 def _nearer_branch(generator: FourBarGenerator, inputs: Any, outputs: Any) -> FourBarGenerator:
@@ -193,14 +179,19 @@ def _read(sections: TaskSections, problems: Problems) -> Task | None:
     return Task(
         mechanism="crank-rocker",
         find=search.find,
-        parameters=(*LENGTHS, "branch"),
+        parameters=(*LENGTHS, "branch", *_STARTS),
         fixed=("ground",),
         objectives=("output_error_max:min", "transmission_angle_worst:max", "footprint:min"),
-        measured={"output_error_max": "min", "output_error_rms": "min"},
-        metrics=("transmission_angle_min", "transmission_angle_max", "link_ratio"),
-        constraints=bounds.constraints,
-        measured_constraints={"output_error_max": {"max": error}},
+        metrics=(
+            "output_error_rms",
+            "output_error_max",
+            "transmission_angle_min",
+            "transmission_angle_max",
+            "link_ratio",
+        ),
+        constraints={**bounds.constraints, "output_error_max": {"max": error}},
         formulas=FORMULAS,
+        target=search.target.to_content(),
         window="cycle",  # a rocker that turns fully has no strokes
     )
 

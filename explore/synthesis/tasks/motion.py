@@ -8,9 +8,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from explore.errors import Problems, RequestError
-from explore.model.columns import Column
+from explore.model.columns import Arrays
 from explore.model.progress import ReportProgress
 from explore.model.quantities import FloatArray
+from explore.model.targets import PosesTarget
 from explore.suggest import format_value
 from explore.synthesis import defects
 from explore.synthesis.candidates import SOLUTION, Candidates
@@ -39,15 +40,8 @@ _SENTENCES = {
     defects.OTHER_BRANCH: "the crank would have to pass a dead point between the poses",
     defects.OTHER_CIRCUIT: "the linkage would have to be taken apart between the poses",
 }
-# A narrow table drops the first of these first.
-_ADDED = (
-    SOLUTION,
-    Column("body_angle", "deg", "angle of the body from the coupler", "bookkeeping"),
-    Column("angle_error_max", "deg", "largest error of the body's angle at the poses", "metric"),
-    Column("position_error_max", "mm", "largest distance of the body's point from its places", "metric"),
-    replace(PASSAGE, long_name="whether the crank takes the body through all poses in their order"),
-)
-#: Share of the poses' size by which an exact candidate may miss a place, from rounding.
+_ADDED = (SOLUTION, replace(PASSAGE, long_name="whether the crank takes the body through all poses in their order"))
+#: Share of the poses' size by which an exact candidate may miss a place, and rad by which an angle, from rounding.
 _ROUNDING = 1e-6
 #: Candidates whose pivots are nearer than this share of the poses' size are alike: one of them is enough.
 _ALIKE = 0.1
@@ -186,15 +180,12 @@ def _fate(fitted: FittedPoses) -> str:
 
 def _candidates(found: Sequence[FittedPoses], fates: Sequence[str], tried: Sequence[str]) -> Candidates:
     turned = np.array([each.body_angle for each in found])
-    values = {
-        "solution": np.arange(1, len(found) + 1),
+    parameters = {
+        **parameters_of([each.linkage for each in found]),
         "body_angle": np.degrees(np.angle(np.exp(1j * turned))),
-        # Of linkages that cannot be assembled at a pose on the branch of the first: as they are.
-        "angle_error_max": np.array([np.degrees(each.angle_errors.max()) for each in found]),
-        "position_error_max": np.array([each.position_errors.max() for each in found]),
-        "passage": passage_codes(fates),
     }
-    return Candidates(parameters_of([each.linkage for each in found]), _ADDED, values, tuple(tried), _SENTENCES)
+    values: Arrays = {"solution": np.arange(1, len(found) + 1), "passage": passage_codes(fates)}
+    return Candidates(parameters, _ADDED, values, tuple(tried), _SENTENCES)
 
 
 def _read(sections: TaskSections, problems: Problems) -> Task | None:
@@ -219,19 +210,19 @@ def _read(sections: TaskSections, problems: Problems) -> Task | None:
     }
     objectives = ["transmission_angle_worst:max", "footprint:min"]
     if search.is_exact and passage:
-        constraints["path_error_max"] = {"max": _ROUNDING * search.size}
+        constraints["position_error_max"] = {"max": _ROUNDING * search.size}
+        constraints["angle_error_max"] = {"max": float(np.degrees(_ROUNDING))}
     if not search.is_exact:  # poses that are met exactly are missed by rounding errors only, which order nothing
         objectives[:0] = ["position_error_max:min", "angle_error_max:min"]
     return Task(
         mechanism="crank-rocker",
         find=search.find,
-        parameters=PARAMETERS,
+        parameters=(*PARAMETERS, "body_angle"),
         objectives=tuple(objectives),
-        measured={"position_error_max": "min", "angle_error_max": "min"},
         metrics=(
-            "path_error_rms",
-            "path_error_max",
-            "path_crank_span",
+            "position_error_max",
+            "angle_error_max",
+            "pose_error_rms",
             "transmission_angle_min",
             "transmission_angle_max",
         ),
@@ -239,8 +230,14 @@ def _read(sections: TaskSections, problems: Problems) -> Task | None:
         measured_constraints=passage,
         formulas={**FORMULAS, **formulas, "longest_link": {"formula": f"max({', '.join(LENGTHS)})", "unit": "mm"}},
         points=(POINT,),
-        target={"kind": "path", "point": POINT, "points": [[p.real, p.imag] for p in poses.points.tolist()]},
+        target=_target(poses, is_ordered=bool(passage)).to_content(),
     )
+
+
+def _target(poses: Poses, *, is_ordered: bool) -> PosesTarget:
+    """The poses as the target of a study."""
+    places = zip(poses.points.real.tolist(), poses.points.imag.tolist(), np.degrees(poses.angles).tolist(), strict=True)
+    return PosesTarget(POINT, tuple(places), order="given" if is_ordered else "any")
 
 
 def _read_poses(target: SectionReader) -> Poses | None:
