@@ -166,7 +166,9 @@ def test_several_results_are_shown_together(page, frame):
     counts = [f"{part['feasible'].sum():,} of {len(part):,} designs" for part in (frame, short)]
     wait_total(page, f"grid: {counts[0]} · short: {counts[1]}")
     assert {"grid", "short"} == set(page.locator("#ranking tbody tr td:first-child").all_inner_texts())
-    page.locator("#ranking tbody button").last.click()
+    cv = [float(text) for text in page.locator("#ranking tbody td:nth-child(3)").all_inner_texts()]
+    assert cv == sorted(cv), "the best of both first"
+    page.locator("#ranking tbody tr:has(td:text-is('short')) button").last.click()
     page.wait_for_selector("#design h2:has-text('of short')")
 
 

@@ -52,19 +52,18 @@ export function ranking(root, sources, conditions, choose) {
       el("th", { scope: "col" }, "design"),
       ...shown.map((name) => el("th", { scope: "col" }, titled(first.byName.get(name)))),
     );
-    const rows = fronts.flatMap((front, k) =>
-      front.designs.slice(0, LINES).map((design) =>
+    const listedDesigns = fronts.flatMap((front, k) => front.designs.slice(0, LINES).map((design) => ({ front, k, design })));
+    const rows = bestFirst(listedDesigns, order).map(({ front, k, design }) =>
+      el(
+        "tr",
+        {},
+        ...(sources.length > 1 ? [el("td", {}, sources[k].name)] : []),
         el(
-          "tr",
-          {},
-          ...(sources.length > 1 ? [el("td", {}, sources[k].name)] : []),
-          el(
-            "th",
-            { scope: "row" },
-            el("button", { type: "button", class: "link", "aria-label": `choose design ${design.design}`, onclick: () => choose(k, design.design, FRONT) }, count(design.design)),
-          ),
-          ...shown.map((name) => el("td", {}, number(front.value(design, name) ?? NaN))),
+          "th",
+          { scope: "row" },
+          el("button", { type: "button", class: "link", "aria-label": `choose design ${design.design}`, onclick: () => choose(k, design.design, FRONT) }, count(design.design)),
         ),
+        ...shown.map((name) => el("td", {}, number(front.value(design, name) ?? NaN))),
       ),
     );
     table.replaceChildren(el("thead", {}, head), el("tbody", {}, ...rows));
@@ -84,4 +83,12 @@ export function ranking(root, sources, conditions, choose) {
       return fronts;
     },
   };
+}
+
+/** Designs of several results together, best first, where the metric is an objective; else each as they are. */
+function bestFirst(listed, metric) {
+  const aim = listed[0]?.front.objectives.find((text) => text.split(":")[0] === metric);
+  if (!aim) return listed;
+  const sign = aim.endsWith(":max") ? -1 : 1;
+  return [...listed].sort((a, b) => sign * (a.front.value(a.design, metric) - b.front.value(b.design, metric)));
 }
