@@ -46,12 +46,12 @@ def _pairs(value: object, problems: Problems) -> tuple[tuple[float, float], ...]
     pairs: list[tuple[float, float]] = []
     for number, pair in enumerate(value):
         if not is_list(pair) or len(pair) != 2:
-            problems.append((("table", number), f"must be a pair [input, output], got {format_value(pair)}"))
+            problems.append((("table", number), f"pair {number + 1} must be [input, output], got {format_value(pair)}"))
             continue
         try:
             pairs.append((quantity(pair[0], "deg"), quantity(pair[1], "deg")))
         except RequestError as error:
-            problems.append((("table", number), str(error)))
+            problems.append((("table", number), f"pair {number + 1}: {error}"))
     steps = [after[0] - before[0] for before, after in pairwise(pairs)]
     if len(pairs) == len(value) and not (all(step > 0.0 for step in steps) or all(step < 0.0 for step in steps)):
         problems.append((("table",), "the input angles must ascend, or descend, from pair to pair"))

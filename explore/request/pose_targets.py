@@ -67,10 +67,10 @@ def _poses(value: object, problems: Problems) -> tuple[tuple[float, float, float
     poses: list[tuple[float, float, float]] = []
     for number, pose in enumerate(value):
         if not is_list(pose) or len(pose) != 3:
-            problems.append((("poses", number), f"must be a pose [x, y, angle], got {format_value(pose)}"))
+            problems.append((("poses", number), f"pose {number + 1} must be [x, y, angle], got {format_value(pose)}"))
             continue
         try:
             poses.append((quantity(pose[0], "mm"), quantity(pose[1], "mm"), quantity(pose[2], "deg")))
         except RequestError as error:
-            problems.append((("poses", number), str(error)))
+            problems.append((("poses", number), f"pose {number + 1}: {error}"))
     return tuple(poses)
