@@ -92,6 +92,22 @@ def test_bins_fit_the_values_unless_their_number_is_given(indexed, frame):
     assert get(indexed, "histograms", columns="ground", bins=64)["columns"][0]["values_per_bin"] is None
 
 
+def test_bins_of_a_whole_axis_fit_its_values(indexed, frame):
+    told = get(indexed, "density", x="crank", y="ground")
+    assert (told["bins_x"], told["bins_y"]) == (200, 41)
+    table = frame.groupby(["ground", "crank"]).size().unstack().to_numpy()
+    assert np.array_equal(np.reshape(told["counts"], table.shape), table)
+    told = get(indexed, "density", x="crank", y="cv", where="cv < 0.8")
+    assert (told["bins_x"], told["bins_y"], told["y"]["low"]) == (200, 120, frame["cv"].min())
+    smooth = frame[frame["cv"] < 0.8]
+    columns = np.unique(frame["crank"], return_inverse=True)[1][frame["cv"] < 0.8]
+    rows = np.histogram_bin_edges(frame["cv"].dropna(), 120)
+    expected = np.histogram2d(smooth["cv"], columns, bins=(rows, np.arange(201) - 0.5))[0]
+    assert np.array_equal(np.reshape(told["counts"], expected.shape), expected)
+    told = get(indexed, "density", x="crank", y="cv", x_low=4)
+    assert (told["bins_x"], told["bins_y"], told["x"]["low"]) == (160, 120, 4)
+
+
 def test_density_counts_within_a_window(indexed, frame):
     told = get(
         indexed, "density", x="crank", y="cv", where="ground > 28", bins_x=16, bins_y=9, x_low=4, x_high=6.1, y_high=0.9

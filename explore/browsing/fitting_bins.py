@@ -14,10 +14,8 @@ from explore.browsing.counting import Range, whole_range
 from explore.browsing.index_files import IndexedColumn
 from explore.model.quantities import FloatArray
 
-#: Bins where a number is free to choose, and the least and the largest number near it.
-_USUAL, _LEAST, _LARGEST = 64, 48, 128
-#: Values of a grid up to which each has a bin of its own where no number of bins near the usual one divides theirs.
-_MOST_SINGLE = 1024
+#: The least and the largest number of bins near the usual one, over it.
+_LEAST, _LARGEST = 0.75, 2.0
 #: Largest deviation of a step of a grid from its mean, over the mean: a list of values that a person wrote is rounded.
 _UNEVEN = 1e-3
 
@@ -39,15 +37,25 @@ class FittingBins:
     values_per_bin: int | None
 
 
-def fitting_bins(column: IndexedColumn) -> FittingBins:
-    """Bins from the least to the largest finite value, about 64, or as many as the column has values on a grid."""
+def fitting_bins(column: IndexedColumn, usual_number: int = 64, most_single: int = 1024) -> FittingBins:
+    """Bins from the least to the largest finite value, or as many as the column has values on a grid.
+
+    Parameters
+    ----------
+    column
+        The column.
+    usual_number
+        Number of bins where it is free to choose; on a grid from three quarters to twice of it.
+    most_single
+        Values of a grid up to which each has a bin of its own where no such number of bins divides theirs.
+    """
     if column.facts.distinct == 1:
         return FittingBins(whole_range(column, 1), 1)
-    usual = FittingBins(whole_range(column, _USUAL), None)
+    usual = FittingBins(whole_range(column, usual_number), None)
     values = _grid(column)
     if values is None:
         return usual
-    bins = _number_of_bins(len(values))
+    bins = _number_of_bins(len(values), usual_number, most_single)
     half_step = (values[-1] - values[0]) / (len(values) - 1) / 2.0
     fitting = Range(column.facts.name, float(values[0] - half_step), float(values[-1] + half_step), bins)
     held = np.bincount(find_bins(values, fitting.edges), minlength=bins + 1)[:-1]
@@ -70,11 +78,12 @@ def _grid(column: IndexedColumn) -> FloatArray | None:
     return values if is_even else None
 
 
-def _number_of_bins(n_values: int) -> int:
+def _number_of_bins(n_values: int, usual: int, most_single: int) -> int:
     """How many bins so many values of a grid fall into, in equal parts or in many to a bin."""
-    if n_values <= _LARGEST:
+    largest = int(_LARGEST * usual)
+    if n_values <= largest:
         return n_values
-    divisors = [bins for bins in range(_LEAST, _LARGEST + 1) if n_values % bins == 0]
+    divisors = [bins for bins in range(int(_LEAST * usual), largest + 1) if n_values % bins == 0]
     if divisors:
-        return min(divisors, key=lambda bins: abs(bins - _USUAL))
-    return n_values if n_values <= _MOST_SINGLE else _USUAL
+        return min(divisors, key=lambda bins: abs(bins - usual))
+    return n_values if n_values <= most_single else usual

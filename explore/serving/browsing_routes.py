@@ -26,7 +26,7 @@ _Where = Annotated[
     list[Annotated[str, Query(max_length=1000)]], Query(max_length=40, description='Such as "swing_angle > 20".')
 ]
 _End = Annotated[float | None, Query(allow_inf_nan=False, description="End of the window, in the shown unit.")]
-_Bins = Annotated[int, Query(ge=1, le=512)]
+_Bins = Annotated[int | None, Query(ge=1, le=512, description="Default: as fits the values.")]
 
 router = APIRouter(prefix="/api/results/{name}", tags=["browser"])
 
@@ -56,7 +56,7 @@ def histograms(
     station: StationOf,
     columns: Annotated[str, Query(max_length=4000, description="Names, separated by commas.")],
     where: _Where = [],  # noqa: B006 -- FastAPI copies it
-    bins: Annotated[int | None, Query(ge=1, le=512, description="Default: about 64, as fits the values.")] = None,
+    bins: _Bins = None,
 ) -> Response:
     """Counts of up to 64 columns by bins of equal width; each column leaves out the conditions on itself.
 
@@ -74,14 +74,17 @@ def density(
     x: _Name,
     y: _Name,
     where: _Where = [],  # noqa: B006 -- FastAPI copies it
-    bins_x: _Bins = 160,
-    bins_y: _Bins = 120,
+    bins_x: _Bins = None,
+    bins_y: _Bins = None,
     x_low: _End = None,
     x_high: _End = None,
     y_low: _End = None,
     y_high: _End = None,
 ) -> Response:
-    """Counts of two columns together within a window."""
+    """Counts of two columns together within a window.
+
+    Without its number of bins and its ends, each bin of an axis on a grid holds equally many of its values.
+    """
     browsed = station.indexes.get(name)
     with _COUNTS.taken():
         return _json(describe_density(browsed, x, y, where, (bins_x, bins_y), Window(x_low, x_high, y_low, y_high)))

@@ -22,6 +22,8 @@ from explore.store.results import Results
 from explore.suggest import format_value, suggestion
 
 _KINDS = ("parameter", "metric", "margin")
+#: Bins of the axes of a density where they are free to choose, and values of a grid that have one each.
+_BINS_X, _BINS_Y, _MOST_SINGLE = 160, 120, 320
 
 
 @dataclass(frozen=True)
@@ -102,18 +104,21 @@ def describe_histograms(
 
 
 def describe_density(
-    browsed: Browsed, x: str, y: str, where: Sequence[str], bins: tuple[int, int], window: Window
+    browsed: Browsed, x: str, y: str, where: Sequence[str], bins: tuple[int | None, int | None], window: Window
 ) -> dict[str, Any]:
-    """Counts of two columns together within a window."""
-    x_range = _range(browsed, x, window.x_low, window.x_high, bins[0])
-    y_range = _range(browsed, y, window.y_low, window.y_high, bins[1])
+    """Counts of two columns together within a window.
+
+    None for bins chooses those that fit the values of a whole axis.
+    """
+    x_range = _axis(browsed, x, window.x_low, window.x_high, bins[0], _BINS_X)
+    y_range = _axis(browsed, y, window.y_low, window.y_high, bins[1], _BINS_Y)
     counted = count_density(browsed.index, _selection(browsed, where), x_range, y_range)
     everything = browsed.density_of_all(x_range, y_range)
     return {
         "x": _describe_range(browsed.results, x_range),
         "y": _describe_range(browsed.results, y_range),
-        "bins_x": bins[0],
-        "bins_y": bins[1],
+        "bins_x": x_range.bins,
+        "bins_y": y_range.bins,
         "counts": counted.counts.ravel().tolist(),
         "all": everything.ravel().tolist(),
         "selected": counted.n_selected,
@@ -165,6 +170,17 @@ def _column(browsed: Browsed, name: str) -> IndexedColumn:
     if column is None:
         raise RequestError(f"no column {format_value(name)}; {suggestion(name, browsed.index.columns)}")
     return column
+
+
+def _axis(
+    browsed: Browsed, name: str, low: float | None, high: float | None, bins: int | None, usual_bins: int
+) -> Range:
+    """Bins of an axis: those that fit the column where neither its ends nor their number are given."""
+    if bins is None and low is None and high is None:
+        fitting = fitting_bins(_column(browsed, name), usual_bins, _MOST_SINGLE).range
+        if fitting.low < fitting.high:
+            return fitting
+    return _range(browsed, name, low, high, bins or usual_bins)
 
 
 def _range(browsed: Browsed, name: str, low: float | None, high: float | None, bins: int) -> Range:

@@ -13,9 +13,8 @@ import { drawCells } from "./cells.js";
 import { query } from "./sources.js";
 import { zoomable } from "./zooming.js";
 
-const BINS = { bins_x: 160, bins_y: 110 },
-  /** Designs that are drawn one by one, at most. */
-  MOST_POINTS = 2000;
+/** Designs that are drawn one by one, at most. */
+const MOST_POINTS = 2000;
 const MARGIN = { left: 64, right: 12, top: 10, bottom: 46 };
 /** Share of the axes beyond the designs. */
 const ROOM = 0.02;
@@ -125,7 +124,7 @@ export function cloud(root, sources, conditions, choose, refresh) {
       const told = await Promise.all(
         sources.map(async (one) => {
           const asked = { x, y, where: conditions.texts(one), ...ends };
-          const answer = await query(one, "density", { ...asked, ...BINS });
+          const answer = await query(one, "density", asked);
           const few = answer.shown <= MOST_POINTS ? await query(one, "points", { ...asked, limit: MOST_POINTS }) : { points: null };
           return [answer, few.points];
         }),
