@@ -8,21 +8,17 @@ guide passes.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from explore.errors import RequestError
 from explore.model.quantities import FloatArray
 from explore.synthesis.linkages import ComplexArray, FourBar
 
-#: Crank angles over the dwell and over the turn.
-_N_DWELL, _N_TURN = 37, 180
+#: Crank angles over the dwell and over the turn at which motions are measured.
+_N_DWELL, _N_TURN = 740, 7400
 #: Steps of Gauss and Newton's method from the algebraic fit of a circle.
 _N_STEPS = 5
-#: Cost from which on a limit is missed: more than any error over a stroke.
-_MISSED = 1.0
 
 
 @dataclass(frozen=True)
@@ -156,17 +152,30 @@ def slider_positions(
     return local.real + side * along, local.imag / links[:, None]
 
 
-def measure(linkage: FourBar, start: float, span: float, direction: float, count: int = 20 * _N_DWELL) -> Dwell:
-    """Fit the link to the arc and measure the slider's motion, `count` crank angles in the dwell and in the turn.
+def measure(linkage: FourBar, start: float, span: float, direction: float) -> Dwell:
+    """Fit the link to the arc, the slider's place to its centre, and measure the slider's motion.
 
     Raises
     ------
     RequestError
         If the linkage or the slider cannot be assembled over the whole turn.
     """
-    dwell = linkage.points(start + np.linspace(0.0, span, count))[None]
-    turn = linkage.points(start + np.linspace(0.0, 2.0 * np.pi, 10 * count))[None]
-    centre, link = narrowest_ring(dwell[0])
+    centre, link = narrowest_ring(linkage.points(start + np.linspace(0.0, span, _N_DWELL)))
+    return measure_slider(linkage, start, span, direction, link, centre)
+
+
+def measure_slider(
+    linkage: FourBar, start: float, span: float, direction: float, link: float, centre: complex
+) -> Dwell:
+    """Measure a slider on the guide through a centre, near which it rests.
+
+    Raises
+    ------
+    RequestError
+        If the linkage or the slider cannot be assembled over the whole turn.
+    """
+    dwell = linkage.points(start + np.linspace(0.0, span, _N_DWELL))[None]
+    turn = linkage.points(start + np.linspace(0.0, 2.0 * np.pi, _N_TURN))[None]
     arguments = np.array([link]), np.array([centre]), np.array([direction])
     rest, _ = slider_positions(dwell, *arguments)
     travel, sines = slider_positions(turn, *arguments)
@@ -176,91 +185,3 @@ def measure(linkage: FourBar, start: float, span: float, direction: float, count
         linkage, start, span, link, centre, direction,
         float(np.ptp(travel)), float(np.ptp(rest)), float(np.arcsin(np.abs(sines).max())),
     )  # fmt: skip
-
-
-@dataclass(frozen=True)
-class DwellTask:
-    """A dwell of a slider.
-
-    Attributes
-    ----------
-    span
-        Angle that the crank turns while the slider rests, rad.
-    stroke
-        Least travel of the slider over the length of the crank.
-    transmission_angle_min, pressure_angle_max
-        Limits over the turn, rad.
-    link_ratio_max
-        Largest length of a link, and of the coupler point's distance from the crank's pin, over that of the crank.
-    """
-
-    span: float
-    stroke: float = 1.0
-    transmission_angle_min: float = float(np.radians(30.0))
-    pressure_angle_max: float = float(np.radians(50.0))
-    link_ratio_max: float = 6.0
-
-
-def find_dwell(task: DwellTask, seed: int = 0, generations: int = 300) -> Dwell:
-    """The dwell of least error over the stroke that a search by differential evolution finds; the crank is 1.
-
-    Raises
-    ------
-    RequestError
-        If no linkage within the limits was found.
-    """
-    from scipy.optimize import Bounds, differential_evolution
-
-    def costs(x: Any, /) -> Any:
-        return _costs(task, x)
-
-    # Coupler, rocker, ground, the coupler point along and across the coupler, start and direction.
-    longest = task.link_ratio_max
-    bounds = Bounds([1.0, 1.0, 1.0, -1.5, -2.0, 0.0, 0.0], [longest] * 3 + [2.5, 2.0, 2.0 * np.pi, np.pi])
-    found = differential_evolution(
-        costs, bounds, vectorized=True, updating="deferred", seed=seed, popsize=20,
-        maxiter=generations, tol=1e-10, polish=False,
-    )  # fmt: skip
-    if found.fun >= _MISSED:
-        raise RequestError("no dwell within these limits was found; ease the stroke, the angles or the lengths")
-    coupler, rocker, ground, along, across, start, direction = found.x.tolist()
-    linkage = FourBar(0j, complex(ground), 1.0, coupler, rocker, complex(along, across))
-    return measure(linkage, start, task.span, direction)
-
-
-def _costs(task: DwellTask, x: FloatArray) -> npt.NDArray[np.float64]:
-    """Error over stroke, or how far limits are missed, of a population, shape (7, n)."""
-    coupler, rocker, ground, along, across, start, direction = (row[:, None] for row in x)
-    point = along + 1j * across
-    angles = start + np.linspace(0.0, 2.0 * np.pi, _N_TURN, endpoint=False)
-    dwell_angles = start + np.linspace(0.0, task.span, _N_DWELL)
-    shortest, longest = np.abs(ground - 1.0), ground + 1.0
-    with np.errstate(invalid="ignore", divide="ignore"):
-        cosines = [(coupler**2 + rocker**2 - side**2) / (2.0 * coupler * rocker) for side in (shortest, longest)]
-        worst = np.abs(np.array(cosines)).max(axis=0)[:, 0]
-        missed = np.clip(worst - np.cos(task.transmission_angle_min), 0.0, None)
-        missed = missed + np.clip(np.abs(point * coupler)[:, 0] / task.link_ratio_max - 1.0, 0.0, None)
-        turn, dwell = (_points(coupler, rocker, ground, point, a) for a in (angles, dwell_angles))
-        circle = fit_circles(dwell)
-        rest, _ = slider_positions(dwell, circle.radii, circle.centres, direction[:, 0])
-        travel, sines = slider_positions(turn, circle.radii, circle.centres, direction[:, 0])
-        stroke = np.ptp(travel, axis=1)
-        missed = missed + np.clip(np.abs(sines).max(axis=1) - np.sin(task.pressure_angle_max), 0.0, None)
-        missed = (
-            missed + np.clip(task.stroke - stroke, 0.0, None) + np.clip(circle.radii / task.link_ratio_max - 1, 0, None)
-        )
-        costs = np.ptp(rest, axis=1) / stroke
-    costs = np.where(missed > 0.0, _MISSED + missed, costs)
-    return np.asarray(np.nan_to_num(costs, nan=100.0 * _MISSED, posinf=100.0 * _MISSED))
-
-
-def _points(
-    coupler: FloatArray, rocker: FloatArray, ground: FloatArray, point: ComplexArray, angles: FloatArray
-) -> ComplexArray:
-    """Coupler points of a population with cranks of 1, shape (n, k)."""
-    pins = np.exp(1j * angles)
-    diagonal = ground - pins
-    square = np.abs(diagonal) ** 2
-    along = (square + coupler**2 - rocker**2) / (2.0 * square)
-    across = np.sqrt(coupler**2 / square - along**2)
-    return np.asarray(pins + point * diagonal * (along + 1j * across))

@@ -11,15 +11,16 @@ from explore.errors import Problems, RequestError
 from explore.model.columns import Column
 from explore.model.progress import ReportProgress
 from explore.synthesis.candidates import SOLUTION, Candidates
-from explore.synthesis.dwells import Dwell, DwellTask, find_dwell
+from explore.synthesis.dwell_fitting import DwellTask
+from explore.synthesis.dwell_search import N_DRAWN, N_STARTS, find_dwells
 from explore.synthesis.tasks.contract import Task, TaskSections, TaskType
 from explore.synthesis.tasks.four_bars import FORMULAS, LENGTHS, FourBarBounds
 
 POINT = "M"
-#: Candidates at most, each a search of its own; and generations of each.
-_MOST_CANDIDATES, _GENERATIONS = 100, 80
-#: By which share the search stays within the bounds on the slider, which it measures at fewer angles.
-_WITHIN = 0.01
+_MOST_CANDIDATES = 100
+#: By which share the search stays within the bounds on the slider, which it measures at fewer angles, and within the
+#: others, which it meets up to rounding.
+_WITHIN, _ROUNDING = 1e-3, 1e-6
 
 
 def _column(name: str, unit: str, meaning: str, role: str = "bookkeeping") -> Column:
@@ -42,27 +43,23 @@ _ADDED = (
 
 @dataclass(frozen=True)
 class _Search:
-    """The dwell, in lengths of the crank; that length, mm; and the number of searches."""
+    """The dwell, in lengths of the crank; that length, mm; and the number of candidates."""
 
     task: DwellTask
     crank: float
     count: int
 
     def find(self, report: ReportProgress | None) -> Candidates:
-        """The best of each search, those of the least error over the stroke first."""
-        found: list[Dwell] = []
-        for seed in range(self.count):
-            if report is not None:
-                report(seed, self.count)
-            try:
-                found.append(find_dwell(self.task, seed, _GENERATIONS))
-            except RequestError:
-                continue
+        """The candidates with the least travel in the dwell first."""
+        if report is not None:
+            report(0, 1)
+        found = find_dwells(self.task, self.count)
         if not found:
             raise RequestError(
-                f"none of {self.count} searches found a crank-rocker with such a dwell; ease the stroke or [bounds]"
+                f"of arcs and guides of {N_DRAWN:,} crank-rockers, even those that come nearest to this dwell have "
+                f"links that do not reach their guides over the whole turn; ease stroke, pressure_angle_max or "
+                f"link_ratio_max"
             )
-        found.sort(key=lambda each: each.error / each.stroke)
         linkages = [each.linkage for each in found]
         arms = np.array([linkage.point * linkage.coupler for linkage in linkages])
         lengths = {name: np.array([getattr(linkage, name) for linkage in linkages]) for name in LENGTHS}
@@ -77,7 +74,10 @@ class _Search:
             "dwell_start": [each.start for each in found],
             "slider_pressure_angle_max": [each.pressure_angle_max for each in found],
         }
-        tried = f"{self.count} searches by differential evolution, {len(found)} with a dwell within the bounds"
+        tried = (
+            f"compared arcs and guides of {N_DRAWN:,} crank-rockers within the bound on the transmission angle and "
+            f"improved {N_STARTS:,} or more of them: {len(found)} local optima"
+        )
         return Candidates(
             parameters={
                 **{name: self.crank * values for name, values in lengths.items()},
@@ -98,7 +98,7 @@ class _Search:
 def _read(sections: TaskSections, problems: Problems) -> Task | None:
     """The task, or None after the problems of its sections are noted."""
     target = sections.target
-    span = target.number("dwell_angle", "deg", "90", above=0.0, below=300.0)
+    span = target.number("dwell_angle", "deg", "90", least=1.0, below=300.0)
     stroke = target.number("stroke", "mm", "30", above=0.0)
     crank = target.number("crank", "mm", default=20.0, above=0.0)
     bounds = FourBarBounds.read(sections.bounds)
@@ -107,8 +107,8 @@ def _read(sections: TaskSections, problems: Problems) -> Task | None:
     if problems:
         return None
     task = DwellTask(
-        math.radians(span), stroke / crank * (1.0 + _WITHIN), bounds.angle, math.radians(pressure) * (1.0 - _WITHIN),
-        bounds.link_ratio_max,
+        math.radians(span), stroke / crank * (1.0 + _WITHIN), bounds.angle + _ROUNDING,
+        math.radians(pressure) * (1.0 - _WITHIN), bounds.link_ratio_max * (1.0 - _ROUNDING),
     )  # fmt: skip
     return Task(
         mechanism="crank-rocker",
@@ -119,6 +119,7 @@ def _read(sections: TaskSections, problems: Problems) -> Task | None:
         measured={"dwell_error": "min", "slider_pressure_angle_max": "min"},
         metrics=("transmission_angle_min", "transmission_angle_max", "link_ratio"),
         constraints=bounds.constraints,
+        measured_constraints={"slider_stroke": {"min": stroke}, "slider_pressure_angle_max": {"max": pressure}},
         formulas=FORMULAS,
         points=(POINT,),
     )
