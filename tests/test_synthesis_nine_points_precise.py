@@ -62,7 +62,7 @@ def test_without_the_package_for_more_digits_the_paths_are_said_to_be_lost(hard,
     solutions = found.solutions
     assert not found.is_complete
     assert solutions.n_lost + solutions.n_singular + len(solutions.solutions) == N_CLASSES
-    assert "are lost, so that linkages may be missing (the extra `certify` of the package" in found.sentence
+    assert "are lost, so that linkages may be missing (with the package's extra certify" in found.sentence
 
 
 def parameters_of(points):

@@ -91,7 +91,7 @@ class NinePointReport:
             [f"{n_regular:,} lead to regular solutions, {proved}"] + [f"{n:,} {to}" for n, to in others if n]
         )
         if solutions.n_lost and not has_more_digits():
-            ends += " (the extra `certify` of the package follows them with more digits)"
+            ends += " (with the package's extra certify they are followed with more digits)"
         return (
             f"Of {N_CLASSES:,} paths {ends}. {len(solutions.real)} regular solutions are real; with cognates "
             f"{len(self.linkages)} linkages were found, {n_passing} of which take the points in order."
