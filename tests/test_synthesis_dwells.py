@@ -175,5 +175,9 @@ def test_what_does_not_exist():
     # The largest, of a coupler as long as the rocker: cos = 2 r / (r^2 + 1) with r = 6.
     with pytest.raises(RequestError, match="transmission angle of at most 71.08 deg; lower transmission_angle_min"):
         find_dwells(DwellTask(1.0, 1.0, np.radians(72), 1.0), 1)
+    # Nearly equal links: only small transmission angles, which are searched too.
+    short = DwellTask(1.0, 0.1, np.radians(1), 1.0, 1.1)
+    (nearly_equal,) = find_dwells(short, 1)
+    assert max(nearly_equal.linkage.lengths) <= 1.1 * (1 + 1e-9)
     with pytest.raises(RequestError, match="does not reach the guide"):
         measure(EXAMPLE, START, np.pi / 2, 0.9)

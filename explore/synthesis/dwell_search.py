@@ -91,15 +91,16 @@ def _draw(task: DwellTask, rng: np.random.Generator) -> FloatArray:
     With u the sum of the squares of coupler and rocker and v twice their product, the limits of the transmission angle
     with the crank along and against the ground are two lines in the plane of u and v, where v <= u is a third.
     """
-    ratio, largest = task.link_ratio_max, min(math.cos(task.transmission_angle_min), _LARGEST_COSINE)
+    ratio, largest = task.link_ratio_max, math.cos(task.transmission_angle_min)
+    best = 2.0 * ratio / (ratio**2 + 1.0)
+    if largest <= best:
+        raise RequestError(
+            f"crank-rockers with links of at most {ratio:.4g} cranks have a transmission angle of at most "
+            f"{math.degrees(math.acos(best)):.4g} deg; lower transmission_angle_min or raise link_ratio_max"
+        )
+    largest = min(largest, max(_LARGEST_COSINE, 0.5 * (1.0 + best)))
     # The least ground for which the three lines leave a triangle.
     least = (1.0 + math.sqrt(1.0 - largest**2)) / largest
-    if least > ratio:
-        best = math.degrees(math.acos(2.0 * ratio / (ratio**2 + 1.0)))
-        raise RequestError(
-            f"crank-rockers with links of at most {ratio:.4g} cranks have a transmission angle of at most {best:.4g} "
-            f"deg; lower transmission_angle_min or raise link_ratio_max"
-        )
     drawn: list[FloatArray] = []
     for _ in range(_N_ROUNDS):
         ground, place, share = rng.uniform(size=(3, N_DRAWN))
