@@ -56,8 +56,9 @@ _LAST_ATTEMPTS: tuple[_Attempt, ...] = tuple(
 _PATIENT_ATTEMPTS: tuple[_Attempt, ...] = tuple(
     (wanted, member, 4_000, 1e-18) for wanted in (1e-6, 3e-5, 1e-3, 1e-4) for member in (0, 1, 2)
 )
-#: Most paths that are followed with more digits, which takes a second or two for each.
-_MOST_PRECISE = 200
+#: Most paths that are followed with more digits, a second or two for each: of a parabola 56. Points of a short arc
+#: leave more, most of which end nowhere with more digits too.
+_MOST_PRECISE = 60
 #: Paths of one task of a thread.
 _CHUNK = 32
 #: Largest relative residual of a solution.

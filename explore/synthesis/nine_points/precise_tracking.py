@@ -26,7 +26,7 @@ _MOST_KNOTS = 9
 #: Largest first correction of a step, relative, and the one that ends its corrections.
 _WANTED, _CONVERGED = 1e-8, 1e-26
 _N_CORRECTIONS = 4
-_FIRST_STEP, _LEAST_STEP, _MOST_STEPS = 1e-4, 1e-20, 6_000
+_FIRST_STEP, _LEAST_STEP, _MOST_STEPS = 1e-4, 1e-20, 3_000
 #: What is left of a path where it ends, a few hundred roundings of the points, and where growth is measured from.
 _LEFT, _LEFT_BEFORE = 2.0**-40, 2.0**-30
 #: Growth between them of a solution that goes to infinity: one of the power 1 / 8 grows by 2.4.
