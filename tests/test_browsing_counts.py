@@ -6,6 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from explore.browsing import counting
 from explore.browsing.building import build_index
 from explore.browsing.cells import MOST_DISTINCT, Cells, find_bins, make_edges
 from explore.browsing.counting import Range, count_density, count_histograms, find_designs, whole_range
@@ -36,6 +37,12 @@ def make_values():
         "huge": random.choice([-1.7e308, 1.7e308, 0.0], N),
         "feasible": random.random(N) < 0.1,
     }
+
+
+@pytest.fixture(autouse=True)
+def several_tiles(monkeypatch):
+    """As large results have: the last one is shorter."""
+    monkeypatch.setattr(counting, "_TILE", 40_000)
 
 
 @pytest.fixture(scope="module")

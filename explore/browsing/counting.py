@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import threading
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -20,8 +21,8 @@ from explore.model.quantities import FloatArray
 
 Counts = npt.NDArray[np.int64]
 _Part = TypeVar("_Part")
-#: Designs that are counted at once: what is noted of them stays in the second-level cache.
-_TILE = 1 << 16
+#: Designs that are counted at once: the fewer tiles, the less do threads wait for the interpreter's lock.
+_TILE = 1 << 18
 _MOST_THREADS = 8
 
 
@@ -82,10 +83,13 @@ def count_histograms(index: Index, selection: Selection, ranges: Sequence[Range]
 
     def count(rows: slice, sums: list[Counts]) -> None:
         failed = selection.failed(rows)
-        chosen = {group: _list_rows(failed, group) for group in {0, *groups}}
-        sums[0] += len(chosen[0])
-        for table, group, own in zip(tables, groups, sums[1:], strict=True):
-            table.count(rows, chosen[group], own)
+        for group in sorted({0, *groups}):
+            chosen = _list_rows(failed, group)
+            if not group:
+                sums[0] += len(chosen)
+            for table, number, own in zip(tables, groups, sums[1:], strict=True):
+                if number == group:
+                    table.count(rows, chosen, own)
 
     n_selected, *sums = _add_up(index, [(), *(table.shape for table in tables)], count)
     selected = [own.sum(axis=0)[:-2] for own in sums]
@@ -98,7 +102,7 @@ def count_density(index: Index, selection: Selection, x: Range, y: Range) -> Den
 
     def count(rows: slice, sums: list[Counts]) -> None:
         chosen = _list_rows(selection.failed(rows), 0)
-        unsure = np.empty(len(chosen), np.uint32)
+        unsure = _ROOM.of(len(chosen))[1]
         cells = table_x.numbers[rows], table_y.numbers[rows]
         n_unsure = count_pairs(*cells, table_x.bins, table_y.bins, chosen, len(chosen), sums[1], unsure)
         places = unsure[:n_unsure].astype(np.int64) + rows.start
@@ -146,7 +150,7 @@ class _BinTable:
 
     def count(self, rows: slice, chosen: npt.NDArray[np.uint32], counts: Counts) -> None:
         """Add the chosen designs among some to counts of `shape`, whose lines add up to bins and two more."""
-        unsure = np.empty(len(chosen), np.uint32)
+        unsure = _ROOM.of(len(chosen))[1]
         n_unsure = count_bins(self.numbers[rows], self.bins, chosen, len(chosen), counts, unsure)
         if n_unsure:
             found = self.find(unsure[:n_unsure].astype(np.int64) + rows.start)
@@ -165,8 +169,25 @@ def _all_rows(rows: slice) -> npt.NDArray[np.uint32]:
     return np.arange(rows.stop - rows.start, dtype=np.uint32)
 
 
+class _Room(threading.local):
+    """Room of a thread for rows of a tile: fresh memory for each would cost more than what is done with it."""
+
+    def __init__(self) -> None:
+        self._rows = np.empty((2, 0), np.uint32)
+
+    def of(self, n_rows: int) -> npt.NDArray[np.uint32]:
+        """Two lines for so many rows: those that are chosen, and those that are unsure."""
+        if self._rows.shape[1] < n_rows:
+            self._rows = np.empty((2, n_rows), np.uint32)
+        return self._rows
+
+
+_ROOM = _Room()
+
+
 def _list_rows(failed: npt.NDArray[np.uint8], group: int) -> npt.NDArray[np.uint32]:
-    rows = np.empty(len(failed), np.uint32)
+    """The rows that fail nothing but perhaps a group; they hold until the thread lists others."""
+    rows: npt.NDArray[np.uint32] = _ROOM.of(len(failed))[0]
     return rows[: list_selected(failed, group, rows)]
 
 

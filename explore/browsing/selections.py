@@ -12,6 +12,8 @@ from explore.browsing.kernels import SEVERAL, mark_failed
 from explore.ranking.conditions import Condition
 
 Conditions = tuple[Condition, ...]
+#: Most designs of an index of which a selection keeps what it found, a byte for each.
+_MOST_KEPT = 1 << 25
 
 
 class Selection:
@@ -34,13 +36,26 @@ class Selection:
             groups[name] = (*groups.get(name, ()), condition)
         self._index, self._groups = index, groups
         self._outcomes = {name: index.columns[name].cells.outcomes(own) for name, own in groups.items() if name}
+        self._failed: dict[tuple[int, int], npt.NDArray[np.uint8]] = {}
 
     def group_of(self, column: str) -> int:
         """Number of the group of the conditions on a column, from 1; 0 if there is none."""
         return 1 + list(self._groups).index(column) if column in self._groups else 0
 
     def failed(self, rows: slice) -> npt.NDArray[np.uint8]:
-        """For each design 0 if it meets all conditions, else the number of the one group it fails, or `SEVERAL`."""
+        """For each design 0 if it meets all conditions, else the number of the one group it fails, or `SEVERAL`.
+
+        Kept for the next count of the same designs, which asks for the same rows, unless the index is very large.
+        """
+        key = rows.start, rows.stop
+        found = self._failed.get(key)
+        if found is None:
+            found = self._find_failed(rows)
+            if self._index.n_designs <= _MOST_KEPT:
+                self._failed[key] = found
+        return found
+
+    def _find_failed(self, rows: slice) -> npt.NDArray[np.uint8]:
         failed = np.zeros(rows.stop - rows.start, np.uint8)
         unsure = np.empty(len(failed), np.uint32)
         for number, (name, conditions) in enumerate(self._groups.items(), start=1):

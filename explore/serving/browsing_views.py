@@ -15,7 +15,7 @@ from explore.browsing.selections import Selection
 from explore.errors import RequestError
 from explore.json_text import json_value
 from explore.model.columns import Arrays
-from explore.ranking.conditions import Condition, Mask, parse_condition
+from explore.ranking.conditions import Condition, Mask
 from explore.ranking.rankings import rankable_names
 from explore.serving.indexes import Browsed
 from explore.store.results import Results
@@ -84,7 +84,7 @@ def describe_histograms(
 
     None for the bins chooses those that fit the values.
     """
-    selection = _selection(browsed, where)
+    selection = browsed.selection(where)
     fitting = [_bins(browsed, name, bins) for name in columns]
     counted = count_histograms(browsed.index, selection, [own.range for own in fitting])
     return {
@@ -112,7 +112,7 @@ def describe_density(
     """
     x_range = _axis(browsed, x, window.x_low, window.x_high, bins[0], _BINS_X)
     y_range = _axis(browsed, y, window.y_low, window.y_high, bins[1], _BINS_Y)
-    counted = count_density(browsed.index, _selection(browsed, where), x_range, y_range)
+    counted = count_density(browsed.index, browsed.selection(where), x_range, y_range)
     everything = browsed.density_of_all(x_range, y_range)
     return {
         "x": _describe_range(browsed.results, x_range),
@@ -131,7 +131,7 @@ def list_points(browsed: Browsed, x: str, y: str, where: Sequence[str], window: 
     x_range = _range(browsed, x, window.x_low, window.x_high, 1)
     y_range = _range(browsed, y, window.y_low, window.y_high, 1)
     inside = [_within(own) for own in (x_range, y_range)]
-    selection = Selection(browsed.index, [*_conditions(browsed, where), *inside])
+    selection = Selection(browsed.index, [*browsed.conditions(where), *inside])
     count, places = find_designs(browsed.index, selection, limit)
     if count > limit:
         return {"count": count, "points": None}
@@ -139,15 +139,6 @@ def list_points(browsed: Browsed, x: str, y: str, where: Sequence[str], window: 
     designs = columns["design"].values(places).astype(int).tolist()
     shown = [scales[name].show_all(columns[name].values(places)).tolist() for name in (x, y)]
     return {"count": count, "points": [list(point) for point in zip(designs, *shown, strict=True)]}
-
-
-def _selection(browsed: Browsed, where: Sequence[str]) -> Selection:
-    return Selection(browsed.index, _conditions(browsed, where))
-
-
-def _conditions(browsed: Browsed, where: Sequence[str]) -> list[Condition]:
-    names, scales = list(browsed.index.columns), browsed.results.scales
-    return [parse_condition(text, names, scales) for text in where]
 
 
 def _within(own: Range) -> Condition:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections import OrderedDict
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -12,6 +13,7 @@ from explore.browsing.counting import Counts, Range, count_density
 from explore.browsing.index_files import Index, identify, open_index, remove_index
 from explore.browsing.selections import Selection
 from explore.errors import ExploreError
+from explore.ranking.conditions import Condition, parse_condition
 from explore.serving.folder import Folder, State
 from explore.serving.queue import Jobs, StateError
 from explore.serving.results_views import open_shown
@@ -21,6 +23,8 @@ from explore.store.results import Results
 _MOST_OPEN = 8
 #: Densities of all designs that stay known for each.
 _MOST_DENSITIES = 32
+#: Selections that stay known for each, a byte for each design.
+_MOST_SELECTIONS = 2
 #: Indexes that wait to be made.
 _MOST_WAITING = 16
 
@@ -36,6 +40,22 @@ class Browsed:
     results: Results
     index: Index
     _densities: OrderedDict[tuple[Range, Range], Counts] = field(default_factory=OrderedDict)
+    _selections: OrderedDict[tuple[str, ...], Selection] = field(default_factory=OrderedDict)
+
+    def selection(self, where: Sequence[str]) -> Selection:
+        """The designs that meet conditions; the last ones are kept, for a page asks for several counts of them."""
+        selection = self._selections.get(tuple(where))
+        if selection is None:
+            selection = Selection(self.index, self.conditions(where))
+            while len(self._selections) >= _MOST_SELECTIONS:
+                self._selections.pop(next(iter(self._selections), ()), None)
+            self._selections[tuple(where)] = selection
+        return selection
+
+    def conditions(self, where: Sequence[str]) -> list[Condition]:
+        """Conditions as they are written, in the units that are shown."""
+        names, scales = list(self.index.columns), self.results.scales
+        return [parse_condition(text, names, scales) for text in where]
 
     def density_of_all(self, x: Range, y: Range) -> Counts:
         """Counts of all designs by the bins of two columns; the last few are kept."""
