@@ -2,8 +2,8 @@
 
 Needs the results of ``explore sweep`` of configs/grid.toml, optimum.toml, published.toml, slider_crank.toml,
 variable_crank.toml, straight_line.toml, rig_20deg.toml and of wiper.toml in docs/ranking.md, of ``explore synthesize``
-with the tasks that ``explore init path.toml --task path`` and ``explore init motion.toml --task motion`` write, and
-those of ``explore precision`` and of ``explore stability`` with crank-rocker, with variable-crank and with gears.
+with the tasks that ``explore init NAME.toml --task NAME`` writes of path, motion and dwell, and those of
+``explore precision`` and of ``explore stability`` with crank-rocker, with variable-crank and with gears.
 """
 
 import io
@@ -116,6 +116,7 @@ GALLERY = {
     "path": ["path", "results/path.h5"],
     "cognates": ["cognates", "results/path.h5"],
     "burmester": ["burmester", "results/motion.h5"],
+    "dwell": ["dwell", "results/dwell.h5"],
     "ratio": ["ratio", "results/grid.h5", "--design", "156168"],
 }
 #: Arguments of ``explore plot`` for the picture of the tutorial, the motion of the chosen design.

@@ -20,14 +20,17 @@ from .covering import Coverage as Coverage
 from .covering import coverage as coverage
 from .errors import ClusterError as ClusterError
 from .errors import ConfigError as ConfigError
+from .errors import DoubtfulInputWarning as DoubtfulInputWarning
 from .errors import ExploreError as ExploreError
 from .errors import FailedBlocksWarning as FailedBlocksWarning
 from .errors import MotionError as MotionError
+from .errors import NothingFeasibleWarning as NothingFeasibleWarning
 from .errors import RequestError as RequestError
 from .errors import ResultsError as ResultsError
 from .exporting.formats import export as export
 from .serving.client import Service as Service
 from .serving.requester import ServiceError as ServiceError
+from .store.labels import in_words as in_words
 from .store.open_results import open_results as open_results
 from .store.open_results import xarray as xarray
 from .store.results import Results as Results

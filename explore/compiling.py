@@ -6,15 +6,18 @@ first-class function types: so one loop serves all mechanisms and a second proce
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from functools import cache, partial
+from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
 from numba import njit, types
 from numba.core import sigutils
+from numba.core.caching import IndexDataCacheFile
 from numba.core.compiler_lock import global_compiler_lock
-from numba.core.event import Event, Listener, register
+from numba.core.event import Event, Listener, register, unregister
 
 from explore.compiler_passes import CompilerApart, PlainCompiler, quick_compilation
 
@@ -27,6 +30,11 @@ FILL_SIGNATURE = "void(float64[::1], float64[::1], int64, int64, int64, int64, i
 INTEGRALS_SIGNATURE = "void(float64[::1], float64[::1], float64[::1], float64[::1])"
 #: Rows that `integrals` fills for each signal: mean, variance, and bounds of their errors.
 INTEGRALS = 4
+
+_PACKAGE = Path(__file__).parent
+
+#: An import in the text of a module: leading dots, module and names of `from`, or the module of `import`.
+_IMPORT = re.compile(r"^[ \t]*(?:from (\.*)([\w.]*) import (\([^)]*\)|[^\n]*)|import ([\w.]+))", re.MULTILINE)
 
 # Never nnan or ninf: NaN and infinities must stay visible.
 _FASTMATH = {"contract", "reassoc", "nsz", "arcp"}
@@ -99,17 +107,56 @@ def options(*, fast: bool, contract: bool, inlined: bool, allocates: bool) -> di
 
 
 def cached(dispatcher: Any) -> Any:
-    """Let Numba's cache of a function notice changes in all modules of this package: it may call any of them."""
-    file = dispatcher._cache._cache_file
-    file._source_stamp = (file._source_stamp, _package_stamp())
+    """Let Numba's cache of a function notice changes of the modules whose code or constants it may hold."""
+    dispatcher._cache._cache_file.__class__ = _IndexFile
+    dispatcher._cache._cache_file.source = Path(dispatcher.py_func.__code__.co_filename)
     return dispatcher
 
 
+class _IndexFile(IndexDataCacheFile):  # type: ignore[misc]  # Numba has no types
+    """An index of Numba's cache that is valid for a content of the source, not for a time of its last change."""
+
+    source: Path
+
+    @property
+    def _source_stamp(self) -> str:
+        return _source_digest(self.source)
+
+    @_source_stamp.setter
+    def _source_stamp(self, stamp: object) -> None:
+        """Ignore Numba's own stamp, which knows one file only."""
+
+
 @cache
-def _package_stamp() -> tuple[float, int]:
-    """The time of the last change of a module of this package, and the sizes of all."""
-    files = [path.stat() for path in Path(__file__).parent.rglob("*.py")]
-    return max(file.st_mtime for file in files), sum(file.st_size for file in files)
+def _source_digest(path: Path) -> str:
+    """A digest of a module and of all that it imports, directly or not, from this package or its own."""
+    sources, waiting = {path: _source(path)}, [path]
+    while waiting:
+        found = _imported(waiting.pop()) - sources.keys()
+        sources.update((module, _source(module)) for module in found)
+        waiting += found
+    return sha256(b"".join(sources[module] + module.name.encode() for module in sorted(sources))).hexdigest()
+
+
+@cache
+def _source(path: Path) -> bytes:
+    """The text of a module; nothing where it has no file, as in an interactive session."""
+    return path.read_bytes() if path.is_file() else b""
+
+
+@cache
+def _imported(path: Path) -> set[Path]:
+    """Modules of this package, or of the package of the module at `path`, that it imports anywhere in its text."""
+    packages = [folder for folder in path.parents if (folder / "__init__.py").is_file()]
+    roots = {folder.name: folder.parent for folder in [_PACKAGE, *packages[-1:]]}
+    found = set()
+    for dots, module, names, plain in _IMPORT.findall(_source(path).decode()):
+        base = path.parents[len(dots) - 1] if dots else roots.get((plain or module).partition(".")[0])
+        if base is not None:
+            modules = [plain] if plain else [module, *(f"{module}.{name}" for name in re.findall(r"\w+", names))]
+            files = [base.joinpath(*name.split(".")) for name in modules]
+            found |= {file.with_suffix(".py") for file in files} | {file / "__init__.py" for file in files}
+    return {file for file in found if file.is_file()} - {_PACKAGE / "__init__.py"}
 
 
 def function_type(signature: str) -> Any:
@@ -118,9 +165,11 @@ def function_type(signature: str) -> Any:
     return types.FunctionType(result(*arguments))
 
 
-def announce_compilation(announce: Callable[[], None]) -> None:
-    """Call `announce` before Numba compiles the first function that is not in its cache."""
-    register("numba:compile", _Announcer(announce))
+def announce_compilation(announce: Callable[[], None]) -> Callable[[], None]:
+    """Call `announce` before Numba compiles the first function that is not in its cache; returns what ends that."""
+    announcer = _Announcer(announce)
+    register("numba:compile", announcer)
+    return lambda: unregister("numba:compile", announcer)
 
 
 class _Announcer(Listener):  # type: ignore[misc]  # Numba has no types

@@ -43,6 +43,10 @@ class ClusterError(ExploreError, RuntimeError):
     """The workers of a sweep cannot be reached, were lost, or do not compute with the same versions as this process."""
 
 
+class DoubtfulInputWarning(UserWarning):
+    """A study or a task is valid, but may not say what its author means."""
+
+
 class FailedBlocksWarning(RuntimeWarning):
     """Blocks of a sweep failed and were left out of its results.
 
@@ -60,3 +64,7 @@ class FailedBlocksWarning(RuntimeWarning):
 
     def __reduce__(self) -> tuple[type["FailedBlocksWarning"], tuple[dict[int, str]]]:
         return type(self), (self.failures,)
+
+
+class NothingFeasibleWarning(RuntimeWarning):
+    """Results have no design to rank; the text says why, in the words of `explore rank`."""

@@ -78,9 +78,14 @@ def unfinished_name(path: Path) -> Path:
 
 def remove_unfinished(path: Path) -> None:
     """Remove the unfinished versions of a file that killed processes left; the caller holds the file's lock."""
-    for file in path.parent.iterdir():
-        if file.name.startswith(path.name) and _UNFINISHED.fullmatch(file.name, len(path.name)):
-            file.unlink()
+    for file in unfinished_versions(path):
+        file.unlink()
+
+
+def unfinished_versions(path: Path) -> list[Path]:
+    """The unfinished versions of a file."""
+    names = ((file, file.name) for file in path.parent.iterdir())
+    return [file for file, name in names if name.startswith(path.name) and _UNFINISHED.fullmatch(name, len(path.name))]
 
 
 def check_regular(path: Path) -> None:

@@ -1,4 +1,4 @@
-"""Parts of error messages: suggestions for unknown names, and shortened values."""
+"""Parts of error messages: suggestions for unknown names, and shortened or printable values."""
 
 from __future__ import annotations
 
@@ -44,3 +44,8 @@ def format_value(value: object) -> str:
     text = text if len(text) <= 40 else text[:37] + "..."
     text = "".join(letter if letter.isprintable() else "?" for letter in text)
     return f"'{text}'" if isinstance(value, str) else text
+
+
+def one_line(text: str) -> str:
+    """The text with unprintable characters replaced, so that a message stays on one line."""
+    return "".join(character if character.isprintable() else "?" for character in text)

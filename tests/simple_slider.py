@@ -103,7 +103,7 @@ SIMPLE_SLIDER = Mechanism(
     parameters=PARAMETERS,
     signals=SIGNALS,
     metrics=(
-        Metric("stroke", "mm", "stroke of the slider", lower=0.0),
+        Metric("stroke", "mm", "stroke of the slider", lower=0.0, closed_form_of="position_peak_to_peak_cycle"),
         Metric("margin", "mm", "length of the rod beyond crank and offset", "max"),
     ),
     windows=(Window("cycle", "the full turn", "turn", needs_stroke=False),),

@@ -6,7 +6,7 @@ from command_line import call, on_terminal
 from explore.cli.commands.plot import KINDS
 
 #: Kinds that need more than the results of any study: a point of the coupler, a target.
-OF_POINTS = ("path", "cognates", "burmester")
+OF_POINTS = ("path", "cognates", "burmester", "dwell")
 
 
 @pytest.mark.parametrize("kind", [kind for kind in KINDS if kind not in OF_POINTS])
@@ -67,13 +67,14 @@ def test_a_progress_bar_on_a_terminal(in_results):
         (["map", "--x", "crank", "--y", "crank"], "--x and --y are both 'crank'; name two parameters"),
         (
             ["parallel", "--design", "1"],
-            "--design does not apply to 'parallel', only to pareto, motion, mechanism, path, cognates, burmester",
+            "--design does not apply to 'parallel', only to pareto, motion, mechanism, path, cognates, burmester, dw",
         ),
         (
             ["cognates"],
             "cognates draw the path of a point of the coupler, and the study has none: name one in [points]",
         ),
-        (["path"], "the study has no path in [target] to compare with"),
+        (["dwell"], "these designs have no slider that rests; draw their mechanism or motion instead"),
+        (["path"], "the study has no path in [target] to compare with; a mechanism chart draws the paths"),
         (["motion", "--design", "4"], "no full turn to simulate: all links fall into one line"),
         (["mechanism", "--design", "4"], "no full turn to simulate: all links fall into one line"),
         (["pareto", "-o", "nowhere/front.png"], "-o nowhere/front.png: there is no folder nowhere; name another"),

@@ -13,6 +13,7 @@ from command_line import call, run
 
 import explore
 from explore import charts
+from explore.cli.units import show_in_units
 from explore.covering import show_coverage
 from explore.store.shown_results import show_results
 from explore.units.shown import ShownUnits, read_shown_units
@@ -20,9 +21,9 @@ from explore.units.shown import ShownUnits, read_shown_units
 STUDY = """mechanism = "crank-rocker"
 [parameters]
 crank = ["2 in", "3 in", "4 in", "6 in"]
-coupler = { start = 900, stop = 1000, num = 4 }
-rocker = { start = 500, stop = 600, num = 3 }
-ground = 700
+coupler = { start = "900 mm", stop = "1000 mm", num = 4 }
+rocker = { start = "500 mm", stop = "600 mm", num = 3 }
+ground = "700 mm"
 speed = "60 rpm"
 [evaluate]
 metrics = ["cv", "swing_angle", "mean", "variance", "transmission_angle_min"]
@@ -33,6 +34,7 @@ metrics = ["cv", "swing_angle:max"]
 """
 UNITS = '[units]\nlength = "in"\nspeed = "rpm"\n'
 CHOICES = ("--units", "length=in", "--units", "speed=rpm")
+LENGTHS = {"crank": "1 mm", "coupler": "3 mm", "rocker": "3 mm", "ground": "3 mm"}
 INCH, RPM = 25.4, 2.0 * np.pi / 60.0
 
 
@@ -56,12 +58,10 @@ def test_the_units_change_neither_the_identity_nor_the_columns(folder):
 
 
 def test_a_study_in_python_has_the_units(folder):
-    study = explore.Study(mechanism="crank-rocker", parameters={"crank": 1, "coupler": 3, "rocker": 3, "ground": 3},
-                          units={"length": "in"})  # fmt: skip
+    study = explore.Study(mechanism="crank-rocker", parameters=LENGTHS, units={"length": "in"})  # fmt: skip
     assert tomllib.loads(study.to_toml())["units"] == {"length": "in"}
     with pytest.raises(explore.ConfigError, match=r"^units.length: unknown unit 'inn'; did you mean 'in'\?$"):
-        explore.Study(mechanism="crank-rocker", parameters={"crank": 1, "coupler": 3, "rocker": 3, "ground": 3},
-                      units={"length": "inn"})  # fmt: skip
+        explore.Study(mechanism="crank-rocker", parameters=LENGTHS, units={"length": "inn"})  # fmt: skip
 
 
 def test_edited_units_resume_the_sweep_and_say_how_to_show_it(folder, tmp_path):
@@ -94,7 +94,7 @@ def test_the_unit_is_named_wherever_it_is_not_the_declared_one(folder, tmp_path)
     assert run("rank", "results/plain.h5", *CHOICES, cwd=folder).stdout == shown
     assert (
         run("rank", "results/inch.h5", "--units", "declared", cwd=folder).stdout
-        == run("rank", "results/plain.h5", cwd=folder).stdout
+        == run("rank", "results/plain.h5", "--units", "declared", cwd=folder).stdout
     )
 
 
@@ -309,7 +309,7 @@ def test_the_table_of_certified_designs_is_in_the_chosen_units(folder):
 def test_tolerances_in_the_chosen_units(folder, tmp_path):
     """0.004 in is 0.1016 mm exactly, so the same parts are drawn; the results file stays in declared units."""
     options = ("--design", "7", "--draws", "4096", "--tolerance", "rocker=0.2 mm:uniform")
-    declared = ("tolerance", "results/plain.h5", *options, "--tolerance", "crank=0.1016")
+    declared = ("tolerance", "results/plain.h5", *options, "--tolerance", "crank=0.1016", "--units", "declared")
     command = ("tolerance", "results/inch.h5", *options, "--tolerance", "crank=0.004")
     plain = json.loads(run(*declared, "--json", "-o", tmp_path / "plain.h5", cwd=folder).stdout)
     outputs = [word for name in ("inch.h5", "inch.csv", "inch.svg") for word in ("-o", tmp_path / name)]
@@ -342,13 +342,14 @@ def test_tolerances_in_the_chosen_units(folder, tmp_path):
     assert re.search(r"^ variance \[rpm\^2\] ", table, re.MULTILINE)
     front = run("tolerance", "results/inch.h5", "--draws", "64", "--tolerance", "crank=0.004", cwd=folder).stdout
     same = run("tolerance", "results/plain.h5", "--draws", "64", "--tolerance", "crank=0.1016", cwd=folder).stdout
-    assert [line.split()[:1] for line in front.splitlines()] == [line.split()[:1] for line in same.splitlines()]
+    designs = [re.findall(r"^ *(\d+) ", output, re.MULTILINE) for output in (front, same)]
+    assert designs[0] == designs[1] != []
     wrong = run("tolerance", "results/inch.h5", "--tolerance", "crank=1e999", cwd=folder, code=2).stderr
     assert wrong == "error: --tolerance crank: the number is too large\n"
 
 
 def test_coverage_in_the_chosen_units(tmp_path):
-    study = STUDY.replace("{ start = 500, stop = 600, num = 3 }", "500") + UNITS
+    study = STUDY.replace('{ start = "500 mm", stop = "600 mm", num = 3 }', '"500 mm"') + UNITS
     (tmp_path / "inch.toml").write_text(study)
     command = ("coverage", "inch.toml")
     plain = json.loads(run(*command, "--units", "declared", "--json", cwd=tmp_path).stdout)
@@ -373,3 +374,26 @@ def test_the_figure_of_coverage_is_in_the_chosen_units():
     np.testing.assert_allclose(second * [INCH, 1.0], first, rtol=1e-15)
     assert [figure.axes[1].get_xlabel() for figure in figures] == ["crank length [mm]", "crank length [in]"]
     assert "rocker 19.685 in" in figures[1].get_suptitle()
+
+
+@pytest.mark.parametrize(
+    ("entry", "unit", "shown"),
+    [
+        ('"60 rpm"', "rpm", 60.0),
+        ('["60 rpm", "80 rpm"]', "rpm", 60.0),
+        ('{ start = "60 rpm", stop = "80 rpm", num = 2 }', "rpm", 60.0),
+        ('["60 rpm", 9.0]', "rad/s", 60.0 * RPM),
+        ('["60 rpm", "2 Hz"]', "rad/s", 60.0 * RPM),
+        ("6.0", "rad/s", 6.0),
+    ],
+)
+def test_a_speed_given_in_rpm_is_shown_in_rpm(entry, unit, shown, tmp_path):
+    """And nothing else: velocities of the output are in the declared unit, and so is the file."""
+    (tmp_path / "study.toml").write_text(STUDY.replace('"60 rpm"', entry))
+    results = explore.sweep(explore.load_study(tmp_path / "study.toml"), tmp_path / "study.h5")
+    assert results.units["speed"] == "rad/s"
+    own = show_in_units(results, None)
+    assert (own.units["speed"], own.units["mean"]) == (unit, "rad/s")
+    assert own.design(0)["speed"] == pytest.approx(shown, rel=1e-15)
+    for texts, expected in ((["declared"], "rad/s"), (["speed=Hz"], "Hz"), (["speed=rad/s"], "rad/s")):
+        assert show_in_units(results, texts).units["speed"] == expected

@@ -5,6 +5,7 @@ import importlib
 import json
 import os
 import platform
+import shutil
 import subprocess
 import sys
 import time
@@ -180,20 +181,58 @@ def test_a_failed_compilation_leaves_numba_and_the_garbage_collector_as_they_wer
     assert "get_call_type" not in vars(types.Function)
 
 
-def test_a_change_in_any_module_is_noticed(first):
-    """A function in the cache holds the code of those that it calls, wherever they stand."""
-    script = f"""
-import pathlib, time, types, explore
-stat = pathlib.Path.stat
-changed = pathlib.Path(explore.__file__).parent / "quadrature" / "panels.py"
-def later(self, **options):
-    result = stat(self, **options)
-    return types.SimpleNamespace(st_mtime=time.time(), st_size=result.st_size) if self == changed else result
-pathlib.Path.stat = later
+def with_a_changed_module(module):
+    """A script that reports lookups in the cache after a change of a module of the package."""
+    return f"""
+import pathlib, explore
+read = pathlib.Path.read_bytes
+changed = pathlib.Path(explore.__file__).parent / "{module}"
+assert changed.is_file()
+pathlib.Path.read_bytes = lambda self: read(self) + (b"\\n" if self == changed else b"")
 {REPORT}print(json.dumps(stats))
 """
 
-    assert all((hits, misses) == (0, 1) for hits, misses in report(first[0], script).values())
+
+def test_a_change_of_a_module_that_a_kernel_imports_is_noticed(first, tmp_path):
+    """A function in the cache holds the code of those that it calls, wherever they stand."""
+    cache = shutil.copytree(first[0], tmp_path / "cache")
+    lookups = report(cache, with_a_changed_module("lanes/elementary.py"))
+
+    assert all((hits, misses) == (0, 1) for name, (hits, misses) in lookups.items() if name != "close_all"), lookups
+
+
+@pytest.mark.parametrize("module", ["cli/application.py", "mechanisms/gears/kernel.py"])
+def test_a_change_elsewhere_compiles_nothing(first, module):
+    lookups = report(first[0], with_a_changed_module(module))
+
+    assert all((hits, misses) == (1, 0) for hits, misses in lookups.values()), lookups
+
+
+PACKAGE = """
+import importlib, json, sys
+sys.path.insert(0, {folder!r})
+kernel = importlib.import_module("third_party.kernel")
+result = kernel.area(2.0)
+print(json.dumps([result, kernel.area.stats.cache_hits.total()]))
+"""
+
+
+@pytest.mark.parametrize("statement", ["from .constants import FACTOR", "from third_party.constants import FACTOR"])
+def test_a_change_of_a_constant_of_another_package_is_noticed(tmp_path, statement):
+    package = tmp_path / "third_party"
+    package.mkdir()
+    (package / "__init__.py").touch()
+    (package / "constants.py").write_text("FACTOR = 3.0\n")
+    (package / "kernel.py").write_text(
+        f"from explore.compiling import compiled\n{statement}\n"
+        '@compiled("float64(float64)")\ndef area(x):\n    return FACTOR * x\n'
+    )
+    script = PACKAGE.format(folder=str(tmp_path))
+
+    assert report(tmp_path, script) == [6.0, 0]
+    assert report(tmp_path, script) == [6.0, 1]
+    (package / "constants.py").write_text("FACTOR = 5.0\n")
+    assert report(tmp_path, script) == [10.0, 0]
 
 
 def test_mechanisms_that_are_not_used_are_not_even_imported(first):

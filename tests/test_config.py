@@ -99,7 +99,7 @@ def test_default_objectives_that_are_not_computed_are_left_out(load):
 def test_interval_window(load):
     window = load(GOOD + '[evaluate]\nwindow = { from = 0, to = "1.5 rad" }\n').request.window
     assert (window.name, window.start) == ("interval", 0.0)
-    assert window.stop == pytest.approx(1.5, rel=1e-15)
+    assert math.radians(window.stop) == pytest.approx(1.5, rel=1e-15)
 
 
 def test_byte_order_mark_and_windows_line_ends(load, problems):

@@ -214,6 +214,21 @@ def test_wrong_tables(wrong, content, expected):
         assert line.startswith(f"designs.csv:{start}")
 
 
+def test_units_in_the_header(table, wrong):
+    study = table("crank [in],rocker,coupler [ m ],ground\n4,500,1,700\n0.5,20 in,10 mm,700\n")
+    assert designs(study) == {
+        "crank": [101.6, 12.7], "coupler": [1000, 10], "rocker": [500, 508], "ground": [700, 700],
+    }  # fmt: skip
+    for heading, reason in (
+        ("crank [deg]", "'deg' cannot be converted to 'mm'; use mm, cm, m or in"),
+        ("crank [inn]", "unknown unit 'inn'; did you mean 'in'?"),
+    ):
+        (line,) = wrong(f"{heading},coupler,rocker,ground\n{ROW}\n")
+        assert line == f"designs.csv:1: crank: {reason}"
+    (line,) = wrong("crank [in],coupler,rocker,ground\nnan,2,3,4\n")
+    assert line == "designs.csv:2: crank: nan is not a finite number"
+
+
 def test_text_that_is_not_csv(wrong):
     (problem,) = wrong(f'{HEADER}\n1,"2,3,4\n')
     assert re.match(r"designs.csv:\d: not CSV: .*; check the quotation marks", problem)

@@ -21,8 +21,9 @@ from explore.testing import check_mechanism, dense_statistics
 from explore.testing.commands import failing_commands
 from explore.testing.derivatives import wrong_derivatives
 from explore.testing.drawn_designs import draw_designs
+from explore.testing.extremes import wrong_extremes
 from explore.testing.invariance import changes_with_the_block, changes_with_units
-from explore.testing.statistics import wrong_zero_means
+from explore.testing.statistics import wrong_statistics, wrong_zero_means
 from explore.testing.statuses import wrong_statuses
 from explore.testing.subject import Subject
 
@@ -246,12 +247,76 @@ def test_a_value_that_depends_on_the_block(monkeypatch):
     assert sentence == "swing_angle over 'cycle' changes with the order of the designs"
 
 
+def simple_sliders(offsets, monkeypatch=None, factor=1.0, **changes):
+    """Simple sliders of three offsets with changes of the declaration of their position, and a factor on the stroke."""
+    position = replace(SIMPLE_SLIDER.signals[0], **changes)
+    if monkeypatch is not None:
+        evaluate_closed_form = Mechanism.evaluate_closed_form
+
+        def changed(mechanism, parameters):
+            result = evaluate_closed_form(mechanism, parameters)
+            result.metrics[0] *= factor
+            return result
+
+        monkeypatch.setattr(Mechanism, "evaluate_closed_form", changed)
+    mechanism = replace(SIMPLE_SLIDER, signals=(position, *SIMPLE_SLIDER.signals[1:]))
+    crank = np.linspace(40.0, 60.0, len(offsets))
+    return Subject(mechanism, {"crank": crank, "rod": 3.0 * crank, "offset": np.array(offsets)})
+
+
+def test_a_closed_form_that_is_not_the_statistic(monkeypatch):
+    assert list(wrong_statistics(simple_sliders([0.0, 10.0]))) == []
+    sentences = list(wrong_statistics(simple_sliders([0.0, 10.0], monkeypatch, 0.95)))
+    assert [sentence.split(" is ")[0] for sentence in sentences] == ["stroke over 'cycle'"]
+
+
+def test_a_worst_angle_that_is_not_the_worst():
+    rig = MECHANISMS["test-rig"]
+    worst = next(metric for metric in rig.metrics if metric.worst_of)
+    subject = plain(rig)
+    (found,) = (metric for name, metric in subject.closed_forms("cycle") if name == worst.name)
+    assert (found.signal.name, found.statistic) == ("transmission_angle", "worst")
+
+
+def test_a_closed_form_of_nothing():
+    stroke, margin = SIMPLE_SLIDER.metrics
+    for name in ("position_range_cycle", "margin"):
+        with pytest.raises(ValueError, match=f"'stroke' is the closed form of '{name}', which is no statistic"):
+            replace(SIMPLE_SLIDER, metrics=(replace(stroke, closed_form_of=name), margin))
+
+
+def test_extremes_elsewhere_are_found_in_designs_that_are_drawn():
+    """Of slider-cranks without an offset the dead centres are the anchor and its opposite."""
+    centred = simple_sliders([0.0] * 4, extremes_at=("anchor", "opposite"))
+    assert list(wrong_extremes(centred, None)) == []
+    assert list(wrong_extremes(centred, lambda _: centred.designs)) == []
+    (sentence,) = wrong_extremes(centred, lambda number: centred.designs | {"offset": np.full(4, 5.0 * number)})
+    assert sentence.startswith("position has an extreme at none of its extremes_at, anchor, opposite, for crank = ")
+
+
+def test_a_mark_that_is_no_extreme():
+    signals = tuple(
+        replace(signal, extremes_at=(*signal.extremes_at, "anchor")) if signal.name == "rocker_angle" else signal
+        for signal in CRANK_ROCKER.signals
+    )
+    subject = plain(CRANK_ROCKER, signals=signals)
+    assert list(wrong_extremes(subject, None)) == []
+    (sentence,) = wrong_extremes(subject, lambda _: subject.designs)
+    beginning = (
+        "'anchor' in extremes_at of rocker_angle is where an extreme is for 0 of the 80 designs that were drawn; "
+    )
+    assert sentence.startswith(beginning)
+
+
 @pytest.mark.parametrize(
     ("code", "beginning"),
     [
         (Status.PENDING, "a design over 'cycle' is still pending after its evaluation, for crank = "),
         (15, "a status over 'cycle' has a code that means nothing, for crank = "),
-        (CANNOT_ASSEMBLE, "only 0 of 2 designs are computed; "),
+        (
+            CANNOT_ASSEMBLE,
+            "only 0 of 2 designs are computed; narrow the ranges of the study to designs that move, or give such",
+        ),
     ],
 )
 def test_a_wrong_status(monkeypatch, code, beginning):

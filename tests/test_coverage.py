@@ -242,6 +242,16 @@ def test_studies_without_a_coverage(study, old, new, message):
     assert err.startswith(f"error: rig.toml: {message}")
 
 
+def test_coverage_of_another_mechanism_says_what_there_is_instead(study):
+    study.write_text('mechanism = "slider-crank"\n[parameters]\ncrank = [40, 50]\nrod = 200\n')
+    code, out, err = call("coverage", study)
+    assert (code, out) == (2, "")
+    assert err == (
+        "error: rig.toml: coverage is of linkages with crank, coupler, rocker and ground, not of slider-crank; "
+        "`explore sweep` and then `explore plot map` show what its ranges reach\n"
+    )
+
+
 def test_the_command_draws(study):
     code, out, err = call("coverage", study, "-o", "coverage.svg")
     assert (code, err) == (0, "")

@@ -4,6 +4,7 @@ import importlib
 import json
 import re
 import shlex
+import warnings
 from pathlib import Path
 
 import pytest
@@ -26,8 +27,9 @@ TIMES = re.compile(r"in [\d.]+ s \([\d,]+/s\)|about [\d.]+ s of computing")
 SECONDS = re.compile(r"in [\d.]+ s\b(?: \([\d,]+/s\))?")
 
 
-def run_page(name, capsys, **names):
+def run_page(name, capsys, names=None):
     """Run the blocks of a page one after the other in one namespace."""
+    names = {} if names is None else names
     blocks = BLOCKS.findall((ROOT / "docs" / name).read_text(encoding="utf-8"))
     assert blocks, f"{name} has no Python blocks"
     for source, expected in blocks:
@@ -66,6 +68,17 @@ def test_sweeps_is_true(tmp_path, monkeypatch, capsys):
     (tmp_path / "configs").symlink_to(ROOT / "configs")
     monkeypatch.chdir(tmp_path)
     run_page("sweeps.md", capsys)
+
+
+def test_the_readme_shows_feasible_designs(tmp_path, monkeypatch, capsys):
+    (tmp_path / "results").mkdir()
+    monkeypatch.chdir(tmp_path)
+    names = {}
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", explore.NothingFeasibleWarning)
+        run_page("../README.md", capsys, names)
+    assert names["results"].counts["ok"] == names["results"].n_studied
+    assert len(explore.rank(names["results"], objectives=["cv", "transmission_angle_min:max"])) > 10
 
 
 def test_results_format_is_true(tmp_path, monkeypatch, capsys):

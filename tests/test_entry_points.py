@@ -11,6 +11,7 @@ import pytest
 from command_line import call
 
 import explore
+from explore.mechanisms import registry as registry_module
 from explore.mechanisms.entry_points import registered_entries
 from explore.mechanisms.registry import MECHANISMS, Registry, mechanism_by_name
 
@@ -111,6 +112,7 @@ BROKEN = {
     "another": ("explore.mechanisms.rig.declaration:TEST_RIG",
                 "explore.mechanisms.rig.declaration:TEST_RIG is the mechanism 'test-rig'"),
     "number": ("broken_mechanism:NUMBER", "broken_mechanism:NUMBER is no mechanism"),
+    "leaving": ("leaving_mechanism:X", "SystemExit: 3"),
     "raising": ("raising_mechanism:X", "ValueError: mechanism 'a': the parameter 'b' is declared twice"),
 }  # fmt: skip
 
@@ -118,6 +120,7 @@ BROKEN = {
 @pytest.mark.parametrize(("name", "entry", "reason"), [(name, *row) for name, row in BROKEN.items()])
 def test_a_broken_mechanism_is_one_line_and_stops_no_other(registry, tmp_path, name, entry, reason):
     (tmp_path / "broken_mechanism.py").write_text("NUMBER = 1")
+    (tmp_path / "leaving_mechanism.py").write_text("import sys\nsys.exit(3)")
     (tmp_path / "raising_mechanism.py").write_text(
         "raise ValueError(\"mechanism 'a':\\nthe parameter 'b' is declared twice\")"
     )
@@ -131,6 +134,16 @@ def test_a_broken_mechanism_is_one_line_and_stops_no_other(registry, tmp_path, n
     assert [str(warning.message) for warning in caught] == [line]
     code, _, err = call("mechanisms", name)
     assert (code, err) == (2, f"error: {line}\n")
+
+
+def test_a_package_whose_import_hangs_is_named(registry, tmp_path, monkeypatch, capfd):
+    monkeypatch.setattr(registry_module, "_PATIENCE", 0.05)
+    (tmp_path / "slow_mechanism.py").write_text("import time\ntime.sleep(1)\nX = 1")
+    register(tmp_path, "clumsy", slow="slow_mechanism:X")
+    with pytest.raises(explore.RequestError, match="slow_mechanism:X is no mechanism"):
+        MECHANISMS["slow"]
+    line = "warning: loading the mechanism 'slow' of clumsy takes long; uninstall clumsy if it never ends\n"
+    assert capfd.readouterr().err == line
 
 
 def test_a_name_that_is_taken_twice_is_an_error(registry, tmp_path):

@@ -215,6 +215,6 @@ def _over_an_interval(original):
 
     def arguments(*given):
         sizes, tables = original(*given)
-        return sizes, tables._replace(intervals=np.array([(-0.5 * np.pi, 1.5 * np.pi)]))
+        return sizes, tables._replace(intervals=np.array([(0.0, -0.5 * np.pi, 2.0 * np.pi)]))
 
     return arguments

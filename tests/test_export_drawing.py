@@ -2,6 +2,7 @@
 
 import re
 import xml.etree.ElementTree as ET
+from dataclasses import replace
 
 import ezdxf
 import numpy as np
@@ -9,6 +10,14 @@ import pytest
 from ezdxf import units
 
 import explore
+from explore.charts.simulation import SimulatedDesign
+from explore.exporting.chosen import DesignOfParameters
+from explore.exporting.dimensions import dimensions
+from explore.exporting.dxf import write_dxf
+from explore.exporting.shapes import Distance
+from explore.exporting.sheet import draw_sheet
+from explore.exporting.svg import write_svg
+from explore.model.drawing import Vector
 
 DESIGNS = {
     "crank-rocker": {"crank": 40.0, "coupler": 170.0, "rocker": 60.0, "ground": 180.0},
@@ -85,8 +94,8 @@ def test_links_and_dimensions_have_the_lengths_of_the_parameters(drawing):
 
 def test_paths_are_circles_and_arcs_where_they_are():
     """Of a crank-rocker, whose joints go round the pivots."""
-    simulated = explore.exporting.chosen.DesignOfParameters.read("crank-rocker", DESIGNS["crank-rocker"], {}).simulated
-    sheet = explore.exporting.sheet.draw_sheet(simulated)
+    simulated = DesignOfParameters.read("crank-rocker", DESIGNS["crank-rocker"], {}).simulated
+    sheet = draw_sheet(simulated)
     circle, arc = (shape for shape in sheet.shapes if shape.layer == "paths")
     assert (circle.radius, circle.centre.tolist()) == (40.0, [0.0, 0.0])
     assert (arc.radius, arc.centre.tolist()) == (60.0, [180.0, 0.0])
@@ -181,3 +190,105 @@ def test_svg_and_dxf_have_the_same_splines(tmp_path):
         assert len(middles) == len(knots) - 1
         expected = [point.vec2 for point in spline.construction_tool().points(0.5 * (knots[1:] + knots[:-1]))]
         assert middles == pytest.approx(np.array([(point.x, point.y) for point in expected]), abs=2e-6)
+
+
+#: Designs whose texts are looked at, by a name: mechanism, parameters, points, and place in the plane.
+CRANK_ROCKER, SLIDER_CRANK = DESIGNS["crank-rocker"], DESIGNS["slider-crank"]
+KNIFE = {"crank": 30.0, "coupler": 60.0, "rocker": 100.0, "ground": 100.0}
+SHOWN = {
+    **{name: (name, design, {}, (0.0, 0.0, 0.0)) for name, design in DESIGNS.items()},
+    "other branch": ("crank-rocker", CRANK_ROCKER | {"branch": -1.0}, {}, (0.0, 0.0, 0.0)),
+    "very short crank": ("crank-rocker", CRANK_ROCKER | {"crank": 2.0}, {}, (0.0, 0.0, 0.0)),
+    "shortest crank": ("crank-rocker", CRANK_ROCKER | {"crank": 0.05}, {}, (0.0, 0.0, 0.0)),
+    "long rocker": (
+        "crank-rocker", {"crank": 10.0, "coupler": 100.0, "rocker": 300.0, "ground": 310.0}, {}, (0.0, 0.0, 0.0)
+    ),
+    "double crank": (
+        "crank-rocker", {"crank": 100.0, "coupler": 110.0, "rocker": 90.0, "ground": 40.0}, {}, (0.0, 0.0, 0.0)
+    ),
+    "knife": ("crank-rocker", KNIFE, {"knife": (80.0, 40.0)}, (0.0, 0.0, 0.0)),
+    "turned knife": ("crank-rocker", KNIFE, {"knife": (80.0, 40.0)}, (50.0, -20.0, 200.0)),
+    "short rig": (
+        "test-rig", {"crank": 5.0, "coupler": 700.0, "rocker": 595.0, "ground": 751.0}, {}, (0.0, 0.0, 0.0)
+    ),
+    "no offset": ("slider-crank", {"crank": 60.0, "rod": 200.0}, {}, (0.0, 0.0, 0.0)),
+    "small offset": ("slider-crank", SLIDER_CRANK | {"offset": 1.0}, {}, (0.0, 0.0, 0.0)),
+    "offset below": ("slider-crank", {"crank": 3.0, "rod": 200.0, "offset": -60.0}, {}, (0.0, 0.0, 0.0)),
+    **{
+        f"{name} at {degrees:g} deg": (name, DESIGNS[name], {}, (70.0, -30.0, degrees))
+        for name in ("crank-rocker", "slider-crank") for degrees in (25.0, 90.0, 145.0, 180.0, 270.0)
+    },
+}  # fmt: skip
+
+
+def corners(middle, width, height, degrees):
+    turn = np.exp(1j * np.radians(degrees))
+    return complex(*middle) + turn * np.array([-width - 1j * height, width - 1j * height, width + 1j * height,
+                                               -width + 1j * height]) / 2.0  # fmt: skip
+
+
+def are_apart(first, second):
+    """Whether a line along a side of either box separates them."""
+    sides = [box[k + 1] - box[k] for box in (first, second) for k in (0, 1)]
+    places = [[(box * np.conj(side)).real for box in (first, second)] for side in sides]
+    return any(a.max() <= b.min() or b.max() <= a.min() for a, b in places)
+
+
+@pytest.mark.parametrize("name", SHOWN)
+def test_texts_are_upright_clear_of_each_other_and_name_each_length_once(name, tmp_path, monkeypatch):
+    """In the DXF as ezdxf reads it, and in the SVG; letters are at most 0.75 of their height wide on average."""
+    mechanism, design, points, place = SHOWN[name]
+    simulated = DesignOfParameters.read(mechanism, design, points).simulated
+    drawing = simulated.drawing.placed(*place) if any(place) else simulated.drawing
+    monkeypatch.setattr(SimulatedDesign, "drawing", drawing)
+    sheet = draw_sheet(simulated)
+    write_dxf(sheet, tmp_path / "a.dxf")
+    write_svg(sheet, tmp_path / "a.svg")
+    document, height = ezdxf.readfile(tmp_path / "a.dxf"), sheet.height
+    in_dxf = [
+        (text.dxf.text, text.dxf.insert.x, text.dxf.insert.y, 0.0, "start") for text in layer(document, "text", "TEXT")
+    ]
+    for dimension in layer(document, "dimensions", "DIMENSION"):
+        (text,) = dimension.get_geometry_block().query("MTEXT")
+        assert text.dxf.attachment_point == 5, "about its middle"
+        degrees = (text.get_rotation() + 180.0) % 360.0 - 180.0
+        in_dxf.append((text.text, text.dxf.insert.x, text.dxf.insert.y, degrees, "centre"))
+    in_svg = []
+    for text in ET.parse(tmp_path / "a.svg").getroot().iter(f"{SVG}text"):
+        turned = numbers(text.get("transform", "0"))[0]
+        anchor = text.get("text-anchor", "start")
+        in_svg.append((text.text, float(text.get("x")), -float(text.get("y")), -turned, anchor))
+    for texts in (in_dxf, in_svg):
+        boxes = []
+        for text, x, y, degrees, anchor in texts:
+            assert -90.0 < degrees < 90.0 + 1e-5, text
+            width, up = 0.75 * height * len(text), 1j * np.exp(1j * np.radians(degrees)) * height / 2.0
+            along = -1j * up / height * 2.0
+            middle = complex(x, y) + (0.0 if anchor == "centre" else up) + (anchor == "start") * along * width / 2.0
+            boxes.append((text, corners((middle.real, middle.imag), width, height, degrees)))
+        met = [
+            (first[0], second[0]) for k, first in enumerate(boxes) for second in boxes[:k]
+            if not are_apart(first[1], second[1])
+        ]  # fmt: skip
+        assert not met
+        labels = [text for text, *_ in texts]
+        for parameter in LENGTHS[mechanism][1]:
+            value = abs(design.get(parameter, 0.0))
+            wanted = f"{parameter.replace('_', ' ')} {value:.10g}"
+            assert labels.count(wanted) == bool(value), wanted
+
+
+def test_the_distance_of_each_two_pivots_has_the_name_of_the_length_between_them():
+    """Three pivots in a row: the second pair is not named after the first length."""
+    simulated = DesignOfParameters.read("crank-rocker", CRANK_ROCKER, {}).simulated
+    drawing = simulated.drawing
+    ground = drawing.points[drawing.pivots[1]]
+    third = replace(
+        drawing,
+        points={**drawing.points, "third": (*ground, Vector("coupler"))},
+        pivots=(*drawing.pivots, "third"),
+    )
+    places = {name: place[0] for name, place in simulated.pose([60.0]).points(third).items()}
+    shown = [shape for shape in dimensions(simulated, third, places, 2.5) if isinstance(shape, Distance)]
+    level = [(shape.name, shape.value) for shape in shown if shape.start[1] == shape.stop[1] == 0.0]
+    assert level == [("ground", 180.0), ("coupler", 170.0)]

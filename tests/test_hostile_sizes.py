@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from command_line import call
 from damage_worker import Worker
-from store_files import N_BLOCKS, fill, still_pending, values, writer
+from store_files import N_BLOCKS, fill, still_pending, unseal, values, writer
 from studies import FEW, GOOD
 
 import explore
@@ -203,6 +203,7 @@ def stretched(sound, path, n_designs, words, block_size=65_536, **attributes):
         holes = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
         holes.set_alloc_time(h5py.h5d.ALLOC_TIME_EARLY)
         holes.set_fill_time(h5py.h5d.FILL_TIME_NEVER)
+        unseal(other)
         for name, dataset in file["designs"].items():
             column = other.require_group("designs").create_dataset(name, (n_designs,), dataset.dtype, dcpl=holes)
             for key, value in dataset.attrs.items():

@@ -287,6 +287,15 @@ def test_lengths_say_what_they_are_relative_to():
     )
 
 
+def test_corners_are_at_the_zeros_of_a_signal():
+    assert problem(RIG, signals=changed(RIG.signals, "positive_power", corners_at="torque")) == (
+        "corners_at of 'positive_power' names the signal 'torque', which does not exist"
+    )
+    assert problem(RIG, signals=changed(RIG.signals, "positive_power", has_corners=False)) == (
+        "corners_at of 'positive_power' names a signal, but 'positive_power' is not declared to have corners"
+    )
+
+
 def test_no_signal_is_its_own_derivative():
     position, velocity = SIMPLE_SLIDER.signals
     assert problem(SIMPLE_SLIDER, signals=(replace(position, derivative_of="velocity"), velocity)) == (

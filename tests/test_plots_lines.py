@@ -163,6 +163,16 @@ def test_a_ratio_needs_a_swept_crank(grid, sweep):
         ratio_chart(results, design=0)
 
 
+def test_a_ratio_of_another_mechanism_says_what_there_is_instead(sweep):
+    text = 'mechanism = "gears"\n[parameters]\ncentre_distance = 140\ngrowth = [1.2, 1.3]\n'
+    with pytest.raises(RequestError) as caught:
+        ratio_chart(sweep(text + '[evaluate]\nmetrics = ["cv"]\n'), design=0)
+    assert str(caught.value).endswith(
+        "study.h5 is of gears, which has no crank and no mean_output_ratio: a ratio chart is of crank-rockers; "
+        "a map or a pareto chart shows any results"
+    )
+
+
 def test_arrows_point_to_the_better_end_of_each_objective(grid):
     chart = parallel_chart(grid).axes[0]
     arrows = {}

@@ -201,9 +201,9 @@ def test_poses_travel(tmp_path):
 @pytest.mark.parametrize(
     ("target", "reason"),
     [
-        ({"kind": "poses"}, "the key 'poses' is missing"),
+        ({"kind": "poses"}, "target.poses: is missing"),
         ({"kind": "poses", "poses": 3}, "must be a list of poses"),
-        ({"kind": "poses", "poses": POSES[:1]}, "1 poses; give two or more"),
+        ({"kind": "poses", "poses": POSES[:1]}, "1 poses; give 2 or more"),
         ({"kind": "poses", "poses": [[k, k, k] for k in range(10**6)]}, "1,000,000 poses; at most 500 are possible"),
         ({"kind": "poses", "poses": [*POSES, [1, 2]]}, r"poses.6: pose 7 must be \[x, y, angle\], got \[1, 2\]"),
         ({"kind": "poses", "poses": [*POSES, [1, 2, float("inf")]]}, "poses.6: pose 7: .*finite"),

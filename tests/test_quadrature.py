@@ -34,6 +34,7 @@ from explore.quadrature.panels import (
     SECOND,
     SINGULAR,
     SIXTH,
+    SPREAD,
     TARGET,
     count_nodes,
     map_panels,
@@ -111,12 +112,12 @@ def test_panels_recover_the_length_of_their_interval(anchor, here, there, first,
         first, last = last, first
     interval = 2.0 * math.atan2(last - first, 1.0 + first * last)
     panels = np.zeros(PANELS_SIZE)
-    panels[[ANCHOR, FIRST, LAST]] = anchor, first, last
+    panels[[ANCHOR, FIRST, LAST, SPREAD]] = anchor, first, last, last - first
     # the third singularity stands for none
     panels[SINGULAR::PANEL_CAPACITY] = (here, there, 1.0) if anchor == 0 else (there, here, 1.0)
     map_panels(panels, 1, np.array([0, 1, -1]))
     half = panels[HALF]
-    assert panels[SCALE] == min(here, LARGEST_SCALE)
+    assert panels[SCALE] == min(here, LARGEST_SCALE, max(abs(first), abs(last)))
     # two units in the last place of the arctangent, and the rounding of its arguments
     assert panels[LENGTH] == pytest.approx(interval, rel=1e-15)
     if half < 1e-3:
@@ -154,11 +155,13 @@ def test_panels_know_their_nearest_singularity(anchor):
     rows[ANCHOR // PANEL_CAPACITY] = anchor
     ends = np.sort(np.tan(rng.uniform(-0.49, 0.49, (2, count)) * np.pi), axis=0)
     rows[FIRST // PANEL_CAPACITY], rows[LAST // PANEL_CAPACITY] = ends
+    rows[SPREAD // PANEL_CAPACITY] = ends[1] - ends[0]
     distances = rows[SINGULAR // PANEL_CAPACITY :][:3]
     distances[:] = 10.0 ** rng.uniform(-6.0, -0.01, (3, count))
     distances[:, ::5] = rng.uniform(0.8, 1.0, (3, count // 5))
     map_panels(panels, count, anchors)
-    scale = np.append(distances[anchors == anchor], np.full((1, count), LARGEST_SCALE), axis=0).min(axis=0)
+    reach = np.minimum(np.abs(ends).max(axis=0), LARGEST_SCALE)
+    scale = np.append(distances[anchors == anchor], reach[None], axis=0).min(axis=0)
     start, stop = np.arcsinh(ends / scale)
     # half-tangents of all singularities, on the imaginary axis; those of the opposite are -1 over theirs; i is infinity
     tangents = [d if a == anchor else 1.0 / d for d, a in zip(distances, anchors, strict=True)] + [np.ones(count)]

@@ -17,6 +17,7 @@ from explore.quadrature.panels import (
     PANEL_CAPACITY,
     PANELS_SIZE,
     SINGULAR,
+    SPREAD,
     map_panels,
 )
 from explore.quadrature.rules import gauss_legendre_rules
@@ -79,7 +80,7 @@ class Tile:
         assert size_of[count] == count
         panels = np.zeros(PANELS_SIZE)
         rows = panels.reshape(-1, PANEL_CAPACITY)[:, :LANES]
-        for row, values in ((ANCHOR, anchor), (FIRST, first), (LAST, last)):
+        for row, values in ((ANCHOR, anchor), (FIRST, first), (LAST, last), (SPREAD, last - first)):
             rows[row // PANEL_CAPACITY] = values
         rows[SINGULAR // PANEL_CAPACITY :] = 1.0
         rows[SINGULAR // PANEL_CAPACITY] = singular

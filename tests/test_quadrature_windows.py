@@ -9,7 +9,7 @@ from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 
 from explore.quadrature.panels import ANCHOR, FIRST, LAST, LAW, PANEL_CAPACITY, PANELS_SIZE
-from explore.quadrature.windows import ARC, INTERVAL, LARGEST_TANGENT, LONGER, SHORTER, TURN, add_window
+from explore.quadrature.windows import ARC, INTERVAL, LARGEST_TANGENT, LONGER, SHORTER, TURN, add_interval, add_window
 
 TURN_LENGTH = 2.0 * math.pi
 NO_BREAKS = np.empty(0)
@@ -23,7 +23,14 @@ positions = st.one_of(
 def panels_of(kind, start, stop, breaks=NO_BREAKS):
     """Panels of a window, a row each: anchor, first, last, law."""
     buffer = np.zeros(PANELS_SIZE)
-    count = add_window(buffer, 0, kind, start, stop, np.asarray(breaks, dtype=np.float64), len(breaks))
+    breaks = np.asarray(breaks, dtype=np.float64)
+    if kind == INTERVAL:
+        half_turns = round(start / math.pi)
+        count = add_interval(
+            buffer, 0, half_turns % 2, start - half_turns * math.pi, stop - start, breaks, len(breaks)
+        )  # fmt: skip
+    else:
+        count = add_window(buffer, 0, kind, start, stop, breaks, len(breaks))
     return buffer.reshape(-1, PANEL_CAPACITY)[[row // PANEL_CAPACITY for row in (ANCHOR, FIRST, LAST, LAW)], :count].T
 
 

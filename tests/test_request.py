@@ -1,7 +1,9 @@
 """Resolve names to metrics, windows, constraints and objectives."""
 
 import math
+from fractions import Fraction
 
+import mpmath
 import pytest
 
 from explore.errors import RequestError
@@ -10,6 +12,7 @@ from explore.model.quantities import STATISTICS, Metric, SampledMetric, Window
 from explore.request.names import find_mechanism, find_metric
 from explore.request.requests import make_objective, make_request
 from explore.suggest import format_value
+from explore.units.quantities import WrittenNumber
 
 MECHANISM = MECHANISMS["crank-rocker"]
 WINDOWS = {window.name: window for window in MECHANISM.windows}
@@ -142,7 +145,7 @@ def test_default_metrics_exist_in_every_window(window):
 def test_interval_in_degrees():
     window = make_request(MECHANISM, metrics=["rocker_velocity_mean"], window={"from": 30, "to": 380}).window
     assert (window.name, window.kind) == ("interval", "interval")
-    assert (window.start, window.stop) == (math.radians(30), math.radians(380))
+    assert (window.start, window.stop) == (30, 380)
 
 
 def test_an_interval_of_a_full_turn_is_the_cycle():
@@ -298,3 +301,33 @@ def test_values_in_messages_are_cut_to_forty_characters():
 def test_both_bounds_may_be_the_same():
     (constraint,) = make_request(MECHANISM, constraints={"swing_angle": {"min": 20, "max": 20}}).constraints
     assert (constraint.minimum, constraint.maximum) == (20.0, 20.0)
+
+
+@pytest.mark.parametrize(
+    ("ends", "start", "stop"),
+    [
+        ((280 + 360e9, 281 + 360e9), Fraction(280), Fraction(281)),
+        ((280.3 + 360e12, 281.3 + 360e12), Fraction("280.3"), Fraction("281.3")),  # the fewest digits
+        (("360000000000280.3 deg", "360000000000281.3 deg"), Fraction("280.3"), Fraction("281.3")),
+        (map(WrittenNumber, ("360000000000280.3", "360000000000281.3")), Fraction("280.3"), Fraction("281.3")),
+        ((10**20 * 360 + 30, 10**20 * 360 + 90), Fraction(30), Fraction(90)),
+        ((-45, 45), Fraction(-45), Fraction(45)),
+        ((-(10**9) * 360 - 45, -(10**9) * 360 + 45), Fraction(-45), Fraction(45)),
+        ((30, WrittenNumber("30.000000000001")), Fraction(30), 30 + Fraction(1, 10**12)),
+    ],
+)  # fmt: skip
+def test_whole_turns_of_an_interval_are_exact(ends, start, stop):
+    window = make_request(
+        MECHANISM, metrics=["rocker_velocity_mean"], window=dict(zip(("from", "to"), ends, strict=True))
+    ).window
+    assert (window.start, window.stop) == (start, stop)
+
+
+def test_whole_turns_in_radians_are_exact():
+    """With 50 digits of pi."""
+    ends = {"from": "1e12 rad", "to": "1000000000001 rad"}
+    window = make_request(MECHANISM, metrics=["rocker_velocity_mean"], window=ends).window
+    with mpmath.workdps(40):
+        expected = mpmath.fmod(mpmath.mpf(10) ** 12 * 180 / mpmath.pi, 360)
+        assert abs(mpmath.mpf(window.start.numerator) / window.start.denominator - expected) < 1e-20
+        assert abs(mpmath.mpf(window.length.numerator) / window.length.denominator - 180 / mpmath.pi) < 1e-20

@@ -328,7 +328,7 @@ def test_feasibility_given_all_designs_of_the_file_agrees(results):
 def test_workers_do_not_change_the_table(results):
     tables = [explore.sensitivity(results, evaluations=100_000, workers=workers) for workers in (1, 3)]
     with (
-        LocalCluster(n_workers=1, threads_per_worker=2, processes=False, dashboard_address=None) as cluster,
+        LocalCluster(n_workers=1, threads_per_worker=2, processes=False, dashboard_address="127.0.0.1:0") as cluster,
         Client(cluster) as client,
     ):
         tables.append(explore.sensitivity(results, evaluations=100_000, client=client))

@@ -2,6 +2,7 @@
 
 import json
 import time
+import tomllib
 
 import pytest
 from command_line import on_terminal, run
@@ -13,6 +14,7 @@ import explore
 from explore.cli import progress
 from explore.errors import RequestError
 from explore.serving.client import JobProgress
+from explore.serving.inlined_points import with_points
 from explore.serving.job_files import Refinement, read_job_file
 from explore.synthesis.tasks.registry import TASK_TYPES
 
@@ -95,6 +97,27 @@ def test_the_command_line_submits_lists_and_changes(served, tmp_path):
     assert "name one" in out.stderr
     run("jobs", "line", *at, "--delete", cwd=tmp_path)
     assert "there is no job line" in run("jobs", "line", *at, cwd=tmp_path, code=1).stderr
+
+
+def test_points_of_a_file_are_sent_with_the_text(served, tmp_path):
+    at = ("--server", served.url, "--token-file", str(served.folder / "token"))
+    points = [[600.0, 300.0], [650.5, 330.25], [700.0, 310.0], [650.0, 280.0]]
+    (tmp_path / "path.csv").write_text("x,y\n" + "".join(f"{x},{y}\n" for x, y in points))
+    study = 'mechanism = "crank-rocker"\n[parameters]\ncrank = 100\ncoupler = 1000\nrocker = 500\nground = 700\n'
+    target = '[points.pen]\nalong = 300\nacross = 100\n[target]\nkind = "path"\npoint = "pen"\n'
+    target += 'file = "path.csv"\nclosed = true\n'
+    (tmp_path / "drawn.toml").write_text(study + target)
+    run("submit", "drawn.toml", *at, "--wait", cwd=tmp_path)
+    with served.client() as client:
+        sent = client.get("/api/jobs/drawn/study").text
+        assert tomllib.loads(sent)["target"] == {"kind": "path", "point": "pen", "points": points, "closed": True}
+        client.delete("/api/jobs/drawn").raise_for_status()
+    (tmp_path / "task.toml").write_text('task = "path"\n[target]\nfile = "path.csv"\nclosed = true\n')
+    assert tomllib.loads(with_points((tmp_path / "task.toml").read_text(), tmp_path / "task.toml"))["target"] == {
+        "points": points, "closed": True,
+    }  # fmt: skip
+    (tmp_path / "path.csv").write_text("x,y\n1,2\n3\n")
+    assert "drawn.toml:13: target.file: " in run("submit", "drawn.toml", *at, cwd=tmp_path, code=2).stderr
 
 
 def test_a_job_is_prioritised_cancelled_retried_and_deleted_from_python(served):

@@ -17,9 +17,9 @@ from explore.serving.plans import Limits
 from explore.serving.queue import Jobs, StateError, UnknownJobError
 from explore.serving.runner import Work
 from explore.serving.station import open_station
-from explore.serving.sweep_process import _Printer
+from explore.serving.sweep_process import _Printer, _synthesize
 from explore.sweeping.runs import Progress
-from explore.synthesis.tasks.task_files import task_starter
+from explore.synthesis.tasks.task_files import TaskFile, parse_task, task_starter
 
 #: A text of a path, whose search takes seconds.
 PATH_TASK = task_starter("path")
@@ -111,6 +111,16 @@ def test_a_search_tells_its_steps_and_begins_again_when_it_was_cancelled(tmp_pat
         assert (job.state, job.designs) == (State.queued, 0)
         station.runner.cancel("path")
     assert not (tmp_path / "results/path.h5").exists()
+
+
+def test_a_part_of_a_search_is_no_result_of_a_job(tmp_path, monkeypatch):
+    """A search that was stopped after it found something leaves no file, which would keep it from running again."""
+    task = parse_task(task_starter("dead-positions"), "task.toml")
+    found = replace(task.find(), is_interrupted=True)
+    monkeypatch.setattr(TaskFile, "find", lambda *_: found)
+    with pytest.raises(KeyboardInterrupt):
+        _synthesize(task, tmp_path / "task.h5")
+    assert not list(tmp_path.iterdir())
 
 
 def test_what_a_sweep_on_other_machines_waits_for_is_told(capfd):

@@ -136,28 +136,108 @@ def test_a_client_that_reads_slowly_gets_everything(monkeypatch):
     assert asyncio.run(serve_connections(answer, visit)) > 480 << 16
 
 
-def test_connections_beyond_the_most_are_closed(monkeypatch):
-    async def answer(scope, receive, send):
-        await send({"type": "http.response.start", "status": 204, "headers": []})
-        await send({"type": "http.response.body"})
+async def answer_at_once(scope, receive, send):
+    """Answers 204; the path of who has a right is not /."""
+    scope["state"]["right"] = "full" if scope["path"] != "/" else ""
+    await send({"type": "http.response.start", "status": 204, "headers": []})
+    await send({"type": "http.response.body"})
 
+
+async def ask(reader, writer, path):
+    writer.write(f"GET {path} HTTP/1.1\r\nHost: x\r\n\r\n".encode())
+    assert (await reader.readuntil(b"\r\n\r\n")).startswith(b"HTTP/1.1 204")
+
+
+def test_the_oldest_connection_without_a_right_gives_way_and_then_the_oldest_that_waits(monkeypatch):
     async def visit(address, state):
-        first = [await asyncio.open_connection(*address) for _ in range(3)]
-        reader, writer = await asyncio.open_connection(*address)
-        writer.write(b"GET / HTTP/1.1\r\nHost: x\r\n\r\n")
-        with contextlib.suppress(ConnectionError):
-            assert await reader.read() == b""
-        first[0][1].close()
-        while len(state.connections) > 2:
-            await asyncio.sleep(0.01)
-        reader, again = await asyncio.open_connection(*address)
-        again.write(b"GET / HTTP/1.1\r\nHost: x\r\n\r\n")
-        assert (await reader.readline()).startswith(b"HTTP/1.1 204")
-        for _, open_writer in [*first, (None, writer), (None, again)]:
-            open_writer.close()
+        opened = [await asyncio.open_connection(*address) for _ in range(3)]
+        known, idle, answered = opened
+        await ask(*known, "/with-a-right")
+        await ask(*answered, "/")
+        for gone in (idle, answered):
+            newer = await asyncio.open_connection(*address)
+            opened.append(newer)
+            with contextlib.suppress(ConnectionError):
+                assert await gone[0].read() == b""
+            await ask(*newer, "/with-a-right")  # and from then on it stays longer than those without
+        await ask(*known, "/with-a-right")  # now the one that has waited for the shortest time
+        last = await asyncio.open_connection(*address)
+        await ask(*last, "/")
+        assert len(state.connections) == 3
+        await ask(*known, "/with-a-right")
+        for _, writer in (*opened, last):
+            writer.close()
 
     monkeypatch.setattr(connections, "_MOST_CONNECTIONS", 3)
+    asyncio.run(serve_connections(answer_at_once, visit))
+
+
+def test_a_connection_that_is_answered_with_a_right_never_gives_way(monkeypatch):
+    async def visit(address, state):
+        busy = [await asyncio.open_connection(*address) for _ in range(3)]
+        for _, writer in busy:
+            writer.write(b"GET /with-a-right HTTP/1.1\r\nHost: x\r\n\r\n")
+        while len(state.tasks) < 3:
+            await asyncio.sleep(0.01)
+        reader, writer = await asyncio.open_connection(*address)
+        with contextlib.suppress(ConnectionError):
+            assert await reader.read() == b""
+        go_on.set()
+        for reader, own in busy:
+            assert (await reader.readline()).startswith(b"HTTP/1.1 204")
+            own.close()
+        writer.close()
+
+    async def answer(scope, receive, send):
+        scope["state"]["right"] = "full"
+        await go_on.wait()
+        await answer_at_once(scope, receive, send)
+
+    go_on = asyncio.Event()
+    monkeypatch.setattr(connections, "_MOST_CONNECTIONS", 3)
     asyncio.run(serve_connections(answer, visit))
+
+
+#: What a client without a token sends before it waits: nothing, half a head, or a head whose body does not come.
+ATTACKS = {
+    "idle": b"",
+    "half-sent heads": b"GET /api/jobs HTTP/1.1\r\nHost: ",
+    "bodies that do not come": b"POST /api/session HTTP/1.1\r\nHost: {host}\r\nContent-Length: 100\r\n\r\n{{",
+}
+
+
+@pytest.mark.parametrize(
+    ("attack", "count"),
+    [
+        ("idle", 450),
+        ("half-sent heads", 1000),
+        pytest.param("idle", 1000, marks=pytest.mark.slow),
+        pytest.param("bodies that do not come", 1000, marks=pytest.mark.slow),
+    ],
+)
+def test_clients_without_a_token_keep_out_nobody_who_has_one(attack, count, tmp_path):
+    """The client asks on one connection that stays, and on a new one each time."""
+    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    with Served(tmp_path / "served") as server, contextlib.ExitStack() as attackers:
+        resource.setrlimit(resource.RLIMIT_NOFILE, (min(hard, 4096), hard))
+        attackers.callback(resource.setrlimit, resource.RLIMIT_NOFILE, (soft, hard))
+        host, port = server.url.removeprefix("http://").split(":")
+        sent, slowest = ATTACKS[attack].replace(b"{host}", f"{host}:{port}".encode()), 0.0
+        with server.client() as client:
+            for number in range(count):
+                attacker = attackers.enter_context(socket.create_connection((host, int(port)), timeout=5))
+                with contextlib.suppress(ConnectionError):
+                    attacker.sendall(sent)
+                if number % 50 == 49:
+                    start = time.monotonic()
+                    assert client.get("/api/jobs").status_code == 200
+                    with server.client() as another:
+                        assert another.get("/api/jobs").status_code == 200
+                    slowest = max(slowest, time.monotonic() - start)
+            client.post("/api/studies", json={"name": "good", "study": GOOD}).raise_for_status()
+            assert wait_settled(client, "good")["state"] == "done"
+        assert slowest < 5  # 0.1 s on a free machine; the service leaves such clients after 20 s and more
+        assert server.stop() == 0
 
 
 def test_as_many_files_as_the_system_allows_may_be_open():

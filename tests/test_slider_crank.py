@@ -2,6 +2,7 @@
 
 import json
 import math
+from fractions import Fraction
 from pathlib import Path
 
 import mpmath
@@ -246,3 +247,23 @@ def test_a_crank_is_solved_for_the_stroke(tmp_path):
     assert len(table) == 6
     np.testing.assert_allclose(table["stroke"], 120.0, rtol=1e-12)
     np.testing.assert_allclose(table["crank"][table["offset"] == 0.0], 60.0, rtol=1e-12)
+
+
+def test_statuses_on_their_limits_follow_from_exact_sums():
+    """Offsets within a few units in the last place of crank + rod and of rod - crank, against exact arithmetic."""
+    rng, count = np.random.default_rng(0), 4_000
+    crank, rod = rng.uniform(0.01, 1.0, count), rng.uniform(0.2, 3.0, count)
+    limit = np.where(np.arange(count) % 2 == 0, crank + rod, np.abs(rod - crank))
+    offset = limit + rng.integers(-3, 4, count) * np.spacing(limit)
+    offset = np.append(np.where(rng.random(count) < 0.5, offset, -offset), -1.0700982867435505)
+    crank, rod = np.append(crank, 0.11490150844035482), np.append(rod, 0.9551967783031956)
+    table = explore.evaluate("slider-crank", {"crank": crank, "rod": rod, "offset": offset}, metrics=["stroke"])
+    expected = []
+    for design in zip(crank, rod, offset, strict=True):
+        r, length, e = map(Fraction, map(abs, design))
+        margin = length - r - e
+        status = 3 if margin < 0 else 1
+        status = 4 if abs(margin) <= 4 * Fraction(math.ulp(float(length))) else status
+        expected.append(2 if e > r + length else status)
+    assert table["status"].tolist() == expected
+    assert set(expected) >= {2, 3, 4}

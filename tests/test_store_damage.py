@@ -68,8 +68,8 @@ def test_foreign_hdf5(tmp_path):
 
 def test_newer_version(copy):
     with h5py.File(copy, "r+") as file:
-        file.attrs["format_version"] = 3
-    with pytest.raises(ResultsError, match=r"format version 3.*newer explore; update"):
+        file.attrs["format_version"] = 4
+    with pytest.raises(ResultsError, match=r"format version 4.*newer explore; update"):
         open_results(copy)
 
 

@@ -14,6 +14,7 @@ from store_files import ATTRIBUTES, BLOCK, COLUMNS, N_DESIGNS, sha256, values, w
 from explore.errors import ResultsError
 from explore.ranking.rankings import RankRequest, rank_source
 from explore.store import front_writer
+from explore.store.block_bytes import commit_word
 from explore.store.front_writer import FrontWriter, write_front
 from explore.store.open_results import open_results
 from explore.store.packing import pack
@@ -178,8 +179,13 @@ def test_numbers_that_do_not_ascend(tmp_path):
         file["designs/design"][2] = 3
     results = open_results(path)
     assert results.verify() == [0]
-    with pytest.raises(ResultsError, match="is damaged: its design numbers do not ascend"):
+    with pytest.raises(ResultsError, match="rows 0 to .* do not have the checksum"):
         results.design(5)
+    with h5py.File(path, "r+") as file:  # with the right checksum
+        columns = [file["designs"][column.name][:] for column in results.columns]
+        file["progress/commit"][0, 0] = commit_word(columns)
+    with pytest.raises(ResultsError, match="is damaged: its design numbers do not ascend"):
+        open_results(path).design(5)
 
 
 def test_bits_of_the_values_are_checked(tmp_path):

@@ -12,9 +12,9 @@ import pandas as pd
 import pytest
 from store_files import ATTRIBUTES, BLOCK, COLUMNS, LABELS, N_BLOCKS, N_DESIGNS, fill, flip, values
 
+import explore
 from explore.errors import ResultsError
 from explore.model.columns import Column
-from explore.store import rows
 from explore.store.all_designs_writer import AllDesignsWriter
 from explore.store.creation import create_results_file
 from explore.store.memory_file import MemoryFile
@@ -26,9 +26,11 @@ def test_layout_is_what_other_programs_need(finished):
         assert dict(file.attrs) == {
             **{name: v.encode() if isinstance(v, str) else v for name, v in ATTRIBUTES.items()},
             "format": b"explore-results",
-            "format_version": 2,
+            "format_version": 3,
             "n_designs": N_DESIGNS,
             "block_size": BLOCK,
+            "commit_offset": file["progress/commit"].id.get_offset(),
+            "checked": file.attrs["checked"],
         }
         assert set(file) == {"designs", "frame", "progress"}
         assert file["progress/commit"].shape == (N_BLOCKS, 512)
@@ -216,13 +218,31 @@ def test_designs_of_a_damaged_block_are_refused(copy):
             read()
     assert results.design(4 * BLOCK)["design"] == 4 * BLOCK
     assert results.designs([0, 5]).index.tolist() == [0, 5]
-    assert len(results.to_pandas()) == N_DESIGNS
+    others = [number for number in range(N_DESIGNS) if number // BLOCK != 3]
+    assert results.designs(others).index.tolist() == others
 
 
-def test_designs_of_many_blocks_are_read_unchecked(copy, monkeypatch):
-    monkeypatch.setattr(rows, "_MOST_CHECKED", 1)
-    flip(copy, open_results(copy)._layout.offset(open_results(copy).columns[1], 4 * BLOCK - 1))
-    results = open_results(copy)
-    assert len(results.designs([0, 3 * BLOCK])) == 2
-    with pytest.raises(ResultsError, match="checksum"):
-        results.design(3 * BLOCK)
+def test_results_and_studies_show_themselves_in_words(tmp_path):
+    study = explore.Study(
+        mechanism="crank-rocker",
+        parameters={"crank": [60, 2000], "coupler": 900, "rocker": 660, "ground": 650},
+        metrics=["swing_angle", "linkage_class"],
+    )
+    results = explore.sweep(study, tmp_path / "two <cranks>.h5")
+    shown = results._repr_html_()
+    assert "two &lt;cranks&gt;.h5" in shown
+    assert "1 ok, 1 cannot_assemble" in shown or "1 ok, 1 crank_blocked" in shown
+    assert "<td>ok</td>" in shown
+    assert "<td>crank-rocker</td>" in shown or "<td>crank_rocker</td>" in shown
+    text = study._repr_html_()
+    assert "study of 2 designs, grid; swept: crank</p>" in text
+    assert "crank = [60, 2000]" in text
+
+    table = results.to_pandas()
+    words = explore.in_words(table)
+    assert list(words["status"]) == [table.attrs["labels"]["status"][code] for code in table["status"]]
+    assert (words["status"] == "ok").tolist() == (table["status"] == 1).tolist() == [True, False]
+    assert set(words["status"].cat.categories) == set(table.attrs["labels"]["status"].values())
+    assert words["feasible"].dtype == bool
+    with pytest.raises(explore.RequestError, match="has no attrs"):
+        explore.in_words(pd.DataFrame({"status": [1]}))

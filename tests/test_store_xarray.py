@@ -8,11 +8,12 @@ import sys
 import h5py
 import numpy as np
 import pytest
-from store_files import ATTRIBUTES, BLOCK, COLUMNS, N_DESIGNS, fill
+from store_files import ATTRIBUTES, BLOCK, COLUMNS, N_DESIGNS, fill, values
 
 import explore
 from explore.store import rows
 from explore.store.all_designs_writer import AllDesignsWriter
+from explore.store.block_bytes import is_sound
 from explore.store.front_writer import write_front
 from explore.store.packing import pack
 
@@ -79,25 +80,24 @@ def test_dask_arrays_have_the_same_values_and_can_be_sent_to_workers(finished):
 def test_no_column_is_read_before_its_values_are_needed(tmp_path, monkeypatch):
     """A sparse file of 6 million designs, of which little more than the commit words is on the disk."""
     path, count, block = tmp_path / "large.h5", 6_000_000, 65_536
-    with AllDesignsWriter(path, COLUMNS, count, block, ATTRIBUTES):
-        pass
+    wanted, arrays = 5_000_000 // block, values(5_000_000 // block, block, count)
+    with AllDesignsWriter(path, COLUMNS, count, block, ATTRIBUTES) as writer:
+        writer.commit(wanted, arrays)
     with h5py.File(path, "r+") as file:
-        file["progress/commit"][:, 0] = 1 << 32
-    ranges = []
-    read = rows.read_column_rows
-    monkeypatch.setattr(
-        rows,
-        "read_column_rows",
-        lambda file, layout, column, *ends: ranges.append(ends) or read(file, layout, column, *ends),
-    )
+        words = np.full(len(file["progress/commit"]), 1 << 32, "<u8")
+        words[wanted] = file["progress/commit"][wanted, 0]
+        file["progress/commit"][:, 0] = words
+    checked = []
+    monkeypatch.setattr(rows, "is_sound", lambda *block: checked.append(block[2]) or is_sound(*block))
     dataset = explore.xarray(path)
     assert dataset.sizes == {"design": count}
     part = dataset["crank"].isel(design=slice(5_000_000, 5_000_010))
     assert int(part["design"][0]) == 5_000_000
     assert "5000009" in repr(dataset["design"][5_000_009])
-    assert ranges == []
-    assert part.to_numpy().shape == (10,)
-    assert ranges == [(5_000_000, 5_000_010)]
+    assert checked == []
+    assert part.to_numpy().tolist() == arrays["crank"][5_000_000 - wanted * block :][:10].tolist()
+    assert dataset["nodes"][5_000_010].item() == 5_000_010 % 97
+    assert checked == [wanted], "once for a block"
 
 
 def test_without_xarray_the_error_names_the_extra(finished, monkeypatch):

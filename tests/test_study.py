@@ -13,7 +13,7 @@ import h5py
 import numpy as np
 import pandas as pd
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from studies import FEW, GOOD
 
@@ -103,6 +103,7 @@ def studies(draw):
 
 
 @given(studies())
+@settings(deadline=None)  # the first example imports the readers
 def test_round_trip(tmp_path_factory, arguments):
     study = explore.Study(**arguments)
     path = tmp_path_factory.mktemp("study") / "study.toml"
@@ -229,7 +230,10 @@ def test_results_are_those_of_the_file(tmp_path):
             attributes[name] = {key: np.asarray(value).tobytes() for key, value in file.attrs.items()}
         columns[name] = explore.read_results(tmp_path / f"{name}.h5")
     assert attributes["file"].keys() == attributes["python"].keys()
-    assert [key for key in attributes["file"] if attributes["file"][key] != attributes["python"][key]] == ["config"]
+    assert [key for key in attributes["file"] if attributes["file"][key] != attributes["python"][key]] == [
+        "checked",  # the checksum of all of them
+        "config",
+    ]
     pd.testing.assert_frame_equal(columns["file"], columns["python"], check_exact=True)
 
 
@@ -279,3 +283,29 @@ def test_the_window_of_results_is_one_that_evaluate_takes(tmp_path, window):
     assert again["rocker_angle_mean"].tolist() == results.to_pandas()["rocker_angle_mean"].tolist()
     if window != "drive":
         assert results.window["from"] == window["from"]
+
+
+def cranks(constraints):
+    """A study of crank lengths of which 90 can turn, none with a transmission angle above 30 deg."""
+    links = {"coupler": 1083.4236, "rocker": 541.7118, "ground": 691.7118}
+    crank = {"start": 60, "stop": 180, "num": 121}
+    return explore.Study(mechanism="crank-rocker", parameters={**links, "crank": crank}, constraints=constraints)
+
+
+def test_sweep_and_rank_say_why_nothing_is_feasible(tmp_path):
+    path = tmp_path / "none.h5"
+    begins = re.escape(f"no design of {path} is feasible, so there is nothing to rank; ")
+    reasons = re.escape(
+        "left out: 90 miss the constraint on transmission_angle_min; "
+        "left out: 30 crank_blocked: the crank cannot turn fully: the linkage locks before a full turn; "
+        "left out: 1 change_point: "
+    )
+    with pytest.warns(explore.NothingFeasibleWarning, match=begins + reasons):
+        results = explore.sweep(cranks({"transmission_angle_min": {"min": "30 deg"}}), path)
+    with pytest.warns(explore.NothingFeasibleWarning, match=begins + reasons):
+        assert explore.rank(results).empty
+    feasible = explore.sweep(cranks({}), tmp_path / "some.h5")
+    with pytest.warns(
+        RuntimeWarning, match="no feasible design of .* meets the request, .*; left out: 90 feasible ones"
+    ):
+        assert explore.rank(feasible, where="crank > 900").empty

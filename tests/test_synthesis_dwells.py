@@ -168,7 +168,7 @@ def test_other_starts_find_the_same():
 
 def test_what_does_not_exist():
     """What comes nearest misses the limits; a transmission angle that no lengths give is refused."""
-    (nearest,) = find_dwells(DwellTask(np.pi, 4.0, np.radians(60), np.radians(20)), 1)
+    nearest, *_ = find_dwells(DwellTask(np.pi, 4.0, np.radians(60), np.radians(20)), 1)
     assert nearest.stroke < 4 or np.degrees(nearest.pressure_angle_max) > 20
     # Half the stroke is more than the link's reach along the guide at 5 deg.
     assert find_dwells(DwellTask(np.pi, 50.0, np.radians(60), np.radians(5)), 1) == []
@@ -177,7 +177,7 @@ def test_what_does_not_exist():
         find_dwells(DwellTask(1.0, 1.0, np.radians(72), 1.0), 1)
     # Nearly equal links: only small transmission angles, which are searched too.
     short = DwellTask(1.0, 0.1, np.radians(1), 1.0, 1.1)
-    (nearly_equal,) = find_dwells(short, 1)
+    nearly_equal, *_ = find_dwells(short, 1)
     assert max(nearly_equal.linkage.lengths) <= 1.1 * (1 + 1e-9)
     with pytest.raises(RequestError, match="does not reach the guide"):
         measure(EXAMPLE, START, np.pi / 2, 0.9)

@@ -9,9 +9,12 @@ import pytest
 
 from explore.errors import RequestError
 from explore.synthesis.defects import PASSES, WRONG_ORDER
-from explore.synthesis.linkages import FourBar
-from explore.synthesis.nine_points.four_bars import driven_by_rocker
+from explore.synthesis.linkages import FourBar, driven_by_rocker
+from explore.synthesis.nine_points import homotopy
+from explore.synthesis.nine_points.endgame import INFINITE, LOST, REGULAR
+from explore.synthesis.nine_points.homotopy import Ends
 from explore.synthesis.nine_points.report import find_linkages
+from explore.synthesis.nine_points.solving import merge
 
 FREE = np.random.default_rng(5).normal(size=(4, 2)) @ [1, 1j]
 SYMMETRIC = np.concatenate([FREE, FREE.conj(), [0.3]])
@@ -80,13 +83,43 @@ def test_singular_linkages_are_reported_but_not_proved():
 
 def test_the_sentence_says_what_is_lost_and_not_proved():
     report = planted_report()
-    solutions = dataclasses.replace(report.solutions, n_lost=2)
-    proofs = dataclasses.replace(report.certificates, is_proved=np.arange(1442) < 1440)
-    partial = dataclasses.replace(report, solutions=solutions, certificates=proofs)
+    proofs = dataclasses.replace(report.solutions.certificates, is_proved=np.arange(1442) < 1440)
+    partial = dataclasses.replace(report, solutions=dataclasses.replace(report.solutions, certificates=proofs))
     assert not partial.is_complete
     assert not partial.is_certified
-    assert "1,440 of them proved" in partial.sentence
-    assert "2 are lost, so that linkages may be missing" in partial.sentence
+    assert partial.sentence.startswith(
+        "Of 1,442 paths 1,440 lead to regular solutions, all proved; 2 are lost or lead to"
+    )
+
+
+def test_what_is_not_proved_is_not_counted_beside_what_is():
+    """A start system that loses one path and ends another where no solution is, and one that finds all."""
+    whole = planted_report().solutions
+    ends = whole.solutions.copy()
+    fates = np.full(1442, REGULAR)
+    good = Ends(ends.copy(), fates.copy(), np.ones(1442, np.int64))
+    ends[7] = [3e6, 2e6j, 5e6, 1e6, 4e6j, 3e6, 1e6j, 2e6]
+    fates[9] = LOST
+    bad = Ends(ends, fates, np.ones(1442, np.int64))
+    both = merge([bad, good], whole.points, whole.size)
+    assert len(both.solutions) == 1442
+    assert both.is_complete
+    alone = merge([bad], whole.points, whole.size)
+    assert (alone.certificates.n_proved, alone.n_unproved, alone.n_lost) == (1440, 1, 2)
+    assert not alone.is_complete
+    # A path said to go to infinity leaves no room for the solution that the other system finds.
+    wrong = dataclasses.replace(good, fates=np.where(np.arange(1442) == 9, INFINITE, REGULAR))
+    contradicting = merge([wrong, good], whole.points, whole.size)
+    assert contradicting.certificates.n_proved == 1442
+    assert not contradicting.is_complete
+    assert (
+        "these are more than there are paths" in dataclasses.replace(planted_report(), solutions=contradicting).sentence
+    )
+    # Two paths that end at one solution hide that a path is lost.
+    ends = good.solutions.copy()
+    ends[3] = ends[4]
+    twice = merge([Ends(ends, np.full(1442, REGULAR), good.windings)], whole.points, whole.size)
+    assert (len(twice.solutions), twice.n_lost, twice.is_complete) == (1441, 1, False)
 
 
 def test_a_linkage_driven_by_its_rocker_is_the_same():
@@ -104,3 +137,19 @@ def test_a_linkage_driven_by_its_rocker_is_the_same():
 def test_points_that_determine_no_set():
     with pytest.raises(RequestError, match="points 2 and 9 are equal"):
         find_linkages(np.concatenate([SYMMETRIC[:8], SYMMETRIC[[1]]]))
+
+
+def test_an_interrupted_search_keeps_what_was_found_and_says_how_far_it_is(monkeypatch):
+    def interrupt(*_):
+        raise KeyboardInterrupt
+
+    told = []
+    monkeypatch.setattr(homotopy, "find_limits", interrupt)
+    found = find_linkages(SYMMETRIC, lambda done, total: told.append((done, total)))
+    assert found.solutions.is_interrupted
+    assert not found.is_complete
+    assert found.solutions.certificates.n_proved > 1300
+    # Each of the proved ones was told, and none of the others, which the endgame would have found.
+    assert told[-1][1] == 1442
+    assert told[-1][0] == pytest.approx(found.solutions.certificates.n_proved, abs=3)
+    assert found.linkages

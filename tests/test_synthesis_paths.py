@@ -8,17 +8,20 @@ import numpy as np
 import pytest
 
 from explore.synthesis.linkages import FourBar
+from explore.synthesis.paths import search
+from explore.synthesis.paths.alignment import lay_over_parts
 from explore.synthesis.paths.atlas import draw_shapes
 from explore.synthesis.paths.fitting import ORDERED, Task, _pool, fit
 from explore.synthesis.paths.numbers import (
+    BODY,
     N_CONSTANTS,
     N_NUMBERS,
     close_shape,
     longer_and_shorter,
     numbers_of,
     outward_slopes,
-    point_and_slopes,
-    point_at,
+    place_and_slopes,
+    place_at,
 )
 from explore.synthesis.paths.ordering import order_angles
 from explore.synthesis.paths.search import PathTask, find_paths, linkage_of
@@ -39,7 +42,7 @@ def constants_of(numbers, is_ground_longer=True):
 
 @pytest.mark.parametrize("branch", [1, -1])
 @pytest.mark.parametrize("lengths", [(1.0, 3.5, 2.5, 4.0), (4.0, 3.5, 2.5, 1.0)])
-def test_the_nine_numbers_of_a_linkage(lengths, branch):
+def test_the_ten_numbers_of_a_linkage(lengths, branch):
     crank, coupler, rocker, ground = lengths
     linkage = FourBar(1 + 2j, 1 + 2j + ground * np.exp(0.3j), crank, coupler, rocker, 0.6 + 0.7j, branch)
     numbers, is_ground_longer = numbers_of(linkage)
@@ -49,30 +52,30 @@ def test_the_nine_numbers_of_a_linkage(lengths, branch):
     constants = constants_of(numbers, is_ground_longer)
     for angle in np.linspace(0, 6, 7):
         expected = linkage.points([angle + 0.3])[0]
-        assert point_at(numbers, constants, float(branch), angle) == pytest.approx(expected, abs=1e-13)
+        assert place_at(numbers, constants, float(branch), angle)[0] == pytest.approx(expected, abs=1e-13)
 
 
 @pytest.mark.parametrize("is_ground_longer", [True, False])
 @pytest.mark.parametrize("branch", [1.0, -1.0])
 def test_slopes_against_differences_of_fourth_order(branch, is_ground_longer):
-    numbers, slopes = numbers_of(LINKAGE)[0], np.empty(N_NUMBERS, dtype=np.complex128)
-    constants = constants_of(numbers, is_ground_longer)
-    _, by_angle = point_and_slopes(
-        numbers, constants_of(numbers, is_ground_longer), branch, is_ground_longer, 1.1, slopes
+    numbers, slopes, turns = numbers_of(LINKAGE)[0], np.empty(N_NUMBERS, dtype=np.complex128), np.empty(N_NUMBERS)
+    numbers[BODY], angle = 0.4, 1.1
+    _, _, by_angle, spin = place_and_slopes(
+        numbers, constants_of(numbers, is_ground_longer), branch, is_ground_longer, angle, slopes, turns
     )
 
     def difference(function, step=1e-3):
         return (8 * (function(step) - function(-step)) - (function(2 * step) - function(-2 * step))) / (12 * step)
 
+    def placed(numbers, angle):
+        """The point, and the angle of the body."""
+        place, coupler = place_at(numbers, constants_of(numbers, is_ground_longer), branch, angle)
+        return np.array([place, np.angle(coupler) + numbers[BODY]])
+
     for j in range(N_NUMBERS):
-
-        def moved(h, j=j):
-            other = numbers.copy()
-            other[j] += h
-            return point_at(other, constants_of(other, is_ground_longer), branch, 1.1)
-
-        assert difference(moved) == pytest.approx(slopes[j], abs=1e-10)
-    assert difference(lambda h: point_at(numbers, constants, branch, 1.1 + h)) == pytest.approx(by_angle, abs=1e-10)
+        by_number = difference(lambda h, j=j: placed(numbers + h * np.eye(N_NUMBERS)[j], angle))
+        assert by_number == pytest.approx([slopes[j], turns[j]], abs=1e-10)
+    assert difference(lambda h: placed(numbers, angle + h)) == pytest.approx([by_angle, spin], abs=1e-10)
 
 
 def test_the_slopes_of_crank_and_ground_at_their_bounds():
@@ -120,7 +123,7 @@ def least_sum(squares, first, count):
 
 def test_angles_in_order_are_the_best_of_all_samples():
     points = np.array([1 + 2j, 3 + 1j, 2.5 + 3j, 0.5 + 4j])
-    task = Task(points, np.array([1, 2, 1, 1.0]), ORDERED, np.zeros(9), np.zeros(9), 0.0, 0.01, 100.0)
+    task = Task(points, np.array([1, 2, 1, 1.0]), ORDERED, np.zeros(N_NUMBERS), np.zeros(N_NUMBERS), 0.0, 0.01, 100.0)
     numbers, senses, angles, costs = numbers_of(LINKAGE)[0][None], np.empty(1), np.empty((1, 4)), np.empty(1)
     order_angles(task, np.ones(1), np.ones(1, dtype=bool), numbers, 10, 1, senses, angles, costs)
     distances = np.abs(LINKAGE.points(angles[0] + 0.3) - points) ** 2
@@ -139,7 +142,7 @@ def test_exact_points_give_the_linkage_back():
     lower[5:7], upper[5:7] = 0.01, np.pi - 0.01
     task = Task(points, np.ones(18), ORDERED, lower, upper, 0.0, 0.01, 100.0)
     rng = np.random.default_rng(13)
-    numbers = exact + 0.1 * rng.normal(size=(5, N_NUMBERS)) * [1, 1, 0.5, 0.3, 0.3, 0.3, 0.3, 1, 1]
+    numbers = exact + 0.1 * rng.normal(size=(5, N_NUMBERS)) * [1, 1, 0.5, 0.3, 0.3, 0.3, 0.3, 1, 1, 0]
     angles = np.sort(np.linspace(0, 6, 18) + 0.1 * rng.normal(size=(5, 18)))
     errors = np.empty(5)
     fit(task, np.ones(5), np.ones(5), np.ones(5, dtype=bool), numbers, angles, 400, 1e-10, errors)
@@ -254,3 +257,46 @@ def test_planted_linkages_are_recovered():
 @pytest.mark.slow
 def test_a_thousand_planted_linkages():
     assert missed(1000, 15) <= 20
+
+
+@pytest.mark.parametrize("least_span", [0.0, 2.0])
+def test_the_part_of_a_curve_that_is_laid_over_an_open_path(least_span):
+    """By linear least squares over all parts, starts and images, of curves sampled at 20,000 crank angles a turn."""
+    points = LINKAGE.points(np.linspace(0.5, 3.0, 12))
+    shapes = draw_shapes(4, seed=3)
+    starts = lay_over_parts(points, shapes, least_span)
+    lengths = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(points)))])
+    path = np.interp(np.linspace(0, lengths[-1], 32), lengths, points)
+    path = path - path.mean()
+    fine = np.linspace(0, 4 * np.pi, 40_001)
+    for row, shape in enumerate(shapes):
+        crank, coupler, rocker, ground = shape[:4].tolist()
+        linkage = FourBar(0j, complex(ground), crank, coupler, rocker, complex(*shape[4:]) / coupler, 1)
+        curve = linkage.points(fine)
+        along = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(curve)))])
+        along *= 2.0 / along[-1]
+        best = np.inf
+        for share in (0.08, 0.12, 0.18, 0.27, 0.4, 0.6, 0.8, 0.95):
+            for first in np.arange(32) / 32:
+                places = first + share * np.linspace(0, 1, 32)
+                if np.ptp(np.interp(places[[0, -1]], along, fine)) < least_span:
+                    continue
+                part = np.interp(places, along, curve)
+                for image in (part, part.conj(), part[::-1], part.conj()[::-1]):
+                    centred = image - image.mean()
+                    factor = np.vdot(centred, path) / np.vdot(centred, centred)
+                    best = min(best, np.linalg.norm(path - factor * centred) ** 2)
+        # Curves of 64 sides cut their corners, by about a thousandth of the curve's size.
+        assert starts.errors[row] == pytest.approx(best / np.linalg.norm(path) ** 2, rel=0.1, abs=2e-3)
+
+
+def test_an_open_path_is_laid_over_once_for_all_bounds(monkeypatch):
+    calls = []
+    monkeypatch.setattr(search, "lay_over_parts", lambda *given: calls.append(1) or lay_over_parts(*given))
+    points = LINKAGE.points(np.linspace(0.4, 3.0, 9))
+    starts = [
+        PathTask(points, False, span_min=1.5, transmission_angle_min=angle, link_ratio_max=ratio).starts(100)
+        for angle, ratio in ((0.4, 10.0), (0.5, 10.0), (0.6, 8.0))
+    ]
+    assert len(calls) == 2  # crank-rockers and double cranks
+    assert (starts[0].errors == starts[2].errors).all()

@@ -132,7 +132,7 @@ def missed(count, seed, *, is_closed):
         linkage, points = planted(rng, is_closed=is_closed)
         box = linkage.crank_pivot - (10 + 10j), linkage.crank_pivot + (10 + 10j)
         task = SliderPathTask(points, is_closed=is_closed, length_ratio_max=30.0, pivot_box=box)
-        misses += find_slider_paths(task, 1)[0].error_rms > 1e-5 * task.size
+        misses += find_slider_paths(task)[0].error_rms > 1e-5 * task.size
     return misses
 
 
@@ -149,8 +149,8 @@ def test_paths_of_500_slider_cranks_are_met(is_closed):
 
 def test_a_reversed_path_has_the_same_solution():
     """The crank may turn in either sense, and a mirrored path has the mirrored solution."""
-    best = find_slider_paths(SliderPathTask(path()), 1)[0]
-    backwards = find_slider_paths(SliderPathTask(path()[::-1]), 1)[0]
+    best = find_slider_paths(SliderPathTask(path()))[0]
+    backwards = find_slider_paths(SliderPathTask(path()[::-1]))[0]
     assert backwards.error_rms == pytest.approx(best.error_rms, rel=1e-6)
     assert np.sign(backwards.angles[-1] - backwards.angles[0]) == -np.sign(best.angles[-1] - best.angles[0])
 

@@ -1,7 +1,10 @@
 """Task files: what is read, every mistake in one message with its line, and the study of the candidates."""
 
+import re
+
 import numpy as np
 import pytest
+from command_line import run
 
 import explore
 from explore.errors import ConfigError, RequestError
@@ -19,6 +22,19 @@ def problems_of(text):
     with pytest.raises(ConfigError) as caught:
         parse_task(text, "task.toml")
     return caught.value.problems
+
+
+def test_names_of_tasks(tmp_path):
+    """Also those under which a user looks for them; the help of `explore init` lists all."""
+    for name, own in (("poses", "motion"), ("swing", "dead-positions")):
+        run("init", f"{name}.toml", "--task", name, cwd=tmp_path)
+        text = (tmp_path / f"{name}.toml").read_text(encoding="utf-8")
+        assert text == task_starter(own)
+        assert parse_task(text.replace(f'task = "{own}"', f'task = "{name}"'), "task.toml").kind == own
+    words = run("init", "--help", cwd=tmp_path).stdout
+    assert all(re.search(rf"\b{name}\b", words) for name in [*TASK_TYPES, "poses", "swing"])
+    with pytest.raises(ConfigError, match=r"task.toml:1: task: unknown task \[\]; write task = \"path\""):
+        parse_task("task = []\n", "task.toml")
 
 
 @pytest.mark.parametrize("name", TASK_TYPES)
@@ -81,7 +97,7 @@ length = "deg"
         ('task = "dead-position"', "task.toml:1: task: unknown task 'dead-position'; did you mean 'dead-positions'?"),
         ('task = "dead-positions"\ntarget = 3', "task.toml:2: target: must be a table of keys and values, got 3"),
         (DEAD + "[rank]\nmetrics = []\n", "task.toml:6: rank.metrics: the list is empty; leave it out"),
-        ("task = 3", "task.toml:1: task: unknown task 3; available: "),
+        ("task = 3", 'task.toml:1: task: unknown task 3; write task = "path"'),
         ("rank = 3\n" + DEAD, "task.toml:1: rank: must be a table of keys and values, got 3"),
         ('mechanism = "crank-rocker"', "task.toml:1: mechanism: this is a study; run it with `explore sweep`"),
         ('task = "dead-positions"', "task.toml:1: target.swing_angle: is missing; write it, such as swing_angle = 40"),

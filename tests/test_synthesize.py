@@ -2,11 +2,16 @@
 
 import json
 from pathlib import Path
+from types import SimpleNamespace
 
+import pandas as pd
 import pytest
 from command_line import run
 
 import explore
+from explore.cli.commands.synthesize import _best_first
+from explore.synthesis.paths import search
+from explore.synthesis.paths.search import find_paths
 
 TASK = """task = "dead-positions"
 [target]
@@ -138,3 +143,39 @@ def test_init_writes_a_task(tmp_path):
     both = run("init", "x.toml", "--task", "dead-positions", "--mechanism", "gears", cwd=tmp_path, code=2)
     assert "leave out --mechanism" in both.stderr
     assert not (tmp_path / "x.toml").exists()
+
+
+def test_candidates_that_pass_come_before_those_with_a_smaller_error():
+    """Errors of exact candidates are rounding, which put one of another circuit first."""
+    frame = pd.DataFrame({
+        "path_error_rms": [1e-12, 3e-10, 2e-10, 5.0], "passage": [3, 0, 0, 0], "feasible": [True, True, True, False],
+    })  # fmt: skip
+    results = SimpleNamespace(to_pandas=lambda: frame, objectives=["path_error_rms:min"])
+    assert list(_best_first(results).index) == [2, 1, 0, 3]
+    frame["feasible"] = False
+    assert list(_best_first(results).index) == [2, 1, 3, 0]
+    swing = SimpleNamespace(to_pandas=lambda: frame.drop(columns="passage"), objectives=["path_error_rms:max"])
+    assert list(_best_first(swing).index) == [3, 1, 2, 0]
+
+
+def test_an_interrupted_search_of_a_path_keeps_what_was_found(tmp_path, monkeypatch):
+    given = iter([True])
+
+    def once(*arguments, **named):
+        if next(given, False):
+            return find_paths(*arguments, **named)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(search, "find_paths", once)
+    task = tmp_path / "oval.toml"
+    points = [[40, 0], [28, 14], [0, 21], [-30, 14], [-39, 1], [-27, -15], [1, -20], [29, -13]]
+    task.write_text(f'task = "path"\n[target]\npoints = {points}\nclosed = true\n[search]\ncount = 4\n', "utf-8")
+    output = run("synthesize", "oval.toml", "-o", "oval.h5", cwd=tmp_path, code=130)
+    assert "interrupted: these were found so far" in output.stderr
+    assert ", and of " not in output.stderr
+    assert len(explore.read_results(tmp_path / "oval.h5")) > 0
+
+    given = iter([True])
+    with pytest.raises(KeyboardInterrupt):
+        explore.synthesize(task, tmp_path / "python.h5")
+    assert len(explore.read_results(tmp_path / "python.h5")) > 0

@@ -222,26 +222,6 @@ def test_a_path_from_a_file(tmp_path):
     assert mechanism.target.crank_angles == (0.0, 30.0, pytest.approx(57.29577951308232))
 
 
-@pytest.mark.parametrize(
-    ("text", "reason"),
-    [
-        ("x,y\n1,2\n3\n", "two or three columns"),
-        ("1,2\n3,four\n5,6\n", "line 2: y: "),
-        ("", "two or three columns"),
-        ("1,2\n3,4 kg\n5,6\n", "line 2: y: "),
-        ("1,2\n" * 600, "600 points; at most 500"),
-        ("1,2\n" * 400_000, "larger than 1 MB"),
-    ],
-)
-def test_a_bad_file_is_one_clear_line(tmp_path, text, reason):
-    (tmp_path / "path.csv").write_text(text)
-    with pytest.raises(RequestError, match=reason) as caught:
-        find_mechanism("crank-rocker", ("M",), {"kind": "path", "file": str(tmp_path / "path.csv")})
-    assert len(str(caught.value).splitlines()) == 1
-    with pytest.raises(RequestError, match="no such file"):
-        find_mechanism("crank-rocker", ("M",), {"kind": "path", "file": str(tmp_path / "none.csv")})
-
-
 @pytest.mark.parametrize("closed", [True, False])
 def test_hausdorff_and_chamfer(closed):
     """Of a curve and a path beside it, against both sampled densely; the traced arc ends where the path does."""

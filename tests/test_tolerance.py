@@ -1,6 +1,8 @@
 """`explore tolerance`: yields against brute force and known answers, results files, and bad input."""
 
 import json
+import threading
+import time
 
 import numpy as np
 import pytest
@@ -13,7 +15,9 @@ import explore
 from explore import charts
 from explore.api.tolerances import plan_tolerances
 from explore.errors import ConfigError, RequestError, ResultsError
+from explore.store.all_designs_writer import AllDesignsWriter
 from explore.sweeping.tolerance_runs import ToleranceRun
+from explore.tolerancing import outcomes
 
 STUDY = """
 mechanism = "crank-rocker"
@@ -129,7 +133,7 @@ def test_a_cluster_gives_the_same(folder, robustness):
     from distributed import Client
 
     numbers = [int(number) for number in robustness.designs.index[:2]]
-    with Client(processes=False, n_workers=1, threads_per_worker=2, dashboard_address=None) as client:
+    with Client(processes=False, n_workers=1, threads_per_worker=2, dashboard_address="127.0.0.1:0") as client:
         there = explore.tolerance(folder / "study.h5", designs=numbers, draws=65536, client=client)
     assert there.designs.equals(robustness.designs.loc[numbers])
 
@@ -223,6 +227,39 @@ def test_the_command(folder, robustness):
     assert "that nothing beats in yield, cv_robust, swing_angle_robust" in front
 
 
+def test_at_80_columns_the_front_keeps_the_lengths_and_leaves_out_statistics(folder, robustness):
+    lines = call("tolerance", folder / "study.h5", "--draws", "1024")[1].splitlines()
+    headings = " ".join(lines[1:5]).split()
+    assert {"yield", "crank", "coupler", "rocker", "ground"} <= set(headings)
+    assert max(map(len, lines[1:-1])) <= 80
+    assert "2 columns left out: swing_angle_robust, transmission_angle_min_robust; --json prints all" in lines
+    (row,) = [line.split() for line in lines if line.split()[:1] == [str(robustness.designs.index[0])]]
+    lengths = robustness.designs.iloc[0][["crank", "coupler", "rocker", "ground"]]
+    assert [float(cell) for cell in row[-4:]] == pytest.approx(lengths.tolist(), rel=1e-5)
+
+
+def test_an_analysis_that_was_killed_before_its_commit_is_finished(folder, robustness, tmp_path, monkeypatch):
+    """Its file is there, without a design."""
+    source, path = folder / "study.h5", tmp_path / "killed.h5"
+
+    def die(*_):
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr(AllDesignsWriter, "commit", die)
+        with pytest.raises(KeyboardInterrupt):
+            explore.tolerance(source, draws=65536, path=path)
+    code, out, _ = call("show", str(path))
+    assert code == 0
+    assert "run its `explore tolerance` again to continue" in out
+    with pytest.raises(ResultsError, match=r"killed\.h5 exists; name another file"):
+        explore.tolerance(source, draws=65536, seed=1, path=path)
+    explore.tolerance(source, draws=65536, path=path)
+    assert path.read_bytes() == (folder / "robust.h5").read_bytes()
+    with pytest.raises(ResultsError, match=r"killed\.h5 exists; name another file"):
+        explore.tolerance(source, draws=65536, path=path)
+
+
 @pytest.mark.parametrize(
     ("arguments", "code", "message"),
     [
@@ -266,8 +303,33 @@ def test_progress_counts_all_parts(folder, robustness):
         folder / "study.h5", designs=int(robustness.designs.index[0]), draws=(1 << 18) + 10,
         report_progress=lambda done, total: seen.append((done, total)),
     )  # fmt: skip
-    assert len(seen) == 2
+    assert len(seen) >= 2  # after each piece, and each second
+    assert seen == sorted(seen)
     assert seen[-1] == ((1 << 18) + 10, (1 << 18) + 10)
+
+
+def test_slow_parts_are_counted_and_end_at_once(folder, robustness, monkeypatch):
+    """Ctrl-C reaches the threads between two slices of parts, not after a piece of 262,144."""
+    evaluate, seen, evaluated = outcomes.evaluate_columns, [], []
+
+    def slowly(request, columns):
+        time.sleep(0.6)
+        evaluated.append(len(columns["crank"]))
+        return evaluate(request, columns)
+
+    def interrupt(done, total):
+        seen.append((done, total))
+        if len(seen) == 2:
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(outcomes, "evaluate_columns", slowly)
+    with pytest.raises(KeyboardInterrupt):
+        explore.tolerance(
+            folder / "study.h5", designs=int(robustness.designs.index[0]), draws=1 << 18, report_progress=interrupt
+        )
+    assert 0 < seen[0][0] < seen[-1][0] < seen[-1][1]
+    assert sum(evaluated) < 1 << 14
+    assert not [thread for thread in threading.enumerate() if "_compute_all" in thread.name]
 
 
 def test_the_chart_marks_limits_and_shares(robustness):
@@ -283,3 +345,15 @@ def test_the_chart_marks_limits_and_shares(robustness):
     assert sum(heights) == len(robustness.sample(number))
     with pytest.raises(RequestError, match="design -1 was not analysed"):
         charts.tolerance_chart(robustness, -1)
+
+
+def test_a_number_alone_is_of_all_lengths(folder):
+    number = str(int(explore.rank(explore.open_results(folder / "study.h5")).index[0]))
+    options = ("tolerance", str(folder / "study.h5"), "--design", number, "--draws", "1024", "--json")
+    found = json.loads(call(*options, "--tolerance", "crank=0.2", "--tolerance", "50 um")[1])["tolerances"]
+    assert {name: entry["plus_minus"] for name, entry in found.items()} == {
+        "crank": 0.2, "coupler": 0.05, "rocker": 0.05, "ground": 0.05,
+    }  # fmt: skip
+    code, out, _ = call(*options[:-1], "--tolerance", "0.1")
+    assert code == 0
+    assert "first derivatives, in the unit of the metric per mm" in out

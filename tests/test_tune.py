@@ -11,6 +11,7 @@ from command_line import call, run
 
 import explore
 from explore.charts import tuning_chart
+from explore.mechanisms.registry import MECHANISMS
 
 #: The optimum of the published study, mm.
 PUBLISHED = {"crank": 50, "coupler": 940.62, "rocker": 211.79, "ground": 869.44}
@@ -216,6 +217,18 @@ def test_the_command_takes_a_design_of_results(tmp_path):
     row = next(row for row in found["curve"] if row["crank"] == 50.0)
     cv = explore.evaluate("crank-rocker", PUBLISHED, metrics=["cv"], window="return")["cv"].iloc[0]
     assert row["cv"] == pytest.approx(cv, rel=1e-9)  # the tolerance of `evaluate`
+
+
+@pytest.mark.parametrize(("mechanism", "parameter"), [("crank-rocker", "crank"), ("gears", "growth")])
+def test_the_command_takes_a_design_of_a_mechanism_without_strokes(mechanism, parameter, tmp_path):
+    """Whose files say that the drive is "none"."""
+    run("init", "study.toml", "--mechanism", mechanism, cwd=tmp_path)
+    run("sweep", "study.toml", "-o", "study.h5", "--quiet", cwd=tmp_path)
+    results = explore.open_results(tmp_path / "study.h5")
+    assert bool(results.drive) == bool(MECHANISMS[mechanism].drives)
+    metric = results.objectives[0].partition(":")[0]
+    output = run("tune", "study.h5", "--parameter", parameter, "--metric", metric, cwd=tmp_path)
+    assert metric in output.stdout
 
 
 def test_the_command_says_where_constraints_of_the_study_hold(tmp_path):

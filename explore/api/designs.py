@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from explore.api.workers import find_workers, report_counts
-from explore.errors import FailedBlocksWarning, MotionError, RequestError
+from explore.errors import FailedBlocksWarning, MotionError, NothingFeasibleWarning, RequestError
 from explore.evaluation.derived import unavailable_metrics
 from explore.evaluation.evaluate import (
     LARGEST_PARAMETER,
@@ -26,6 +26,8 @@ from explore.model.points import COORDINATES
 from explore.model.progress import ReportProgress
 from explore.model.status import Status
 from explore.motions import motion_signals
+from explore.ranking.rankings import RankRequest, rank_source
+from explore.ranking.reasons import warning_of_nothing
 from explore.request.names import find_mechanism
 from explore.request.parameters import parameter_columns, read_value
 from explore.request.requests import make_objective, make_request
@@ -87,7 +89,8 @@ def sweep(
     Returns
     -------
     Results
-        The results in the file. Failed blocks are left out, with a `FailedBlocksWarning` that has the reason of each.
+        The results in the file. Failed blocks are left out, with a `FailedBlocksWarning` that has the reason of each;
+        a `NothingFeasibleWarning` says why where no design is feasible.
 
     Raises
     ------
@@ -106,7 +109,12 @@ def sweep(
     summary = run_study(study, path, cluster, keep=keep, max_failures=max_failures, restart=restart, progress=report)
     if summary.failures:
         warnings.warn(FailedBlocksWarning(summary.failures), stacklevel=2)
-    return open_results(path)
+    results = open_results(path)
+    if summary.n_computed and not summary.n_feasible and not summary.n_resumed:
+        ranking = rank_source(results, RankRequest())
+        if reason := warning_of_nothing(ranking, path, results.status_sentences):
+            warnings.warn(reason, NothingFeasibleWarning, stacklevel=2)
+    return results
 
 
 def evaluate(

@@ -7,10 +7,12 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from explore.errors import NothingFeasibleWarning
 from explore.ranking.joint import RESULTS_COLUMN, rank_sources
 from explore.ranking.limits import Limits
 from explore.ranking.nearest import VIOLATION, find_nearest, find_nearest_rows
 from explore.ranking.rankings import RankRequest, rank_frame, rank_source
+from explore.ranking.reasons import warning_of_nothing
 from explore.store.open_results import open_results, open_several
 from explore.store.results import Results
 
@@ -74,7 +76,7 @@ def rank(
     DataFrame
         One row for each design of the fronts, under its number, with the columns of the results and those named above.
         ``attrs["units"]`` has the unit of each column that has one in the results, ``attrs["labels"]`` the words for
-        the codes of columns such as ``status``.
+        the codes of columns such as ``status``. A `NothingFeasibleWarning` says why a ranking is empty.
 
     Raises
     ------
@@ -99,6 +101,9 @@ def rank(
     incomplete = "keeps only the Pareto set of its study: the best in this request may be missing"
     for text in (*(f"{name} {incomplete}" for name, part in parts.items() if part.is_incomplete), *caveats):
         warnings.warn(text, RuntimeWarning, stacklevel=2)
+    for name, part in parts.items():
+        if reason := warning_of_nothing(part, name, sources[name].status_sentences):
+            warnings.warn(reason, NothingFeasibleWarning, stacklevel=2)
     columns = {column.name: column for source in reversed(sources.values()) for column in source.columns}
     units = {name: column.unit for name, column in columns.items()} | {RESULTS_COLUMN: ""}
     return _with_attrs(ranking.frame, units, {name: dict(c.labels) for name, c in columns.items() if c.labels})

@@ -19,7 +19,7 @@ from explore.ranking.rankings import rankable_names
 from explore.request.tolerances import make_tolerances
 from explore.store.open_results import results_of
 from explore.store.results import Results
-from explore.sweeping.tolerance_runs import ToleranceRun
+from explore.sweeping.tolerance_runs import ToleranceRun, is_continued
 from explore.tolerancing.outcomes import TolerancedRequest
 
 if TYPE_CHECKING:
@@ -56,7 +56,8 @@ def tolerance(
     designs
         Numbers of designs; None for the Pareto set of the study.
     path
-        A new results file for `Robustness.designs`, numbered from 0; ``parent`` has the number in `results`.
+        A new results file for `Robustness.designs`, numbered from 0; ``parent`` has the number in `results`. One that a
+        killed run of the same analysis left unfinished is finished.
     draws
         Number of parts to draw of each design.
     seed
@@ -82,7 +83,7 @@ def tolerance(
         If the cluster is lost or runs other versions of the packages.
     """
     plan = plan_tolerances(results_of(results), tolerances, designs, draws=draws, seed=seed)
-    target = check_target(plan.source, path, restart=restart)
+    target = check_target(plan, path, restart=restart)
     cluster = find_workers(plan.run.request.request, client, workers, processes=processes)
     if client is None:
         compile_kernels(plan.run.request.exact.request)
@@ -92,14 +93,14 @@ def tolerance(
     return robustness
 
 
-def check_target(source: Results, path: Path | str | None, *, restart: bool) -> Path | None:
-    """The new results file, refused where it exists, before anything is computed."""
+def check_target(plan: TolerancePlan, path: Path | str | None, *, restart: bool) -> Path | None:
+    """The new results file, refused where it exists, before anything is computed; a killed run's is continued."""
     if path is None:
         return None
     target = Path(path)
-    if real_path(target) == real_path(source.path):
+    if real_path(target) == real_path(plan.source.path):
         raise RequestError(f"{target} holds the designs; name another file with `path`")
-    if target.exists() and not restart:
+    if target.exists() and not restart and not is_continued(target, plan.source, plan.attributes):
         raise ResultsError(f"{target} exists; name another file with `path` or move it aside with `restart=True`")
     return target
 

@@ -216,7 +216,7 @@ class CrankRocker:
         if window.kind == "turn":
             return full_turn()
         if window.kind == "interval":
-            ends = (Position.at_angle(arb(angle)) for angle in (window.start, window.stop))
+            ends = (Position.at_degrees(angle) for angle in (window.start, window.stop))
             arc = Arc(*ends)
             return arc.mirrored() if self._branch < 0 else arc
         product = -linkage.overlapped.tangent * linkage.extended.tangent

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 from flint import arb
 
-from explore.certifying.balls import Enclosure, UndecidedError, exact, with_more_bits
+from explore.certifying.balls import Enclosure, UndecidedError, UnprovedError, exact, with_more_bits
 from explore.certifying.contract import Certificate, MakeCertificate
 from explore.certifying.formulas import compute
 from explore.evaluation.evaluate import LARGEST_PARAMETER, SMALLEST_PARAMETER
@@ -79,6 +79,8 @@ class Design:
     def _find(self, metric: AnyMetric, bits: int) -> Enclosure | None:
         certificate = self._certificate(bits)
         if not isinstance(metric, DerivedMetric) or not isinstance(metric.formula.function, Expression):
+            if isinstance(metric, DerivedMetric) and any(part.signal.point for part in metric.sampled):
+                raise UnprovedError(f"{metric.name} holds the path of a point, which has no rigorous road")
             return certificate.enclose(metric)
         sources = []
         for source in metric.inputs:

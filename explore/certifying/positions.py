@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from fractions import Fraction
 from functools import cached_property
 
-from flint import arb, fmpq_poly
+from flint import arb, fmpq, fmpq_poly
 
 from explore.certifying.balls import UndecidedError, UnprovedError
 
@@ -23,6 +24,13 @@ class Position:
         """The position at an angle in rad."""
         half_turns = round(float(angle.mid() / arb.pi()))
         return cls(half_turns, ((angle - half_turns * arb.pi()) / 2).tan())
+
+    @classmethod
+    def at_degrees(cls, angle: Fraction) -> Position:
+        """The position at an exact angle in deg."""
+        half_turns = round(angle / 180)
+        half = angle / 360 - Fraction(half_turns, 2)
+        return cls(half_turns, (arb(fmpq(half.numerator, half.denominator)) * arb.pi()).tan())
 
     @cached_property
     def angle(self) -> arb:

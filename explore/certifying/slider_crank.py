@@ -235,7 +235,7 @@ class SliderCrank:
         if window.kind == "turn":
             return full_turn()
         if window.kind == "interval":
-            return Arc(*(Position.at_angle(arb(angle)) for angle in (window.start, window.stop)))
+            return Arc(*(Position.at_degrees(angle) for angle in (window.start, window.stop)))
         crank, rod, offset = self._crank, self._rod, self._offset
         # by the half-tangents of the dead centres from 90 deg
         first, second = (rod + crank - offset) / (rod + crank + offset), (rod - crank + offset) / (rod - crank - offset)

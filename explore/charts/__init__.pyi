@@ -2,6 +2,7 @@
 from .burmester import burmester_chart as burmester_chart
 from .cognates import cognates_chart as cognates_chart
 from .coverage import coverage_chart as coverage_chart
+from .dwell import dwell_chart as dwell_chart
 from .joint_pareto import joint_pareto_chart as joint_pareto_chart
 from .map import map_chart as map_chart
 from .mechanism import mechanism_chart as mechanism_chart

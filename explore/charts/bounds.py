@@ -67,10 +67,22 @@ def drive_of(results: Results, mechanism: Mechanism) -> str:
 
 
 def uses_drive_stroke(results: Results, mechanism: Mechanism) -> bool:
-    """Whether the window of the study, a metric or a constraint depends on the drive stroke."""
+    """Whether a statistic of the study, a metric or a constraint, is over a window that depends on the drive stroke."""
     windows = [window.name for window in mechanism.windows if window.kind in _DRIVE_KINDS]
-    names = [*(column.name for column in results.columns), *results.constraints]
-    return results.window in windows or any(name.endswith(tuple(f"_{window}" for window in windows)) for name in names)
+    names = [*(column.name for column in results.columns if column.role == "metric"), *results.constraints]
+    if any(name.endswith(tuple(f"_{window}" for window in windows)) for name in names):
+        return True
+    return results.window in windows and any(_is_over(mechanism, name, str(results.window)) for name in names)
+
+
+def _is_over(mechanism: Mechanism, name: str, window: str) -> bool:
+    """Whether a metric depends on a statistic over a window; a formula of the study counts as one that does not."""
+    try:
+        metric = find_metric(mechanism, name, make_window(mechanism, window))
+    except RequestError:
+        return False
+    parts = metric.sampled if isinstance(metric, DerivedMetric) else (metric,)
+    return any(isinstance(part, SampledMetric) and part.window.name == window for part in parts)
 
 
 def signal_bounds(results: Results, mechanism: Mechanism) -> list[SignalBound]:
@@ -113,8 +125,8 @@ def _bounds_of_extreme(metric: SampledMetric, sides: Mapping[Side, float | None]
     """The bounds that hold for a whole curve: a lower one on its minimum, an upper one on its maximum."""
     window, span = metric.window, TURN
     if window.name == "interval":  # may begin at any input angle, but is drawn in the turn that begins at 0
-        start = math.degrees(window.start)
-        span = (start % 360.0, start % 360.0 + math.degrees(window.stop - window.start))
+        start = float(window.start % 360)
+        span = (start, start + float(window.length))
     for side, value in sides.items():
         if metric.statistic == side and value is not None:
             stroke = window.name if window.kind in _STROKE_KINDS else ""

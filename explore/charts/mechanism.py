@@ -76,7 +76,11 @@ def draw_mechanism(panel: Axes, simulated: SimulatedDesign) -> None:
         line: dict[str, Any] = {"ls": next(lines)} if path.role == "point" else {}
         panel.plot(*points[path.point].T, **_PATHS[path.role], **line, label=path.long_name)
     if simulated.drive is not None and drawing.stroke_point:
-        _draw_stroke(panel, simulated, drawing, simulated.drive)
+        _draw_stroke(panel, simulated, drawing.stroke_point, simulated.drive, "input on the drive stroke")
+    if simulated.slider is not None:
+        _draw_stroke(
+            panel, simulated, simulated.slider.point, simulated.slider.dwell, f"{simulated.slider.point} in the dwell"
+        )
     size = 0.035 * max(np.ptp(np.vstack(list(points.values())), axis=0))
     _draw_positions(panel, simulated, drawing)
     for profile, colour in zip(drawing.profiles, _PROFILES, strict=False):
@@ -144,10 +148,10 @@ def _draw_positions(panel: Axes, simulated: SimulatedDesign, drawing: Drawing) -
                        mew=1.5, zorder=4, label=label if number == 0 else None)  # fmt: skip
 
 
-def _draw_stroke(panel: Axes, simulated: SimulatedDesign, drawing: Drawing, drive: tuple[float, float]) -> None:
-    """Draw the drive stroke on the path of its point, with an arrow in the sense of rotation."""
-    arc = simulated.pose(list(np.linspace(*drive, 200))).sum(drawing.points[drawing.stroke_point])
-    panel.plot(*arc.T, color=GREEN, lw=3.5, solid_capstyle="butt", zorder=2, label="input on the drive stroke")
+def _draw_stroke(panel: Axes, simulated: SimulatedDesign, point: str, span: tuple[float, float], label: str) -> None:
+    """Draw a span of input angles on the path of a point, with an arrow in the sense of rotation."""
+    arc = simulated.pose(list(np.linspace(*span, 200))).sum(drawing_of(simulated).points[point])
+    panel.plot(*arc.T, color=GREEN, lw=3.5, solid_capstyle="butt", zorder=2, label=label)
     panel.annotate("", arc[110], arc[95], zorder=3,
                    arrowprops={"arrowstyle": "-|>", "color": GREEN, "lw": 2.0, "mutation_scale": 20})  # fmt: skip
 

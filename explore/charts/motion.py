@@ -10,8 +10,9 @@ from explore.charts.bounds import draw_bounds
 from explore.charts.labels import unit_text
 from explore.charts.simulation import SimulatedDesign, simulate_design
 from explore.charts.style import BLUE, GREEN, INK, MUTED, ORANGE, PURPLE, SKY, new_figure, write_heading
-from explore.charts.turn import label_marks, set_turn_axis
+from explore.charts.turn import label_marks, set_turn_axis, spans_in_turn
 from explore.model.drawing import Panel
+from explore.model.output_slider import TRAVEL_PANEL, OutputSlider
 from explore.model.quantities import FloatArray, Signal
 from explore.store.open_results import ResultsOrPath, results_of
 
@@ -61,12 +62,12 @@ def motion_chart(results: ResultsOrPath, *, design: int | None = None) -> Figure
 
 def motion_figure(simulated: SimulatedDesign) -> Figure:
     """Draw the panels in two columns with a heading."""
-    panels = [panel for panel in simulated.mechanism.declared_panels if _applies(panel, simulated)]
+    panels = [panel for panel in simulated.panels if _applies(panel, simulated)]
     rows = -(-len(panels) // 2)
     figure = new_figure(11.0, 0.8 + 2.8 * rows)
     axes = figure.subplots(rows, 2, sharex=True, squeeze=False)
     for chart, panel, colour in zip(axes.ravel(), panels, _SINGLE * len(panels), strict=False):
-        _draw_panel(chart, simulated, panel, colour)
+        draw_panel(chart, simulated, panel, colour)
         set_turn_axis(chart, simulated.drive, simulated.marks)
     label_marks(axes[0][: len(panels)], simulated.limits or simulated.marks)
     for chart in axes.ravel()[len(panels) :]:
@@ -80,7 +81,7 @@ def motion_figure(simulated: SimulatedDesign) -> Figure:
 
 def _applies(panel: Panel, simulated: SimulatedDesign) -> bool:
     """Whether the study uses clutches, for a panel with them, and the design has a load and its forces, for those."""
-    loads = {load for name in panel.signals for load in simulated.mechanism.signal(name).required_loads}
+    loads = {load for name in panel.signals for load in simulated.signal(name).required_loads}
     is_there = all(name in simulated.motion for name in panel.signals)
     loaded = not loads or (is_there and any(simulated.parameters.get(load, 0.0) for load in loads))
     return loaded and (simulated.phases is not None or not panel.with_clutch)
@@ -112,9 +113,9 @@ def clutch_output(simulated: SimulatedDesign, signal: Signal, drive: tuple[float
     return output
 
 
-def _draw_panel(chart: Axes, simulated: SimulatedDesign, panel: Panel, colour: str) -> None:
+def draw_panel(chart: Axes, simulated: SimulatedDesign, panel: Panel, colour: str) -> None:
     """Draw the curves of a panel with the study's bounds on them."""
-    signals = [simulated.mechanism.signal(name) for name in panel.signals]
+    signals = [simulated.signal(name) for name in panel.signals]
     scale = simulated.units.scale(panel.unit or signals[0].unit)
     unit, factor = scale.shown, panel.factor * float(scale.factor)
     chart.set_ylabel(f"{panel.label} [{unit_text(unit)}]")
@@ -131,11 +132,21 @@ def _draw_panel(chart: Axes, simulated: SimulatedDesign, panel: Panel, colour: s
     limits = tuple(scale.show(limit) for limit in panel.limits)
     _set_value_axis(chart, limits, unit, any(signal.is_magnitude for signal in signals))
     draw_bounds(chart, motion.index.to_numpy(), curves, simulated.bounds, factor)
-    shades_drive = simulated.drive is not None and panel == simulated.mechanism.declared_panels[0]
+    shades_drive = simulated.drive is not None and panel == simulated.panels[0]
     if shades_drive:
         chart.fill_between([], [], color=MUTED, alpha=0.17, lw=0, label="drive stroke")
-    if len(signals) > 1 or shades_drive or panel.shows_mean:
+    shades_dwell = simulated.slider is not None and panel == TRAVEL_PANEL
+    if simulated.slider is not None and shades_dwell:
+        shade_dwell(chart, simulated.slider)
+    if len(signals) > 1 or shades_drive or shades_dwell or panel.shows_mean:
         _add_legend(chart, "", 2 if len(signals) > 3 else 1)
+
+
+def shade_dwell(chart: Axes, slider: OutputSlider) -> None:
+    """Shade the input angles of a dwell."""
+    for number, (start, stop) in enumerate(spans_in_turn(slider.dwell)):
+        label = f"dwell, {slider.dwell[1] - slider.dwell[0]:.4g}°" if number == 0 else None
+        chart.axvspan(start, stop, color=GREEN, alpha=0.2, lw=0, zorder=0, label=label)
 
 
 def _values(simulated: SimulatedDesign, signal: Signal) -> FloatArray:

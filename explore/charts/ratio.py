@@ -13,6 +13,7 @@ from explore.charts.queries import choose_design, designs_like, numeric_column
 from explore.charts.reasons import HATCH_COLOUR, ReasonMasks, reason_columns, reason_masks, region_style
 from explore.charts.style import BLUE, GREEN, INFEASIBLE_OPACITY, INK, MUTED, PURPLE, RED, new_figure
 from explore.errors import RequestError
+from explore.request.names import find_mechanism
 from explore.store.open_results import ResultsOrPath, results_of
 
 if TYPE_CHECKING:
@@ -44,6 +45,14 @@ def ratio_chart(results: ResultsOrPath, *, design: int | None = None) -> Figure:
         If the design is not in the file.
     """
     results = results_of(results)
+    mechanism = find_mechanism(results.mechanism, results.points, results.target)
+    offered = {*(parameter.name for parameter in mechanism.parameters), *mechanism.metric_names()}
+    missing = [name for name in (_CRANK, _RATIO) if name not in offered]
+    if missing:
+        raise RequestError(
+            f"{results.path} is of {mechanism.name}, which has no {' and no '.join(missing)}: a ratio chart is of "
+            "crank-rockers; a map or a pareto chart shows any results"
+        )
     for name, role in ((_CRANK, "parameter"), (_RATIO, "metric"), (_CV, "metric")):
         numeric_column(results, name, role)
     chosen = choose_design(results, design)

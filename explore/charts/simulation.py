@@ -14,9 +14,11 @@ from explore.charts.labels import results_name
 from explore.charts.queries import choose_design
 from explore.charts.turn import turn_angles
 from explore.errors import RequestError
-from explore.model.drawing import PLACE, Drawing, Pose
+from explore.model.drawing import PLACE, Drawing, Panel, Pose
 from explore.model.mechanism import Mechanism
+from explore.model.output_slider import TRAVEL, TRAVEL_PANEL, TRAVEL_SIGNAL, OutputSlider
 from explore.model.points import coordinates
+from explore.model.quantities import FloatArray, Signal
 from explore.model.targets import PathTarget
 from explore.motions import mark_angles, window_limits
 from explore.request.names import find_mechanism
@@ -54,6 +56,8 @@ class SimulatedDesign:
         Bounds of the study on signals, at the input angles where they hold for this design.
     units
         Units that figures show; all values here are in declared units.
+    slider
+        The slider that the columns of its results tie to its point; None without one.
     """
 
     mechanism: Mechanism
@@ -65,6 +69,21 @@ class SimulatedDesign:
     phases: int | None = None
     bounds: Sequence[SignalBound] = ()
     units: ShownUnits = field(default_factory=ShownUnits)
+    slider: OutputSlider | None = None
+
+    @property
+    def signals(self) -> tuple[Signal, ...]:
+        """The signals of the mechanism, and the travel of the slider."""
+        return (*self.mechanism.signals, *([TRAVEL_SIGNAL] if self.slider else []))
+
+    @property
+    def panels(self) -> tuple[Panel, ...]:
+        """The panels of the mechanism, and that of the slider first."""
+        return (*([TRAVEL_PANEL] if self.slider else []), *self.mechanism.declared_panels)
+
+    def signal(self, name: str) -> Signal:
+        """A signal by its name."""
+        return TRAVEL_SIGNAL if name == TRAVEL and self.slider else self.mechanism.signal(name)
 
     @property
     def limits(self) -> dict[str, float]:
@@ -81,6 +100,8 @@ class SimulatedDesign:
     def drawing(self) -> Drawing | None:
         """The declared drawing, at the place of the design in its plane where its parameters say one."""
         drawing, place = self.mechanism.drawing, [self.parameters.get(name, 0.0) for name in PLACE]
+        if drawing and self.slider:
+            drawing = self.slider.drawn(drawing)
         return drawing.placed(*place) if drawing and any(place) else drawing
 
     def pose(self, input_angles: Sequence[float] | None = None) -> Pose:
@@ -92,8 +113,13 @@ class SimulatedDesign:
             parameters = {name: value for name, value in self.parameters.items() if name not in targets}
             points = coordinates(self.mechanism.points, parameters)
             motion = simulate(self.mechanism.name, parameters, points=points, angles=input_angles)
-        signals = {str(name): motion[name].to_numpy() for name in motion}
-        return Pose.of(self.mechanism.signals, self.parameters, signals, motion.index.to_numpy())
+        return self.pose_of({str(name): motion[name].to_numpy() for name in motion}, motion.index.to_numpy())
+
+    def pose_of(self, signals: Mapping[str, FloatArray], input_angle: FloatArray) -> Pose:
+        """The values that a drawing needs, of signals of the mechanism at input angles in deg."""
+        pose = Pose.of(self.mechanism.signals, self.parameters, signals, input_angle)
+        drawing = self.mechanism.drawing
+        return self.slider.completed(pose, drawing) if self.slider and drawing else pose
 
 
 def drawing_of(simulated: SimulatedDesign) -> Drawing:
@@ -134,11 +160,10 @@ def simulate_design(results: Results, design: int | None = None) -> SimulatedDes
     strokes = _Strokes(mechanism, columns, drive_of(results, mechanism))
     uses_stroke = uses_drive_stroke(results, mechanism)
     swept = ", ".join(
-        f"{p.name} {scale.show(parameters[p.name]):.6g} {scale.shown if p.unit != '1' else ''}".rstrip()
-        for p, scale in ((p, units.scale(p.unit)) for p in mechanism.parameters)
-        if p.name in row
+        f"{name} {scale.show(parameters[name]):.6g} {'' if scale.shown == '1' else scale.shown}".rstrip()
+        for name, scale in units.scales({p.name: p.unit for p in mechanism.parameters if p.name in row}).items()
     )
-    return SimulatedDesign(
+    simulated = SimulatedDesign(
         mechanism,
         parameters,
         motion,
@@ -149,6 +174,15 @@ def simulate_design(results: Results, design: int | None = None) -> SimulatedDes
         bounds=strokes.located(signal_bounds(results, mechanism)),
         units=units,
     )
+    slider = OutputSlider.of(row, mechanism.points)
+    return _with_slider(simulated, slider) if slider and mechanism.drawing else simulated
+
+
+def _with_slider(simulated: SimulatedDesign, slider: OutputSlider) -> SimulatedDesign:
+    """The design with a slider on the side on which it rests, its travel as a signal, and no strokes for clutches."""
+    points = simulated.pose([slider.dwell[0]]).points(drawing_of(simulated))
+    tied = replace(simulated, slider=slider.beside(points[slider.point][0]), drive=None, phases=None)
+    return replace(tied, motion=tied.motion.assign(**{TRAVEL: tied.pose().lengths[TRAVEL]}))
 
 
 def _count_phases(mechanism: Mechanism, parameters: Mapping[str, float]) -> int | None:

@@ -8,7 +8,7 @@ from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from explore.files import new_file, real_path
+from explore.store.outputs import new_output
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -82,7 +82,7 @@ def save_figure(figure: Figure, path: Path) -> None:
     ResultsError
         If the file cannot be written; no partial file stays.
     """
-    with new_file(real_path(path)) as unfinished:
+    with new_output(path) as unfinished:
         _write(figure, unfinished, path.suffix.lower())
 
 

@@ -65,7 +65,9 @@ def target_of(simulated: SimulatedDesign) -> DrawnTarget:
     """The target of a design's study, and where its crank is at the points; `RequestError` if there is none."""
     target = simulated.path
     if target is None:
-        raise RequestError("the study has no path in [target] to compare with")
+        raise RequestError(
+            "the study has no path in [target] to compare with; a mechanism chart draws the paths of its points"
+        )
     points = np.array(target.points, dtype=np.float64)
     return DrawnTarget(
         target.point,

@@ -1,12 +1,16 @@
 """The command line. Commands import heavy packages when they run, so that help comes at once."""
 
+import contextlib
 import io
 import sys
+import warnings
+from collections.abc import Iterator
+from typing import Any
 
 from explore.cli.application import app
 from explore.cli.options import name_options
-from explore.cli.output import complain
-from explore.errors import ConfigError, ExploreError, RequestError
+from explore.cli.output import complain, say
+from explore.errors import ConfigError, DoubtfulInputWarning, ExploreError, RequestError
 
 
 def _prepare_streams() -> None:
@@ -19,11 +23,31 @@ def _prepare_streams() -> None:
             stream.reconfigure(errors="backslashreplace")
 
 
+@contextlib.contextmanager
+def _saying_doubts() -> Iterator[None]:
+    """Print what may not be meant in a study or task as one line on stderr each, once."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("always", DoubtfulInputWarning)
+        said: set[str] = set()
+        show = warnings.showwarning
+
+        def say_once(message: Warning | str, category: type[Warning], *place: Any, **options: Any) -> None:
+            if not issubclass(category, DoubtfulInputWarning):
+                show(message, category, *place, **options)
+            elif str(message) not in said:
+                said.add(str(message))
+                say(f"warning: {message}", "yellow")
+
+        warnings.showwarning = say_once
+        yield
+
+
 def main() -> None:
     """Run the command line; an error is one line on stderr, never a traceback."""
     _prepare_streams()
     try:
-        app()
+        with _saying_doubts():
+            app()
     except (ConfigError, RequestError) as error:
         complain(name_options(str(error)))
         sys.exit(2)

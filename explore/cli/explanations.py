@@ -11,7 +11,6 @@ from explore.cli.output import count_of, is_or_are, number, say, shown_unit
 if TYPE_CHECKING:
     from explore.designs.spaces import SolvedLength
     from explore.ranking.rankings import Ranking
-    from explore.ranking.tallies import Tally
     from explore.store.results import Results
     from explore.units.shown import ShownUnits
 
@@ -22,18 +21,17 @@ _MOST_RANGES = 3
 def explain_ranking(results: Results, ranking: Ranking, prefix: str = "") -> None:
     """Say which designs are ranked and why the others are not; `prefix` names the results."""
     from explore.ranking.nearest import is_little
+    from explore.ranking.reasons import left_out, left_out_by_request
 
     if ranking.is_incomplete:
         kept = ", ".join(results.objectives)
         say(f"{results.path} keeps only the Pareto set in {kept}: the best in this request may be missing", "yellow")
     _say_counts(results, ranking, prefix)
     sentences = results.status_sentences
-    for reason, count in ranking.exclusions.items():
-        if count:
-            say(f"  left out: {count:,} feasible ones that {reason}")
     n_feasible = ranking.tally.n_ranked + ranking.tally.n_not_finite
     shows_nearest = is_little(n_feasible, results.n_studied) and not ranking.exclusions
-    for line in _left_out(ranking.tally, sentences, with_missed=not shows_nearest or results.keep != "all"):
+    with_missed = not shows_nearest or results.keep != "all"
+    for line in (*left_out_by_request(ranking), *left_out(ranking.tally, sentences, with_missed=with_missed)):
         say(f"  left out: {line}")
     _say_wasteful_bounds(results, ranking.tally.by_status["unreachable"])
     if shows_nearest:
@@ -87,14 +85,11 @@ def _say_wasteful_bounds(results: Results, unreachable: int) -> None:
 
 def _say_counts(results: Results, ranking: Ranking, prefix: str) -> None:
     """Say how many designs are Pareto-optimal, of how many."""
+    from explore.ranking.reasons import reason_for_nothing
+
     senses = ", ".join(f"{o.metric} ({o.sense})" for o in ranking.objectives)
-    if not ranking.tally.n_ranked:
-        reason = (
-            f"no feasible design of {results.path} meets the request"
-            if any(ranking.exclusions.values())
-            else f"no design of {results.path} is feasible"
-        )
-        say(f"{reason}, so there is nothing to rank", "bold yellow")
+    if reason := reason_for_nothing(ranking, results.path):
+        say(reason, "bold yellow")
         return
     first = int((ranking.frame["front"] == 1).sum())
     condition = " that meet the request" if ranking.exclusions else ""
@@ -103,16 +98,3 @@ def _say_counts(results: Results, ranking: Ranking, prefix: str) -> None:
     if len(ranking.frame) > first:
         last = int(ranking.frame["front"].max())
         say(f"  {len(ranking.frame) - first:,} more are in front{'' if last == 2 else 's 2 to'} {last}")
-
-
-def _left_out(tally: Tally, sentences: dict[str, str], *, with_missed: bool) -> list[str]:
-    missed, undefined = (
-        [(name.removesuffix("_margin"), count) for name, count in counts.most_common() if count]
-        for counts in (tally.by_constraint, tally.by_undefined_constraint)
-    )
-    return [
-        *(f"{count:,} miss the constraint on {name}" for name, count in missed if with_missed),
-        *(f"{count:,} in which {name}, a constraint, is undefined" for name, count in undefined),
-        *(f"{count:,} {label}: {sentences.get(label, '')}" for label, count in tally.by_status.most_common()),
-        *([f"{tally.n_not_finite:,} in which an objective is undefined"] if tally.n_not_finite else []),
-    ]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -52,10 +51,12 @@ def atomic_files(folder: Path) -> Iterator[Path]:
 
     is_new = not folder.exists()
     folder.mkdir(parents=True, exist_ok=True)
+    from explore.store.outputs import new_output_folder
+
     try:
-        with _temporary_folder(folder) as place:
-            yield Path(place)
-            files = list(Path(place).iterdir())
+        with new_output_folder(folder) as place:
+            yield place
+            files = list(place.iterdir())
             for file in files:
                 check_regular(folder / file.name)
             for file in files:
@@ -67,13 +68,6 @@ def atomic_files(folder: Path) -> Iterator[Path]:
         if isinstance(error, KeyboardInterrupt):
             say(f"interrupted; nothing was written to {folder}", "yellow")
         raise
-
-
-def _temporary_folder(folder: Path) -> tempfile.TemporaryDirectory[str]:
-    try:
-        return tempfile.TemporaryDirectory(prefix=".unfinished-", dir=folder)
-    except OSError as error:
-        raise OSError(error.errno, error.strerror, str(folder)) from None
 
 
 def newest_results() -> Path:

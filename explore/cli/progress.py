@@ -20,10 +20,13 @@ LINE_INTERVAL = 5.0
 
 
 @contextmanager
-def block_bar(activity: str) -> Iterator[ReportProgress | None]:
-    """Yield a function to call with the numbers done and to be done, or None where there is no terminal."""
+def block_bar(activity: str, *, lines: bool = False) -> Iterator[ReportProgress | None]:
+    """Yield a function to call with the numbers done and to be done.
+
+    Where there is no terminal it prints a line now and then with `lines`, else it is None.
+    """
     if not sys.stderr.isatty():
-        yield None
+        yield _count_lines(activity) if lines else None
         return
     from rich import progress
     from rich.console import Console
@@ -37,6 +40,21 @@ def block_bar(activity: str) -> Iterator[ReportProgress | None]:
     with progress.Progress(*columns, console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task("", total=None)
         yield lambda done, total: bar.update(task, completed=done, total=total)
+
+
+def _count_lines(activity: str) -> ReportProgress:
+    start = last = time.monotonic()
+
+    def update(done: int, total: int) -> None:
+        nonlocal last
+        now = time.monotonic()
+        if now - last < LINE_INTERVAL or not done:
+            return
+        last = now
+        left = (total - done) * (now - start) / done
+        say(f"{activity}: {done:,} of {total:,}, {done / (now - start):,.0f}/s, {left:.0f} s left")
+
+    return update
 
 
 @contextmanager

@@ -32,10 +32,10 @@ def check_table(path: Path | None) -> None:
 
 def write_table(frame: pd.DataFrame, path: Path, units: Mapping[str, str]) -> None:
     """Write a table with its index; the file appears when it is complete."""
-    from explore.files import new_file, real_path
+    from explore.store.outputs import new_output
 
     ending = path.suffix.lower()
-    with new_file(real_path(path)) as unfinished:
+    with new_output(path) as unfinished:
         if ending == ".csv":
             frame.to_csv(unfinished)
         elif ending == ".parquet":

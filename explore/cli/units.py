@@ -80,11 +80,12 @@ def show_in_units(results: Results, texts: Sequence[str] | None) -> Results:
 
 def units_of(results: Results, texts: Sequence[str] | None) -> ShownUnits:
     """The units of the study of results, and of --units."""
-    from explore.store.shown_results import units_of_study
+    from explore.store.shown_results import given_units, units_of_study
 
     entries = units_of_study(results)
+    given = {} if _DECLARED in (texts or ()) else given_units(results)
     try:
-        return choose_units(texts, entries)
+        return choose_units(texts, entries).with_given(given)
     except RequestError as error:
         if str(error).startswith("--units"):
             raise

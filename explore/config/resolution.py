@@ -10,6 +10,7 @@ from typing import Any
 
 from explore.config.designs import check_sampling, read_space, space_content
 from explore.config.points import key_of_coordinate, read_points
+from explore.config.remarks import study_remarks
 from explore.config.schema import Evaluate, Rank, Sampling, SceneTable, StudyFile, read
 from explore.config.targets import add_target_section
 from explore.designs.solved_lengths import SolvedSpace
@@ -28,13 +29,17 @@ from explore.units.shown import ShownUnits, explain_entry
 
 @dataclass(frozen=True)
 class ResolvedStudy:
-    """A study with all names resolved: the attributes of `explore.config.study.Study` without its text."""
+    """A study with all names resolved: the attributes of `explore.config.study.Study` without its text.
+
+    The remarks have their keys.
+    """
 
     request: Request
     space: DesignSpace
     objectives: tuple[Objective, ...]
     identity: str
     units: ShownUnits
+    remarks: tuple[tuple[KeyPath, str], ...]
 
 
 def resolve_study(
@@ -77,7 +82,8 @@ def resolve_study(
         problems += _unavailable(request, space)
     if problems or table_problems or space is None:
         return None
-    return ResolvedStudy(request, space, objectives, _identity(request, space), units)
+    remarks = tuple(study_remarks(study, request, units))
+    return ResolvedStudy(request, space, objectives, _identity(request, space), units, remarks)
 
 
 def _units(study: StudyFile, problems: Problems) -> ShownUnits:
@@ -201,4 +207,5 @@ def _identity(request: Request, space: DesignSpace) -> str:
 
 
 def _window_content(window: Window) -> object:
-    return {"start": window.start, "stop": window.stop} if window.name == "interval" else window.name
+    ends = {"from": float(window.start), "to": float(window.stop)}
+    return ends if window.name == "interval" else window.name

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import hashlib
+import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from explore.config import toml_text
 from explore.config.resolution import ResolvedStudy, resolve_study
 from explore.designs.spaces import DesignSpace
-from explore.errors import ConfigError, KeyPath, Problems
+from explore.errors import ConfigError, DoubtfulInputWarning, KeyPath, Problems
 from explore.model.request import Objective, Request
 from explore.units.shown import ShownUnits
 
@@ -80,11 +82,18 @@ class Study:
         Normalised JSON of everything that determines the columns.
     units
         Units in which commands show the results; all numbers of the study itself are in declared units.
+    remarks
+        What may not be meant, such as points of a path in a wrong order; a line with its key for each.
 
     Raises
     ------
     ConfigError
         With one line ``key: reason; suggestion`` for each of the first twenty problems, and the number of the others.
+
+    Warns
+    -----
+    DoubtfulInputWarning
+        With each of the remarks.
 
     Examples
     --------
@@ -102,6 +111,7 @@ class Study:
     objectives: tuple[Objective, ...]
     identity: str
     units: ShownUnits
+    remarks: tuple[str, ...]
     _text: str
 
     def __init__(
@@ -142,10 +152,13 @@ class Study:
         if resolved is None:
             lines = [f"{toml_text.dotted(_argument(key))}: {reason}" for key, reason in problems]
             raise ConfigError(toml_text.first_problems("", list(dict.fromkeys(lines))) + table_problems)
-        self._set(resolved, toml_text.format_toml(sections))
+        remarks = [f"{toml_text.dotted(_argument(key))}: {text}" for key, text in resolved.remarks]
+        self._set(resolved, toml_text.format_toml(sections), remarks)
+        for remark in remarks:
+            warnings.warn(remark, DoubtfulInputWarning, stacklevel=2)
 
-    def _set(self, resolved: ResolvedStudy, text: str) -> None:
-        for name, value in {**vars(resolved), "_text": text}.items():
+    def _set(self, resolved: ResolvedStudy, text: str, remarks: Sequence[str]) -> None:
+        for name, value in {**vars(resolved), "remarks": tuple(remarks), "_text": text}.items():
             object.__setattr__(self, name, value)
 
     def to_toml(self) -> str:
@@ -181,11 +194,18 @@ class Study:
         }
         return f"Study({', '.join(f'{name}={value!r}' for name, value in fields.items())})"
 
+    def _repr_html_(self) -> str:
+        """For notebooks: what is swept, and the text of the study file."""
+        name, space = self.request.mechanism.name, self.space
+        swept = ", ".join(space.swept_parameters) or "nothing"
+        head = f"<b>{name}</b> study of {space.n_designs:,} designs, {space.method}; swept: {swept}"
+        return f"<p>{head}</p><pre>{escape(self._text)}</pre>"
 
-def make_study(resolved: ResolvedStudy, text: str) -> Study:
-    """The study of a file: its entries with all names resolved, and its text."""
+
+def make_study(resolved: ResolvedStudy, text: str, remarks: Sequence[str] = ()) -> Study:
+    """The study of a file: its entries with all names resolved, its text, and its remarks with their lines."""
     study = object.__new__(Study)
-    study._set(resolved, text)
+    study._set(resolved, text, remarks)
     return study
 
 

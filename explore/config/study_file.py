@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import os
+import warnings
 from importlib.resources import files
 from pathlib import Path
 
-from explore.config import key_lines, toml_text
+from explore.config import toml_text
 from explore.config.resolution import resolve_study
 from explore.config.study import Study, make_study
-from explore.errors import ConfigError, Problems, RequestError
+from explore.errors import ConfigError, DoubtfulInputWarning, Problems, RequestError
 from explore.model.mechanism import Mechanism
 from explore.model.targets import Target
 
@@ -32,9 +33,17 @@ def load_study(path: str | os.PathLike[str]) -> Study:
     ConfigError
         With one line ``file:line: key: reason; suggestion`` for each problem of the file and of its table of designs;
         of each the first twenty and the number of the others.
+
+    Warns
+    -----
+    DoubtfulInputWarning
+        With one such line for each of the study's `remarks`.
     """
     file = os.fspath(path)
-    return parse_study(toml_text.read_text(file), file, Path(file).parent)
+    study = parse_study(toml_text.read_text(file), file, Path(file).parent)
+    for remark in study.remarks:
+        warnings.warn(remark, DoubtfulInputWarning, stacklevel=2)
+    return study
 
 
 def parse_study(text: str, file: str, folder: Path, target: Target | None = None) -> Study:
@@ -51,11 +60,9 @@ def parse_study(text: str, file: str, folder: Path, target: Target | None = None
         sections = {**sections, "target": target.to_content()}
     resolved = resolve_study(sections, folder, problems, table_problems)
     if resolved is None:
-        lines = key_lines.locate(text.replace("\r\n", "\n"))
-        located = sorted((key_lines.line_of(lines, key), toml_text.dotted(key), reason) for key, reason in problems)
-        own_problems = [f"{file}:{line}: {key}: {reason}" for line, key, reason in dict.fromkeys(located)]
+        own_problems = toml_text.locate_problems(file, text, problems)
         raise ConfigError(toml_text.first_problems(f"{file}: ", own_problems) + table_problems)
-    return make_study(resolved, text)
+    return make_study(resolved, text, toml_text.locate_problems(file, text, list(resolved.remarks)))
 
 
 def starter(mechanism: Mechanism) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import itertools
+import math
 import re
 from collections.abc import Collection, Iterator, Sequence
 from pathlib import Path
@@ -12,12 +13,14 @@ from typing import TYPE_CHECKING, TextIO
 import numpy as np
 
 from explore.config.schema import MOST_PROBLEMS
-from explore.config.toml_text import first_problems, one_line
+from explore.config.toml_text import first_problems
 from explore.errors import ConfigError, RequestError
 from explore.model.mechanism import Mechanism
 from explore.model.quantities import FloatArray, Parameter
 from explore.request.parameters import read_value
-from explore.suggest import closest_name, suggestion
+from explore.suggest import closest_name, one_line, suggestion
+from explore.units.quantities import quantity
+from explore.units.shown import split_heading
 
 if TYPE_CHECKING:
     from _csv import Reader
@@ -41,7 +44,7 @@ def read_table(folder: Path, file: str, mechanism: Mechanism, fixed: Collection[
     folder
         The folder that a relative name starts from.
     file
-        The name in the study: a CSV file, UTF-8, whose first line names parameters.
+        The name in the study: a CSV file, UTF-8, whose first line names parameters, perhaps with units: ``crank [in]``.
     mechanism
         The mechanism that declares the parameters.
     fixed
@@ -91,6 +94,8 @@ class _TableReader:
         # For each the line, the column from 1 (0 for the whole line) and the reason.
         self.problems: list[tuple[int, int, str]] = []
         self.is_abandoned = False
+        # The unit in the heading of each column; empty for the declared one.
+        self.units: list[str] = []
 
     def note(self, line: int, reason: str, position: int = 0) -> None:
         self.problems.append((line, position, reason))
@@ -99,7 +104,9 @@ class _TableReader:
         reader = csv.reader(_lines(stream), strict=True)
         try:
             names = next((row for row in reader if not _is_blank(row)), [])
-            header = self.header(reader.line_num if names else 1, [name.strip() for name in names])
+            headings = [split_heading(name) for name in names]
+            self.units = [unit for _, unit in headings]
+            header = self.header(reader.line_num if names else 1, [name for name, _ in headings])
             pieces = self.pieces(reader, header) if any(header) else {}
         except csv.Error as error:
             self.note(reader.line_num, f"not CSV: {error}; check the quotation marks")
@@ -119,7 +126,9 @@ class _TableReader:
         else:
             for position, name in enumerate(names, 1):
                 reason = self.name_problem(name, is_repeated=names.index(name) < position - 1)
+                reason = reason or _unit_problem(self.parameters[name], self.units[position - 1])
                 if reason:
+                    self.units[position - 1] = ""  # its cells have no second problem
                     self.note(line, f"{one_line(name[:40]) or f'column {position}'}: {reason}", position)
             corrections = {closest_name(name, self.parameters) for name in names}
             missing = [name for name in self.required if name not in self.fixed and name not in corrections]
@@ -184,18 +193,19 @@ class _TableReader:
 
     def values(self, parameter: Parameter, cells: tuple[str, ...], lines: Sequence[int], position: int) -> FloatArray:
         """The values of cells; NaN where one is invalid."""
+        unit = self.units[position - 1]
         try:
             # One search for underscores in all cells is faster than one in each.
             parse = _number if "_" in "".join(cells) else float
             values = np.fromiter(map(parse, cells), np.float64, len(cells))
         except ValueError:
             values = np.full(len(cells), np.nan)
-        if parameter.allows(values).all():
+        if not unit and parameter.allows(values).all():
             return values
         value_by_cell: dict[str, float | str] = {}  # units are slow to read, and cells of a column often repeat
         for index, (cell, line) in enumerate(zip(cells, lines, strict=True)):
             if cell not in value_by_cell:
-                value_by_cell[cell] = _value_or_problem(parameter, cell)
+                value_by_cell[cell] = _value_or_problem(parameter, cell, unit)
             value = value_by_cell[cell]
             if isinstance(value, str):
                 self.note(line, f"{parameter.name}: {value}", position)
@@ -243,13 +253,24 @@ def _number(text: str) -> float:
     return float(text)
 
 
-def _value_or_problem(parameter: Parameter, cell: str) -> float | str:
-    """The value of a cell, or the reason why it has none."""
+def _unit_problem(parameter: Parameter, unit: str) -> str:
+    """Why a heading cannot have a unit; empty if it can, or has none."""
+    try:
+        if unit:
+            quantity(f"1 {unit}", parameter.unit)
+    except RequestError as error:
+        return str(error)
+    return ""
+
+
+def _value_or_problem(parameter: Parameter, cell: str, unit: str) -> float | str:
+    """The value of a cell below a heading with a unit or an empty one, or the reason why it has none."""
     text = cell.strip()
     if not text:
         return "the cell is empty; write a number, or remove the line"
     try:
-        number: float | str = _number(text)
+        value = _number(text)
+        number: float | str = f"{text} {unit}" if unit and math.isfinite(value) else value
     except ValueError:
         number = text
     try:

@@ -11,9 +11,11 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from explore.config.key_lines import find_excess_depth
+from explore.config.key_lines import find_excess_depth, line_of, locate
 from explore.config.schema import MOST_PROBLEMS
-from explore.errors import ConfigError, KeyPath
+from explore.errors import ConfigError, KeyPath, Problems
+from explore.suggest import one_line
+from explore.units.quantities import WrittenNumber
 
 _PLACE = re.compile(r" \(at (?:line (\d+), column (\d+)|end of document)\)$")
 #: Largest size of a study file in bytes; a hundred thousand values need at most two million.
@@ -80,7 +82,7 @@ def parse_toml(file: str, text: str) -> dict[str, Any]:
         line, kind = excess
         raise ConfigError([f"{file}:{line}: {kind}; a study needs at most four"])
     try:
-        return tomllib.loads(text)
+        return tomllib.loads(text, parse_float=WrittenNumber)
     except ValueError as error:  # TOMLDecodeError, or an integer of many thousand digits
         raise ConfigError([_syntax_error(file, text, str(error))]) from None
 
@@ -144,6 +146,13 @@ def dotted(path: KeyPath) -> str:
     return ".".join(shorten(part, 60) for part in quoted)
 
 
+def locate_problems(file: str, text: str, problems: Problems) -> list[str]:
+    """One line ``file:line: key: reason`` for each problem, in the order of the lines."""
+    lines = locate(text.replace("\r\n", "\n")) if problems else {}
+    located = sorted((line_of(lines, key), dotted(key), reason) for key, reason in problems)
+    return [f"{file}:{line}: {key}: {reason}" for line, key, reason in dict.fromkeys(located)]
+
+
 def shorten(text: str, length: int) -> str:
     """The text, cut to at most `length` characters."""
     return text if len(text) <= length else f"{text[: length - 1]}…"
@@ -154,8 +163,3 @@ def first_problems(prefix: str, problems: list[str], *, is_abandoned: bool = Fal
     n_more = len(problems) - MOST_PROBLEMS
     more = [f"{prefix}and {'at least ' if is_abandoned else ''}{n_more:,} more"] if n_more > 0 else []
     return problems[:MOST_PROBLEMS] + more
-
-
-def one_line(text: str) -> str:
-    """The text with unprintable characters replaced, so that a message stays on one line."""
-    return "".join(character if character.isprintable() else "?" for character in text)

@@ -8,7 +8,7 @@ import numpy as np
 
 from explore.compiling import INTEGRALS
 from explore.evaluation.sampled import moment_statistic
-from explore.evaluation.windows import interval_ends, specify_window
+from explore.evaluation.windows import interval_half_tangents, specify_window
 from explore.model.mechanism import Mechanism
 from explore.model.quantities import FloatArray, Window
 from explore.quadrature.integrals import integrate
@@ -27,7 +27,7 @@ def integrate_window(
         Rows of signals; those that have no integrals are left out.
     """
     kind, start_row, stop_row, *_ = specify_window(mechanism, window, drive)
-    start, stop = np.tan(0.5 * np.array(interval_ends(mechanism, window)))
+    start, stop = interval_half_tangents(mechanism, window)
     numbers = [number for number, row in enumerate(mechanism.integrated_rows) if row in rows]
     results = np.empty((len(numbers), INTEGRALS, parameters.shape[1]))
     integrate(

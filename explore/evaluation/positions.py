@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from explore.evaluation.windows import interval_ends, specify_window
+from explore.evaluation.windows import interval_place, specify_window
 from explore.lanes.designs import fill_row
 from explore.model.declaration import ANCHORS
 from explore.model.mechanism import Mechanism
@@ -57,9 +57,9 @@ class WindowPositions:
         kind, start_row, stop_row, *_ = specify_window(mechanism, window, drive)
         self._is_turn, self._end_rows = kind == TURN, (start_row, stop_row)
         if kind in (TURN, INTERVAL):
-            ends = interval_ends(mechanism, window) if kind == INTERVAL else (0.0, 2.0 * np.pi)
-            self.start, self.stop = (self._fixed(angle) for angle in ends)
-            self.length = np.full(self._count, ends[1] - ends[0])
+            anchor, start, length = interval_place(mechanism, window) if kind == INTERVAL else (0, 0.0, 2.0 * np.pi)
+            self.start, self.stop = self._fixed(anchor, start), self._fixed(anchor, start + length)
+            self.length = np.full(self._count, length)
         else:
             starts, stops = constants[start_row].copy(), constants[stop_row].copy()
             self.length = np.empty(self._count)
@@ -76,11 +76,12 @@ class WindowPositions:
             row = self._mechanism.marks.get(name, -1)
             if row >= 0 and row in self._end_rows:
                 continue
-            position = Position(0, self._constants[row]) if row >= 0 else self._fixed(np.pi * ANCHORS.index(name))
+            position = Position(0, self._constants[row]) if row >= 0 else self._fixed(ANCHORS.index(name), 0.0)
             offset = np.remainder(position.angles - self.start.angles, 2.0 * np.pi)
             yield position, everywhere if self._is_turn else offset <= self.length + _SAME
 
-    def _fixed(self, angle: float) -> Position:
-        """The same angle of every design, from the nearer anchor."""
+    def _fixed(self, anchor: int, angle: float) -> Position:
+        """The same angle of every design, given from an anchor, from the nearer one."""
         number = np.floor(angle / np.pi + 0.5)
-        return Position(int(number % 2), np.full(self._count, np.tan(0.5 * (angle - number * np.pi))))
+        tangents = np.full(self._count, np.tan(0.5 * (angle - number * np.pi)))
+        return Position(int((anchor + number) % 2), tangents)

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
-from explore.evaluation.windows import interval_ends, specify_window
+from explore.evaluation.windows import interval_place, specify_window
 from explore.model.mechanism import Mechanism
 from explore.model.quadrature import MOST_SINGULARITIES, Adaptive, Quadrature
 from explore.model.quantities import MOMENT_STATISTICS, FloatArray, SampledMetric, Signal, Window
@@ -143,7 +144,7 @@ def sample_metrics(
         # A corner between the nodes of a graded rule may hide from its check.
         groups = {
             quadrature: tuple(metric for metric in metrics if not metric.signal.has_corners),
-            Adaptive(): tuple(metric for metric in metrics if metric.signal.has_corners),
+            Adaptive(quadrature.singularities): tuple(metric for metric in metrics if metric.signal.has_corners),
         }
     for group_quadrature, group in groups.items():
         if group:
@@ -167,19 +168,23 @@ def _sample(
     statistics = np.full((tables.slots.max() + 1, len(status)), np.nan)
     result, excess = SampledStatistics.empty(len(status)), np.zeros(len(status))
 
-    def run(designs: Indices, quadrature: Quadrature) -> None:
-        sizes, loop_tables = _loop_arguments(request, tables, tolerance, quadrature)
+    def run(designs: Indices, quadrature: Quadrature, corners: Collection[str]) -> None:
+        sizes, loop_tables = _loop_arguments(request, tables, tolerance, quadrature, corners)
         sample(
             mechanism.close, mechanism.fill, sizes, loop_tables, parameters, designs, statistics, result.nodes,
             result.error, excess, *make_work_space(sizes, len(request.breaks)),
         )  # fmt: skip
 
-    cornered = active & _have_corners(mechanism, metrics, parameters)
-    run(np.flatnonzero(active & ~cornered), quadrature)
-    doubtful = np.flatnonzero(cornered | (excess > LARGEST_EXCESS))
+    own = {metric.signal.corners_at for metric in metrics} - {""}
+    cornered, added = _added_corners(mechanism, metrics, parameters)
+    cornered &= active
+    run(np.flatnonzero(active & ~cornered), quadrature, own)
+    doubtful = np.flatnonzero(excess > LARGEST_EXCESS)
     if len(doubtful):
         result.error[doubtful] = 0.0
-        run(doubtful, Adaptive())
+        run(doubtful, Adaptive(), own)
+    if cornered.any():
+        run(np.flatnonzero(cornered), Adaptive(quadrature.singularities), own | added)
     result.evaluations = int(np.count_nonzero(active))
     status[active & ~(result.error <= request.tolerance)] = Status.TOLERANCE_NOT_MET
     status[active & ~np.isfinite(statistics).all(axis=0)] = Status.NOT_FINITE
@@ -191,16 +196,17 @@ def _sample(
     return result
 
 
-def _have_corners(
+def _added_corners(
     mechanism: Mechanism, metrics: tuple[SampledMetric, ...], parameters: FloatArray
-) -> npt.NDArray[np.bool_]:
-    """Whether a parameter of each design gives these metrics corners, shape (u,)."""
-    result = np.zeros(parameters.shape[1], dtype=np.bool_)
+) -> tuple[npt.NDArray[np.bool_], set[str]]:
+    """Whether a parameter of each design gives these metrics corners, shape (u,), and signals whose zeros they are."""
+    result, names = np.zeros(parameters.shape[1], dtype=np.bool_), set()
     if any(metric.signal.depends_on_load for metric in metrics):
         for parameter, values in zip(mechanism.kernel_parameters, parameters, strict=True):
             if parameter.adds_corners:
                 result |= values != 0.0
-    return result
+                names |= {parameter.corners_at} - {""}
+    return result, names
 
 
 def statistics_tolerance(request: Request) -> float:
@@ -209,13 +215,21 @@ def statistics_tolerance(request: Request) -> float:
 
 
 def _loop_arguments(
-    request: Request, tables: _LoopTables, tolerance: float, quadrature: Quadrature
+    request: Request, tables: _LoopTables, tolerance: float, quadrature: Quadrature, corners: Collection[str]
 ) -> tuple[Sizes, Tables]:
-    """Arguments of the compiled loop; `explore.quadrature.work_space` describes them."""
+    """Arguments of the compiled loop; `explore.quadrature.work_space` describes them.
+
+    `corners` are the names of signals whose zeros are corners of others.
+    """
     mechanism, windows = request.kernel, tables.windows
-    singularities = () if isinstance(quadrature, Adaptive) else quadrature.singularities
+    singularities = quadrature.singularities
     singular = [*singularities, *[(-1, -1)] * (MOST_SINGULARITIES - len(singularities))]
     singular_rows, singular_anchors = np.array(singular, dtype=np.int64).T.copy()
+    cornering = [signal for signal in mechanism.signals if signal.name in corners]
+    corner_rows = np.array([signal.row for signal in cornering], dtype=np.int64)
+    needs = tables.needs.copy()
+    for signal in cornering:
+        needs |= signal.needs
     sizes = Sizes(
         mechanism.record_rows, mechanism.first_parameter, int(mechanism.n_constants),
         int(mechanism.n_fill_constants or mechanism.n_constants), mechanism.signal_rows, int(mechanism.noise_row),
@@ -224,10 +238,11 @@ def _loop_arguments(
     size_of, row_of, rules = gauss_legendre_rules()
     return sizes, Tables(
         np.array([specify_window(mechanism, window, request.drive) for window in windows], dtype=np.int64),
-        np.array([interval_ends(mechanism, window) for window in windows]),
+        np.array([interval_place(mechanism, window) for window in windows]),
         np.array([mechanism.marks[name] for name in request.breaks], dtype=np.int64),
-        singular_rows, singular_anchors, tables.needs, tables.flags, tables.orders, tables.term_rows,
-        tables.references, tables.slots, float(tolerance), isinstance(quadrature, Adaptive), size_of, row_of, rules,
+        singular_rows, singular_anchors, needs, tables.flags, tables.orders, tables.term_rows,
+        tables.references, corner_rows, tables.slots, float(tolerance), isinstance(quadrature, Adaptive), size_of,
+        row_of, rules,
     )  # fmt: skip
 
 

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import math
+from fractions import Fraction
+
 import numpy as np
 import numpy.typing as npt
 
 from explore.model.mechanism import Mechanism
 from explore.model.quadrature import MOST_SINGULARITIES
 from explore.model.quantities import FloatArray, Window
+from explore.quadrature.integrals import HALF_TURN
 from explore.quadrature.panels import (
     ANCHOR,
     FIRST,
@@ -17,7 +21,7 @@ from explore.quadrature.panels import (
     SINGULAR,
     map_panels,
 )
-from explore.quadrature.windows import ARC, INTERVAL, LONGER, SHORTER, TURN, add_window
+from explore.quadrature.windows import ARC, INTERVAL, LONGER, SHORTER, TURN, add_interval, add_window
 
 
 def specify_window(mechanism: Mechanism, window: Window, drive: str) -> tuple[int, ...]:
@@ -55,9 +59,27 @@ def _rows(mechanism: Mechanism, window: Window) -> tuple[int, int]:
     return mechanism.marks[start], mechanism.marks[stop]
 
 
-def interval_ends(mechanism: Mechanism, window: Window) -> tuple[float, float]:
-    """First and last angle of an explicit interval from the anchor, rad; of no use for other windows."""
-    return window.start - mechanism.anchor_angle, window.stop - mechanism.anchor_angle
+def interval_place(mechanism: Mechanism, window: Window) -> tuple[int, float, float]:
+    """The anchor (0) or its opposite (1) beside the start of an explicit interval, the start from there, the length.
+
+    Both are in rad and rounded once, from the exact ends; of no use for other windows.
+    """
+    from_anchor = window.start - Fraction(math.degrees(mechanism.anchor_angle))
+    half_turns = round(from_anchor / 180)
+    return half_turns % 2, math.radians(from_anchor - 180 * half_turns), math.radians(window.length)
+
+
+def interval_half_tangents(mechanism: Mechanism, window: Window) -> tuple[float, float]:
+    """The half-tangents of the ends of an explicit interval, each as exact beside half a turn as beside the anchor."""
+    tangents = []
+    for end in (window.start, window.stop):
+        from_anchor = end - Fraction(math.degrees(mechanism.anchor_angle))
+        half_turns = round(from_anchor / 180)
+        tangent = math.tan(0.5 * math.radians(from_anchor - 180 * half_turns))
+        if half_turns % 2:
+            tangent = -1.0 / tangent if tangent else -HALF_TURN if end == window.start else HALF_TURN
+        tangents.append(tangent)
+    return tangents[0], tangents[1]
 
 
 def map_window(mechanism: Mechanism, constants: FloatArray, window: Window, drive: str) -> list[FloatArray]:
@@ -79,8 +101,11 @@ def map_window(mechanism: Mechanism, constants: FloatArray, window: Window, driv
     panels = np.zeros(PANELS_SIZE)
     result = []
     for design in constants.T:
-        start, stop = interval_ends(mechanism, window) if start_row < 0 else design[[start_row, stop_row]]
-        count = add_window(panels, 0, kind, start, stop, design[breaks], len(breaks))
+        if kind == INTERVAL:
+            count = add_interval(panels, 0, *interval_place(mechanism, window), design[breaks], len(breaks))
+        else:
+            start, stop = (0.0, 0.0) if start_row < 0 else design[[start_row, stop_row]]
+            count = add_window(panels, 0, kind, start, stop, design[breaks], len(breaks))
         for k, (row, _) in enumerate(mechanism.singularities):
             panels[SINGULAR + k * PANEL_CAPACITY : SINGULAR + k * PANEL_CAPACITY + count] = design[row]
         map_panels(panels, count, anchors)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -10,12 +11,17 @@ import numpy as np
 from explore.charts.simulation import SimulatedDesign
 from explore.exporting.shapes import Angle, Arc, Distance, Polyline
 from explore.exporting.symbols import PIVOT, directions
+from explore.exporting.texts import overlap, text_box, upright
 from explore.exporting.tracks import track_of
 from explore.model.drawing import Drawing, Guide, Vector
 from explore.model.quantities import FloatArray
 
 #: Distance of a dimension line from what it measures, in heights of text.
 _OFFSET = 2.5
+#: Steps, in heights of text, by which a dimension goes farther out while its text meets another one, and their number.
+_STEP, _STEPS = 1.0, 50
+#: How much farther out a dimension is whose text is wider than its line and on the side of what it measures.
+_ASIDE = 2.0
 #: A length that changes by less than this share of the largest is constant, and below it is none.
 _ROUNDING = 1e-9
 
@@ -26,10 +32,38 @@ def dimensions(
     """The dimensions of a design whose points are at these places."""
     turn = simulated.pose().points(drawing)
     smallest = _ROUNDING * float(np.ptp(np.vstack(list(turn.values())), axis=0).max())
-    yield from _links(drawing, points, turn, height, smallest)
-    yield from _pivots(simulated, drawing, points, height)
-    yield from _offsets(drawing, points, turn, height, smallest)
-    yield from _ways(simulated, drawing, turn, height)
+    shapes = (
+        *_links(drawing, points, turn, height, smallest),
+        *_pivots(simulated, drawing, points, height),
+        *_offsets(drawing, points, turn, height, smallest),
+        *_ways(simulated, drawing, turn, height),
+    )
+    boxes: list[FloatArray] = []
+    for shape in shapes:
+        placed, box = _clear_of(boxes, shape, height)
+        boxes.append(box)
+        yield placed
+
+
+def _clear_of(
+    boxes: Iterable[FloatArray], shape: Distance | Angle, height: float
+) -> tuple[Distance | Angle, FloatArray]:
+    """A dimension farther out, until its text is clear of those before, and the box of its text."""
+    if isinstance(shape, Distance):
+        shape = upright(shape)
+        if shape.offset < 0.0 and not shape.has_room(height):  # its text, above the line, reaches over what it measures
+            shape = replace(shape, offset=shape.offset - _ASIDE * height)
+    for step in range(_STEPS):
+        farther = step * _STEP * height
+        placed = (
+            replace(shape, offset=shape.offset + np.copysign(farther, shape.offset))
+            if isinstance(shape, Distance)
+            else replace(shape, radius=shape.radius + farther)
+        )
+        box = text_box(placed, height)
+        if not any(overlap(box, other) for other in boxes):
+            break
+    return placed, box
 
 
 def _links(
@@ -55,22 +89,33 @@ def _links(
 def _pivots(
     simulated: SimulatedDesign, drawing: Drawing, points: Mapping[str, FloatArray], height: float
 ) -> Iterator[Distance]:
-    """The distances of pivots, below all that moves."""
-    lowest = reach(simulated, drawing)[0, 1]
-    for first, second in pairwise(sorted(drawing.pivots, key=lambda name: float(points[name][0]))):
-        below = max(points[first][1] - lowest, 1.4 * PIVOT * height) + _OFFSET * height
-        name = _name(drawing.points[second]) or _name(drawing.points[first])
+    """The distances of pivots, below all that moves, or beside it."""
+    for first, second in pairwise(sorted(drawing.pivots, key=lambda name: points[name].tolist())):
+        along = (points[second] - points[first]) / np.hypot(*(points[second] - points[first]))
+        downwards = np.array([along[1], -along[0]])
+        lowest = _farthest_along(simulated, drawing, downwards)
+        below = max(lowest - points[first] @ downwards, 1.4 * PIVOT * height) + _OFFSET * height
+        vectors = [drawing.points[first], drawing.points[second]]
+        name = _name(tuple(vector for own, other in (vectors, vectors[::-1]) for vector in own if vector not in other))
         yield Distance("dimensions", points[first], points[second], -below, name)
 
 
 def reach(simulated: SimulatedDesign, drawing: Drawing) -> FloatArray:
     """Smallest and largest coordinates of all points and bodies over a turn, shape (2, 2)."""
+    left, right, bottom, top = (
+        _farthest_along(simulated, drawing, np.array(way)) for way in ((-1.0, 0.0), (1.0, 0.0), (0.0, -1.0), (0.0, 1.0))
+    )
+    return np.array([[-left, -bottom], [right, top]])
+
+
+def _farthest_along(simulated: SimulatedDesign, drawing: Drawing, direction: FloatArray) -> float:
+    """How far all points and bodies go in a direction over a turn, from the origin."""
     turn = simulated.pose()
-    points = list(turn.points(drawing).values())
+    reached = [np.max(points @ direction) for points in turn.points(drawing).values()]
     for profile in drawing.profiles:  # bodies turn, so each reaches as far to all sides
-        centre, radius = turn.sum(drawing.points[profile.centre]), np.hypot(*turn.sum(profile.vectors).T).max()
-        points += [centre - radius, centre + radius]
-    return np.array([np.min(np.vstack(points), axis=0), np.max(np.vstack(points), axis=0)])
+        radius = np.hypot(*turn.sum(profile.vectors).T).max()
+        reached.append(np.max(turn.sum(drawing.points[profile.centre]) @ direction) + radius)
+    return float(max(reached))
 
 
 def _away(first: FloatArray, second: FloatArray, centre: FloatArray) -> float:

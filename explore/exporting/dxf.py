@@ -82,17 +82,17 @@ def _add(space: Modelspace, shape: Shape, height: float) -> None:
     elif isinstance(shape, Text):
         space.add_text(shape.text, height=height, dxfattribs=look).set_placement(shape.place)
     elif isinstance(shape, (Distance, Angle)):
-        _add_dimension(space, shape, height, look)
+        _add_dimension(space, shape, look)
     elif len(shape.points) == 2:
         space.add_line(shape.points[0], shape.points[1], dxfattribs=look)
     else:
         space.add_lwpolyline(shape.points, close=shape.closed, dxfattribs=look)
 
 
-def _add_dimension(space: Modelspace, shape: Distance | Angle, height: float, look: dict[str, str]) -> None:
+def _add_dimension(space: Modelspace, shape: Distance | Angle, look: dict[str, str]) -> None:
     """A dimension with the block that shows it, for programs that do not draw dimensions themselves."""
     if isinstance(shape, Distance):
-        text = f"{shape.label(height)} <>".strip()
+        text = f"{shape.name} <>".strip()
         dimension = space.add_aligned_dim(
             shape.start, shape.stop, shape.offset, text=text, dimstyle=_STYLE, dxfattribs=look
         )

@@ -13,8 +13,8 @@ from explore.exporting.frames import has_ffmpeg, write_gif, write_mp4
 from explore.exporting.motion_files import motion_of, write_csv, write_hdf5, write_mat
 from explore.exporting.sheet import draw_sheet
 from explore.exporting.svg import write_svg
-from explore.files import new_file, real_path
 from explore.store.open_results import ResultsOrPath, results_of
+from explore.store.outputs import new_output
 from explore.store.results import Results
 
 Design = DesignOfResults | DesignOfParameters
@@ -75,7 +75,7 @@ def export(
             if each.exists() and chosen.results.path.exists() and each.samefile(chosen.results.path):
                 raise RequestError(f"{each} is the results file itself; name another file with `path`")
     for each, write in zip(paths, writers, strict=True):
-        with new_file(real_path(each)) as unfinished:
+        with new_output(each) as unfinished:
             write(chosen, unfinished)
 
 

@@ -8,10 +8,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+
 from explore.api.designs import simulate
 from explore.charts.simulation import SimulatedDesign
 from explore.errors import RequestError
-from explore.model.drawing import Pose
+from explore.model.output_slider import TRAVEL
 from explore.model.points import coordinates
 from explore.model.quantities import FloatArray, Parameter, Signal
 
@@ -56,9 +58,10 @@ def motion_of(simulated: SimulatedDesign) -> Motion:
     angle = frame.index.to_numpy()
     columns = {str(name): frame[name].to_numpy() for name in frame}
     described: list[Parameter | Signal] = [p for p in mechanism.parameters if p.name in parameters]
-    described += [signal for signal in mechanism.signals if signal.name in columns]
-    input_name = str(frame.index.name)
-    pose = Pose.of(mechanism.signals, parameters, columns, angle)
+    input_name, pose = str(frame.index.name), simulated.pose_of(columns, angle)
+    if simulated.slider is not None:
+        columns[TRAVEL] = np.asarray(pose.lengths[TRAVEL])
+    described += [signal for signal in simulated.signals if signal.name in columns]
     return Motion(
         simulated.title,
         mechanism.name,
@@ -85,7 +88,7 @@ def write_hdf5(motion: Motion, path: Path) -> None:
     """Write groups of signals, points and parameters; units and meanings are attributes."""
     import h5py
 
-    with h5py.File(path, "w") as file:
+    with h5py.File(path, "w", locking=False) as file:  # the name is locked already
         file.attrs.update({"title": motion.title, "mechanism": motion.mechanism})
         groups: dict[str, Mapping[str, FloatArray | float]] = {
             "motion": motion.signals,

@@ -130,10 +130,14 @@ class Distance:
         """The distance, mm."""
         return float(np.hypot(*(self.stop - self.start)))
 
-    def label(self, height: float) -> str:
-        """The name before the number, if there is room for both in letters of a height."""
-        has_room = LETTER * height * (len(self.name) + 1 + len(f"{self.value:.6g}")) < self.value
-        return self.name if has_room else ""
+    @property
+    def text(self) -> str:
+        """The name before the number."""
+        return f"{self.name} {_shown(self.value)}".strip()
+
+    def has_room(self, height: float) -> bool:
+        """Whether its line is longer than its text in letters of a height."""
+        return LETTER * height * len(self.text) < self.value
 
     @property
     def line(self) -> FloatArray:
@@ -156,9 +160,19 @@ class Angle:
         return self.arc.stop - self.arc.start
 
     @property
+    def text(self) -> str:
+        """The number with its sign."""
+        return f"{_shown(self.value)}°"
+
+    @property
     def line(self) -> FloatArray:
         """Points of the dimension line, shape (n, 2)."""
         return arc_points(self.arc.centre, self.radius, np.linspace(self.arc.start, self.arc.stop, 65))
+
+
+def _shown(value: float) -> str:
+    """A measured value, with at most four digits after the point."""
+    return f"{value:.4f}".rstrip("0").rstrip(".")
 
 
 Shape = Polyline | Circle | Arc | Spline | Text | Distance | Angle

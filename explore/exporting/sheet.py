@@ -10,8 +10,9 @@ from explore.charts.simulation import SimulatedDesign
 from explore.errors import RequestError
 from explore.exporting import symbols
 from explore.exporting.dimensions import dimensions, reach
-from explore.exporting.shapes import LETTER, Circle, Polyline, Shape, Sheet, Spline, Text, bounds
+from explore.exporting.shapes import LETTER, Angle, Circle, Distance, Polyline, Shape, Sheet, Spline, Text, bounds
 from explore.exporting.splines import fit_closed_curve
+from explore.exporting.texts import overlap, text_box
 from explore.exporting.tracks import breaks_of, track_of
 from explore.model.drawing import Drawing, Pose, Profile
 from explore.model.quantities import FloatArray
@@ -136,13 +137,18 @@ def _labels(drawing: Drawing, points: Mapping[str, FloatArray], shapes: list[Sha
         yield Text("text", np.add(points[profile.centre], shift), profile.name)
     links = [link for shape in shapes if isinstance(shape, Polyline) and shape.layer in ("links", "limit positions")
              for link in _along(shape.points)]  # fmt: skip
+    boxes = [text_box(shape, height) for shape in shapes if isinstance(shape, (Distance, Angle))]
     for shape in shapes:
         if isinstance(shape, Spline) and shape.layer == "paths":
             curve, half = shape.points(), np.array([0.5 * _width(shape.name, height), 0.5 * height])
             sides = np.array([[0.0, -1.0], [0.0, 1.0], [-1.0, 0.0], [1.0, 0.0]])
             centres = [curve[np.argmax(curve @ side)] + side * (half + 0.6 * height) for side in sides]
+            texts = [Text("text", centre - half, shape.name) for centre in centres]
             gaps = [np.min(np.hypot(*(np.array(links) - centre).T), initial=np.inf) for centre in centres]
-            yield Text("text", centres[int(np.argmax(gaps))] - half, shape.name)
+            are_clear = [not any(overlap(text_box(text, height), box) for box in boxes) for text in texts]
+            chosen = texts[max(range(len(texts)), key=lambda k: (are_clear[k], gaps[k]))]
+            boxes.append(text_box(chosen, height))
+            yield chosen
 
 
 def _width(text: str, height: float) -> float:
@@ -162,6 +168,9 @@ def _notes(simulated: SimulatedDesign, angle: float, shapes: list[Shape], height
     about = ["scale 1:1, lengths in mm", f"drawn at {mechanism.input_angle} {angle:.6g} deg"]
     about += [f"{name} position at {mechanism.input_angle} {at % 360.0:.6g} deg" for name, at in
               simulated.limits.items()]  # fmt: skip
+    if simulated.slider is not None:
+        first, last = (angle % 360.0 for angle in simulated.slider.dwell)
+        about.append(f"slider at rest from {first:.6g} to {last:.6g} deg")
     deviations = [shape.deviation for shape in shapes if isinstance(shape, Spline)]
     if deviations:
         about.append(f"splines within {max(deviations):.1g} mm of the exact curves")

@@ -20,6 +20,7 @@ from explore.exporting.shapes import (
     Text,
     arc_points,
 )
+from explore.exporting.texts import readable
 from explore.model.quantities import FloatArray
 
 #: Looks of layers; lengths are in heights of text.
@@ -134,12 +135,6 @@ def _arrow(tip: FloatArray, direction: FloatArray, height: float) -> str:
     return f'<polygon class="arrow" points="{" ".join(map(at, corners))}"/>'
 
 
-def _measured(shape: Distance | Angle, height: float) -> str:
-    """The text of a dimension."""
-    value = number(round(shape.value, 4))
-    return f"{shape.label(height)} {value}".strip() if isinstance(shape, Distance) else f"{value}°"
-
-
 def _distance(shape: Distance, height: float) -> str:
     """A dimension line with arrows, extension lines and its text along it."""
     first, last = shape.line
@@ -150,11 +145,10 @@ def _distance(shape: Distance, height: float) -> str:
         for end, reached in ((shape.start, first), (shape.stop, last))
     ]
     degrees = float(np.rad2deg(np.arctan2(along[1], along[0])))
-    degrees = (degrees + 90.0 - 1e-6) % 180.0 - 90.0 + 1e-6  # read from below or from the right
-    above = arc_points(np.zeros(2), 0.4 * height, np.array([degrees + 90.0]))[0]
+    above = arc_points(np.zeros(2), (0.4 if shape.has_room(height) else 0.7) * height, np.array([degrees + 90.0]))[0]
     parts = [element(line, height) for line in (*lines, Polyline("dimensions", shape.line))]
     arrows = [_arrow(first, -along, height), _arrow(last, along, height)]
-    text = _text((first + last) / 2.0 + above, _measured(shape, height), degrees, "middle")
+    text = _text((first + last) / 2.0 + above, shape.text, degrees, "middle")
     return "\n".join([*parts, *arrows, text])
 
 
@@ -173,5 +167,5 @@ def _angle(shape: Angle, height: float) -> str:
     is_lower = 180.0 < degrees < 360.0
     if is_lower:
         middle = middle + arc_points(np.zeros(2), 0.8 * height, np.array([degrees]))[0]
-    text = _text(middle, _measured(shape, height), degrees + (90.0 if is_lower else -90.0), "middle")
+    text = _text(middle, shape.text, readable(degrees - 90.0), "middle")
     return "\n".join([*parts, text])

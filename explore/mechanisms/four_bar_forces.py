@@ -25,8 +25,11 @@ from explore.mechanisms.four_bar import (
     COUPLER_EXCESS,
     COUPLER_VELOCITY,
     CRANK,
+    GROUND_MINUS_CRANK,
+    GROUND_PLUS_CRANK,
     ROCKER_ACCELERATION,
     ROCKER_ANGLE,
+    ROCKER_EXCESS,
     ROCKER_VELOCITY,
     factors,
 )
@@ -59,7 +62,6 @@ class Load(IntEnum):
     SPEED = auto()
     COUPLER_LENGTH = auto()
     ROCKER_LENGTH = auto()
-    GROUND_LENGTH = auto()
     MIDDLE = auto()
     LEVER = auto()
     VARIANT = auto()
@@ -111,7 +113,6 @@ def fill_load_constants(record, lane, first_length, first_load, speed, rocks):
     record[Load.SPEED * LANES + lane] = record[speed * LANES + lane]
     record[Load.COUPLER_LENGTH * LANES + lane] = 1e-3 * coupler
     record[Load.ROCKER_LENGTH * LANES + lane] = 1e-3 * record[(first_length + 2) * LANES + lane]
-    record[Load.GROUND_LENGTH * LANES + lane] = 1e-3 * record[(first_length + 3) * LANES + lane]
     # Coupler force over the torque about the rocker's pivot is coupler / (2 area), the area sqrt(p q)/2 in mm^2.
     record[Load.LEVER * LANES + lane] = 2.0e3 * (branch * coupler) if rocks else math.nan
     masses = record[Load.CRANK_MASS * LANES + lane] + record[Load.COUPLER_MASS * LANES + lane]
@@ -188,7 +189,7 @@ def _fill_forces_with_masses(constants, tangents, anchor, out):
         square = tangent * tangent
         p, q, d, w = factors(constants, anchor, lane, square)
         crank, coupler = 1e-3 * constants[CRANK * LANES + lane], constants[Load.COUPLER_LENGTH * LANES + lane]
-        rocker, ground = constants[Load.ROCKER_LENGTH * LANES + lane], constants[Load.GROUND_LENGTH * LANES + lane]
+        rocker = constants[Load.ROCKER_LENGTH * LANES + lane]
         speed, gravity = constants[Load.SPEED * LANES + lane], constants[Load.GRAVITY * LANES + lane]
         square_speed = speed * speed
         crank_mass = constants[Load.CRANK_MASS * LANES + lane]
@@ -198,13 +199,16 @@ def _fill_forces_with_masses(constants, tangents, anchor, out):
         coupler_arm = constants[Load.COUPLER_CENTROID * LANES + lane] * coupler
         rocker_arm = constants[Load.ROCKER_CENTROID * LANES + lane] * rocker
         root = math.sqrt(p * q)
-        along = 0.5 * (constants[COUPLER_EXCESS * LANES + lane] * w + p) / d
+        # the projections of coupler and rocker on the diagonal from B to D, neither as a difference of the other
+        of_coupler = 0.5 * (constants[COUPLER_EXCESS * LANES + lane] * w + p) / d
+        of_rocker = 0.5 * (constants[ROCKER_EXCESS * LANES + lane] * w - p) / d
         across = 0.5 * constants[BRANCH * LANES + lane] * root / d
         cosine, sine = sign * (1.0 - square) / w, 2.0 * sign * tangent / w
         bx, by = crank * cosine, crank * sine
-        dx, dy = ground - bx, -by
-        cx, cy = along * dx - across * dy, along * dy + across * dx
-        ux, uy, vx, vy = cx / coupler, cy / coupler, (cx - dx) / rocker, (cy - dy) / rocker
+        minus, plus = constants[GROUND_MINUS_CRANK * LANES + lane], constants[GROUND_PLUS_CRANK * LANES + lane]
+        dx, dy = 1e-3 * (minus + plus * square if anchor == 0 else plus + minus * square) / w, -by
+        ux, uy = (of_coupler * dx - across * dy) / coupler, (of_coupler * dy + across * dx) / coupler
+        vx, vy = (of_rocker * dx - across * dy) / rocker, (of_rocker * dy + across * dx) / rocker
         w2, w3 = out[COUPLER_VELOCITY * LANES + lane], out[ROCKER_VELOCITY * LANES + lane]
         a2, a3 = out[COUPLER_ACCELERATION * LANES + lane], out[ROCKER_ACCELERATION * LANES + lane]
         # mass times (acceleration of the centroid less gravity), for crank, coupler and rocker

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from explore.mechanisms.overall_size import declare_size
+from explore.model.points import Extent
 from explore.model.quantities import FloatArray, Formula
 
 
@@ -27,21 +28,21 @@ def _arc(middle: FloatArray, swing: FloatArray, transmission: FloatArray) -> tup
     return np.where(turns, 0.0, middle), np.where(turns, 360.0, swing)
 
 
-def _width(
+def _along_x(
     crank: FloatArray, _coupler: FloatArray, rocker: FloatArray, ground: FloatArray, middle: FloatArray,
     swing: FloatArray, transmission: FloatArray,
-) -> FloatArray:  # fmt: skip
+) -> tuple[FloatArray, FloatArray]:  # fmt: skip
     middle, swing = _arc(middle, swing, transmission)
     forward, backward = (_reach(rocker, middle, swing, direction) for direction in (0.0, 180.0))
     # np.maximum keeps NaN
     last = np.maximum(np.maximum(crank, ground), ground + forward)
-    return np.asarray(last + np.maximum(crank, backward - ground))
+    return -np.maximum(crank, backward - ground), last
 
 
-def _height(
+def _along_y(
     crank: FloatArray, coupler: FloatArray, rocker: FloatArray, ground: FloatArray, middle: FloatArray,
     swing: FloatArray, transmission: FloatArray,
-) -> FloatArray:  # fmt: skip
+) -> tuple[FloatArray, FloatArray]:  # fmt: skip
     """The joint of a rocker that swings is always on the same side of the frame, highest at an end or at 90 deg.
 
     The heights of the ends are those of triangles, whose sides keep the digits that a cosine near 90 deg would lose.
@@ -50,8 +51,10 @@ def _height(
     is_upright = np.abs(np.abs(middle) - 90.0) <= 0.5 * swing
     highest = np.where(is_upright, rocker, np.maximum(*ends))
     turns = np.isnan(swing) & ~np.isnan(transmission)
-    swept = crank + np.maximum(crank, np.where(np.isnan(swing), np.nan, highest))
-    return np.asarray(np.where(turns, 2.0 * np.maximum(crank, rocker), swept))
+    highest = np.where(turns, rocker, np.where(np.isnan(swing), np.nan, highest))
+    # what the joint of a rocker that swings does not reach, the crank does
+    beyond, is_below = np.maximum(crank, highest), middle < 0.0
+    return -np.where(turns | is_below, beyond, crank), np.where(turns | ~is_below, beyond, crank)
 
 
 def _triangle_height(side: FloatArray, other: FloatArray, more: FloatArray, base: FloatArray) -> FloatArray:
@@ -86,4 +89,4 @@ def declare_four_bar_size(transmission_angle: str) -> tuple[Formula, ...]:
         Name of a metric that every linkage has whose crank turns.
     """
     inputs = ("crank", "coupler", "rocker", "ground", "mid_angle", "swing_angle", transmission_angle)
-    return declare_size("the line of the ground pivots", inputs, _width, _height)
+    return declare_size("the line of the ground pivots", inputs, Extent("x", _along_x), Extent("y", _along_y))

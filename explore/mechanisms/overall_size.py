@@ -1,4 +1,4 @@
-"""Overall size: the box around all positions of all links, its sides along and across the line of the ground."""
+"""Overall size: the box around all positions of all links and points, along and across the line of the ground."""
 
 from __future__ import annotations
 
@@ -24,11 +24,12 @@ def declare_size(axis: str, inputs: tuple[str, ...], width: Side, height: Side) 
     inputs
         Names of the metrics and parameters that both sides are functions of.
     width, height
-        The sides of the box along and across the line.
+        The sides of the box along and across the line; an `Extent` where points can be named.
     """
+    extent = "extent of all positions of all links and points"
     return (
-        Formula("envelope_width", "mm", f"extent of all positions of all links along {axis}", "min", inputs, width),
-        Formula("envelope_height", "mm", f"extent of all positions of all links across {axis}", "min", inputs, height),
-        Formula("footprint", "mm^2", "area of the box around all positions of all links", "min",
+        Formula("envelope_width", "mm", f"{extent} along {axis}", "min", inputs, width),
+        Formula("envelope_height", "mm", f"{extent} across {axis}", "min", inputs, height),
+        Formula("footprint", "mm^2", "area of the box around all positions of all links and points", "min",
                 ("envelope_width", "envelope_height"), _area),
     )  # fmt: skip

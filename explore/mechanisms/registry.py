@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import copyreg
+import sys
+import threading
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 
@@ -10,6 +12,9 @@ from explore.errors import RequestError
 from explore.mechanisms.entry_points import registered_entries, source_of
 from explore.model.mechanism import Mechanism
 from explore.model.targets import Target
+
+#: Time after which a package is named whose module is still being imported, s.
+_PATIENCE = 5.0
 
 
 class Registry(Mapping[str, Mechanism]):
@@ -58,15 +63,26 @@ def _load(name: str) -> Mechanism:
     if others:
         sources = " and by ".join(source_of(each) for each in (entry, *others))
         raise RequestError(f"the mechanism '{name}' is registered by {sources}; uninstall all but one of them")
+    warning = threading.Timer(_PATIENCE, _say_slow, [name, source_of(entry)])
+    warning.daemon = True
     try:
+        if entry.dist:
+            warning.start()
         mechanism = entry.load()
-    except Exception as error:  # anything may happen in another package's module
+    except (Exception, SystemExit) as error:  # anything may happen in another package's module
         reason = " ".join(f"{type(error).__name__}: {error}".split())
         raise RequestError(f"the mechanism '{name}' of {source_of(entry)} cannot be loaded: {reason}") from error
+    finally:
+        warning.cancel()
     if not isinstance(mechanism, Mechanism) or mechanism.name != name:
         found = f"the mechanism '{mechanism.name}'" if isinstance(mechanism, Mechanism) else "no mechanism"
         raise RequestError(f"the mechanism '{name}' of {source_of(entry)} cannot be loaded: {entry.value} is {found}")
     return mechanism
+
+
+def _say_slow(name: str, source: str) -> None:
+    line = f"loading the mechanism '{name}' of {source} takes long; uninstall {source} if it never ends"
+    sys.stderr.write(f"warning: {line}\n")
 
 
 MECHANISMS = Registry()

@@ -14,7 +14,7 @@ from explore.model.status import Status
 def kernel_rows(
     mechanism: Mechanism, parameters: FloatArray, angle: FloatArray, laws: npt.NDArray[np.int64], needs: int
 ) -> FloatArray:
-    """Fill the signals of a mechanism whose anchor is at 90 degrees.
+    """Fill the signals of a mechanism whose anchor is at 0 or 90 degrees.
 
     Parameters
     ----------
@@ -33,10 +33,11 @@ def kernel_rows(
         Meaningless where the bits exclude a signal, not finite for designs without a motion.
     """
     constants = np.ascontiguousarray(mechanism.constants(_complete(mechanism, parameters)).T)
-    # tan(x/2) = sin x/(1 + cos x): differences of angles would lose the digits beside the anchor
+    # tan(x/2) = sin x/(1 + cos x): a difference from half a turn would lose the digits beside it
     sine, cosine = np.sin(angle), np.cos(angle)
-    anchors = (sine < 0.0).astype(np.int64)
-    tangents = np.where(sine < 0.0, cosine, -cosine) / (1.0 + np.abs(sine))
+    along, across = (cosine, sine) if mechanism.anchor_angle == 0.0 else (sine, -cosine)
+    anchors = (along < 0.0).astype(np.int64)
+    tangents = np.where(along < 0.0, -across, across) / (1.0 + np.abs(along))
     rows = np.zeros((len(parameters), mechanism.signal_rows, angle.shape[1]))
     fill_motions(mechanism.fill, constants, anchors, np.ascontiguousarray(laws), np.ascontiguousarray(tangents), needs,
                  mechanism.signal_rows, rows)  # fmt: skip

@@ -17,7 +17,7 @@ from explore.model.status import OWN_CODES, Status
 _Item = TypeVar("_Item", str, int)
 
 #: Fields of signals that share a row: properties of the row, not of the signal.
-_ROW_FIELDS = ("row", "needs", "pole_order", "is_magnitude", "terms_row", "is_residual", "has_corners")
+_ROW_FIELDS = ("row", "needs", "pole_order", "is_magnitude", "terms_row", "is_residual", "has_corners", "corners_at")
 
 #: Columns of results that are neither parameters nor metrics.
 _OWN_COLUMNS = ("design", "nodes", "error", "feasible", "status")
@@ -34,8 +34,8 @@ def check_declaration(declaration: Declaration) -> None:
         With the first problem, in one sentence.
     """
     checks = (
-        _names, _parameters, check_drawing, _columns, _statuses, _signals, _references, _windows, _formulas, _defaults,
-        _extended,
+        _names, _parameters, check_drawing, _columns, _statuses, _signals, _references, _windows, _closed_forms,
+        _formulas, _defaults, _extended,
     )  # fmt: skip
     for problems in checks:
         for problem in problems(declaration):
@@ -166,6 +166,13 @@ def _references(declaration: Declaration) -> Iterator[str]:
     """Problems of what signals are derivatives of and relative to."""
     by_name = {signal.name: signal for signal in declaration.signals}
     lengths = {parameter.name for parameter in declaration.kernel_parameters if not parameter.scales_speed}
+    corners = [(signal.name, signal.has_corners, signal.corners_at) for signal in declaration.signals]
+    corners += [(each.name, each.adds_corners, each.corners_at) for each in declaration.parameters]
+    for name, has_corners, corners_at in corners:
+        if corners_at:
+            yield from _unknown("signal", [corners_at], by_name, f"corners_at of '{name}'")
+            if not has_corners:
+                yield f"corners_at of '{name}' names a signal, but '{name}' is not declared to have corners"
     for signal in declaration.signals:
         if signal.derivative_of:
             yield from _unknown("signal", [signal.derivative_of], by_name, f"derivative_of of '{signal.name}'")
@@ -265,6 +272,13 @@ def _strokes(declaration: Declaration) -> Iterator[str]:
     for drive in declaration.drives:
         if drive not in ("slow", "fast", *declaration.strokes):
             yield f"the drive '{drive}' is neither slow nor fast nor a stroke"
+
+
+def _closed_forms(declaration: Declaration) -> Iterator[str]:
+    statistics = {*declaration.metric_names()} - {metric.name for metric in declaration.metrics}
+    for metric in declaration.metrics:
+        if metric.closed_form_of and metric.closed_form_of not in statistics:
+            yield f"'{metric.name}' is the closed form of '{metric.closed_form_of}', which is no statistic of a signal"
 
 
 def _formulas(declaration: Declaration) -> Iterator[str]:

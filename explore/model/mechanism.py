@@ -10,7 +10,14 @@ import numpy as np
 from explore.model.checks import check_declaration
 from explore.model.closed_form import ClosedFormResult
 from explore.model.declaration import Declaration
-from explore.model.points import draw_points, point_panels, point_parameters, point_signals, zero_means
+from explore.model.points import (
+    draw_points,
+    include_points,
+    point_panels,
+    point_parameters,
+    point_signals,
+    zero_means,
+)
 from explore.model.quantities import FloatArray, Signal
 from explore.model.targets import Target
 
@@ -60,7 +67,7 @@ class Mechanism(Declaration):
         return self.extended
 
     def with_points(self, points: tuple[str, ...]) -> Mechanism:
-        """The mechanism with points of its floating link: their parameters, signals, panels and paths.
+        """The mechanism with points of its floating link: their parameters, signals, panels, paths, and overall size.
 
         The names are unique and are none of the mechanism's; `explore.request.points` checks them.
         """
@@ -73,6 +80,7 @@ class Mechanism(Declaration):
             parameters=(*self.parameters, *point_parameters(link, points)),
             signals=(*self.signals, *point_signals(link, points)),
             zero_mean=self.zero_mean | zero_means(points, self.full_turn.name),
+            formulas=tuple(include_points(formula, points, self.full_turn.name) for formula in self.formulas),
             drawing=draw_points(self.drawing, link, points) if self.drawing else None,
             panels=(*self.declared_panels, *point_panels(points)),
             extended=self.extended.with_points(points) if self.extended else None,

@@ -6,13 +6,15 @@ coordinates, along the link from the crank's pin and across it counter-clockwise
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from enum import IntEnum
-from typing import TypeVar
+from typing import Literal, TypeVar
+
+import numpy as np
 
 from explore.model.drawing import Drawing, Link, Panel, Path, Vector
-from explore.model.quantities import Parameter, Signal
+from explore.model.quantities import FloatArray, Formula, Parameter, Signal
 
 Number = TypeVar("Number")
 #: Most points of one mechanism: the rows of the kernels are for so many.
@@ -54,6 +56,43 @@ class FloatingLink:
     first_row: int
     first_need: int
     rate_power: int = 1
+
+
+@dataclass(frozen=True)
+class Extent:
+    """The function of a formula that is the extent of all positions of a mechanism, and of its points, along an axis.
+
+    Attributes
+    ----------
+    axis
+        The axis, that of the drawing.
+    ends
+        Takes one array of shape (n,) for each input of the formula, and returns the least and the greatest coordinate
+        of the links.
+    points
+        Number of points, whose least and greatest coordinates are the last inputs.
+    """
+
+    axis: Literal["x", "y"]
+    ends: Callable[..., tuple[FloatArray, FloatArray]]
+    points: int = 0
+
+    def __call__(self, *inputs: FloatArray) -> FloatArray:
+        """The extent, mm; NaN where an input that it depends on is."""
+        own = len(inputs) - 2 * self.points
+        least, greatest = self.ends(*inputs[:own])
+        for low, high in zip(inputs[own::2], inputs[own + 1 :: 2], strict=True):
+            least, greatest = np.minimum(least, low), np.maximum(greatest, high)
+        return greatest - least
+
+
+def include_points(formula: Formula, points: tuple[str, ...], turn: str) -> Formula:
+    """The formula with the extremes of the paths of points over the window `turn`, if it is an extent."""
+    extent = formula.function
+    if not isinstance(extent, Extent):
+        return formula
+    extremes = [f"{point}_{extent.axis}_{extreme}_{turn}" for point in points for extreme in ("min", "max")]
+    return replace(formula, inputs=(*formula.inputs, *extremes), function=replace(extent, points=len(points)))
 
 
 def slot_names() -> tuple[str, ...]:

@@ -10,7 +10,15 @@ MOST_BREAKS = 6
 
 @dataclass(frozen=True)
 class Adaptive:
-    """Halve panels until the samples resolve every signal: for any signals, see `explore.quadrature.adaptive`."""
+    """Halve panels until the samples resolve every signal: for any signals, see `explore.quadrature.adaptive`.
+
+    Attributes
+    ----------
+    singularities
+        Those of `Graded`, so that panels are graded towards them, as for signals that have corners besides.
+    """
+
+    singularities: tuple[tuple[int, int], ...] = ()
 
 
 @dataclass(frozen=True)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from fractions import Fraction
 from typing import Literal
 
 import numpy as np
@@ -59,6 +60,8 @@ class Parameter:
     adds_corners
         Whether the parameter, unless 0, gives all signals under load corners, as friction does where the force that
         causes it changes its sign; see `Signal.has_corners`.
+    corners_at
+        Name of the signal at whose zeros these corners are; see `Signal.corners_at`.
     """
 
     name: str
@@ -74,6 +77,7 @@ class Parameter:
     affects: Literal["motion", "load", "point", "target", "sizing"] = "motion"
     is_dynamic: bool = False
     adds_corners: bool = False
+    corners_at: str = ""
 
     def allows(self, values: npt.ArrayLike) -> npt.NDArray[np.bool_]:
         """Whether each number is a value that the parameter can take, in the shape of `values`."""
@@ -123,6 +127,9 @@ class Signal:
     has_corners
         Whether the signal has corners at angles that the mechanism does not know, as a power without its negative
         part, or complex singularities of its own, as a curvature: its statistics take the adaptive quadrature.
+    corners_at
+        Name of the signal at whose zeros the corners are, as the power itself. The zeros are found, and the quadrature
+        does not go across them. Empty for corners that are seen only if they are as wide as the distance of samples.
     relative_to
         Name of the length parameter that the signal is comparable with in size and grows with, by which its rounding
         is bounded; empty for an angle, a number, and where it is that of the signal that this one is the derivative of.
@@ -154,6 +161,7 @@ class Signal:
     shares_row_with: str = ""
     is_residual: bool = False
     has_corners: bool = False
+    corners_at: str = ""
     relative_to: str = ""
     derivative_of: str = ""
     extremes_at: tuple[str, ...] = ()
@@ -181,6 +189,9 @@ class Metric:
         Bounds of all possible values, so that a study cannot solve for a value outside.
     worst_of
         Name of the signal, an angle, of which this is the smallest value of it and of 180 deg less it; empty for none.
+    closed_form_of
+        Name of the statistic that this is without samples, with its window, such as "position_peak_to_peak_cycle";
+        empty for none. `check_mechanism` compares it with the signal.
     """
 
     name: str
@@ -191,6 +202,7 @@ class Metric:
     lower: float = -np.inf
     upper: float = np.inf
     worst_of: str = ""
+    closed_form_of: str = ""
 
 
 @dataclass(frozen=True)
@@ -209,7 +221,7 @@ class Window:
     needs_stroke
         Whether the window exists only where the output rocks.
     start, stop
-        First and last input angle of an explicit interval, rad.
+        First and last input angle of an explicit interval, deg, exact; the first is less than a turn from 0.
     """
 
     name: str
@@ -217,8 +229,13 @@ class Window:
     kind: Literal["turn", "arc", "drive", "return", "clutch", "interval"]
     ends: tuple[str, ...] = ()
     needs_stroke: bool = True
-    start: float = 0.0
-    stop: float = 0.0
+    start: Fraction = Fraction(0)
+    stop: Fraction = Fraction(0)
+
+    @property
+    def length(self) -> Fraction:
+        """Length of an explicit interval, deg, exact."""
+        return self.stop - self.start
 
 
 @dataclass(frozen=True)

@@ -27,28 +27,29 @@ _SHARE = 0.5
 
 
 @subroutine()
-def _place(panels, owner, todo, source, to, centre, half, position):
-    """Fill panel `to` as a part of the panel `source` and put it on the list at `position`."""
+def place_part(panels, owner, source, to, centre, half):
+    """Fill panel `to` as a part of the panel `source`."""
     panels[ANCHOR + to], panels[LAW + to], panels[VARIANT + to] = (
         panels[ANCHOR + source], panels[LAW + source], panels[VARIANT + source]
     )  # fmt: skip
     panels[SCALE + to], panels[COUNT + to] = panels[SCALE + source], float(ADAPTIVE_NODES)
     panels[CENTRE + to], panels[HALF + to] = centre, half
-    owner[to], todo[position] = owner[source], to
+    owner[to] = owner[source]
 
 
 @subroutine()
-def cut_panels(work, sums, rows, count):
+def cut_panels(work, sums, rows, count, uncut):
     """Cut the panels of a window into pieces of about the same angle, each of equal length in t; return their number.
 
-    As many together as one or two panels, those of a window without breaks, have tiles of lanes.
+    As many together as one or two panels, those of a window without breaks, have tiles of lanes, and at least one per
+    unit of t, in which singularities may be graded. `uncut` is the number of panels before they were cut at zeros.
     """
-    panels, total, wanted = work.panels, 0.0, LANES * min(count, 2)
+    panels, total, wanted = work.panels, 0.0, LANES * min(uncut, 2)
     for k in range(count):
         total += panels[LENGTH + k]
     number = 0
     for k in range(count):
-        work.codes[k] = math.ceil(wanted * panels[LENGTH + k] / total)
+        work.codes[k] = math.ceil(max(wanted * panels[LENGTH + k] / total, 2.0 * panels[HALF + k]))
         number += work.codes[k]
     first = number
     for k in range(count - 1, -1, -1):  # the pieces of panel 0 replace it
@@ -57,7 +58,8 @@ def cut_panels(work, sums, rows, count):
         centre, half = panels[CENTRE + k], panels[HALF + k] / pieces
         for piece in range(pieces - 1, -1, -1):
             to = first + piece
-            _place(panels, work.owner, work.todo, k, to, centre + (2 * piece + 1 - pieces) * half, half, to)
+            place_part(panels, work.owner, k, to, centre + (2 * piece + 1 - pieces) * half, half)
+            work.todo[to] = to
             for s in range(rows):
                 sums.earlier_tails[s * PANEL_CAPACITY + to] = math.inf
     return number
@@ -150,7 +152,8 @@ def halve_panels(work, sums, w, flags, tolerance, count):
             tail = sums.tails[s * PANEL_CAPACITY + k]
             sums.earlier_tails[s * PANEL_CAPACITY + k] = sums.earlier_tails[s * PANEL_CAPACITY + to] = tail
         centre, half = panels[CENTRE + k], 0.5 * panels[HALF + k]
-        _place(panels, work.owner, work.todo, k, to, centre + half, half, position)
-        _place(panels, work.owner, work.todo, k, k, centre - half, half, position + 1)
+        place_part(panels, work.owner, k, to, centre + half, half)
+        place_part(panels, work.owner, k, k, centre - half, half)
+        work.todo[position], work.todo[position + 1] = to, k
         to, position = to + 1, position + 2
     return to, position

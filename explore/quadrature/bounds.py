@@ -11,6 +11,9 @@ from explore.subroutines import subroutine
 CHUNK = 2048
 #: Rounding error of one statistic relative to the rms of its signal, from the accuracy campaign.
 ROUNDING = 4e-15
+#: Window (rad) below which rounding hides how a signal varies that all samples show as constant, and the least standard
+#: deviation that they can show, relative to the rms.
+_SHORT, _LEAST_DEVIATION = 1e-3, 1e-16
 
 #: Flags of a row, or-ed: its moments are computed; its error bound includes that of the cv, or of the standard
 #: deviation; its extremes are computed; it holds squares; it only bounds the errors of another row; it is small beside
@@ -73,6 +76,8 @@ def _include_cv(b, n, tolerance):
     """Raise the bound by that of the coefficient of variation, relative, where it is defined."""
     for k in range(n):
         rms, std, magnitude = b[RMS + k], math.sqrt(b[VARIANCE + k]), abs(b[MEAN + k])
+        is_hidden = (std == 0.0) & (b[AVERAGING + k] - b[REST + k] < _SHORT)
+        std = _LEAST_DEVIATION * rms if is_hidden else std
         of_std, of_mean = rms / std, rms / magnitude
         of_rounding = b[ROUNDING_OF_ROW + k] * (of_std + of_mean)
         of_cv = b[QUADRATURE + k] * (0.5 * of_std * of_std + of_mean) + of_rounding
@@ -101,6 +106,16 @@ def _finish_bound(b, n, flags, tolerance):
         b[IMPROVABLE + k] = 1.0 if improvable else b[IMPROVABLE + k]
 
 
+@subroutine(contract=True, inlined=True)
+def _shift(b, k):
+    """Change of the row at hand from an angle to the next double, times what the rounding of the row is relative to.
+
+    It tells in windows shorter than 1 rad alone, where a signal passes 0 or jumps.
+    """
+    length = b[AVERAGING + k] - b[REST + k]
+    return math.sqrt(b[VARIANCE + k]) * (1.0 / length - 1.0) if length < 1.0 else 0.0
+
+
 @subroutine(contract=True)
 def bound_row(b, n, flags, order, tolerance):
     """Fill the bound of a row from MEAN and VARIANCE. An extreme is one sample, whose rounding no sum averages."""
@@ -108,7 +123,7 @@ def bound_row(b, n, flags, order, tolerance):
     least = ROUNDING * (2.0 if flags & FLAG_EXTREMES else 1.0)
     for k in range(n):
         rms = math.sqrt(b[MEAN + k] * b[MEAN + k] + b[VARIANCE + k])
-        rounding = least * (1.0 + 0.2 * b[TERMS + k] / rms)
+        rounding = least * (1.0 + (0.2 * b[TERMS + k] + _shift(b, k)) / rms)
         b[RMS + k], b[ROUNDING_OF_ROW + k] = rms, rounding if rms > 0.0 else least
     _finish_bound(b, n, flags, tolerance)
 
@@ -125,7 +140,9 @@ def bound_sum_of_terms(b, n, flags, order, tolerance, terms):
         mean, noise = b[MEAN + k], b[NOISE + k]
         rms = math.sqrt(abs(mean)) if squares else math.sqrt(mean * mean + b[VARIANCE + k])
         excess = terms[k] / rms if rms > 0.0 else 0.0
-        b[RMS + k], b[ROUNDING_OF_ROW + k] = rms, ROUNDING * (1.0 + 0.2 * excess * (1.0 + noise * (1.0 + noise)))
+        shift = _shift(b, k) / (abs(mean) if squares else rms) if rms > 0.0 else 0.0
+        rounding = ROUNDING * (1.0 + 0.2 * excess * (1.0 + noise * (1.0 + noise)) + shift)
+        b[RMS + k], b[ROUNDING_OF_ROW + k] = rms, rounding
         if is_residual and rms > 0.0:
             b[QUADRATURE + k] *= excess * excess
     _finish_bound(b, n, flags, tolerance)

@@ -1,8 +1,8 @@
 """Brent's method for minima in all lanes: parabolas through the three best points within a bracket.
 
 R. P. Brent, Algorithms for Minimization without Derivatives, 1973, chapter 5. It starts from three samples, so that its
-first step is a parabola's. A step of relative size 3e-8 ends it, on a panel of the adaptive rule also relative to its
-half length: the value is then exact to rounding.
+first step is a parabola's. A step of relative size 3e-8 through near points ends it, on a panel of the adaptive rule
+also relative to its half length: the value is then exact to rounding.
 """
 
 import math
@@ -16,6 +16,9 @@ _GOLDEN = 0.5 * (3.0 - math.sqrt(5.0))
 _MOST_STEPS = 60
 #: Last step, relative to 1 + |t| and the resolution of the tile.
 _LAST_STEP = 3e-8
+#: Largest product of the distances of the best point from the other two at the last step, over the square of the
+#: resolution: a vertex errs by it times third over second derivative, and far points may give a small step by chance.
+_NEAREST = 3e-7
 #: Steps shrink by no more than this factor, of order 1.3 from one of 0.1.
 _SHRINKAGE = 1e-4
 
@@ -84,6 +87,8 @@ def _accept(state, signal, sign, resolutions):
         at_best, at_second, at_third = state[AT_BEST + lane], state[AT_SECOND + lane], state[AT_THIRD + lane]
         is_active = state[ACTIVE + lane] != 0.0
         is_last = is_active & (abs(trial - best) <= _LAST_STEP * resolutions[lane] * (1.0 + abs(best)))
+        apart = abs(second - best) * abs(third - best)
+        is_last = is_last & (apart <= _NEAREST * resolutions[lane] * resolutions[lane])
         goes_on = is_active & (not is_last)
         is_better, is_right = value <= at_best, trial >= best
         inner = best if is_better else trial

@@ -18,10 +18,11 @@ from explore.quadrature.panels import (
     PANEL_CAPACITY,
     SCALE,
     SINGULAR,
+    SPREAD,
     VARIANT,
 )
 from explore.quadrature.rules import LARGEST_NODE_COUNT
-from explore.quadrature.windows import ARC, INTERVAL, LARGEST_TANGENT, LONGER, TIE, TURN, add_window
+from explore.quadrature.windows import ARC, INTERVAL, LARGEST_TANGENT, LONGER, TIE, TURN, add_interval, add_window
 from explore.subroutines import subroutine
 
 #: Most panels of one design and window: three for each part between `MOST_BREAKS` breaks and the ends, rounded up.
@@ -89,7 +90,7 @@ def _add_one_panel_each(constants, constant_count, count, kind, start_row, stop_
         base, to = tile * constant_count * LANES, tile * LANES
         starts, stops = constants[base + start_row * LANES :], constants[base + stop_row * LANES :]
         anchors, firsts = panels[ANCHOR + to :], panels[FIRST + to :]
-        lasts, laws = panels[LAST + to :], panels[LAW + to :]
+        lasts, laws, spreads = panels[LAST + to :], panels[LAW + to :], panels[SPREAD + to :]
         lanes = min(LANES, count - tile * LANES)
         for lane in range(lanes):
             start, stop = starts[lane], stops[lane]
@@ -100,7 +101,7 @@ def _add_one_panel_each(constants, constant_count, count, kind, start_row, stop_
             at_anchor = (start < 0.0) & (stop > 0.0)
             first, last = start if at_anchor else -1.0 / start, stop if at_anchor else -1.0 / stop
             anchors[lane], firsts[lane], lasts[lane] = 0.0 if at_anchor else 1.0, first, last
-            laws[lane] = 0.0
+            laws[lane], spreads[lane] = 0.0, last - first
             simple &= (first < 0.0) & (last > 0.0) & (first > -LARGEST_TANGENT) & (last < LARGEST_TANGENT)
     return simple
 
@@ -117,6 +118,7 @@ def _add_regular_panels(
             for i in range(count):
                 k = p * count + i
                 panels[ANCHOR + k], panels[FIRST + k], panels[LAST + k], panels[LAW + k] = float(p), -1.0, 1.0, 0.0
+                panels[SPREAD + k] = 2.0
     elif kind != INTERVAL:
         simple = _add_one_panel_each(constants, constant_count, count, kind, window[1], window[2], panels)
         per_design = 1 if simple else 0
@@ -132,7 +134,7 @@ def _add_regular_panels(
 
 @subroutine()
 def add_panels(
-    constants, constant_count, begin, count, window, start, stop, breaks, singular_rows, variant_row,
+    constants, constant_count, begin, count, window, interval, breaks, singular_rows, variant_row,
     panels, first_panel, panel_count, owner, positions,
 ):  # fmt: skip
     """Fill the panels of a window of the designs of the chunk from `begin` on, as many as fit.
@@ -154,13 +156,17 @@ def add_panels(
         if k + MOST_PANELS > PANEL_CAPACITY:
             return i, k, 1
         first_panel[i] = k
+        start = stop = 0.0
         if window[1] >= 0:
             start = constant(constants, constant_count, window[1], i)
             stop = constant(constants, constant_count, window[2], i)
         for j in range(len(breaks)):
             positions[j] = constant(constants, constant_count, breaks[j], i)
         first = k
-        k = add_window(panels, k, window[0], start, stop, positions, len(breaks))
+        if window[0] == INTERVAL:
+            k = add_interval(panels, k, interval[0], interval[1], interval[2], positions, len(breaks))
+        else:
+            k = add_window(panels, k, window[0], start, stop, positions, len(breaks))
         panel_count[i] = k - first
         variant = constant(constants, constant_count, variant_row, i) if variant_row >= 0 else 0.0
         for p in range(first, k):

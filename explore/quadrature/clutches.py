@@ -7,7 +7,7 @@ from explore.lanes.elementary import exponential
 from explore.quadrature import hand_over
 from explore.quadrature.chunks import constant, gather_constants
 from explore.quadrature.hand_over import find_hand_overs
-from explore.quadrature.panels import ANCHOR, CENTRE, FIRST, LAST, LENGTH, SCALE
+from explore.quadrature.panels import ANCHOR, CENTRE, FIRST, LAST, LENGTH, SCALE, SPREAD
 from explore.quadrature.slots import PHASES, RATE, RATE_DERIVATIVE, RATE_NEEDS
 from explore.subroutines import subroutine
 
@@ -62,4 +62,5 @@ def _cut_tile(fill, sizes, window, anchor, chosen, work, tile):
     )  # fmt: skip
     for lane in range(LANES):
         k = tile.lane_panels[lane]
-        panels[FIRST + k], panels[LAST + k] = state[hand_over.FIRST + lane], state[hand_over.LAST + lane]
+        first, last = state[hand_over.FIRST + lane], state[hand_over.LAST + lane]
+        panels[FIRST + k], panels[LAST + k], panels[SPREAD + k] = first, last, last - first

@@ -24,8 +24,9 @@ _DROP_MARGIN = 8.0
 
 #: A slope at an end, over the curvature times the distance to the next sample, below which the extreme may be inside.
 _DOUBTFUL = 0.1
-#: The two looks inside, over that distance.
+#: The two looks inside, over that distance; then, where an extreme is nearer to the end, over this part of it.
 _LOOK = 0.02
+_LOOKS = (_LOOK, _LOOK * _LOOK)
 #: Value of ACTIVE of a lane whose candidate is an end of the panel.
 AT_END = 2.0
 
@@ -169,30 +170,33 @@ def find_minimum(
         if not working:
             return
         if at_end:
-            for k in range(3):
-                for lane in range(LANES):
-                    _look_inside(state, lane, k)
-                fill_trial_tangents(shape, state, tangents)
-                fill(constants, tangents, anchor, law, variant, 1, needs, signals)
-                for lane in range(LANES):
-                    value = sign * signals[row * LANES + lane]
-                    if state[ACTIVE + lane] == AT_END and k < 2:
-                        state[(AT_LOOK if k == 0 else AT_SECOND_LOOK) + lane] = value
-                    elif state[ACTIVE + lane] == AT_END:
-                        _start_at_end(state, lane, value)
+            for look in _LOOKS:
+                for k in range(3):
+                    for lane in range(LANES):
+                        _look_inside(state, lane, k, look)
+                    fill_trial_tangents(shape, state, tangents)
+                    fill(constants, tangents, anchor, law, variant, 1, needs, signals)
+                    for lane in range(LANES):
+                        value = sign * signals[row * LANES + lane]
+                        if state[ACTIVE + lane] == AT_END and k < 2:
+                            state[(AT_LOOK if k == 0 else AT_SECOND_LOOK) + lane] = value
+                        elif state[ACTIVE + lane] == AT_END:
+                            _start_at_end(state, lane, value, look)
+            for lane in range(LANES):
+                state[ACTIVE + lane] = 1.0 if state[ACTIVE + lane] == 1.0 else 0.0
         minimise(fill, constants, shape, anchor, law, variant, needs, row, sign, state, tangents, signals)
         for lane in range(LANES):
             state[RESULT + lane] = min(state[RESULT + lane], state[AT_BEST + lane])
 
 
 @subroutine()
-def _look_inside(state, lane, k):
+def _look_inside(state, lane, k, look):
     """Fill the trial point of one lane: two looks inside, then the vertex of the parabola through them and the end.
 
     Rounding hides the difference of a look that is much nearer, and few samples do not tell the slope at the end well.
-    A lane whose parabola rises from the end rests.
+    Where the parabola rises from the end, the end again.
     """
-    end, step = state[BEST + lane], _LOOK * (state[SECOND + lane] - state[BEST + lane])
+    end, step = state[BEST + lane], look * (state[SECOND + lane] - state[BEST + lane])
     if state[ACTIVE + lane] != AT_END:
         state[TRIAL + lane] = end
     elif k < 2:
@@ -204,20 +208,24 @@ def _look_inside(state, lane, k):
         )
         slope, curvature = 2.0 * first - 0.5 * second, second - 2.0 * first
         if slope >= 0.0:
-            state[ACTIVE + lane], state[TRIAL + lane] = 0.0, end
+            state[TRIAL + lane] = end
         else:
-            vertex = -slope / curvature if curvature > 0.0 else 0.5 / _LOOK
-            state[TRIAL + lane] = end + min(vertex, 0.5 / _LOOK) * step
+            vertex = -slope / curvature if curvature > 0.0 else 0.5 / look
+            state[TRIAL + lane] = end + min(vertex, 0.5 / look) * step
 
 
 @subroutine()
-def _start_at_end(state, lane, value):
-    """Start Brent's method between an end and its neighbour, if the point inside is below the end."""
-    if value >= state[AT_BEST + lane]:
-        state[ACTIVE + lane] = 0.0
+def _start_at_end(state, lane, value, look):
+    """Start Brent's method between an end and its neighbour, if one of the three points inside is below the end."""
+    end, at_end, inside = state[BEST + lane], state[AT_BEST + lane], state[TRIAL + lane]
+    neighbour, at_neighbour = state[SECOND + lane], state[AT_SECOND + lane]
+    # A signal that bends more and more may rise before the vertex of the parabola.
+    if state[AT_LOOK + lane] < value:
+        inside, value = end + look * (neighbour - end), state[AT_LOOK + lane]
+    if state[AT_SECOND_LOOK + lane] < value:
+        inside, value = end + 2.0 * look * (neighbour - end), state[AT_SECOND_LOOK + lane]
+    if value >= at_end:
         return
-    end, at_end = state[BEST + lane], state[AT_BEST + lane]
-    neighbour, at_neighbour, inside = state[SECOND + lane], state[AT_SECOND + lane], state[TRIAL + lane]
     previous = 2.0 * (neighbour - end)
     if end < neighbour:
         start_lane(state, lane, end, inside, neighbour, at_end, value, at_neighbour, previous)

@@ -25,6 +25,7 @@ from explore.quadrature.tails import check_model
 from explore.quadrature.tiles import FILL_TYPE
 from explore.quadrature.windows import TURN
 from explore.quadrature.work_space import CHUNK_WORK_TYPE, PANEL_SUMS_TYPE, SIZES_TYPE, TABLES_TYPE, TILE_WORK_TYPE
+from explore.quadrature.zeros import cut_at_zeros
 from explore.subroutines import subroutine
 
 #: Natural logarithm of the tolerance over the modelled error at the first node count, which leaves room for rounding;
@@ -60,8 +61,8 @@ def _open_window(fill, sizes, tables, w, begin, n_designs, demands, rare, work, 
     """
     until, count, stride = add_panels(
         work.constants, sizes.n_constants, begin, begin + 1 if tables.is_adaptive else n_designs, tables.windows[w],
-        tables.intervals[w, 0], tables.intervals[w, 1], tables.breaks, tables.singular_rows, sizes.variant_row,
-        work.panels, work.first_panel, work.panel_count, work.owner, work.positions,
+        tables.intervals[w], tables.breaks, tables.singular_rows, sizes.variant_row, work.panels, work.first_panel,
+        work.panel_count, work.owner, work.positions,
     )  # fmt: skip
     map_panels(work.panels, count, tables.singular_anchors)
     for i in range(begin, until):
@@ -76,7 +77,10 @@ def _open_window(fill, sizes, tables, w, begin, n_designs, demands, rare, work, 
             shorten_to_clutches(fill, sizes, tables.windows[w], count, work, tile)
             map_panels(work.panels, count, tables.singular_anchors)
         if tables.is_adaptive:
-            count = cut_panels(work, sums, sizes.rows, count)
+            uncut = count
+            if len(tables.corner_rows) > 0:
+                count = cut_at_zeros(fill, sizes, tables.needs[w], tables.corner_rows, work, tile, count)
+            count = cut_panels(work, sums, sizes.rows, count, uncut)
             return until, count, stride, count, False
     _, powers, pole_order, headroom = demands
     target, per_design, share = math.log(tables.tolerance), 0, 0.0

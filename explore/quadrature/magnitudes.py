@@ -62,10 +62,12 @@ def power_means(
     total, error, nodes = 0.0, 0.0, 0
     for p in range(begin, begin + panel_count * stride, stride):
         anchor, law, variant = int(panels[ANCHOR + p]), int(panels[LAW + p]), int(panels[VARIANT + p])
-        first, last = panels[CENTRE + p] - panels[HALF + p], panels[CENTRE + p] + panels[HALF + p]
+        centre, half = panels[CENTRE + p], panels[HALF + p]
         for lane in range(LANES):
             shape[TILE_SCALE + lane], shape[TILE_RESOLUTION + lane] = panels[SCALE + p], 1.0
-        _place_nodes(first, last, panels[SCALE + p], _SEARCH_NODES, row_of, table, False, t, tangents, weight)
+        _place_nodes(
+            centre, -half, half, panels[SCALE + p], _SEARCH_NODES, row_of, table, False, t, tangents, weight
+        )  # fmt: skip
         fill(constants, tangents, anchor, law, variant, _SEARCH_NODES // LANES, needs, signals)
         nodes += _SEARCH_NODES
         pieces = _cut_at_minima(
@@ -77,8 +79,8 @@ def power_means(
             anchor,
             law,
             variant,
-            first,
-            last,
+            centre,
+            half,
             shape,
             t,
             signals,
@@ -90,7 +92,9 @@ def power_means(
             integral, difference, bound, requested_count = 0.0, np.inf, np.inf, _FEWEST_NODES
             for _ in range(_ROUNDS):
                 count = size_of[requested_count]
-                _place_nodes(cuts[k], cuts[k + 1], panels[SCALE + p], count, row_of, table, True, t, tangents, weight)
+                _place_nodes(
+                    centre, cuts[k], cuts[k + 1], panels[SCALE + p], count, row_of, table, True, t, tangents, weight
+                )  # fmt: skip
                 fill(constants, tangents, anchor, law, variant, (count + LANES - 1) // LANES, needs, signals)
                 previous, integral = integral, 0.0
                 for j in range(count):
@@ -110,13 +114,14 @@ def power_means(
 
 
 @subroutine(fast=True)
-def _place_nodes(first, last, scale, count, row_of, table, clustered, t, tangents, weight):
-    """Fill nodes between two t of a panel, ascending, `clustered` at both ends or not: t, half-tangents, weights (rad).
+def _place_nodes(panel_centre, first, last, scale, count, row_of, table, clustered, t, tangents, weight):
+    """Fill nodes between two places of a panel, in t from its centre: t, half-tangents, weights (rad), ascending.
 
-    The tile is filled up with the last node.
+    They are `clustered` at both ends or not. The tile is filled up with the last node. The length of a short panel has
+    more digits than the t of its ends.
     """
     row = row_of[count]
-    centre, half = 0.5 * (first + last), 0.5 * (last - first)
+    centre, half = panel_centre + 0.5 * (first + last), 0.5 * (last - first)
     for j in range(count):
         pair = min(j, count - 1 - j)
         s = -table[row + pair, 0] if j == pair else table[row + pair, 0]
@@ -135,10 +140,10 @@ def _place_nodes(first, last, scale, count, row_of, table, clustered, t, tangent
 
 @subroutine()
 def _cut_at_minima(
-    fill, constants, needs, rows, row, anchor, law, variant, first, last, shape, t, samples, state, tangents, cuts
+    fill, constants, needs, rows, row, anchor, law, variant, centre, half, shape, t, samples, state, tangents, cuts
 ):
-    """Fill the ends of the pieces between the local minima of a panel, in t; return the number of pieces."""
-    lanes = 0
+    """Fill the ends of the pieces between the minima of a panel, in t from its centre; return the number of pieces."""
+    lanes, first, last = 0, centre - half, centre + half
     for lane in range(LANES):
         state[ACTIVE + lane], state[BEST + lane] = 0.0, 0.5 * (first + last)
     for j in range(_SEARCH_NODES):
@@ -153,12 +158,12 @@ def _cut_at_minima(
             lanes += 1
     if lanes > 0:
         minimise(fill, constants, shape, anchor, law, variant, needs, row, 1.0, state, tangents, samples)
-    cuts[0], pieces = first, 1
+    cuts[0], pieces = -half, 1
     for lane in range(lanes):
-        if first < state[BEST + lane] < last:
-            cuts[pieces] = state[BEST + lane]
+        if cuts[pieces - 1] < state[BEST + lane] - centre < half:
+            cuts[pieces] = state[BEST + lane] - centre
             pieces += 1
-    cuts[pieces] = last
+    cuts[pieces] = half
     return pieces
 
 

@@ -37,12 +37,13 @@ PANEL_CAPACITY = 4096
 # Rows of the panels' buffer: anchor (0, or 1 for its opposite), half-tangents of the ends from the anchor, number of
 # the law that holds between two breaks, variant of the design; centre and half length in t, T (0: equispaced nodes),
 # logarithm of rho (of equispaced nodes delta), length in rad, node count; the model's errors for pole orders 2, 4, 6;
-# rho^-2; the singularities of the design.
+# rho^-2; difference of the half-tangents of the ends, which a short panel has with more digits than its ends; the
+# singularities of the design.
 ANCHOR, FIRST, LAST, LAW, VARIANT, CENTRE, HALF, SCALE, RATE, LENGTH, COUNT, TARGET = (
     row * PANEL_CAPACITY for row in range(12)
 )
-SECOND, FOURTH, SIXTH, DECAY = (row * PANEL_CAPACITY for row in range(12, 16))
-SINGULAR = 16 * PANEL_CAPACITY
+SECOND, FOURTH, SIXTH, DECAY, SPREAD = (row * PANEL_CAPACITY for row in range(12, 17))
+SINGULAR = 17 * PANEL_CAPACITY
 PANELS_SIZE = SINGULAR + MOST_SINGULARITIES * PANEL_CAPACITY
 
 
@@ -61,15 +62,19 @@ def map_panels(panels, count, anchors):
         s1 = panels[SINGULAR + k]
         s2 = panels[SINGULAR + PANEL_CAPACITY + k]
         s3 = panels[SINGULAR + 2 * PANEL_CAPACITY + k]
-        here = LARGEST_SCALE
+        first, last, spread = panels[FIRST + k], panels[LAST + k], panels[SPREAD + k]
+        # A T beyond the reach of a short panel would round its nodes more than the panel is long.
+        reach = abs(first) if abs(first) > abs(last) else abs(last)
+        here = reach if reach < LARGEST_SCALE else LARGEST_SCALE
         here = s1 if (first_anchor == anchor) & (s1 < here) else here
         here = s2 if (second_anchor == anchor) & (s2 < here) else here
         here = s3 if (third_anchor == anchor) & (s3 < here) else here
         one_over = 1.0 / here
-        a, b = panels[FIRST + k] * one_over, panels[LAST + k] * one_over
+        a, b = first * one_over, last * one_over
         start, stop = inverse_sinh(a), inverse_sinh(b)
         # The difference of two asinh of the same sign, without cancellation in short panels.
-        together = 0.5 * inverse_sinh((b - a) * (b + a) / (b * math.sqrt(1.0 + a * a) + a * math.sqrt(1.0 + b * b)))
+        mixed = b * math.sqrt(1.0 + a * a) + a * math.sqrt(1.0 + b * b)
+        together = 0.5 * inverse_sinh(spread * one_over * (b + a) / mixed)
         centre, half = 0.5 * (start + stop), together if a * b > 0.0 else 0.5 * (stop - start)
         # The singularity on the line Im t = pi/2 that is nearest to the centre limits the convergence.
         distance = abs(centre)
@@ -86,8 +91,7 @@ def map_panels(panels, count, anchors):
         panels[RATE + k] = inverse_cosh(axis)
         growth = axis + math.sqrt(axis * axis - 1.0)
         panels[DECAY + k] = 1.0 / (growth * growth)
-        first, last = panels[FIRST + k], panels[LAST + k]
-        panels[LENGTH + k] = 2.0 * arctangent(last - first, 1.0 + first * last)
+        panels[LENGTH + k] = 2.0 * arctangent(spread, 1.0 + first * last)
 
 
 @subroutine(contract=True)

@@ -7,7 +7,7 @@ the half-tangent of the same position is -1 over it.
 import math
 
 from explore.compiling import compiled
-from explore.quadrature.panels import ANCHOR, FIRST, LAST, LAW
+from explore.quadrature.panels import ANCHOR, FIRST, LAST, LAW, SPREAD
 from explore.subroutines import subroutine
 
 #: Kinds of windows: the full turn; from one mark to another; the longer or shorter of that and its complement; a fixed
@@ -15,8 +15,12 @@ from explore.subroutines import subroutine
 TURN, ARC, LONGER, SHORTER, INTERVAL = range(5)
 #: A stroke is the longer one if it exceeds half a turn by more than the rounding of its ends.
 TIE = 1e-14
-#: Angles (rad) that differ by less are equal.
-_SAME = 1e-12
+#: Angles (rad) that differ by less are equal: a few roundings of an angle of a turn.
+_SAME = 4e-15
+#: Largest angle (rad) between an anchor and an end of a panel of an interval.
+_REACH = 0.9 * math.pi
+#: Half-tangent (and its inverse) below which an arc comes near an anchor (and its opposite): it is cut between them.
+_NEAR = 0.1
 #: Half-tangents beyond which a panel would reach the opposite of its anchor: from infinity, a node has no offset.
 LARGEST_TANGENT = 1e15
 
@@ -25,6 +29,7 @@ LARGEST_TANGENT = 1e15
 def _add(panels, k, anchor, first, last, law):
     """Append one panel; return the next number."""
     panels[ANCHOR + k], panels[FIRST + k], panels[LAST + k], panels[LAW + k] = anchor, first, last, float(law)
+    panels[SPREAD + k] = last - first
     return k + 1
 
 
@@ -43,6 +48,12 @@ def _split(panels, k, anchor, first, last, law):
 @subroutine()
 def add_arc(panels, k, start, stop, law):
     """Append the panels from `start` forwards to `stop`, half-tangents from the anchor; return the next number."""
+    if 0.0 <= start < _NEAR and stop > 1.0 / _NEAR:
+        k = _add(panels, k, 0.0, start, 1.0, law)
+        return _split(panels, k, 1.0, -1.0, -1.0 / stop, law)
+    if start < -1.0 / _NEAR and -_NEAR < stop <= 0.0:
+        k = _split(panels, k, 1.0, -1.0 / start, 1.0, law)
+        return _add(panels, k, 0.0, -1.0, stop, law)
     if start < stop:  # not past the opposite of the anchor
         if (start < 0.0 < stop) or abs(math.atan(start) + math.atan(stop)) <= 0.5 * math.pi:
             return _split(panels, k, 0.0, start, stop, law)
@@ -66,11 +77,8 @@ def _offset(start, position):
 
 
 @subroutine()
-def _add_cut_arc(panels, k, start, stop, length, breaks, count):
-    """Append the panels of an arc of a known length, cut at the breaks; return the next number.
-
-    The law of a panel is the number of the break before it.
-    """
+def _law_at(start, breaks, count):
+    """The law that holds from a position on: the number of the break before it, 0 where there is none."""
     law, latest = 0, -1.0
     for i in range(count):
         offset = _offset(start, breaks[i])
@@ -78,13 +86,29 @@ def _add_cut_arc(panels, k, start, stop, length, breaks, count):
             law, latest = i, 7.0
         elif offset > latest:
             law, latest = i, offset
-    done = 0.0
+    return law
+
+
+@subroutine()
+def _next_break(start, done, length, breaks, count):
+    """The first break beyond an angle from the start and before the end, and its angle; -1 and the end for none."""
+    following, at = -1, length - _SAME
+    for i in range(count):
+        offset = _offset(start, breaks[i])
+        if done + _SAME < offset < at:
+            following, at = i, offset
+    return following, at
+
+
+@subroutine()
+def _add_cut_arc(panels, k, start, stop, length, breaks, count):
+    """Append the panels of an arc of a known length, cut at the breaks; return the next number.
+
+    The law of a panel is the number of the break before it.
+    """
+    law, done = _law_at(start, breaks, count), 0.0
     while True:
-        following, at = -1, length - _SAME
-        for i in range(count):
-            offset = _offset(start, breaks[i])
-            if done + _SAME < offset < at:
-                following, at = i, offset
+        following, at = _next_break(start, done, length, breaks, count)
         if following < 0:
             return add_arc(panels, k, start if done == 0.0 else breaks[law], stop, law)
         k = add_arc(panels, k, start if done == 0.0 else breaks[law], breaks[following], law)
@@ -92,30 +116,51 @@ def _add_cut_arc(panels, k, start, stop, length, breaks, count):
 
 
 @subroutine()
-def _add_interval(panels, k, start, stop, breaks, count):
-    """Append the panels of an interval of angles from the anchor, rad, of at most a full turn.
+def _add_part(panels, k, anchor, start, length, breaks, count):
+    """Append a part of an interval that keeps its distance from the opposite of an anchor, cut at the breaks."""
+    first, last = math.tan(0.5 * start), math.tan(0.5 * (start + length))
+    law = 0
+    if count > 0:
+        begin, end = first, last
+        if anchor == 1.0:
+            begin, end = -1.0 / first if first != 0.0 else math.inf, -1.0 / last if last != 0.0 else -math.inf
+        if _next_break(begin, 0.0, length, breaks, count)[0] >= 0:
+            return _add_cut_arc(panels, k, begin, end, length, breaks, count)
+        law = _law_at(begin, breaks, count)
+    k = _add(panels, k, anchor, first, last, law)
+    # The difference of two tangents from the angle between them, which has more digits where it is short.
+    panels[SPREAD + k - 1] = math.sin(0.5 * length) * math.sqrt((1.0 + first * first) * (1.0 + last * last))
+    return k
 
-    One panel where it keeps its distance from the opposite of an anchor and no law changes, else parts of at most half
-    a turn.
+
+@subroutine()
+def add_interval(panels, k, anchor, start, length, breaks, count):
+    """Append the panels of an explicit interval of at most a full turn; return the number of the panel after the last.
+
+    One panel where it keeps its distance from the opposite of an anchor, else parts of at most half a turn, cut where
+    laws change.
+
+    Parameters
+    ----------
+    panels, k, breaks, count
+        As for `add_window`.
+    anchor, start
+        The anchor (0) or its opposite (1) that is nearer to the first angle, and that angle from there, rad.
+    length
+        Length of the interval, rad, to its last digit however short it is.
     """
-    anchor = math.floor(0.5 * (start + stop) / math.pi + 0.5)
-    reach = 0.9 * math.pi
-    if count == 0 and stop - anchor * math.pi < reach and start - anchor * math.pi > -reach:
-        first, last = math.tan(0.5 * (start - anchor * math.pi)), math.tan(0.5 * (stop - anchor * math.pi))
-        return _add(panels, k, anchor % 2.0, first, last, 0)
-    anchor = math.floor(start / math.pi + 0.5)
+    middle = math.floor((start + 0.5 * length) / math.pi + 0.5)
+    from_middle = start - middle * math.pi
+    if from_middle > -_REACH and from_middle + length < _REACH:
+        return _add_part(panels, k, (anchor + middle) % 2.0, from_middle, length, breaks, count)
     while True:
-        end = min(stop, (anchor + 0.5) * math.pi)
-        first, last = math.tan(0.5 * (start - anchor * math.pi)), math.tan(0.5 * (end - anchor * math.pi))
-        if count == 0:
-            k = _add(panels, k, anchor % 2.0, first, last, 0)
-        elif end - start > _SAME:
-            if anchor % 2.0 == 1.0:
-                first, last = -1.0 / first if first != 0.0 else math.inf, -1.0 / last if last != 0.0 else -math.inf
-            k = _add_cut_arc(panels, k, first, last, end - start, breaks, count)
-        if end == stop:
+        part = 0.5 * math.pi - start
+        part = length if length - part < _SAME else part
+        if part > _SAME:
+            k = _add_part(panels, k, anchor, start, part, breaks, count)
+        if part == length:
             return k
-        start, anchor = end, anchor + 1.0
+        anchor, start, length = 1.0 - anchor, -0.5 * math.pi, length - part
 
 
 @subroutine(inlined=True)
@@ -142,7 +187,7 @@ def orient_arcs(kind, starts, stops, lengths):
 
 @subroutine()
 def add_window(panels, k, kind, start, stop, breaks, count):
-    """Append the panels of a window of one design.
+    """Append the panels of a window of one design that is no explicit interval.
 
     Parameters
     ----------
@@ -151,9 +196,9 @@ def add_window(panels, k, kind, start, stop, breaks, count):
     k
         Number of the first panel to fill.
     kind
-        TURN, ARC, LONGER, SHORTER or INTERVAL.
+        TURN, ARC, LONGER or SHORTER.
     start, stop
-        Half-tangents from the anchor; angles from the anchor (rad) for INTERVAL.
+        Half-tangents from the anchor.
     breaks, count
         Half-tangents where the law of a signal changes, each forwards from the one before, and their number.
 
@@ -162,8 +207,6 @@ def add_window(panels, k, kind, start, stop, breaks, count):
     int
         Number of the panel after the last.
     """
-    if kind == INTERVAL:
-        return _add_interval(panels, k, start, stop, breaks, count)
     if kind == TURN:
         if count == 0:
             k = _add(panels, k, 0.0, -1.0, 1.0, 0)

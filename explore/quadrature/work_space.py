@@ -53,9 +53,9 @@ class Tables(NamedTuple):
 
     Attributes
     ----------
-    windows : (w, 8), intervals : (w, 2)
-        Specifications of the windows, with the columns KIND … of `explore.quadrature.slots`, and the ends (rad) of
-        explicit ones.
+    windows : (w, 8), intervals : (w, 3)
+        Specifications of the windows, with the columns KIND … of `explore.quadrature.slots`; of explicit ones anchor,
+        start and length, as for `explore.quadrature.windows.add_interval`.
     breaks : (b,)
         Rows of the constants that hold the half-tangents where laws change.
     singular_rows, singular_anchors : (3,)
@@ -67,6 +67,8 @@ class Tables(NamedTuple):
         For a signal that is a sum of terms, the row with the size of the terms; -1 for other signals.
     references : (s,)
         Row of the parameters with the length that a signal is relative to; -1 for signals without a unit of length.
+    corner_rows : (c,)
+        Rows at whose zeros others have corners, which the adaptive rule cuts its panels at.
     slots : (w, s, 7)
         Row of the statistics for each statistic (MEAN, VARIANCE, … of `explore.quadrature.slots`) of a row over a
         window; -1 for none.
@@ -88,6 +90,7 @@ class Tables(NamedTuple):
     orders: IntArray
     term_rows: IntArray
     references: IntArray
+    corner_rows: IntArray
     slots: IntArray
     tolerance: float
     is_adaptive: bool
@@ -176,8 +179,8 @@ class ChunkWork(NamedTuple):
 
 SIZES_TYPE = types.NamedUniTuple(_INT, 7, Sizes)
 TABLES_TYPE = types.NamedTuple(
-    (_I2, types.float64[:, ::1], _I1, _I1, _I1, _I1, _I2, _I2, _I1, _I1, types.int64[:, :, ::1], _FLOAT, types.boolean,
-     _I1, _I1, types.float64[:, ::1]),
+    (_I2, types.float64[:, ::1], _I1, _I1, _I1, _I1, _I2, _I2, _I1, _I1, _I1, types.int64[:, :, ::1], _FLOAT,
+     types.boolean, _I1, _I1, types.float64[:, ::1]),
     Tables,
 )  # fmt: skip
 TILE_WORK_TYPE = types.NamedTuple((_I1, _I1, types.uint64[::1], *[_F1] * 11), TileWork)

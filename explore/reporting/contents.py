@@ -187,8 +187,9 @@ def _window_and_drive(results: Results, mechanism: Mechanism | None) -> dict[str
     window = results.window
     if not isinstance(window, str):
         window = f"{window['from']:g} to {window['to']:g} deg"
+    drive = drive_of(results, mechanism) if mechanism else ""
     uses_stroke = mechanism is not None and uses_drive_stroke(results, mechanism)
-    return {"window": window, "drive": drive_of(results, mechanism) if mechanism and uses_stroke else "none"}
+    return {"window": window, "drive": drive if uses_stroke else "none"}
 
 
 def _describe_target(results: Results) -> dict[str, Any] | None:

@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from explore.errors import MotionError, RequestError
+from explore.model.output_slider import COLUMNS
 from explore.store.results import Results
 
 #: Column that the candidates of a task have, by what can be drawn of them.
@@ -25,8 +26,8 @@ class DrawnFigure:
 
 
 def draw_figures(results: Results, design: int) -> tuple[DrawnFigure, ...]:
-    """The cognates of a four-bar for a path, and the Burmester curves of one for four poses; none of other results."""
-    from explore.charts import burmester_chart, cognates_chart
+    """The cognates of a path, the Burmester curves of four poses, the slider of a dwell; none of other results."""
+    from explore.charts import burmester_chart, cognates_chart, dwell_chart
     from explore.charts.style import figure_svg
 
     names = {column.name for column in results.columns}
@@ -35,6 +36,7 @@ def draw_figures(results: Results, design: int) -> tuple[DrawnFigure, ...]:
     charts = {
         "Cognates": (cognates_chart, _COGNATE in names),
         "Burmester curves": (burmester_chart, _BODY_ANGLE in names and n_places == _N_BURMESTER_POSES),
+        "Slider and its dwell": (dwell_chart, names.issuperset(COLUMNS)),
     }
     figures = []
     for heading, (chart, is_drawn) in charts.items():

@@ -5,15 +5,14 @@ from __future__ import annotations
 import base64
 import hashlib
 import html
-import os
 import re
 from collections.abc import Iterator
 from importlib.resources import files
 from pathlib import Path
 
-from explore.files import new_file, real_path
 from explore.reporting.contents import Contents, data_elements
 from explore.reporting.figures import figure_elements
+from explore.store.outputs import new_output
 
 _PAGE = files("explore.reporting") / "page"
 _PLACEHOLDER = re.compile(r"\{\{([a-z_]+)\}\}")
@@ -27,11 +26,9 @@ def write_page(contents: Contents, path: Path) -> int:
     ResultsError
         If the file cannot be written; no partial file stays.
     """
-    with new_file(real_path(path)) as unfinished, unfinished.open("w", encoding="utf-8", newline="\n") as file:
+    with new_output(path) as unfinished, unfinished.open("w", encoding="utf-8", newline="\n") as file:
         for piece in _fill_template(contents):
             file.write(piece)
-        file.flush()
-        os.fsync(file.fileno())
     return path.stat().st_size
 
 

@@ -29,7 +29,8 @@ _MOST_CHARACTERS = 1000
 RESERVED = (*FUNCTIONS, "pi", "and", "or", "not")
 #: Notations of other languages, and what to write here.
 _REPLACEMENTS = (("^", "**"), ("·", "*"), ("×", "*"), ("÷", "/"), ("−", "-"), (";", "a comma"), ("[", "round brackets"))
-_ANGULAR = ("sin", "cos", "tan")
+#: Functions of an angle, which is in degrees.
+ANGULAR = ("sin", "cos", "tan")
 
 
 @dataclass(frozen=True)
@@ -182,7 +183,7 @@ class _Parser(Descent):
         if count < least or (most is not None and count > most):
             wanted = f"{least}{'' if most == least else ' or more'} value{'s' if least > 1 else ''}"
             raise self._error(f"{name} takes {wanted}, got {count}", position)
-        if name in _ANGULAR:
+        if name in ANGULAR:
             self._refuse_radians(name, start, position)
         for _ in range(max(count - 1, 1)):
             self._emit(name)

@@ -10,49 +10,53 @@ from typing import Any
 from explore.errors import Problems, RequestError
 from explore.model.mechanism import Mechanism
 from explore.model.targets import MOST_TARGET_POINTS, FunctionTarget
-from explore.request.target_entries import is_list, note_unknown_keys
+from explore.request.target_entries import is_list, note_unknown_keys, read_rows
+from explore.request.target_files import FileColumn
 from explore.suggest import format_value
 from explore.units.quantities import quantity
 
-_KEYS = ("kind", "table")
+_KEYS = ("kind", "table", "file")
+#: Columns of a file of pairs.
+_COLUMNS = (FileColumn("input", "deg"), FileColumn("output", "deg"))
 #: Fewest pairs of a function.
 _FEWEST = 3
 _EXAMPLE = "[[0, 0], [30, 12], [60, 31]]"
 
 
 def read_function_target(
-    _: Mechanism, entries: Mapping[str, Any], problems: Problems, _folder: Path = Path()
+    _: Mechanism, entries: Mapping[str, Any], problems: Problems, folder: Path = Path()
 ) -> FunctionTarget | None:
     """The function that a section describes; see `explore.request.targets.read_target`."""
     before = len(problems)
     note_unknown_keys(entries, _KEYS, problems)
-    table = _pairs(entries.get("table"), problems)
+    rows, source = read_rows(entries, "table", _COLUMNS, folder, problems)
+    table = _pairs(rows, source, problems) if source else ()
     return None if len(problems) > before else FunctionTarget(table)
 
 
-def _pairs(value: object, problems: Problems) -> tuple[tuple[float, float], ...]:
-    """The pairs of a table, deg."""
+def _pairs(value: object, source: str, problems: Problems) -> tuple[tuple[float, float], ...]:
+    """The pairs of a table, deg; `source` is the key that has them."""
     if value is None:
         problems.append(((), f"the key 'table' is missing; give angles of input and output in deg as {_EXAMPLE}"))
         return ()
     if not is_list(value):
-        problems.append((("table",), f"must be a list of pairs such as {_EXAMPLE}, got {format_value(value)}"))
+        problems.append(((source,), f"must be a list of pairs such as {_EXAMPLE}, got {format_value(value)}"))
         return ()
     if not _FEWEST <= len(value) <= MOST_TARGET_POINTS:
         few = f"a function has at least {_FEWEST}"
         reason = few if len(value) < _FEWEST else f"at most {MOST_TARGET_POINTS} are possible; thin it"
-        problems.append((("table",), f"{len(value):,} pairs; {reason}"))
+        problems.append(((source,), f"{len(value):,} pairs; {reason}"))
         return ()
     pairs: list[tuple[float, float]] = []
     for number, pair in enumerate(value):
         if not is_list(pair) or len(pair) != 2:
-            problems.append((("table", number), f"pair {number + 1} must be [input, output], got {format_value(pair)}"))
+            problems.append(((source, number), f"pair {number + 1} must be [input, output], got {format_value(pair)}"))
             continue
         try:
             pairs.append((quantity(pair[0], "deg"), quantity(pair[1], "deg")))
         except RequestError as error:
-            problems.append((("table", number), f"pair {number + 1}: {error}"))
+            problems.append(((source, number), f"pair {number + 1}: {error}"))
     steps = [after[0] - before[0] for before, after in pairwise(pairs)]
     if len(pairs) == len(value) and not (all(step > 0.0 for step in steps) or all(step < 0.0 for step in steps)):
-        problems.append((("table",), "the input angles must ascend, or descend, from pair to pair"))
+        problems.append(((source,), "the input angles must ascend, or descend, from pair to pair"))
     return tuple(pairs)

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
+from fractions import Fraction
 from types import MappingProxyType
 
 from explore.errors import RequestError
@@ -25,9 +25,11 @@ from explore.model.quantities import (
 from explore.request.points import add_points
 from explore.request.targets import TargetOrSection, add_target
 from explore.suggest import closest_name, format_value, suggestion
-from explore.units.quantities import quantity
+from explore.units.quantities import exact_quantity, without_turns
 
 _NO_FORMULAS: Mapping[str, DerivedMetric] = MappingProxyType({})
+#: A full turn, deg, and what the length of one may be off by, relative, that was rounded.
+_TURN, _LENGTH_ROUNDING = 360, Fraction(1, 10**12)
 #: Statistics of which smaller values are better.
 _MINIMISED = {"variance", "std", "cv", "max", "peak", "rms", "peak_to_peak", "power_mean"}
 _LONG_NAMES = {
@@ -75,8 +77,7 @@ def make_window(mechanism: Mechanism, window: str | Mapping[str, object] | None)
     if isinstance(window, Mapping):
         interval = _interval(mechanism, window)
         # An interval of a full turn is that window: the same means are 0, and a rotating output has it too.
-        is_full_turn = math.isclose(interval.stop - interval.start, 2.0 * math.pi, rel_tol=1e-12)
-        return mechanism.full_turn if is_full_turn else interval
+        return mechanism.full_turn if interval.length >= _TURN * (1 - _LENGTH_ROUNDING) else interval
     windows = _named_windows(mechanism)
     if not isinstance(window, str) or window not in windows:
         if window == "interval":
@@ -102,12 +103,13 @@ def _interval(mechanism: Mechanism, bounds: Mapping[str, object]) -> Window:
             raise RequestError(f"unknown key {format_value(name)} of an interval; give {{ from, to }}")
     if len(bounds) < 2:
         raise RequestError("an interval needs both ends; give { from, to } in degrees")
-    start, stop = quantity(bounds["from"], "deg"), quantity(bounds["to"], "deg")
+    start, stop = exact_quantity(bounds["from"], "deg"), exact_quantity(bounds["to"], "deg")
     if not start < stop:
-        raise RequestError(f"from = {start:g} must be below to = {stop:g}; to may exceed 360")
-    if stop - start > 360.0 * (1.0 + 1e-12):
-        raise RequestError(f"the interval of {stop - start:g} deg is longer than a turn; at most 360 deg")
-    return replace(interval, start=math.radians(start), stop=math.radians(stop))
+        raise RequestError(f"from = {float(start):.17g} must be below to = {float(stop):.17g}; to may exceed 360")
+    if stop - start > _TURN * (1 + _LENGTH_ROUNDING):
+        raise RequestError(f"the interval of {float(stop - start):g} deg is longer than a turn; at most 360 deg")
+    start, stop = without_turns((start, stop))
+    return replace(interval, start=start, stop=stop)
 
 
 def closest_window(mechanism: Mechanism, name: object) -> Window:
@@ -207,7 +209,7 @@ def _derived(mechanism: Mechanism, formula: Formula, window: Window) -> DerivedM
 def _describe_window(window: Window) -> str:
     if window.name != "interval":
         return window.name
-    return f"{math.degrees(window.start):g} to {math.degrees(window.stop):g} deg"
+    return f"{float(window.start):g} to {float(window.stop):g} deg"
 
 
 def _parse(mechanism: Mechanism, name: str, window: Window) -> tuple[Signal, str, Window] | None:

@@ -9,24 +9,27 @@ from typing import Any, get_args
 from explore.errors import Problems, RequestError
 from explore.model.mechanism import Mechanism
 from explore.model.targets import MOST_TARGET_POINTS, PoseOrder, PosesTarget
-from explore.request.target_entries import is_list, note_unknown_keys, read_point
+from explore.request.target_entries import is_list, note_unknown_keys, read_point, read_rows
+from explore.request.target_files import FileColumn
 from explore.suggest import format_value
 from explore.units.quantities import quantity
 
-_KEYS = ("kind", "point", "poses", "lever", "order")
+_KEYS = ("kind", "point", "poses", "file", "lever", "order")
+#: Columns of a file of poses.
+_COLUMNS = (FileColumn("x", "mm"), FileColumn("y", "mm"), FileColumn("angle", "deg"))
 #: Fewest poses.
 _FEWEST = 2
 _EXAMPLE = "[[0, 0, 0], [10, 5, 20], [20, 0, 45]]"
 
 
 def read_poses_target(
-    mechanism: Mechanism, entries: Mapping[str, Any], problems: Problems, _folder: Path = Path()
+    mechanism: Mechanism, entries: Mapping[str, Any], problems: Problems, folder: Path = Path()
 ) -> PosesTarget | None:
     """The poses that a section describes; see `explore.request.targets.read_target`."""
     before = len(problems)
     note_unknown_keys(entries, _KEYS, problems)
     point = read_point(mechanism, entries.get("point"), problems)
-    poses = _poses(entries.get("poses"), problems)
+    poses = read_poses(entries, folder, problems)
     lever = _lever(entries.get("lever", 0.0), problems) if "lever" in entries else 0.0
     order = entries.get("order", "given")
     if order not in get_args(PoseOrder):
@@ -52,25 +55,31 @@ def _lever(value: object, problems: Problems) -> float:
     return lever
 
 
-def _poses(value: object, problems: Problems) -> tuple[tuple[float, float, float], ...]:
-    """Places and angles, mm and deg."""
+def read_poses(
+    entries: Mapping[str, Any], folder: Path, problems: Problems, fewest: int = _FEWEST, most: int = MOST_TARGET_POINTS
+) -> tuple[tuple[float, float, float], ...]:
+    """Places and angles, mm and deg, from 'poses' or from 'file'; none after a problem."""
+    before = len(problems)
+    value, source = read_rows(entries, "poses", _COLUMNS, folder, problems)
+    if not source:
+        return ()
     if value is None:
-        problems.append(((), f"the key 'poses' is missing; give x, y and angle of each as {_EXAMPLE}"))
+        problems.append(((source,), f"is missing; give x, y and angle of each, such as poses = {_EXAMPLE}"))
         return ()
     if not is_list(value):
-        problems.append((("poses",), f"must be a list of poses such as {_EXAMPLE}, got {format_value(value)}"))
+        problems.append(((source,), f"must be a list of poses such as {_EXAMPLE}, got {format_value(value)}"))
         return ()
-    if not _FEWEST <= len(value) <= MOST_TARGET_POINTS:
-        reason = "give two or more" if len(value) < _FEWEST else f"at most {MOST_TARGET_POINTS} are possible; thin them"
-        problems.append((("poses",), f"{len(value):,} poses; {reason}"))
+    if not fewest <= len(value) <= most:
+        advice = f"give {fewest} or more" if len(value) < fewest else f"at most {most} are possible; thin them"
+        problems.append(((source,), f"{len(value):,} poses; {advice}"))
         return ()
     poses: list[tuple[float, float, float]] = []
     for number, pose in enumerate(value):
         if not is_list(pose) or len(pose) != 3:
-            problems.append((("poses", number), f"pose {number + 1} must be [x, y, angle], got {format_value(pose)}"))
+            problems.append(((source, number), f"pose {number + 1} must be [x, y, angle], got {format_value(pose)}"))
             continue
         try:
             poses.append((quantity(pose[0], "mm"), quantity(pose[1], "mm"), quantity(pose[2], "deg")))
         except RequestError as error:
-            problems.append((("poses", number), f"pose {number + 1}: {error}"))
-    return tuple(poses)
+            problems.append(((source, number), f"pose {number + 1}: {error}"))
+    return tuple(poses) if len(problems) == before else ()

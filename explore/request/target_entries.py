@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any, TypeGuard
 
 from explore.errors import Problems, RequestError
 from explore.model.mechanism import Mechanism
+from explore.request.target_files import FileColumn, read_target_file
 from explore.suggest import format_value, suggestion
 from explore.units.quantities import quantity
 
@@ -43,6 +45,25 @@ def read_numbers(key: str, value: object, unit: str, problems: Problems) -> tupl
         except RequestError as error:
             problems.append(((key, position), str(error)))
     return tuple(numbers)
+
+
+def read_rows(
+    entries: Mapping[str, Any], key: str, columns: Sequence[FileColumn], folder: Path, problems: Problems
+) -> tuple[Any, str]:
+    """The rows of a key or of the file in place of it, and which of the two it was.
+
+    They are None, and the name is empty, after a problem of the file.
+    """
+    if "file" not in entries:
+        return entries.get(key), key
+    reason = f"'{key}' and 'file' are given; leave out one of the two"
+    if key not in entries:
+        try:
+            return read_target_file(folder, entries["file"], columns), "file"
+        except RequestError as error:
+            reason = str(error)
+    problems.append((("file",), reason))
+    return None, ""
 
 
 def is_list(value: Any) -> TypeGuard[Sequence[Any]]:

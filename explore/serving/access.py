@@ -57,8 +57,8 @@ class Access:
         self.cookie = f"{'__Host-' if self.is_secure else ''}explore-{parts.port or usual}"
         self._tokens = {right: secrets.token_urlsafe(32) for right in Right}
         self._known = {_hash(token): right for right, token in self._tokens.items()}
-        self._links: OrderedDict[bytes, tuple[Right, float]] = OrderedDict()
-        self._sessions: OrderedDict[bytes, tuple[Right, float]] = OrderedDict()
+        self._links: OrderedDict[bytes, tuple[Right, str, float]] = OrderedDict()
+        self._sessions: OrderedDict[bytes, tuple[Right, str, float]] = OrderedDict()
         self._guard = threading.Lock()
 
     @property
@@ -75,27 +75,35 @@ class Access:
         scheme = self.origin.partition("://")[0]
         return frozenset(f"{scheme}://{host}" for host in self.hosts)
 
-    def make_link(self, right: Right) -> str:
-        """An address that opens the service in one browser, once; what follows # is never sent in a request's line."""
+    def make_link(self, right: Right, name: str = "") -> str:
+        """An address that opens the service in one browser, once; what follows # is never sent in a request's line.
+
+        The name is that of who will use it, the owner of the jobs that they submit.
+        """
         token = secrets.token_urlsafe(32)
-        self._store(self._links, token, right, _LINK_SECONDS, _MOST_LINKS)
+        self._store(self._links, token, right, name, _LINK_SECONDS, _MOST_LINKS)
         return f"{self.origin}/#token={token}"
 
     def open_session(self, token: str) -> tuple[str, Right] | None:
         """The cookie's value and the right for the token of a link, which is worth nothing from then on."""
         with self._guard:
-            right, end = self._links.pop(_hash(token), (Right.read, 0.0))
+            right, name, end = self._links.pop(_hash(token), (Right.read, "", 0.0))
         if end < time.monotonic():
             return None
         session = secrets.token_urlsafe(32)
-        self._store(self._sessions, session, right, _SESSION_SECONDS, _MOST_SESSIONS)
+        self._store(self._sessions, session, right, name, _SESSION_SECONDS, _MOST_SESSIONS)
         return session, right
 
     def of_session(self, session: str) -> Right | None:
         """The right of a cookie; None if there is no such session."""
         with self._guard:
-            right, end = self._sessions.get(_hash(session), (Right.read, 0.0))
+            right, _, end = self._sessions.get(_hash(session), (Right.read, "", 0.0))
         return right if end >= time.monotonic() else None
+
+    def name_of(self, session: str | None) -> str:
+        """The name that the link of a session was made for; empty without one, as for a script's token."""
+        with self._guard:
+            return self._sessions.get(_hash(session or ""), (Right.read, "", 0.0))[1]
 
     def of_token(self, token: str) -> Right | None:
         """The right of a script's token; None if it is none."""
@@ -116,10 +124,16 @@ class Access:
             path.unlink(missing_ok=True)
 
     def _store(
-        self, place: OrderedDict[bytes, tuple[Right, float]], token: str, right: Right, seconds: float, most: int
+        self,
+        place: OrderedDict[bytes, tuple[Right, str, float]],
+        token: str,
+        right: Right,
+        name: str,
+        seconds: float,
+        most: int,
     ) -> None:
         with self._guard:
-            place[_hash(token)] = (right, time.monotonic() + seconds)
+            place[_hash(token)] = (right, name, time.monotonic() + seconds)
             while len(place) > most:
                 place.popitem(last=False)
 

@@ -64,7 +64,9 @@ def open_session(login: Login, response: Response, access: AccessOf) -> dict[str
     """Exchange the token of a link, which works once, for a cookie."""
     opened = access.open_session(login.token)
     if opened is None:
-        raise HTTPException(401, "this link was followed already or is too old; start links work once")
+        raise HTTPException(
+            401, "this link was used already or is too old: each opens one browser, once; ask for another"
+        )
     session, right = opened
     response.set_cookie(access.cookie, session, httponly=True, samesite="strict", secure=access.is_secure, path="/")
     return {"right": right.value}
@@ -79,7 +81,7 @@ def get_session(request: Request) -> dict[str, str]:
 @router.post("/api/links", status_code=201, tags=["access"])
 def make_link(wanted: LinkRequest, access: AccessOf) -> dict[str, str]:
     """Make a link that opens the service in one more browser, once."""
-    return {"link": access.make_link(Right(wanted.right))}
+    return {"link": access.make_link(Right(wanted.right), wanted.name)}
 
 
 @router.get("/healthz", tags=["operation"])

@@ -1,4 +1,4 @@
-"""Connections that wait for a bounded time, for a request and for a client that takes an answer."""
+"""Connections that wait for a bounded time, and give way to others when room is short."""
 
 from __future__ import annotations
 
@@ -10,23 +10,29 @@ from uvicorn.protocols.http.h11_impl import H11Protocol
 _HEAD_SECONDS = 20.0
 #: Seconds in which a client has to take what was written to it, beyond what the system keeps for it.
 _TAKE_SECONDS = 60.0
-#: Connections at a time; more are closed unread, so that files are left to open for the service itself.
+#: Connections at a time, so that files are left to open for the service itself; others give way to one more.
 _MOST_CONNECTIONS = 500
 
 
 class Connection(H11Protocol):
     """A connection that is closed if the head of its request does not arrive, or its answer is not taken, in time.
 
-    uvicorn would wait for ever, and a few hundred clients that send or read nothing would keep all others out.
+    uvicorn would wait for ever, and a few hundred clients that send or read nothing would keep all others out. Where
+    room is short, the oldest connection that never showed a right gives way, whatever it sends or reads, and where all
+    have shown one, the oldest that waits for a request. So nobody without a right can keep out those who have one.
     """
 
+    #: When it began to wait for a request, by the clock of the loop, and whether a request on it had a right.
+    _since = 0.0
+    _is_known = False
     _deadline: asyncio.TimerHandle | None = None
     _take_deadline: asyncio.TimerHandle | None = None
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]  # as uvicorn has it
         """Begin to wait for the first request."""
         super().connection_made(transport)
-        if len(self.connections) > _MOST_CONNECTIONS:
+        self._since = self.loop.time()
+        if len(self.connections) > _MOST_CONNECTIONS and not self._make_room():
             transport.abort()
             return
         # `pause_writing` is called as soon as the system takes no more, `resume_writing` when it has taken all.
@@ -48,11 +54,31 @@ class Connection(H11Protocol):
         super().data_received(data)
         self._watch()
 
+    def on_response_complete(self) -> None:
+        """Note whether the request had a right, and when the wait for the next one begins."""
+        self._since, self._is_known = self.loop.time(), self._has_right()
+        super().on_response_complete()
+
     def connection_lost(self, exc: Exception | None) -> None:
         """Wait no more."""
         self._forget()
         self._forget_taking()
         super().connection_lost(exc)
+
+    def _make_room(self) -> bool:
+        """Close the connection that matters least; whether there is one."""
+        peers = [other for other in self.connections if isinstance(other, Connection) and other is not self]
+        others = [other for other in peers if not other.transport.is_closing()]
+        least = min((other for other in others if not other._has_right()), key=_age, default=None) or min(
+            (other for other in others if other._is_waiting()), key=_age, default=None
+        )
+        if least is not None:
+            least.transport.abort()
+        return least is not None
+
+    def _has_right(self) -> bool:
+        """Whether a request had a right, which `Guard` writes down."""
+        return self._is_known or (self.cycle is not None and bool(self.cycle.scope["state"].get("right")))
 
     def _watch(self) -> None:
         if not self._is_waiting():
@@ -78,3 +104,7 @@ class Connection(H11Protocol):
         if self._take_deadline is not None:
             self._take_deadline.cancel()
             self._take_deadline = None
+
+
+def _age(connection: Connection) -> float:
+    return connection._since

@@ -16,13 +16,14 @@ from __future__ import annotations
 import os
 import re
 import shutil
+import stat
 from collections.abc import Iterable, Iterator
 from contextlib import ExitStack, contextmanager
 from enum import StrEnum
 from pathlib import Path
 
 from explore.errors import RequestError, ResultsError
-from explore.files import new_file, remove_unfinished, sync_folder
+from explore.files import check_regular, new_file, open_regular, remove_unfinished, sync_folder
 from explore.store.locking import LockedError, LockFile
 
 #: Names of jobs: they are names of files too, so no path, no hidden file and no ending can be made of one.
@@ -88,12 +89,17 @@ class Folder:
             yield
 
     def results_path(self, name: str) -> Path:
-        """The results file of a job."""
-        return self.results / f"{check_name(name)}.h5"
+        """The results file of a job; `ResultsError` if a link or a pipe has its name: it may lead anywhere."""
+        path = self.results / f"{check_name(name)}.h5"
+        check_regular(path)
+        return path
 
     def index_path(self, name: str) -> Path:
-        """The folder of the index of a job's results."""
-        return self.index / check_name(name)
+        """The folder of the index of a job's results; a link or a file in its place is removed."""
+        path = self.index / check_name(name)
+        if path.is_symlink() or path.is_file():
+            path.unlink()
+        return path
 
     def remove_indexes_but(self, names: Iterable[str]) -> None:
         """Remove the indexes of other jobs than these, and what a kill left of unfinished ones."""
@@ -125,13 +131,14 @@ class Folder:
 
     def queued(self) -> list[tuple[str, int, int]]:
         """Name, priority and number of each job that waits, the first one first; other files are left alone."""
-        found = [match for file in self.queue.iterdir() if (match := _QUEUED.fullmatch(file.name))]
+        found = [match for file in self.queue.iterdir() if is_regular(file) and (match := _QUEUED.fullmatch(file.name))]
         jobs = ((match[3], int(match[1]), int(match[2])) for match in found if match[3] != _OWN_NAME)
         return sorted(jobs, key=lambda entry: entry[1:])
 
     def settled(self, state: State) -> list[str]:
         """Names of the jobs of a state, in alphabetical order."""
-        found = {match[1] for file in self._settled[state].iterdir() if (match := _SETTLED.fullmatch(file.name))}
+        files = [file.name for file in self._settled[state].iterdir() if is_regular(file)]
+        found = {match[1] for name in files if (match := _SETTLED.fullmatch(name))}
         return sorted(found - {_OWN_NAME})
 
     def without_path(self, text: str) -> str:
@@ -140,9 +147,9 @@ class Folder:
 
     def delete(self, name: str, study: Path) -> None:
         """Remove a job: its results first, its study next, so that a kill between the two leaves a job to delete."""
-        results = self.results_path(name)
-        for file in [*self.results.glob(f"{results.name}*")]:
-            if file.name == results.name or file.name.startswith(f"{results.name}."):
+        results = f"{check_name(name)}.h5"
+        for file in [*self.results.glob(f"{results}*")]:
+            if file.name == results or file.name.startswith(f"{results}."):
                 file.unlink(missing_ok=True)
         sync_folder(self.results)
         if self.index_path(name).is_dir():
@@ -151,6 +158,27 @@ class Folder:
         sync_folder(study.parent)
         for file in (self.log_path(name), self.output_path(name)):
             file.unlink(missing_ok=True)
+
+
+def is_regular(path: Path) -> bool:
+    """Whether a path is a regular file, and not a link to one, which may lie anywhere."""
+    try:
+        return stat.S_ISREG(path.lstat().st_mode)
+    except OSError:
+        return False
+
+
+def own_file(path: Path) -> Path:
+    """A file that the service alone writes: a link or a pipe in its place is removed, never followed."""
+    if os.path.lexists(path) and not is_regular(path):
+        path.unlink()
+    return path
+
+
+def read_regular(path: Path) -> bytes:
+    """The content of a regular file; `ResultsError` if the path is a link or a pipe."""
+    with open(open_regular(path, os.O_RDONLY), "rb") as file:  # noqa: PTH123 -- a descriptor, not a path
+        return file.read()
 
 
 def write_new(path: Path, content: bytes) -> None:

@@ -5,7 +5,8 @@ from __future__ import annotations
 import asyncio
 import json
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import Any
 
 from starlette.requests import cookie_parser
@@ -15,6 +16,8 @@ from explore.serving.access import Access, Right
 
 #: Largest body in bytes: a study of the largest size, escaped as JSON.
 MOST_BODY_BYTES = 5 << 20
+#: Requests with a right at a time; others are answered 503. Those without one are as many as there are connections.
+_MOST_REQUESTS = 400
 #: Largest body in bytes of a client without a right: the token of a link.
 _MOST_LOGIN_BYTES = 1 << 12
 #: Seconds in which a body has to arrive.
@@ -63,6 +66,7 @@ class Guard:
 
     def __init__(self, application: ASGIApp, access: Access, note: NoteRequest) -> None:
         self._application, self._access, self._note = application, access, note
+        self._n_requests = 0
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Answer one request."""
@@ -84,13 +88,25 @@ class Guard:
             headers = _headers(scope)
             self._check_source(headers)
             right = self._check_right(scope, headers) or ""
-            body = await _read_body(headers, receive, MOST_BODY_BYTES if right else _MOST_LOGIN_BYTES)
-            scope.setdefault("state", {})["right"] = right
-            await self._application(scope, _replay(body, receive), send_guarded)
+            scope.setdefault("state", {})["right"] = right  # at once: a connection without one may have to give way
+            with self._counted(right):
+                body = await _read_body(headers, receive, MOST_BODY_BYTES if right else _MOST_LOGIN_BYTES)
+                await self._application(scope, _replay(body, receive), send_guarded)
         except _RefusedError as refused:
             await _answer(send_guarded, refused)
         finally:
             self._note(scope["method"], scope["path"], status, time.monotonic() - start, right)
+
+    @contextmanager
+    def _counted(self, right: str) -> Iterator[None]:
+        """Count a request, if it has a right."""
+        if right and self._n_requests >= _MOST_REQUESTS:
+            raise _RefusedError(503, f"{_MOST_REQUESTS} requests are being answered already; try again later")
+        self._n_requests += bool(right)
+        try:
+            yield
+        finally:
+            self._n_requests -= bool(right)
 
     def _check_source(self, headers: dict[bytes, bytes]) -> None:
         """Refuse requests to another host name (DNS rebinding) and of pages of another origin (CSRF)."""

@@ -7,10 +7,10 @@ from enum import StrEnum
 from pathlib import Path
 from typing import Any
 
-from explore.config import key_lines, toml_text
+from explore.config import toml_text
 from explore.config.study import Study
 from explore.config.study_file import parse_study
-from explore.errors import ConfigError, KeyPath, Problems, RequestError, ResultsError
+from explore.errors import ConfigError, Problems, RequestError, ResultsError
 from explore.serving.folder import check_name
 from explore.store.open_results import open_results
 from explore.sweeping.refinement_plan import EVALUATIONS, RefinementPlan, plan_refinement
@@ -136,9 +136,7 @@ def _refinement_problems(sections: dict[str, Any]) -> Problems:
     return problems
 
 
-def _refuse(file: str, text: str, problems: list[tuple[KeyPath, str]]) -> None:
+def _refuse(file: str, text: str, problems: Problems) -> None:
     """Raise `ConfigError` with the lines of the problems, if there are any."""
     if problems:
-        lines = key_lines.locate(text.replace("\r\n", "\n"))
-        located = sorted((key_lines.line_of(lines, key), toml_text.dotted(key), reason) for key, reason in problems)
-        raise ConfigError([f"{file}:{line}: {key}: {reason}" for line, key, reason in located])
+        raise ConfigError(toml_text.locate_problems(file, text, problems))

@@ -11,11 +11,11 @@ from typing import Annotated, Any
 from fastapi import APIRouter, Header, HTTPException, Query, Request, Response
 from fastapi.responses import PlainTextResponse, StreamingResponse
 
-from explore.serving.estimates import estimate_seconds
 from explore.serving.job_files import Kind
 from explore.serving.queue import UnknownJobError
 from explore.serving.requests import (
     JobName,
+    OwnerOf,
     Priority,
     RefinementSubmission,
     StationOf,
@@ -45,28 +45,28 @@ _DryRun = Annotated[bool, Query(description="Say what the job would make and tak
 
 @router.post("/studies", status_code=201)
 def submit_study(
-    submission: StudySubmission, station: StationOf, response: Response, dry_run: _DryRun = False
+    submission: StudySubmission, station: StationOf, owner: OwnerOf, response: Response, dry_run: _DryRun = False
 ) -> dict[str, Any]:
     """Queue a study, as for `explore sweep`; all its problems come at once, with line and key."""
-    job = _New(submission.name, submission.study, Kind.study, submission.priority, submission.keep)
+    job = _New(submission.name, submission.study, Kind.study, submission.priority, owner, submission.keep)
     return _submit(station, job, response, dry_run=dry_run)
 
 
 @router.post("/tasks", status_code=201)
 def submit_task(
-    submission: TaskSubmission, station: StationOf, response: Response, dry_run: _DryRun = False
+    submission: TaskSubmission, station: StationOf, owner: OwnerOf, response: Response, dry_run: _DryRun = False
 ) -> dict[str, Any]:
     """Queue a task, as for `explore synthesize`; all its problems come at once, with line and key."""
-    job = _New(submission.name, submission.task, Kind.task, submission.priority)
+    job = _New(submission.name, submission.task, Kind.task, submission.priority, owner)
     return _submit(station, job, response, dry_run=dry_run)
 
 
 @router.post("/refinements", status_code=201)
 def submit_refinement(
-    submission: RefinementSubmission, station: StationOf, response: Response, dry_run: _DryRun = False
+    submission: RefinementSubmission, station: StationOf, owner: OwnerOf, response: Response, dry_run: _DryRun = False
 ) -> dict[str, Any]:
     """Queue the refinement of the results of a job that is done, as `explore refine` makes it."""
-    job = _New(submission.name, submission.text, Kind.refinement, submission.priority)
+    job = _New(submission.name, submission.text, Kind.refinement, submission.priority, owner)
     return _submit(station, job, response, dry_run=dry_run)
 
 
@@ -78,6 +78,7 @@ class _New:
     text: str
     kind: Kind
     priority: int
+    owner: str
     keep: str = "all"
 
 
@@ -87,8 +88,11 @@ def _submit(station: Station, new: _New, response: Response, *, dry_run: bool) -
         if dry_run:
             response.status_code = 200
             plan = station.jobs.plan(new.name, content, kind=new.kind, keep=new.keep)
-            return {**asdict(plan), "seconds": estimate_seconds(content, plan, station.folder.results, station.workers)}
-        job = station.jobs.submit(new.name, content, kind=new.kind, keep=new.keep, priority=new.priority)
+            seconds, note = station.estimates.seconds(content, plan)
+            return {**asdict(plan), "seconds": seconds, "note": station.folder.without_path(note)}
+        job = station.jobs.submit(
+            new.name, content, kind=new.kind, keep=new.keep, priority=new.priority, owner=new.owner
+        )
         return job.to_json()
 
 

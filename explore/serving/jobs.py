@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from explore.files import open_regular
-from explore.serving.folder import State
+from explore.serving.folder import State, own_file, read_regular
 from explore.serving.job_files import Kind
 
 #: What a job reports while it runs; logged when it has ended.
@@ -39,11 +39,16 @@ class Job:
         The job whose results a refinement starts from; empty for others.
     keep
         Which designs a sweep keeps: "all" or "front".
+    owner
+        The name of who submitted it, which the link of their browser was made for; empty for a script.
     mechanism, designs, bytes
         What the file asks for; 0 designs for a task that has not found any yet. `bytes` is None for a task, and where
         only the front is kept.
     submitted, started, ended
-        Times, UTC, ISO 8601; None for what has not happened since the job was last queued.
+        Times, UTC, ISO 8601; None for what has not happened since the job was last queued. Nothing is ordered by them,
+        for clocks are set.
+    ended_number
+        Its place in the order in which jobs ended, from 1 on; 0 before.
     reason
         Why it failed or what it waits for; else empty.
     done, feasible, computed, seconds
@@ -60,12 +65,14 @@ class Job:
     kind: str = Kind.study
     refine: str = ""
     keep: str = "all"
+    owner: str = ""
     mechanism: str = ""
     designs: int = 0
     bytes: int | None = None
     submitted: str | None = None
     started: str | None = None
     ended: str | None = None
+    ended_number: int = 0
     reason: str = ""
     done: int = 0
     feasible: int = 0
@@ -97,7 +104,7 @@ def _fits(name: str, value: object) -> bool:
         return value is None or isinstance(value, str)
     if name in _WORDS:
         return value in _WORDS[name]
-    if name in ("refine", "mechanism", "reason"):
+    if name in ("refine", "owner", "mechanism", "reason"):
         return isinstance(value, str)
     if name == "seconds":
         return isinstance(value, int | float) and not isinstance(value, bool)
@@ -112,20 +119,21 @@ def now() -> str:
 def append_event(path: Path, event: str, facts: Mapping[str, Any]) -> None:
     """Append an event to a log durably, on a line of its own even after a line that a kill cut short."""
     line = json.dumps({"time": now(), "event": event, **facts}).encode() + b"\n"
-    descriptor = open_regular(path, os.O_RDWR | os.O_APPEND | os.O_CREAT)
+    descriptor = open_regular(own_file(path), os.O_RDWR | os.O_APPEND | os.O_CREAT)
     with open(descriptor, "r+b", buffering=0) as file:  # noqa: PTH123 -- a descriptor, not a path
         size = file.seek(0, os.SEEK_END)
         if size:
             file.seek(size - 1)
             line = line if file.read(1) == b"\n" else b"\n" + line
-        file.write(line)
+        while line:  # a disk that is nearly full takes a part, and the next one raises
+            line = line[file.write(line) :]
         os.fsync(descriptor)
 
 
 def read_events(path: Path) -> list[dict[str, Any]]:
     """The events of a log; lines that a kill or a power cut damaged are left out."""
     try:
-        lines = path.read_bytes().splitlines()
+        lines = read_regular(path).splitlines()
     except OSError:
         return []
     events = []

@@ -41,6 +41,8 @@ class Plan:
         the bytes also where only the front is kept.
     method
         How the designs are chosen: the sampling of a study, the type of a task, "refinement".
+    remarks
+        What may not be meant in the file.
     """
 
     kind: Kind
@@ -50,6 +52,7 @@ class Plan:
     columns: int | None
     bytes: int | None
     method: str
+    remarks: tuple[str, ...] = ()
 
 
 def make_plan(job_file: JobFile, keep: str = "all", results: Path = Path()) -> Plan:
@@ -63,7 +66,7 @@ def make_plan(job_file: JobFile, keep: str = "all", results: Path = Path()) -> P
         The results to refine cannot be read.
     """
     if isinstance(job_file, TaskFile):
-        return Plan(Kind.task, job_file.task.mechanism, None, None, None, None, job_file.kind)
+        return Plan(Kind.task, job_file.task.mechanism, None, None, None, None, job_file.kind, job_file.remarks)
     if isinstance(job_file, Refinement):
         return _refinement_plan(job_file, results)
     return _study_plan(job_file, keep)
@@ -76,7 +79,9 @@ def _study_plan(study: Study, keep: str) -> Plan:
     size = n_designs * row_bytes(study) if keep == "all" else None
     columns = len(results_columns(study))
     mechanism = study.request.mechanism.name
-    return Plan(Kind.study, mechanism, n_designs, study.space.n_blocks, columns, size, study.space.method)
+    return Plan(
+        Kind.study, mechanism, n_designs, study.space.n_blocks, columns, size, study.space.method, study.remarks
+    )
 
 
 def _refinement_plan(refinement: Refinement, results: Path) -> Plan:

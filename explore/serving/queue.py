@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from explore.errors import RequestError
-from explore.serving.folder import Folder, State, check_name, move, write_new
+from explore.serving.folder import Folder, State, check_name, move, read_regular, write_new
 from explore.serving.job_files import JobFile, Kind, Refinement, read_job_file
 from explore.serving.jobs import PROGRESS, Job, append_event, now, read_events
 from explore.serving.plans import Limits, Plan, check_limits, make_plan
@@ -70,7 +70,7 @@ class Jobs:
         waiting = sorted((job for job in jobs if job.state == State.queued), key=_order)
         running = [job for job in jobs if job.state == State.running]
         settled = [job for job in jobs if job.state not in (State.queued, State.running)]
-        return [*running, *waiting, *sorted(settled, key=lambda job: job.ended or "", reverse=True)]
+        return [*running, *waiting, *sorted(settled, key=_ended, reverse=True)]
 
     def get(self, name: str) -> Job:
         """The job of a name; `UnknownJobError` if there is none."""
@@ -84,7 +84,7 @@ class Jobs:
         """The file of a job as it was submitted."""
         with self._changed:
             try:
-                return self._place(self.get(name)).read_bytes()
+                return read_regular(self._place(self.get(name)))
             except FileNotFoundError:
                 raise StateError(f"the study of {name} was removed from the folder") from None
 
@@ -94,7 +94,14 @@ class Jobs:
         return self._plan(read_job_file(name, content, kind), keep)
 
     def submit(
-        self, name: str, content: bytes, *, kind: Kind = Kind.study, keep: str = "all", priority: int = 5
+        self,
+        name: str,
+        content: bytes,
+        *,
+        kind: Kind = Kind.study,
+        keep: str = "all",
+        priority: int = 5,
+        owner: str = "",
     ) -> Job:
         """Queue a study, a task or a refinement.
 
@@ -117,6 +124,7 @@ class Jobs:
             "kind": kind,
             "refine": job_file.refine if isinstance(job_file, Refinement) else "",
             "keep": keep,
+            "owner": owner,
             "mechanism": plan.mechanism,
             "designs": plan.designs or 0,
             "bytes": plan.bytes,
@@ -278,9 +286,10 @@ class Jobs:
         append_event(self._folder.log_path(job.name), event, facts)
 
     def _settle(self, job: Job, state: State, reason: str = "") -> Job:
-        settled = replace(job, state=state, ended=now(), reason=reason)
+        number = 1 + max(other.ended_number for other in self._jobs.values())
+        settled = replace(job, state=state, ended=now(), ended_number=number, reason=reason)
         progress = {name: value for name, value in asdict(job).items() if name in (*PROGRESS, "designs")}
-        self._log(job, state, ended=settled.ended, reason=reason, **progress)
+        self._log(job, state, ended=settled.ended, ended_number=number, reason=reason, **progress)
         return self._move(job, settled)
 
     def _move(self, job: Job, target: Job) -> Job:
@@ -302,6 +311,11 @@ class Jobs:
 def _order(job: Job) -> tuple[int, int]:
     """What the names of queued files are sorted by."""
     return job.priority, job.number
+
+
+def _ended(job: Job) -> tuple[int, str]:
+    """What jobs that have ended are sorted by: those of a log without numbers by their time, before the others."""
+    return job.ended_number, job.ended or ""
 
 
 def _check_priority(priority: int) -> None:

@@ -69,6 +69,7 @@ class LinkRequest(_Body):
     """A link to make: with full rights, or only to look."""
 
     right: Literal["full", "read"] = "read"
+    name: StrictStr = Field("", max_length=60, description="Who will use it: the owner of the jobs they submit.")
 
 
 def _station(request: Request) -> Station:
@@ -81,6 +82,13 @@ def _access(request: Request) -> Access:
     return access
 
 
+def _owner(request: Request) -> str:
+    """The name that the session's link was made for; empty for others."""
+    access = _access(request)
+    return access.name_of(request.cookies.get(access.cookie))
+
+
+OwnerOf = Annotated[str, Depends(_owner)]
 StationOf = Annotated[Station, Depends(_station)]
 AccessOf = Annotated[Access, Depends(_access)]
 JobName = Annotated[str, Path(max_length=64, pattern=f"^{NAME.pattern}$", description="Name of a job.")]

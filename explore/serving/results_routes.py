@@ -2,23 +2,43 @@
 
 from __future__ import annotations
 
+from enum import StrEnum
 from pathlib import Path as FilePath
 from typing import Annotated, Any
 
-from fastapi import APIRouter, Path, Query
+from fastapi import APIRouter, Path, Query, Response
 from fastapi.responses import FileResponse
 
 from explore.serving.folder import State
 from explore.serving.queue import StateError
 from explore.serving.requests import JobName, StationOf
-from explore.serving.results_views import list_columns, open_shown, rank_results, show_design
+from explore.serving.results_views import export_design, list_columns, open_shown, rank_results, show_design
 from explore.serving.results_views import show as show_results
 from explore.serving.station import Station
 from explore.serving.turns import Turns
 from explore.store.results import Results
 
-#: Rankings: each keeps a processor busy and reads a file.
+#: Rankings and exports: each keeps a processor busy and reads a file.
 _RANKINGS = Turns(at_a_time=2, waiting=8)
+
+
+class Exported(StrEnum):
+    """Formats of a design, by the endings of names."""
+
+    toml = "toml"
+    csv = "csv"
+    dxf = "dxf"
+    svg = "svg"
+    gif = "gif"
+
+
+_MEDIA = {
+    Exported.toml: "application/toml",
+    Exported.csv: "text/csv; charset=utf-8",
+    Exported.dxf: "image/vnd.dxf",
+    Exported.svg: "image/svg+xml",
+    Exported.gif: "image/gif",
+}
 _Text = Annotated[str, Query(max_length=1000)]
 
 router = APIRouter(prefix="/api/results", tags=["results"])
@@ -40,6 +60,16 @@ def columns(name: JobName, station: StationOf) -> dict[str, Any]:
 def design(name: JobName, number: Annotated[int, Path(ge=0, lt=2**63)], station: StationOf) -> dict[str, Any]:
     """What `explore show --design NUMBER --json` prints."""
     return show_design(_open(station, name), number)
+
+
+@router.get("/{name}/design/{number}/export/{kind}", response_class=Response)
+def export(name: JobName, number: Annotated[int, Path(ge=0, lt=2**63)], kind: Exported, station: StationOf) -> Response:
+    """A design as a file, as `explore export` writes it: its study, motion, drawing, or the mechanism moving."""
+    path = _path(station, name)
+    with _RANKINGS.taken():
+        content: bytes = station.calls.call("the export", export_design, path, number, kind.value)
+    head = {"Content-Disposition": f'attachment; filename="{name}-{number}.{kind}"'}
+    return Response(content, media_type=_MEDIA[kind], headers=head)
 
 
 @router.get("/{name}/rank")

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 from explore.errors import RequestError
+from explore.exporting.formats import export
 from explore.json_text import json_value
 from explore.model.mechanism import Mechanism
 from explore.ranking.limits import parse_limits
@@ -15,7 +17,7 @@ from explore.request.names import find_mechanism
 from explore.store.labels import with_labels, with_units
 from explore.store.open_results import open_results
 from explore.store.results import Results
-from explore.store.shown_results import show_results, units_of_study
+from explore.store.shown_results import given_units, show_results, units_of_study
 from explore.store.summaries import summarise
 from explore.units.shown import headings, read_shown_units
 
@@ -23,7 +25,8 @@ from explore.units.shown import headings, read_shown_units
 def open_shown(path: Path) -> Results:
     """Results in the units of their study."""
     results = open_results(path)
-    return show_results(results, read_shown_units(units_of_study(results)))
+    units = read_shown_units(units_of_study(results))
+    return show_results(results, units.with_given(given_units(results)))
 
 
 def with_mechanism(results: Results) -> tuple[Results, Mechanism]:
@@ -64,6 +67,14 @@ def show_design(results: Results, number: int) -> dict[str, Any]:
     named = {names.get(name, name): value for name, value in labelled.items()}
     sentence = results.status_sentences.get(status, "")
     return dict(json_value({**named, "status_label": status, "status_sentence": sentence}))
+
+
+def export_design(path: Path, number: int, ending: str) -> bytes:
+    """The file that `explore export --design NUMBER -o NAME.ENDING` writes, named without the server's folder."""
+    with TemporaryDirectory() as folder:
+        written = Path(folder) / f"design.{ending}"
+        export(open_results(path), written, design=number)
+        return written.read_bytes()
 
 
 def rank_results(

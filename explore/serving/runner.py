@@ -9,7 +9,7 @@ import threading
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from explore.serving.folder import Folder, State
+from explore.serving.folder import Folder, State, own_file
 from explore.serving.job_files import Kind
 from explore.serving.jobs import Job
 from explore.serving.queue import Jobs, UnknownJobError
@@ -119,7 +119,7 @@ class Runner(threading.Thread):
         try:
             process = self._start(job)
         except OSError as error:
-            return 1, f"its process cannot be started: {error.strerror or error}"
+            return 1, self._folder.without_path(f"its process cannot be started: {error.strerror or error}")
         with self._guard:
             self._name, self._process = job.name, process
         if self._stopping.is_set() or self._jobs.get(job.name).state != State.running:  # since `take`
@@ -152,7 +152,7 @@ class Runner(threading.Thread):
         options = json.dumps({"keep": job.keep, **asdict(self._work)})
         study, results = self._folder.study_path(job.name, State.running), self._folder.results_path(job.name)
         command = [sys.executable, "-m", "explore.serving.sweep_process", str(study), str(results), options]
-        with self._folder.output_path(job.name).open("wb") as output:
+        with own_file(self._folder.output_path(job.name)).open("wb") as output:
             return subprocess.Popen(  # noqa: S603 -- our own module; names of jobs are slugs
                 command,
                 stdin=subprocess.PIPE,

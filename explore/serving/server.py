@@ -23,6 +23,7 @@ from explore.serving.access import Access, Right
 from explore.serving.application import make_application
 from explore.serving.connections import Connection
 from explore.serving.events import Events
+from explore.serving.folder import own_file
 from explore.serving.guard import Guard
 from explore.serving.jobs import now
 from explore.serving.plans import Limits
@@ -33,8 +34,6 @@ from explore.serving.station import open_station
 _LOG_BYTES, _OLDER_LOGS = 10_000_000, 4
 #: Seconds that requests have to end when the service stops.
 _PATIENCE = 5
-#: Requests at a time; others are answered 503.
-_MOST_REQUESTS = 400
 #: Files and connections that may be open at a time, where the system allows so many.
 _MOST_OPEN = 65_536
 
@@ -167,7 +166,7 @@ class _ServerLog:
     """The structured log of the service, a JSON object a line; without queries, headers and bodies."""
 
     def __init__(self, path: Path) -> None:
-        self._handler = _LogFile(path, maxBytes=_LOG_BYTES, backupCount=_OLDER_LOGS, encoding="utf-8")
+        self._handler = _LogFile(own_file(path), maxBytes=_LOG_BYTES, backupCount=_OLDER_LOGS, encoding="utf-8")
 
     def __call__(self, event: str, **facts: Any) -> None:
         line = json.dumps({"time": now(), "event": event, **facts})
@@ -192,7 +191,6 @@ def _config(application: Any, place: Place) -> uvicorn.Config:
         log_level="critical",
         server_header=False,
         proxy_headers=False,
-        limit_concurrency=_MOST_REQUESTS,
         timeout_graceful_shutdown=_PATIENCE,
         ssl_certfile=place.certificate,
         ssl_keyfile=place.key,

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from explore.serving.bounded_calls import BoundedCalls
+from explore.serving.estimates import Estimates
 from explore.serving.events import Events
 from explore.serving.folder import Folder
 from explore.serving.indexes import Indexes
@@ -31,7 +32,7 @@ class Station:
     runner: Runner
     indexes: Indexes
     calls: BoundedCalls
-    workers: int | None
+    estimates: Estimates
 
 
 @contextmanager
@@ -55,11 +56,13 @@ def open_station(path: Path, limits: Limits, work: Work) -> Iterator[Station]:
         jobs = Jobs(folder, limits, events.note_job, plan_refinement)
         runner = Runner(jobs, folder, work, limits.seconds)
         indexes = Indexes(jobs, folder)
+        estimates = Estimates(folder.results, work.workers)
         runner.start()
         indexes.start()
         try:
-            yield Station(folder, limits, jobs, events, runner, indexes, calls, work.workers)
+            yield Station(folder, limits, jobs, events, runner, indexes, calls, estimates)
         finally:
             calls.close()
+            estimates.close()
             indexes.stop()
             runner.stop()

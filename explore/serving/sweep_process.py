@@ -56,10 +56,11 @@ def main() -> int:
 
 def _run(file: Path, results: Path, options: Mapping[str, Any]) -> int:
     from explore.compiling import announce_compilation
+    from explore.serving.folder import read_regular
     from explore.serving.job_files import Refinement, read_job_file
     from explore.synthesis.tasks.task_files import TaskFile
 
-    job_file = read_job_file(file.stem, file.read_bytes())
+    job_file = read_job_file(file.stem, read_regular(file))
     with _alone(results.parent.parent / "log" / "sweep"):
         announce_compilation(lambda: _print("note", reason="compiling the kernels, once per machine"))
         if isinstance(job_file, TaskFile):
@@ -104,7 +105,10 @@ def _synthesize(task: TaskFile, results: Path) -> int:
     def report(steps_done: int, steps: int) -> None:
         print_seconds(steps_done=steps_done, steps=steps)
 
-    rows = rows_of(task, task.find(report))
+    candidates = task.find(report)
+    if candidates.is_interrupted:  # what a part of the search found is no result of the job
+        raise KeyboardInterrupt
+    rows = rows_of(task, candidates)
     rows.write(results)
     n_feasible = int(rows.arrays["feasible"].sum())
     _print("progress", designs=rows.count, done=rows.count, feasible=n_feasible)

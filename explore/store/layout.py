@@ -23,8 +23,8 @@ from explore.store.chunks import ChunkTable
 from explore.store.study_record import StudyRecord
 
 FORMAT = "explore-results"
-#: Version 1 kept the commit words side by side, next to HDF5's own bytes.
-FORMAT_VERSION = 2
+#: Version 1 kept the commit words side by side, next to HDF5's own bytes; version 2 had no checksum of the attributes.
+FORMAT_VERSION = 3
 #: Bytes written after the file was created share no page with any others, because a power cut during a write may garble
 #: whole sectors of the disk.
 PAGE = 4096

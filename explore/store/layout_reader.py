@@ -18,8 +18,11 @@ from explore.model.columns import Attribute
 from explore.store.attributes import read_attributes, read_column, text_of
 from explore.store.chunks import ChunkTable, chunk_length, read_chunk_table
 from explore.store.layout import FORMAT, FORMAT_VERSION, INDEX, KEEP_FRONT, PAGE, Layout
+from explore.store.sealing import COMMIT_OFFSET, SEAL, check_seal
 from explore.store.study_record import StudyRecord
 
+#: First version of the format whose attributes have a checksum.
+_SEALED_VERSION = 3
 #: Most rows of a block and blocks of a file, which are read as a whole; far above those of any sweep.
 _MOST_ROWS, _MOST_BLOCKS = 1 << 20, 1 << 24
 #: Most bytes of the name of a column, and of all texts too long for an attribute.
@@ -84,6 +87,10 @@ def _parse(file: h5py.File, path: Path, size: int) -> Layout:
     commit_offset = _checked_offset(commit, shape, size)
     step = PAGE if version > 1 else commit.dtype.itemsize
     study = StudyRecord.from_attributes(attributes)
+    check_seal(attributes, columns, is_required=version >= _SEALED_VERSION)
+    if attributes.get(COMMIT_OFFSET, commit_offset) != commit_offset and not commit[:, 0].any():
+        raise ValueError("the commit words are not where they were put")  # else all blocks would seem to be pending
+    attributes = {name: value for name, value in attributes.items() if name not in (SEAL, COMMIT_OFFSET)}
     layout = Layout(columns, offsets, chunks, n_designs, block_size, commit_offset, step, size, attributes, study)
     _check_apart(layout)
     return layout

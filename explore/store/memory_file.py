@@ -9,10 +9,12 @@ from typing import Any
 
 import h5py
 import numpy as np
-from h5py import h5d, h5p, h5s, h5t
+import numpy.typing as npt
+from h5py import h5a, h5d, h5p, h5s, h5t
 
 from explore.model.columns import Attribute, Column
 from explore.store.layout import FORMAT, FORMAT_VERSION, INDEX, KEEP_FRONT, PAGE
+from explore.store.sealing import COMMIT_OFFSET, SEAL, seal_text
 
 #: Longest text stored as an attribute, bytes: HDF5 allows 64 KiB with the header. Longer ones are datasets in /study.
 _LONGEST_ATTRIBUTE = 60_000
@@ -81,6 +83,7 @@ def build_memory_file(
         for dataset in (*(file["designs"][column.name] for column in columns), file["progress/commit"]):
             if dataset.size:
                 dataset[(0,) * dataset.ndim] = 0  # the first value written makes HDF5 allocate the whole dataset
+        seal(file, columns, attributes)
     return memory_file
 
 
@@ -92,14 +95,12 @@ def lay_out_datasets(
     attributes: Mapping[str, Attribute],
     make_dataset: DatasetMaker,
 ) -> None:
-    """Put everything but values into a new HDF5 file; `make_dataset` decides how the columns are stored."""
-    format_attributes: dict[str, Attribute] = {
-        "format": FORMAT,
-        "format_version": FORMAT_VERSION,
-        "n_designs": n_designs,
-        "block_size": block_size,
-    }
-    for name, value in {**attributes, **format_attributes}.items():
+    """Put everything but values into a new HDF5 file; `make_dataset` decides how the columns are stored.
+
+    `seal` is to be called when the commit words have their place.
+    """
+    all_attributes = _all_attributes(attributes, n_designs, block_size)
+    for name, value in {**all_attributes, SEAL: seal_text(all_attributes, columns)}.items():
         _put_attribute(file, name, value)
     designs = file.create_group("designs", track_order=False)
     for column in columns:
@@ -107,6 +108,35 @@ def lay_out_datasets(
     _put_frame(file, [column.name for column in columns[1:]])
     progress = file.create_group("progress", track_order=False)
     _declare(progress, "commit", "<u8", -(-n_designs // block_size), _WORDS_PER_PAGE)
+
+
+def seal(file: h5py.File, columns: Sequence[Column], attributes: Mapping[str, Attribute]) -> None:
+    """Store where the commit words are, and the checksum of all attributes, over the bytes reserved for them."""
+    shape = {name: int(file.attrs[name]) for name in ("n_designs", "block_size")}
+    commit_offset = file["progress/commit"].id.get_offset() or 0
+    all_attributes = _all_attributes(attributes, **shape, commit_offset=commit_offset)
+    _overwrite(file, COMMIT_OFFSET, np.array(commit_offset))
+    _overwrite(file, SEAL, np.array(seal_text(all_attributes, columns).encode()))
+
+
+def _all_attributes(
+    attributes: Mapping[str, Attribute], n_designs: int, block_size: int, commit_offset: int = 0
+) -> dict[str, Attribute]:
+    """The attributes of the study and of the format."""
+    return {
+        **attributes,
+        "format": FORMAT,
+        "format_version": FORMAT_VERSION,
+        "n_designs": n_designs,
+        "block_size": block_size,
+        COMMIT_OFFSET: commit_offset,
+    }
+
+
+def _overwrite(file: h5py.File, name: str, value: npt.NDArray[Any]) -> None:
+    """Write another value of the same length into an attribute."""
+    attribute = h5a.open(file.id, name.encode())
+    attribute.write(value, mtype=attribute.get_type())
 
 
 def _check_request(

@@ -24,7 +24,7 @@ from explore.store.block_bytes import commit_word, damaged_blocks, read_column_r
 from explore.store.chunks import chunk_length, compress_chunk, make_chunked
 from explore.store.layout import Layout
 from explore.store.layout_reader import read_layout
-from explore.store.memory_file import lay_out_datasets
+from explore.store.memory_file import lay_out_datasets, seal
 from explore.store.writer import exclusive_access
 
 #: Attributes of the file format; the others are of the study.
@@ -182,7 +182,8 @@ def _write(file: io.FileIO, layout: Layout, words: npt.NDArray[np.uint64], path:
     chunk = chunk_length(layout.n_designs, layout.block_size)
     with _new_hdf5(path) as (packed, sink), ThreadPoolExecutor(os.cpu_count()) as pool:
         make = partial(make_chunked, chunk=chunk)
-        lay_out_datasets(packed, layout.columns, layout.n_designs, layout.block_size, _study_attributes(layout), make)
+        attributes = _study_attributes(layout)
+        lay_out_datasets(packed, layout.columns, layout.n_designs, layout.block_size, attributes, make)
         datasets = [packed["designs"][column.name].id for column in layout.columns]
         for number in range(layout.n_blocks):
             start, _ = layout.row_range(number)
@@ -193,6 +194,7 @@ def _write(file: io.FileIO, layout: Layout, words: npt.NDArray[np.uint64], path:
                 sink.check()
             report(number + 1, 2 * layout.n_blocks)
         packed["progress/commit"][:, 0] = words
+        seal(packed, layout.columns, attributes)
 
 
 def _sound_block(file: io.FileIO, layout: Layout, number: int, word: int) -> list[npt.NDArray[Any]]:

@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
+from html import escape
 from importlib.util import find_spec
+from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -18,6 +20,7 @@ from explore.model.progress import ReportProgress
 from explore.model.quantities import Sense
 from explore.model.targets import Target
 from explore.store.block_bytes import damaged_blocks
+from explore.store.labels import in_words
 from explore.store.layout import INDEX, KEEP_FRONT
 from explore.store.rows import RowReader
 from explore.units.shown import Scale, ShownUnits
@@ -25,6 +28,10 @@ from explore.units.shown import Scale, ShownUnits
 if TYPE_CHECKING:
     import pandas as pd
     import xarray
+
+
+#: Designs that a notebook shows.
+_FIRST = 5
 
 
 class Results:
@@ -60,6 +67,13 @@ class Results:
         if self.keep != "all":
             return f"<Results {str(self.path)!r}: {self.n_committed} kept of {self.n_studied} designs>"
         return f"<Results {str(self.path)!r}: {self.n_committed} of {self.n_designs} designs>"
+
+    def _repr_html_(self) -> str:
+        """For notebooks: what the results are, how many designs have each status, and the first ones in words."""
+        counts = ", ".join(f"{count:,} {label}" for label, count in self.counts.items())
+        head = f"<p><b>{escape(self.mechanism)}</b> {escape(repr(self)[1:-1])}: {escape(counts)}</p>"
+        numbers = [int(number) for block in islice(self.blocks([INDEX]), 1) for number in block[INDEX][:_FIRST]]
+        return head + in_words(self.designs(numbers)).to_html() if numbers else head
 
     def __len__(self) -> int:
         return self.n_committed
@@ -265,7 +279,6 @@ class Results:
     def design(self, number: int) -> dict[str, Any]:
         """One design: the value of each column by name; `ResultsError` if its block is damaged."""
         rows = self._reader.rows_of(np.array([number]))
-        self._reader.check_rows(rows)
         arrays = self._reader.read_rows(self.columns, rows)
         return {column.name: values[0].item() for column, values in zip(self.columns, arrays, strict=True)}
 
@@ -285,14 +298,12 @@ class Results:
         Raises
         ------
         ResultsError
-            If a design is not in the file, or its block does not have its checksum. Designs of more than 32 blocks are
-            not checked, which takes 10 to 40 ms for each; `verify` checks all.
+            If a design is not in the file, or its block does not have its checksum.
         """
         import pandas as pd  # 0.4 s, not needed by a sweep
 
         unique, places = np.unique(np.asarray(numbers, dtype=np.int64), return_inverse=True)
         rows = self._reader.rows_of(unique)
-        self._reader.check_rows(rows)
         arrays = self._reader.read_rows(self.columns, rows)
         data = {column.name: values[places] for column, values in zip(self.columns, arrays, strict=True)}
         return self._with_attrs(pd.DataFrame(data, copy=False).set_index(INDEX))

@@ -1,4 +1,7 @@
-"""Read rows of a results file: committed blocks, single designs, ranges. Only the needed bytes are read."""
+"""Read rows of a results file: committed blocks, single designs, ranges.
+
+A block is read as a whole, and compared with its checksum, before the first values of it are handed out.
+"""
 
 from __future__ import annotations
 
@@ -23,8 +26,6 @@ Values = npt.NDArray[Any]
 _BOOLEANS = ("feasible",)
 #: Rows between two wanted ones that are read rather than skipped: reading a page takes as long as one of its values.
 _LARGEST_GAP = 512
-#: Blocks that are checked before rows of them are read: 10 to 40 ms each, of 7 MB. Rows of more are read as they are.
-_MOST_CHECKED = 32
 
 
 class RowReader:
@@ -46,8 +47,8 @@ class RowReader:
         self._identity = _identity(path)
         self._sound: set[int] = set()
         with self.open() as file:
-            words = read_words(file, self.layout)
-        self.is_committed: npt.NDArray[np.bool_] = words >> 32 == COMMITTED >> 32
+            self._words = read_words(file, self.layout)
+        self.is_committed: npt.NDArray[np.bool_] = self._words >> 32 == COMMITTED >> 32
 
     def open(self) -> io.FileIO:
         """Open the file without HDF5, which may cache old bytes; `ResultsError` if it is another file now."""
@@ -69,6 +70,8 @@ class RowReader:
     @cached_property
     def committed_ranges(self) -> list[tuple[int, int]]:
         """The committed rows as (first, stop), neighbouring blocks joined."""
+        with self.open() as file:
+            self._check_words(file)
         ranges: list[tuple[int, int]] = []
         for start, stop in map(self.layout.row_range, np.flatnonzero(self.is_committed).tolist()):
             continues = ranges and ranges[-1][1] == start
@@ -82,8 +85,9 @@ class RowReader:
     def read_blocks(self, columns: Sequence[Column], blocks: Sequence[int]) -> Iterator[dict[str, Values]]:
         """Committed blocks, each as arrays of shape (n,) by name."""
         with self.open() as file:
-            self._check_written(file, blocks)
+            self._check_words(file)
             for number in blocks:
+                self._check_block(file, number)
                 yield {column.name: self._read(file, column, *self.layout.row_range(number)) for column in columns}
 
     def read_rows(self, columns: Iterable[Column], rows: npt.NDArray[np.int64]) -> list[Values]:
@@ -93,25 +97,11 @@ class RowReader:
         is_apart = np.diff(blocks) > 0 if self.layout.is_packed else np.diff(rows) > _LARGEST_GAP
         groups = np.split(rows, np.flatnonzero(is_apart) + 1) if len(rows) else []
         with self.open() as file:
-            self._check_written(file, np.unique(blocks).tolist())
+            self._check_blocks(file, np.unique(blocks).tolist())
             return [
                 _join([self._read(file, c, group[0], group[-1] + 1)[group - group[0]] for group in groups], c)
                 for c in columns
             ]
-
-    def check_rows(self, rows: npt.NDArray[np.int64]) -> None:
-        """Raise `ResultsError` if a block of these committed rows is damaged; rows of many blocks are not checked."""
-        blocks = set(np.unique(rows // self.layout.block_size).tolist()) - self._sound
-        if not 0 < len(blocks) <= _MOST_CHECKED:
-            return
-        with self.open() as file:
-            words = read_words(file, self.layout)
-            for number in sorted(blocks):
-                if not is_sound(file, self.layout, number, int(words[number])):
-                    start, stop = self.layout.row_range(number)
-                    problem = f"rows {start} to {stop - 1} do not have the checksum that they were committed with"
-                    raise ResultsError(f"{self.path} is damaged: {problem}; `explore verify` lists the damaged blocks")
-                self._sound.add(number)
 
     def read_positions(self, column: Column, positions: int | slice | npt.NDArray[np.int64]) -> Values:
         """Values of a column at positions among the committed rows, as numpy indexes an array of them."""
@@ -176,16 +166,36 @@ class RowReader:
         size = self.layout.block_size
         with self.open() as file:
             for first, stop in ranges:
-                self._check_written(file, range(first // size, -(-stop // size)))
+                self._check_blocks(file, range(first // size, -(-stop // size)))
             return [_join([self._read(file, column, *rows) for rows in ranges], column) for column in columns]
 
-    def _check_written(self, file: io.FileIO, blocks: Iterable[int]) -> None:
-        """Raise `ResultsError` if a block was never written though its commit word says so."""
+    def _check_blocks(self, file: io.FileIO, blocks: Iterable[int]) -> None:
+        """Raise `ResultsError` if one of these committed blocks, or any commit word, is damaged."""
+        self._check_words(file)
         for number in blocks:
-            if not is_written(file, self.layout, number):
-                start, stop = self.layout.row_range(number)
-                problem = f"rows {start} to {stop - 1} are marked as committed, but were never written"
-                raise ResultsError(f"{self.path} is damaged: {problem}; `explore verify` lists the damaged blocks")
+            self._check_block(file, number)
+
+    def _check_words(self, file: io.FileIO) -> None:
+        """Raise `ResultsError` if a commit word is garbled: the rows of its block would be left out without a word."""
+        if np.any(self._words[~self.is_committed]):
+            words = read_words(file, self.layout)  # again: a block may have been committed meanwhile
+            for number in np.flatnonzero((words != 0) & (words >> 32 != COMMITTED >> 32))[:1].tolist():
+                raise self._damage(number, "have a garbled commit word; continue the run to compute them again")
+
+    def _check_block(self, file: io.FileIO, number: int) -> None:
+        """Raise `ResultsError` if a committed block is damaged; each is checked once, all columns of it."""
+        if number in self._sound:
+            return
+        if not is_written(file, self.layout, number):
+            raise self._damage(number, "are marked as committed, but were never written")
+        if not is_sound(file, self.layout, number, int(self._words[number])):
+            raise self._damage(number, "do not have the checksum that they were committed with")
+        self._sound.add(number)
+
+    def _damage(self, number: int, problem: str) -> ResultsError:
+        start, stop = self.layout.row_range(number)
+        advice = "`explore verify` lists the damaged blocks"
+        return ResultsError(f"{self.path} is damaged: rows {start} to {stop - 1} {problem}; {advice}")
 
     def _read(self, file: io.FileIO, column: Column, start: int, stop: int) -> Values:
         values = read_column_rows(file, self.layout, column, start, stop)

@@ -14,6 +14,9 @@ from explore.model.columns import Attribute
 from explore.model.quantities import Sense
 from explore.model.targets import Target, target_from_content
 
+#: Keys of the ends of an interval, deg; and those of older files, rad.
+_ENDS, _OLD_ENDS = ("from", "to"), ("start", "stop")
+
 
 @dataclass(frozen=True)
 class StudyRecord:
@@ -40,7 +43,7 @@ class StudyRecord:
     window
         Part of the turn that the statistics run over: a name, or "from" and "to" in degrees.
     drive
-        Stroke that the window "drive" means; "none" for a mechanism without drives.
+        Stroke that the window "drive" means; empty for a mechanism without drives, whose files say "none".
     points
         Names of the points of the floating link.
     target
@@ -75,12 +78,14 @@ class StudyRecord:
             metric: {side: None if bound is None else float(bound) for side, bound in sides.items()}
             for metric, sides in determines.get("constraints", {}).items()
         }
+        drive = evaluate.get("drive", "")
         window = evaluate.get("window", "")
         if not isinstance(window, str):
-            window = {"from": _degrees(window["start"]), "to": _degrees(window["stop"])}
+            old = dict(zip(_ENDS, _OLD_ENDS, strict=True))
+            window = window if "from" in window else {key: _degrees(window[old[key]]) for key in _ENDS}
         objectives = tuple(contents.pop("objectives", ()))
         return cls(
-            objectives=objectives, constraints=constraints, window=window, drive=evaluate.get("drive", ""),
+            objectives=objectives, constraints=constraints, window=window, drive="" if drive == "none" else drive,
             points=tuple(determines.get("points", ())),
             target=target_from_content(determines["target"]) if "target" in determines else None, **contents,
         )  # fmt: skip
@@ -113,8 +118,9 @@ def _is_window(content: Any) -> bool:
     """Whether the content is a name, or the first and the last input angle of an interval."""
     if not isinstance(content, dict):
         return isinstance(content, str)
-    is_interval = content.keys() == {"start", "stop"} and contains_only(content, dict, int, float)
-    return is_interval and all(map(_is_bound, content.values())) and content["start"] < content["stop"]
+    ends = _ENDS if "from" in content else _OLD_ENDS
+    is_interval = content.keys() == set(ends) and contains_only(content, dict, int, float)
+    return is_interval and all(map(_is_bound, content.values())) and content[ends[0]] <= content[ends[1]]
 
 
 def _degrees(radians: float) -> float:

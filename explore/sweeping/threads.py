@@ -43,6 +43,8 @@ class BlocksOnThreads:
     accept, reject, note
         As in `Attempts`; called in the thread that calls `run`. The next block starts after `accept` returns, which
         bounds the memory. `note` receives the event ``workers`` too.
+    wait, stop
+        Called each second without an arrival, and after an error before blocks that run are awaited.
     """
 
     def __init__(
@@ -52,8 +54,12 @@ class BlocksOnThreads:
         accept: Callable[[int, Any], None],
         reject: Callable[[int, str], None],
         note: Callable[..., None],
+        *,
+        wait: Callable[[], None] | None = None,
+        stop: Callable[[], None] | None = None,
     ) -> None:
         self._count, self._compute, self._note = threads.count, compute, note
+        self._wait, self._stop = wait, stop
         self._attempts = Attempts(accept, reject, note)
         self._waiting: _Numbers = queue.SimpleQueue()
         self._arrived: _Outcomes = queue.SimpleQueue()
@@ -69,6 +75,10 @@ class BlocksOnThreads:
             for thread in threads:
                 thread.start()
             self._run(itertools.chain(first, remaining))
+        except BaseException:
+            if self._stop is not None:
+                self._stop()
+            raise
         finally:
             # A thread may take the last block between a look at the queue and a wait for its next item.
             with suppress(queue.Empty):
@@ -97,7 +107,8 @@ class BlocksOnThreads:
                 number, result, problem = self._arrived.get(timeout=_WAIT)
                 break
             except queue.Empty:
-                continue
+                if self._wait is not None:
+                    self._wait()
         is_settled = not self._attempts.settle(number, result, problem)
         if not is_settled:
             self._waiting.put(number)

@@ -6,6 +6,7 @@ A task is a piece of the parts of one design, or what follows from all parts of 
 from __future__ import annotations
 
 import json
+import threading
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
@@ -17,12 +18,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from explore.designs.spaces import BLOCK_SIZE
-from explore.errors import ClusterError
+from explore.errors import ClusterError, ResultsError
 from explore.model.columns import Attribute, Column
 from explore.model.progress import ReportProgress
 from explore.model.quantities import Sense
 from explore.refining.generations import PARENT
 from explore.store.all_designs_writer import AllDesignsWriter
+from explore.store.open_results import open_results
 from explore.store.results import Results
 from explore.sweeping.blocks import environment_of
 from explore.sweeping.clusters import check_environment
@@ -30,7 +32,7 @@ from explore.sweeping.in_flight import BlocksInFlight
 from explore.sweeping.log import Listener
 from explore.sweeping.threads import BlocksOnThreads, LocalThreads
 from explore.tolerancing.analysis import Analysis, analyse
-from explore.tolerancing.outcomes import TolerancedRequest
+from explore.tolerancing.outcomes import TolerancedRequest, watching
 from explore.tolerancing.spreads import PIECE, PartCounts, count_parts, merge_counts
 
 if TYPE_CHECKING:
@@ -44,6 +46,8 @@ _KEPT = (
 )  # fmt: skip
 #: Renewed when parts are drawn or analysed in another way.
 _VERSION = 1
+#: How the designs of these results were chosen, an attribute of the file.
+_SAMPLER = "tolerances"
 
 _Task = Callable[[], Any]
 
@@ -78,14 +82,17 @@ class ToleranceRun:
         """Analyse all designs; `progress` is called with the numbers of parts drawn and to draw."""
         starts = range(0, self.draws, PIECE)
         n_pieces, n_designs = len(starts), len(self.designs)
-        n_done = 0
+        n_done, watch = 0, _Watch()
 
         def report(number: int) -> None:
             nonlocal n_done
             start = starts[number % n_pieces]
             n_done += min(PIECE, self.draws - start)
+            wait()
+
+        def wait() -> None:
             if progress is not None:
-                progress(n_done, self.draws * n_designs)
+                progress(max(n_done, min(watch.n_evaluated, self.draws * n_designs)), self.draws * n_designs)
 
         def piece(number: int) -> _Task:
             design, start = self.designs[number // n_pieces], starts[number % n_pieces]
@@ -93,8 +100,8 @@ class ToleranceRun:
             return partial(count_parts, self.request, design, self.seed, start, stop)
 
         with cluster as workers:
-            tasks = _Tasks(workers, self.request.request.mechanism.name, listener)
-            pieces: list[PartCounts] = tasks.run(piece, range(n_pieces * n_designs), report)
+            tasks = _Tasks(workers, self.request.request.mechanism.name, watch, listener)
+            pieces: list[PartCounts] = tasks.run(piece, range(n_pieces * n_designs), report, wait)
             parts = [merge_counts(pieces[k : k + n_pieces]) for k in range(0, len(pieces), n_pieces)]
 
             def rest(number: int) -> _Task:
@@ -105,16 +112,39 @@ class ToleranceRun:
         return found
 
 
-class _Tasks:
-    """Runs tasks by number on threads or a cluster."""
+class _Watch:
+    """Counts the parts that threads evaluate, and ends their tasks once it is stopped."""
 
-    def __init__(self, workers: Client | LocalThreads, mechanism: str, listener: Listener | None) -> None:
-        self._workers, self._mechanism, self._listener = workers, mechanism, listener
+    def __init__(self) -> None:
+        self.n_evaluated, self._lock, self._stopped = 0, threading.Lock(), threading.Event()
+
+    def __call__(self, count: int) -> None:
+        if self._stopped.is_set():
+            raise KeyboardInterrupt
+        with self._lock:
+            self.n_evaluated += count
+
+    def stop(self) -> None:
+        """End the tasks at their next slices."""
+        self._stopped.set()
+
+
+class _Tasks:
+    """Runs tasks by number on threads, which a watch follows, or on a cluster."""
+
+    def __init__(
+        self, workers: Client | LocalThreads, mechanism: str, watch: _Watch, listener: Listener | None
+    ) -> None:
+        self._workers, self._mechanism, self._watch, self._listener = workers, mechanism, watch, listener
 
     def run(
-        self, task: Callable[[int], _Task], numbers: range, report: Callable[[int], None] | None = None
+        self,
+        task: Callable[[int], _Task],
+        numbers: range,
+        report: Callable[[int], None] | None = None,
+        wait: Callable[[], None] | None = None,
     ) -> list[Any]:
-        """The results of the tasks in the order of their numbers."""
+        """The results of the tasks in the order of their numbers; `wait` is called while threads compute."""
         results: dict[int, Any] = {}
 
         def accept(number: int, result: tuple[Mapping[str, str], Any]) -> None:
@@ -124,8 +154,9 @@ class _Tasks:
                 report(number)
 
         if isinstance(self._workers, LocalThreads):
-            call = partial(_call_numbered, self._mechanism, task)
-            BlocksOnThreads(self._workers, call, accept, _reject, self._note).run(numbers)
+            call = partial(_call_numbered, self._mechanism, task, self._watch)
+            blocks = BlocksOnThreads(self._workers, call, accept, _reject, self._note, wait=wait, stop=self._watch.stop)
+            blocks.run(numbers)
         else:
             submit = partial(_submit, self._workers, self._mechanism, task)
             BlocksInFlight(self._workers, submit, accept, _reject, self._note).run(numbers)
@@ -144,8 +175,11 @@ def _call(mechanism: str, task: _Task) -> tuple[Mapping[str, str], Any]:
     return environment_of(mechanism), task()
 
 
-def _call_numbered(mechanism: str, task: Callable[[int], _Task], number: int) -> tuple[Mapping[str, str], Any]:
-    return _call(mechanism, task(number))
+def _call_numbered(
+    mechanism: str, task: Callable[[int], _Task], watch: _Watch, number: int
+) -> tuple[Mapping[str, str], Any]:
+    with watching(watch):
+        return _call(mechanism, task(number))
 
 
 def _submit(
@@ -193,22 +227,40 @@ def write_toleranced(
             writer.commit(number, {name: values[rows] for name, values in arrays.items()})
 
 
+def is_continued(path: Path, source: Results, attributes: Mapping[str, object]) -> bool:
+    """Whether a file is unfinished, as a kill leaves it, and of this analysis; its values are known only at the end."""
+    try:
+        old = open_results(path)
+    except ResultsError:  # of another program, or damaged
+        return False
+    if old.is_complete or old.attributes.get("sampler") != _SAMPLER:
+        return False
+    stored = json.loads(str(old.attributes["determines"]))
+    content = _content(source, attributes, stored["tolerances"]["sha256"])
+    return old.attributes.get("kernel") == source.attributes.get("kernel") and stored == json.loads(json.dumps(content))
+
+
+def _content(source: Results, attributes: Mapping[str, object], digest: str) -> dict[str, Any]:
+    """What determines the new results; `digest` is the SHA-256 of their values."""
+    determines: dict[str, Any] = json.loads(str(source.attributes["determines"]))
+    return determines | {
+        "objectives": attributes["objectives"],
+        "tolerances": {"version": _VERSION, "sha256": digest, "of": attributes["tolerances"]},
+    }
+
+
 def _attributes(source: Results, arrays: Mapping[str, Any], attributes: Mapping[str, object]) -> dict[str, Attribute]:
     """Attributes of the new results file."""
     values = sha256()
     for name in sorted(arrays):
         values.update(arrays[name].tobytes())
-    old = source.attributes
-    content = json.loads(str(old["determines"])) | {
-        "objectives": attributes["objectives"],
-        "tolerances": {"version": _VERSION, "sha256": values.hexdigest(), "of": attributes["tolerances"]},
-    }
+    old, content = source.attributes, _content(source, attributes, values.hexdigest())
     identity = json.dumps(content, sort_keys=True, separators=(",", ":"), allow_nan=False)
     senses: Mapping[str, Sense | None] = attributes["senses"]  # type: ignore[assignment]
     return {name: old[name] for name in _KEPT if name in old} | {
         "request_sha256": sha256(identity.encode()).hexdigest(),
         "determines": identity,
-        "sampler": "tolerances",
+        "sampler": _SAMPLER,
         "objectives": json.dumps(attributes["objectives"]),
         "senses": json.dumps(source.senses | dict(senses)),
     }

@@ -42,6 +42,8 @@ _SAME = 1e-3
 def find_dwells(task: DwellTask, count: int = 5, seed: int = 0) -> list[Dwell]:
     """Dwells of least travel that were found, each a local optimum, best first; the crank is 1.
 
+    `count` is the number that is wanted; all that were found are returned.
+
     Where no linkage within the limits was found, those that miss them least; none where not even their links reach the
     guides over the whole turn.
 
@@ -59,7 +61,7 @@ def find_dwells(task: DwellTask, count: int = 5, seed: int = 0) -> list[Dwell]:
         if all(np.abs(each.numbers - other.numbers).max() > _SAME for other in found):
             found.append(each)
     measured = (_dwell(task, each) for each in found)
-    return [each for each in measured if each is not None][:count]
+    return [each for each in measured if each is not None]
 
 
 def _best(fits: Fits, count: int) -> Fits:

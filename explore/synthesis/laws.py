@@ -9,11 +9,14 @@ import numpy as np
 
 from explore.errors import RequestError
 from explore.evaluation.propagation import Bounded, propagate
+from explore.model.expressions import FUNCTIONS, Expression
 from explore.model.quantities import FloatArray
-from explore.request.formula_text import parse_formula
+from explore.request.formula_text import ANGULAR, parse_formula
 
 #: Values of x at which a function is tested before it is used.
 _N_TESTED = 401
+#: Range of an angle, deg, below which its sine is nearly a straight line: it may be meant in rad.
+_NARROW = 10.0
 
 
 def chebyshev_points(first: float, last: float, count: int) -> FloatArray:
@@ -74,6 +77,34 @@ def formula_law(text: str, first: float, last: float) -> Law:
         return propagate(formula.expression, [Bounded.exact(np.asarray(x, dtype=np.float64))]).value
 
     return _tested(Law(first, last, values))
+
+
+def remarks_on_angles(text: str | None, law: Law) -> list[str]:
+    """That a sine, cosine or tangent of a formula has an argument of a few degrees, which may be meant in radians."""
+    steps = parse_formula(text).expression.steps if text is not None else ()
+    remarks = []
+    for position, (name, _) in enumerate(steps):
+        argument = _argument(steps[:position])
+        if name not in ANGULAR or not any(operation == "input" for operation, _ in argument):
+            continue
+        span = np.ptp(propagate(Expression("", argument), [Bounded.exact(law.even(_N_TESTED))]).value)
+        if span < _NARROW:
+            remarks.append(
+                f"{name} takes degrees, and its argument has a range of {span:.4g} deg only from x = {law.first:g} to "
+                f"{law.last:g}; for radians multiply it by 180 / pi, such as {name}(x * 180 / pi)"
+            )
+    return remarks
+
+
+def _argument(steps: Sequence[tuple[str, float]]) -> tuple[tuple[str, float], ...]:
+    """The last of these steps that make one value."""
+    start, missing = len(steps), 1
+    while missing and start:
+        start -= 1
+        operation = steps[start][0]
+        takes_one = operation == "negate" or FUNCTIONS.get(operation, (2, 2))[1] == 1
+        missing += -1 if operation in ("number", "input") else 0 if takes_one else 1
+    return tuple(steps[start:])
 
 
 def table_law(x: Sequence[float], y: Sequence[float]) -> Law:

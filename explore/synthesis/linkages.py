@@ -88,3 +88,29 @@ class FourBar:
         """The angle between coupler and rocker, 0 … pi, shape (n,); NaN where the linkage cannot be assembled."""
         pins = self.rocker_pins(angles)
         return np.asarray(np.abs(np.angle((self.crank_pins(angles) - pins) / (self.rocker_pivot - pins))))
+
+
+def driven_by_rocker(linkage: FourBar) -> FourBar:
+    """The same linkage with its crank called rocker and its rocker crank."""
+    return FourBar(
+        linkage.rocker_pivot,
+        linkage.crank_pivot,
+        linkage.rocker,
+        linkage.coupler,
+        linkage.crank,
+        1.0 - linkage.point,
+        -linkage.branch,
+    )
+
+
+def is_alike(one: FourBar, other: FourBar, tolerance: float) -> bool:
+    """Whether two are one linkage, driven by either link: no pivot, length or place of the point differs by a share of
+    the longest link. Their branches do not count.
+    """
+
+    def numbers(linkage: FourBar) -> list[complex]:
+        return [linkage.crank_pivot, linkage.rocker_pivot, *linkage.lengths, linkage.point * linkage.coupler]
+
+    size = max(*one.lengths, *other.lengths)
+    pairs = ((numbers(one), numbers(each)) for each in (other, driven_by_rocker(other)))
+    return any(np.abs(np.subtract(*pair)).max() < tolerance * size for pair in pairs)

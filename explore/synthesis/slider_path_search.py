@@ -134,7 +134,7 @@ class SliderPath:
     is_on_edge: bool
 
 
-def find_slider_paths(task: SliderPathTask, count: int = 10) -> list[SliderPath]:
+def find_slider_paths(task: SliderPathTask) -> list[SliderPath]:
     """Slider-cranks with the least root mean square distances that were found, each a local optimum, best first.
 
     Raises
@@ -155,7 +155,7 @@ def find_slider_paths(task: SliderPathTask, count: int = 10) -> list[SliderPath]
         shape = len(starts.errors), 1
         problem = Problem(np.tile(image, shape), weights, np.tile(lower, shape), np.tile(upper, shape))
         found += [_solution(task, middle, sense, *row) for row in _improve(problem, starts)]
-    return distinct_paths(found)[:count]
+    return distinct_paths(found)
 
 
 def _bounds(task: SliderPathTask, middle: complex, sense: int) -> tuple[FloatArray, FloatArray]:

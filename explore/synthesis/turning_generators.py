@@ -66,7 +66,7 @@ class _Batch(NamedTuple):
         return _Batch(*(column[chosen] for column in self))
 
 
-def find_turning_generators(task: FunctionTask, count: int = 20) -> list[FoundGenerator]:
+def find_turning_generators(task: FunctionTask) -> list[FoundGenerator]:
     """Generators of least mean square error whose crank turns, each a local optimum, best first.
 
     Raises
@@ -83,11 +83,11 @@ def find_turning_generators(task: FunctionTask, count: int = 20) -> list[FoundGe
     found: list[FoundGenerator] = []
     for row in np.argsort(costs, kind="stable"):
         candidate = _found(task, batch.rows(np.array([row])))
-        if candidate is not None and not any(_is_same(candidate, other) for other in found):
+        if candidate is not None and not any(is_same(candidate, other) for other in found):
             found.append(candidate)
     if not found:
         raise RequestError(f"no four-bar whose crank turns has links within a ratio of {task.link_ratio_max:g}")
-    return sorted(found, key=lambda each: each.error_rms)[:count]
+    return sorted(found, key=lambda each: each.error_rms)
 
 
 def _bounds(task: FunctionTask) -> tuple[FloatArray, FloatArray]:
@@ -189,7 +189,8 @@ def _found(task: FunctionTask, batch: _Batch) -> FoundGenerator | None:
     )  # fmt: skip
 
 
-def _is_same(first: FoundGenerator, second: FoundGenerator) -> bool:
+def is_same(first: FoundGenerator, second: FoundGenerator) -> bool:
+    """Whether two are one linkage with the same starts."""
     one, other = first.generator, second.generator
     lengths = np.log([one.crank / other.crank, one.coupler / other.coupler, one.rocker / other.rocker])
     starts = wrapped(np.array([first.input_start - second.input_start, first.output_start - second.output_start]))

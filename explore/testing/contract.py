@@ -10,12 +10,14 @@ import numpy.typing as npt
 
 from explore.config.study_file import load_study, starter
 from explore.mechanisms.registry import MECHANISMS
+from explore.model.columns import Arrays
 from explore.model.mechanism import Mechanism
 from explore.request.parameters import parameter_columns
 from explore.testing.commands import failing_commands
 from explore.testing.derivatives import wrong_derivatives
 from explore.testing.drawing import broken_links
 from explore.testing.drawn_designs import draw_designs
+from explore.testing.extremes import wrong_extremes
 from explore.testing.invariance import changes_with_the_block, changes_with_units
 from explore.testing.statistics import wrong_statistics, wrong_zero_means
 from explore.testing.statuses import wrong_statuses
@@ -66,6 +68,8 @@ def check_mechanism(
 
     - each design has a status that fits its row, and values outside a declared range are refused by one;
     - a signal declared as `derivative_of` another integrates to its changes;
+    - a metric declared as `closed_form_of` a statistic, or as `worst_of` a signal, is that by dense sampling;
+    - a signal with `extremes_at` has its extremes at these marks; designs are drawn until each mark was one ten times;
     - mean, variance, standard deviation, rms, cv and extremes of each signal over each window are within the bound
       `error` of those by dense sampling, which uses the signals at plain input angles alone;
     - all columns change as their units say when lengths, times and masses are given in other units, also the speed;
@@ -79,10 +83,15 @@ def check_mechanism(
         file = Path(folder) / "study.toml"
         file.write_text(starter(mechanism) if study is None else study, encoding="utf-8")
         loaded = load_study(file)
-        drawn = draw_designs(loaded, designs, seed) if isinstance(designs, int) else designs
         with_points = mechanism.with_points(loaded.request.mechanism.points)
-        subject = Subject(with_points, parameter_columns(with_points, drawn))
+
+        def draw(number: int) -> Arrays:
+            drawn = draw_designs(loaded, designs, seed + number) if isinstance(designs, int) else designs
+            return parameter_columns(with_points, drawn)
+
+        subject = Subject(with_points, draw(0))
         broken = [sentence for check in _CHECKS for sentence in check(subject)]
+        broken += wrong_extremes(subject, draw if isinstance(designs, int) else None)
         broken += failing_commands(mechanism.name, file)
     if broken:
         raise AssertionError("\n".join(f"{mechanism.name}: {sentence}" for sentence in broken))

@@ -1,4 +1,4 @@
-"""Every statistic of every signal over every window, against dense sampling within the stated bound."""
+"""Every statistic of every signal over every window, also in closed form, against dense sampling within its bound."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from explore.model.columns import Arrays
-from explore.model.quantities import FloatArray, SampledMetric
+from explore.model.quantities import FloatArray
 from explore.testing import dense_statistics
 from explore.testing.dense_statistics import Statistics
 from explore.testing.subject import COMPUTED, Subject, WindowArgument, name_of
@@ -16,6 +16,8 @@ from explore.testing.subject import COMPUTED, Subject, WindowArgument, name_of
 _TOLERANCES = (1e-9, 1e-12)
 #: Relative error that dense sampling must not exceed to tell anything; and the share of statistics that it must tell.
 _DECISIVE, _DECISIVE_SHARE = 1e-9, 0.9
+#: Bound of a metric in closed form, relative: rounding, which a nearly flat linkage amplifies.
+_CLOSED_FORM = 1e-10
 #: A mean of 0 is at most this, relative to the rms.
 _NO_MEAN = 1e-6
 #: A cv is undefined where the mean is below this, times the tolerance, times the rms.
@@ -86,6 +88,9 @@ class _Dense:
                 return std / mean, (std_error + std / mean * float(errors.mean)) / mean, std / mean
             case "peak":
                 return float(values.magnitude), float(max(errors.min, errors.max)), float(values.magnitude)
+            case "worst":  # of an angle and of 180 deg less it
+                worst = min(values.min, 180.0 - values.max)
+                return float(worst), float(max(errors.min, errors.max)), float(values.magnitude)
             case "peak_to_peak":
                 return float(values.max - values.min), float(errors.max + errors.min), float(values.magnitude)
         scale = {"mean": rms, "variance": rms**2, "power_mean": float(values.power_mean)}.get(name)
@@ -132,22 +137,27 @@ def wrong_zero_means(subject: Subject) -> Iterator[str]:
 
 
 def _deviations(subject: Subject, window: WindowArgument, drive: str) -> Iterator[tuple[str, _Deviation]]:
-    """Each computed statistic of a window beside that of dense sampling, with the name of its signal."""
+    """Each computed statistic of a window beside that of dense sampling, with the name of its signal or closed form."""
     results = [
-        (metric, tolerance, subject.evaluate([metric.name], window, drive, tolerance))
+        (metric.signal.name, metric.name, metric, tolerance, subject.evaluate([metric.name], window, drive, tolerance))
         for metric in subject.sampled_metrics(window)
         for tolerance in _TOLERANCES
     ]
+    for name, metric in subject.closed_forms(window):
+        # with the statistic, which is not computed where the signal does not exist
+        columns = subject.evaluate([name, metric.name], window, drive, _TOLERANCES[0])
+        columns["error"] = np.full(len(subject), _CLOSED_FORM)
+        results.append((name, name, metric, _TOLERANCES[0], columns))
     for design in range(len(subject)):
         computed = [each for each in results if each[-1]["status"][design] in COMPUTED]
         limits = subject.limits(design, window, drive) if computed else None
         if limits is None:
             continue
         values, errors = _measure(subject, design, limits)
-        for metric, tolerance, result in computed:
+        for key, name, metric, tolerance, result in computed:
             row = subject.signals.index(metric.signal)
             dense = _Dense(values.of(row), errors.of(row))
-            yield metric.signal.name, _compare(metric, result, design, tolerance, dense)
+            yield key, _compare(name, metric.statistic, result, design, tolerance, dense)
 
 
 def _measure(subject: Subject, design: int, limits: tuple[float, float]) -> tuple[Statistics, Statistics]:
@@ -157,14 +167,14 @@ def _measure(subject: Subject, design: int, limits: tuple[float, float]) -> tupl
     return dense_statistics.measure(motion, dense_statistics.sample(motion, *limits))
 
 
-def _compare(metric: SampledMetric, result: Arrays, design: int, tolerance: float, dense: _Dense) -> _Deviation:
-    expected, uncertainty, scale = dense.statistic(metric.statistic)
-    value, bound = float(result[metric.name][design]), float(result["error"][design])
-    if metric.statistic == "cv" and np.isnan(value) and not dense.has_cv(tolerance):
+def _compare(name: str, statistic: str, result: Arrays, design: int, tolerance: float, dense: _Dense) -> _Deviation:
+    expected, uncertainty, scale = dense.statistic(statistic)
+    value, bound = float(result[name][design]), float(result["error"][design])
+    if statistic == "cv" and np.isnan(value) and not dense.has_cv(tolerance):
         expected, error, uncertainty = value, 0.0, 0.0
     else:
         error = abs(value - expected) if np.isfinite(value) else np.inf
-    return _Deviation(metric.name, design, value, expected, error, scale, bound, uncertainty)
+    return _Deviation(name, design, value, expected, error, scale, bound, uncertainty)
 
 
 def _sentence(subject: Subject, deviation: _Deviation, window: WindowArgument, drive: str) -> str:

@@ -19,7 +19,10 @@ def wrong_statuses(subject: Subject) -> Iterator[str]:
     """A sentence for each promise of a status that some design breaks."""
     count = int(np.count_nonzero(subject.is_computed))
     if count < _SHARE * len(subject):
-        yield f"only {count} of {len(subject)} designs are computed; the space of the study has too few"
+        yield (
+            f"only {count} of {len(subject)} designs are computed; narrow the ranges of the study to designs that "
+            "move, or give such designs with designs={...}, parameters by name"
+        )
     for window, drive in subject.windows():
         yield from _wrong_rows(subject, window, drive)
     yield from _accepted_parameters(subject)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -13,10 +13,11 @@ from explore.errors import RequestError
 from explore.evaluation.derived import unavailable_metrics
 from explore.evaluation.evaluate import evaluate_columns
 from explore.model.columns import Arrays
+from explore.model.declaration import ANCHORS
 from explore.model.mechanism import Mechanism
 from explore.model.quantities import AnyMetric, FloatArray, SampledMetric, Signal, Window
 from explore.model.status import Status
-from explore.motions import motion_signals, window_limits
+from explore.motions import mark_angles, motion_signals, window_limits
 from explore.request.names import find_metric, make_window
 from explore.request.requests import make_request
 
@@ -101,6 +102,20 @@ class Subject:
         """The statistics of the simulated signals that are defined over a window."""
         return tuple(self._sampled(make_window(self.mechanism, window), self.signals))
 
+    def closed_forms(self, window: WindowArgument) -> Iterator[tuple[str, SampledMetric]]:
+        """The names of the metrics that are statistics over a window in closed form, each with the statistic.
+
+        That of a `worst_of` is called "worst".
+        """
+        declared, signals = make_window(self.mechanism, window), self.signals
+        for metric in self.mechanism.metrics:
+            name = metric.closed_form_of
+            if metric.worst_of:
+                name = f"{metric.worst_of}_min_{self.mechanism.full_turn.name}"
+            statistic = find_metric(self.mechanism, name, declared) if name else None
+            if isinstance(statistic, SampledMetric) and statistic.window == declared and statistic.signal in signals:
+                yield metric.name, replace(statistic, statistic="worst") if metric.worst_of else statistic
+
     def _sampled(self, window: Window, signals: tuple[Signal, ...]) -> Iterator[SampledMetric]:
         for signal in signals:
             for statistic in signal.statistics:
@@ -137,6 +152,13 @@ class Subject:
         signals, _ = motion_signals(self.mechanism, self._one(design), input_angle, "closed-form", 1e-9)
         missing = np.full(len(input_angle), np.nan)
         return np.array([signals.get(signal.name, missing) for signal in self.signals])
+
+    def marks(self, design: int) -> dict[str, float]:
+        """Input angles of the marks of one design and of the anchors by name, deg."""
+        anchor = float(np.rad2deg(self.mechanism.anchor_angle))
+        return dict(zip(ANCHORS, (anchor, anchor + 180.0), strict=True)) | mark_angles(
+            self.mechanism, self._one(design)
+        )
 
     def speed(self, design: int) -> float:
         """The speed of one design."""

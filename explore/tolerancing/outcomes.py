@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from contextvars import ContextVar
 from dataclasses import dataclass, replace
 from typing import Self
 
@@ -20,6 +23,34 @@ from explore.request.requests import TOLERANCES
 from explore.request.tolerances import Tolerance
 
 BoolArray = npt.NDArray[np.bool_]
+#: Parts that are evaluated at once where somebody watches, at first, and seconds that this is to take.
+_FIRST_SLICE, _SLICE_SECONDS = 256, 0.5
+_WATCH: ContextVar[Callable[[int], None] | None] = ContextVar("watch", default=None)
+
+
+@contextmanager
+def watching(watch: Callable[[int], None]) -> Iterator[None]:
+    """Call `watch` with the number of parts after each slice of parts; what it raises ends the evaluation."""
+    token = _WATCH.set(watch)
+    try:
+        yield
+    finally:
+        _WATCH.reset(token)
+
+
+def _evaluate(request: Request, columns: Arrays, count: int) -> Arrays:
+    """The columns of parts; no bit depends on the slices that are evaluated while somebody watches."""
+    watch, start, size, slices = _WATCH.get(), 0, _FIRST_SLICE, list[Arrays]()
+    if watch is None:
+        return evaluate_columns(request, columns).columns
+    while start < count:
+        began = time.monotonic()
+        part = slice(start, start + size)
+        slices.append(evaluate_columns(request, {name: column[part] for name, column in columns.items()}).columns)
+        watch(min(size, count - start))
+        start += size
+        size = size * 4 if time.monotonic() - began < _SLICE_SECONDS else max(size // 4, _FIRST_SLICE)
+    return {name: np.concatenate([each[name] for each in slices]) for name in slices[0]}
 
 
 @dataclass(frozen=True)
@@ -119,7 +150,7 @@ class TolerancedRequest:
         columns: Arrays = {name: np.full(count, value) for name, value in nominal.items()}
         for tolerance, row in zip(self.tolerances, deviations, strict=True):
             columns[tolerance.parameter] = nominal[tolerance.parameter] + row
-        found = evaluate_columns(self.request, columns).columns
+        found = _evaluate(self.request, columns, count)
         status = found["status"]
         is_ok = status == Status.OK
         is_assembled = is_ok | (status == Status.TOLERANCE_NOT_MET)

@@ -6,13 +6,14 @@ import functools
 import math
 import re
 from fractions import Fraction
-from typing import TYPE_CHECKING
+from numbers import Rational
+from typing import TYPE_CHECKING, Self
 
 from explore.errors import RequestError
 from explore.suggest import closest_name, format_value
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
     import pint
 
@@ -36,6 +37,22 @@ _COMMON_UNITS = (
 _EXAMPLES = {"mm": "mm, cm, m or in", "deg": "deg or rad", "rad/s": "rad/s, deg/s, rpm or Hz"}
 
 
+#: A full turn, deg.
+_TURN = 360
+
+
+class WrittenNumber(float):
+    """A number of a text: the nearest double, and the decimal digits, which tell large angles apart."""
+
+    text: str
+
+    def __new__(cls, text: str) -> Self:
+        """Read a decimal number."""
+        number = super().__new__(cls, text)
+        number.text = text
+        return number
+
+
 def quantity(value: object, unit: str) -> float:
     """Convert a quantity to the declared unit.
 
@@ -57,7 +74,33 @@ def quantity(value: object, unit: str) -> float:
         With the reason alone; the caller adds the key.
     """
     if isinstance(value, str):
-        return _convert(value, unit)
+        return _as_float(_convert(value, unit), value)
+    return _number(value, unit)
+
+
+def exact_quantity(value: object, unit: str) -> Fraction:
+    """The exact value of a quantity in the declared unit; see `quantity`.
+
+    The digits are decimal, those of a float the fewest that tell it apart, so that a study keeps its angles when it is
+    written and read; a unit with pi in its factor has 50 digits.
+    """
+    if isinstance(value, str):
+        _as_float(exact := _convert(value, unit), value)
+        return exact
+    number = _number(value, unit)
+    if isinstance(value, WrittenNumber):
+        return Fraction(value.text)
+    return Fraction(value) if isinstance(value, Rational) else Fraction(repr(float(number)))
+
+
+def without_turns(angles: Sequence[Fraction]) -> list[Fraction]:
+    """Exact angles, deg, less the whole turns of the first of them."""
+    turns = _TURN * int(angles[0] / _TURN) if angles else 0
+    return [angle - turns for angle in angles]
+
+
+def _number(value: object, unit: str) -> float:
+    """A finite number that needs no unit."""
     if isinstance(value, bool):
         raise RequestError(f"{format_value(value)} is not a number")
     try:
@@ -75,8 +118,16 @@ def _example(unit: str) -> str:
     return "" if unit in ("", "1") else f', such as "10 {unit}"'
 
 
-def _convert(text: str, unit: str) -> float:
-    """Convert a string with a unit to the declared unit."""
+def _as_float(exact: Fraction, text: str) -> float:
+    """The nearest double of an exact value."""
+    try:
+        return float(exact)
+    except OverflowError:
+        raise RequestError(f"{format_value(text)} is too large") from None
+
+
+def _convert(text: str, unit: str) -> Fraction:
+    """Convert a string with a unit to the declared unit, exactly."""
     match = _QUANTITY.fullmatch(text) if len(text) <= _MOST_CHARACTERS else None
     if match is None:
         raise RequestError(f"{format_value(text)} is not a number with a unit{_example(unit)}")
@@ -85,11 +136,7 @@ def _convert(text: str, unit: str) -> float:
         with_unit = "" if unit in ("", "1") else f' or "{number} {unit}"'
         raise RequestError(f"{format_value(text)} has no unit; write {number} without quotes{with_unit}")
     # A Fraction keeps the decimal digits: lengths whose sum is exactly 0 in one unit have the sum 0 in every unit.
-    exact = Fraction(number) * unit_factor(written_unit, unit)
-    try:
-        return float(exact)
-    except OverflowError:
-        raise RequestError(f"{format_value(text)} is too large") from None
+    return Fraction(number) * unit_factor(written_unit, unit)
 
 
 def check_unit(unit: str) -> None:

@@ -11,7 +11,7 @@ import functools
 import math
 import re
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 
 import numpy as np
@@ -32,6 +32,7 @@ QUANTITIES = {
 }  # fmt: skip
 #: Quantities that compound units may consist of to follow, and those of them that they follow.
 _KINEMATIC, _FOLLOWED = ("length", "angle", "time"), ("length", "angle")
+_HEADING = re.compile(r"(.*?)\s*\[([^][]*)\]", re.DOTALL)
 _ONE_FACTOR = re.compile(r"[^\W\d]+|°")
 _NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?", re.ASCII)
 #: All smaller integers are exact as a float.
@@ -108,12 +109,19 @@ class ShownUnits:
     ----------
     units
         The unit of each quantity of `QUANTITIES` that has one.
+    given
+        The unit of each column that a study gives in another one than the declared; a chosen one wins.
     """
 
     units: Mapping[str, str] = field(default_factory=dict)
+    given: Mapping[str, str] = field(default_factory=dict)
 
     def __bool__(self) -> bool:
-        return bool(self.units)
+        return bool(self.units or self.given)
+
+    def with_given(self, given: Mapping[str, str]) -> ShownUnits:
+        """The same, with the units in which a study gives columns."""
+        return replace(self, given=given)
 
     def scale(self, declared: str) -> Scale:
         """The scale of values in a declared unit."""
@@ -123,7 +131,12 @@ class ShownUnits:
 
     def scales(self, units: Mapping[str, str]) -> dict[str, Scale]:
         """The scale of each column, from its declared unit."""
-        return {name: self.scale(unit) for name, unit in units.items()}
+        return {name: self._scale_of(name, unit) for name, unit in units.items()}
+
+    def _scale_of(self, name: str, declared: str) -> Scale:
+        if name not in self.given or self.units.get(_quantity(declared)):
+            return self.scale(declared)
+        return Scale(declared, self.given[name], 1 / unit_factor(self.given[name], declared))
 
 
 def read_shown_units(entries: Mapping[str, object]) -> ShownUnits:
@@ -207,3 +220,9 @@ def headings(scales: Mapping[str, Scale], names: Iterable[str]) -> dict[str, str
     """Names of columns in tables that carry no units: with the unit where it is not the declared one, "crank [in]"."""
     known = {name: scales[name] for name in names if name in scales and not scales[name].is_declared}
     return {name: f"{name} [{scale.shown}]" for name, scale in known.items()}
+
+
+def split_heading(text: str) -> tuple[str, str]:
+    """The name and the unit of a heading such as "crank [in]"; the unit is empty where there is none."""
+    match = _HEADING.fullmatch(text.strip())
+    return (match[1], match[2].strip()) if match else (text.strip(), "")

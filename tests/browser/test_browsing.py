@@ -158,6 +158,40 @@ def test_designs_are_chosen_and_pinned(page, frame):
     assert float(crank) == pytest.approx(frame["crank"].iloc[number], rel=1e-5)
 
 
+def test_a_chosen_design_is_saved_and_linked(page, frame):
+    last = page.locator("#ranking tbody button").last
+    number = int(last.inner_text().replace(",", ""))
+    last.click()
+    page.wait_for_selector(f"#design h2:has-text('Design {number:,}')")
+    with page.expect_download() as told:
+        page.click(f"[aria-label='study (TOML) of design {number}']")
+    assert told.value.suggested_filename == f"grid-{number}.toml"
+    assert f"crank = {float(frame['crank'].iloc[number])}" in told.value.path().read_text()
+    address = page.get_attribute("#design .files a:text-is('link to this design')", "href")
+    page.goto("about:blank")
+    page.goto(address)
+    wait_shown(page)
+    page.wait_for_selector(f"#design h2:has-text('Design {number:,}')")
+
+
+def test_units_and_limits_are_shown_as_people_write_them(page):
+    field = "[aria-label='least crank']"
+    page.fill(field, "100.00000030900")
+    page.keyboard.press("Tab")
+    assert page.input_value(field) == "100"
+    assert page.locator("#cloud .title").count() == 2
+    overlaps = """() => {
+        const axis = [...document.querySelectorAll('#cloud svg > g')].at(-1);
+        const title = axis.querySelector('.title').getBoundingClientRect();
+        return [...axis.querySelectorAll('.tick text')].some((tick) => tick.getBoundingClientRect().left < title.right);
+    }"""
+    assert not page.evaluate(overlaps)
+    bars = page.eval_on_selector_all(
+        ".histogram canvas", "all => all.map((one) => Math.round(one.getBoundingClientRect().bottom))"
+    )
+    assert len(set(bars[:4])) == 1, "in one line also beside a heading that is wrapped"
+
+
 def test_several_results_are_shown_together(page, frame):
     page.select_option("#compare select", "short")
     page.wait_for_selector("h1:text-is('grid and short')")

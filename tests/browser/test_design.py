@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import io
+from xml.etree import ElementTree
+
 import numpy as np
+import pandas as pd
 import pytest
 
 import explore
@@ -303,3 +307,30 @@ def test_curves_show_the_limit_lines_and_strokes_of_the_study(browser, tmp_path,
                 length = max(row[2] for row in rows) - min(row[1] for row in rows)
                 shortest, longest = lines[title]
                 assert shortest - 0.2 < length < longest
+
+
+def saved(page, text):
+    with page.expect_download() as told:
+        page.click(f"#design .files button:text-is('{text}')")
+    return told.value.path().read_text()
+
+
+def test_the_chosen_design_is_saved(page, frame, tmp_path):
+    design = page.evaluate("exploreReport.page.model.designs[exploreReport.page.shared.chosen.row]")
+    (tmp_path / "chosen.toml").write_text(saved(page, "study (TOML)"))
+    study = explore.load_study(tmp_path / "chosen.toml")
+    values = {name: column[0] for name, column in study.space.designs(0, 1).items()}
+    assert study.space.n_designs == 1
+    for name in ("crank", "coupler", "rocker", "ground", "speed"):
+        assert values[name] == frame[name].iloc[design], name
+    motion = pd.read_csv(io.StringIO(saved(page, "motion (CSV)")))
+    assert motion.shape[0] == 360
+    assert motion.iloc[:, 0].tolist() == list(range(360))
+    lengths = {name: float(values[name]) for name in ("crank", "coupler", "rocker", "ground", "speed")}
+    expected = explore.simulate("crank-rocker", lengths, angles=360)
+    (heading,) = [name for name in motion if name.startswith("rocker_velocity ")]
+    assert motion[heading].to_numpy() == pytest.approx(expected["rocker_velocity"].to_numpy(), rel=1e-9, abs=1e-9)
+    drawing = ElementTree.fromstring(saved(page, "drawing (SVG)"))
+    paths = drawing.findall("{http://www.w3.org/2000/svg}path")
+    assert len(paths) > 5
+    assert all("NaN" not in path.get("d") for path in paths)

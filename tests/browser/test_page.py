@@ -325,3 +325,15 @@ def test_an_axis_without_values_has_no_ticks(browser, tmp_path):
         assert tick_labels(page, "swing angle deg") == []
         assert len(tick_labels(page, "coupler mm")) > 2
         assert page.locator("#scatter .tick").count() == 0
+
+
+@pytest.mark.parametrize("width", [60, 120, 200])
+def test_no_rectangle_has_a_negative_size_in_a_narrow_window(browser, study, width):
+    """The browser says so on its console, which fails the test as well."""
+    with silent_page(browser, study.path.with_suffix(".html"), viewport={"width": width, "height": 800}) as page:
+        settle(page)
+        sizes = page.evaluate(
+            "Array.from(document.querySelectorAll('rect'), r => [r.getAttribute('width'), r.getAttribute('height')])"
+        )
+        assert page.evaluate("document.querySelector('#scatter svg').clientWidth") > 0
+    assert [size for pair in sizes for size in pair if size is not None and float(size) < 0.0] == []

@@ -80,6 +80,42 @@ def test_a_day_with_the_page(page, served):
     assert page.evaluate("document.documentElement.scrollWidth") <= 390
 
 
+def test_a_colleague_is_invited_and_a_link_that_was_used_says_so(browser, page, served):
+    page.goto(f"{served.url}/#token={served.new_link()}")
+    page.wait_for_selector("#state:text-is('connected')")
+    page.fill("#guest", "Anna")
+    page.select_option("#right", "full")
+    page.click("#invite button")
+    page.wait_for_selector("#link:visible")
+    link = page.input_value("#link")
+    with service_page(browser, served) as guest:
+        guest.goto(link)
+        guest.wait_for_selector("#state:text-is('connected')")
+        guest.fill("#name", "annas")
+        guest.fill("#study", FEW)
+        guest.click("#form button[type=submit]")
+        page.wait_for_selector("#jobs tr:has(th:text-is('annas')) td:has-text(', Anna')")
+        page.wait_for_selector(state("annas", "done"), timeout=240_000)
+    with service_page(browser, served) as late:
+        late.goto(link)
+        late.wait_for_selector("#state:has-text('this link was used already')")
+    wait_until(lambda: delete(page, "annas"))
+
+
+def test_a_submission_does_not_wait_for_a_dry_run(page, served):
+    page.goto(f"{served.url}/#token={served.new_link()}")
+    page.wait_for_selector("#state:text-is('connected')")
+    page.route("**/api/studies?dry_run=true", lambda route: None)  # is never answered
+    page.fill("#name", "meanwhile")
+    page.fill("#study", FEW)
+    page.click("#plan")
+    page.wait_for_selector("#outcome:has-text('measuring')")
+    page.click("#form button[type=submit]")
+    page.wait_for_selector(state("meanwhile", "done"), timeout=240_000)
+    assert page.inner_text("#outcome") == "meanwhile is queued"
+    wait_until(lambda: delete(page, "meanwhile"))
+
+
 def test_a_study_is_started_from_edited_and_submitted_by_keys_alone(page, served):
     page.goto(f"{served.url}/#token={served.new_link()}")
     page.wait_for_selector("#state:text-is('connected')")
@@ -156,7 +192,8 @@ def test_a_page_says_so_when_the_server_is_killed_and_goes_on_with_a_new_link(pa
     page.wait_for_selector("#state:text-is('the server does not answer; trying again …')")
     again = Served(served.folder, port=served.url.rpartition(":")[2])
     try:
-        page.wait_for_selector("#state:text-is('Open the link that the server printed when it started.')")
+        reason = "Open the link that the server printed when it started, or that somebody made for you."
+        page.wait_for_selector(f"#state:text-is('{reason}')")
         page.goto("about:blank")
         page.goto(f"{again.url}/#token={again.link}")
         page.wait_for_selector("#state:text-is('connected')")

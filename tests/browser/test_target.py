@@ -12,18 +12,21 @@ from explore.charts.path import path_chart
 
 STUDY = """mechanism = "crank-rocker"
 [points]
-M = { along = -22.371, across = 7.0966 }
+M = { along = "-22.371 mm", across = "7.0966 mm" }
 [target]
 kind = "path"
-points = [[-27.0, 1.0], [-11.571, -11.642], [3.857, -24.285], [15.0, -29.9], [27.2, -25.0], [28.0, -10.0], [15.0, 10.6]]
+points = [
+    ["-27 mm", "1 mm"], ["-11.571 mm", "-11.642 mm"], ["3.857 mm", "-24.285 mm"], ["15 mm", "-29.9 mm"],
+    ["27.2 mm", "-25 mm"], ["28 mm", "-10 mm"], ["15 mm", "10.6 mm"],
+]
 closed = true
 [parameters]
-crank = [17, 17.43]
-coupler = 25.46
-rocker = 64.57
-ground = 65.87
-crank_pivot_x = -11.55
-crank_pivot_y = -20.14
+crank = ["17 mm", "17.43 mm"]
+coupler = "25.46 mm"
+rocker = "64.57 mm"
+ground = "65.87 mm"
+crank_pivot_x = "-11.55 mm"
+crank_pivot_y = "-20.14 mm"
 ground_angle = [170.8, 165]
 [units]
 length = "in"

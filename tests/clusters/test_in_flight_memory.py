@@ -18,7 +18,7 @@ def resident():
 
 if __name__ == "__main__":
     count, results = int(sys.argv[1]), []
-    with Client(processes=False, n_workers=1, threads_per_worker=2, dashboard_address=None) as client:
+    with Client(processes=False, n_workers=1, threads_per_worker=2, dashboard_address="127.0.0.1:0") as client:
         submit = lambda number, _: client.submit(abs, number, pure=False, retries=0)
         run = lambda blocks: BlocksInFlight(
             client, submit, lambda number, result: results.append(number == result), print, lambda *_, **__: None

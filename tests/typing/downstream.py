@@ -42,6 +42,8 @@ def sweep_study(study: explore.Study, folder: Path) -> explore.Results:
     assert same == study == pickle.loads(pickle.dumps(study))
     with warnings.catch_warnings():
         warnings.simplefilter("error", explore.FailedBlocksWarning)
+        warnings.simplefilter("ignore", explore.DoubtfulInputWarning)
+        warnings.simplefilter("error", explore.NothingFeasibleWarning)
         try:
             results: explore.Results = explore.sweep(study, folder / "results.h5", workers=1, keep="all")
         except explore.FailedBlocksWarning as warning:
@@ -49,6 +51,7 @@ def sweep_study(study: explore.Study, folder: Path) -> explore.Results:
             raise RuntimeError(f"{len(reasons)} blocks failed") from warning
     table: pd.DataFrame = explore.read_results(results.path, columns=["cv", "feasible"])
     assert len(table) == len(explore.open_results(results.path).to_pandas()) == study.space.n_designs
+    assert set(explore.in_words(explore.rank(results))["status"]) == {"ok"}
     assert explore.xarray(results)["cv"].attrs["units"] == "1"
     refined: explore.Results = explore.refine(results, folder / "refined.h5", evaluations=256, seed=1, workers=1)
     assert refined.objectives == results.objectives
@@ -145,7 +148,7 @@ def find_linkages(folder: Path) -> explore.Results:
     return found
 
 
-def refused() -> list[explore.ExploreError]:
+def refused(found: explore.Results) -> list[explore.ExploreError]:
     """One error of each kind that needs no cluster."""
     errors: list[explore.ExploreError] = []
     lengths = {"crank": 100.0, "coupler": 1000.0, "rocker": 500.0, "ground": 700.0}
@@ -157,6 +160,10 @@ def refused() -> list[explore.ExploreError]:
         errors.append(error)
     try:
         explore.evaluate("crank-rocker", lengths, metrics=["cvv"])
+    except explore.RequestError as error:
+        errors.append(error)
+    try:
+        charts.dwell_chart(found)  # these linkages have no slider
     except explore.RequestError as error:
         errors.append(error)
     try:
@@ -186,7 +193,7 @@ def main(folder: Path) -> None:
     export_design(results, design, folder)
     found = find_linkages(folder)
     figures = draw_charts(results, found, cover, tune_design(design), tolerance_designs(results))
-    print(study, design, cover.gaps, len(figures), *refused(), sep="\n")
+    print(study, design, cover.gaps, len(figures), *refused(found), sep="\n")
 
 
 if __name__ == "__main__":

@@ -75,6 +75,13 @@ def _lengths(study: Study, config: Path) -> tuple[tuple[float, float], list[floa
 
     from explore.designs.spaces import ContinuousAxis, ListedAxis, SolvedLength, SpacedAxis
 
+    mechanism = study.request.mechanism
+    if set(mechanism.loop_lengths) != {"crank", "coupler", "rocker", "ground"}:
+        raise RequestError(
+            f"{config}: coverage is of linkages with crank, coupler, rocker and ground, not of {mechanism.name}; "
+            "`explore sweep` and then `explore plot map` show what its ranges reach"
+        )
+
     def values(name: str) -> list[float]:
         axis = next((axis for axis in study.space.axes if axis.name == name), None)
         if axis is None or isinstance(axis, SolvedLength):

@@ -21,7 +21,10 @@ def init(
     task: Annotated[
         str | None,
         typer.Option(
-            autocompletion=complete_tasks, metavar="TYPE", help="Write a task instead, such as path or motion."
+            autocompletion=complete_tasks,
+            metavar="TYPE",
+            help="Write a task instead: path, slider-path, motion (also poses), function, dead-positions (also swing) "
+            "or dwell.",
         ),
     ] = None,
 ) -> None:

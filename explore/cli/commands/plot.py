@@ -28,12 +28,13 @@ KINDS = {
     "path": ("design",),
     "cognates": ("design",),
     "burmester": ("design",),
+    "dwell": ("design",),
     "map": ("x", "y", "metric", "design"),
     "parallel": ("metric",),
     "ratio": ("design",),
 }
 #: Kinds that simulate a design, which needs the kernels.
-_SIMULATED_KINDS = ("motion", "mechanism", "path", "cognates", "burmester")
+_SIMULATED_KINDS = ("motion", "mechanism", "path", "cognates", "burmester", "dwell")
 
 
 def _complete_kinds() -> list[str]:
@@ -46,7 +47,7 @@ def plot(
         typer.Argument(
             metavar="KIND",
             autocompletion=_complete_kinds,
-            help="pareto, motion, mechanism, path, cognates, burmester, map, parallel or ratio.",
+            help="pareto, motion, mechanism, path, cognates, burmester, dwell, map, parallel or ratio.",
         ),
     ],
     results: Annotated[

@@ -28,6 +28,8 @@ if TYPE_CHECKING:
 
 #: Formats of a table with numbers and words in one column, which Parquet does not hold.
 _ENDINGS = (".csv", ".json", ".md")
+#: The command that continues unfinished results, by how their designs were chosen; of others it is `sweep`.
+_COMMANDS = {"refinement": "refine", "tolerances": "tolerance", "synthesis": "synthesize"}
 
 
 def show(
@@ -70,7 +72,7 @@ def _show_results(results: Results, *, as_json: bool) -> None:
     if results.keep != "all":
         say(f"{results.n_designs:,} of {results.n_studied:,} designs were kept, the Pareto-optimal ones", data=True)
     if not results.is_complete:
-        command = "refine" if results.attributes.get("sampler") == "refinement" else "sweep"
+        command = _COMMANDS.get(str(results.attributes.get("sampler")), "sweep")
         say(f"run its `explore {command}` again to continue", data=True)
     print_table(
         "designs by status",

@@ -125,9 +125,9 @@ def _write(motion: pd.DataFrame, output: Path | None, *, as_json: bool) -> None:
         else:
             motion.to_csv(sys.stdout)
         return
-    from explore.files import new_file, real_path
+    from explore.store.outputs import new_output
 
-    with new_file(real_path(output)) as unfinished:
+    with new_output(output) as unfinished:
         if as_json or output.suffix == ".json":
             unfinished.write_text(json.dumps(columns), encoding="utf-8")
         else:

@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 import re
-import threading
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -19,8 +16,8 @@ from explore.errors import RequestError
 if TYPE_CHECKING:
     from explore.serving.client import JobHandle, Service
 
-#: Seconds after which a dry run says why it takes long.
-_LONG = 3.0
+#: A line that may name a file of points.
+_NAMES_A_FILE = re.compile(r"^\s*file\s*=", re.MULTILINE)
 
 
 def submit(
@@ -75,8 +72,7 @@ def submit(
             raise RequestError("--metric, --evaluations and --seed are for --refine; those of a file are in the file")
         new = _NewFile(service, file, name, keep, priority)
     if dry_run:
-        with _patience():
-            plan = new.plan()
+        plan = new.plan()
         print_json(plan) if as_json else _print_plan(plan)
         return
     job = new.submit()
@@ -116,6 +112,10 @@ class _NewFile:
         from explore.config import toml_text
 
         text = toml_text.read_text(str(self.file))
+        if _NAMES_A_FILE.search(text):  # what reads points takes a second to import
+            from explore.serving.inlined_points import with_points
+
+            text = with_points(text, self.file)
         return text, self.name or re.sub(r"[^a-z0-9_-]+", "-", self.file.stem.lower()).strip("-_")
 
 
@@ -149,6 +149,8 @@ class _NewRefinement:
 
 def _print_plan(plan: dict[str, Any]) -> None:
     """Print what a job would make and take."""
+    for remark in plan.get("remarks", []):  # which older services do not have
+        say(f"warning: {remark}", "yellow")
     if plan["designs"] is None:
         found = f"linkages of a {plan['mechanism']} for a task ({plan['method']})"
         say(f"{found}; how many, and how long the search takes, is known when it is done")
@@ -156,19 +158,8 @@ def _print_plan(plan: dict[str, Any]) -> None:
     size = "the front only" if plan["bytes"] is None else f"{plan['bytes'] / 1e6:,.1f} MB"
     seconds = "" if plan["seconds"] is None else f", about {plan['seconds']:.2g} s of computing"
     say(f"{count_of(plan['designs'], 'design')} ({plan['method']}), {plan['columns']} columns, {size}{seconds}")
-
-
-@contextmanager
-def _patience() -> Iterator[None]:
-    """Say what takes so long, if it does."""
-    text = "the service measures a design; the first study of a mechanism compiles before, up to a minute"
-    timer = threading.Timer(_LONG, say, (text, "dim"))
-    timer.daemon = True
-    timer.start()
-    try:
-        yield
-    finally:
-        timer.cancel()
+    if plan.get("note"):
+        say(plan["note"], "dim")
 
 
 def _wait(job: JobHandle) -> None:

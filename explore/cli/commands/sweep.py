@@ -104,6 +104,7 @@ def _sweep(options: SweepOptions, *, dry_run: bool) -> int:
     if dry_run:
         from explore.cli.sweep_plan import print_plan
 
+        announce_compiling()
         print_plan(
             study, path, keep=options.keep, workers=options.work.workers, on_cluster=options.work.scheduler is not None
         )

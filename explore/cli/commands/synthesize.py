@@ -67,6 +67,9 @@ def synthesize(
         _print_candidates(results, candidates)
     if not quiet:
         say(f"wrote {path}; now run: {shlex.join(['explore', 'rank', str(path)])}")
+    if candidates.is_interrupted:
+        say("interrupted: these were found so far; --restart searches anew", "yellow")
+        raise typer.Exit(130)
 
 
 def _run(loaded: TaskFile, path: Path, progress: Any, *, restart: bool) -> tuple[Candidates, Results]:
@@ -104,11 +107,19 @@ def _print_plan(task: Path, path: Path, loaded: TaskFile, *, as_json: bool) -> N
 
 
 def _best_first(results: Results) -> pd.DataFrame:
-    """All candidates: feasible ones first, and by the first objective."""
+    """All candidates: feasible ones first, then those that pass all places, whose codes are from the best on, and by
+    the first objective.
+    """
+    from explore.synthesis.tasks.placed_four_bars import PASSAGE
+
     frame = results.to_pandas()
     name, _, sense = results.objectives[0].partition(":")
-    keys = {"rejected": ~frame["feasible"], "objective": -frame[name] if sense == "max" else frame[name]}
-    return frame.loc[frame.assign(**keys).sort_values(["rejected", "objective"], kind="stable").index]
+    keys = {
+        "rejected": ~frame["feasible"],
+        "passing": frame.get(PASSAGE.name, 0),
+        "objective": -frame[name] if sense == "max" else frame[name],
+    }
+    return frame.loc[frame.assign(**keys).sort_values(list(keys), kind="stable").index]
 
 
 def _print_candidates(results: Results, candidates: Candidates) -> None:
@@ -138,11 +149,14 @@ def _print_candidates(results: Results, candidates: Candidates) -> None:
         [("design", ""), *((name, results.units.get(name, "")) for name in names)],
         rows,
         f"{hidden:,} more: explore rank {results.path} --top 0 lists the best of them" if hidden > 0 else "",
+        # what a linkage is built from stays longest
         droppable=[
-            *reversed(parameters),
             added[0],
+            *(name for name in parameters if name == results.speed),
             *reversed(objectives[2:]),
             *(name for name in added[1:] if name not in objectives),
+            *objectives[1:2],
+            *(name for name in reversed(parameters) if name != results.speed),
         ],
         hint="--json prints all",
     )

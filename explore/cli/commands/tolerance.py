@@ -43,8 +43,8 @@ def tolerance(
         typer.Option(
             "--tolerance",
             metavar="NAME=VALUE",
-            help="Half the width: crank=0.1, 'coupler=50 um', rocker=0.2:uniform; in place of the study's. A number "
-            "without a unit is in the unit of the tables.",
+            help="Half the width: crank=0.1, 'coupler=50 um', rocker=0.2:uniform, or 0.1 of all lengths; in place of "
+            "the study's. A number without a unit is in the unit of the tables.",
         ),
     ] = None,
     draws: Annotated[
@@ -82,13 +82,13 @@ def tolerance(
     plan = plan_tolerances(source, entries, design or None, draws=draws or DRAWS, seed=seed)
     for target in output or []:
         if target.suffix.lower() == _RESULTS_ENDING:
-            check_target(source, target, restart=restart)
+            check_target(plan, target, restart=restart)
     announce_compiling()
     cluster = work.cluster(plan.run.request.request.mechanism.name)
     if work.scheduler is None:
         compile_kernels(plan.run.request.exact.request)
     try:
-        with terminable(), block_bar("parts drawn") as progress:
+        with terminable(), block_bar("parts drawn", lines=True) as progress:
             robustness = plan.robustness(plan.run.compute(cluster, progress))
     except KeyboardInterrupt:
         say("interrupted; nothing was written")
@@ -100,7 +100,7 @@ def tolerance(
     elif len(shown.designs) == 1:
         _print_design(shown, scales)
     else:
-        _print_front(shown, explore.rank(robustness.designs).index)
+        _print_front(shown, explore.rank(robustness.designs).index, source)
     for target in output or []:
         if target.suffix.lower() == _RESULTS_ENDING:
             plan.write(robustness, target, restart=restart)
@@ -121,16 +121,25 @@ def _check_outputs(path: Path, outputs: Sequence[Path]) -> None:
 
 
 def _parse(texts: Sequence[str], source: Results, units: ShownUnits) -> dict[str, object]:
-    """Tolerances from NAME=VALUE or NAME=VALUE:DISTRIBUTION; numbers without a unit are in the shown one."""
+    """Tolerances from NAME=VALUE or NAME=VALUE:DISTRIBUTION; numbers without a unit are in the shown one.
+
+    A VALUE without a name is that of all lengths that no other text names.
+    """
     from explore.request.names import find_mechanism
 
     mechanism = find_mechanism(source.mechanism, source.points)
     scales = units.scales({parameter.name: parameter.unit for parameter in mechanism.parameters})
+    swept = {column.name for column in source.columns if column.role == "parameter"}
+    lengths = [p.name for p in mechanism.parameters if p.unit == "mm" and p.affects in ("motion", "point")]
     entries: dict[str, object] = {}
-    for text in texts:
-        name, equals, value = text.partition("=")
-        if not equals:
-            raise RequestError(f"--tolerance {text}: write NAME=VALUE, such as crank=0.1")
+    for text in sorted(texts, key=lambda text: "=" in text):
+        if "=" not in text:
+            if not text.lstrip("+-.")[:1].isdecimal():
+                raise RequestError(f"--tolerance {text}: write NAME=VALUE, such as crank=0.1, or 0.1 of all lengths")
+            of_all = [f"{name}={text}" for name in lengths if name in swept]
+            entries |= _parse(of_all, source, units)
+            continue
+        name, _, value = text.partition("=")
         width, colon, distribution = value.partition(":")
         try:
             entry: dict[str, object] = {"plus_minus": number_or_text(width, scales.get(name))}
@@ -162,7 +171,7 @@ def _print_design(robustness: Robustness, scales: Mapping[str, Scale]) -> None:
     print_table("metrics of parts", columns, rows, caption, droppable=droppable, hint="--json prints all")
     for column, title, scale, digits in (
         ("share", "share of the variance to first order, %", 100.0, 3),
-        ("derivative", "first derivatives", 1.0, 6),
+        ("derivative", f"first derivatives, in the unit of the metric per {_unit_of(robustness, scales)}", 1.0, 6),
     ):
         table = robustness.by_dimension(design, column)
         rows = [
@@ -171,6 +180,12 @@ def _print_design(robustness: Robustness, scales: Mapping[str, Scale]) -> None:
         ]
         widths = [(t.parameter, _width(t.plus_minus, scales[t.parameter])) for t in robustness.tolerances]
         print_table(title, [("metric", ""), *widths], rows, hint="--json prints all")
+
+
+def _unit_of(robustness: Robustness, scales: Mapping[str, Scale]) -> str:
+    """The unit that all dimensions with tolerances have."""
+    units = {scales[tolerance.parameter].shown for tolerance in robustness.tolerances}
+    return units.pop() if len(units) == 1 else "unit of the dimension"
 
 
 def _width(plus_minus: float, scale: Scale) -> str:
@@ -203,14 +218,16 @@ def _extreme(row: Mapping[str, Any], side: str) -> str:
     return number(row[side], 7) + " *" * is_found
 
 
-def _print_front(robustness: Robustness, front: pd.Index) -> None:
-    """Print the yield front, or all designs where none is feasible."""
+def _print_front(robustness: Robustness, front: pd.Index, source: Results) -> None:
+    """Print the yield front, or all designs where none is feasible, with what they are built from."""
     frame = robustness.designs
     units = frame.attrs["units"]
     best = frame.loc[front]
     objectives = [text.partition(":")[0] for text in frame.attrs["objectives"]]
     shown = (best if len(best) else frame).head(_N_LINES)
-    names = [*objectives[:1], "failure_probability", *objectives[1:]]
+    speed = [name for name in _parameters(source) if name == source.speed]
+    built = [name for name in _parameters(source) if name not in speed]
+    names = [*objectives[:1], "failure_probability", *objectives[1:], *built, *speed]
     rows = [[str(index), *(number(float(row[name])) for name in names)] for index, row in shown.iterrows()]
     title = f"{len(best):,} of {count_of(len(frame), 'design')} that nothing beats in {', '.join(objectives)}"
     if not len(best):
@@ -218,7 +235,14 @@ def _print_front(robustness: Robustness, front: pd.Index) -> None:
     n_rows = len(best) or len(frame)
     caption = f"the first {_N_LINES} of {n_rows:,}; -o FILE.h5 writes all" if n_rows > _N_LINES else ""
     headings = [("design", ""), *((name, units[name]) for name in names)]
-    print_table(title, headings, rows, caption)
+    # what a linkage is built from stays longest
+    droppable = [*speed, *reversed(objectives[2:]), "failure_probability", *objectives[1:2], *reversed(built)]
+    print_table(title, headings, rows, caption, droppable=droppable, hint="--json prints all")
+
+
+def _parameters(source: Results) -> list[str]:
+    """The parameters of the designs that the study gives."""
+    return [column.name for column in source.columns if column.role == "parameter"]
 
 
 def _as_json(robustness: Robustness, scales: Mapping[str, Scale]) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""The crank-rocker of a pulsating stepless transmission: its declaration."""
+"""The crank-rocker, also of a pulsating stepless transmission: its declaration."""
 
 from dataclasses import replace
 
@@ -50,13 +50,16 @@ _STROKE_WINDOWS = ("drive", "return", *_STROKES)
 _GEOMETRY_METRICS = (
     Metric("linkage_class", "", "class of the linkage", labels=four_bar.CLASS_LABELS),
     Metric("grashof_margin", "mm", "Grashof margin: middle two lengths minus shortest and longest", "max"),
-    Metric("swing_angle", "deg", "swing of the rocker", "max", lower=0.0, upper=180.0),
+    Metric("swing_angle", "deg", "swing of the rocker", "max", lower=0.0, upper=180.0,
+           closed_form_of="rocker_angle_peak_to_peak_cycle"),
     Metric("mid_angle", "deg", "mean of the rocker's two limit angles", lower=-180.0, upper=180.0),
     Metric("time_ratio", "1", "time ratio: longer crank interval over shorter", lower=1.0),
     Metric("mean_output_ratio", "1", "mean output speed over input speed with one clutch", "max", lower=0.0, upper=0.5),
-    Metric("transmission_angle_min", "deg", "smallest transmission angle over the turn", "max", lower=0.0, upper=180.0),
-    Metric("transmission_angle_max", "deg", "largest transmission angle over the turn", "min", lower=0.0, upper=180.0),
-)
+    Metric("transmission_angle_min", "deg", "smallest transmission angle over the turn", "max", lower=0.0, upper=180.0,
+           closed_form_of="transmission_angle_min_cycle"),
+    Metric("transmission_angle_max", "deg", "largest transmission angle over the turn", "min", lower=0.0, upper=180.0,
+           closed_form_of="transmission_angle_max_cycle"),
+)  # fmt: skip
 _CLOSED_NAMES = tuple(metric.name for metric in _GEOMETRY_METRICS)
 _SAMPLED_DEFAULTS = (
     *(
@@ -75,7 +78,7 @@ _CLUTCH_DEFAULTS = ("output_velocity_mean", "output_velocity_variance", "output_
 
 _EXTENDED = Mechanism(
     name="crank-rocker",
-    summary="four-bar whose crank turns and whose rocker swings: the heart of a pulsating stepless transmission",
+    summary="four-bar whose crank turns and whose rocker swings: wipers, coupler curves, pulsating transmissions",
     parameters=(
         Parameter("crank", "mm", "crank length"),
         Parameter("coupler", "mm", "coupler length"),
@@ -180,7 +183,7 @@ _EXTENDED = Mechanism(
         "clutch": (*_CLOSED_NAMES, *_CLUTCH_DEFAULTS),
     },
     objectives=("cv", "swing_angle:max", "transmission_angle_min:max"),
-    kernel_version="3",
+    kernel_version="4",
     n_constants=ExtendedRow.STATUS,
     rows=ExtendedRow,
     signal_rows=EXTENDED_SIGNAL_ROWS,

@@ -39,7 +39,8 @@ _SIGNALS = (
 _METRICS = (
     Metric("linkage_class", "", "class of the linkage", labels=four_bar.CLASS_LABELS),
     Metric("grashof_margin", "mm", "Grashof margin: middle two lengths minus shortest and longest", "max"),
-    Metric("swing_angle", "deg", "swing of the rocker", "max", lower=0.0, upper=180.0),
+    Metric("swing_angle", "deg", "swing of the rocker", "max", lower=0.0, upper=180.0,
+           closed_form_of="rocker_angle_peak_to_peak_cycle"),
     Metric("mid_angle", "deg", "mean of the rocker's two limit angles", lower=-180.0, upper=180.0),
     Metric("time_ratio", "1", "time ratio: longer crank interval over shorter", "min", lower=1.0),
     Metric("transmission_angle_worst", "deg", "smallest of transmission angle and 180 deg less it in a turn", "max",
@@ -93,7 +94,7 @@ _EXTENDED = Mechanism(
     ),
     default_metrics={"": (*(metric.name for metric in _METRICS), *_SAMPLED_DEFAULTS)},
     objectives=("pin_force_peak", "velocity_thd", "size"),
-    kernel_version="2",
+    kernel_version="3",
     n_constants=EXTENDED_ROWS["STATUS"],
     rows=EXTENDED_ROWS,
     signal_rows=columns.EXTENDED_SIGNAL_ROWS,

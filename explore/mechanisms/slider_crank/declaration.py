@@ -13,13 +13,13 @@ from explore.mechanisms.slider_crank.columns import ExtendedRow, Row
 from explore.mechanisms.slider_crank.paths import find_rod_curve
 from explore.model.drawing import INPUT, Drawing, Guide, Link, Panel, Path, Vector
 from explore.model.mechanism import Mechanism
-from explore.model.points import FloatingLink
+from explore.model.points import Extent, FloatingLink
 from explore.model.quadrature import Graded
 from explore.model.quantities import FloatArray, Metric, Parameter, Signal, Window
 
 _STROKES = ("outer_to_inner", "inner_to_outer")
 _METRICS = (
-    Metric("stroke", "mm", "stroke of the slider", lower=0.0),
+    Metric("stroke", "mm", "stroke of the slider", lower=0.0, closed_form_of="slider_position_peak_to_peak_cycle"),
     Metric("time_ratio", "1", "time ratio: longer crank interval over shorter", lower=1.0),
     Metric("outer_angle", "deg", "crank angle of the outer dead centre", lower=-90.0, upper=90.0),
     Metric("inner_angle", "deg", "crank angle of the inner dead centre", lower=90.0, upper=270.0),
@@ -30,6 +30,7 @@ _METRICS = (
         "min",
         lower=0.0,
         upper=90.0,
+        closed_form_of="rod_angle_peak_cycle",
     ),
     Metric(
         "transmission_angle_min",
@@ -45,17 +46,24 @@ _CLOSED_NAMES = tuple(metric.name for metric in _METRICS)
 _SAMPLED_DEFAULTS = ("slider_velocity_mean", "slider_velocity_peak", "slider_acceleration_peak")
 
 
-def _width(crank: FloatArray, rod: FloatArray, offset: FloatArray, stroke: FloatArray) -> FloatArray:
+def _along_x(
+    crank: FloatArray, rod: FloatArray, offset: FloatArray, stroke: FloatArray
+) -> tuple[FloatArray, FloatArray]:
     """The circle of the crank and the slider at its outer dead centre, which is beyond the circle."""
     square = (rod + crank - offset) * (rod + crank + offset)
-    return crank + np.sqrt(np.where(np.isnan(stroke), np.nan, square))
+    return -crank, np.sqrt(np.where(np.isnan(stroke), np.nan, square))
 
 
-def _height(crank: FloatArray, _rod: FloatArray, offset: FloatArray, stroke: FloatArray) -> FloatArray:
-    return np.where(np.isnan(stroke), np.nan, crank + np.maximum(crank, np.abs(offset)))
+def _along_y(
+    crank: FloatArray, _rod: FloatArray, offset: FloatArray, stroke: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    reach = np.where(np.isnan(stroke), np.nan, crank)
+    return -np.maximum(reach, -offset), np.maximum(reach, offset)
 
 
-_SIZE = declare_size("the slider's line", ("crank", "rod", "offset", "stroke"), _width, _height)
+_SIZE = declare_size(
+    "the slider's line", ("crank", "rod", "offset", "stroke"), Extent("x", _along_x), Extent("y", _along_y)
+)
 _DRAWING = Drawing(
     points={
         "crank pivot": (),
@@ -168,7 +176,7 @@ _EXTENDED = Mechanism(
         "cycle": (*_CLOSED_NAMES, *_SAMPLED_DEFAULTS[1:], "slider_velocity_rms"),
     },
     objectives=("cv", "slider_acceleration_peak", "pressure_angle_max"),
-    kernel_version="1",
+    kernel_version="2",
     n_constants=ExtendedRow.STATUS,
     rows=ExtendedRow,
     signal_rows=columns.EXTENDED_SIGNAL_ROWS,

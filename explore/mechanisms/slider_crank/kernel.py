@@ -175,12 +175,15 @@ def fill(constants, tangents, anchor, _law, _variant, count, needs, out):
 
 
 @subroutine(inlined=True)
-def _status(crank, rod, offset, margin):
-    """Whether the crank turns; without branches, so that loops over designs vectorise."""
+def _status(rod, margin, excess):
+    """Whether the crank turns; without branches, so that loops over designs vectorise.
+
+    `excess` is what the offset exceeds crank and rod by.
+    """
     status = 1.0 * CRANK_BLOCKED if margin < 0.0 else _OK
     # Decimal lengths at a change point have a margin of a few units in the last place of the rod.
     status = 1.0 * CHANGE_POINT if abs(margin) <= 4.0 * spacing(rod) else status
-    return 1.0 * CANNOT_ASSEMBLE if offset - crank > rod else status
+    return 1.0 * CANNOT_ASSEMBLE if excess > 0.0 else status
 
 
 @subroutine(inlined=True)
@@ -199,7 +202,7 @@ def close_design(record, parameters, metrics, lane):
     a, b = exact_sum(rod, -crank, -offset, 0.0), exact_sum(rod, -crank, offset, 0.0)
     p, q = exact_sum(rod, crank, offset, 0.0), exact_sum(rod, crank, -offset, 0.0)
     margin, width = a if a < b else b, p if p > q else q
-    status = _status(crank, rod, abs(offset), margin)
+    status = _status(rod, margin, exact_sum(abs(offset), -crank, -rod, 0.0))
     turns = status == _OK
     outer, inner = math.sqrt(p * q), math.sqrt(a * b)
     stroke = 4.0 * rod * crank / (outer + inner)

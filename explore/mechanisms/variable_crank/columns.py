@@ -8,7 +8,7 @@ from explore.model.points import MOST_POINTS, PLACES_SIZE, POINT_ROWS
 class Row(IntEnum):
     """Rows of a tile of designs: constants for `fill`, marks, status, parameters, metrics."""
 
-    #: The rod, the slider's travel per radian, the regular angle from the anchor, its sine and cosine, the slider's
+    #: The rod, the slider's travel per radian, the regular angle from 90 degrees, its sine and cosine, the slider's
     #: position there and its excess over the rod, the width of a reversal, rad.
     LENGTH = 0
     TRAVEL = auto()

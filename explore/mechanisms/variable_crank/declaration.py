@@ -8,7 +8,7 @@ from explore.mechanisms.variable_crank import columns, fixed_crank, kernel, moti
 from explore.mechanisms.variable_crank.columns import Row
 from explore.model.drawing import INPUT, Drawing, Guide, Link, Panel, Path, Vector
 from explore.model.mechanism import Mechanism
-from explore.model.points import FloatingLink
+from explore.model.points import Extent, FloatingLink
 from explore.model.quantities import FloatArray, Formula, Metric, Parameter, Signal, Window
 
 _STROKES = ("outer_to_inner", "inner_to_outer")
@@ -40,11 +40,12 @@ _REQUIRED_LOADS = (
 )  # fmt: skip
 
 
-def _force(name: str, unit: str, long_name: str, row: int, terms_row: int) -> Signal:
+def _force(name: str, unit: str, long_name: str, row: int, terms_row: int, corners_at: str = "") -> Signal:
     """Declare a signal under load."""
     needs = columns.FORCES | columns.PINS if row in columns.PIN_ROWS else columns.FORCES
     return Signal(name, unit, long_name, row, needs, pole_order=4, depends_on_load=True,
-                  required_loads=_REQUIRED_LOADS, is_magnitude=row in columns.SQUARES, terms_row=terms_row)  # fmt: skip
+                  required_loads=_REQUIRED_LOADS, is_magnitude=row in columns.SQUARES, terms_row=terms_row,
+                  has_corners=corners_at != "", corners_at=corners_at)  # fmt: skip
 
 
 _SIGNALS = (
@@ -78,7 +79,7 @@ _SIGNALS = (
     _force("drive_torque", "N m", "torque that turns the disc", columns.TORQUE, columns.TORQUE_TERMS),
     _force("drive_power", "W", "power that turns the disc", columns.POWER, columns.POWER_TERMS),
     _force("positive_power", "W", "power that turns the disc where it drives, else 0", columns.POSITIVE_POWER,
-           columns.POWER_TERMS),
+           columns.POWER_TERMS, "drive_power"),
     _force("friction_power", "W", "power lost to friction, in the damper and to the opposing force",
            columns.FRICTION_POWER, columns.POWER_TERMS),
 )  # fmt: skip
@@ -88,13 +89,13 @@ def _clearance(curvature: FloatArray, roller_radius: FloatArray) -> FloatArray:
     return 1.0 / curvature - roller_radius
 
 
-def _width(crank_max: FloatArray, rod: FloatArray, crank_outer: FloatArray) -> FloatArray:
+def _along_x(crank_max: FloatArray, rod: FloatArray, crank_outer: FloatArray) -> tuple[FloatArray, FloatArray]:
     """The circle of the longest crank and the slider at its outer dead centre, which is beyond the circle."""
-    return crank_max + rod + crank_outer
+    return -crank_max, rod + crank_outer
 
 
-def _height(crank_max: FloatArray, _rod: FloatArray, _crank_outer: FloatArray) -> FloatArray:
-    return 2.0 * crank_max
+def _along_y(crank_max: FloatArray, _rod: FloatArray, _crank_outer: FloatArray) -> tuple[FloatArray, FloatArray]:
+    return -crank_max, crank_max
 
 
 _FORMULAS = (
@@ -105,16 +106,19 @@ _FORMULAS = (
     Formula("groove_clearance", "mm", "smallest radius of curvature of the groove, less that of the roller", "max",
             ("groove_curvature_peak_cycle", "roller_radius"), _clearance),
     *fixed_crank.FORMULAS,
-    *declare_size("the slider's line", ("crank_max_cycle", "rod", "crank_outer"), _width, _height),
+    *declare_size("the slider's line", ("crank_max_cycle", "rod", "crank_outer"), Extent("x", _along_x),
+                  Extent("y", _along_y)),
 )  # fmt: skip
 
 _METRICS = (
-    Metric("stroke", "mm", "stroke of the slider", "max", lower=0.0),
+    Metric("stroke", "mm", "stroke of the slider", "max", lower=0.0,
+           closed_form_of="slider_position_peak_to_peak_cycle"),
     Metric("regular_angle", "deg", "crank angle where crank and rod are perpendicular", lower=0.0, upper=90.0),
     Metric("regular_crank", "mm", "length of the crank that the slider's speed demands there", lower=0.0),
     Metric("crank_outer", "mm", "length of the crank at the outer dead centre", lower=0.0),
     Metric("crank_inner", "mm", "length of the crank at the inner dead centre", lower=0.0),
-    Metric("slider_acceleration_max", "mm/s^2", "largest acceleration of the slider", "min", lower=0.0),
+    Metric("slider_acceleration_max", "mm/s^2", "largest acceleration of the slider", "min", lower=0.0,
+           closed_form_of="slider_acceleration_peak_cycle"),
     Metric("steady_share", "1", "share of the turn at the wanted speed", "max", lower=0.0, upper=1.0),
     *(
         Metric(f"speed_share_{percent}", "1", f"share of the turn within {percent} % of the wanted speed", "max",
@@ -147,7 +151,7 @@ VARIABLE_CRANK = Mechanism(
                   "continuous", 2.0, choices=(1.0, 2.0, 3.0)),
         Parameter("mass", "kg", "mass of the slider", 1.0, affects="load", zero_meaning="none"),
         Parameter("friction", "1", "coefficient of friction of the slider's guide", 0.0, upper=1.0, affects="load",
-                  zero_meaning="none"),
+                  zero_meaning="none", adds_corners=True, corners_at="guide_force"),
         Parameter("gravity", "m/s^2", "acceleration of free fall, towards the guide", 9.80665, affects="load",
                   zero_meaning="none"),
         *_LOADS,
@@ -169,7 +173,6 @@ VARIABLE_CRANK = Mechanism(
     marks={name: Row[name.upper()] for name in
            ("outer", "steady_start", "steady_stop", "inner", "back_start", "back_stop")},
     breaks=("outer", "steady_start", "steady_stop", "inner", "back_start", "back_stop"),
-    anchor_angle=0.5 * math.pi,
     output_signals={"": "slider_velocity"},
     zero_mean=frozenset([
         *((name, "cycle") for name in ("slider_velocity", "crank_rate", "rod_angle", "groove_pressure_angle")),
@@ -178,7 +181,7 @@ VARIABLE_CRANK = Mechanism(
     default_metrics={"": (*(metric.name for metric in _METRICS), "crank_min", "crank_max",
                           "groove_pressure_angle_max", "drive_torque_max", "positive_work")},
     objectives=("speed_share_1:max", "slider_acceleration_max", "groove_pressure_angle_max"),
-    kernel_version="1",
+    kernel_version="2",
     n_constants=Row.STATUS,
     rows=Row,
     signal_rows=columns.SIGNAL_ROWS,

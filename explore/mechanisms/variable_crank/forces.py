@@ -50,7 +50,7 @@ def fill_forces(constants, tangents, anchor, law, out):
     for lane in range(LANES):
         u = tangents[lane]
         w = mirror / (1.0 + u * u)
-        sine, cosine = (1.0 - u * u) * w, -2.0 * u * w
+        sine, cosine = 2.0 * u * w, (1.0 - u * u) * w
         mass, friction = constants[Row.LOAD_MASS * LANES + lane], constants[Row.LOAD_FRICTION * LANES + lane]
         pressed, speed = out[PRESSED * LANES + lane], constants[Row.CRANK_SPEED * LANES + lane]
         constant = constants[Row.LOAD_CONSTANT_FORCE * LANES + lane]

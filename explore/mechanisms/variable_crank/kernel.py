@@ -35,17 +35,19 @@ STATUSES = {
 _OK, _NOT_FINITE = float(Status.OK), float(Status.NOT_FINITE)
 #: Width of a reversal, rad, below which rounding does not tell its ends apart.
 _SHORTEST_REVERSAL = 1e-11
+#: Half-tangent of half a turn: its square is a double.
+_HALF_TURN = 1e150
 _DEGREES = 180.0 / math.pi
 _NAN = math.nan
 
 
 @subroutine(inlined=True)
 def _fill_marks(record, lane, width):
-    """Fill the half-tangents of dead centres and ends of the reversals, from the anchor at 90 degrees."""
-    quarter = math.tan(0.25 * (math.pi - width))
-    record[Row.OUTER * LANES + lane], record[Row.INNER * LANES + lane] = -1.0, 1.0
-    record[Row.STEADY_START * LANES + lane], record[Row.STEADY_STOP * LANES + lane] = -quarter, quarter
-    record[Row.BACK_START * LANES + lane], record[Row.BACK_STOP * LANES + lane] = 1.0 / quarter, -1.0 / quarter
+    """Fill the half-tangents of dead centres and ends of the reversals, from the anchor at the outer dead centre."""
+    reversal = math.tan(0.25 * width)
+    record[Row.OUTER * LANES + lane], record[Row.INNER * LANES + lane] = 0.0, _HALF_TURN
+    record[Row.STEADY_START * LANES + lane], record[Row.STEADY_STOP * LANES + lane] = reversal, 1.0 / reversal
+    record[Row.BACK_START * LANES + lane], record[Row.BACK_STOP * LANES + lane] = -1.0 / reversal, -reversal
 
 
 @subroutine(inlined=True)

@@ -57,7 +57,7 @@ def fill_links(constants, tangents, anchor, out):
     for lane in range(LANES):
         u = tangents[lane]
         w = mirror / (1.0 + u * u)
-        sine, cosine = (1.0 - u * u) * w, -2.0 * u * w
+        sine, cosine = 2.0 * u * w, (1.0 - u * u) * w
         speed, gravity = constants[Row.CRANK_SPEED * LANES + lane], constants[Row.LOAD_GRAVITY * LANES + lane]
         crank, rate = _MM * out[CRANK_LENGTH * LANES + lane], _MM * out[CRANK_RATE * LANES + lane]
         second, turning = _MM * out[CRANK_SECOND_RATE * LANES + lane], speed * crank
@@ -105,7 +105,7 @@ def fill_pins(constants, tangents, anchor, out):
     for lane in range(LANES):
         u = tangents[lane]
         w = mirror / (1.0 + u * u)
-        sine, cosine = (1.0 - u * u) * w, -2.0 * u * w
+        sine, cosine = 2.0 * u * w, (1.0 - u * u) * w
         speed, crank = constants[Row.CRANK_SPEED * LANES + lane], out[CRANK_LENGTH * LANES + lane]
         thrust, turn = out[THRUST * LANES + lane], out[TURN * LANES + lane]
         lift = -crank * sine / (out[POSITION * LANES + lane] - crank * cosine) * thrust - turn

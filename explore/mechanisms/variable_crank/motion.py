@@ -5,7 +5,8 @@ With d, G of `series`, D the slider's lag in a reversal (+ about the outer dead 
     X = X* - c d -+ D,    r = sqrt((G +- D sin(phi)/d^2) (l + X sin(phi))),    L = X cos(phi) + d r,
 
 and where the two terms differ in sign L = (X^2 - l^2)/(X cos(phi) - d r). The derivatives of L are those of this form,
-so that nothing is singular where crank and rod are perpendicular. The way back is the mirror image of the way there.
+so that nothing is singular where crank and rod are perpendicular. The way back is the mirror image of the way there,
+with the opposite half-tangents.
 """
 
 import math
@@ -45,29 +46,25 @@ from explore.subroutines import subroutine
 
 
 @subroutine(inlined=True)
-def half_turn_tangent(u, anchor, law):
-    """Half-tangent, from 90 degrees, of the angle on the way to the inner dead centre with the same crank length."""
-    if law < FIRST_LAW_BACK:
-        return u if anchor == 0 else -1.0 / u
-    return 1.0 / u if anchor == 0 else -u
-
-
-@subroutine(inlined=True)
-def state(constants, lane, u, steady):
+def state(constants, lane, u, anchor, steady):
     """Sine and cosine of the angle, d, and the slider's position, excess over the rod, and rates by the angle.
 
-    Then the side of the lag, z, and the lag with two derivatives; it is 0 where the law is that of a steady speed.
+    Then the side of the lag, z, and the lag with two derivatives; it is 0 where the law is that of a steady speed. The
+    angle is on the way to the inner dead centre; its half-tangent from a dead centre keeps its digits beside that.
     """
-    w = 1.0 / (1.0 + u * u)
-    sine, cosine = (1.0 - u * u) * w, -2.0 * u * w
+    mirror = 1.0 if anchor == 0 else -1.0
+    w = mirror / (1.0 + u * u)
+    sine, cosine = 2.0 * u * w, (1.0 - u) * (1.0 + u) * w
     offset = 2.0 * arctangent(u, 1.0)
-    d = offset - constants[Row.REGULAR_OFFSET * LANES + lane]
+    # Of the same rounded angle as the cosine, to all digits beside 90 degrees, where both are small.
+    d = 2.0 * arctangent(u - mirror, 1.0 + mirror * u) - constants[Row.REGULAR_OFFSET * LANES + lane]
     travel, width = constants[Row.TRAVEL * LANES + lane], constants[Row.WIDTH * LANES + lane]
-    from_dead_centre = 0.5 * math.pi - abs(offset)
+    is_near = abs(offset) < 0.5 * math.pi
+    from_dead_centre = abs(offset) if is_near else math.pi - abs(offset)
     z = 0.5 - from_dead_centre / width
     z = 0.0 if steady or z < 0.0 else z
     lag, double, slope = blend(constants[Row.ORDER * LANES + lane], z)
-    side = 1.0 if u < 0.0 else -1.0
+    side = mirror if is_near else -mirror
     lag, first, second = travel * width * lag, -side * travel * double, travel * slope / width
     along = travel * d + side * lag
     position = constants[Row.REGULAR_POSITION * LANES + lane] - along
@@ -80,8 +77,8 @@ def _fill_slider(constants, tangents, anchor, law, out):
     """Fill the slider's position, velocity and acceleration at one node of each lane."""
     back, steady = law >= FIRST_LAW_BACK, law % FIRST_LAW_BACK == STEADY_LAW
     for lane in range(LANES):
-        u = half_turn_tangent(tangents[lane], anchor, law)
-        _, _, _, position, _, rate, second, _, _, _, _, _ = state(constants, lane, u, steady)
+        u = -tangents[lane] if back else tangents[lane]
+        _, _, _, position, _, rate, second, _, _, _, _, _ = state(constants, lane, u, anchor, steady)
         speed = constants[Row.CRANK_SPEED * LANES + lane]
         out[POSITION * LANES + lane] = position
         out[VELOCITY * LANES + lane] = -speed * rate if back else speed * rate
@@ -94,8 +91,10 @@ def _fill_crank(constants, tangents, anchor, law, out):
     """Fill the crank's length and its rate, the rod's angle and the groove at one node of each lane."""
     back, steady = law >= FIRST_LAW_BACK, law % FIRST_LAW_BACK == STEADY_LAW
     for lane in range(LANES):
-        u = half_turn_tangent(tangents[lane], anchor, law)
-        sine, cosine, d, position, excess, rate, second, side, z, lag, lag1, lag2 = state(constants, lane, u, steady)
+        u = -tangents[lane] if back else tangents[lane]
+        sine, cosine, d, position, excess, rate, second, side, z, lag, lag1, lag2 = state(
+            constants, lane, u, anchor, steady
+        )
         rod, travel = constants[Row.LENGTH * LANES + lane], constants[Row.TRAVEL * LANES + lane]
         g, g1, g2 = separation(
             rod,

@@ -25,7 +25,7 @@ def _fill_point(constants, tangents, anchor, number, out):
     for lane in range(LANES):
         tangent = tangents[lane]
         one_over_w = mirror / (1.0 + tangent * tangent)
-        cosine, sine = -2.0 * tangent * one_over_w, (1.0 - tangent * tangent) * one_over_w
+        cosine, sine = (1.0 - tangent * tangent) * one_over_w, 2.0 * tangent * one_over_w
         along, across = constants[along_row * LANES + lane], constants[(along_row + 1) * LANES + lane]
         rod, speed = constants[Row.LENGTH * LANES + lane], constants[Row.CRANK_SPEED * LANES + lane]
         crank, crank_rate = out[CRANK_LENGTH * LANES + lane], out[CRANK_RATE * LANES + lane]

@@ -57,6 +57,11 @@ class Certificates:
     is_distinct: Bools
 
     @property
+    def n_proved(self) -> int:
+        """Number of solutions that are proved, and to differ from all others."""
+        return int((self.is_proved & self.is_distinct).sum())
+
+    @property
     def is_complete(self) -> bool:
         """Whether all solutions are proved, distinct, and known to be real or not."""
         return bool((self.is_proved & self.is_distinct & (self.is_real | self.is_not_real)).all())

@@ -16,14 +16,14 @@ N_CLASSES = 1442
 SAME = 1e-5
 
 
+@np.errstate(all="ignore")  # as of `keys`
 def cognate(solutions: ComplexArray) -> ComplexArray:
     """The next of the three cognates of each solution, shape (n, 8); three steps lead back."""
     found = np.empty_like(solutions)
     for o in (0, 1):
         x, a, y, b = (solutions[:, k + o] for k in (0, 2, 4, 6))
-        with np.errstate(divide="ignore", invalid="ignore"):
-            found[:, o] = (x - a) * y / (x - y)
-            found[:, 2 + o] = (b * x - a * y) / (x - y)
+        found[:, o] = (x - a) * y / (x - y)
+        found[:, 2 + o] = (b * x - a * y) / (x - y)
         found[:, 4 + o], found[:, 6 + o] = a - x, a
     return found
 
@@ -33,6 +33,7 @@ def exchange(solutions: ComplexArray) -> ComplexArray:
     return solutions[:, [4, 5, 6, 7, 0, 1, 2, 3]]
 
 
+@np.errstate(all="ignore")  # solutions that were lost are NaN or overflow; they get no key
 def keys(solutions: ComplexArray) -> FloatArray:
     """Numbers that are the same for all six members of a class, shape (n, 12), of compressed size.
 
@@ -66,6 +67,7 @@ def distinct(solutions: ComplexArray, tolerance: float = 1e-7) -> npt.NDArray[np
     return np.array(kept, dtype=np.intp)
 
 
+@np.errstate(all="ignore")  # as above
 def is_degenerate(solutions: ComplexArray, tolerance: float) -> npt.NDArray[np.bool_]:
     """Whether solutions are none of a linkage: a link without length, equal dyads, or not finite."""
     bad = ~np.isfinite(solutions).all(axis=1)
@@ -78,13 +80,13 @@ def is_degenerate(solutions: ComplexArray, tolerance: float) -> npt.NDArray[np.b
     return np.asarray(bad)
 
 
+@np.errstate(all="ignore")  # as above
 def residuals(solutions: ComplexArray, parameters: ComplexArray) -> FloatArray:
     """The largest relative error of g + g^ + g g^ = 0 over the points, with g and g^ by Cramer's rule, (n,)."""
     d, dh = parameters[:N_POINTS], parameters[N_POINTS:]
     x, xh, a, ah, y, yh, b, bh = (solutions[:, [k]] for k in range(8))
     a1, b1, c1 = (ah - dh) * x, (a - d) * xh, d * (ah - xh) + dh * (a - x) - d * dh
     a2, b2, c2 = (bh - dh) * y, (b - d) * yh, d * (bh - yh) + dh * (b - y) - d * dh
-    with np.errstate(all="ignore"):
-        e = a1 * b2 - a2 * b1
-        g, h = (b1 * c2 - b2 * c1) / e + 1.0, (c1 * a2 - c2 * a1) / e + 1.0
-        return np.asarray((np.abs(g * h - 1.0) / (1.0 + np.abs(g) * np.abs(h))).max(axis=1))
+    e = a1 * b2 - a2 * b1
+    g, h = (b1 * c2 - b2 * c1) / e + 1.0, (c1 * a2 - c2 * a1) / e + 1.0
+    return np.asarray((np.abs(g * h - 1.0) / (1.0 + np.abs(g) * np.abs(h))).max(axis=1))

@@ -117,6 +117,7 @@ class _Circle:
     left: float
 
     @classmethod
+    @np.errstate(all="ignore")  # what is not finite agrees with nothing
     def around(cls, samples: ComplexArray, winding: int) -> _Circle:
         """From solutions along all turns, shape (turns times `N_SIDES`, 8)."""
         x, a, y, b = (samples[:, 2 * k : 2 * k + 2] for k in range(4))
@@ -156,7 +157,7 @@ class _Circle:
 
 def _powers(samples: ComplexArray) -> npt.NDArray[np.int64]:
     """How often each number goes around zero along all turns: its leading power of s, times w."""
-    steps = np.roll(samples, -1, axis=0) / samples
+    steps = np.nan_to_num(np.roll(samples, -1, axis=0) / samples)
     return np.asarray(np.rint(np.angle(steps).sum(axis=0) / (2.0 * np.pi)), dtype=np.int64)
 
 

@@ -9,6 +9,7 @@ from explore.synthesis.linkages import ComplexArray, FourBar
 from explore.synthesis.nine_points.classes import cognate, exchange
 
 
+@np.errstate(all="ignore")  # NaN is not real
 def distance_from_real(solutions: ComplexArray) -> FloatArray:
     """The largest difference of a hat and a conjugate, relative to the largest unknown, (n,)."""
     plain, hatted = solutions[:, 0::2], solutions[:, 1::2]
@@ -26,16 +27,3 @@ def linkages_of(solution: ComplexArray, origin: complex, size: float) -> list[Fo
         found.append(FourBar(origin + a, origin + b, abs(x - a), abs(y - x), abs(y - b), -x / (y - x), branch))
         member = cognate(member)
     return found
-
-
-def driven_by_rocker(linkage: FourBar) -> FourBar:
-    """The same linkage with its crank called rocker and its rocker crank."""
-    return FourBar(
-        linkage.rocker_pivot,
-        linkage.crank_pivot,
-        linkage.rocker,
-        linkage.coupler,
-        linkage.crank,
-        1.0 - linkage.point,
-        -linkage.branch,
-    )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from importlib.resources import files
 from importlib.util import find_spec
@@ -13,6 +13,7 @@ from os import cpu_count
 import numpy as np
 import numpy.typing as npt
 
+from explore.model.progress import ReportProgress
 from explore.model.quantities import FloatArray
 from explore.synthesis.linkages import ComplexArray
 from explore.synthesis.nine_points.classes import (
@@ -79,15 +80,23 @@ class Ends:
         Fates of `endgame`, shape (1442,).
     windings
         How many paths meet at the limit in a cycle, 0 where that is not known, (1442,).
+    is_interrupted
+        Whether the user stopped before all were followed; those that were not are lost.
     """
 
     solutions: ComplexArray
     fates: npt.NDArray[np.int64]
     windings: npt.NDArray[np.int64]
+    is_interrupted: bool = False
 
     def count(self, fate: int) -> int:
         """Number of paths of a fate."""
         return int((self.fates == fate).sum())
+
+    @property
+    def n_others(self) -> int:
+        """Number of paths that are known to lead to no regular solution."""
+        return len(self.fates) - self.count(REGULAR) - self.count(LOST)
 
     @property
     def regular(self) -> ComplexArray:
@@ -108,11 +117,11 @@ def start_system(number: int) -> tuple[ComplexArray, ComplexArray]:
         return data[f"solutions_{number}"], data[f"parameters_{number}"]
 
 
-def solve(parameters: ComplexArray, number: int) -> Ends:
+def solve(parameters: ComplexArray, number: int, report: ReportProgress | None = None) -> Ends:
     """Where the paths from a start system lead.
 
     The paths first go near the parameters, where all solutions are regular and distinct; then straight to them, and
-    those that do not simply arrive go around them.
+    those that do not simply arrive go around them. `report` is called with the number of paths whose ends are known.
     """
     solutions, start = start_system(number)
     rates = parameters - start
@@ -120,34 +129,68 @@ def solve(parameters: ComplexArray, number: int) -> Ends:
     near, is_near = _arrive(solutions, start, rates - last, _ATTEMPTS)
     ends = np.full_like(solutions, np.nan)
     fates, windings = np.full(len(solutions), LOST), np.zeros(len(solutions), dtype=np.int64)
-    rows = np.flatnonzero(is_near)
-    ends[rows], arrived = _arrive(near[rows], parameters - last, last, _LAST_ATTEMPTS)
-    arrived &= is_regular(ends[rows], parameters)
-    fates[rows[arrived]], windings[rows[arrived]] = REGULAR, 1
-    rest = rows[~arrived]
-    for shrinkage, member in product(SHRINKAGES, _cognates(near)):
-        limits = find_limits(member[rest], parameters, last, _follow_on, shrinkage)
-        fates[rest], windings[rest], ends[rest] = limits.fates, limits.windings, limits.solutions
-        rest = rest[limits.fates == LOST]
-    ends[rest], arrived = _arrive(near[rest], parameters - last, last, _PATIENT_ATTEMPTS)
-    fates[rest[arrived]], windings[rest[arrived]] = REGULAR, 1
+    found = Ends(ends, fates, windings)
+    try:
+        _follow_to(near, np.flatnonzero(is_near), parameters, last, found, report)
+    except KeyboardInterrupt:
+        found = replace(found, is_interrupted=True)
     fates[(fates == REGULAR) & ~is_regular(ends, parameters)] = SINGULAR
     polished, _ = follow(ends[fates == REGULAR], parameters, np.zeros_like(parameters), 1e-6, 10, 1e-3)
     ends[fates == REGULAR] = polished
     fates[_is_repeated(ends, fates == REGULAR)] = LOST
-    unclear = (fates == LOST) | _is_alone(ends, fates == SINGULAR, windings)
-    _follow_far(near, np.flatnonzero(is_near & unclear), parameters - last, last, Ends(ends, fates, windings))
-    fates[_is_repeated(ends, fates == REGULAR)] = LOST
-    return Ends(ends, fates, windings)
+    if not found.is_interrupted:
+        unclear = (fates == LOST) | _is_alone(ends, fates == SINGULAR, windings)
+        try:
+            _follow_far(near, np.flatnonzero(is_near & unclear), parameters - last, last, found, report)
+        except KeyboardInterrupt:
+            found = replace(found, is_interrupted=True)
+        fates[_is_repeated(ends, fates == REGULAR)] = LOST
+    return found
+
+
+def _follow_to(
+    near: ComplexArray,
+    rows: npt.NDArray[np.intp],
+    parameters: ComplexArray,
+    last: ComplexArray,
+    found: Ends,
+    report: ReportProgress | None,
+) -> None:
+    """Follow the last share of paths, and enter where they lead: what arrives may still be singular."""
+    ends, fates, windings = found.solutions, found.fates, found.windings
+    ends[rows], arrived = _arrive(near[rows], parameters - last, last, _LAST_ATTEMPTS)
+    arrived &= is_regular(ends[rows], parameters)
+    fates[rows[arrived]], windings[rows[arrived]] = REGULAR, 1
+    rest = rows[~arrived]
+    _tell(report, found)
+    for shrinkage, member in product(SHRINKAGES, _cognates(near)):
+        limits = find_limits(member[rest], parameters, last, _follow_on, shrinkage)
+        fates[rest], windings[rest], ends[rest] = limits.fates, limits.windings, limits.solutions
+        rest = rest[limits.fates == LOST]
+        _tell(report, found)
+    ends[rest], arrived = _arrive(near[rest], parameters - last, last, _PATIENT_ATTEMPTS)
+    fates[rest[arrived]], windings[rest[arrived]] = REGULAR, 1
+
+
+def _tell(report: ReportProgress | None, found: Ends) -> None:
+    """Report how many paths have a known end."""
+    if report is not None:
+        report(len(found.fates) - found.count(LOST), len(found.fates))
 
 
 def _follow_far(
-    near: ComplexArray, rows: npt.NDArray[np.intp], start: ComplexArray, rates: ComplexArray, ends: Ends
+    near: ComplexArray,
+    rows: npt.NDArray[np.intp],
+    start: ComplexArray,
+    rates: ComplexArray,
+    ends: Ends,
+    report: ReportProgress | None,
 ) -> None:
     """Follow paths with more digits, and enter where they lead; without the package for them none."""
     if not has_more_digits() or len(rows) > _MOST_PRECISE:
         return
     for row in rows:
+        _tell(report, ends)
         from explore.synthesis.nine_points.precise_tracking import follow_precisely
 
         for member in _cognates(near[[row]]):

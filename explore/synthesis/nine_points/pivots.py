@@ -141,6 +141,7 @@ def _solve(parameters: ComplexArray, n_vectors: int, number: int) -> tuple[Compl
     return np.asarray(found[kept]), len(solutions)
 
 
+@np.errstate(all="ignore")  # solutions that were lost are NaN or overflow
 def distinct_rows(solutions: ComplexArray) -> npt.NDArray[np.intp]:
     """Rows of the first of each set of equal solutions."""
     from scipy.spatial import cKDTree

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from explore.mechanisms.four_bar import CLASS_LABELS, classify
+from explore.model.progress import ReportProgress
 from explore.synthesis.defects import MISSES, PASSES, SENTENCES, Passage, find_passage
-from explore.synthesis.linkages import ComplexArray, FourBar
-from explore.synthesis.nine_points.certificates import Certificates, certify
+from explore.synthesis.linkages import ComplexArray, FourBar, driven_by_rocker
 from explore.synthesis.nine_points.classes import N_CLASSES
-from explore.synthesis.nine_points.four_bars import distance_from_real, driven_by_rocker, linkages_of
+from explore.synthesis.nine_points.four_bars import distance_from_real, linkages_of
 from explore.synthesis.nine_points.homotopy import has_more_digits
 from explore.synthesis.nine_points.solving import NinePointSolutions, find_all
 
@@ -55,13 +55,10 @@ class NinePointReport:
         Those that pass the points in order first, of those the ones with the least ratio of links.
     solutions
         What the paths lead to, complex solutions included.
-    certificates
-        What is proved of `solutions.solutions`.
     """
 
     linkages: tuple[FoundLinkage, ...]
     solutions: NinePointSolutions
-    certificates: Certificates
 
     @property
     def is_complete(self) -> bool:
@@ -71,26 +68,26 @@ class NinePointReport:
     @property
     def is_certified(self) -> bool:
         """Whether all regular solutions are proved to exist, to differ, and to be real or not."""
-        return self.certificates.is_complete
+        return self.solutions.certificates.is_complete
 
     @property
     def sentence(self) -> str:
         """What was found, what of it is proved, and whether anything can be missing."""
         solutions, n_passing = self.solutions, sum(each.passage.fate == PASSES for each in self.linkages)
-        n_regular, n_proved = len(solutions.solutions), int(self.certificates.is_proved.sum())
-        proved = "all proved" if self.is_certified else f"{n_proved:,} of them proved"
-        if not n_regular:
-            proved = "none"
+        lost = "are lost or lead to what is not proved" if solutions.n_unproved else "are lost"
         others = [
             (solutions.n_singular, "to singular solutions"),
             (solutions.n_degenerate, "to linkages with a link that is a point"),
             (solutions.n_infinite, "to infinity"),
-            (solutions.n_lost, "are lost, so that linkages may be missing"),
+            (solutions.n_lost, f"{lost}, so that linkages may be missing"),
         ]
         ends = "; ".join(
-            [f"{n_regular:,} lead to regular solutions, {proved}"] + [f"{n:,} {to}" for n, to in others if n]
+            [f"{solutions.certificates.n_proved:,} lead to regular solutions, all proved"]
+            + [f"{n:,} {to}" for n, to in others if n]
         )
-        if solutions.n_lost and not has_more_digits():
+        if not solutions.is_consistent:
+            ends += "; these are more than there are paths, so that linkages may be missing"
+        if not solutions.is_complete and not has_more_digits():
             ends += " (with the package's extra certify they are followed with more digits)"
         return (
             f"Of {N_CLASSES:,} paths {ends}. {len(solutions.real)} regular solutions are real; with cognates "
@@ -98,29 +95,30 @@ class NinePointReport:
         )
 
 
-def find_linkages(points: ComplexArray) -> NinePointReport:
+def find_linkages(points: ComplexArray, report: ReportProgress | None = None) -> NinePointReport:
     """All linkages through nine points, each simulated.
 
     Parameters
     ----------
     points
         Shape (9,), complex.
+    report
+        As of `find_all`.
 
     Raises
     ------
     RequestError
         If the points are not nine or two are equal.
     """
-    found = find_all(points)
-    certificates = certify(found.solutions, points, found.size)
-    rows = [(found.solutions[row], bool(certificates.is_real[row])) for row in found.real]
+    found = find_all(points, report)
+    rows = [(found.solutions[row], bool(found.certificates.is_real[row])) for row in found.real]
     rows += [(row, False) for row in found.singular[distance_from_real(found.singular) < _NEARLY_REAL]]
     linkages = []
     for number, (solution, is_proved) in enumerate(rows, start=1):
         for cognate, linkage in enumerate(linkages_of(solution, complex(points[0]), found.size)):
             linkages.append(simulated(linkage, points, number, cognate, is_proved=is_proved))
     kept = [each for each in linkages if each.is_proved or each.passage.fate != MISSES]
-    return NinePointReport(tuple(sorted(kept, key=rank)), found, certificates)
+    return NinePointReport(tuple(sorted(kept, key=rank)), found)
 
 
 def simulated(linkage: FourBar, points: ComplexArray, number: int, cognate: int, *, is_proved: bool) -> FoundLinkage:

@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
 
 from explore.errors import RequestError
+from explore.model.progress import ReportProgress
 from explore.synthesis.linkages import ComplexArray, FourBar
+from explore.synthesis.nine_points.certificates import Certificates, certify
 from explore.synthesis.nine_points.classes import N_CLASSES, SAME, distinct
-from explore.synthesis.nine_points.endgame import DEGENERATE, INFINITE, LOST, SINGULAR
+from explore.synthesis.nine_points.endgame import DEGENERATE, INFINITE, SINGULAR
 from explore.synthesis.nine_points.equations import N_POINTS
 from explore.synthesis.nine_points.four_bars import distance_from_real, linkages_of
-from explore.synthesis.nine_points.homotopy import solve
+from explore.synthesis.nine_points.homotopy import Ends, solve
 
 #: Largest relative distance of hats from conjugates in real solutions.
 _REAL = 1e-6
@@ -30,16 +33,22 @@ class NinePointSolutions:
     size
         Their mean distance to the first.
     solutions
-        The regular ones, one of each class, shape (n, 8), from the first point in units of `size`.
+        The regular ones, one of each class, shape (n, 8), from the first point in units of `size`; first those that are
+        proved.
+    certificates
+        What is proved of them.
     real
         Rows of those that are real.
     singular
         Those where several paths meet or that are not isolated, one of each class, (n, 8), to about six digits: among
         them linkages at a dead point, or with a pivot, at one of the points.
-    n_singular, n_degenerate, n_infinite, n_lost
-        Numbers of the other paths: to singular solutions, to linkages with a link that is a point, to linkages with a
-        pivot at infinity, as sliders have, and those that no endgame could classify. Together with the regular ones,
-        1442.
+    n_singular, n_degenerate, n_infinite
+        Numbers of the other paths: to singular solutions, to linkages with a link that is a point, and to linkages with
+        a pivot at infinity, as sliders have.
+    is_interrupted
+        Whether the user stopped before all paths were followed.
+    is_consistent
+        Whether no start system leads more paths elsewhere than the proved solutions leave.
     linkages
         The linkages of the real ones with their cognates, three to a class; each with both orders of its dyads is one.
     """
@@ -47,27 +56,46 @@ class NinePointSolutions:
     points: ComplexArray
     size: float
     solutions: ComplexArray
+    certificates: Certificates
     real: npt.NDArray[np.intp]
     singular: ComplexArray
     n_singular: int
     n_degenerate: int
     n_infinite: int
-    n_lost: int
+    is_interrupted: bool
+    is_consistent: bool
     linkages: tuple[FourBar, ...]
 
     @property
+    def n_unproved(self) -> int:
+        """Number of regular solutions that are not proved to exist and to differ from all others."""
+        return len(self.solutions) - self.certificates.n_proved
+
+    @property
+    def n_lost(self) -> int:
+        """Number of paths that are not known to lead to a proved solution or elsewhere."""
+        n_others = self.n_singular + self.n_degenerate + self.n_infinite
+        return max(N_CLASSES - self.certificates.n_proved - n_others, 0)
+
+    @property
     def is_complete(self) -> bool:
-        """Whether it is known where all paths lead, so that no other isolated linkage exists."""
-        return self.n_lost == 0
+        """Whether it is known where all paths lead, so that no other isolated linkage exists.
+
+        Each regular solution is the end of one path. With 1442 that are proved to differ there is no other; with fewer,
+        two start systems have to leave no room for one.
+        """
+        return self.is_consistent and not self.n_lost and not self.is_interrupted
 
 
-def find_all(points: ComplexArray) -> NinePointSolutions:
-    """All linkages through nine points.
+def find_all(points: ComplexArray, report: ReportProgress | None = None) -> NinePointSolutions:
+    """All linkages through nine points; those that were found so far, once a path arrived, if the user stops it.
 
     Parameters
     ----------
     points
         Shape (9,), complex.
+    report
+        Called with the number of paths whose ends are known, of each start system anew.
 
     Raises
     ------
@@ -84,17 +112,41 @@ def find_all(points: ComplexArray) -> NinePointSolutions:
         one, other = sorted(np.argwhere(gaps == gaps.min())[0].tolist())
         raise RequestError(f"points {one + 1} and {other + 1} are equal; remove one or move it")
     parameters = np.concatenate([vectors, vectors.conj()]).astype(np.complex128) / size
-    ends = solve(parameters, 0)
-    found = ends.regular
-    if ends.count(LOST):
-        other = solve(parameters, 1)
-        both = np.concatenate([found, other.regular])
-        found = both[distinct(both, SAME)]
-        ends = min(ends, other, key=lambda each: each.count(LOST))
-    n_singular, n_degenerate, n_infinite = (ends.count(fate) for fate in (SINGULAR, DEGENERATE, INFINITE))
-    n_lost = N_CLASSES - len(found) - n_singular - n_degenerate - n_infinite
+    systems = [solve(parameters, 0, report)]
+    if not systems[0].is_interrupted and certify(systems[0].regular, points, size).n_proved < N_CLASSES:
+        try:
+            systems.append(solve(parameters, 1, report))
+        except KeyboardInterrupt:
+            systems[0] = replace(systems[0], is_interrupted=True)
+    return merge(systems, points, size)
+
+
+def merge(systems: Sequence[Ends], points: ComplexArray, size: float) -> NinePointSolutions:
+    """What start systems say together.
+
+    Parameters
+    ----------
+    systems
+        Where the paths of each lead.
+    points, size
+        As of `NinePointSolutions`.
+    """
+    found = np.concatenate([each.regular for each in systems])
+    certificates = certify(found, points, size)
+    # The centres of proofs, where Newton's method led: two ends may be of one solution.
+    found = certificates.centres[np.argsort(~certificates.is_proved, kind="stable")]
+    found = found[distinct(found, SAME)]
+    certificates = certify(found, points, size)
+    rooms = [N_CLASSES - certificates.n_proved - each.n_others for each in systems]
+    ends = systems[int(np.argmin(np.abs(rooms)))]
+    # Where all paths are known, what is not proved is no solution.
+    if 0 in rooms and certificates.n_proved < len(found):
+        found = found[certificates.is_proved & certificates.is_distinct]
+        certificates = certify(found, points, size)
     real = np.flatnonzero(distance_from_real(found) < _REAL)
     linkages = [linkage for row in real for linkage in linkages_of(found[row], points[0], size)]
+    n_singular, n_degenerate, n_infinite = (ends.count(fate) for fate in (SINGULAR, DEGENERATE, INFINITE))
     return NinePointSolutions(
-        points, size, found, real, ends.singular, n_singular, n_degenerate, n_infinite, max(n_lost, 0), tuple(linkages)
-    )
+        points, size, found, certificates, real, ends.singular, n_singular, n_degenerate, n_infinite,
+        any(each.is_interrupted for each in systems), min(rooms) >= 0, tuple(linkages),
+    )  # fmt: skip

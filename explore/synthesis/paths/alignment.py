@@ -10,7 +10,7 @@ import numpy as np
 from explore.model.quantities import FloatArray
 from explore.synthesis.linkages import ComplexArray
 from explore.synthesis.paths.atlas import N_ANGLES, N_STEPS, IntArray, even_points
-from explore.synthesis.paths.curves import lay_at_angles
+from explore.synthesis.paths.curves import lay_at_angles, lay_parts
 
 #: Dense points of the path between two of its given ones.
 _N_BETWEEN = 40
@@ -18,8 +18,6 @@ _N_BETWEEN = 40
 _SHARES, _N_STARTS, _N_POINTS = (0.08, 0.12, 0.18, 0.27, 0.4, 0.6, 0.8, 0.95), 32, 32
 #: First crank angles that timed points are tried at.
 _N_PHASES = 48
-#: Shapes that are laid over a path together.
-_CHUNK = 256
 #: Signs of the columns of a shape in the mirror.
 _MIRRORED = np.array([1.0, 1.0, 1.0, 1.0, 1.0, -1.0])
 
@@ -151,8 +149,16 @@ def lay_over_parts(points: ComplexArray, shapes: FloatArray, least_span: float) 
         Angle that the crank turns at least over the path, rad.
     """
     even, places = _open_path(points)
-    pieces = [_lay_parts(even, places, shapes[k : k + _CHUNK], least_span) for k in range(0, len(shapes), _CHUNK)]
-    return join(pieces)
+    curves, lengths = even_points(shapes)
+    path = even - even.mean()
+    best, chosen = np.empty(len(shapes)), np.zeros((len(shapes), 3), dtype=np.int64)
+    lay_parts(curves, lengths, path, np.array(_SHARES), _N_STARTS, least_span, best, chosen)
+    share, first, image = np.array(_SHARES)[chosen[:, 0]], chosen[:, 1] / _N_STARTS, chosen[:, 2]
+    is_mirrored, is_reversed = image % 2 == 1, image >= 2
+    along = np.where(is_reversed[:, None], 1.0 - places, places)
+    angles = _angles_at(first[:, None] + share[:, None] * along, lengths)
+    signs = np.where(is_mirrored[:, None], -1.0, 1.0)
+    return _similar(even, places, shapes, angles * signs, is_mirrored, is_reversed, 1.0 - best / _energy(path))
 
 
 def _open_path(points: ComplexArray) -> tuple[ComplexArray, FloatArray]:
@@ -163,40 +169,6 @@ def _open_path(points: ComplexArray) -> tuple[ComplexArray, FloatArray]:
     steps = np.linspace(0.0, lengths[-1], _N_POINTS)
     even = np.interp(steps, lengths, points.real) + 1j * np.interp(steps, lengths, points.imag)
     return even, lengths / lengths[-1]
-
-
-def _lay_parts(even: ComplexArray, places: FloatArray, shapes: FloatArray, least_span: float) -> Starts:
-    curves, lengths = even_points(shapes)
-    n, rows = len(shapes), np.arange(len(shapes))
-    path = even - even.mean()
-    # A reversed image is the reversed path; a mirrored one the conjugate of the curve.
-    probes = np.stack([path.conj(), path, path[::-1].conj(), path[::-1]], axis=1)
-    best: FloatArray = np.full(n, -1.0)
-    chosen = np.zeros((n, 3), dtype=np.int64)  # share, start, image
-    firsts = np.arange(_N_STARTS) / _N_STARTS
-    for number, share in enumerate(_SHARES):
-        positions = (firsts[:, None] + share * np.linspace(0.0, 1.0, _N_POINTS)) * N_STEPS
-        whole = np.floor(positions).astype(np.int64)
-        part = positions - whole
-        windows = curves[:, whole % N_STEPS] * (1.0 - part) + curves[:, (whole + 1) % N_STEPS] * part
-        windows = windows - windows.mean(axis=2, keepdims=True)
-        energy = (np.abs(windows) ** 2).sum(axis=2)
-        fits = np.abs(windows @ probes) ** 2 / (energy[:, :, None] + 1e-300)
-        if least_span > 0.0:
-            ends = [_angles_at(np.tile(f, (n, 1)), lengths) for f in (firsts, firsts + share)]
-            fits = np.where((ends[1] - ends[0] >= least_span)[:, :, None], fits, -1.0)
-        flat = fits.reshape(n, -1)
-        place = flat.argmax(axis=1)
-        better = flat[rows, place] > best
-        best = np.where(better, flat[rows, place], best)
-        start, image = np.divmod(place, 4)
-        chosen[better] = np.column_stack([np.full(n, number), start, image])[better]
-    part_of, first = np.array(_SHARES)[chosen[:, 0]], firsts[chosen[:, 1]]
-    is_mirrored, is_reversed = chosen[:, 2] % 2 == 1, chosen[:, 2] >= 2
-    along = np.where(is_reversed[:, None], 1.0 - places, places)
-    angles = _angles_at(first[:, None] + part_of[:, None] * along, lengths)
-    images = np.where(is_mirrored[:, None], -1.0, 1.0)
-    return _similar(even, places, shapes, angles * images, is_mirrored, is_reversed, 1.0 - best / _energy(path))
 
 
 def _energy(path: ComplexArray) -> float:

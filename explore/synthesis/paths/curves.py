@@ -80,3 +80,81 @@ def lay_at_angles(shapes, branches, rays, path, best, errors):
             left = energy - (inner.real * inner.real + inner.imag * inner.imag) / (square + 1e-300)
             if left < errors[k]:
                 errors[k], best[k] = left, row
+
+
+@subroutine()
+def _angle_at(place, lengths):
+    """The crank angle at a place along a curve, a share of the length that may lie beyond 1."""
+    turns, n = np.floor(place), len(lengths) - 1
+    along = (place - turns) * lengths[n]
+    low, high = 0, n
+    while high - low > 1:
+        middle = (low + high) // 2
+        if lengths[middle] <= along:
+            low = middle
+        else:
+            high = middle
+    share = (along - lengths[low]) / (lengths[high] - lengths[low] + 1e-300)
+    return 2.0 * np.pi * ((low + share) / n + turns)
+
+
+@subroutine()
+def _fit_of_part(curve, place, step, path, images):
+    """Fill how much of a path's square a part of a curve meets: as it is, mirrored, reversed, and both."""
+    n, count = len(curve), len(path)
+    total_x, total_y, square = 0.0, 0.0, 0.0
+    xx, yy, xy, yx, back_xx, back_yy, back_xy, back_yx = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    for k in range(count):
+        position = place + k * step
+        whole = int(position)
+        share = position - whole
+        point = curve[whole % n] * (1.0 - share) + curve[(whole + 1) % n] * share
+        x, y, to, back = point.real, point.imag, path[k], path[count - 1 - k]
+        total_x, total_y, square = total_x + x, total_y + y, square + x * x + y * y
+        xx, yy, xy, yx = xx + x * to.real, yy + y * to.imag, xy + x * to.imag, yx + y * to.real
+        back_xx, back_yy = back_xx + x * back.real, back_yy + y * back.imag
+        back_xy, back_yx = back_xy + x * back.imag, back_yx + y * back.real
+    scale = 1.0 / (square - (total_x * total_x + total_y * total_y) / count + 1e-300)
+    images[0] = ((xx + yy) ** 2 + (yx - xy) ** 2) * scale
+    images[1] = ((xx - yy) ** 2 + (yx + xy) ** 2) * scale
+    images[2] = ((back_xx + back_yy) ** 2 + (back_yx - back_xy) ** 2) * scale
+    images[3] = ((back_xx - back_yy) ** 2 + (back_yx + back_xy) ** 2) * scale
+
+
+@compiled(
+    "void(complex128[:,::1], float64[:,::1], complex128[::1], float64[::1], int64, float64, float64[::1],"
+    " int64[:,::1])",
+    allocates=True,
+)
+def lay_parts(curves, lengths, path, shares, n_starts, least_span, best, chosen):
+    """Lay parts of curves over an open path by the best similarity.
+
+    Parameters
+    ----------
+    curves, lengths
+        As `step_paths` fills them.
+    path
+        Points at equal steps of its length, less their mean, shape (k,).
+    shares, n_starts
+        Parts of the length, and how many starts of each are tried.
+    least_span
+        Angle that the crank turns at least over a part, rad.
+    best, chosen
+        Receive how much of the path's square is met, shape (n,), -1 where no part turns the crank so far, and the
+        numbers of share, start and image, (n, 3): as it is, mirrored, reversed, both.
+    """
+    images, n = np.empty(4), curves.shape[1]
+    for i in range(len(curves)):
+        best[i] = -1.0
+        for number in range(len(shares)):
+            for start in range(n_starts):
+                first = start / n_starts
+                if least_span > 0.0:
+                    span = _angle_at(first + shares[number], lengths[i]) - _angle_at(first, lengths[i])
+                    if span < least_span:
+                        continue
+                _fit_of_part(curves[i], first * n, shares[number] * n / (len(path) - 1), path, images)
+                for image in range(4):
+                    if images[image] > best[i]:
+                        best[i] = images[image]
+                        chosen[i, 0], chosen[i, 1], chosen[i, 2] = number, start, image

@@ -1,8 +1,10 @@
-"""Least squares of a linkage's numbers to points, with free crank angles in the order of the points.
+"""Least squares of a linkage's numbers to points or poses, with free crank angles in their order, within bounds.
 
-Levenberg and Marquardt's method on the nine numbers. The angle of each point is eliminated: to first order it removes
+Levenberg and Marquardt's method on the ten numbers. The angle of each point is eliminated: to first order it removes
 the part of the error along the path. Steps that would bring angles out of order are pooled (adjacent violators), and
-points that share an angle move together until their errors part them.
+points that share an angle move together until their errors part them. Bounds of numbers hold exactly: those that a step
+would leave are its active set. Where both pivots have bounds they are numbers themselves, and lengths are limited by a
+price (`explore.synthesis.paths.limits`).
 """
 
 import math
@@ -15,29 +17,34 @@ from explore.compiling import compiled
 from explore.model.quantities import FloatArray
 from explore.subroutines import subroutine
 from explore.synthesis.linkages import ComplexArray
+from explore.synthesis.paths.limits import Limits, add_limits, log_slopes, price_of_limits
 from explore.synthesis.paths.normal_equations import (
     add_points,
     bound,
+    bound_angles,
     eliminate,
     hold,
     keep_within,
     solve,
 )
 from explore.synthesis.paths.numbers import (
+    BODY,
     FRAME,
+    GROUND,
     LARGEST,
     N_CONSTANTS,
     N_NUMBERS,
     close_shape,
     outward_slopes,
-    point_and_slopes,
-    point_at,
+    place_and_slopes,
+    place_at,
 )
+from explore.synthesis.paths.placed_pivots import change_coordinates, from_pivots, slopes_by_pivots, to_pivots
 
 IntArray = npt.NDArray[np.int64]
 
-#: How the angles may move: each, in order; not at all; or all by the same.
-ORDERED, TIMED, SHIFTED = 0, 1, 2
+#: How the angles may move: each, in order; not at all; all by the same; or each, in any order.
+ORDERED, TIMED, SHIFTED, UNORDERED = 0, 1, 2, 3
 #: Largest change of an angle, and of the numbers that are angles or logarithms, in one step.
 _LARGEST_TURN, _LARGEST_CHANGE = 0.5, 1.0
 #: Steps of little progress in a row that end the search.
@@ -46,12 +53,29 @@ _LEAST_DAMPING, _LARGEST_DAMPING = 1e-12, 1e8
 _TINY = 1e-300
 
 
-@subroutine(allocates=False)
-def _cost(points, weights, numbers, constants, angles, branch):
-    total = 0.0
-    for i in range(len(points)):
-        error = point_at(numbers, constants, branch, angles[i]) - points[i]
-        total += weights[i] * (error.real * error.real + error.imag * error.imag)
+@subroutine()
+def turn_error(task, i, coupler, body_angle):
+    """The angle of the body less that of a pose, within half a turn, as a distance at the end of the lever."""
+    if task.lever == 0.0:
+        return 0.0
+    apart = coupler * task.directions[i].conjugate()
+    angle = math.atan2(apart.imag, apart.real) + body_angle
+    return task.lever * (angle - 2.0 * math.pi * math.floor(angle / (2.0 * math.pi) + 0.5))
+
+
+@subroutine()
+def square_of(task, i, place, coupler, body_angle):
+    """The weighted squared error of a point."""
+    error, turned = place - task.points[i], turn_error(task, i, coupler, body_angle)
+    return task.weights[i] * (error.real * error.real + error.imag * error.imag + turned * turned)
+
+
+@subroutine()
+def _cost(problem, numbers, constants, angles):
+    total = price_of_limits(problem.task.limits, numbers, constants)
+    for i in range(len(angles)):
+        place, coupler = place_at(numbers, constants, problem.branch, angles[i])
+        total += square_of(problem.task, i, place, coupler, numbers[BODY])
     return total
 
 
@@ -85,16 +109,13 @@ def _pool(angles, weights, sense, least_span, values, sums, counts):
 
 
 @subroutine()
-def _find_blocks(angles, sense, tangents, errors, starts):
+def _find_blocks(angles, sense, gains, pulls, starts):
     """First points of the blocks of equal angles; a block is parted where its errors pull it apart. Their number."""
     n, m = len(angles), 0
     for i in range(n):
         is_new = True
         if i > 0 and angles[i] == angles[i - 1]:
-            t, e, o, f = tangents[i], errors[i], tangents[i - 1], errors[i - 1]
-            own = -sense * (t.real * e.real + t.imag * e.imag) / (t.real * t.real + t.imag * t.imag + _TINY)
-            before = -sense * (o.real * f.real + o.imag * f.imag) / (o.real * o.real + o.imag * o.imag + _TINY)
-            is_new = own >= before
+            is_new = -sense * gains[i] / pulls[i] >= -sense * gains[i - 1] / pulls[i - 1]
         if is_new:
             starts[m] = i
             m += 1
@@ -103,13 +124,13 @@ def _find_blocks(angles, sense, tangents, errors, starts):
 
 
 @subroutine()
-def _pulls_together(first, last, sense, weights, tangents, errors):
+def _pulls_together(first, last, sense, gains):
     """Whether the errors pull the first angles on and the last ones back."""
     own, other = 0.0, 0.0
     for i in range(first):
-        own -= sense * weights[i] * (tangents[i].real * errors[i].real + tangents[i].imag * errors[i].imag)
-    for i in range(last, len(errors)):
-        other -= sense * weights[i] * (tangents[i].real * errors[i].real + tangents[i].imag * errors[i].imag)
+        own -= sense * gains[i]
+    for i in range(last, len(gains)):
+        other -= sense * gains[i]
     return own > 0.0 or other < 0.0
 
 
@@ -121,15 +142,22 @@ class Task(NamedTuple):
     points
         Complex, shape (n,).
     weights
-        Of the squared distances, shape (n,).
+        Of the squared errors, shape (n,).
     mode
-        How the angles may move: `ORDERED`, `TIMED` or `SHIFTED`.
+        How the angles may move: `ORDERED`, `TIMED`, `SHIFTED` or `UNORDERED`.
     lower, upper
-        Bounds of the nine numbers; equal ones hold a number.
+        Bounds of the ten numbers, or of those of `explore.synthesis.paths.placed_pivots`; equal ones hold a number.
     least_span
         Angle that the crank turns at least from the first to the last point, rad.
     shortest, longest
-        Bounds of crank and ground.
+        Bounds of crank and ground; not used where the pivots are placed.
+    is_placed
+        Whether both pivots are numbers.
+    limits
+        Of lengths, which have a price.
+    directions, lever
+        Unit vectors of the body at the points, complex, shape (n,), and the length at whose end the body's angle counts
+        as a distance; 0 for a path.
     """
 
     points: ComplexArray
@@ -140,39 +168,43 @@ class Task(NamedTuple):
     least_span: float
     shortest: float
     longest: float
+    is_placed: bool = False
+    limits: Limits = Limits()
+    directions: ComplexArray = np.zeros(0, dtype=np.complex128)
+    lever: float = 0.0
 
 
 class _Problem(NamedTuple):
     """A task for one kind of linkage."""
 
-    points: ComplexArray
-    weights: FloatArray
+    task: Task
     branch: float
     sense: float
     is_ground_longer: bool
-    mode: int
-    lower: FloatArray
-    upper: FloatArray
-    least_span: float
-    shortest: float
-    longest: float
 
 
 class _Work(NamedTuple):
-    """Arrays of a search: of the normal equations, of the points, of the angles' own terms, and of pooling."""
+    """Arrays of a search: of the normal equations and their coordinates, of the points, and of the angles."""
 
     matrix: FloatArray
     factor: FloatArray
+    change: FloatArray
     right: FloatArray
     step: FloatArray
-    normals: FloatArray
+    moved: FloatArray
+    coordinates: FloatArray
     reach: FloatArray
+    normals: FloatArray
     slopes: ComplexArray
+    turns: FloatArray
     shares: FloatArray
     tangents: ComplexArray
     errors: ComplexArray
+    spins: FloatArray
+    turn_errors: FloatArray
     own: FloatArray
     pulls: FloatArray
+    gains: FloatArray
     values: FloatArray
     sums: FloatArray
     counts: IntArray
@@ -181,106 +213,158 @@ class _Work(NamedTuple):
 
 @subroutine(allocates=True)
 def _make_work(n):
+    k = N_NUMBERS
     return _Work(
-        np.empty((N_NUMBERS, N_NUMBERS)), np.empty((N_NUMBERS, N_NUMBERS)), np.empty(N_NUMBERS), np.empty(N_NUMBERS),
-        np.empty((2, N_NUMBERS)), np.empty(N_NUMBERS),
-        np.empty((n, N_NUMBERS), np.complex128), np.empty((n, N_NUMBERS)), np.empty(n, np.complex128),
-        np.empty(n, np.complex128), np.empty((n, 2)), np.empty(n), np.empty(n), np.empty(n), np.empty(n, np.int64),
-        np.empty(n + 1, np.int64),
+        np.empty((k, k)), np.empty((k, k)), np.empty((k, k)), np.empty(k), np.empty(k), np.empty(k), np.empty(k),
+        np.empty(k), np.empty((2, k)), np.empty((n, k), np.complex128), np.empty((n, k)), np.empty((n, k)),
+        np.empty(n, np.complex128), np.empty(n, np.complex128), np.empty(n), np.empty(n), np.empty((n, 2)), np.empty(n),
+        np.empty(n), np.empty(n), np.empty(n), np.empty(n, np.int64), np.empty(n + 1, np.int64),
     )  # fmt: skip
+
+
+@subroutine(allocates=True)
+def _linearise_points(problem, work, numbers, constants, angles):
+    """Fill errors and slopes of the points, and what the angles of each gain."""
+    task, lever = problem.task, problem.task.lever
+    for i in range(len(angles)):
+        place, coupler, work.tangents[i], spin = place_and_slopes(
+            numbers, constants, problem.branch, problem.is_ground_longer, angles[i], work.slopes[i], work.turns[i]
+        )
+        t, e = work.tangents[i], place - task.points[i]
+        work.errors[i], work.spins[i] = e, lever * spin
+        work.turn_errors[i] = turn_error(task, i, coupler, numbers[BODY])
+        work.turns[i] *= lever
+        w, s = task.weights[i], work.spins[i]
+        work.pulls[i] = w * (t.real * t.real + t.imag * t.imag + s * s) + _TINY
+        work.gains[i] = w * (t.real * e.real + t.imag * e.imag + s * work.turn_errors[i])
 
 
 @subroutine(allocates=True)
 def _linearise(problem, work, numbers, constants, angles):
     """Fill the normal equations of the numbers; return the number of blocks, and whether the first and last are one."""
-    n = len(angles)
-    weights, tangents, errors = problem.weights, work.tangents, work.errors
-    for i in range(n):
-        place, tangents[i] = point_and_slopes(
-            numbers, constants, problem.branch, problem.is_ground_longer, angles[i], work.slopes[i]
-        )
-        errors[i] = place - problem.points[i]
-        work.pulls[i] = weights[i] * (tangents[i].real ** 2 + tangents[i].imag ** 2) + _TINY
-    m, starts = 1, work.starts
+    task, n, m, starts = problem.task, len(angles), 1, work.starts
+    _linearise_points(problem, work, numbers, constants, angles)
     starts[0], starts[1] = 0, n
-    if problem.mode == ORDERED:
-        m = _find_blocks(angles, problem.sense, tangents, errors, starts)
+    if task.mode == ORDERED:
+        m = _find_blocks(angles, problem.sense, work.gains, work.pulls, starts)
+    elif task.mode == UNORDERED:
+        m = n
+        for i in range(n + 1):
+            starts[i] = i
     is_tied = (
-        problem.mode == ORDERED
+        task.mode == ORDERED
         and m > 1
-        and problem.sense * (angles[n - 1] - angles[0]) <= problem.least_span
-        and _pulls_together(starts[1], starts[m - 1], problem.sense, weights, tangents, errors)
+        and problem.sense * (angles[n - 1] - angles[0]) <= task.least_span
+        and _pulls_together(starts[1], starts[m - 1], problem.sense, work.gains)
     )
     work.matrix[:], work.right[:], work.shares[:], work.own[:] = 0.0, 0.0, 0.0, 0.0
     for block in range(m):
         owner = 0 if is_tied and block == m - 1 else block
         work.own[owner, 0] += _TINY
-        add_points(
-            starts[block], starts[block + 1], weights, work.slopes, tangents, errors, work.matrix, work.right,
-            work.shares[owner], work.own[owner],
-        )  # fmt: skip
-    if problem.mode != TIMED:
+        add_points(starts[block], starts[block + 1], task.weights, task.lever, work, owner)
+    if task.mode != TIMED:
         for block in range(m - 1 if is_tied else m):
             eliminate(work.matrix, work.right, work.shares[block], work.own[block])
-    outward_slopes(constants, problem.shortest, problem.longest, work.normals)
+    add_limits(task.limits, numbers, constants, problem.is_ground_longer, work.reach, work.matrix, work.right)
+    work.coordinates[:], work.normals[:] = numbers, 0.0
+    if task.is_placed:
+        work.reach[:] = 0.0
+        log_slopes(constants, GROUND, problem.is_ground_longer, 1.0, work.reach)
+        slopes_by_pivots(numbers, constants, work.reach, work.change)
+        change_coordinates(work.change, work.matrix, work.right, work.factor, work.step)
+        to_pivots(numbers, constants, work.coordinates)
+    else:
+        outward_slopes(constants, task.shortest, task.longest, work.normals)
     for j in range(N_NUMBERS):
-        right = work.right[j]
-        if (numbers[j] <= problem.lower[j] and right > 0.0) or (numbers[j] >= problem.upper[j] and right < 0.0):
+        at, right = work.coordinates[j], work.right[j]
+        if (at <= task.lower[j] and right > 0.0) or (at >= task.upper[j] and right < 0.0):
             hold(work.matrix, work.right, j)
             work.normals[:, j] = 0.0
     return m, is_tied
 
 
 @subroutine(allocates=True)
-def _take_step(problem, work, numbers, angles, m, is_tied, damping, trial, turned):
+def _move_numbers(problem, work, constants, trial):
+    """Fill the numbers after the step; return the share of the full step that it is."""
+    task, moved = problem.task, work.moved
+    moved[:] = work.step
+    if task.is_placed:
+        for j in range(N_NUMBERS):
+            moved[j] = 0.0
+            for k in range(N_NUMBERS):
+                moved[j] += work.change[j, k] * work.step[k]
+    change = 0.0
+    for j in range(FRAME, LARGEST + 1):
+        change = max(change, abs(moved[j]))
+    scale = 1.0 if change <= _LARGEST_CHANGE else _LARGEST_CHANGE / change
+    for j in range(N_NUMBERS):
+        moved[j] *= scale
+        trial[j] = work.coordinates[j] + scale * work.step[j]
+    _bring_within(problem, work, constants, trial)
+    return scale
+
+
+@subroutine(allocates=True)
+def _bring_within(problem, work, constants, trial):
+    """Bring coordinates within their bounds and turn them into numbers."""
+    task = problem.task
+    if task.is_placed:
+        bound_angles(trial, task.lower, task.upper)
+        work.reach[:] = trial
+        from_pivots(work.reach, problem.is_ground_longer, constants, trial)
+    else:
+        bound(trial, task.lower, task.upper, task.shortest, task.longest)
+
+
+@subroutine(allocates=True)
+def _take_step(problem, work, angles, m, is_tied, damping, trial, trial_constants, turned):
     """Fill the numbers and angles after a step; return the share of the full step that it is."""
+    task = problem.task
     solve(work.matrix, work.right, damping, work.factor, work.step)
     for normal in work.normals:
         keep_within(work.matrix, normal, damping, work.factor, work.reach, work.step)
-    change = 0.0
-    for j in range(FRAME, LARGEST + 1):
-        change = max(change, abs(work.step[j]))
-    scale = 1.0 if change <= _LARGEST_CHANGE else _LARGEST_CHANGE / change
-    for j in range(N_NUMBERS):
-        work.step[j] *= scale
-        trial[j] = numbers[j] + work.step[j]
-    bound(trial, problem.lower, problem.upper, problem.shortest, problem.longest)
+    scale = _move_numbers(problem, work, trial_constants, trial)
     turned[:] = angles
-    if problem.mode == TIMED:
+    if task.mode == TIMED:
         return scale
     for block in range(m):
         owner = 0 if is_tied and block == m - 1 else block
         turn = work.own[owner, 1] * scale
         for j in range(N_NUMBERS):
-            turn += work.shares[owner, j] * work.step[j]
+            turn += work.shares[owner, j] * work.moved[j]
         turn = min(max(-turn / work.own[owner, 0], -_LARGEST_TURN), _LARGEST_TURN)
         for i in range(work.starts[block], work.starts[block + 1]):
             turned[i] += turn
-    if problem.mode == ORDERED:
-        _pool(turned, work.pulls, problem.sense, problem.least_span, work.values, work.sums, work.counts)
+    if task.mode == ORDERED:
+        _pool(turned, work.pulls, problem.sense, task.least_span, work.values, work.sums, work.counts)
     return scale
 
 
 @subroutine(allocates=True)
 def _fit(problem, work, numbers, angles, most_steps, tolerance):
     """Improve numbers and angles in place; return the weighted sum of squares."""
+    task = problem.task
     constants, trial_constants = np.empty(N_CONSTANTS), np.empty(N_CONSTANTS)
     trial, turned = np.empty(N_NUMBERS), np.empty(len(angles))
-    bound(numbers, problem.lower, problem.upper, problem.shortest, problem.longest)
-    if problem.mode == ORDERED:
+    if task.is_placed:
+        close_shape(numbers, problem.is_ground_longer, constants)
+        to_pivots(numbers, constants, work.coordinates)
+        numbers[:] = work.coordinates
+    _bring_within(problem, work, constants, numbers)
+    if task.mode == ORDERED:
         work.pulls[:] = 1.0
-        _pool(angles, work.pulls, problem.sense, problem.least_span, work.values, work.sums, work.counts)
+        _pool(angles, work.pulls, problem.sense, task.least_span, work.values, work.sums, work.counts)
     close_shape(numbers, problem.is_ground_longer, constants)
-    cost = _cost(problem.points, problem.weights, numbers, constants, angles, problem.branch)
+    cost = _cost(problem, numbers, constants, angles)
     damping, steps, slow, is_better = 1e-2, 0, 0, True
     while is_better and steps < most_steps and slow < _MOST_SLOW and cost > _TINY:
         m, is_tied = _linearise(problem, work, numbers, constants, angles)
         is_better = False
         while not is_better and steps < most_steps and damping < _LARGEST_DAMPING:
             steps += 1
-            scale = _take_step(problem, work, numbers, angles, m, is_tied, damping, trial, turned)
+            scale = _take_step(problem, work, angles, m, is_tied, damping, trial, trial_constants, turned)
             close_shape(trial, problem.is_ground_longer, trial_constants)
-            found = _cost(problem.points, problem.weights, trial, trial_constants, turned, problem.branch)
+            found = _cost(problem, trial, trial_constants, turned)
             is_better = found < cost
             if not is_better:
                 damping = damping * 4.0 + _LEAST_DAMPING
@@ -307,14 +391,11 @@ def fit(task, branches, senses, are_grounds_longer, numbers, angles, most_steps,
         Of each linkage: side of the rocker's pin and sense of the crank, 1.0 or -1.0, and whether the ground or the
         crank is the longer of both.
     numbers, angles
-        Shapes (n, 9) and (n, k).
+        Shapes (n, 10) and (n, k).
     costs
         Receives the weighted sums of squares, shape (n,).
     """
     work = _make_work(len(task.points))
     for k in range(len(branches)):
-        problem = _Problem(
-            task.points, task.weights, branches[k], senses[k], are_grounds_longer[k], task.mode, task.lower, task.upper,
-            task.least_span, task.shortest, task.longest,
-        )  # fmt: skip
+        problem = _Problem(task, branches[k], senses[k], are_grounds_longer[k])
         costs[k] = _fit(problem, work, numbers[k], angles[k], most_steps, tolerance)

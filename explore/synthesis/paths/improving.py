@@ -11,7 +11,7 @@ import numpy as np
 
 from explore.model.quantities import FloatArray
 from explore.synthesis.paths.atlas import IntArray
-from explore.synthesis.paths.fitting import ORDERED, Task, fit
+from explore.synthesis.paths.fitting import ORDERED, UNORDERED, Task, fit
 from explore.synthesis.paths.ordering import order_angles
 
 #: Steps of each stage of a group, and the share of its linkages that goes on.
@@ -39,7 +39,7 @@ class Candidates:
     are_grounds_longer
         Whether the ground or the crank is the longer, bool, shape (n,).
     numbers
-        Shape (n, 9).
+        Shape (n, 10).
     angles
         Of the crank from the frame, rad, shape (n, k).
     errors
@@ -87,22 +87,22 @@ def improve(task: Task, candidates: Candidates, count: int) -> Candidates:
 
         def each(improved: Callable[[Candidates], Candidates], of: Candidates) -> Candidates:
             singles = (of.rows(np.array([k])) for k in range(len(of.errors)))
-            return _distinct(_joined(list(threads.map(improved, singles)))).best(count + _MORE)
+            return _distinct(joined(list(threads.map(improved, singles)))).best(count + _MORE)
 
-        best = _distinct(_joined(list(threads.map(lambda group: _improve_group(task, group), groups))))
+        best = _distinct(joined(list(threads.map(lambda group: _improve_group(task, group), groups))))
         best = best.best(count + _MORE)
-        if task.mode == ORDERED:
+        if task.mode in (ORDERED, UNORDERED):
             for _ in range(_REPETITIONS):
                 best = each(lambda one: _with_angles_anew(task, one, *_OF_BEST).fit(task, _STAGES[-1][0], _FINE), best)
         return each(lambda one: one.fit(task, _MOST_STEPS, _FINE), best)
 
 
 def _improve_group(task: Task, group: Candidates) -> Candidates:
-    if task.mode == ORDERED:
+    if task.mode in (ORDERED, UNORDERED):
         group = group.ordered(task, *_OF_ALL)
     for most_steps, share in _STAGES:
         is_last = most_steps == _STAGES[-1][0]
-        if is_last and task.mode == ORDERED:
+        if is_last and task.mode in (ORDERED, UNORDERED):
             group = _with_angles_anew(task, group, *_OF_GROUP)
         group = group.fit(task, most_steps, _FINE if is_last else _COARSE)
         group = group.best(max(_LEAST, int(len(group.errors) * share)))
@@ -111,7 +111,7 @@ def _improve_group(task: Task, group: Candidates) -> Candidates:
 
 def _with_angles_anew(task: Task, group: Candidates, n_samples: int, stride: int) -> Candidates:
     """Linkages with their angles, and again with the best among samples of a turn."""
-    return _joined([group, group.ordered(task, n_samples, stride)])
+    return joined([group, group.ordered(task, n_samples, stride)])
 
 
 def _distinct(candidates: Candidates) -> Candidates:
@@ -124,6 +124,7 @@ def _distinct(candidates: Candidates) -> Candidates:
     return candidates.rows(np.array(kept))
 
 
-def _joined(parts: list[Candidates]) -> Candidates:
+def joined(parts: list[Candidates]) -> Candidates:
+    """All of the parts."""
     columns = zip(*(vars(part).values() for part in parts), strict=True)
     return Candidates(*(np.concatenate(column) for column in columns))

@@ -1,4 +1,4 @@
-"""Normal equations of the nine numbers: added up point by point, without the angles, and solved within bounds."""
+"""Normal equations of the ten numbers: added up point by point, without the angles, and solved within bounds."""
 
 import math
 
@@ -73,12 +73,18 @@ def keep_within(matrix, normal, damping, factor, reach, step):
 
 
 @subroutine()
-def bound(numbers, lower, upper, shortest, longest):
-    """Bring numbers within their bounds, the transmission angles apart, and crank and ground to lengths allowed."""
+def bound_angles(numbers, lower, upper):
+    """Bring numbers within their bounds, and the transmission angles apart."""
     for j in range(N_NUMBERS):
         numbers[j] = min(max(numbers[j], lower[j]), upper[j])
     numbers[LEAST] = min(numbers[LEAST], upper[LARGEST] - _LEAST_GAP)
     numbers[LARGEST] = max(numbers[LARGEST], numbers[LEAST] + _LEAST_GAP)
+
+
+@subroutine()
+def bound(numbers, lower, upper, shortest, longest):
+    """Bring numbers within their bounds, and crank and ground to lengths allowed."""
+    bound_angles(numbers, lower, upper)
     longer, shorter = longer_and_shorter(numbers)
     growth = min(max(math.log(shortest / shorter), 0.0), math.log(longest / longer))
     if growth != 0.0:
@@ -87,19 +93,29 @@ def bound(numbers, lower, upper, shortest, longest):
 
 
 @subroutine()
-def add_points(first, last, weights, slopes, tangents, errors, matrix, right, shares, sums):
+def add_points(first, last, weights, lever, work, owner):
     """Add points that share an angle to the normal equations, and to the sums of that angle."""
+    matrix, right, shares, sums = work.matrix, work.right, work.shares[owner], work.own[owner]
     for i in range(first, last):
-        w, t, e = weights[i], tangents[i], errors[i]
+        w, t, e = weights[i], work.tangents[i], work.errors[i]
         sums[0] += w * (t.real * t.real + t.imag * t.imag)
-        sums[1] += w * (t.real * e.real + t.imag * e.imag)
+        sums[1] += work.gains[i]
         for j in range(N_NUMBERS):
-            s = slopes[i, j]
+            s = work.slopes[i, j]
             shares[j] += w * (t.real * s.real + t.imag * s.imag)
             right[j] += w * (s.real * e.real + s.imag * e.imag)
             for k in range(j + 1):
-                o = slopes[i, k]
+                o = work.slopes[i, k]
                 matrix[j, k] += w * (s.real * o.real + s.imag * o.imag)
+        if lever != 0.0:
+            spin, turned = work.spins[i], work.turn_errors[i]
+            sums[0] += w * spin * spin
+            for j in range(N_NUMBERS):
+                turn = work.turns[i, j]
+                shares[j] += w * spin * turn
+                right[j] += w * turn * turned
+                for k in range(j + 1):
+                    matrix[j, k] += w * turn * work.turns[i, k]
 
 
 @subroutine()

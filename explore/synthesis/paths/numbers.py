@@ -1,8 +1,9 @@
-"""The nine numbers of a four-bar whose crank turns, and its coupler point with all derivatives.
+"""The ten numbers of a four-bar whose crank turns, and its coupler point and body with all derivatives.
 
 The numbers are the crank's pivot, the angle of the frame, the logarithms of coupler and rocker, the transmission angles
-with the crank along the frame towards the other pivot and away from it, and the coupler point from the crank's pin,
-along and across the coupler. Crank and ground follow from the two triangles that coupler and rocker then form::
+with the crank along the frame towards the other pivot and away from it, the coupler point from the crank's pin, along
+and across the coupler, and the angle of the body from the coupler, which a path leaves at 0. Crank and ground follow
+from the two triangles that coupler and rocker then form::
 
     |ground - crank|^2 = coupler^2 + rocker^2 - 2 coupler rocker cos(least transmission angle)
     (ground + crank)^2 = coupler^2 + rocker^2 - 2 coupler rocker cos(largest transmission angle)
@@ -17,8 +18,8 @@ import numpy as np
 
 from explore.subroutines import subroutine
 
-PIVOT_X, PIVOT_Y, FRAME, LOG_COUPLER, LOG_ROCKER, LEAST, LARGEST, ALONG, ACROSS = range(9)
-N_NUMBERS = 9
+PIVOT_X, PIVOT_Y, FRAME, LOG_COUPLER, LOG_ROCKER, LEAST, LARGEST, ALONG, ACROSS, BODY = range(10)
+N_NUMBERS = 10
 # Rows of the constants of a shape: lengths, and derivatives of the sides |ground -+ crank| by four of the numbers.
 CRANK, COUPLER, ROCKER, GROUND = range(4)
 SHORT_BY, LONG_BY = 4, 7
@@ -88,20 +89,22 @@ def coupler_direction(constants, branch, pin):
 
 
 @subroutine()
-def point_at(numbers, constants, branch, angle):
-    """The coupler point at a crank angle from the frame."""
+def place_at(numbers, constants, branch, angle):
+    """The coupler point at a crank angle from the frame, and the unit vector of the coupler."""
     pin = constants[CRANK] * complex(math.cos(angle), math.sin(angle))
-    point = pin + complex(numbers[ALONG], numbers[ACROSS]) * coupler_direction(constants, branch, pin)
+    u = coupler_direction(constants, branch, pin)
     turn = complex(math.cos(numbers[FRAME]), math.sin(numbers[FRAME]))
-    return complex(numbers[PIVOT_X], numbers[PIVOT_Y]) + turn * point
+    point = pin + complex(numbers[ALONG], numbers[ACROSS]) * u
+    return complex(numbers[PIVOT_X], numbers[PIVOT_Y]) + turn * point, turn * u
 
 
 @subroutine()
-def point_and_slopes(numbers, constants, branch, is_ground_longer, angle, slopes):
-    """The coupler point and its derivative by the crank angle; `slopes` receives those by the numbers.
+def place_and_slopes(numbers, constants, branch, is_ground_longer, angle, slopes, turns):
+    """The coupler point, the unit vector of the coupler, and the derivatives of point and body by the crank angle.
 
-    The coupler's angle phi follows from the loop: with unit vectors u of coupler and v of rocker, and any change of the
-    pin of the crank, the coupler, the rocker and the ground,
+    `slopes` receives the derivatives of the point by the numbers, `turns` those of the body's angle. The angle phi of
+    the coupler follows from the loop: with unit vectors u of coupler and v of rocker, and any change of the pin of the
+    crank, the coupler, the rocker and the ground,
 
         coupler Im(v' u) d phi = Re(v' d pin) + Re(v' u) d coupler - Re(v) d ground - d rocker
     """
@@ -115,28 +118,31 @@ def point_and_slopes(numbers, constants, branch, is_ground_longer, angle, slopes
         sine = _LEAST_SINE if sine >= 0.0 else -_LEAST_SINE
     k = 1.0 / (constants[COUPLER] * sine)
     arm = complex(numbers[ALONG], numbers[ACROSS]) * u
-    point = pin + arm
+    whole = turn * (pin + arm)
     lever = turn * complex(-arm.imag, arm.real)  # change of the point per radian of the coupler
-    by_angle = turn * complex(-pin.imag, pin.real) + lever * (k * (-v.real * pin.imag + v.imag * pin.real))
-    by_crank = turn * ray + lever * (k * (v.real * ray.real + v.imag * ray.imag))
-    by_ground = lever * (-k * v.real)
+    spin = k * (-v.real * pin.imag + v.imag * pin.real)  # change of the coupler's angle per radian of the crank
     sign = 1.0 if is_ground_longer else -1.0
+    by_crank, by_ground = k * (v.real * ray.real + v.imag * ray.imag), -k * v.real
     by_short, by_long = 0.5 * sign * (by_ground - by_crank), 0.5 * (by_ground + by_crank)
-    slopes[PIVOT_X], slopes[PIVOT_Y] = complex(1.0, 0.0), complex(0.0, 1.0)
-    whole = turn * point
+    pin_by_short, pin_by_long = -0.5 * sign * turn * ray, 0.5 * turn * ray
+    turns[:] = 0.0
+    turns[FRAME], turns[BODY] = 1.0, 1.0
+    turns[LOG_COUPLER] = constants[COUPLER] * k * (v.real * u.real + v.imag * u.imag)
+    turns[LOG_ROCKER] = -k * constants[ROCKER]
+    for number, k_short, k_long in (
+        (LOG_COUPLER, constants[SHORT_BY], constants[LONG_BY]),
+        (LOG_ROCKER, constants[SHORT_BY + 1], constants[LONG_BY + 1]),
+        (LEAST, constants[SHORT_BY + 2], 0.0),
+        (LARGEST, 0.0, constants[LONG_BY + 2]),
+    ):
+        turns[number] += by_short * k_short + by_long * k_long
+        slopes[number] = lever * turns[number] + pin_by_short * k_short + pin_by_long * k_long
+    slopes[PIVOT_X], slopes[PIVOT_Y], slopes[BODY] = complex(1.0, 0.0), complex(0.0, 1.0), 0j
     slopes[FRAME] = complex(-whole.imag, whole.real)
-    by_coupler = lever * (k * (v.real * u.real + v.imag * u.imag))
-    slopes[LOG_COUPLER] = (
-        constants[COUPLER] * by_coupler + by_short * constants[SHORT_BY] + by_long * constants[LONG_BY]
-    )
-    slopes[LOG_ROCKER] = (
-        lever * (-k * constants[ROCKER]) + by_short * constants[SHORT_BY + 1] + by_long * constants[LONG_BY + 1]
-    )
-    slopes[LEAST] = by_short * constants[SHORT_BY + 2]
-    slopes[LARGEST] = by_long * constants[LONG_BY + 2]
     slopes[ALONG] = turn * u
     slopes[ACROSS] = turn * complex(-u.imag, u.real)
-    return complex(numbers[PIVOT_X], numbers[PIVOT_Y]) + whole, by_angle
+    by_angle = turn * complex(-pin.imag, pin.real) + lever * spin
+    return complex(numbers[PIVOT_X], numbers[PIVOT_Y]) + whole, turn * u, by_angle, spin
 
 
 def numbers_of(linkage):
@@ -148,7 +154,7 @@ def numbers_of(linkage):
     point = linkage.point * coupler
     return np.array([
         linkage.crank_pivot.real, linkage.crank_pivot.imag, math.atan2(frame.imag, frame.real), math.log(coupler),
-        math.log(rocker), least, largest, point.real, point.imag,
+        math.log(rocker), least, largest, point.real, point.imag, 0.0,
     ]), ground >= crank  # fmt: skip
 
 

@@ -10,17 +10,17 @@ import numpy as np
 
 from explore.compiling import compiled
 from explore.subroutines import subroutine
-from explore.synthesis.paths.numbers import N_CONSTANTS, close_shape, point_at
+from explore.synthesis.paths.fitting import UNORDERED, square_of
+from explore.synthesis.paths.numbers import BODY, N_CONSTANTS, close_shape, place_at
 
 
 @subroutine()
 def _fill_squares(task, numbers, constants, branch, sense, n_samples, squares):
-    """Weighted squared distances of the points, a row each, to samples of two turns."""
+    """Weighted squared errors of the points, a row each, at samples of two turns."""
     for k in range(n_samples):
-        place = point_at(numbers, constants, branch, sense * 2.0 * math.pi * k / n_samples)
+        place, coupler = place_at(numbers, constants, branch, sense * 2.0 * math.pi * k / n_samples)
         for i in range(len(task.points)):
-            error = place - task.points[i]
-            square = task.weights[i] * (error.real * error.real + error.imag * error.imag)
+            square = square_of(task, i, place, coupler, numbers[BODY])
             squares[i, k] = square
             squares[i, k + n_samples] = square
 
@@ -47,6 +47,20 @@ def _trace_back(sums, first, n_samples, sense, angles):
         angles[i] = sense * 2.0 * math.pi * (first + k) / n_samples
 
 
+@subroutine()
+def _choose_each(squares, n_samples, angles):
+    """Fill the angle of the least square of each point; return their sum."""
+    total = 0.0
+    for i in range(len(angles)):
+        best = 0
+        for k in range(1, n_samples):
+            if squares[i, k] < squares[i, best]:
+                best = k
+        angles[i] = 2.0 * math.pi * best / n_samples
+        total += squares[i, best]
+    return total
+
+
 @compiled(allocates=True)
 def order_angles(task, branches, are_grounds_longer, numbers, n_samples, stride, senses, angles, costs):
     """Fill the senses, angles and sums of squares of linkages that are best among samples of a turn.
@@ -56,7 +70,7 @@ def order_angles(task, branches, are_grounds_longer, numbers, n_samples, stride,
     task
         A `Task`.
     branches, are_grounds_longer, numbers
-        Of the linkages, shapes (n,), (n,) and (n, 9).
+        Of the linkages, shapes (n,), (n,) and (n, 10).
     n_samples, stride
         Samples of a turn, and how many of them lie between two that the first point is sought from.
     senses, angles, costs
@@ -69,6 +83,10 @@ def order_angles(task, branches, are_grounds_longer, numbers, n_samples, stride,
     for row in range(len(branches)):
         close_shape(numbers[row], are_grounds_longer[row], constants)
         costs[row] = np.inf
+        if task.mode == UNORDERED:
+            _fill_squares(task, numbers[row], constants, branches[row], 1.0, n_samples, squares)
+            costs[row], senses[row] = _choose_each(squares, n_samples, angles[row]), 1.0
+            continue
         for turn in range(2):
             sense = 1.0 - 2.0 * turn
             _fill_squares(task, numbers[row], constants, branches[row], sense, n_samples, squares)

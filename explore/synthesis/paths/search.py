@@ -1,9 +1,10 @@
-"""Four-bars through many points: curves of an atlas laid over the path, and the best of them improved."""
+"""Four-bars through many points or poses: curves of an atlas laid over the path, and the best of them improved."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import lru_cache
 
 import numpy as np
 
@@ -11,11 +12,13 @@ from explore.model.quantities import FloatArray
 from explore.synthesis.linkages import ComplexArray, FourBar
 from explore.synthesis.paths.alignment import Starts, close_path, join, lay_over, lay_over_parts, lay_timed
 from explore.synthesis.paths.atlas import describe, draw_shapes, make_atlas
-from explore.synthesis.paths.fitting import ORDERED, SHIFTED, TIMED, Task
-from explore.synthesis.paths.improving import Candidates, improve
+from explore.synthesis.paths.fitting import ORDERED, SHIFTED, TIMED, UNORDERED, Task
+from explore.synthesis.paths.improving import Candidates, improve, joined
+from explore.synthesis.paths.limits import Limits
 from explore.synthesis.paths.numbers import (
     ACROSS,
     ALONG,
+    BODY,
     CRANK,
     FRAME,
     GROUND,
@@ -29,16 +32,22 @@ from explore.synthesis.paths.numbers import (
     PIVOT_Y,
     close_shape,
 )
+from explore.synthesis.paths.placed_pivots import LOG_RATIO, OTHER_X, OTHER_Y
+from explore.synthesis.paths.placing import Drawn, Goal, draw_four_bars, lay
 
 #: Shapes of the atlas, those of them that are laid over a closed path, and shapes that are tried for other paths.
 _N_ATLAS, _N_NEAREST, _N_TRIED = 100_000, 3000, 8192
 #: One double crank is tried for so many crank-rockers.
 _DOUBLE = 4
+#: Price of a limit of lengths that is missed, over the size of the path, and by how much the search stays within it.
+_PRICE, _INSIDE = 30.0, 1e-4
+#: Pivots without a bound are drawn up to so many sizes of the path from its box.
+_MARGIN = 2.0
 
 
 @dataclass(frozen=True)
 class PathTask:
-    """Points that a coupler point shall pass, in order.
+    """Points that a coupler point shall pass, in order, and the directions of its body there, if these are given.
 
     Attributes
     ----------
@@ -62,8 +71,18 @@ class PathTask:
     weights
         Of the squared distances, shape (n,); None for 1.
     held
-        Numbers of the linkage that are given, or ranges of them, by their place among the nine: see
+        Numbers of the linkage that are given, or ranges of them, by their place among the ten: see
         `explore.synthesis.paths.numbers`.
+    other_pivot
+        The ranges of the other pivot's coordinates, by `OTHER_X` and `OTHER_Y`; those that are missing are open.
+    arm_ratio_max
+        The distance of the coupler point from the crank's pin over the size of the path.
+    longest_to_shortest
+        The longest link over the shortest.
+    angles, lever
+        Angles of the body at the points, rad, shape (n,), and the length at whose end they count as distances.
+    is_ordered
+        Whether the crank passes the points in their order.
     """
 
     points: ComplexArray
@@ -76,6 +95,12 @@ class PathTask:
     link_ratio_min: float = 0.01
     weights: FloatArray | None = None
     held: Mapping[int, float | tuple[float, float]] = field(default_factory=dict)
+    other_pivot: Mapping[int, tuple[float, float]] = field(default_factory=dict)
+    arm_ratio_max: float = np.inf
+    longest_to_shortest: float = np.inf
+    angles: FloatArray | None = None
+    lever: float = 0.0
+    is_ordered: bool = True
 
     @property
     def size(self) -> float:
@@ -86,17 +111,40 @@ class PathTask:
     def mode(self) -> int:
         """How the crank's angles may move."""
         if self.crank_angles is None:
-            return ORDERED
+            return ORDERED if self.is_ordered else UNORDERED
         return SHIFTED if self.angles_from == "free" else TIMED
 
+    @property
+    def is_placed(self) -> bool:
+        """Whether both pivots are numbers of the search."""
+        return bool(self.other_pivot)
+
+    @property
+    def directions(self) -> ComplexArray:
+        """Unit vectors of the body at the points, if it has angles."""
+        return np.asarray(np.exp(1j * (np.zeros(0) if self.angles is None else self.angles)))
+
+    @property
+    def limits(self) -> Limits:
+        """The limits of lengths that have a price: those of the links are bounds where the pivots are not placed."""
+        total = len(self.points) if self.weights is None else float(np.sum(self.weights))
+        arm, ratio = self.arm_ratio_max * self.size * (1.0 - _INSIDE), self.longest_to_shortest * (1.0 - _INSIDE)
+        price = (_PRICE * self.size) ** 2 * total
+        if not self.is_placed:
+            return Limits(0.0, np.inf, arm, ratio, price)
+        shortest, longest = self.link_ratio_min * (1.0 + _INSIDE), self.link_ratio_max * (1.0 - _INSIDE)
+        return Limits(shortest * self.size, longest * self.size, arm, ratio, price)
+
     def bounds(self) -> tuple[FloatArray, FloatArray]:
-        """Bounds of the nine numbers."""
+        """Bounds of the ten numbers, or of those with placed pivots."""
         lower, upper = np.full(N_NUMBERS, -np.inf), np.full(N_NUMBERS, np.inf)
         lower[[LEAST, LARGEST]] = self.transmission_angle_min
         upper[[LEAST, LARGEST]] = np.pi - self.transmission_angle_min
         lower[[LOG_COUPLER, LOG_ROCKER]] = np.log(self.link_ratio_min * self.size)
         upper[[LOG_COUPLER, LOG_ROCKER]] = np.log(self.link_ratio_max * self.size)
-        for number, value in self.held.items():
+        if self.is_placed:
+            lower[[OTHER_X, OTHER_Y, LOG_RATIO]], upper[[OTHER_X, OTHER_Y, LOG_RATIO]] = -np.inf, np.inf
+        for number, value in {**self.held, **self.other_pivot}.items():
             lower[number], upper[number] = value if isinstance(value, tuple) else (value, value)
         return lower, upper
 
@@ -108,10 +156,17 @@ class PathTask:
         if self.is_closed and self.crank_angles is None:
             target, atlas = close_path(self.points), make_atlas(_N_ATLAS // part, is_ground_longer=is_ground_longer)
             return lay_over(target, atlas.shapes[atlas.nearest(describe(target.points[None])[0], count)])
-        shapes = draw_shapes(_N_TRIED // part, is_ground_longer=is_ground_longer)
         if self.crank_angles is not None:
+            shapes = draw_shapes(_N_TRIED // part, is_ground_longer=is_ground_longer)
             return lay_timed(self.points, self.crank_angles, shapes, is_shift_free=self.angles_from == "free")
-        return lay_over_parts(self.points, shapes, self.span_min)
+        return _laid_over_parts(tuple(self.points.tolist()), self.span_min, part, is_ground_longer)
+
+
+@lru_cache(maxsize=4)
+def _laid_over_parts(points: tuple[complex, ...], span_min: float, part: int, is_ground_longer: bool) -> Starts:
+    """Starts of an open path, which do not depend on the bounds that it is searched with again."""
+    shapes = draw_shapes(_N_TRIED // part, is_ground_longer=is_ground_longer)
+    return lay_over_parts(np.array(points), shapes, span_min)
 
 
 @dataclass(frozen=True)
@@ -125,27 +180,91 @@ class PathSolution:
     angles
         Angles of the crank in the plane at the points, rad.
     error
-        Sum of squared distances of the points to where the linkage is at these angles.
+        Sum of squared distances of the points to where the linkage is at these angles, and of turns of the body times
+        the lever.
+    body_angle
+        Angle of the body from the coupler, rad.
     """
 
     linkage: FourBar
     angles: FloatArray
     error: float
+    body_angle: float = 0.0
 
 
 def find_paths(task: PathTask, count: int = 10, n_starts: int = _N_NEAREST) -> list[PathSolution]:
-    """Linkages with the least sums of squared distances that were found, each a local optimum, best first."""
-    starts = task.starts(n_starts)
-    best = np.argsort(starts.errors, kind="stable")[:n_starts]
-    candidates = improve(_task_of(task), _candidates_of(starts.rows(best)), count)
+    """Linkages with the least sums of squared distances that were found, each a local optimum, best first.
+
+    `count` is the number that is wanted; all that were found are returned.
+    """
+    if task.is_placed or task.angles is not None:
+        starts = placed_starts(task).best(n_starts)
+    else:
+        laid = task.starts(n_starts)
+        starts = _candidates_of(laid.rows(np.argsort(laid.errors, kind="stable")[:n_starts]))
+    candidates = improve(_task_of(task), starts, count)
     found: list[PathSolution] = []
     for k in range(len(candidates.errors)):
         numbers, branch = candidates.numbers[k], float(candidates.branches[k])
         linkage = linkage_of(numbers, branch, is_ground_longer=bool(candidates.are_grounds_longer[k]))
         ratios = np.array(linkage.lengths) / task.size
         if task.link_ratio_min * (1.0 - 1e-9) <= ratios.min() and ratios.max() <= task.link_ratio_max * (1.0 + 1e-9):
-            found.append(PathSolution(linkage, candidates.angles[k] + numbers[FRAME], float(candidates.errors[k])))
-    return found[:count]
+            angles, body_angle = candidates.angles[k] + numbers[FRAME], float(numbers[BODY])
+            found.append(PathSolution(linkage, angles, float(candidates.errors[k]), body_angle))
+    return found
+
+
+def numbers_of_boxes(
+    crank_pivot: Mapping[str, tuple[float, float]], rocker_pivot: Mapping[str, tuple[float, float]]
+) -> tuple[dict[int, float | tuple[float, float]], dict[int, tuple[float, float]]]:
+    """What `PathTask` holds, and the ranges of its other pivot, for ranges of the pivots' x and y."""
+    held: dict[int, float | tuple[float, float]] = {
+        number: crank_pivot[axis] for number, axis in ((PIVOT_X, "x"), (PIVOT_Y, "y")) if axis in crank_pivot
+    }
+    other = {number: rocker_pivot[axis] for number, axis in ((OTHER_X, "x"), (OTHER_Y, "y")) if axis in rocker_pivot}
+    return held, other
+
+
+def placed_starts(task: PathTask) -> Candidates:
+    """Drawn four-bars laid over the points or poses, with pivots within their bounds where the other one has any."""
+    weights, timed = np.ones(len(task.points)) if task.weights is None else task.weights, task.crank_angles
+    goal = Goal(
+        task.points, np.asarray(weights, dtype=float), task.directions, task.lever, task.is_closed, task.span_min,
+        timed, task.angles_from == "free",
+    )  # fmt: skip
+    corners, windows, parts = _corners(task), goal.windows(), []
+    for is_longer in (True, False):
+        drawn = draw_four_bars(
+            *corners, task.transmission_angle_min, is_ground_longer=is_longer, is_placed=task.is_placed
+        )
+        parts.append(_laid(drawn, goal, windows, is_ground_longer=is_longer))
+    return joined(parts)
+
+
+def _laid(drawn: Drawn, goal: Goal, windows: FloatArray, *, is_ground_longer: bool) -> Candidates:
+    laid = lay(goal, drawn, windows)
+    numbers = np.zeros((len(laid.errors), N_NUMBERS))
+    numbers[:, PIVOT_X], numbers[:, PIVOT_Y] = laid.pivots.real, laid.pivots.imag
+    numbers[:, FRAME], sizes = np.angle(laid.frames), np.abs(laid.frames)[:, None]
+    numbers[:, [LOG_COUPLER, LOG_ROCKER]] = np.log(drawn.lengths[:, 1:3] * sizes + 1e-300)
+    numbers[:, [LEAST, LARGEST]] = drawn.angles
+    arms = laid.arms * np.exp(-1j * numbers[:, FRAME])
+    numbers[:, ALONG], numbers[:, ACROSS], numbers[:, BODY] = arms.real, arms.imag, laid.bodies
+    angles = np.ascontiguousarray(windows[laid.windows])
+    senses = np.where(angles[:, -1] >= angles[:, 0], 1.0, -1.0)
+    good = np.isfinite(numbers).all(axis=1)
+    rows = Candidates(drawn.branches, senses, np.full(len(senses), is_ground_longer), numbers, angles, laid.errors)
+    return rows.rows(np.flatnonzero(good))
+
+
+def _corners(task: PathTask) -> tuple[FloatArray, FloatArray]:
+    """Corners, lower and upper, that the pivots are drawn between: x and y of the crank's, then of the other one."""
+    lower, upper = (each[[PIVOT_X, PIVOT_Y, OTHER_X, OTHER_Y]].copy() for each in task.bounds())
+    places = np.array([task.points.real, task.points.imag] * 2)
+    margin = _MARGIN * task.size
+    low = np.where(np.isfinite(lower), lower, np.minimum(places.min(axis=1) - margin, upper))
+    high = np.where(np.isfinite(upper), upper, np.maximum(places.max(axis=1) + margin, lower))
+    return low, high
 
 
 def _task_of(task: PathTask) -> Task:
@@ -153,7 +272,10 @@ def _task_of(task: PathTask) -> Task:
     lower, upper = task.bounds()
     shortest, longest = task.link_ratio_min * task.size, task.link_ratio_max * task.size
     points = np.ascontiguousarray(task.points, dtype=np.complex128)
-    return Task(points, weights, task.mode, lower, upper, float(task.span_min), shortest, longest)
+    return Task(
+        points, weights, task.mode, lower, upper, float(task.span_min), shortest, longest, task.is_placed, task.limits,
+        task.directions, float(task.lever),
+    )  # fmt: skip
 
 
 def _candidates_of(starts: Starts) -> Candidates:
@@ -164,7 +286,7 @@ def _candidates_of(starts: Starts) -> Candidates:
 
 
 def numbers_of_starts(starts: Starts) -> FloatArray:
-    """The nine numbers of starts, shape (n, 9)."""
+    """The ten numbers of starts, shape (n, 10)."""
     crank, coupler, rocker, ground, along, across = starts.shapes.T
     numbers = np.empty((len(starts.errors), N_NUMBERS))
     numbers[:, PIVOT_X], numbers[:, PIVOT_Y] = starts.places.real, starts.places.imag
@@ -173,12 +295,12 @@ def numbers_of_starts(starts: Starts) -> FloatArray:
     for number, side in ((LEAST, ground - crank), (LARGEST, ground + crank)):
         cosine = (coupler**2 + rocker**2 - side**2) / (2.0 * coupler * rocker)
         numbers[:, number] = np.arccos(np.clip(cosine, -1.0, 1.0))
-    numbers[:, ALONG], numbers[:, ACROSS] = along, across
+    numbers[:, ALONG], numbers[:, ACROSS], numbers[:, BODY] = along, across, 0.0
     return numbers
 
 
 def linkage_of(numbers: FloatArray, branch: float, *, is_ground_longer: bool = True) -> FourBar:
-    """The linkage of nine numbers."""
+    """The linkage of ten numbers."""
     constants = np.empty(N_CONSTANTS)
     close_shape(numbers, is_ground_longer, constants)
     crank, coupler, rocker, ground = constants[:4].tolist()

@@ -50,6 +50,8 @@ class Task:
         The section ``[target]`` of the study; None for a task without.
     window
         Name of the window of the study, unless the file names one; empty for the mechanism's own.
+    remarks
+        What may not be meant, with its key.
     """
 
     mechanism: str
@@ -65,6 +67,7 @@ class Task:
     points: tuple[str, ...] = ()
     target: Mapping[str, Any] | None = None
     window: str = ""
+    remarks: Problems = field(default_factory=list)
 
 
 @dataclass(frozen=True)

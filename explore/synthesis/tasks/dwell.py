@@ -34,6 +34,7 @@ _ADDED = (
     _column("rest_y", "mm", "where the slider rests, across the ground from the crank's pivot"),
     _column("guide_angle", "deg", "angle of the slider's guide from the ground"),
     _column("dwell_start", "deg", "crank angle at which the dwell begins, from the ground"),
+    _column("dwell_angle", "deg", "angle that the crank turns in the dwell"),
     _column("slider_pressure_angle_max", "deg", "largest angle between link and guide over the turn", "metric"),
     _column("slider_link", "mm", "length of the link from the coupler point to the slider"),
     _column("slider_stroke", "mm", "travel of the slider over the turn"),
@@ -72,6 +73,7 @@ class _Search:
         angles = {
             "guide_angle": [each.direction for each in found],
             "dwell_start": [each.start for each in found],
+            "dwell_angle": [each.span for each in found],
             "slider_pressure_angle_max": [each.pressure_angle_max for each in found],
         }
         tried = (
@@ -92,6 +94,7 @@ class _Search:
                 **{name: np.degrees(values) for name, values in angles.items()},
             },
             tried=(tried,),
+            most=self.count,
         )
 
 

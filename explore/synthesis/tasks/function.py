@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,19 +14,23 @@ from explore.errors import Problems, RequestError
 from explore.model.columns import Column
 from explore.model.progress import ReportProgress
 from explore.model.targets import STARTS, FunctionTarget
+from explore.request.target_entries import read_rows
+from explore.request.target_files import FileColumn
 from explore.suggest import format_value
 from explore.synthesis.candidates import SOLUTION, Candidates
 from explore.synthesis.function_search import FoundGenerator, FunctionTask
 from explore.synthesis.functions import FourBarGenerator, fit_four_bar, wrapped
-from explore.synthesis.laws import Law, chebyshev_points, formula_law, table_law
+from explore.synthesis.laws import Law, chebyshev_points, formula_law, remarks_on_angles, table_law
 from explore.synthesis.tasks.contract import MOST_CANDIDATES, Task, TaskSections, TaskType
 from explore.synthesis.tasks.four_bars import FORMULAS, LENGTHS, FourBarBounds
 from explore.synthesis.tasks.sections import SectionReader
-from explore.synthesis.turning_generators import find_turning_generators
+from explore.synthesis.turning_generators import find_turning_generators, is_same
 
 #: Values of x over which the search takes its mean, and at which the target asks for the output.
 _N_SEARCHED, _N_ASKED = 101, 401
 _MOST_POINTS = 100
+#: Columns of a file of pairs.
+_COLUMNS = (FileColumn("x", "1"), FileColumn("y", "1"))
 #: Bounds on the transmission angle, deg, that are searched beside the one asked for, where they are larger.
 _FLOORS = (30.0, 40.0, 50.0)
 _METHOD = Column(
@@ -101,6 +106,8 @@ class _Search:
             values={"solution": np.arange(1, len(found) + 1), "method": np.array(methods)},
             tried=tuple(tried),
             sentences=_SENTENCES,
+            most=self.count,
+            always=tuple(np.flatnonzero(np.array(methods) == 1).tolist()),
         )
 
     def _least_errors(self) -> tuple[list[FoundGenerator], list[str]]:
@@ -116,12 +123,15 @@ class _Search:
         )
         for floor in floors:
             try:
-                found += find_turning_generators(FunctionTask(inputs, outputs, math.radians(floor), ratio), self.count)
+                found += find_turning_generators(FunctionTask(inputs, outputs, math.radians(floor), ratio))
             except RequestError as error:
                 if floor == asked:
                     return [], [str(error)]
-        found.sort(key=lambda each: each.error_rms)
-        return found[: self.count], [f"{tried}: those of least error, each a local optimum"]
+        distinct: list[FoundGenerator] = []  # one may be best with several bounds
+        for each in sorted(found, key=lambda each: each.error_rms):
+            if not any(is_same(each, other) for other in distinct):
+                distinct.append(each)
+        return distinct, [f"{tried}: those of least error, each a local optimum"]
 
     def _at_precision_points(self, starts: tuple[float, float]) -> FoundGenerator:
         """The linkage of Freudenstein's equation with given starts; lengths are positive."""
@@ -158,7 +168,7 @@ def _lengths(generator: FourBarGenerator) -> tuple[float, float, float, float]:
 def _read(sections: TaskSections, problems: Problems) -> Task | None:
     """The task, or None after the problems of its sections are noted."""
     target = sections.target
-    law = _read_law(target)
+    law = _read_law(target, sections.folder, problems)
     turns = tuple(_read_turn(target, key, most) for key, most in (("input_angle", 360.0), ("output_angle", 180.0)))
     starts = [target.number(key, "deg", default=math.nan) for key in ("input_start", "output_start")]
     given = [key for key in ("input_start", "output_start") if key in target]
@@ -193,6 +203,7 @@ def _read(sections: TaskSections, problems: Problems) -> Task | None:
         formulas=FORMULAS,
         target=search.target.to_content(),
         window="cycle",  # a rocker that turns fully has no strokes
+        remarks=[(("target", "formula"), text) for text in remarks_on_angles(target.get("formula"), law)],
     )
 
 
@@ -203,15 +214,18 @@ def _read_turn(target: SectionReader, key: str, most: float) -> float:
     return turn
 
 
-def _read_law(target: SectionReader) -> Law | None:
-    """The function, from a formula with a range or a table of pairs; a mistake is noted."""
-    formula, table = target.get("formula"), target.get("table")
-    if (formula is None) == (table is None):
-        key = "formula" if table is None else "table"
+def _read_law(target: SectionReader, folder: Path, problems: Problems) -> Law | None:
+    """The function, from a formula with a range or a table of pairs, of a file too; a mistake is noted."""
+    formula, tables = target.get("formula"), target.entries("table", "file")
+    if (formula is None) == (not tables):
+        key = next(iter(tables), "formula")
         target.note(key, 'give one of formula = "log(x)" with from and to, or table = [[1, 0], [2, 0.3], [3, 0.48]]')
         return None
     if formula is None:
-        return _read_table(target, table)
+        own = Problems()
+        rows, source = read_rows(tables, "table", _COLUMNS, folder, own)
+        problems += [(("target", *key), reason) for key, reason in own]
+        return _read_table(target, rows, source) if source else None
     first, last = target.number("from", "1", "1"), target.number("to", "1", "2")
     if not isinstance(formula, str):
         target.note("formula", f'must be a string such as "log(x)", got {format_value(formula)}')
@@ -228,7 +242,7 @@ def _read_law(target: SectionReader) -> Law | None:
         return None
 
 
-def _read_table(target: SectionReader, table: object) -> Law | None:
+def _read_table(target: SectionReader, table: object, source: str) -> Law | None:
     def is_pair(row: object) -> bool:
         return (
             isinstance(row, Sequence) and len(row) == 2
@@ -236,12 +250,12 @@ def _read_table(target: SectionReader, table: object) -> Law | None:
         )  # fmt: skip
 
     if not isinstance(table, list) or not all(is_pair(row) for row in table):
-        target.note("table", "must be a list of pairs of numbers x and y, such as [[1, 0], [2, 0.3], [3, 0.48]]")
+        target.note(source, "must be a list of pairs of numbers x and y, such as [[1, 0], [2, 0.3], [3, 0.48]]")
         return None
     try:
         return table_law([row[0] for row in table], [row[1] for row in table])
     except RequestError as error:
-        target.note("table", str(error))
+        target.note(source, str(error))
         return None
 
 

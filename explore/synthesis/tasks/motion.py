@@ -12,11 +12,12 @@ from explore.model.columns import Arrays
 from explore.model.progress import ReportProgress
 from explore.model.quantities import FloatArray
 from explore.model.targets import PosesTarget
-from explore.suggest import format_value
+from explore.request.path_order import remark_on_order
+from explore.request.pose_targets import read_poses
 from explore.synthesis import defects
 from explore.synthesis.candidates import SOLUTION, Candidates
 from explore.synthesis.guidance import Pairs, PivotBox, find_pairs
-from explore.synthesis.pose_fits import FittedPoses, fit_poses, measure_poses
+from explore.synthesis.pose_fits import FittedPoses, PoseBounds, fit_poses
 from explore.synthesis.poses import Poses
 from explore.synthesis.tasks.contract import Task, TaskSections, TaskType
 from explore.synthesis.tasks.four_bars import FORMULAS, LENGTHS
@@ -29,8 +30,6 @@ from explore.synthesis.tasks.placed_four_bars import (
     passage_codes,
     read_passage,
 )
-from explore.synthesis.tasks.sections import SectionReader
-from explore.units.quantities import quantity
 
 #: Fewest and most poses, those that are met exactly, and candidates.
 _FEWEST, _MOST, _EXACT, _MOST_CANDIDATES = 3, 100, 5, 500
@@ -91,12 +90,20 @@ class _Search:
         """The candidates, best first."""
         if self.is_exact:
             return self._find_exact()
-        found = fit_poses(self.poses)[: self.count]
+        bounds = PoseBounds(
+            self.transmission_angle_min, self.size_ratio_max, self.link_ratio_max, **self.boxes,
+            is_ordered=self.must_pass,
+        )  # fmt: skip
+        found = fit_poses(self.poses, bounds, self.count)
+        words = f"a transmission angle of at least {np.degrees(self.transmission_angle_min):g} deg"
+        words += f" and links of at most {self.size_ratio_max * self.size:.4g} mm"
         if not found:
-            raise RequestError("no four-bar was found that comes near the poses on one branch; move a pose")
-        fates = [_fate(each) for each in found]
-        n = len(self.poses.points)
-        return _candidates(found, fates, [f"searched four-bars of least errors over {n} poses: {len(found)} found"])
+            raise RequestError(f"no four-bar whose crank turns was found with {words}; widen [bounds] or move a pose")
+        tried = (
+            f"searched four-bars whose crank turns, with {words}, of least errors over {len(self.poses.points)} poses"
+        )
+        candidates = _candidates(found, [_fate(each) for each in found], [f"{tried}: {len(found)} local optima"])
+        return replace(candidates, most=self.count)
 
     def _find_exact(self) -> Candidates:
         n, length_max = len(self.poses.points), self.size_ratio_max * self.size
@@ -127,11 +134,29 @@ class _Search:
             )
             tried.append(f"none meets all bounds: {words}; these come nearest")
         order = np.lexsort((longest, -angles, ~passes, ~good))
-        rows = (
-            order if n == _EXACT else self._apart(pairs, order[good[order]] if good.any() else order[: 50 * self.count])
-        )
-        found = [self._measured(pairs, row) for row in rows[: self.count].tolist()]
-        return _candidates(found, pairs.fates[rows[: self.count]].tolist(), tried)
+        if n < _EXACT:
+            order = order[good[order]] if good.any() else self._apart(pairs, order[: 50 * self.count])
+        return self._exact_candidates(pairs.rows(order), tried)
+
+    def _exact_candidates(self, pairs: Pairs, tried: Sequence[str]) -> Candidates:
+        """All of the pairs, of which the objectives keep some."""
+        (crank_pivot, rocker_pivot), (pin, end) = pairs.fixed, pairs.moving
+        coupler = end - pin
+        arm = (self.poses.points[0] - pin) * np.abs(coupler) / coupler
+        parameters = {
+            **dict(zip(LENGTHS, pairs.lengths, strict=True)),
+            "branch": pairs.branches,
+            f"{POINT}_along": arm.real,
+            f"{POINT}_across": arm.imag,
+            "crank_pivot_x": crank_pivot.real,
+            "crank_pivot_y": crank_pivot.imag,
+            "ground_angle": np.degrees(np.angle(rocker_pivot - crank_pivot)),
+            "body_angle": np.degrees(np.angle(np.exp(1j * self.poses.angles[0]) / coupler)),
+        }
+        values: Arrays = {"solution": np.arange(1, len(arm) + 1), "passage": passage_codes(pairs.fates.tolist())}
+        places = np.concatenate([pairs.fixed, pairs.moving]).T / (_ALIKE * self.size)
+        traits = np.hstack([places.real, places.imag]) if len(self.poses.points) < _EXACT else None
+        return Candidates(parameters, _ADDED, values, tuple(tried), _SENTENCES, most=self.count, traits=traits)
 
     def _met(self, pairs: Pairs, longest: FloatArray) -> str:
         """How many meet each bound, for the message that none meets all."""
@@ -154,15 +179,6 @@ class _Search:
             if not (apart < _ALIKE * self.size).any():
                 kept.append(row)
         return np.array(kept, dtype=np.int64)
-
-    def _measured(self, pairs: Pairs, row: int) -> FittedPoses:
-        """The linkage of a pair with its errors by simulation."""
-        rotations, shifts = self.poses.displacements()
-        crank, end = pairs.moving[:, row]
-        pins = np.append(crank, rotations * crank + shifts)
-        body_angle = float(self.poses.angles[0] - np.angle(end - crank))
-        angles = np.angle(pins - pairs.fixed[0, row])
-        return measure_poses(pairs.linkage(row, self.poses), body_angle, self.poses, angles)
 
 
 def _corners(box: Box) -> PivotBox:
@@ -190,8 +206,7 @@ def _candidates(found: Sequence[FittedPoses], fates: Sequence[str], tried: Seque
 
 def _read(sections: TaskSections, problems: Problems) -> Task | None:
     """The task, or None after the problems of its sections are noted."""
-    target, bounds = sections.target, sections.bounds
-    poses = _read_poses(target)
+    poses, bounds = _read_poses(sections, problems), sections.bounds
     angle = bounds.number("transmission_angle_min", "deg", default=20.0, least=0.0, below=90.0)
     ratio = bounds.number("size_ratio_max", "1", default=10.0, above=0.0)
     link_ratio = bounds.number("link_ratio_max", "1", default=np.inf, above=1.0)
@@ -214,6 +229,7 @@ def _read(sections: TaskSections, problems: Problems) -> Task | None:
         constraints["angle_error_max"] = {"max": float(np.degrees(_ROUNDING))}
     if not search.is_exact:  # poses that are met exactly are missed by rounding errors only, which order nothing
         objectives[:0] = ["position_error_max:min", "angle_error_max:min"]
+    places, key = _target(poses, is_ordered=bool(passage)), "file" if "file" in sections.target else "poses"
     return Task(
         mechanism="crank-rocker",
         find=search.find,
@@ -230,7 +246,8 @@ def _read(sections: TaskSections, problems: Problems) -> Task | None:
         measured_constraints=passage,
         formulas={**FORMULAS, **formulas, "longest_link": {"formula": f"max({', '.join(LENGTHS)})", "unit": "mm"}},
         points=(POINT,),
-        target=_target(poses, is_ordered=bool(passage)).to_content(),
+        target=places.to_content(),
+        remarks=remark_on_order(places.path, ("target", key)) if passage else [],
     )
 
 
@@ -240,41 +257,20 @@ def _target(poses: Poses, *, is_ordered: bool) -> PosesTarget:
     return PosesTarget(POINT, tuple(places), order="given" if is_ordered else "any")
 
 
-def _read_poses(target: SectionReader) -> Poses | None:
+def _read_poses(sections: TaskSections, problems: Problems) -> Poses | None:
     """The poses, or None after a mistake is noted."""
-    entries = target.get("poses")
-    example = "poses = [[0, 0, 0], [10, 5, 20], [20, 0, 45]]"
-    if entries is None:
-        target.note("poses", f"is missing; write x, y and angle of each, such as {example}")
+    entries, own = sections.target.entries("poses", "file"), Problems()
+    places = read_poses(entries, sections.folder, own, _FEWEST, _MOST)
+    problems += [(("target", *key), reason) for key, reason in own]
+    if not places:
         return None
-    if not isinstance(entries, list):
-        target.note("poses", f"must be a list such as {example}, got {format_value(entries)}")
-        return None
-    if not _FEWEST <= len(entries) <= _MOST:
-        target.note("poses", f"from {_FEWEST} to {_MOST} poses determine a linkage, not {len(entries):,}")
-        return None
-    numbers = [_pose(target, position, entry) for position, entry in enumerate(entries)]
-    good = [each for each in numbers if each is not None]
-    if len(good) < len(numbers):
-        return None
-    x, y, degrees = np.array(good).T
+    x, y, degrees = np.array(places).T
     poses = Poses(x + 1j * y, np.radians(degrees))
     reason = _problem_of(poses)
     if reason:
-        target.note("poses", reason)
+        sections.target.note("file" if "file" in entries else "poses", reason)
         return None
     return poses
-
-
-def _pose(target: SectionReader, position: int, entry: object) -> tuple[float, ...] | None:
-    if not isinstance(entry, list) or len(entry) != 3:
-        target.note("poses", f"pose {position + 1} must be [x, y, angle], got {format_value(entry)}", position)
-        return None
-    try:
-        return tuple(quantity(value, unit) for value, unit in zip(entry, ("mm", "mm", "deg"), strict=True))
-    except RequestError as error:
-        target.note("poses", f"pose {position + 1}: {error}", position)
-        return None
 
 
 def _problem_of(poses: Poses) -> str:

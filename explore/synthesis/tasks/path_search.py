@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -16,7 +15,7 @@ from explore.model.targets import PathTarget
 from explore.synthesis.candidates import Candidates
 from explore.synthesis.cognates import find_cognates
 from explore.synthesis.defects import find_passage
-from explore.synthesis.linkages import ComplexArray, FourBar
+from explore.synthesis.linkages import ComplexArray, FourBar, is_alike
 from explore.synthesis.tasks.pivot_boxes import Box
 from explore.synthesis.tasks.placed_four_bars import PlacedFourBar, candidates_of
 from explore.synthesis.tasks.timed_errors import find_timed_errors
@@ -28,8 +27,9 @@ if TYPE_CHECKING:
 _FLOORS = (30.0, 40.0, 50.0)
 #: Curves that are laid over the path with these.
 _FEWER = 1000
-#: Linkages whose lengths differ by less, relatively, are the same; crank angles, rad, that differ by less are.
-_SAME, _SAME_ANGLE = 1e-4, 1e-6
+#: Found linkages that differ by less of their longest link are the same, as their last digits are those of a flat sum
+#: of squares; computed ones that differ by less; crank angles, rad, that differ by less.
+_SAME, _SAME_ROUNDED, _SAME_ANGLE = 1e-3, 1e-9, 1e-6
 
 
 @dataclass(frozen=True)
@@ -48,6 +48,8 @@ class PathSearch:
         Of the longest link over the size of the path.
     size_ratio_min
         Of the shortest link over that size.
+    link_ratio_max
+        Of the longest link over the shortest.
     boxes
         Where "crank_pivot" and "rocker_pivot" may be.
     count
@@ -63,6 +65,7 @@ class PathSearch:
     transmission_angle_min: float
     size_ratio_max: float
     size_ratio_min: float
+    link_ratio_max: float
     boxes: Mapping[str, Box]
     count: int
     is_exact: bool
@@ -79,27 +82,34 @@ class PathSearch:
 
     def find(self, report: ReportProgress | None) -> Candidates:
         """The candidates, best first, each before its two cognates."""
-        return self._find_all() if self.is_exact else self._find_best(report)
+        return self._find_all(report) if self.is_exact else self._find_best(report)
 
     def _find_best(self, report: ReportProgress | None) -> Candidates:
         """The best linkages for bounds on the transmission angle from that asked for up: error against quality."""
-        from explore.synthesis.paths.numbers import PIVOT_X, PIVOT_Y
-        from explore.synthesis.paths.search import PathTask, find_paths
+        from explore.synthesis.paths.search import PathTask, find_paths, numbers_of_boxes
 
-        pivot, weights = self.boxes["crank_pivot"], np.array(self.target.weights) if self.target.weights else None
-        held = {number: pivot[axis] for number, axis in ((PIVOT_X, "x"), (PIVOT_Y, "y")) if axis in pivot}
+        weights = np.array(self.target.weights) if self.target.weights else None
+        held, other = numbers_of_boxes(self.boxes["crank_pivot"], self.boxes["rocker_pivot"])
         asked = np.degrees(self.transmission_angle_min)
         floors = [asked, *(floor for floor in _FLOORS if floor > asked + 1.0)]
         found: list[PathSolution] = []
+        is_interrupted = False
         for step, floor in enumerate(floors):
             if report is not None:
                 report(step, len(floors))
             task = PathTask(
                 self.points, self.target.closed, self.crank_angles, self.angles_from, self.span_min,
                 float(np.radians(floor)), self.size_ratio_max, self.size_ratio_min, weights, held,
+                other, self.size_ratio_max, self.link_ratio_max,
             )  # fmt: skip
-            found += find_paths(task, -(-self.count // len(floors)), **({"n_starts": _FEWER} if step else {}))
-        found = _distinct(found)[: self.count]
+            try:
+                found += find_paths(task, -(-self.count // len(floors)), **({"n_starts": _FEWER} if step else {}))
+            except KeyboardInterrupt:
+                if not found:
+                    raise
+                floors, is_interrupted = floors[:step], True
+                break
+        found = _distinct(found)
         bounds = f"a transmission angle of at least {asked:g} deg"
         bounds += f" and links of at most {self.size_ratio_max * self.size:.4g} mm"
         if not found:
@@ -107,7 +117,8 @@ class PathSearch:
         more = f", and of {', '.join(f'{floor:g}' for floor in floors[1:])} deg" if len(floors) > 1 else ""
         tried = f"searched four-bars whose crank turns, with {bounds}{more}: {len(found)} local optima"
         rows = [self._timed(row) for n, each in enumerate(found, 1) for row in _with_cognates(each, n)]
-        return candidates_of(rows, (f"{tried}, each with its cognates",))
+        kept = candidates_of(rows, (f"{tried}, each with its cognates",))
+        return replace(kept, most=self.count, is_interrupted=is_interrupted)
 
     def _timed(self, row: PlacedFourBar) -> PlacedFourBar:
         """The row with its errors at the crank angles of the task, if there are any."""
@@ -118,10 +129,10 @@ class PathSearch:
         errors = find_timed_errors(row.linkage, self.points, self.crank_angles, weights, is_shift_free=is_free)
         return replace(row, timed_errors=errors)
 
-    def _find_all(self) -> Candidates:
+    def _find_all(self, reported: ReportProgress | None) -> Candidates:
         from explore.synthesis.nine_points.report import find_linkages
 
-        report = find_linkages(self.points)
+        report = find_linkages(self.points, reported)
         complete = "the search is complete" if report.is_complete else "the search is not complete"
         tried = f"{report.sentence} So {complete}."
         if not report.linkages:
@@ -130,33 +141,41 @@ class PathSearch:
             PlacedFourBar(each.linkage, each.solution, each.cognate, each.passage.fate, each.is_proved)
             for each in report.linkages
         ]
-        return candidates_of(rows, (tried,))
+        return replace(candidates_of(rows, (tried,)), is_interrupted=report.solutions.is_interrupted)
 
 
 def _distinct(solutions: Sequence[PathSolution]) -> list[PathSolution]:
-    """Linkages that differ, best first: the same one may be best with several bounds."""
+    """Linkages that differ, best first: one may be best with several bounds, and a cognate of one that was found."""
     kept: list[PathSolution] = []
     for solution in sorted(solutions, key=lambda each: each.error):
-        numbers = _numbers_of(solution.linkage)
-        if not any(np.allclose(numbers, _numbers_of(other.linkage), rtol=_SAME, atol=0.0) for other in kept):
+        if not any(_is_same(solution, other) for other in kept):
             kept.append(solution)
     return kept
 
 
-def _numbers_of(linkage: FourBar) -> FloatArray:
-    return np.array([*linkage.lengths, abs(linkage.point), abs(linkage.point - 1.0)])
+def _is_same(one: PathSolution, other: PathSolution) -> bool:
+    """Whether one is the other or its cognate, driven by either link, and passes the points at the same places."""
+    size = max(*one.linkage.lengths, *other.linkage.lengths)
+    apart = np.abs(one.linkage.points(one.angles) - other.linkage.points(other.angles)).max()
+    return bool(apart < _SAME * size) and any(is_alike(one.linkage, each, _SAME) for each in _family(other))
+
+
+def _family(solution: PathSolution) -> tuple[FourBar, ...]:
+    """A linkage and its cognates, of which there are none where the point is a pin of the linkage."""
+    try:
+        return solution.linkage, *find_cognates(solution.linkage, float(solution.angles[0]))
+    except RequestError:
+        return (solution.linkage,)
 
 
 def _with_cognates(solution: PathSolution, number: int) -> list[PlacedFourBar]:
-    """A solution and its cognates, of which there are none where the point is a pin of the linkage."""
-    linkage, angles = solution.linkage, solution.angles
-    passed = _apart(linkage.points(angles), angles)
-    cognates: tuple[FourBar, ...] = ()
-    with suppress(RequestError):
-        cognates = find_cognates(linkage, float(angles[0]))
+    """A solution and its cognates, each once: those of some symmetric linkages are equal."""
+    passed = _apart(solution.linkage.points(solution.angles), solution.angles)
+    family = _family(solution)
     return [
         PlacedFourBar(each, number, cognate, find_passage(each, passed).fate)
-        for cognate, each in enumerate((linkage, *cognates))
+        for cognate, each in enumerate(family)
+        if not any(is_alike(each, other, _SAME_ROUNDED) for other in family[:cognate])
     ]
 
 

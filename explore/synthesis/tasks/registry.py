@@ -1,8 +1,11 @@
 """The types of tasks."""
 
+from explore.errors import RequestError
+from explore.suggest import format_value, suggestion
 from explore.synthesis.tasks import dead_positions, dwell, function, motion, path, slider_path
+from explore.synthesis.tasks.contract import TaskType
 
-#: The types by name, in the order in which they are listed. A new one is a line here.
+#: The types by name, in the order in which they are listed. A new one is a line here, and its name in `explore init`.
 TASK_TYPES = {
     each.name: each
     for each in (
@@ -14,3 +17,14 @@ TASK_TYPES = {
         dwell.TYPE,
     )
 }  # fmt: skip
+#: Other names of types, after what a user gives.
+_ALIASES = {"poses": motion.TYPE, "swing": dead_positions.TYPE}
+
+
+def task_type(name: object) -> TaskType:
+    """The type of a name; `RequestError` if there is none."""
+    known = {**TASK_TYPES, **_ALIASES}
+    if not isinstance(name, str) or name not in known:
+        hint = suggestion(name, known) if isinstance(name, str) else f'write task = "{next(iter(TASK_TYPES))}"'
+        raise RequestError(f"unknown task {format_value(name)}; {hint}")
+    return known[name]

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from explore.errors import Problems, RequestError
+from explore.errors import KeyPath, Problems, RequestError
 from explore.suggest import closest_name, format_value, suggestion
 from explore.units.quantities import quantity
 
@@ -30,6 +30,8 @@ class SectionReader:
     def __init__(self, name: str, content: object, problems: Problems) -> None:
         self._name, self._problems = name, problems
         self._known: list[str] = []
+        #: Keys that were read as numbers, with their entries and units.
+        self.numbers: list[tuple[KeyPath, Any, str]] = []
         self._content: Mapping[str, Any] = content if isinstance(content, Mapping) else {}
         if not isinstance(content, Mapping):
             problems.append(((name,), f"must be a table of keys and values, got {format_value(content)}"))
@@ -45,6 +47,10 @@ class SectionReader:
         """The entry of a key as it is in the file; None where it is missing."""
         self._known.append(key)
         return self._content.get(key)
+
+    def entries(self, *keys: str) -> dict[str, Any]:
+        """The entries of those of the keys that the file has."""
+        return {key: entry for key in keys if (entry := self.get(key)) is not None}
 
     def number(
         self,
@@ -76,6 +82,7 @@ class SectionReader:
                 self.note(key, f"is missing; write it, such as {key} = {example}")
                 return _NO_NUMBER
             return default
+        self.numbers.append(((self._name, key), entry, unit))
         try:
             value = quantity(entry, unit)
         except RequestError as error:

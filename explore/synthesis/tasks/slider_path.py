@@ -13,6 +13,7 @@ from explore.mechanisms.registry import mechanism_by_name
 from explore.model.columns import Column
 from explore.model.progress import ReportProgress
 from explore.model.targets import PathTarget
+from explore.request.path_order import remark_on_order
 from explore.synthesis.candidates import SOLUTION, Candidates
 from explore.synthesis.slider_cranks import SliderCrank
 from explore.synthesis.slider_path_search import SliderPath, SliderPathTask, distinct_paths, find_slider_paths
@@ -82,8 +83,8 @@ class _Search:
         for step, ceiling in enumerate(ceilings):
             if report is not None:
                 report(step, len(ceilings))
-            found += find_slider_paths(self.task(ceiling), -(-self.count // len(ceilings)))
-        found = distinct_paths(found)[: self.count]
+            found += find_slider_paths(self.task(ceiling))
+        found = distinct_paths(found)
         linkages, methods = [each.linkage for each in found], [1] * len(found)
         low, high = found[0].box
         n_edge = sum(each.is_on_edge for each in found)
@@ -96,7 +97,7 @@ class _Search:
         if self.target.closed:
             linkages.append(_by_guide_offset(self.task(asked), found[0].linkage.crank_pivot))
             methods.append(2)
-        return _candidates(linkages, methods, (tried,))
+        return _candidates(linkages, methods, (tried,), self.count)
 
 
 def _by_guide_offset(task: SliderPathTask, pivot: complex) -> SliderCrank:
@@ -113,7 +114,9 @@ def _by_guide_offset(task: SliderPathTask, pivot: complex) -> SliderCrank:
     return SliderCrank(pivot, followers.crank, guide.rod, -ahead * guide.offset, direction, point)
 
 
-def _candidates(linkages: Sequence[SliderCrank], methods: Sequence[int], tried: tuple[str, ...]) -> Candidates:
+def _candidates(
+    linkages: Sequence[SliderCrank], methods: Sequence[int], tried: tuple[str, ...], most: int
+) -> Candidates:
     arms = [linkage.point * linkage.rod for linkage in linkages]
     columns = {
         **{name: [getattr(linkage, name) for linkage in linkages] for name in _LENGTHS},
@@ -129,15 +132,17 @@ def _candidates(linkages: Sequence[SliderCrank], methods: Sequence[int], tried: 
         values={"solution": np.arange(1, len(linkages) + 1), "method": np.array(methods)},
         tried=tried,
         sentences=_SENTENCES,
+        most=most,
+        always=tuple(np.flatnonzero(np.array(methods) == 2).tolist()),
     )
 
 
 def _read(sections: TaskSections, problems: Problems) -> Task | None:
     """The task, or None after the problems of its sections are noted."""
     bounds = sections.bounds
-    target, angles = read_path(sections.target, sections.folder, problems)
-    if angles is not None:
-        sections.target.note("file", "crank angles are not taken into account here; leave out the third column")
+    target = read_path(sections.target, sections.folder, (), problems)
+    if target is not None and target.crank_angles:
+        sections.target.note("file", "crank angles are not taken into account here; leave out the column crank_angle")
     pressure = bounds.number("pressure_angle_max", "deg", default=50.0, above=0.0, below=89.0)
     ratio = bounds.number("size_ratio_max", "1", default=10.0, above=0.0)
     box = read_box(bounds, "crank_pivot")
@@ -166,6 +171,7 @@ def _read(sections: TaskSections, problems: Problems) -> Task | None:
         formulas={**formulas, "longest_link": {"formula": "max(crank, rod)", "unit": "mm"}},
         points=(POINT,),
         target=target.to_content(),
+        remarks=remark_on_order(target, ("target", "file" if "file" in sections.target else "points")),
     )
 
 

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import os
+import warnings
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
-from explore.config import key_lines, toml_text
+from explore.config import toml_text
+from explore.config.remarks import remark_on_units, target_entries
 from explore.config.resolution import resolve_study
 from explore.config.study import Study, make_study
-from explore.errors import ConfigError, Problems, RequestError
+from explore.errors import ConfigError, DoubtfulInputWarning, Problems, RequestError
 from explore.model.request import Objective
 from explore.model.targets import MOST_TARGET_POINTS
 from explore.suggest import format_value, suggestion
@@ -27,7 +29,7 @@ from explore.synthesis.tasks.objectives import (
     split_objectives,
     with_suggestion,
 )
-from explore.synthesis.tasks.registry import TASK_TYPES
+from explore.synthesis.tasks.registry import TASK_TYPES, task_type
 from explore.synthesis.tasks.sections import SectionReader
 
 #: What makes a task file shorter that is too large.
@@ -52,12 +54,15 @@ class TaskFile:
         Sections of the study that the file has.
     text
         The text of the file.
+    remarks
+        What may not be meant, such as points of a path in a wrong order; a line with its key for each.
     """
 
     kind: str
     task: Task
     given: Mapping[str, Mapping[str, Any]]
     text: str
+    remarks: tuple[str, ...] = ()
 
     def find(self, report: Any = None) -> Candidates:
         """Find the candidates; `report` is called with the numbers of steps done and to be done."""
@@ -100,9 +105,17 @@ def load_task(path: str | os.PathLike[str]) -> TaskFile:
     ConfigError
         With one line ``file:line: key: reason; suggestion`` for each problem: the first twenty, and the number of the
         others.
+
+    Warns
+    -----
+    DoubtfulInputWarning
+        With one such line for each of the task's `remarks`.
     """
     file = os.fspath(path)
-    return parse_task(toml_text.read_text(file, _SHORTEN), file, Path(file).parent)
+    task = parse_task(toml_text.read_text(file, _SHORTEN), file, Path(file).parent)
+    for remark in task.remarks:
+        warnings.warn(remark, DoubtfulInputWarning, stacklevel=2)
+    return task
 
 
 def parse_task(text: str, file: str, folder: Path | None = None) -> TaskFile:
@@ -110,18 +123,14 @@ def parse_task(text: str, file: str, folder: Path | None = None) -> TaskFile:
     problems: Problems = []
     found = _resolve(toml_text.parse_toml(file, text), text, folder or Path(), problems)
     if found is None or problems:
-        lines = key_lines.locate(text.replace("\r\n", "\n"))
-        located = sorted((key_lines.line_of(lines, key), toml_text.dotted(key), reason) for key, reason in problems)
-        texts = [f"{file}:{line}: {key}: {reason}" for line, key, reason in dict.fromkeys(located)]
-        raise ConfigError(toml_text.first_problems(f"{file}: ", texts))
-    return found
+        raise ConfigError(toml_text.first_problems(f"{file}: ", toml_text.locate_problems(file, text, problems)))
+    return replace(found, remarks=tuple(toml_text.locate_problems(file, text, found.task.remarks)))
 
 
 def task_starter(name: str) -> str:
     """The text of a commented task file of a type, ready to run; `RequestError` if there is no such type."""
-    if name not in TASK_TYPES:
-        raise RequestError(f"unknown task {format_value(name)}; {suggestion(name, TASK_TYPES)}")
-    return files("explore").joinpath(f"data/starter-task-{name}.toml").read_text(encoding="utf-8")
+    file = f"data/starter-task-{task_type(name).name}.toml"
+    return files("explore").joinpath(file).read_text(encoding="utf-8")
 
 
 def _resolve(sections: dict[str, Any], text: str, folder: Path, problems: Problems) -> TaskFile | None:
@@ -143,10 +152,13 @@ def _resolve(sections: dict[str, Any], text: str, folder: Path, problems: Proble
     if task is None:
         return None
     given = _given_sections(sections, problems)
+    entries = [*target_entries(sections.get("target", {})), *(n for reader in readers.values() for n in reader.numbers)]
     # A trial with any ranges, so that mistakes in these sections are found before anything is searched.
     trial = _study_sections(task, given, any_ranges(task), 1)
     found: Problems = []
-    resolve_study(trial, Path(), found, [])
+    resolved = resolve_study(trial, Path(), found, [])
+    if resolved is not None:
+        task = replace(task, remarks=[*task.remarks, *remark_on_units(entries, resolved.units)])
     note_measured(task, given.get("rank", {}), problems)
     note_constraints(task, given.get("constraints", {}), problems)
     found = [(key, with_suggestion(task, trial["rank"], key, reason)) for key, reason in found]
@@ -175,11 +187,11 @@ def _type(sections: Mapping[str, Any], problems: Problems) -> TaskType | None:
     if "task" not in sections:
         problems.append((("task",), f'is missing; begin the file with task = "{next(iter(TASK_TYPES))}"'))
         return None
-    name = sections["task"]
-    if name not in TASK_TYPES:
-        problems.append((("task",), f"unknown task {format_value(name)}; {suggestion(str(name), TASK_TYPES)}"))
+    try:
+        return task_type(sections["task"])
+    except RequestError as error:
+        problems.append((("task",), str(error)))
         return None
-    return TASK_TYPES[name]
 
 
 def _study_sections(

@@ -23,7 +23,9 @@ export function drawAxes(layers, view, margin, [x, y], spans) {
     .attr("transform", `translate(${left},0)`)
     .call(axisLeft(view.scaleY).tickValues(ticksY.values).tickFormat(ticksY.text).tickSize(4));
   title(layers.x, titled(x), (view.left + view.width - margin.right) / 2, 38, 0);
-  title(layers.y, titled(y), -(margin.top + bottom) / 2, -48, -90);
+  // Beside the widest tick, and never outside of the plot.
+  const widest = Math.max(0, ...layers.y.selectAll(".tick text").nodes().map((node) => node.getBBox().width));
+  title(layers.y, titled(y), -(margin.top + bottom) / 2, -Math.min(left - 12, Math.max(48, widest + 16)), -90);
 }
 
 function title(layer, text, x, y, turn) {

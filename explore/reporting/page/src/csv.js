@@ -28,8 +28,8 @@ function text(column, value) {
 const quoted = (name) => (/[",\r\n]/.test(name) ? `"${name.replaceAll('"', '""')}"` : name);
 
 /** Save a text as a file. */
-export function save(name, content) {
-  const address = URL.createObjectURL(new Blob([content], { type: "text/csv" }));
+export function save(name, content, type = "text/csv") {
+  const address = URL.createObjectURL(new Blob([content], { type }));
   const link = document.createElement("a");
   link.href = address;
   link.download = name;

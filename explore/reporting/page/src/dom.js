@@ -60,11 +60,14 @@ export function resizeCanvas(canvas, width, height) {
   return context;
 }
 
-/** Call `draw` now and whenever the width of the element changes. */
+/** The least width that is drawn, pixels: the margins of all plots and a little between them. */
+const LEAST_WIDTH = 140;
+
+/** Call `draw` now and whenever the width of the element changes. A plot in a narrower element reaches beyond it. */
 export function onWidth(element, draw) {
   let width = 0;
   new ResizeObserver(() => {
-    const now = Math.floor(element.clientWidth);
+    const now = element.clientWidth && Math.max(LEAST_WIDTH, Math.floor(element.clientWidth));
     if (now !== width && now > 0) draw((width = now));
   }).observe(element);
 }

@@ -44,5 +44,8 @@ export const designName = ({ study, designs, byName }, row) =>
 /** A column's name in words. */
 export const words = (name) => name.replaceAll("_", " ");
 
+/** A unit with its powers raised: mm². */
+export const raised = (unit) => unit.replace(/\^(\d)/g, (_, power) => "⁰¹²³⁴⁵⁶⁷⁸⁹"[power]);
+
 /** A column's name with its unit. */
-export const titled = (column) => (column.unit ? `${words(column.name)} [${column.unit}]` : words(column.name));
+export const titled = (column) => (column.unit ? `${words(column.name)} [${raised(column.unit)}]` : words(column.name));

@@ -7,6 +7,7 @@ import { motionOf, strokeOf } from "./mechanism.js";
 import { parallel } from "./parallel.js";
 import { readModel } from "./payload.js";
 import { Pins } from "./pins.js";
+import { savedFiles } from "./saved.js";
 import { scatter } from "./scatter.js";
 import { Focus, Selection } from "./selection.js";
 import { facts, header, notices } from "./summary.js";
@@ -39,6 +40,7 @@ async function start() {
   const axes = parallel(root("parallel"), model, shared);
   const cloud = scatter(root("scatter"), model, shared);
   designPanel(root("design"), model, shared);
+  savedFiles(root("design"), model, shared.chosen);
   toolbar(root("selection"), model, shared, rows.rows, axes.refresh);
   Object.assign(page, { model, shared, rows: rows.rows, whereIs: cloud.whereIs });
   // Two frames on, everything was drawn.

@@ -103,6 +103,10 @@ function show(names, sources) {
   });
   refresh();
   table.say("ranking …");
+  const linked = new URLSearchParams(location.search),
+    design = linked.get("design"),
+    place = Math.max(0, names.indexOf(linked.get("of")));
+  if (/^\d+$/.test(design ?? "")) chosen.choose(place, Number(design));
   rank();
   root("subtitle").replaceChildren(
     el("a", { href: "/" }, "All jobs"),

@@ -15,7 +15,7 @@ import { zoomable } from "./zooming.js";
 
 /** Designs that are drawn one by one, at most. */
 const MOST_POINTS = 2000;
-const MARGIN = { left: 64, right: 12, top: 10, bottom: 46 };
+const MARGIN = { left: 84, right: 12, top: 10, bottom: 46 };
 /** Share of the axes beyond the designs. */
 const ROOM = 0.02;
 /** Pixels from a mark within which a click chooses it. */

@@ -1,11 +1,15 @@
 /** The chosen design, drawn as in a report: its data are asked for when it is chosen. */
 
+import { el } from "../../../reporting/page/src/dom.js";
 import { designPanel } from "../../../reporting/page/src/design.js";
 import { FRONT } from "../../../reporting/page/src/payload.js";
 import { Pins } from "../../../reporting/page/src/pins.js";
 import { Focus } from "../../../reporting/page/src/selection.js";
 import { RESULTS } from "../../../reporting/page/src/files.js";
 import { query } from "./sources.js";
+
+/** Files that a design is exported to, by their endings. */
+const FILES = [["toml", "study (TOML)"], ["csv", "motion (CSV)"], ["dxf", "drawing (DXF)"], ["svg", "drawing (SVG)"], ["gif", "animation (GIF)"]];
 
 /**
  * @param {HTMLElement} root
@@ -17,6 +21,21 @@ export function designs(root, sources, fail) {
     pins = new Pins();
   let model = null,
     wanted = null;
+  const files = el("p", { class: "files small" });
+  chosen.listen(showFiles);
+
+  /** Links to the files of the chosen design, and the address that opens this page with it. */
+  function showFiles(row) {
+    const design = model.designs[row],
+      source = sources[model.byName.get(RESULTS)?.values[row] ?? 0].name,
+      address = new URL(location);
+    address.searchParams.set("design", design);
+    address.searchParams.set("of", source);
+    history.replaceState(null, "", address);
+    const file = ([kind, text]) =>
+      el("a", { href: `/api/results/${encodeURIComponent(source)}/design/${design}/export/${kind}`, download: `${source}-${design}.${kind}`, "aria-label": `${text} of design ${design}` }, text);
+    files.replaceChildren("Save: ", ...FILES.flatMap((one, k) => [k ? " · " : "", file(one)]), " — ", el("a", { href: address.href }, "link to this design"));
+  }
 
   async function choose(source, design, kind) {
     wanted = `${source} ${design}`;
@@ -33,6 +52,8 @@ export function designs(root, sources, fail) {
       model.panel = true;
       chosen.row = row;
       designPanel(root, model, { chosen, pins });
+      root.querySelector(".panel-head").after(files);
+      showFiles(row);
     } catch (error) {
       fail(error);
     }

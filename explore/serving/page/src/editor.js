@@ -1,11 +1,9 @@
 /** The editor of a study or a task: starters and earlier jobs to begin from, mistakes at their lines, dry runs. */
 
 import { el } from "../../../reporting/page/src/dom.js";
+import { raised } from "../../../reporting/page/src/format.js";
 import { ask, askText } from "./ask.js";
 import { freeName } from "./names.js";
-
-/** Milliseconds after which a dry run says why it takes long. */
-const LONG = 2000;
 
 export class Editor {
   /**
@@ -13,15 +11,15 @@ export class Editor {
    * @param {Map<string, Object>} jobs by name
    */
   constructor(root, jobs) {
-    Object.assign(this, { root, jobs, loaded: "", suggested: "", offered: "", isBusy: false });
+    Object.assign(this, { root, jobs, loaded: "", suggested: "", offered: "", listed: "", asked: 0, isSubmitting: false });
     this.study = root("study");
     root("form").onsubmit = (event) => {
       event.preventDefault();
-      this.submit("", "…", (job) => `${job.name} is queued`);
+      this.submit("", "submitting …", (job) => `${job.name} is queued`);
     };
     root("plan").onclick = () =>
       root("form").reportValidity() &&
-      this.submit("?dry_run=true", "Measuring a design. The first study of a mechanism compiles before, up to a minute …", tellPlan);
+      this.submit("?dry_run=true", "measuring a design …", tellPlan);
     root("start").onchange = () => this.startFrom(root("start").value).catch((error) => this.tell(error.message));
     this.study.oninput = () => {
       root("start").value = "";
@@ -80,6 +78,23 @@ export class Editor {
   changed() {
     this.showLines();
     this.root("keep").parentElement.hidden = this.isTask; // a task keeps all its linkages
+    this.listMetrics(/^\s*mechanism\s*=\s*["']([\w-]+)["']/m.exec(this.study.value)?.[1] ?? "").catch(() => (this.root("metrics").hidden = true));
+  }
+
+  /** The metrics of the mechanism of the text, with their meanings. */
+  async listMetrics(mechanism) {
+    const { root } = this;
+    if (mechanism === this.listed) return;
+    this.listed = mechanism;
+    root("metrics").hidden = !mechanism;
+    if (!mechanism) return;
+    const { metrics, signals, statistics } = await ask("GET", `/api/starters/studies/${mechanism}/metrics`);
+    if (mechanism !== this.listed) return;
+    const row = ({ name, unit, meaning }) => el("tr", {}, el("th", { scope: "row" }, name), el("td", {}, raised(unit)), el("td", { class: "reason" }, meaning));
+    const part = (title) => el("tr", {}, el("th", { scope: "rowgroup", colspan: 3 }, title));
+    root("metrics").firstElementChild.textContent = `Metrics of ${mechanism}`;
+    root("metric-list").replaceChildren(part("metrics"), ...metrics.map(row), part("signals"), ...signals.map(row));
+    root("statistics").textContent = `Of each signal there are metrics SIGNAL_STATISTIC; STATISTIC is ${statistics.join(", ")}.`;
   }
 
   // --- mistakes ---------------------------------------------------------------------------------------------------------
@@ -107,26 +122,28 @@ export class Editor {
 
   // --- what is sent -----------------------------------------------------------------------------------------------------
 
+  /** Send the text; a submission does not wait for a dry run, whose answer is then of no interest any more. */
   async submit(query, patience, tell) {
-    if (this.isBusy) return; // a disabled button would lose the focus
-    const { root } = this;
+    if (this.isSubmitting) return this.tell("the submission before is not answered yet; try again when it is");
+    const { root } = this,
+      mine = ++this.asked;
     const shared = { name: root("name").value, priority: Number(root("priority").value) };
     const [route, content] = this.isTask
       ? ["tasks", { ...shared, task: this.study.value }]
       : ["studies", { ...shared, study: this.study.value, keep: root("keep").value }];
-    const timer = setTimeout(() => this.tell(patience), LONG);
-    this.tell("…");
-    this.isBusy = true;
+    this.tell(patience);
+    this.isSubmitting = !query;
     try {
       const facts = await ask("POST", `/api/${route}${query}`, content);
+      if (mine !== this.asked) return;
       this.showProblems([]);
       this.tell(tell(facts));
     } catch (error) {
+      if (mine !== this.asked) return;
       this.showProblems(error.problems ?? []);
       this.tell(error.problems?.length ? "" : error.message);
     } finally {
-      clearTimeout(timer);
-      this.isBusy = false;
+      if (!query) this.isSubmitting = false;
     }
   }
 }
@@ -134,6 +151,6 @@ export class Editor {
 function tellPlan(plan) {
   if (plan.designs === null) return "a task; how many linkages it finds, and how long that takes, is known when it is done";
   const size = plan.bytes === null ? "the front only" : `${(plan.bytes / 1e6).toLocaleString("en")} MB`;
-  const time = plan.seconds === null ? "" : `, about ${Number(plan.seconds.toPrecision(2))} s of computing`;
+  const time = plan.seconds === null ? (plan.note ? `; ${plan.note}` : "") : `, about ${Number(plan.seconds.toPrecision(2))} s of computing`;
   return `${plan.designs.toLocaleString("en")} designs, ${plan.columns} columns, ${size}${time}`;
 }

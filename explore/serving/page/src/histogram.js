@@ -138,8 +138,11 @@ function line(context, x) {
   context.stroke();
 }
 
-/** A value with no more digits than a pixel has. */
-const round = (value, span) => Number(value.toPrecision(Math.max(4, 4 + Math.ceil(Math.log10(Math.abs(value) / span || 1)))));
+/** A value with no more digits than a pixel has, and at least so many. */
+const round = (value, span, least = 4) => Number(value.toPrecision(Math.min(17, Math.max(least, 4 + Math.ceil(Math.log10(Math.abs(value) / span || 1))))));
+
+/** Digits of a field, at least; the condition keeps all of a limit that the study gives with rounding errors. */
+const FIELD = 7;
 
 /** A field of one end of a range; empty where it is open. */
 function endField(column, side, conditions) {
@@ -171,7 +174,7 @@ function endField(column, side, conditions) {
   }
   function show() {
     const now = conditions.of(name)[side];
-    if (document.activeElement !== input || Number.isFinite(now)) input.value = Number.isFinite(now) ? String(now) : "";
+    if (document.activeElement !== input || Number.isFinite(now)) input.value = Number.isFinite(now) ? String(round(now, high - low || 1, FIELD)) : "";
     input.setAttribute("aria-invalid", false);
   }
   show();

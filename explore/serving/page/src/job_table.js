@@ -4,8 +4,10 @@ import { el } from "../../../reporting/page/src/dom.js";
 import { ask } from "./ask.js";
 import { freeName } from "./names.js";
 
+/** Place of the owner and the date among the figures. */
+const SUBMITTED = 4;
 const FIRST = { running: 0, queued: 1 };
-const COLUMNS = ["state", "progress", "designs", "designs/s", "feasible", "time left"];
+const COLUMNS = ["state", "progress", "designs", "designs/s", "feasible", "time left", "submitted"];
 
 export class JobTable {
   /**
@@ -45,7 +47,7 @@ export class JobTable {
   }
 
   fill(row, job, mayChange) {
-    const shape = `${job.state} ${mayChange}`;
+    const shape = `${job.state} ${mayChange} ${hasDesigns(job)}`;
     if (row.dataset.shape !== shape) {
       row.dataset.shape = shape;
       row.replaceChildren(
@@ -61,7 +63,7 @@ export class JobTable {
     showProgress(progress.firstChild, job);
     figures(job).forEach((text, place) => {
       numbers[place].textContent = text;
-      numbers[place].className = "number";
+      if (place < SUBMITTED) numbers[place].className = "number";
     });
     const priority = row.querySelector("input");
     if (priority && document.activeElement !== priority) priority.value = job.priority;
@@ -74,8 +76,8 @@ export class JobTable {
       el("button", { type: "button", "aria-label": `${text} ${job.name}`, onclick: () => act().catch((error) => this.say(error.message)) }, text);
     const post = (route, content) => () => ask("POST", route, content);
     const found = [];
+    if (hasDesigns(job)) found.push(link("Browse", `/page/browse.html?results=${job.name}`, "browse the results"));
     if (job.state === "done") {
-      found.push(link("Browse", `/page/browse.html?results=${job.name}`, "browse the results"));
       if (mayChange) found.push(button("Refine", () => this.refine(job)));
       found.push(link("file", `/api/results/${job.name}/file`, "results file"));
     }
@@ -108,12 +110,15 @@ export class JobTable {
   }
 }
 
+/** Whether results can be browsed: those of a job that was cancelled or failed have the designs that were computed. */
+const hasDesigns = ({ state, done }) => state === "done" || (!(state in FIRST) && done > 0);
+
 /** The running job first, then those that wait in their order, then the others, the last to end first. */
 function compare(a, b) {
   const states = (FIRST[a.state] ?? 2) - (FIRST[b.state] ?? 2);
   if (states) return states;
   if (a.state === "queued") return a.priority - b.priority || a.number - b.number;
-  return (b.ended ?? "").localeCompare(a.ended ?? "");
+  return b.ended_number - a.ended_number || (b.ended ?? "").localeCompare(a.ended ?? "");
 }
 
 /** The share that is done; how far a search is that has not told its steps is not known. */
@@ -130,6 +135,7 @@ function figures(job) {
     job.rate && job.state === "running" ? Math.round(job.rate).toLocaleString("en") : "",
     job.computed ? percent(job.feasible / job.computed) : job.kind === "task" && job.designs ? percent(job.feasible / job.designs) : "",
     job.seconds_left !== null ? duration(job.seconds_left) : isSearch && job.state === "running" ? "not known" : "",
+    [job.submitted ? new Date(job.submitted).toLocaleString("en-GB", { dateStyle: "medium", timeStyle: "short" }) : "", job.owner].filter(Boolean).join(", "),
   ];
 }
 

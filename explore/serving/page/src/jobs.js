@@ -14,18 +14,22 @@ let mayChange = false;
 
 async function start() {
   const token = new URLSearchParams(location.hash.slice(1)).get("token");
+  let reason = "Open the link that the server printed when it started, or that somebody made for you.";
   try {
     if (token) {
       history.replaceState(null, "", "/");
-      await ask("POST", "/api/session", { token });
+      await ask("POST", "/api/session", { token }).catch((error) => {
+        if (error.status !== 401) throw error;
+        reason = error.message; // unless this browser was let in before
+      });
     }
     mayChange = (await ask("GET", "/api/session")).right === "full";
   } catch (error) {
-    say(error.status === 401 ? "Open the link that the server printed when it started." : error.message);
+    say(error.status === 401 ? reason : error.message);
     return;
   }
   root("list").hidden = false;
-  root("submission").hidden = !mayChange;
+  root("submission").hidden = root("invitation").hidden = !mayChange;
   if (mayChange) editor.offerStarters().catch((error) => say(error.message));
   watch();
 }
@@ -56,5 +60,17 @@ function show() {
   editor.offerJobs();
 }
 
+root("invite").onsubmit = async (event) => {
+  event.preventDefault();
+  try {
+    const { link } = await ask("POST", "/api/links", { right: root("right").value, name: root("guest").value });
+    root("link").hidden = false;
+    root("link").value = link;
+    root("link").select();
+    say("the link opens one browser, once, within a day");
+  } catch (error) {
+    say(error.message);
+  }
+};
 themeButton(root("theme"));
 start();
