@@ -1,4 +1,4 @@
-"""Measure the constants of the error models, in explore/quadrature/panels.py and equispaced.py.
+"""Measure the constants of the error models, in explore/evaluation/quadrature/panels.py and equispaced.py.
 
 Over random crank-rockers of all kinds and double cranks, with the node counts for random tolerances: the natural
 logarithm of the ratio of the true error of mean and variance, against the largest rule, to the model
@@ -15,16 +15,12 @@ from pathlib import Path
 import numpy as np
 from numba import njit, types
 
-from explore.compiling import LANES
-from explore.evaluation.windows import specify_window
-from explore.mechanisms import four_bar, rocking
-from explore.mechanisms.crank_rocker.declaration import CRANK_ROCKER
-from explore.model.status import Status
-from explore.quadrature import equispaced as equispaced_rule
-from explore.quadrature.bounds import ROUNDING
-from explore.quadrature.clutches import shorten_to_clutches
-from explore.quadrature.equispaced import choose_equispaced, place_equispaced
-from explore.quadrature.panels import (
+from explore.base.compiling import LANES
+from explore.evaluation.quadrature import equispaced as equispaced_rule
+from explore.evaluation.quadrature.bounds import ROUNDING
+from explore.evaluation.quadrature.clutches import shorten_to_clutches
+from explore.evaluation.quadrature.equispaced import choose_equispaced, place_equispaced
+from explore.evaluation.quadrature.panels import (
     ANCHOR,
     COUNT,
     HALF,
@@ -39,11 +35,15 @@ from explore.quadrature.panels import (
     count_nodes,
     map_panels,
 )
-from explore.quadrature.rules import LARGEST_NODE_COUNT, gauss_legendre_rules
-from explore.quadrature.slots import CLUTCH, KIND, START, STOP
-from explore.quadrature.tiles import FILL_TYPE, NODE_CAPACITY, SHAPE_SIZE, gather_shapes, place_nodes
-from explore.quadrature.windows import add_window
-from explore.quadrature.work_space import CHUNK_WORK_TYPE, SIZES_TYPE, TILE_WORK_TYPE, Sizes, make_work_space
+from explore.evaluation.quadrature.rules import LARGEST_NODE_COUNT, gauss_legendre_rules
+from explore.evaluation.quadrature.slots import CLUTCH, KIND, START, STOP
+from explore.evaluation.quadrature.tiles import FILL_TYPE, NODE_CAPACITY, SHAPE_SIZE, gather_shapes, place_nodes
+from explore.evaluation.quadrature.windows import add_window
+from explore.evaluation.quadrature.work_space import CHUNK_WORK_TYPE, SIZES_TYPE, TILE_WORK_TYPE, Sizes, make_work_space
+from explore.evaluation.windows import specify_window
+from explore.mechanisms import four_bar, rocking
+from explore.mechanisms.crank_rocker.declaration import CRANK_ROCKER
+from explore.model.status import Status
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "reference"))
 from make_campaign import KINDS, draw, margin

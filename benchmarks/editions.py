@@ -31,8 +31,8 @@ def make_measurement() -> Callable[[str], list[float]]:
     import numpy as np
 
     from explore.evaluation.evaluate import evaluate_columns
-    from explore.request.names import find_mechanism
-    from explore.request.requests import make_request
+    from explore.studies.request.names import find_mechanism
+    from explore.studies.request.requests import make_request
 
     mechanism, rng = find_mechanism("crank-rocker"), np.random.default_rng(0)
     designs = {name: rng.uniform(*bounds, DESIGNS) for name, bounds in RANGES.items()}

@@ -12,8 +12,8 @@ import numpy as np
 from timing import cpu_times
 
 from explore.evaluation.evaluate import evaluate_columns
-from explore.request.names import find_mechanism
-from explore.request.requests import make_request
+from explore.studies.request.names import find_mechanism
+from explore.studies.request.requests import make_request
 
 DESIGNS, REPETITIONS = 65_536, 9
 

@@ -5,7 +5,7 @@ import time
 import numpy as np
 
 from explore.evaluation.propagation import Bounded, propagate
-from explore.request.formula_text import parse_formula
+from explore.studies.request.formula_text import parse_formula
 
 FORMULAS = ("a + b", "(a + b) * c / d - e*f", "2 * a * sin(b / 2)", "sqrt(a**2 + b**2 - 2*a*b*cos(c))")
 #: Designs of a block, and runs of which the fastest counts: others use the processor too.

@@ -15,8 +15,8 @@ from timing import cpu_times
 
 from explore.evaluation.evaluate import evaluate_columns
 from explore.evaluation.integrals import integrate_window
-from explore.request.names import find_mechanism
-from explore.request.requests import make_request
+from explore.studies.request.names import find_mechanism
+from explore.studies.request.requests import make_request
 
 DESIGNS, REPETITIONS = 65_536, 15
 RANGES = {

@@ -15,11 +15,11 @@ from pathlib import Path
 import numpy as np
 from numba import njit, types
 
-from explore.compiling import LANES
+from explore.base.compiling import LANES
+from explore.evaluation.quadrature.tails import fill_roots
+from explore.evaluation.quadrature.tiles import DEVIATIONS, FILL_TYPE, INTEGRAL, SUMS_SIZE, fill_moments
 from explore.mechanisms import four_bar
 from explore.mechanisms.crank_rocker.declaration import CRANK_ROCKER
-from explore.quadrature.tails import fill_roots
-from explore.quadrature.tiles import DEVIATIONS, FILL_TYPE, INTEGRAL, SUMS_SIZE, fill_moments
 
 FLAGS = ("-O3", "-march=native", "-ffast-math", "-shared", "-fPIC")
 NODES = 64
@@ -30,7 +30,7 @@ _F2 = types.float64[:, ::1]
 
 @njit(types.void(FILL_TYPE, _F2, _F2, types.float64, _F2), error_model="numpy", nogil=True)
 def compiled(fill, lengths, tangents, weight, out):
-    """The project's functions in a loop over tiles, the mechanism passed in as in explore.quadrature.loop.
+    """The project's functions in a loop over tiles, the mechanism passed in as in explore.evaluation.quadrature.loop.
 
     A row of `tangents` is half-tangents from one anchor.
     """

@@ -11,8 +11,8 @@ import time
 import numpy as np
 
 from explore.evaluation.evaluate import evaluate_columns
-from explore.request.names import find_mechanism
-from explore.request.requests import make_request
+from explore.studies.request.names import find_mechanism
+from explore.studies.request.requests import make_request
 
 DESIGNS, REPETITIONS = 65_536, 9
 RANGES = {"crank": (60, 140), "coupler": (900, 1000), "rocker": (500, 600), "ground": (700, 800)}

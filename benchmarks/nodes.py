@@ -11,8 +11,8 @@ from __future__ import annotations
 import numpy as np
 
 import explore
+from explore.comparison.methods.kernels import solve_all
 from explore.mechanisms import four_bar
-from explore.methods.kernels import solve_all
 
 TOLERANCE, CHUNK = 1e-9, 65_536
 CRANK, COUPLER, ROCKER, GROUND = 150.0, 1083.5, 541.75, 691.75

@@ -11,8 +11,8 @@ from functools import partial
 import numpy as np
 
 import explore
+from explore.comparison.methods.kernels import solve_all
 from explore.mechanisms import four_bar
-from explore.methods.kernels import solve_all
 
 TOLERANCES = (1e-6, 1e-9, 1e-12)
 MOST = 48

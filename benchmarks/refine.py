@@ -19,7 +19,7 @@ import moocore
 import numpy as np
 
 import explore
-from explore.ranking.pareto import objectives_to_minimise
+from explore.results.ranking.pareto import objectives_to_minimise
 
 OPTIMUM = Path(__file__).parents[1] / "configs" / "optimum.toml"
 WIPER = """mechanism = "crank-rocker"

@@ -11,8 +11,8 @@ import time
 import numpy as np
 
 from explore.evaluation.evaluate import evaluate_columns
-from explore.request.names import find_mechanism
-from explore.request.requests import make_request
+from explore.studies.request.names import find_mechanism
+from explore.studies.request.requests import make_request
 
 TORQUE, SPRING = {"constant_torque": 25e3}, {"stiffness": 143e3}
 MASSES = {"crank_mass": 20.0, "coupler_mass": 25.0, "rocker_mass": 40.0, "coupler_inertia": 3.4}

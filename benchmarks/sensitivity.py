@@ -12,9 +12,9 @@ import time
 from pathlib import Path
 
 import explore
-from explore.api.sensitivity import plan_sensitivity
-from explore.sweeping.clusters import local_cluster
-from explore.sweeping.feasibility import run_feasibility
+from explore.analysis.sensitivity.feasibility import run_feasibility
+from explore.analysis.sensitivity.public import plan_sensitivity
+from explore.running.clusters import local_cluster
 
 OPTIMUM = Path(__file__).parents[1] / "configs" / "optimum.toml"
 

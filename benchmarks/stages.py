@@ -1,7 +1,7 @@
 """CPU time of a block by stage, and the bytes that it moves.
 
 Run with ``python benchmarks/stages.py [folder]``; the folder selects the disk. CPU time per design,
-least of nine. The stages of sampling are differences: the same compiled functions as in explore.quadrature.loop, in a
+least of nine. The stages of sampling are differences: the same compiled functions as in quadrature.loop, in a
 loop that ends after one more stage each time. One window, one panel per design, default columns, tolerance 1e-9.
 """
 
@@ -18,14 +18,11 @@ import numpy as np
 from numba import njit, types
 from timing import cpu_times
 
-from explore.compiling import LANES
-from explore.designs.spaces import BLOCK_SIZE, Grid, SpacedAxis
+from explore.base.compiling import LANES
 from explore.evaluation.evaluate import evaluate_columns, output_columns
-from explore.evaluation.windows import specify_window
-from explore.model.request import Objective
-from explore.quadrature import panels as panel
-from explore.quadrature.bounds import BOUNDS_SIZE, CHUNK, FLAG_CV, FLAG_MOMENTS
-from explore.quadrature.chunks import (
+from explore.evaluation.quadrature import panels as panel
+from explore.evaluation.quadrature.bounds import BOUNDS_SIZE, CHUNK, FLAG_CV, FLAG_MOMENTS
+from explore.evaluation.quadrature.chunks import (
     CLOSE_TYPE,
     CODES,
     MOST_KINDS,
@@ -34,12 +31,12 @@ from explore.quadrature.chunks import (
     gather_constants,
     sort_by_rule,
 )
-from explore.quadrature.loop import HEADROOM
-from explore.quadrature.merging import bound_rows, collect, merge_regular
-from explore.quadrature.panels import PANEL_CAPACITY, PANELS_SIZE, count_nodes, map_panels
-from explore.quadrature.rules import gauss_legendre_rules
-from explore.quadrature.tails import check_model, fill_roots, place_factors
-from explore.quadrature.tiles import (
+from explore.evaluation.quadrature.loop import HEADROOM
+from explore.evaluation.quadrature.merging import bound_rows, collect, merge_regular
+from explore.evaluation.quadrature.panels import PANEL_CAPACITY, PANELS_SIZE, count_nodes, map_panels
+from explore.evaluation.quadrature.rules import gauss_legendre_rules
+from explore.evaluation.quadrature.tails import check_model, fill_roots, place_factors
+from explore.evaluation.quadrature.tiles import (
     DEVIATIONS,
     FILL_TYPE,
     FIRST_TAIL,
@@ -51,10 +48,13 @@ from explore.quadrature.tiles import (
     gather_shapes,
     place_nodes,
 )
-from explore.ranking.pareto import find_front
-from explore.request.names import find_mechanism
-from explore.request.requests import make_request
-from explore.store.all_designs_writer import AllDesignsWriter
+from explore.evaluation.windows import specify_window
+from explore.model.request import Objective
+from explore.results.ranking.pareto import find_front
+from explore.results.store.all_designs_writer import AllDesignsWriter
+from explore.studies.designs.spaces import BLOCK_SIZE, Grid, SpacedAxis
+from explore.studies.request.names import find_mechanism
+from explore.studies.request.requests import make_request
 
 REPETITIONS, TOLERANCE, NEEDS, SAMPLED_ROWS, POLE_ORDER = 9, 1e-9, 3, 4, 4
 STAGES = ("close", "windows", "map", "count", "sort", "place", "fill", "moments", "merge", "bounds")
@@ -89,7 +89,7 @@ def sampled(
     close, fill, record_rows, first_parameter, constant_count, fill_rows, rows, parameters, window, singular_rows,
     anchors, tables, stage, size_of, row_of, table,
 ):  # fmt: skip
-    """The first stages of explore.quadrature.loop for every design; the sum keeps the compiler from omitting them."""
+    """The first stages of quadrature.loop for every design; the sum keeps the compiler from omitting them."""
     record, constants = np.zeros(record_rows * LANES), np.empty((CHUNK + LANES) * constant_count)
     panels, b, sum_ = np.zeros(PANELS_SIZE), np.zeros(BOUNDS_SIZE), 0.0
     owner, first_panel, live = np.empty(PANEL_CAPACITY, _INT), np.empty(CHUNK, _INT), np.empty(CHUNK, _INT)

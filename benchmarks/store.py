@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from explore.model.columns import Column
-from explore.store.all_designs_writer import AllDesignsWriter
+from explore.results.store.all_designs_writer import AllDesignsWriter
 
 BLOCK_SIZE, N_BLOCKS, REPETITIONS = 65_536, 16, 9
 COLUMNS = (

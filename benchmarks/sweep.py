@@ -16,8 +16,8 @@ from pathlib import Path
 import numpy as np
 
 import explore
-from explore.config.study import Study
-from explore.sweeping.collectors import row_bytes
+from explore.running.collectors import row_bytes
+from explore.studies.config.study import Study
 
 STUDY = """mechanism = "crank-rocker"
 [parameters]

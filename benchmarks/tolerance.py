@@ -12,10 +12,10 @@ from pathlib import Path
 import numpy as np
 
 import explore
+from explore.analysis.tolerancing.outcomes import TolerancedRequest
+from explore.analysis.tolerancing.spreads import CHUNK, chunk_deviations, count_parts
 from explore.evaluation.evaluate import evaluate_columns
-from explore.request.tolerances import make_tolerances
-from explore.tolerancing.outcomes import TolerancedRequest
-from explore.tolerancing.spreads import CHUNK, chunk_deviations, count_parts
+from explore.studies.request.tolerances import make_tolerances
 
 CONFIGS = Path(__file__).parents[1] / "configs"
 PUBLISHED = {"crank": 50.0, "coupler": 940.62, "rocker": 211.79, "ground": 869.44}

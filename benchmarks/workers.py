@@ -13,7 +13,7 @@ import time
 from pathlib import Path
 
 import explore
-from explore.config.study import Study
+from explore.studies.config.study import Study
 
 STUDY = """mechanism = "crank-rocker"
 [parameters]

@@ -13,7 +13,7 @@ from pathlib import Path
 HERE = Path(__file__).parent
 DIAGRAM = HERE / "architecture.svg"
 #: The packages that compute with arrays only; pyproject.toml has the contract.
-CORE = {"model", "lanes", "mechanisms", "sizing", "quadrature", "evaluation", "designs", "methods", "compiling"}
+CORE = {"base", "model", "mechanisms", "evaluation"}
 WIDTH, ROW, BOX_HEIGHT, LETTER = 940, 62, 28, 7.6
 
 
@@ -45,7 +45,7 @@ def module_imports(package):
 
 def unit_imports(imports):
     """The top-level packages and modules that each of them imports."""
-    units = {name.split(".")[1] for name in imports if "." in name} - {"_version", "__main__"}
+    units = {name.split(".")[1] for name in imports if "." in name} - {"_version", "__main__", "charts", "sizing"}
     between = {unit: set() for unit in units}
     for name, others in imports.items():
         unit = name.partition(".")[2].partition(".")[0]

@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 
 import explore
-from explore.charts.style import BLUE, INK, ORANGE, new_figure, save_figure
+from explore.figures.charts.style import BLUE, INK, ORANGE, new_figure, save_figure
 
 HERE = Path(__file__).parent
 PAIR = {"growth": 1.5, "sector": 4.2, "centre_distance": 150}

@@ -10,9 +10,9 @@ from store_files import fill
 from studies import FEW
 
 import explore
-from explore.config.study_file import load_study
-from explore.errors import ConfigError
-from explore.store.packing import pack
+from explore.base.errors import ConfigError
+from explore.results.store.packing import pack
+from explore.studies.config.study_file import load_study
 
 
 @pytest.fixture

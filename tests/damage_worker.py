@@ -57,7 +57,7 @@ def serve() -> None:
     from command_line import call
     from doors import knock
 
-    from explore.store.open_results import open_results
+    from explore.results.store.open_results import open_results
 
     answers = sys.stdout
     for line in sys.stdin:

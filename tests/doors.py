@@ -7,11 +7,11 @@ from pathlib import Path
 from typing import Any
 
 import explore
-from explore.browsing.building import build_index
-from explore.browsing.index_files import identify, open_index
-from explore.errors import ExploreError
+from explore.base.errors import ExploreError
+from explore.figures.reporting.contents import collect_contents
 from explore.mechanisms.registry import MECHANISMS
-from explore.reporting.contents import collect_contents
+from explore.results.browsing.building import build_index
+from explore.results.browsing.index_files import identify, open_index
 
 
 def _text_of_frame(frame: Any) -> str:

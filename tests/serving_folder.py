@@ -4,10 +4,10 @@ import sys
 import time
 from pathlib import Path
 
-from explore.serving.folder import State
-from explore.serving.plans import Limits
-from explore.serving.runner import Work
-from explore.serving.station import open_station
+from explore.service.folder import State
+from explore.service.plans import Limits
+from explore.service.runner import Work
+from explore.service.station import open_station
 
 if __name__ == "__main__":
     with open_station(Path(sys.argv[1]), Limits(), Work(workers=1)) as station:

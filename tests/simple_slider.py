@@ -6,7 +6,7 @@ The slider runs along a line parallel to the axis of crank angle 0, at a distanc
 import math
 from enum import IntEnum
 
-from explore.compiling import CLOSE_SIGNATURE, FILL_SIGNATURE, LANES, compiled
+from explore.base.compiling import CLOSE_SIGNATURE, FILL_SIGNATURE, LANES, compiled
 from explore.model.drawing import INPUT, Drawing, Guide, Link, Vector
 from explore.model.mechanism import Mechanism
 from explore.model.quantities import Metric, Parameter, Signal, Window

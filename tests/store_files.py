@@ -15,13 +15,13 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-from explore.errors import ResultsError
+from explore.base.errors import ResultsError
 from explore.mechanisms.registry import MECHANISMS
 from explore.model.columns import Column
 from explore.model.status import Status
-from explore.store.all_designs_writer import AllDesignsWriter
-from explore.store.open_results import open_results
-from explore.store.sealing import COMMIT_OFFSET, SEAL
+from explore.results.store.all_designs_writer import AllDesignsWriter
+from explore.results.store.open_results import open_results
+from explore.results.store.sealing import COMMIT_OFFSET, SEAL
 
 CRANK_BLOCKED = 3
 LABELS = MECHANISMS["crank-rocker"].status_labels

@@ -13,7 +13,7 @@ from explore.mechanisms.registry import MECHANISMS
 from explore.model.quadrature import Adaptive
 from explore.model.quantities import DerivedMetric, SampledMetric
 from explore.model.status import Status
-from explore.request.requests import make_request
+from explore.studies.request.requests import make_request
 from explore.testing.subject import COMPUTED, Subject
 
 CRANK_ROCKER, RIG = MECHANISMS["crank-rocker"], MECHANISMS["test-rig"]

@@ -10,8 +10,8 @@ import explore
 from explore.evaluation.evaluate import evaluate_columns
 from explore.evaluation.windows import find_laws
 from explore.mechanisms.registry import MECHANISMS
-from explore.motions import motion_signals, window_limits
-from explore.request.requests import make_request
+from explore.running.motions import motion_signals, window_limits
+from explore.studies.request.requests import make_request
 from explore.testing.derivatives import wrong_derivatives
 from explore.testing.statistics import wrong_statistics
 from explore.testing.subject import Subject

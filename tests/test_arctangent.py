@@ -6,7 +6,7 @@ import mpmath
 import numpy as np
 import pytest
 
-from explore.lanes.arctangent import arctangent
+from explore.base.lanes.arctangent import arctangent
 
 #: Largest error in units in the last place.
 ULPS = 2.0

@@ -6,14 +6,14 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from explore.browsing import counting
-from explore.browsing.building import build_index
-from explore.browsing.cells import MOST_DISTINCT, Cells, find_bins, make_edges
-from explore.browsing.counting import Range, count_density, count_histograms, find_designs, whole_range
-from explore.browsing.fitting_bins import fitting_bins
-from explore.browsing.index_files import ColumnFacts, IndexedColumn, identify, open_index
-from explore.browsing.selections import Selection
-from explore.ranking.conditions import parse_condition
+from explore.results.browsing import counting
+from explore.results.browsing.building import build_index
+from explore.results.browsing.cells import MOST_DISTINCT, Cells, find_bins, make_edges
+from explore.results.browsing.counting import Range, count_density, count_histograms, find_designs, whole_range
+from explore.results.browsing.fitting_bins import fitting_bins
+from explore.results.browsing.index_files import ColumnFacts, IndexedColumn, identify, open_index
+from explore.results.browsing.selections import Selection
+from explore.results.ranking.conditions import parse_condition
 
 N = 150_000
 

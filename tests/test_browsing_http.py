@@ -5,7 +5,7 @@ import pytest
 from served import build_index, serving, wait_settled
 from studies import FEW
 
-from explore.serving.results_views import open_shown
+from explore.service.results_views import open_shown
 
 LONG_AXIS = "{ start = 900, stop = 1100, num = 500_000 }"
 STUDY = """mechanism = "crank-rocker"

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 import explore
-from explore.browsing.building import build_index
-from explore.browsing.index_files import identify, open_index
-from explore.errors import RequestError, ResultsError
+from explore.base.errors import RequestError, ResultsError
+from explore.results.browsing.building import build_index
+from explore.results.browsing.index_files import identify, open_index
 
 STUDY = """mechanism = "crank-rocker"
 [parameters]

@@ -17,20 +17,20 @@ from exact_slider_crank import ExactSliderCrank
 from flint import arb, ctx
 
 import explore
-from explore.certifying.balls import PRECISIONS, working_precision
-from explore.certifying.certification import certify_designs
-from explore.certifying.designs import Design
-from explore.certifying.four_bar_shape import classify
-from explore.certifying.integration import integrate_over
-from explore.certifying.positions import full_turn
-from explore.certifying.registry import find_certificate
-from explore.errors import RequestError
+from explore.analysis.certifying.balls import PRECISIONS, working_precision
+from explore.analysis.certifying.certification import certify_designs
+from explore.analysis.certifying.designs import Design
+from explore.analysis.certifying.four_bar_shape import classify
+from explore.analysis.certifying.integration import integrate_over
+from explore.analysis.certifying.positions import full_turn
+from explore.analysis.certifying.registry import find_certificate
+from explore.base.errors import RequestError
 from explore.evaluation.evaluate import evaluate_columns
 from explore.mechanisms import four_bar
 from explore.model.request import Objective
 from explore.model.status import Status
-from explore.request.names import find_mechanism
-from explore.request.requests import make_request
+from explore.studies.request.names import find_mechanism
+from explore.studies.request.requests import make_request
 
 CRANK_ROCKER = find_mechanism("crank-rocker")
 LENGTHS = ("crank", "coupler", "rocker", "ground")
@@ -413,7 +413,7 @@ def false_results(results, path, number, column, change):
         found.columns[column][rows] = change(found.columns[column][rows])
         return found
 
-    with mock.patch("explore.sweeping.blocks.evaluate_columns", evaluate):
+    with mock.patch("explore.running.blocks.evaluate_columns", evaluate):
         return explore.sweep(explore.load_study(results.path.with_suffix(".toml")), path, workers=1)
 
 
@@ -460,7 +460,7 @@ def test_without_the_package_one_line_says_what_to_install(results):
     def find(name, *rest):
         return None if name == "flint" else find_spec(name, *rest)
 
-    with mock.patch("explore.api.certification.find_spec", find):
+    with mock.patch("explore.analysis.certifying.public.find_spec", find):
         code, out, err = call("certify", results.path)
     assert (code, out) == (2, "")
     assert err == 'error: certificates need python-flint: pip install "linkage-explore[certify]"\n'

@@ -3,11 +3,11 @@
 import pandas as pd
 import pytest
 
-from explore.charts.precision import REPORTED_FAILURE, SILENT_FAILURE, overview_chart, scene_chart
-from explore.charts.stability import VERDICTS, stability_chart
-from explore.charts.style import line_style, save_figure
+from explore.comparison.methods.registry import METHODS
 from explore.comparison.verdicts import Verdict
-from explore.methods.registry import METHODS
+from explore.figures.charts.precision import REPORTED_FAILURE, SILENT_FAILURE, overview_chart, scene_chart
+from explore.figures.charts.stability import VERDICTS, stability_chart
+from explore.figures.charts.style import line_style, save_figure
 
 
 def rows(**changes):

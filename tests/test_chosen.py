@@ -3,8 +3,8 @@
 import pytest
 
 import explore
-from explore.api.chosen import chosen_designs, request_of
-from explore.errors import RequestError, ResultsError
+from explore.base.errors import RequestError, ResultsError
+from explore.running.chosen import chosen_designs, request_of
 
 STUDY = """
 mechanism = "crank-rocker"

@@ -22,10 +22,10 @@ from command_line import COMMANDS, run
 from studies import GOOD
 
 import explore
+from explore.base.json_text import json_text
 from explore.cli import sweep_plan
 from explore.cli.application import app
-from explore.json_text import json_text
-from explore.sweeping.timing import seconds_per_design
+from explore.running.timing import seconds_per_design
 
 SMALL = """mechanism = "crank-rocker"
 [parameters]
@@ -64,7 +64,7 @@ def test_help_needs_no_heavy_package():
 
 
 def test_ranking_does_not_load_the_compiler():
-    script = "import sys, explore.ranking.rankings, explore.cli.commands.rank; print('numba' in sys.modules)"
+    script = "import sys, explore.results.ranking.rankings, explore.cli.commands.rank; print('numba' in sys.modules)"
 
     assert subprocess.run([sys.executable, "-c", script], capture_output=True, text=True).stdout == "False\n"
 
@@ -268,7 +268,7 @@ def test_dry_run_leaves_compiling_out_of_its_estimate(monkeypatch):
         counts.append(len(designs["crank"]))
 
     counts = []
-    monkeypatch.setattr("explore.sweeping.timing.evaluate_columns", evaluate)
+    monkeypatch.setattr("explore.running.timing.evaluate_columns", evaluate)
     study = explore.load_study(Path(__file__).parents[1] / "configs/optimum.toml")
 
     assert seconds_per_design(study) < 1e-5  # with that second it is above 1e-4
@@ -289,7 +289,7 @@ def test_dry_run_computes_few_designs_of_small_and_slow_studies(tmp_path, monkey
         counts.append(len(designs["crank"]))
         time.sleep(seconds * counts[-1])
 
-    monkeypatch.setattr("explore.sweeping.timing.evaluate_columns", evaluate)
+    monkeypatch.setattr("explore.running.timing.evaluate_columns", evaluate)
     (tmp_path / "study.toml").write_text(text)
     seconds_per_design(explore.load_study(tmp_path / "study.toml"))
     assert counts == expected

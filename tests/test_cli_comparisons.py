@@ -13,7 +13,7 @@ from command_line import call
 
 from explore.cli.paths import atomic_files
 from explore.comparison import gear_starts
-from explore.methods.registry import METHODS
+from explore.comparison.methods.registry import METHODS
 
 
 @pytest.fixture(autouse=True)
@@ -243,7 +243,7 @@ def test_a_package_that_is_not_installed_leaves_its_method_without_settings():
     code = (
         "import importlib.util; find = importlib.util.find_spec\n"
         "importlib.util.find_spec = lambda name, *rest: None if name == 'pylinkage' else find(name, *rest)\n"
-        "from explore.methods.registry import METHODS; print(METHODS['pylinkage'])"
+        "from explore.comparison.methods.registry import METHODS; print(METHODS['pylinkage'])"
     )
     process = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert process.stdout == "()\n"

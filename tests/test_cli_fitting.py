@@ -9,7 +9,7 @@ from command_line import call
 import explore
 from explore.cli.table_layout import lay_out
 from explore.cli.tables import print_table
-from explore.request.names import find_mechanism
+from explore.studies.request.names import find_mechanism
 
 COLUMNS = [("design", ""), ("alike", ""), ("crank", "mm"), ("speed", "rad/s"), ("rocker_acceleration_max", "rad/s^2"),
            ("transmission_angle_min", "deg"), ("cv", "")]  # fmt: skip

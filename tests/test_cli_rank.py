@@ -9,12 +9,12 @@ import pytest
 from command_line import call, on_terminal
 
 import explore
+from explore.base.json_text import json_text
 from explore.cli.table_files import markdown, with_labels
-from explore.json_text import json_text
 from explore.model.columns import Column
-from explore.ranking.joint import rank_sources
-from explore.ranking.rankings import RankRequest
-from explore.store.open_results import open_results
+from explore.results.ranking.joint import rank_sources
+from explore.results.ranking.rankings import RankRequest
+from explore.results.store.open_results import open_results
 
 STUDY = """mechanism = "crank-rocker"
 [parameters]

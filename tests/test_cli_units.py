@@ -13,10 +13,10 @@ from command_line import call, run
 
 import explore
 from explore import charts
+from explore.analysis.covering import show_coverage
+from explore.base.units.shown import ShownUnits, read_shown_units
 from explore.cli.units import show_in_units
-from explore.covering import show_coverage
-from explore.store.shown_results import show_results
-from explore.units.shown import ShownUnits, read_shown_units
+from explore.results.store.shown_results import show_results
 
 STUDY = """mechanism = "crank-rocker"
 [parameters]

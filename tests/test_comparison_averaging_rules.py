@@ -17,11 +17,11 @@ from explore.comparison.averaging_rules import (
     TrapezoidalRule,
     relative_errors,
 )
+from explore.comparison.methods.contract import Outcome
+from explore.comparison.methods.four_bar_loop import FOUR_BAR
+from explore.comparison.methods.geometry import geometric_outcome
 from explore.comparison.reference import REFERENCE_SIGNALS, REFERENCE_STATISTICS, REFERENCE_WINDOWS, exact_statistics
 from explore.comparison.scenes import bundled_scenes, load_scene
-from explore.methods.contract import Outcome
-from explore.methods.four_bar_loop import FOUR_BAR
-from explore.methods.geometry import geometric_outcome
 
 ALL_SCENES = [load_scene(path) for path in bundled_scenes().values()]
 SCENES = {scene.name: scene for scene in ALL_SCENES if scene.loop is FOUR_BAR}

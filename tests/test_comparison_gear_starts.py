@@ -9,7 +9,6 @@ import pandas as pd
 import pytest
 from scipy import optimize
 
-from explore.charts.gear_starts import starts_chart
 from explore.comparison.gear_starts import (
     GROWTH,
     OUTCOMES,
@@ -20,6 +19,7 @@ from explore.comparison.gear_starts import (
     solve_from_starts,
     solve_scalar_equation,
 )
+from explore.figures.charts.gear_starts import starts_chart
 
 COUNT = 300
 NAMES = ("k", "c0", "c1", "c2", "c3")

@@ -10,14 +10,14 @@ import numpy as np
 import pytest
 from studies import GOOD
 
+from explore.base.errors import ConfigError
+from explore.comparison.methods.contract import Level, Outcome
+from explore.comparison.methods.geometry import geometric_outcome
 from explore.comparison.scenes import bundled_scenes, load_scene
-from explore.config.schema import SceneTable
-from explore.errors import ConfigError
 from explore.evaluation.evaluate import evaluate_columns
 from explore.mechanisms.registry import MECHANISMS
-from explore.methods.contract import Level, Outcome
-from explore.methods.geometry import geometric_outcome
-from explore.request.requests import make_request
+from explore.studies.config.schema import SceneTable
+from explore.studies.request.requests import make_request
 
 ROOT = Path(__file__).parents[1]
 SCENES = {name: load_scene(path) for name, path in bundled_scenes().items()}

@@ -6,13 +6,13 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from explore.charts.stability import stability_chart, turn_chart
+from explore.comparison.methods.contract import Outcome
+from explore.comparison.methods.geometry import geometric_outcome
+from explore.comparison.methods.registry import METHODS
 from explore.comparison.stability import map_stability, safe_margins, stability_runs, trace_turn
 from explore.comparison.stability_cases import stability_case
 from explore.comparison.verdicts import Verdict
-from explore.methods.contract import Outcome
-from explore.methods.geometry import geometric_outcome
-from explore.methods.registry import METHODS
+from explore.figures.charts.stability import stability_chart, turn_chart
 
 ACCURACY = 1e-6
 CASE = stability_case("crank-rocker")

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
+from explore.comparison.methods.closed_form import ClosedForm
+from explore.comparison.methods.contract import Level, Motion, Outcome, Task
 from explore.comparison.reference import exact_motion
 from explore.comparison.verdicts import Verdict, judge
-from explore.methods.closed_form import ClosedForm
-from explore.methods.contract import Level, Motion, Outcome, Task
 
 LENGTHS = np.array([[100.0, 1083.4236, 541.7118, 691.7118]])
 BLOCKED = np.array([[200.0, 1083.4236, 541.7118, 691.7118]])

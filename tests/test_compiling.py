@@ -14,16 +14,16 @@ import pytest
 from numba import types
 from studies import GOOD
 
-from explore.compiler_passes import quick_compilation
+from explore.base.compiler_passes import quick_compilation
 from explore.mechanisms.registry import MECHANISMS
 
 REPORT = """
 import json
 from explore.evaluation.evaluate import compile_kernels
-from explore.lanes.designs import close_all
-from explore.quadrature.loop import sample_moments
+from explore.base.lanes.designs import close_all
+from explore.evaluation.quadrature.loop import sample_moments
 from explore.mechanisms.registry import MECHANISMS
-from explore.request.requests import make_request
+from explore.studies.request.requests import make_request
 mechanism = MECHANISMS["crank-rocker"]
 compile_kernels(make_request(mechanism))
 functions = {"sample_moments": sample_moments, "close_all": close_all, "close": mechanism.close, "fill": mechanism.fill}
@@ -91,10 +91,10 @@ def test_a_sweep_compiles_its_own_mechanism_only(first):
 def test_the_loops_over_lanes_are_vectorised(tmp_path):
     script = """
 import json
-from explore.compiling import CLOSE_SIGNATURE
+from explore.base.compiling import CLOSE_SIGNATURE
 from explore.mechanisms import four_bar, four_bar_forces
 from explore.mechanisms.crank_rocker import kernel
-from explore.quadrature import equispaced, panels, tiles
+from explore.evaluation.quadrature import equispaced, panels, tiles
 functions = {
     four_bar._fill_rates: "f8[::1], f8[::1], i8, i8, f8[::1]", four_bar._fill_angles: "f8[::1], f8[::1], i8, f8[::1]",
     four_bar_forces._fill_forces_with_masses: "f8[::1], f8[::1], i8, f8[::1]",
@@ -133,7 +133,7 @@ def test_a_slow_start_is_not_taken_for_compiling(first, tmp_path):
 import sys, time
 class Slow:
     def find_spec(self, name, path=None, target=None):
-        if name == "explore.quadrature.loop":
+        if name == "explore.evaluation.quadrature.loop":
             time.sleep(2)
 sys.meta_path.insert(0, Slow())
 """
@@ -224,7 +224,7 @@ def test_a_change_of_a_constant_of_another_package_is_noticed(tmp_path, statemen
     (package / "__init__.py").touch()
     (package / "constants.py").write_text("FACTOR = 3.0\n")
     (package / "kernel.py").write_text(
-        f"from explore.compiling import compiled\n{statement}\n"
+        f"from explore.base.compiling import compiled\n{statement}\n"
         '@compiled("float64(float64)")\ndef area(x):\n    return FACTOR * x\n'
     )
     script = PACKAGE.format(folder=str(tmp_path))
@@ -266,7 +266,7 @@ print(json.dumps([int(run.result()["status"].iloc[0]) for run in runs]))
 
 FUNCTIONS = """
 from numba import types
-from explore.compiling import compiled, function_type
+from explore.base.compiling import compiled, function_type
 RULE = "float64(float64)"
 APPLY = types.float64(function_type(RULE), types.float64)
 @compiled(RULE)

@@ -10,9 +10,9 @@ import pytest
 from studies import GOOD
 
 import explore
-from explore.config.study_file import load_study, starter
-from explore.designs.spaces import BLOCK_SIZE, ContinuousAxis, ListedAxis, SpacedAxis
 from explore.mechanisms.registry import MECHANISMS
+from explore.studies.config.study_file import load_study, starter
+from explore.studies.designs.spaces import BLOCK_SIZE, ContinuousAxis, ListedAxis, SpacedAxis
 
 CONFIGS = Path(__file__).parent.parent / "configs"
 

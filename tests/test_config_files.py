@@ -9,9 +9,9 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from studies import GOOD
 
-from explore.config.key_lines import line_of, locate
-from explore.config.study_file import load_study
-from explore.errors import ConfigError
+from explore.base.errors import ConfigError
+from explore.studies.config.key_lines import line_of, locate
+from explore.studies.config.study_file import load_study
 
 CONFIGS = Path(__file__).parent.parent / "configs"
 

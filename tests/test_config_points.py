@@ -8,7 +8,7 @@ from command_line import run
 from studies import GOOD
 
 import explore
-from explore.charts.mechanism import mechanism_chart
+from explore.figures.charts.mechanism import mechanism_chart
 
 STUDY = """mechanism = "crank-rocker"
 [parameters]
@@ -100,7 +100,7 @@ def test_a_name_of_a_point_is_taken(problems):
 
 
 def test_gears_have_no_floating_link(problems):
-    text = explore.config.study_file.starter(explore.mechanisms.registry.MECHANISMS["gears"])
+    text = explore.studies.config.study_file.starter(explore.mechanisms.registry.MECHANISMS["gears"])
     (line,) = problems(text + "\n[points]\nknife = { along = 1, across = 0 }\n")
     assert line.endswith("points: gears has no floating link, so it has no points to name; leave them out")
 

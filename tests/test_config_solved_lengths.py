@@ -8,9 +8,9 @@ import pytest
 from simple_slider import SIMPLE_SLIDER
 from studies import GOOD
 
-from explore.designs.solved_lengths import SolvedSpace
-from explore.designs.spaces import SolvedLength
 from explore.mechanisms.registry import MECHANISMS
+from explore.studies.designs.solved_lengths import SolvedSpace
+from explore.studies.designs.spaces import SolvedLength
 
 
 def with_entry(entry, name="crank", others=""):

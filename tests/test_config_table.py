@@ -12,10 +12,10 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 import explore
-from explore.config import table_file
-from explore.config.study_file import load_study
-from explore.designs.spaces import ListedAxis
-from explore.errors import ConfigError, ResultsError
+from explore.base.errors import ConfigError, ResultsError
+from explore.studies.config import table_file
+from explore.studies.config.study_file import load_study
+from explore.studies.designs.spaces import ListedAxis
 
 HEADER = "crank,coupler,rocker,ground"
 ROW = "100,1000,500,700"

@@ -11,12 +11,12 @@ from simple_slider import SIMPLE_SLIDER
 from toy_mechanism import PEAK, STUDY, WRONG_PEAK
 
 import explore
-from explore.config.study_file import starter
 from explore.evaluation import sampled
 from explore.mechanisms.registry import MECHANISMS
 from explore.mechanisms.rocking import CANNOT_ASSEMBLE
 from explore.model.mechanism import Mechanism
 from explore.model.status import Status
+from explore.studies.config.study_file import starter
 from explore.testing import check_mechanism, dense_statistics
 from explore.testing.commands import failing_commands
 from explore.testing.derivatives import wrong_derivatives

@@ -12,9 +12,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import explore
-from explore.charts.coverage import coverage_chart
-from explore.covering import Coverage, _overlaps
-from explore.errors import RequestError
+from explore.analysis.covering import Coverage, _overlaps
+from explore.base.errors import RequestError
+from explore.figures.charts.coverage import coverage_chart
 
 REFERENCE = json.loads((Path(__file__).parent / "reference" / "test_rig_sizing.json").read_text())
 FACTS = REFERENCE["design_facts"]

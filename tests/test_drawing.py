@@ -7,10 +7,10 @@ import pytest
 from simple_slider import SIMPLE_SLIDER
 
 import explore
-from explore.charts.mechanism import mechanism_figure, profile_curve
-from explore.charts.motion import motion_figure
-from explore.charts.simulation import SimulatedDesign
-from explore.errors import RequestError
+from explore.base.errors import RequestError
+from explore.figures.charts.mechanism import mechanism_figure, profile_curve
+from explore.figures.charts.motion import motion_figure
+from explore.figures.simulation import SimulatedDesign
 from explore.mechanisms.registry import MECHANISMS
 from explore.model.drawing import INPUT, Drawing, Guide, Link, Panel, Path, Pose, Profile, Vector
 from explore.testing.drawing import broken_links

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from explore.api.designs import simulate
 from explore.model.drawing import Pose
-from explore.request.names import find_mechanism
+from explore.running.public import simulate
+from explore.studies.request.names import find_mechanism
 
 DESIGNS = {
     "crank-rocker": {"crank": 100, "coupler": 300, "rocker": 250, "ground": 350, "M_along": 120, "M_across": 40},

@@ -6,7 +6,7 @@ import mpmath
 import numpy as np
 import pytest
 
-from explore.lanes.elementary import exponential, inverse_cosh, inverse_sinh, logarithm, spacing, tangent
+from explore.base.lanes.elementary import exponential, inverse_cosh, inverse_sinh, logarithm, spacing, tangent
 
 
 def ulps(function, exact, x):

@@ -11,13 +11,10 @@ from hypothesis import strategies as st
 from test_quadrature_tiles import CONSTANTS, HARMONICS, OFFSET, PHASE, fill_harmonics, find_minima, value
 from toy_mechanism import PEAK, Row
 
-from explore.compiling import LANES
+from explore.base.compiling import LANES
 from explore.evaluation import sampled
 from explore.evaluation.evaluate import evaluate_columns
-from explore.mechanisms.registry import MECHANISMS
-from explore.model.quadrature import Graded
-from explore.model.status import Status
-from explore.quadrature.equispaced import (
+from explore.evaluation.quadrature.equispaced import (
     FEWEST_NODES,
     LOG_CONSTANT_2,
     LOG_CONSTANT_4,
@@ -29,8 +26,8 @@ from explore.quadrature.equispaced import (
     place_equispaced_factors,
     repeat_turn,
 )
-from explore.quadrature.extremes import RESULT, STATE_SIZE
-from explore.quadrature.panels import (
+from explore.evaluation.quadrature.extremes import RESULT, STATE_SIZE
+from explore.evaluation.quadrature.panels import (
     COUNT,
     FOURTH,
     HALF,
@@ -42,9 +39,12 @@ from explore.quadrature.panels import (
     SINGULAR,
     SIXTH,
 )
-from explore.quadrature.rules import gauss_legendre_rules
-from explore.quadrature.tiles import SHAPE_SIZE, TILE_HALF, TILE_RESOLUTION
-from explore.request.requests import make_request
+from explore.evaluation.quadrature.rules import gauss_legendre_rules
+from explore.evaluation.quadrature.tiles import SHAPE_SIZE, TILE_HALF, TILE_RESOLUTION
+from explore.mechanisms.registry import MECHANISMS
+from explore.model.quadrature import Graded
+from explore.model.status import Status
+from explore.studies.request.requests import make_request
 
 CRANK_ROCKER = MECHANISMS["crank-rocker"]
 COUNTS = (8, 10, 22, 64)

@@ -9,7 +9,7 @@ import pytest
 from exact_linkage import ExactLinkage
 
 import explore
-from explore.designs.spaces import BLOCK_SIZE
+from explore.studies.designs.spaces import BLOCK_SIZE
 
 PUBLISHED = {"crank": 100.0, "coupler": 1083.4236, "rocker": 541.7118, "ground": 691.7118}
 

@@ -15,12 +15,12 @@ from PIL import Image
 from scipy.io import loadmat
 
 import explore
+from explore.base.errors import RequestError, ResultsError
 from explore.cli.commands.export import ENDINGS
-from explore.errors import RequestError, ResultsError
-from explore.exporting import frames
-from explore.exporting.chosen import DesignOfParameters
-from explore.exporting.formats import _WRITERS
-from explore.exporting.sheet import draw_sheet
+from explore.figures.exporting import frames
+from explore.figures.exporting.chosen import DesignOfParameters
+from explore.figures.exporting.formats import _WRITERS
+from explore.figures.exporting.sheet import draw_sheet
 
 LINKS = {"crank": 40.0, "coupler": 170.0, "rocker": 60.0, "ground": 180.0}
 SVG = "{http://www.w3.org/2000/svg}"

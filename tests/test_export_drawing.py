@@ -10,13 +10,13 @@ import pytest
 from ezdxf import units
 
 import explore
-from explore.charts.simulation import SimulatedDesign
-from explore.exporting.chosen import DesignOfParameters
-from explore.exporting.dimensions import dimensions
-from explore.exporting.dxf import write_dxf
-from explore.exporting.shapes import Distance
-from explore.exporting.sheet import draw_sheet
-from explore.exporting.svg import write_svg
+from explore.figures.exporting.chosen import DesignOfParameters
+from explore.figures.exporting.dimensions import dimensions
+from explore.figures.exporting.dxf import write_dxf
+from explore.figures.exporting.shapes import Distance
+from explore.figures.exporting.sheet import draw_sheet
+from explore.figures.exporting.svg import write_svg
+from explore.figures.simulation import SimulatedDesign
 from explore.model.drawing import Vector
 
 DESIGNS = {

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from explore.evaluation.propagation import Bounded, propagate
-from explore.request.formula_text import parse_formula
+from explore.studies.request.formula_text import parse_formula
 
 NAMES = "abcd"
 NUMBERS = re.compile(r"(?<![\w.])(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")

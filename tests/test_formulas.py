@@ -15,7 +15,7 @@ from studies import FEW, GOOD
 
 import explore
 from explore.model.status import Status
-from explore.request.formula_text import parse_formula
+from explore.studies.request.formula_text import parse_formula
 
 OWN = {
     "reach": {"formula": "coupler+ground", "unit": "mm"},

@@ -8,11 +8,11 @@ import pytest
 from mujoco_model import Body, Cut, inverse_dynamics
 
 import explore
+from explore.base.units.shown import ShownUnits
+from explore.figures.reporting.motion import describe_motion, kernel_for
 from explore.mechanisms.crank_rocker.declaration import CRANK_ROCKER
 from explore.mechanisms.four_bar_loads import LOADS
 from explore.model.status import Status
-from explore.reporting.motion import describe_motion, kernel_for
-from explore.units.shown import ShownUnits
 
 PLAIN = {"crank": 100.0, "coupler": 300.0, "rocker": 250.0, "ground": 350.0, "speed": 20.0}
 LOAD = {

@@ -8,8 +8,8 @@ import pytest
 from command_line import run
 
 import explore
-from explore.errors import ConfigError, RequestError
-from explore.request.names import find_mechanism
+from explore.base.errors import ConfigError, RequestError
+from explore.studies.request.names import find_mechanism
 from explore.synthesis.functions import output_angles, wrapped
 
 METRICS = ["output_error_rms", "output_error_max"]
@@ -33,7 +33,7 @@ def test_errors_are_those_of_the_simulated_rocker():
         outputs, start, first = rng.uniform(-300, 300, 9), rng.uniform(-400, 400), rng.uniform(-400, 400)
         try:
             motion = explore.simulate("crank-rocker", design, angles=np.mod(start + inputs, 360))
-        except explore.errors.MotionError:
+        except explore.base.errors.MotionError:
             continue
         turning += 1
         missed = np.degrees(wrapped(np.radians(motion["rocker_angle"].to_numpy() - first - outputs)))

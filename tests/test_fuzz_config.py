@@ -14,10 +14,10 @@ from command_line import call
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from explore.base.errors import ConfigError
 from explore.comparison.scenes import load_scene
-from explore.config.study_file import starter
-from explore.errors import ConfigError
 from explore.mechanisms.registry import MECHANISMS
+from explore.studies.config.study_file import starter
 
 CONFIGS = Path(__file__).parent.parent / "configs"
 STUDIES = [path.read_text(encoding="utf-8") for path in sorted(CONFIGS.rglob("*.toml"))]

@@ -6,7 +6,7 @@ import pytest
 from gear_pair import DIGITS, GearPair
 
 import explore
-from explore.lanes.designs import fill_motion_of_design
+from explore.base.lanes.designs import fill_motion_of_design
 from explore.mechanisms.gears import columns
 from explore.mechanisms.registry import MECHANISMS
 

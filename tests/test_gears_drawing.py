@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import explore
-from explore.charts.mechanism import profile_curve
-from explore.charts.simulation import SimulatedDesign
+from explore.figures.charts.mechanism import profile_curve
+from explore.figures.simulation import SimulatedDesign
 from explore.mechanisms.registry import MECHANISMS
 
 GEARS = MECHANISMS["gears"]

@@ -436,7 +436,7 @@ def test_cut_at_the_boundaries_of_its_parts(worker, sound, tmp_path):
 def test_opening_a_file_of_forged_size_takes_little_memory(altered):
     """Peak memory of a process that opens the file of 2^60 designs, against one that opens none."""
     script = (
-        "import resource, sys, explore\nfrom explore.store.open_results import open_results\n"
+        "import resource, sys, explore\nfrom explore.results.store.open_results import open_results\n"
         "try: open_results(sys.argv[1])\nexcept explore.ExploreError: pass\n"
         "print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)"
     )

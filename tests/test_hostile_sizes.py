@@ -12,9 +12,9 @@ from store_files import N_BLOCKS, fill, still_pending, unseal, values, writer
 from studies import FEW, GOOD
 
 import explore
-from explore.config.key_lines import MOST_NESTED, MOST_PARTS, find_excess_depth
-from explore.errors import ConfigError, ResultsError
-from explore.store.open_results import open_results
+from explore.base.errors import ConfigError, ResultsError
+from explore.results.store.open_results import open_results
+from explore.studies.config.key_lines import MOST_NESTED, MOST_PARTS, find_excess_depth
 
 #: A little fewer letters than a study file may have.
 FULL = (1 << 21) - 200

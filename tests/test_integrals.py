@@ -8,7 +8,7 @@ from exact_linkage import ExactLinkage
 import explore
 from explore.evaluation.integrals import integrate_window
 from explore.mechanisms.registry import MECHANISMS
-from explore.request.names import make_window
+from explore.studies.request.names import make_window
 
 CRANK_ROCKER = MECHANISMS["crank-rocker"]
 #: Two of the rows: those of the coupler and of the rocker velocity.

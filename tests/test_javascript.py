@@ -9,10 +9,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from explore.compiling import LANES, compiled
+from explore.base.compiling import LANES, compiled
+from explore.base.subroutines import subroutine
+from explore.figures.reporting.javascript import TranslationError, _Program, translate
 from explore.mechanisms.registry import MECHANISMS
-from explore.reporting.javascript import TranslationError, _Program, translate
-from explore.subroutines import subroutine
 
 TABLE = (0.5, -2.0)
 

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 from simple_slider import SIMPLE_SLIDER
 
-from explore.compiling import LANES
-from explore.config.study_file import starter
+from explore.base.compiling import LANES
 from explore.mechanisms.registry import MECHANISMS
 from explore.model.quadrature import Graded
 from explore.model.quantities import Metric, Window
 from explore.model.status import OwnStatus, Status
+from explore.studies.config.study_file import starter
 from explore.testing.drawn_designs import draw_designs
 
 MECHANISM = MECHANISMS["crank-rocker"]
@@ -127,7 +127,7 @@ def test_ranges_hold_something():
 def test_functions_are_compiled():
     for name in ("close", "fill"):
         assert problem(MECHANISM, **{name: getattr(MECHANISM, name).py_func}) == (
-            f"{name} is not compiled; decorate it with explore.compiling.compiled"
+            f"{name} is not compiled; decorate it with explore.base.compiling.compiled"
         )
 
 

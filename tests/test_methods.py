@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 from exact_linkage import ExactLinkage
 
+from explore.base.errors import RequestError
+from explore.comparison.methods import dyads
+from explore.comparison.methods.contract import Capability, Level, Motion, Outcome, Task, method_label
+from explore.comparison.methods.four_bar_loop import FOUR_BAR
+from explore.comparison.methods.geometry import geometric_outcome, solve_screened
+from explore.comparison.methods.registry import METHODS, check_method, methods_for
 from explore.comparison.scenes import bundled_scenes, load_scene
-from explore.errors import RequestError
-from explore.methods import dyads
-from explore.methods.contract import Capability, Level, Motion, Outcome, Task, method_label
-from explore.methods.four_bar_loop import FOUR_BAR
-from explore.methods.geometry import geometric_outcome, solve_screened
-from explore.methods.registry import METHODS, check_method, methods_for
 
 #: Marks that skip the methods whose package is not installed.
 SKIPS = {

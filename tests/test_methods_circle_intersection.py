@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from test_methods import differences, exact, turn
 
-from explore.methods.circle_intersection import CircleIntersection
-from explore.methods.closed_form import ClosedForm
-from explore.methods.contract import Level, Outcome, Task
+from explore.comparison.methods.circle_intersection import CircleIntersection
+from explore.comparison.methods.closed_form import ClosedForm
+from explore.comparison.methods.contract import Level, Outcome, Task
 
 #: Dyadic lengths, so that the Grashof margin of 2**-20 mm is exact.
 NEAR = [150.0 - 2.0**-20, 1083.5, 541.75, 691.75]

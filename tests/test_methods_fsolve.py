@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from test_methods import BENIGN, turn
 
-from explore.methods.closed_form import ClosedForm
-from explore.methods.contract import Level, Outcome, Task
-from explore.methods.four_bar_loop import FOUR_BAR
-from explore.methods.fsolve import Fsolve
-from explore.methods.newton import Newton
+from explore.comparison.methods.closed_form import ClosedForm
+from explore.comparison.methods.contract import Level, Outcome, Task
+from explore.comparison.methods.four_bar_loop import FOUR_BAR
+from explore.comparison.methods.fsolve import Fsolve
+from explore.comparison.methods.newton import Newton
 
 
 def test_it_reports_ok_on_the_other_branch():

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from test_methods import BENIGN, differences, turn
 
-from explore.methods.closed_form import ClosedForm
-from explore.methods.contract import Capability, Level, Outcome, Task
-from explore.methods.four_bar_loop import FOUR_BAR
-from explore.methods.newton import Newton
-from explore.methods.newton_compiled import CompiledNewton
+from explore.comparison.methods.closed_form import ClosedForm
+from explore.comparison.methods.contract import Capability, Level, Outcome, Task
+from explore.comparison.methods.four_bar_loop import FOUR_BAR
+from explore.comparison.methods.newton import Newton
+from explore.comparison.methods.newton_compiled import CompiledNewton
 
 in_both_languages = pytest.mark.parametrize("newton", [Newton, CompiledNewton])
 #: Exponents k of Grashof margins 2**-k mm, which are exact because the lengths are dyadic.

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from test_methods import BENIGN, SKIPS, differences, turn
 
-from explore.errors import RequestError
-from explore.methods.closed_form import ClosedForm
-from explore.methods.contract import Level, Outcome, Task
-from explore.methods.dyads import PylinkageDyads
+from explore.base.errors import RequestError
+from explore.comparison.methods.closed_form import ClosedForm
+from explore.comparison.methods.contract import Level, Outcome, Task
+from explore.comparison.methods.dyads import PylinkageDyads
 
 pytestmark = SKIPS["pylinkage"]
 #: Exponents k of Grashof margins 2**-k mm, which are exact because the lengths are dyadic.

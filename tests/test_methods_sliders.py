@@ -10,17 +10,17 @@ from exact_slider_crank import ExactSliderCrank
 from exact_variable_crank import ExactVariableCrank
 
 import explore
+from explore.comparison.methods.contract import Capability, Level, Outcome, Task, method_label
+from explore.comparison.methods.fsolve import Fsolve
+from explore.comparison.methods.geometry import geometric_outcome
+from explore.comparison.methods.newton import Newton
+from explore.comparison.methods.ode import LoopEquations, VelocityIntegration
+from explore.comparison.methods.registry import LOOPS, METHODS, find_method, methods_for
+from explore.comparison.methods.slider_crank_loop import SLIDER_CRANK
+from explore.comparison.methods.variable_crank_loop import VARIABLE_CRANK, regular_position
 from explore.comparison.reference import multiple_precision
 from explore.comparison.slider_reference import _MOTIONS, exact_motion_of
 from explore.comparison.verdicts import Verdict, judge, signal_errors
-from explore.methods.contract import Capability, Level, Outcome, Task, method_label
-from explore.methods.fsolve import Fsolve
-from explore.methods.geometry import geometric_outcome
-from explore.methods.newton import Newton
-from explore.methods.ode import LoopEquations, VelocityIntegration
-from explore.methods.registry import LOOPS, METHODS, find_method, methods_for
-from explore.methods.slider_crank_loop import SLIDER_CRANK
-from explore.methods.variable_crank_loop import VARIABLE_CRANK, regular_position
 
 #: Crank, rod, offset; rod, slider's speed, speed, reversal time, blend order.
 SLIDERS = np.array([[100.0, 260.0, 30.0], [50.0, 180.0, -40.0], [1.0, 3.0, 0.5]])

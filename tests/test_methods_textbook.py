@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from test_methods import differences, exact, turn
 
-from explore.methods.closed_form import ClosedForm
-from explore.methods.contract import Level, Outcome
-from explore.methods.textbook import TextbookArccos
+from explore.comparison.methods.closed_form import ClosedForm
+from explore.comparison.methods.contract import Level, Outcome
+from explore.comparison.methods.textbook import TextbookArccos
 
 
 @pytest.mark.parametrize(

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 import explore
+from explore.comparison.methods.contract import method_label
+from explore.comparison.methods.registry import METHODS, find_method
 from explore.mechanisms.registry import MECHANISMS
-from explore.methods.contract import method_label
-from explore.methods.registry import METHODS, find_method
-from explore.motions import window_limits
+from explore.running.motions import window_limits
 
 SMOOTH = {"crank": 100.0, "coupler": 1083.4236, "rocker": 541.7118, "ground": 691.7118}
 #: A relative margin of 1e-7, dyadic, and a turn of which one angle is at the toggle.

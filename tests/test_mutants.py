@@ -20,7 +20,7 @@ from mutants.run import (
 )
 
 MISTAKES = read_mistakes()
-EXAMPLE = Mistake("explore/suggest.py", "allowed = list(names)", "allowed = []", ("tests/test_example.py",))
+EXAMPLE = Mistake("explore/base/suggest.py", "allowed = list(names)", "allowed = []", ("tests/test_example.py",))
 
 
 def test_every_mistake_can_be_planted():
@@ -55,14 +55,15 @@ def tree(tmp_path):
     (package / "__pycache__").mkdir(parents=True)
     (package / "__init__.py").touch()
     (package / "suggest.py").write_text("def allowed_of(names):\n    allowed = list(names)\n    return allowed\n")
-    (package / "middle.py").write_text("from explore.suggest import allowed_of\n")
+    (package / "middle.py").write_text("from explore.base.suggest import allowed_of\n")
     (package / "last.py").write_text("def late():\n    from explore import middle\n    return middle\n")
     (package / "other.py").write_text("import math\n")
     for name in ("suggest", "last", "other"):
         (package / "__pycache__" / f"{name}.known-1.py311.nbi").touch()
     (tmp_path / "tests").mkdir()
     (tmp_path / "tests/test_example.py").write_text(
-        "from explore.suggest import allowed_of\n\ndef test_example():\n    assert allowed_of('ab') == ['a', 'b']\n"
+        "from explore.base.suggest import allowed_of\n\n"
+        "def test_example():\n    assert allowed_of('ab') == ['a', 'b']\n"
     )
     return tmp_path
 
@@ -74,7 +75,7 @@ def test_a_planted_mistake_is_noticed_and_nothing_compiled_from_before_is_used(t
     assert code == 1
     assert "test_example" in last_line
     files = {f"explore/{name}.py" for name in ("suggest", "middle", "last")}
-    assert dependants("explore/suggest.py", read_imports(tree)) == files
+    assert dependants("explore/base/suggest.py", read_imports(tree)) == files
     assert [path.name for path in tree.rglob("*.nbi")] == ["other.known-1.py311.nbi"]
 
 
@@ -87,6 +88,6 @@ def test_the_share_counts_what_was_noticed():
     outcomes = [Outcome(EXAMPLE, "noticed", 1.0, ""), Outcome(EXAMPLE, "NOT NOTICED", 2.0, "1 passed")]
     assert share_noticed(outcomes) == 0.5 < REQUIRED_SHARE <= 1.0
     first, last = row(outcomes[1]).splitlines()
-    assert first.startswith("NOT NOTICED    2.0 s  explore/suggest.py:")
+    assert first.startswith("NOT NOTICED    2.0 s  explore/base/suggest.py:")
     assert first.endswith("allowed = list(names)  ->  allowed = []")
     assert last.strip() == "1 passed"

@@ -5,8 +5,8 @@ import pandas as pd
 import pytest
 
 import explore
-from explore.quadrature.bounds import CHUNK
-from explore.quadrature.panels import PANEL_CAPACITY
+from explore.evaluation.quadrature.bounds import CHUNK
+from explore.evaluation.quadrature.panels import PANEL_CAPACITY
 
 COUNT = 2 * CHUNK + 137
 MOMENTS = ["rocker_velocity_cv", "coupler_acceleration_std", "rocker_angle_mean"]

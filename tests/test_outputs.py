@@ -9,12 +9,12 @@ from pathlib import Path
 import pytest
 from command_line import call
 
-from explore.errors import ResultsError
-from explore.store.outputs import new_output, new_output_folder
+from explore.base.errors import ResultsError
+from explore.results.store.outputs import new_output, new_output_folder
 
 HOLD = """import sys, time
 from pathlib import Path
-from explore.store.outputs import new_output, new_output_folder
+from explore.results.store.outputs import new_output, new_output_folder
 path = Path(sys.argv[2])
 with (new_output if sys.argv[1] == "file" else new_output_folder)(path) as unfinished:
     (unfinished if sys.argv[1] == "file" else unfinished / "part.csv").write_text("half")

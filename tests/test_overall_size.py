@@ -10,7 +10,7 @@ from explore.mechanisms.registry import MECHANISMS
 from explore.mechanisms.rocking import NO_STROKE
 from explore.model.drawing import Pose
 from explore.model.status import Status
-from explore.motions import mark_angles
+from explore.running.motions import mark_angles
 
 RANDOM = np.random.default_rng(14)
 COUNT = 60

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 import explore
-from explore.charts.bounds import draw_metric_bounds
-from explore.charts.pareto import DENSITY_THRESHOLD, pareto_chart
-from explore.charts.style import new_figure, save_figure
-from explore.errors import ExploreError, RequestError
+from explore.base.errors import ExploreError, RequestError
+from explore.figures.charts.bounds import draw_metric_bounds
+from explore.figures.charts.pareto import DENSITY_THRESHOLD, pareto_chart
+from explore.figures.charts.style import new_figure, save_figure
 
 STUDY = """mechanism = "crank-rocker"
 [parameters]

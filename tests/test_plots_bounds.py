@@ -8,15 +8,15 @@ import pytest
 from store_files import unseal
 
 import explore
-from explore.charts.bounds import SignalBound, signal_bounds, uses_drive_stroke
-from explore.charts.mechanism import mechanism_chart
-from explore.charts.motion import motion_chart
-from explore.charts.simulation import simulate_design
-from explore.charts.turn import spans_in_turn
-from explore.errors import ResultsError
+from explore.base.errors import ResultsError
+from explore.figures.charts.bounds import SignalBound, signal_bounds, uses_drive_stroke
+from explore.figures.charts.mechanism import mechanism_chart
+from explore.figures.charts.motion import motion_chart
+from explore.figures.charts.turn import spans_in_turn
+from explore.figures.reporting.contents import collect_contents
+from explore.figures.simulation import simulate_design
 from explore.mechanisms.crank_rocker.declaration import CRANK_ROCKER
-from explore.reporting.contents import collect_contents
-from explore.request.names import find_mechanism
+from explore.studies.request.names import find_mechanism
 
 STUDY = """mechanism = "{mechanism}"
 [parameters]

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 import explore
-from explore.charts.parallel import opacity, parallel_chart, spread
-from explore.charts.ratio import ratio_chart
-from explore.charts.style import save_figure
-from explore.errors import RequestError
+from explore.base.errors import RequestError
+from explore.figures.charts.parallel import opacity, parallel_chart, spread
+from explore.figures.charts.ratio import ratio_chart
+from explore.figures.charts.style import save_figure
 
 GRID = """mechanism = "crank-rocker"
 [parameters]

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 import explore
-from explore.charts.cells import cell_axes, cell_rectangles
-from explore.charts.map import map_chart
-from explore.charts.reasons import reason_columns, reason_masks
-from explore.errors import RequestError
+from explore.base.errors import RequestError
+from explore.figures.charts.cells import cell_axes, cell_rectangles
+from explore.figures.charts.map import map_chart
+from explore.figures.charts.reasons import reason_columns, reason_masks
 
 GRID = """mechanism = "crank-rocker"
 [parameters]

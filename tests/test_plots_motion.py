@@ -4,15 +4,15 @@ import numpy as np
 import pytest
 
 import explore
-from explore.charts.labels import unit_text
-from explore.charts.mechanism import mechanism_figure
-from explore.charts.motion import clutch_output, motion_figure
-from explore.charts.simulation import SimulatedDesign
-from explore.charts.style import new_figure, save_figure, write_heading
-from explore.charts.turn import turn_angles
+from explore.figures.charts.mechanism import mechanism_figure
+from explore.figures.charts.motion import clutch_output, motion_figure
+from explore.figures.charts.style import new_figure, save_figure, write_heading
+from explore.figures.charts.turn import turn_angles
+from explore.figures.simulation import SimulatedDesign
 from explore.mechanisms.crank_rocker.declaration import CRANK_ROCKER
 from explore.mechanisms.rig.declaration import TEST_RIG
-from explore.motions import mark_angles, window_limits
+from explore.results.labels import unit_text
+from explore.running.motions import mark_angles, window_limits
 
 LINKAGE = {"crank": 100.0, "coupler": 1083.4236, "rocker": 541.7118, "ground": 691.7118}
 #: The slow stroke of the first passes crank angle 0, the fast stroke of the second does; each in both branches.

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 import explore
-from explore.charts.cognates import cognates_chart
-from explore.charts.mechanism import mechanism_chart
-from explore.charts.path import path_chart
-from explore.charts.style import save_figure
-from explore.store.shown_results import show_results
-from explore.units.shown import read_shown_units
+from explore.base.units.shown import read_shown_units
+from explore.figures.charts.cognates import cognates_chart
+from explore.figures.charts.mechanism import mechanism_chart
+from explore.figures.charts.path import path_chart
+from explore.figures.charts.style import save_figure
+from explore.results.store.shown_results import show_results
 
 #: A path of Yu, Tang and Wang 2007 and linkages near theirs.
 STUDY = """mechanism = "crank-rocker"

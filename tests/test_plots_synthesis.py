@@ -5,17 +5,17 @@ import pytest
 from matplotlib.colors import to_hex
 
 import explore
-from explore.charts.burmester import burmester_chart, burmester_figure
-from explore.charts.cognates import cognates_chart, cognates_figure
-from explore.charts.linkages import crank_angles
-from explore.charts.pareto import pareto_chart
-from explore.charts.style import BLUE, GREEN, ORANGE, save_figure
-from explore.errors import RequestError
-from explore.store.shown_results import show_results
+from explore.base.errors import RequestError
+from explore.base.units.shown import read_shown_units
+from explore.figures.charts.burmester import burmester_chart, burmester_figure
+from explore.figures.charts.cognates import cognates_chart, cognates_figure
+from explore.figures.charts.linkages import crank_angles
+from explore.figures.charts.pareto import pareto_chart
+from explore.figures.charts.style import BLUE, GREEN, ORANGE, save_figure
+from explore.results.store.shown_results import show_results
 from explore.synthesis.cognates import cognate_angles, find_cognates
 from explore.synthesis.linkages import FourBar
 from explore.synthesis.poses import Dyad, Poses
-from explore.units.shown import read_shown_units
 
 STUDY = """mechanism = "{mechanism}"
 [parameters]

@@ -8,7 +8,7 @@ import pytest
 from command_line import call
 
 import explore
-from explore.refining.polishing import polish
+from explore.analysis.refining.polishing import polish
 
 STUDY = """
 mechanism = "crank-rocker"

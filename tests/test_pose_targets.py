@@ -8,11 +8,11 @@ import pytest
 from command_line import run
 
 import explore
-from explore.errors import RequestError
+from explore.base.errors import RequestError
 from explore.mechanisms.crank_rocker.paths import find_coupler_curve
-from explore.mechanisms.pose_errors.metrics import pose_measures_of
+from explore.mechanisms.targets.pose_errors.metrics import pose_measures_of
 from explore.model.targets import PosesTarget
-from explore.request.names import find_mechanism
+from explore.studies.request.names import find_mechanism
 from explore.synthesis.functions import wrapped
 
 METRICS = ["position_error_max", "angle_error_max", "pose_error_rms", "pose_crank_span"]

@@ -13,9 +13,9 @@ from numba import float64, int64, njit, types
 from scipy.optimize import brentq
 
 import explore
-from explore.compiling import FILL_SIGNATURE, LANES, function_type
-from explore.quadrature.magnitudes import power_means
-from explore.quadrature.panels import (
+from explore.base.compiling import FILL_SIGNATURE, LANES, function_type
+from explore.evaluation.quadrature.magnitudes import power_means
+from explore.evaluation.quadrature.panels import (
     ANCHOR,
     CENTRE,
     COUNT,
@@ -40,8 +40,8 @@ from explore.quadrature.panels import (
     map_panels,
     model_errors,
 )
-from explore.quadrature.rules import LARGEST_NODE_COUNT, NODE_COUNTS, gauss_legendre_rules
-from explore.quadrature.tiles import NODE_CAPACITY, SHAPE_SIZE, gather_shapes, place_nodes
+from explore.evaluation.quadrature.rules import LARGEST_NODE_COUNT, NODE_COUNTS, gauss_legendre_rules
+from explore.evaluation.quadrature.tiles import NODE_CAPACITY, SHAPE_SIZE, gather_shapes, place_nodes
 
 _PATH = Path(__file__).parent / "reference" / "make_gauss_legendre.py"
 _SPEC = importlib.util.spec_from_file_location("make_gauss_legendre", _PATH)

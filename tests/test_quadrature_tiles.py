@@ -7,10 +7,10 @@ import pytest
 from numba import float64, int64, njit, void
 from scipy.optimize import brentq, minimize_scalar
 
-from explore.compiling import FILL_SIGNATURE, LANES, function_type
-from explore.quadrature.extremes import RESULT, STATE_SIZE, find_minimum
-from explore.quadrature.hand_over import HAND_OVER_SIZE, find_hand_overs
-from explore.quadrature.panels import (
+from explore.base.compiling import FILL_SIGNATURE, LANES, function_type
+from explore.evaluation.quadrature.extremes import RESULT, STATE_SIZE, find_minimum
+from explore.evaluation.quadrature.hand_over import HAND_OVER_SIZE, find_hand_overs
+from explore.evaluation.quadrature.panels import (
     ANCHOR,
     FIRST,
     LAST,
@@ -20,8 +20,8 @@ from explore.quadrature.panels import (
     SPREAD,
     map_panels,
 )
-from explore.quadrature.rules import gauss_legendre_rules
-from explore.quadrature.tiles import (
+from explore.evaluation.quadrature.rules import gauss_legendre_rules
+from explore.evaluation.quadrature.tiles import (
     DEVIATIONS,
     INTEGRAL,
     NODE_CAPACITY,

@@ -8,8 +8,17 @@ import pytest
 from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 
-from explore.quadrature.panels import ANCHOR, FIRST, LAST, LAW, PANEL_CAPACITY, PANELS_SIZE
-from explore.quadrature.windows import ARC, INTERVAL, LARGEST_TANGENT, LONGER, SHORTER, TURN, add_interval, add_window
+from explore.evaluation.quadrature.panels import ANCHOR, FIRST, LAST, LAW, PANEL_CAPACITY, PANELS_SIZE
+from explore.evaluation.quadrature.windows import (
+    ARC,
+    INTERVAL,
+    LARGEST_TANGENT,
+    LONGER,
+    SHORTER,
+    TURN,
+    add_interval,
+    add_window,
+)
 
 TURN_LENGTH = 2.0 * math.pi
 NO_BREAKS = np.empty(0)

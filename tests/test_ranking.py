@@ -12,10 +12,10 @@ from hypothesis.extra import numpy as hnp
 import explore
 from explore.model.columns import Column
 from explore.model.request import Objective
-from explore.ranking import pareto
-from explore.ranking.joint import _differences
-from explore.ranking.pareto import find_front, find_fronts, front_numbers, is_nondominated
-from explore.ranking.tallies import Tally
+from explore.results.ranking import pareto
+from explore.results.ranking.joint import _differences
+from explore.results.ranking.pareto import find_front, find_fronts, front_numbers, is_nondominated
+from explore.results.ranking.tallies import Tally
 
 
 def brute_force(values):

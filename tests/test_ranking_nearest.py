@@ -9,8 +9,8 @@ import pytest
 from command_line import call
 
 import explore
-from explore.ranking import violations
-from explore.ranking.exclusions import Exclusions
+from explore.results.ranking import violations
+from explore.results.ranking.exclusions import Exclusions
 
 #: A wiper: 90 deg of swing in equal times. No link lengths of these ranges meet all constraints at once.
 WIPER = """mechanism = "crank-rocker"

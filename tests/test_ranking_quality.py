@@ -12,8 +12,8 @@ from hypothesis.extra import numpy as hnp
 
 import explore
 from explore.model.request import Objective
-from explore.ranking.pareto import is_nondominated
-from explore.ranking.quality import (
+from explore.results.ranking.pareto import is_nondominated
+from explore.results.ranking.quality import (
     MAX_POINTS,
     add_quality_columns,
     crowding_distances,

@@ -11,9 +11,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import explore
-from explore.ranking.conditions import parse_condition
-from explore.ranking.limits import parse_limits, resolve_limits
-from explore.units.shown import Scale, read_shown_units
+from explore.base.units.shown import Scale, read_shown_units
+from explore.results.ranking.conditions import parse_condition
+from explore.results.ranking.limits import parse_limits, resolve_limits
 
 COLUMNS = {
     "a": np.array([0.0, 1.0, 2.0, np.nan, -1.5, np.inf]),

@@ -16,11 +16,11 @@ from distributed import Client, LocalCluster
 from typer.testing import CliRunner
 
 import explore
+from explore.analysis.refining import runs as refinements
+from explore.analysis.refining.plan import plan_refinement
 from explore.cli.application import app
-from explore.ranking.pareto import is_nondominated
-from explore.store import rows
-from explore.sweeping import refinements
-from explore.sweeping.refinement_plan import plan_refinement
+from explore.results.ranking.pareto import is_nondominated
+from explore.results.store import rows
 
 STUDY = """
 mechanism = "crank-rocker"
@@ -147,7 +147,7 @@ def test_another_seed_draws_other_designs(source, refined, tmp_path):
 VICTIM = """
 import os, signal, sys
 import explore
-from explore.store import system_calls
+from explore.results.store import system_calls
 
 source, path, moment = sys.argv[1:]
 def die(*_):

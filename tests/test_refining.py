@@ -7,12 +7,12 @@ import moocore
 import numpy as np
 import pytest
 
-from explore.designs.spaces import ContinuousAxis, ListedAxis, SpacedAxis
+from explore.analysis.refining.coordinates import Coordinates
+from explore.analysis.refining.generations import NO_PARENT, PARENT, Generations
+from explore.analysis.refining.members import Members, best_of, contributions, thinned
 from explore.model.request import Objective
-from explore.ranking.pareto import find_front, is_nondominated, objectives_to_minimise
-from explore.refining.coordinates import Coordinates
-from explore.refining.generations import NO_PARENT, PARENT, Generations
-from explore.refining.members import Members, best_of, contributions, thinned
+from explore.results.ranking.pareto import find_front, is_nondominated, objectives_to_minimise
+from explore.studies.designs.spaces import ContinuousAxis, ListedAxis, SpacedAxis
 
 OBJECTIVES = tuple(Objective(name, "min") for name in "xyz")
 CUBE = Coordinates(tuple(ContinuousAxis(name, 0.0, 1.0) for name in "xyz"), (), {})

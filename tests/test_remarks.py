@@ -8,10 +8,10 @@ from command_line import run
 
 import explore
 from explore import DoubtfulInputWarning
-from explore.config.study_file import load_study, starter
 from explore.mechanisms.registry import MECHANISMS
 from explore.model.targets import PathTarget
-from explore.request.path_order import remark_on_order
+from explore.studies.config.study_file import load_study, starter
+from explore.studies.request.path_order import remark_on_order
 from explore.synthesis.tasks.registry import TASK_TYPES
 from explore.synthesis.tasks.task_files import load_task, parse_task, task_starter
 
@@ -192,4 +192,6 @@ def test_starters_have_no_remarks(name):
     if name in TASK_TYPES:
         assert parse_task(task_starter(name), "task.toml").remarks == ()
     else:
-        assert explore.config.study_file.parse_study(starter(MECHANISMS[name]), "study.toml", None).remarks == ()
+        assert (
+            explore.studies.config.study_file.parse_study(starter(MECHANISMS[name]), "study.toml", None).remarks == ()
+        )

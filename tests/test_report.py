@@ -18,8 +18,8 @@ from store_files import fill
 from studies import FEW
 
 import explore
-from explore.reporting import contents, rows
-from explore.reporting.packing import ColumnPacker
+from explore.figures.reporting import contents, rows
+from explore.figures.reporting.packing import ColumnPacker
 
 ROOT = Path(__file__).parent.parent
 PAGE = Path(explore.__file__).parent / "reporting/page"
@@ -37,7 +37,7 @@ BUNDLED = ("report.js", "THIRD_PARTY.txt", "sources.sha256")
 
 
 def test_the_bundle_is_built_from_the_sources():
-    """On failure run explore/reporting/page/build.sh, which bundles the changed script."""
+    """On failure run explore/figures/reporting/page/build.sh, which bundles the changed script."""
     recorded_hashes = dict(
         reversed(line.split(maxsplit=1)) for line in (PAGE / "bundle/sources.sha256").read_text().splitlines()
     )
@@ -76,7 +76,11 @@ def test_a_wheel_contains_the_page(tmp_path):
         [sys.executable, "-c", build, tmp_path], cwd=ROOT, capture_output=True, text=True, check=True
     )
     with zipfile.ZipFile(tmp_path / build_run.stdout.split()[-1]) as wheel:
-        names = {name.removeprefix("explore/reporting/page/") for name in wheel.namelist() if "reporting/page" in name}
+        names = {
+            name.removeprefix("explore/figures/reporting/page/")
+            for name in wheel.namelist()
+            if "reporting/page" in name
+        }
     assert {"template.html", "page.css", "package-lock.json", *(f"bundle/{name}" for name in BUNDLED)} <= names
     assert not any("node_modules" in name for name in names)
 
@@ -138,7 +142,7 @@ def test_an_interrupted_report_keeps_the_previous_page(in_results, monkeypatch):
     def interrupt(_):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("explore.reporting.pages.data_elements", interrupt)
+    monkeypatch.setattr("explore.figures.reporting.pages.data_elements", interrupt)
     assert call("report", "-o", "page.html")[0] == 130
     assert (in_results / "page.html").read_bytes() == before
     assert sorted(path.name for path in in_results.iterdir()) == ["page.html", "results"]

@@ -6,13 +6,13 @@ from fractions import Fraction
 import mpmath
 import pytest
 
-from explore.errors import RequestError
+from explore.base.errors import RequestError
+from explore.base.suggest import format_value
+from explore.base.units.quantities import WrittenNumber
 from explore.mechanisms.registry import MECHANISMS
 from explore.model.quantities import STATISTICS, Metric, SampledMetric, Window
-from explore.request.names import find_mechanism, find_metric
-from explore.request.requests import make_objective, make_request
-from explore.suggest import format_value
-from explore.units.quantities import WrittenNumber
+from explore.studies.request.names import find_mechanism, find_metric
+from explore.studies.request.requests import make_objective, make_request
 
 MECHANISM = MECHANISMS["crank-rocker"]
 WINDOWS = {window.name: window for window in MECHANISM.windows}

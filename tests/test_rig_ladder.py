@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import explore
-from explore.compiling import LANES
+from explore.base.compiling import LANES
 from explore.mechanisms import four_bar, four_bar_forces, rocking
 from explore.mechanisms.rig.declaration import TEST_RIG
 from explore.model.status import Status

@@ -10,7 +10,7 @@ import pytest
 from rig_cases import LINKS, REFERENCE, lengths, load_of, parametrize_cases
 
 import explore
-from explore.lanes.designs import fill_motion_of_design
+from explore.base.lanes.designs import fill_motion_of_design
 from explore.mechanisms import four_bar
 from explore.mechanisms.rig.declaration import TEST_RIG
 

@@ -12,7 +12,7 @@ from explore import sizing
 from explore.evaluation.derived import derive
 from explore.mechanisms.rig.declaration import TEST_RIG
 from explore.model.status import Status
-from explore.request.requests import make_request
+from explore.studies.request.requests import make_request
 
 RIG = {"crank": 37.0, "coupler": 1271.5, "rocker": 595.0, "ground": 751.0, "speed": 60.0, "opposing_torque": 25e3}
 SIZING = {

@@ -7,7 +7,7 @@ import pytest
 
 import explore
 from explore import charts
-from explore.store.open_results import open_results
+from explore.results.store.open_results import open_results
 
 CONFIG = Path(__file__).parent.parent / "configs" / "rig_published.toml"
 #: Swing, deg, and largest pin force, N, of the specification, with 45 digits rounded to 12.

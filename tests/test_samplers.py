@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from explore.designs import samplers
-from explore.designs.samplers import MOST_SOBOL, SAMPLERS, STRETCH, latin_hypercube, random, sobol
+from explore.studies.designs import samplers
+from explore.studies.designs.samplers import MOST_SOBOL, SAMPLERS, STRETCH, latin_hypercube, random, sobol
 
 
 @pytest.mark.parametrize("dimensions", [1, 5])

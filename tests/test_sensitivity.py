@@ -11,11 +11,11 @@ from command_line import call, run
 from distributed import Client, LocalCluster
 
 import explore
-from explore.apportioning.given_data import first_order
-from explore.apportioning.paired_points import PairedPoints
+from explore.analysis.sensitivity.given_data import first_order
+from explore.analysis.sensitivity.paired_points import PairedPoints
+from explore.base.errors import RequestError, ResultsError
 from explore.charts import sensitivity_chart
-from explore.designs.samplers import sobol
-from explore.errors import RequestError, ResultsError
+from explore.studies.designs.samplers import sobol
 
 with warnings.catch_warnings():
     warnings.simplefilter("ignore")  # SALib's imports are deprecated by their packages
@@ -188,7 +188,7 @@ def test_the_sums_of_an_indicator_are_exact_in_any_order():
 def test_parts_do_not_change_the_points(monkeypatch):
     whole = PairedPoints.within(4 * 16 * 256, 2, 3)
     parts = [whole.part(number).reshape(4, -1, 2) for number in range(whole.n_parts)]
-    monkeypatch.setattr("explore.apportioning.paired_points.BLOCK_SIZE", 4 * 64)
+    monkeypatch.setattr("explore.analysis.sensitivity.paired_points.BLOCK_SIZE", 4 * 64)
     assert whole.n_parts == 4 * len(parts)
     for number, part in enumerate(parts):
         pieces = [whole.part(4 * number + k).reshape(4, -1, 2) for k in range(4)]

@@ -12,13 +12,13 @@ from served import Served, build_index, serving, wait_settled
 from studies import FEW, GOOD
 from test_serving_jobs import reopened
 
-from explore.config.study_file import starter
-from explore.request.names import find_mechanism
-from explore.serving import jobs as jobs_module
-from explore.serving.folder import State
-from explore.serving.plans import Limits
-from explore.serving.runner import Work
-from explore.serving.station import open_station
+from explore.service import jobs as jobs_module
+from explore.service.folder import State
+from explore.service.plans import Limits
+from explore.service.runner import Work
+from explore.service.station import open_station
+from explore.studies.config.study_file import starter
+from explore.studies.request.names import find_mechanism
 from explore.synthesis.tasks.task_files import task_starter
 
 # --- clocks -----------------------------------------------------------------------------------------------------------

@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from explore.config.study_file import load_study
-from explore.errors import ConfigError, RequestError
-from explore.serving.bounded_calls import BoundedCalls
+from explore.base.errors import ConfigError, RequestError
+from explore.service.bounded_calls import BoundedCalls
+from explore.studies.config.study_file import load_study
 
 
 @pytest.fixture
@@ -52,7 +52,7 @@ def test_a_call_ends_when_its_caller_is_killed(tmp_path):
     script = tmp_path / "caller.py"
     script.write_text(
         "import os, threading, time\n"
-        "from explore.serving.bounded_calls import BoundedCalls\n"
+        "from explore.service.bounded_calls import BoundedCalls\n"
         "if __name__ == '__main__':\n"
         "    calls = BoundedCalls(600.0)\n"
         "    print(calls.call('it', os.getpid), flush=True)\n"

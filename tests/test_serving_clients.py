@@ -11,11 +11,11 @@ from served import serving, wait_settled
 from studies import FEW
 
 import explore
+from explore.base.errors import RequestError
 from explore.cli import progress
-from explore.errors import RequestError
-from explore.serving.client import JobProgress
-from explore.serving.inlined_points import with_points
-from explore.serving.job_files import Refinement, read_job_file
+from explore.service.client import JobProgress
+from explore.service.inlined_points import with_points
+from explore.service.job_files import Refinement, read_job_file
 from explore.synthesis.tasks.registry import TASK_TYPES
 
 

@@ -28,13 +28,13 @@ from studies import FEW, GOOD
 from uvicorn.server import ServerState
 
 import explore
+from explore.base.errors import RequestError
 from explore.cli.commands import serve as serve_command
 from explore.cli.options import name_options
-from explore.errors import RequestError
-from explore.serving import connections
-from explore.serving.access import Access
-from explore.serving.server import Place
-from explore.serving.turns import Turns
+from explore.service import connections
+from explore.service.access import Access
+from explore.service.server import Place
+from explore.service.turns import Turns
 
 ROOT = Path(__file__).parents[1]
 LONG = FEW.replace("[80, 100, 150, 160]", "{ start = 100, stop = 140, num = 300_000 }")

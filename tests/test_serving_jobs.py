@@ -14,14 +14,14 @@ import pytest
 from command_line import run
 from studies import FEW, GOOD
 
-from explore.errors import ConfigError, RequestError, ResultsError
-from explore.serving.folder import Folder, State, check_name
-from explore.serving.job_files import Kind, Refinement, read_job_file
-from explore.serving.jobs import append_event, read_events
-from explore.serving.plans import Limits, check_limits, make_plan
-from explore.serving.queue import Jobs, StateError, UnknownJobError
-from explore.serving.runner import Work
-from explore.serving.station import open_station
+from explore.base.errors import ConfigError, RequestError, ResultsError
+from explore.service.folder import Folder, State, check_name
+from explore.service.job_files import Kind, Refinement, read_job_file
+from explore.service.jobs import append_event, read_events
+from explore.service.plans import Limits, check_limits, make_plan
+from explore.service.queue import Jobs, StateError, UnknownJobError
+from explore.service.runner import Work
+from explore.service.station import open_station
 from explore.synthesis.tasks.task_files import task_starter
 
 ROOT = Path(__file__).parents[1]

@@ -10,15 +10,15 @@ from refinable import BASE, TASK
 from studies import FEW
 
 import explore
-from explore.errors import ConfigError, RequestError, ResultsError
-from explore.serving.folder import Folder, State
-from explore.serving.job_files import Kind, Refinement, read_job_file
-from explore.serving.plans import Limits
-from explore.serving.queue import Jobs, StateError, UnknownJobError
-from explore.serving.runner import Work
-from explore.serving.station import open_station
-from explore.serving.sweep_process import _Printer, _synthesize
-from explore.sweeping.runs import Progress
+from explore.base.errors import ConfigError, RequestError, ResultsError
+from explore.running.runs import Progress
+from explore.service.folder import Folder, State
+from explore.service.job_files import Kind, Refinement, read_job_file
+from explore.service.plans import Limits
+from explore.service.queue import Jobs, StateError, UnknownJobError
+from explore.service.runner import Work
+from explore.service.station import open_station
+from explore.service.sweep_process import _Printer, _synthesize
 from explore.synthesis.tasks.task_files import TaskFile, parse_task, task_starter
 
 #: A text of a path, whose search takes seconds.

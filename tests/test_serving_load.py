@@ -15,11 +15,11 @@ from served import Served, wait_settled
 from studies import FEW, GOOD
 from uvicorn.server import ServerState
 
-from explore.serving import browsing_routes, connections, job_routes, results_routes
-from explore.serving.events import MOST_KEPT, Events
-from explore.serving.folder import State
-from explore.serving.jobs import Job
-from explore.serving.server import _allow_open_files
+from explore.service import browsing_routes, connections, job_routes, results_routes
+from explore.service.events import MOST_KEPT, Events
+from explore.service.folder import State
+from explore.service.jobs import Job
+from explore.service.server import _allow_open_files
 
 
 @pytest.fixture

@@ -5,8 +5,8 @@ import pytest
 from command_line import run
 
 import explore
+from explore.base.errors import RequestError
 from explore.charts import joint_pareto_chart
-from explore.errors import RequestError
 
 STUDY = """mechanism = "crank-rocker"
 [parameters]

@@ -7,11 +7,11 @@ import pytest
 from studies import FEW
 
 import explore
-from explore.ranking.rankings import RankRequest, rank_source
-from explore.request.names import find_mechanism
-from explore.store.shown_results import show_results
-from explore.units.quantities import unit_factor
-from explore.units.shown import QUANTITIES, Scale, ShownUnits, read_shown_units
+from explore.base.units.quantities import unit_factor
+from explore.base.units.shown import QUANTITIES, Scale, ShownUnits, read_shown_units
+from explore.results.ranking.rankings import RankRequest, rank_source
+from explore.results.store.shown_results import show_results
+from explore.studies.request.names import find_mechanism
 
 INCHES = read_shown_units({"length": "in", "speed": "rpm"})
 

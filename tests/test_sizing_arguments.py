@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from explore import sizing
-from explore.errors import RequestError
+from explore.base.errors import RequestError
 
 RULES = [getattr(sizing, name) for name in sizing.__all__]
 VALUES = {"hollow_ratio": 0.5, "sensitivity": 0.8, "position": 0.3, "surface": "machined", "load": 2.0}

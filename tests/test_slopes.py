@@ -6,13 +6,13 @@ import pytest
 from exact_linkage import ExactLinkage
 
 import explore
-from explore.api import robustness
-from explore.certifying.slopes import sharpen
-from explore.request.names import find_mechanism
-from explore.request.requests import make_request
-from explore.request.tolerances import make_tolerances
-from explore.tolerancing.derivatives import differentiate
-from explore.tolerancing.outcomes import TolerancedRequest
+from explore.analysis.tolerancing import robustness
+from explore.analysis.tolerancing.derivatives import differentiate
+from explore.analysis.tolerancing.outcomes import TolerancedRequest
+from explore.analysis.tolerancing.slopes import sharpen
+from explore.studies.request.names import find_mechanism
+from explore.studies.request.requests import make_request
+from explore.studies.request.tolerances import make_tolerances
 
 PUBLISHED = {"crank": 50.0, "coupler": 940.62, "rocker": 211.79, "ground": 869.44}
 #: Rounding of the exact value and of the derivative.

@@ -14,9 +14,18 @@ from hypothesis import strategies as st
 from simple_slider import SIMPLE_SLIDER
 
 import explore
-from explore.designs.solved_lengths import SolvedSpace, solve
-from explore.designs.spaces import BLOCK_SIZE, ContinuousAxis, Grid, ListedAxis, Sample, SolvedLength, Table, TableAxis
 from explore.mechanisms.registry import MECHANISMS
+from explore.studies.designs.solved_lengths import SolvedSpace, solve
+from explore.studies.designs.spaces import (
+    BLOCK_SIZE,
+    ContinuousAxis,
+    Grid,
+    ListedAxis,
+    Sample,
+    SolvedLength,
+    Table,
+    TableAxis,
+)
 
 REFERENCE = json.loads((Path(__file__).parent / "reference" / "test_rig_sizing.json").read_text())
 FACTS = REFERENCE["design_facts"]

@@ -12,8 +12,17 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import stats
 
-from explore.designs.samplers import SAMPLERS
-from explore.designs.spaces import BLOCK_SIZE, ContinuousAxis, Grid, ListedAxis, Sample, SpacedAxis, Table, TableAxis
+from explore.studies.designs.samplers import SAMPLERS
+from explore.studies.designs.spaces import (
+    BLOCK_SIZE,
+    ContinuousAxis,
+    Grid,
+    ListedAxis,
+    Sample,
+    SpacedAxis,
+    Table,
+    TableAxis,
+)
 
 AXES = (
     ListedAxis("crank", (1.0, 5.0, 2.0)),

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from store_files import BLOCK, COLUMNS, N_DESIGNS
 
-from explore.errors import ResultsError
-from explore.store.open_results import open_results
+from explore.base.errors import ResultsError
+from explore.results.store.open_results import open_results
 
 
 def test_missing_file(tmp_path):

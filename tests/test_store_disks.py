@@ -13,11 +13,11 @@ from pathlib import Path
 import pytest
 from store_files import ATTRIBUTES, BLOCK, COLUMNS, N_BLOCKS, fill, sha256, values, writer
 
-from explore.errors import ResultsError
-from explore.files import rename_new
-from explore.store import system_calls
-from explore.store.creation import create_results_file
-from explore.store.open_results import open_results
+from explore.base.errors import ResultsError
+from explore.base.files import rename_new
+from explore.results.store import system_calls
+from explore.results.store.creation import create_results_file
+from explore.results.store.open_results import open_results
 
 LIMITED = """
 import resource, sys

@@ -10,9 +10,9 @@ from doors import DOORS
 from test_fuzz_results import STUDY
 
 import explore
-from explore.errors import ResultsError
-from explore.store.packing import pack
-from explore.store.sealing import COMMIT_OFFSET, SEAL
+from explore.base.errors import ResultsError
+from explore.results.store.packing import pack
+from explore.results.store.sealing import COMMIT_OFFSET, SEAL
 
 #: Ways that take a tenth of a second or more, which every tenth flip is tried on.
 SLOW = ("report",)
@@ -136,7 +136,7 @@ def test_commit_words_elsewhere_are_noticed(whole):
 
 
 def test_each_block_is_checked_once(whole, monkeypatch):
-    from explore.store import rows
+    from explore.results.store import rows
 
     checked = []
     is_sound = rows.is_sound

@@ -11,13 +11,13 @@ import pandas as pd
 import pytest
 from store_files import ATTRIBUTES, BLOCK, COLUMNS, N_DESIGNS, sha256, values, writer
 
-from explore.errors import ResultsError
-from explore.ranking.rankings import RankRequest, rank_source
-from explore.store import front_writer
-from explore.store.block_bytes import commit_word
-from explore.store.front_writer import FrontWriter, write_front
-from explore.store.open_results import open_results
-from explore.store.packing import pack
+from explore.base.errors import ResultsError
+from explore.results.ranking.rankings import RankRequest, rank_source
+from explore.results.store import front_writer
+from explore.results.store.block_bytes import commit_word
+from explore.results.store.front_writer import FrontWriter, write_front
+from explore.results.store.open_results import open_results
+from explore.results.store.packing import pack
 
 STUDIED = {"ok": 8142, "crank_blocked": 1358, "no_stroke": 0}
 KEPT = ATTRIBUTES | {"keep": "front", "studied_designs": N_DESIGNS, "studied_counts": json.dumps(STUDIED)}

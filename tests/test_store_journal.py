@@ -19,10 +19,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from store_files import kill, say
 
-from explore.errors import ResultsError
-from explore.store import journal as journal_module
-from explore.store.journal import Journal
-from explore.store.layout import PAGE
+from explore.base.errors import ResultsError
+from explore.results.store import journal as journal_module
+from explore.results.store.journal import Journal
+from explore.results.store.layout import PAGE
 
 HEADER = {
     "determines": '{"mechanism": "crank-rocker", "parameters": {"crank": [1, 2], "ground": 3}}',

@@ -11,10 +11,10 @@ import h5py
 import pytest
 from store_files import N_BLOCKS, child, fill, kill, sha256, writer
 
-from explore.errors import ResultsError
-from explore.store import system_calls
-from explore.store.locking import LockFile
-from explore.store.open_results import open_results
+from explore.base.errors import ResultsError
+from explore.results.store import system_calls
+from explore.results.store.locking import LockFile
+from explore.results.store.open_results import open_results
 
 
 def test_second_writer_is_refused_until_the_first_is_gone(tmp_path):

@@ -14,13 +14,13 @@ from command_line import call
 from store_files import fill, sha256, values, writer
 
 import explore
-from explore.errors import ResultsError
-from explore.files import new_file, unfinished_name
-from explore.store.journal import Journal
-from explore.store.locking import LockFile
-from explore.store.open_results import open_results
-from explore.store.sidecar_files import journal_name, remove_leftovers
-from explore.sweeping.log import Log, log_path
+from explore.base.errors import ResultsError
+from explore.base.files import new_file, unfinished_name
+from explore.results.store.journal import Journal
+from explore.results.store.locking import LockFile
+from explore.results.store.open_results import open_results
+from explore.results.store.sidecar_files import journal_name, remove_leftovers
+from explore.running.log import Log, log_path
 
 #: 151,200 designs in three blocks; few of them are Pareto-optimal.
 STUDY = """

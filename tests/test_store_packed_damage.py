@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 from store_files import BLOCK, COLUMNS, N_BLOCKS, N_DESIGNS, flip
 
-from explore.errors import ResultsError
-from explore.store import layout_reader
-from explore.store.chunks import compress_chunk, decompress_chunk, read_chunk_table
-from explore.store.open_results import open_results
+from explore.base.errors import ResultsError
+from explore.results.store import layout_reader
+from explore.results.store.chunks import compress_chunk, decompress_chunk, read_chunk_table
+from explore.results.store.open_results import open_results
 
 
 def test_every_flipped_bit_of_a_chunk_is_found(packed_copy):

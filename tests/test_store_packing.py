@@ -18,15 +18,15 @@ import pandas as pd
 import pytest
 from store_files import ATTRIBUTES, BLOCK, COLUMNS, N_BLOCKS, N_DESIGNS, fill, flip, sha256, unseal, values, writer
 
-from explore.errors import ResultsError
-from explore.files import unfinished_name
-from explore.store import packing
-from explore.store.all_designs_writer import AllDesignsWriter
-from explore.store.block_bytes import commit_word
-from explore.store.locking import LockFile
-from explore.store.open_results import open_results
-from explore.store.packing import Sink, pack
-from explore.store.sealing import COMMIT_OFFSET, SEAL
+from explore.base.errors import ResultsError
+from explore.base.files import unfinished_name
+from explore.results.store import packing
+from explore.results.store.all_designs_writer import AllDesignsWriter
+from explore.results.store.block_bytes import commit_word
+from explore.results.store.locking import LockFile
+from explore.results.store.open_results import open_results
+from explore.results.store.packing import Sink, pack
+from explore.results.store.sealing import COMMIT_OFFSET, SEAL
 
 
 def _attributes(owner: h5py.HLObject) -> dict[str, object]:
@@ -192,8 +192,8 @@ LIMITED = """
 import resource, sys
 from pathlib import Path
 sys.path[:0] = {paths!r}
-from explore.errors import ResultsError
-from explore.store.packing import pack
+from explore.base.errors import ResultsError
+from explore.results.store.packing import pack
 for limit in range(1, {size}, {step}):
     resource.setrlimit(resource.RLIMIT_FSIZE, (limit, resource.RLIM_INFINITY))
     try:
@@ -272,7 +272,7 @@ def test_interrupt_leaves_nothing_behind(finished, tmp_path):
 ENDLESS = """
 import signal
 from pathlib import Path
-from explore.store.packing import pack
+from explore.results.store.packing import pack
 signal.signal(signal.SIGINT, signal.default_int_handler)
 try:
     print("ready", flush=True)

@@ -11,12 +11,12 @@ import pytest
 from store_files import ATTRIBUTES, COLUMNS, values
 
 from explore.model.columns import Column
-from explore.store.all_designs_writer import AllDesignsWriter
-from explore.store.journal import Journal
-from explore.store.layout import PAGE
-from explore.store.memory_file import build_memory_file
-from explore.store.open_results import open_results
-from explore.store.packing import pack
+from explore.results.store.all_designs_writer import AllDesignsWriter
+from explore.results.store.journal import Journal
+from explore.results.store.layout import PAGE
+from explore.results.store.memory_file import build_memory_file
+from explore.results.store.open_results import open_results
+from explore.results.store.packing import pack
 
 REFERENCE = Path(__file__).parent / "reference"
 #: Rows of a block in a sweep.

@@ -13,12 +13,12 @@ import pytest
 from store_files import ATTRIBUTES, BLOCK, COLUMNS, LABELS, N_BLOCKS, N_DESIGNS, fill, flip, values
 
 import explore
-from explore.errors import ResultsError
+from explore.base.errors import ResultsError
 from explore.model.columns import Column
-from explore.store.all_designs_writer import AllDesignsWriter
-from explore.store.creation import create_results_file
-from explore.store.memory_file import MemoryFile
-from explore.store.open_results import open_results
+from explore.results.store.all_designs_writer import AllDesignsWriter
+from explore.results.store.creation import create_results_file
+from explore.results.store.memory_file import MemoryFile
+from explore.results.store.open_results import open_results
 
 
 def test_layout_is_what_other_programs_need(finished):

@@ -27,15 +27,15 @@ from store_files import (
     writer,
 )
 
-from explore.errors import ResultsError
+from explore.base.errors import ResultsError
 from explore.model.status import Status
-from explore.store import system_calls
-from explore.store.all_designs_writer import AllDesignsWriter
-from explore.store.block_bytes import commit_word
-from explore.store.creation import create_results_file
-from explore.store.layout import PAGE
-from explore.store.layout_reader import read_layout
-from explore.store.open_results import open_results
+from explore.results.store import system_calls
+from explore.results.store.all_designs_writer import AllDesignsWriter
+from explore.results.store.block_bytes import commit_word
+from explore.results.store.creation import create_results_file
+from explore.results.store.layout import PAGE
+from explore.results.store.layout_reader import read_layout
+from explore.results.store.open_results import open_results
 
 #: Kills of a real writer; each costs about half a second, mostly the child's imports.
 KILLS = 12

@@ -11,11 +11,11 @@ import pytest
 from store_files import ATTRIBUTES, BLOCK, COLUMNS, N_DESIGNS, fill, values
 
 import explore
-from explore.store import rows
-from explore.store.all_designs_writer import AllDesignsWriter
-from explore.store.block_bytes import is_sound
-from explore.store.front_writer import write_front
-from explore.store.packing import pack
+from explore.results.store import rows
+from explore.results.store.all_designs_writer import AllDesignsWriter
+from explore.results.store.block_bytes import is_sound
+from explore.results.store.front_writer import write_front
+from explore.results.store.packing import pack
 
 
 def assert_same(dataset, frame):
@@ -102,6 +102,6 @@ def test_no_column_is_read_before_its_values_are_needed(tmp_path, monkeypatch):
 
 def test_without_xarray_the_error_names_the_extra(finished, monkeypatch):
     monkeypatch.setitem(sys.modules, "xarray", None)
-    monkeypatch.setattr("explore.store.results.find_spec", lambda name: None)
+    monkeypatch.setattr("explore.results.store.results.find_spec", lambda name: None)
     with pytest.raises(explore.RequestError, match=r'pip install "linkage-explore\[xarray\]"'):
         explore.xarray(finished)

@@ -18,7 +18,7 @@ from hypothesis import strategies as st
 from studies import FEW, GOOD
 
 import explore
-from explore.request.names import find_mechanism
+from explore.studies.request.names import find_mechanism
 
 CONFIGS = sorted((Path(__file__).parent.parent / "configs").rglob("*.toml"))
 LINKS = {"crank": 100.0, "coupler": 1000.0, "rocker": 500.0, "ground": 700.0}

@@ -13,11 +13,11 @@ import pytest
 from distributed import Client, LocalCluster
 
 import explore
-from explore.designs.spaces import BLOCK_SIZE
-from explore.store.layout_reader import read_layout
-from explore.sweeping import runs
-from explore.sweeping.blocks import environment_of
-from explore.sweeping.clusters import check_environment, local_cluster
+from explore.results.store.layout_reader import read_layout
+from explore.running import runs
+from explore.running.blocks import environment_of
+from explore.running.clusters import check_environment, local_cluster
+from explore.studies.designs.spaces import BLOCK_SIZE
 
 STUDY = """
 mechanism = "crank-rocker"

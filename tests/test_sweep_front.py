@@ -14,9 +14,9 @@ import pytest
 from distributed import Client, LocalCluster
 
 import explore
-from explore.designs.spaces import BLOCK_SIZE
-from explore.sweeping import collectors, runs
-from explore.sweeping.clusters import local_cluster
+from explore.running import collectors, runs
+from explore.running.clusters import local_cluster
+from explore.studies.designs.spaces import BLOCK_SIZE
 
 GRID = """
 mechanism = "crank-rocker"

@@ -7,7 +7,7 @@ from scipy.optimize import brentq
 from synthesis_cases import case
 
 import explore
-from explore.errors import RequestError
+from explore.base.errors import RequestError
 from explore.synthesis.dead_positions import DeadPositions, Family, find_best, find_ranges
 
 

@@ -7,7 +7,7 @@ from command_line import run
 
 import explore
 from explore import charts
-from explore.errors import ConfigError, RequestError
+from explore.base.errors import ConfigError, RequestError
 from explore.synthesis.linkages import FourBar
 from explore.synthesis.tasks.task_files import parse_task, task_starter
 

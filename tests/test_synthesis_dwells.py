@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from explore.errors import RequestError
+from explore.base.errors import RequestError
 from explore.synthesis.dwell_fitting import DwellTask, excesses_of_lengths
 from explore.synthesis.dwell_motions import N_NUMBERS, slider_motions
 from explore.synthesis.dwell_points import couplers, five_position_points

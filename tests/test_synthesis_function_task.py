@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import explore
-from explore.errors import ConfigError
+from explore.base.errors import ConfigError
 from explore.synthesis.function_search import FunctionTask
 from explore.synthesis.functions import output_angles, wrapped
 from explore.synthesis.laws import formula_law

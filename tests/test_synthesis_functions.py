@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from synthesis_cases import case
 
-from explore.errors import RequestError
+from explore.base.errors import RequestError
 from explore.synthesis.function_search import FunctionTask, find_generators
 from explore.synthesis.functions import FourBarGenerator, fit_four_bar, fit_slider_crank, output_angles, wrapped
 from explore.synthesis.linkages import FourBar

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from synthesis_cases import case
 
-from explore.errors import RequestError
+from explore.base.errors import RequestError
 from explore.synthesis.laws import chebyshev_points, formula_law, table_law
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from synthesis_cases import _FILE, case, plane
 
-from explore.errors import RequestError
+from explore.base.errors import RequestError
 from explore.synthesis.cognates import find_cognates, third_pivot
 from explore.synthesis.linkages import FourBar
 

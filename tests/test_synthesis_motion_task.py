@@ -8,13 +8,13 @@ from command_line import run
 from test_synthesis_poses import random_motion, reference
 
 import explore
-from explore.api.synthesis import _evaluated
-from explore.errors import ConfigError
+from explore.base.errors import ConfigError
 from explore.synthesis.defects import OTHER_BRANCH, OTHER_CIRCUIT, PASSES, SENTENCES, WRONG_ORDER
 from explore.synthesis.guidance import PivotBox, find_pairs
 from explore.synthesis.linkages import FourBar
 from explore.synthesis.pose_fits import PoseBounds, fit_poses, lever_of, measure_poses
 from explore.synthesis.poses import Poses
+from explore.synthesis.public import _evaluated
 from explore.synthesis.tasks.task_files import parse_task, task_starter
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from synthesis_cases import case, plane
 
-from explore.errors import RequestError
+from explore.base.errors import RequestError
 from explore.synthesis.linkages import FourBar
 from explore.synthesis.nine_points.classes import N_CLASSES, cognate, distinct, exchange, keys, residuals
 from explore.synthesis.nine_points.endgame import REGULAR

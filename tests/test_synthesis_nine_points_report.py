@@ -7,7 +7,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from explore.errors import RequestError
+from explore.base.errors import RequestError
 from explore.synthesis.defects import PASSES, WRONG_ORDER
 from explore.synthesis.linkages import FourBar, driven_by_rocker
 from explore.synthesis.nine_points import homotopy

@@ -7,7 +7,7 @@ import pytest
 from command_line import run
 
 import explore
-from explore.errors import ConfigError, RequestError
+from explore.base.errors import ConfigError, RequestError
 from explore.synthesis.tasks.task_files import parse_task, task_starter
 
 FUNCTION = """task = "function"

@@ -11,7 +11,7 @@ import pytest
 from command_line import run
 
 import explore
-from explore.errors import ConfigError
+from explore.base.errors import ConfigError
 from explore.synthesis.cognates import cognate_angles, find_cognates
 from explore.synthesis.linkages import FourBar, driven_by_rocker, is_alike
 from explore.synthesis.paths.search import PathSolution

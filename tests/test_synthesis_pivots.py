@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from explore.errors import RequestError
+from explore.base.errors import RequestError
 from explore.synthesis.defects import PASSES
 from explore.synthesis.linkages import FourBar
 from explore.synthesis.nine_points.equations import linearise

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from synthesis_cases import case, plane
 
-from explore.errors import RequestError
+from explore.base.errors import RequestError
 from explore.synthesis.linkages import FourBar
 from explore.synthesis.poses import Dyad, Poses, burmester_curves, find_dyads, fixed_pivots, largest_residual
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from synthesis_cases import case, plane
 
-from explore.errors import RequestError
+from explore.base.errors import RequestError
 from explore.synthesis.poses import Poses
 from explore.synthesis.slider_cranks import SliderCrank
 from explore.synthesis.slider_dyads import find_slider_dyad, largest_offset, point_circle, pole_of

@@ -5,7 +5,7 @@ import pytest
 from scipy.optimize import minimize_scalar
 from synthesis_cases import case
 
-from explore.errors import RequestError
+from explore.base.errors import RequestError
 from explore.synthesis.slider_cranks import SliderCrank
 from explore.synthesis.slider_path_fitting import N_NUMBERS, points_and_slopes
 from explore.synthesis.slider_path_search import SliderPathTask, find_slider_paths

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import explore
-from explore.errors import ConfigError
+from explore.base.errors import ConfigError
 from explore.synthesis.slider_cranks import SliderCrank
 from explore.synthesis.tasks.task_files import parse_task, task_starter
 

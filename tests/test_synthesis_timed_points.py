@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from synthesis_cases import case, plane
 
-from explore.errors import RequestError
+from explore.base.errors import RequestError
 from explore.synthesis.linkages import FourBar
 from explore.synthesis.timed_points import find_chains, find_four_bars
 

@@ -5,8 +5,8 @@ import math
 import pytest
 
 import explore
-from explore.errors import ConfigError, RequestError
-from explore.request.names import find_mechanism
+from explore.base.errors import ConfigError, RequestError
+from explore.studies.request.names import find_mechanism
 from explore.synthesis.tasks.task_files import parse_task
 
 #: A file, and its points in mm and crank angles in deg, or what is said of it after its name.

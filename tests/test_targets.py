@@ -12,11 +12,11 @@ from command_line import run
 from scipy.spatial import cKDTree
 
 import explore
-from explore.errors import ConfigError, RequestError
+from explore.base.errors import ConfigError, RequestError
 from explore.mechanisms.crank_rocker.paths import find_coupler_curve
-from explore.mechanisms.path_errors.metrics import measures_of
+from explore.mechanisms.targets.path_errors.metrics import measures_of
 from explore.model.targets import target_from_content
-from explore.request.names import find_mechanism
+from explore.studies.request.names import find_mechanism
 
 PROBLEMS = json.loads((Path(__file__).parent / "reference" / "path_benchmarks.json").read_text())
 SQUARE = [[0, 0], [10, 0], [10, 10], [0, 10]]
@@ -262,7 +262,7 @@ def test_hausdorff_and_chamfer(closed):
 
 
 def test_a_server_reads_no_file_of_points():
-    from explore.serving.job_files import read_job_file
+    from explore.service.job_files import read_job_file
 
     text = study().to_toml().replace("points = [[0, 0], [10, 0], [10, 10], [0, 10]]", 'file = "/etc/hostname"')
     with pytest.raises(ConfigError, match="target.file: a server reads no file of points"):

@@ -6,7 +6,7 @@ import time
 
 import pytest
 
-from explore.sweeping.threads import BlocksOnThreads, LocalThreads
+from explore.running.threads import BlocksOnThreads, LocalThreads
 
 
 def ignore(*_, **__):

@@ -13,11 +13,11 @@ from studies import GOOD
 
 import explore
 from explore import charts
-from explore.api.tolerances import plan_tolerances
-from explore.errors import ConfigError, RequestError, ResultsError
-from explore.store.all_designs_writer import AllDesignsWriter
-from explore.sweeping.tolerance_runs import ToleranceRun
-from explore.tolerancing import outcomes
+from explore.analysis.tolerancing import outcomes
+from explore.analysis.tolerancing.public import plan_tolerances
+from explore.analysis.tolerancing.runs import ToleranceRun
+from explore.base.errors import ConfigError, RequestError, ResultsError
+from explore.results.store.all_designs_writer import AllDesignsWriter
 
 STUDY = """
 mechanism = "crank-rocker"

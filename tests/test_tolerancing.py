@@ -9,15 +9,15 @@ from exact_linkage import ExactLinkage
 from scipy.special import ndtr
 from scipy.stats import binomtest, chi2
 
+from explore.analysis.tolerancing.box import find_worst_case
+from explore.analysis.tolerancing.derivatives import contributions, differentiate
+from explore.analysis.tolerancing.failures import ENOUGH, estimate_failure, share_of
+from explore.analysis.tolerancing.outcomes import TolerancedRequest
+from explore.analysis.tolerancing.spreads import CHUNK, chunk_deviations, count_parts, merge_counts
 from explore.evaluation.evaluate import evaluate_columns
-from explore.request.names import find_mechanism
-from explore.request.requests import make_objective, make_request
-from explore.request.tolerances import make_tolerances
-from explore.tolerancing.box import find_worst_case
-from explore.tolerancing.derivatives import contributions, differentiate
-from explore.tolerancing.failures import ENOUGH, estimate_failure, share_of
-from explore.tolerancing.outcomes import TolerancedRequest
-from explore.tolerancing.spreads import CHUNK, chunk_deviations, count_parts, merge_counts
+from explore.studies.request.names import find_mechanism
+from explore.studies.request.requests import make_objective, make_request
+from explore.studies.request.tolerances import make_tolerances
 
 PUBLISHED = {"crank": 50.0, "coupler": 940.62, "rocker": 211.79, "ground": 869.44}
 LENGTHS = list(PUBLISHED)

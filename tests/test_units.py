@@ -4,8 +4,8 @@ import math
 
 import pytest
 
-from explore.errors import RequestError
-from explore.units.quantities import dimension, quantity
+from explore.base.errors import RequestError
+from explore.base.units.quantities import dimension, quantity
 
 
 @pytest.mark.parametrize(

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 import explore
 from explore.model.columns import Column
 from explore.model.status import Status
-from explore.ranking.wasteful_ranges import find_wasteful_ranges
+from explore.results.ranking.wasteful_ranges import find_wasteful_ranges
 
 STUDIES = {
     "drawn": """mechanism = "crank-rocker"

@@ -16,15 +16,15 @@ import pytest
 from command_line import call
 
 from explore import DoubtfulInputWarning
-from explore.config.study_file import parse_study, starter
-from explore.errors import ConfigError, RequestError
+from explore.base.errors import ConfigError, RequestError
 from explore.mechanisms.registry import MECHANISMS
-from explore.serving.access import Access
-from explore.serving.application import make_application
-from explore.serving.folder import Folder
-from explore.serving.job_files import read_job_file
-from explore.serving.plans import Limits
-from explore.serving.queue import Jobs
+from explore.service.access import Access
+from explore.service.application import make_application
+from explore.service.folder import Folder
+from explore.service.job_files import read_job_file
+from explore.service.plans import Limits
+from explore.service.queue import Jobs
+from explore.studies.config.study_file import parse_study, starter
 from explore.synthesis.tasks.registry import TASK_TYPES
 from explore.synthesis.tasks.task_files import parse_task, task_starter
 

@@ -4,7 +4,7 @@ import math
 from dataclasses import replace
 from enum import IntEnum
 
-from explore.compiling import CLOSE_SIGNATURE, FILL_SIGNATURE, LANES, compiled
+from explore.base.compiling import CLOSE_SIGNATURE, FILL_SIGNATURE, LANES, compiled
 from explore.model.mechanism import Mechanism
 from explore.model.quadrature import Graded
 from explore.model.quantities import Metric, Parameter, Signal, Window

@@ -7,10 +7,10 @@ import warnings
 from collections.abc import Iterator
 from typing import Any
 
+from explore.base.errors import ConfigError, DoubtfulInputWarning, ExploreError, RequestError
 from explore.cli.application import app
 from explore.cli.options import name_options
 from explore.cli.output import complain, say
-from explore.errors import ConfigError, DoubtfulInputWarning, ExploreError, RequestError
 
 
 def _prepare_streams() -> None:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from explore.errors import ExploreError
+from explore.base.errors import ExploreError
 
 if TYPE_CHECKING:
     from explore.model.columns import Column
@@ -31,7 +31,7 @@ def complete_tasks() -> list[tuple[str, str]]:
 
 def complete_objectives(ctx: typer.Context) -> list[tuple[str, str]]:
     """Columns of the results that can be objectives, with their meaning."""
-    from explore.ranking.rankings import RANKABLE_ROLES
+    from explore.results.ranking.rankings import RANKABLE_ROLES
 
     return [(c.name, c.long_name) for c in _columns(ctx) if c.role in RANKABLE_ROLES and not c.labels]
 

@@ -9,10 +9,10 @@ from explore.cli.nearness import summarise_nearest
 from explore.cli.output import count_of, is_or_are, number, say, shown_unit
 
 if TYPE_CHECKING:
-    from explore.designs.spaces import SolvedLength
-    from explore.ranking.rankings import Ranking
-    from explore.store.results import Results
-    from explore.units.shown import ShownUnits
+    from explore.base.units.shown import ShownUnits
+    from explore.results.ranking.rankings import Ranking
+    from explore.results.store.results import Results
+    from explore.studies.designs.spaces import SolvedLength
 
 #: Largest number of wasteful ranges that are listed.
 _MOST_RANGES = 3
@@ -20,8 +20,8 @@ _MOST_RANGES = 3
 
 def explain_ranking(results: Results, ranking: Ranking, prefix: str = "") -> None:
     """Say which designs are ranked and why the others are not; `prefix` names the results."""
-    from explore.ranking.nearest import is_little
-    from explore.ranking.reasons import left_out, left_out_by_request
+    from explore.results.ranking.nearest import is_little
+    from explore.results.ranking.reasons import left_out, left_out_by_request
 
     if ranking.is_incomplete:
         kept = ", ".join(results.objectives)
@@ -68,7 +68,7 @@ def _are_most(results: Results, unreachable: int) -> bool:
 
 def _say_wasteful_bounds(results: Results, unreachable: int) -> None:
     """Say which ends of ranges are mostly unreachable, if most designs are."""
-    from explore.ranking.wasteful_ranges import find_wasteful_ranges
+    from explore.results.ranking.wasteful_ranges import find_wasteful_ranges
 
     if not _are_most(results, unreachable):
         return
@@ -85,7 +85,7 @@ def _say_wasteful_bounds(results: Results, unreachable: int) -> None:
 
 def _say_counts(results: Results, ranking: Ranking, prefix: str) -> None:
     """Say how many designs are Pareto-optimal, of how many."""
-    from explore.ranking.reasons import reason_for_nothing
+    from explore.results.ranking.reasons import reason_for_nothing
 
     senses = ", ".join(f"{o.metric} ({o.sense})" for o in ranking.objectives)
     if reason := reason_for_nothing(ranking, results.path):

@@ -10,9 +10,9 @@ from explore.cli.output import is_or_are, number, say, shown_unit
 from explore.cli.tables import print_table
 
 if TYPE_CHECKING:
-    from explore.ranking.exclusions import Exclusions
-    from explore.ranking.nearest import Nearness
-    from explore.store.results import Results
+    from explore.results.ranking.exclusions import Exclusions
+    from explore.results.ranking.nearest import Nearness
+    from explore.results.store.results import Results
 
 #: Designs, and combinations of constraints, that a summary in lines names.
 _MOST_NAMED = 3
@@ -108,7 +108,7 @@ def summarise_nearest(results: Results, *, with_unmeasured: bool = False) -> Non
         return
     if not results.constraints:
         return
-    from explore.ranking.nearest import find_nearest
+    from explore.results.ranking.nearest import find_nearest
 
     nearness = find_nearest(results, _MOST_NAMED)
     exclusions = nearness.exclusions

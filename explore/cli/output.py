@@ -7,7 +7,7 @@ import sys
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from explore.json_text import json_text
+from explore.base.json_text import json_text
 
 
 def complain(text: str) -> None:
@@ -70,7 +70,7 @@ def print_json(value: object) -> None:
 
 def announce_compiling() -> None:
     """Say so on stderr when this command compiles the first kernel."""
-    from explore.compiling import announce_compilation
+    from explore.base.compiling import announce_compilation
 
     announce_compilation(
         lambda: say("compiling the kernels, which the first command on a machine does; this takes seconds …", "dim")

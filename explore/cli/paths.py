@@ -6,8 +6,8 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
+from explore.base.errors import RequestError, ResultsError
 from explore.cli.output import say
-from explore.errors import RequestError, ResultsError
 
 #: Formats of figures.
 FIGURE_ENDINGS = (".png", ".svg", ".pdf")
@@ -47,11 +47,11 @@ def atomic_files(folder: Path) -> Iterator[Path]:
     """
     if folder.exists() and not folder.is_dir():
         raise RequestError(f"-o {folder} is a file; name a folder")
-    from explore.files import check_regular
+    from explore.base.files import check_regular
 
     is_new = not folder.exists()
     folder.mkdir(parents=True, exist_ok=True)
-    from explore.store.outputs import new_output_folder
+    from explore.results.store.outputs import new_output_folder
 
     try:
         with new_output_folder(folder) as place:

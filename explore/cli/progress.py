@@ -12,8 +12,8 @@ from explore.cli.output import printable, say
 from explore.model.progress import ReportProgress
 
 if TYPE_CHECKING:
-    from explore.serving.client import JobProgress
-    from explore.sweeping.runs import Progress
+    from explore.running.runs import Progress
+    from explore.service.client import JobProgress
 
 #: Seconds between progress lines where there is no terminal.
 LINE_INTERVAL = 5.0

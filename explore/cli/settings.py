@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from explore.errors import RequestError
+from explore.base.errors import RequestError
 
 if TYPE_CHECKING:
+    from explore.base.units.shown import Scale, ShownUnits
     from explore.model.targets import Target
-    from explore.units.shown import Scale, ShownUnits
 
 #: Coordinates of points by name.
 Places = dict[str, tuple[float | str, ...]]
@@ -23,9 +23,9 @@ def parse_settings(
     target: Target | None = None,
 ) -> dict[str, float]:
     """Parameters in declared units from NAME=VALUE, whose numbers without a unit are in the shown ones."""
-    from explore.request.names import find_mechanism
-    from explore.request.parameters import read_value
-    from explore.suggest import suggestion
+    from explore.base.suggest import suggestion
+    from explore.studies.request.names import find_mechanism
+    from explore.studies.request.parameters import read_value
 
     declared = {p.name: p for p in find_mechanism(mechanism, points, target).parameters}
     scales = units.scales({name: p.unit for name, p in declared.items()}) if units else {}
@@ -70,7 +70,7 @@ def number_or_text(text: str, scale: Scale | None = None) -> float | str:
 
 def list_settings(parameters: Mapping[str, float], scales: Mapping[str, Scale] | None = None) -> str:
     """Parameters with their values, as a message lists them."""
-    from explore.units.shown import PLAIN, number_with_unit
+    from explore.base.units.shown import PLAIN, number_with_unit
 
     shown = scales or {}
     return ", ".join(

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from explore.model.columns import Column
-    from explore.store.results import Results
+    from explore.results.store.results import Results
 
 #: Roles of the columns whose differences mean something.
 _COMPARED_ROLES = ("parameter", "metric", "margin")
@@ -65,7 +65,7 @@ def print_designs(results: Results, records: Sequence[Record]) -> None:
 
 def print_json_designs(results: Results, records: Sequence[Record]) -> None:
     """Print the designs as `explore show` prints one, and the differences of the others from the first."""
-    from explore.units.shown import headings
+    from explore.base.units.shown import headings
 
     first, *others = records
     names = headings(results.scales, results.units)
@@ -83,7 +83,7 @@ def print_json_designs(results: Results, records: Sequence[Record]) -> None:
 
 def with_status(results: Results, record: Record) -> Record:
     """The record with the label and the sentence of its status, and names with the units that are not declared."""
-    from explore.units.shown import headings
+    from explore.base.units.shown import headings
 
     status, names = str(record["status"]), headings(results.scales, record)
     named = {names.get(name, name): value for name, value in record.items()}

@@ -10,14 +10,14 @@ from explore.cli.tables import print_table
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from explore.config.study import Study
+    from explore.studies.config.study import Study
 
 
 def print_plan(study: Study, path: Path, *, keep: str, workers: int | None, on_cluster: bool) -> None:
     """Print counts, bytes, an estimate of the time, the first and the last designs."""
-    from explore.sweeping.clusters import processors
-    from explore.sweeping.collectors import results_columns, row_bytes
-    from explore.sweeping.timing import seconds_per_design
+    from explore.running.clusters import processors
+    from explore.running.collectors import results_columns, row_bytes
+    from explore.running.timing import seconds_per_design
 
     space, columns = study.space, results_columns(study)
     n_designs = space.n_designs

@@ -6,12 +6,12 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from explore.base.errors import RequestError
+from explore.base.json_text import json_text
 from explore.cli.output import number
 from explore.cli.paths import check_output
-from explore.errors import RequestError
-from explore.json_text import json_text
-from explore.store.labels import with_labels as with_labels
-from explore.store.labels import with_units as with_units
+from explore.results.store.labels import with_labels as with_labels
+from explore.results.store.labels import with_units as with_units
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -32,7 +32,7 @@ def check_table(path: Path | None) -> None:
 
 def write_table(frame: pd.DataFrame, path: Path, units: Mapping[str, str]) -> None:
     """Write a table with its index; the file appears when it is complete."""
-    from explore.store.outputs import new_output
+    from explore.results.store.outputs import new_output
 
     ending = path.suffix.lower()
     with new_output(path) as unfinished:

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 from explore.cli.output import number, shown_unit
 
 if TYPE_CHECKING:
-    from explore.tuning.control_curve import Tuning
-    from explore.tuning.intervals import End
+    from explore.analysis.tuning.control_curve import Tuning
+    from explore.analysis.tuning.intervals import End
 
 
 def describe_tuning(tuning: Tuning, sentences: Mapping[str, str]) -> list[str]:
@@ -51,8 +51,8 @@ def _amount(tuning: Tuning, value: float) -> str:
 
 def _place(tuning: Tuning, end: End, sentences: Mapping[str, str]) -> str:
     """The parameter at an end, and why the curve ends there if it does."""
-    from explore.tuning.curves import END_OF_RANGE
-    from explore.tuning.intervals import JUMP
+    from explore.analysis.tuning.curves import END_OF_RANGE
+    from explore.analysis.tuning.intervals import JUMP
 
     place = f"{number(end.parameter, 13)} {shown_unit(tuning.curve.attrs['units'][tuning.parameter])}".rstrip()
     reasons = {"": "", END_OF_RANGE: "the end of the range looked at", JUMP: "where it jumps"}

@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from explore.errors import RequestError
+from explore.base.errors import RequestError
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from explore.store.results import Results
-    from explore.units.shown import ShownUnits
+    from explore.base.units.shown import ShownUnits
+    from explore.results.store.results import Results
 
 #: Entry of --units that leaves out the choices of the study.
 _DECLARED = "declared"
@@ -38,7 +38,7 @@ UnitsOption = Annotated[
 
 def choose_units(texts: Sequence[str] | None, study: Mapping[str, object] | None = None) -> ShownUnits:
     """The units of --units, and of [units] of the study where the option does not name the quantity."""
-    from explore.units.shown import explain_entry, read_shown_units
+    from explore.base.units.shown import explain_entry, read_shown_units
 
     entries = dict(study or {})
     for text in texts or ():
@@ -56,15 +56,15 @@ def choose_units(texts: Sequence[str] | None, study: Mapping[str, object] | None
 
 def open_shown(path: Path, texts: Sequence[str] | None) -> Results:
     """Open results in the units of their study and of --units."""
-    from explore.store.open_results import open_results
+    from explore.results.store.open_results import open_results
 
     return show_in_units(open_results(path), texts)
 
 
 def open_all_shown(paths: Sequence[Path], texts: Sequence[str] | None) -> list[Results]:
     """Open several results in the units of the study of the first and of --units."""
-    from explore.store.open_results import open_results
-    from explore.store.shown_results import show_results
+    from explore.results.store.open_results import open_results
+    from explore.results.store.shown_results import show_results
 
     opened = [open_results(path) for path in paths]
     units = units_of(opened[0], texts)
@@ -73,14 +73,14 @@ def open_all_shown(paths: Sequence[Path], texts: Sequence[str] | None) -> list[R
 
 def show_in_units(results: Results, texts: Sequence[str] | None) -> Results:
     """The results in the units of their study and of --units."""
-    from explore.store.shown_results import show_results
+    from explore.results.store.shown_results import show_results
 
     return show_results(results, units_of(results, texts))
 
 
 def units_of(results: Results, texts: Sequence[str] | None) -> ShownUnits:
     """The units of the study of results, and of --units."""
-    from explore.store.shown_results import given_units, units_of_study
+    from explore.results.store.shown_results import given_units, units_of_study
 
     entries = units_of_study(results)
     given = {} if _DECLARED in (texts or ()) else given_units(results)

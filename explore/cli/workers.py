@@ -10,16 +10,16 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from explore.base.errors import RequestError
 from explore.cli.output import complain, number, say
 from explore.cli.progress import sweep_progress
 from explore.cli.termination import terminable
-from explore.errors import RequestError
 
 if TYPE_CHECKING:
     from distributed import Client
 
-    from explore.sweeping.runs import Progress
-    from explore.sweeping.threads import LocalThreads
+    from explore.running.runs import Progress
+    from explore.running.threads import LocalThreads
 
     Workers = AbstractContextManager[Client | LocalThreads]
 
@@ -59,7 +59,7 @@ class WorkerOptions:
 
     def cluster(self, mechanism: str) -> Workers:
         """The workers, for a mechanism of this name."""
-        from explore.sweeping.clusters import local_cluster, remote_cluster
+        from explore.running.clusters import local_cluster, remote_cluster
 
         if self.scheduler is None:
             return local_cluster(self.workers, processes=self.processes)

@@ -14,15 +14,15 @@ from typing import ClassVar, Protocol
 import numpy as np
 import numpy.typing as npt
 
+from explore.comparison.methods.closed_form import ClosedForm
+from explore.comparison.methods.contract import MotionRow, Task
 from explore.comparison.reference import REFERENCE_SIGNALS, REFERENCE_STATISTICS
 from explore.comparison.strokes import evaluate_geometry, stroke_ends
 from explore.evaluation.evaluate import evaluate_columns
 from explore.mechanisms.crank_rocker.declaration import CRANK_ROCKER
-from explore.methods.closed_form import ClosedForm
-from explore.methods.contract import MotionRow, Task
 from explore.model.quantities import FloatArray
 from explore.model.status import Status
-from explore.request.requests import make_request
+from explore.studies.request.requests import make_request
 
 _MEAN, _VARIANCE, _CV, _MIN, _MAX = range(len(REFERENCE_STATISTICS))
 _ROWS = [MotionRow.ROCKER_ANGLE, MotionRow.ROCKER_VELOCITY, MotionRow.ROCKER_ACCELERATION]

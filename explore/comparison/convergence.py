@@ -11,12 +11,12 @@ from typing import Any
 import numpy as np
 from scipy.integrate import DOP853, RK45
 
+from explore.comparison.methods.closed_form import ClosedForm
+from explore.comparison.methods.contract import Level, Task
+from explore.comparison.methods.four_bar_loop import FOUR_BAR
+from explore.comparison.methods.ode import AdaptiveSolver, LoopEquations, VelocityIntegration
+from explore.comparison.methods.runge_kutta import RungeKutta4
 from explore.comparison.orders import fit_order
-from explore.methods.closed_form import ClosedForm
-from explore.methods.contract import Level, Task
-from explore.methods.four_bar_loop import FOUR_BAR
-from explore.methods.ode import AdaptiveSolver, LoopEquations, VelocityIntegration
-from explore.methods.runge_kutta import RungeKutta4
 from explore.model.quantities import FloatArray
 
 #: A crank-rocker far from its change point.

@@ -22,7 +22,7 @@ from scipy import optimize
 from explore.evaluation.evaluate import evaluate_columns
 from explore.mechanisms.gears.declaration import GEARS
 from explore.model.quantities import FloatArray
-from explore.request.requests import make_request
+from explore.studies.request.requests import make_request
 
 #: Growth (1/rad) and sector (rad) of the published pair.
 GROWTH, SECTOR = 1.5, 4.2

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 
 from explore.comparison.method_precision import ANGLE_COUNT, BATCH_SIZE
+from explore.comparison.methods.closed_form import ClosedForm
+from explore.comparison.methods.contract import Level, Task
 from explore.comparison.scenes import Scene
 from explore.comparison.timing import measure_cpu_seconds
-from explore.methods.closed_form import ClosedForm
-from explore.methods.contract import Level, Task
 
 
 def measure_level_costs(scene: Scene) -> dict[str, Any]:

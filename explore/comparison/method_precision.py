@@ -10,14 +10,14 @@ import numpy as np
 import numpy.typing as npt
 
 from explore.comparison import slider_reference
+from explore.comparison.methods.contract import Capability, Level, Method, MotionRow, Outcome, Task, method_label
+from explore.comparison.methods.four_bar_loop import FOUR_BAR
+from explore.comparison.methods.geometry import geometric_outcome, solve_screened
+from explore.comparison.methods.registry import methods_for
 from explore.comparison.scenes import Scene
 from explore.comparison.strokes import coefficient_of_variation, stroke_nodes
 from explore.comparison.timing import measure_cpu_seconds
 from explore.comparison.verdicts import SILENTLY_WRONG, Verdict, judge
-from explore.methods.contract import Capability, Level, Method, MotionRow, Outcome, Task, method_label
-from explore.methods.four_bar_loop import FOUR_BAR
-from explore.methods.geometry import geometric_outcome, solve_screened
-from explore.methods.registry import methods_for
 from explore.model.quantities import FloatArray
 
 #: Crank angles of a full turn from 90 deg, as in the published simulation.

@@ -14,8 +14,8 @@ from typing import Any
 
 import numpy as np
 
-from explore.methods.contract import Outcome
-from explore.methods.geometry import geometric_outcome
+from explore.comparison.methods.contract import Outcome
+from explore.comparison.methods.geometry import geometric_outcome
 from explore.model.quantities import FloatArray
 
 #: Signals and statistics of `exact_statistics`.
@@ -55,7 +55,7 @@ def _gauss() -> list[tuple[Any, Any]]:
 
 
 def exact_motion(lengths: FloatArray, branch: FloatArray, crank_angle: FloatArray) -> FloatArray:
-    """Compute the six signals of `explore.methods.contract.Motion`, rounded once.
+    """Compute the six signals of `explore.comparison.methods.contract.Motion`, rounded once.
 
     Parameters
     ----------

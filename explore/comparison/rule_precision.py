@@ -10,12 +10,12 @@ import numpy as np
 import numpy.typing as npt
 
 from explore.comparison.averaging_rules import AVERAGING_RULES, relative_errors
+from explore.comparison.methods.contract import Level, Outcome, method_label
+from explore.comparison.methods.four_bar_loop import FOUR_BAR
+from explore.comparison.methods.geometry import geometric_outcome
 from explore.comparison.reference import REFERENCE_SIGNALS, REFERENCE_WINDOWS, exact_statistics
 from explore.comparison.scenes import Scene
 from explore.comparison.timing import measure_cpu_seconds
-from explore.methods.contract import Level, Outcome, method_label
-from explore.methods.four_bar_loop import FOUR_BAR
-from explore.methods.geometry import geometric_outcome
 from explore.model.quantities import FloatArray
 
 #: Most designs of a scene: the exact statistics of one take half a second.

@@ -10,13 +10,13 @@ from pathlib import Path
 
 import numpy as np
 
-from explore.config.study import Study
-from explore.config.study_file import load_study
-from explore.errors import ConfigError, RequestError
-from explore.methods.contract import Level
-from explore.methods.registry import find_loop
-from explore.methods.vector_loop import VectorLoop
+from explore.base.errors import ConfigError, RequestError
+from explore.comparison.methods.contract import Level
+from explore.comparison.methods.registry import find_loop
+from explore.comparison.methods.vector_loop import VectorLoop
 from explore.model.quantities import FloatArray
+from explore.studies.config.study import Study
+from explore.studies.config.study_file import load_study
 
 #: Most designs of a scene: the multiple-precision reference is slow.
 MAX_SCENE_DESIGNS = 10_000

@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
+from explore.comparison.methods.contract import Outcome, Task
+from explore.comparison.methods.geometry import geometric_outcome
 from explore.comparison.reference import exact_motion, multiple_precision
-from explore.methods.contract import Outcome, Task
-from explore.methods.geometry import geometric_outcome
 from explore.model.quantities import FloatArray
 
 #: Coefficients of z^k in twice the smoothstep, by its order.

@@ -9,11 +9,11 @@ from typing import Any
 
 import numpy as np
 
+from explore.comparison.methods.contract import Capability, Method, Task, method_label
+from explore.comparison.methods.registry import methods_for
 from explore.comparison.slider_reference import exact_motion_of
 from explore.comparison.stability_cases import StabilityCase
 from explore.comparison.verdicts import Verdict, judge, signal_errors
-from explore.methods.contract import Capability, Method, Task, method_label
-from explore.methods.registry import methods_for
 from explore.model.quantities import FloatArray
 
 #: Crank angles per turn of a task, which are the steps of the methods that go from one to the next.

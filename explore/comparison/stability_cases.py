@@ -7,14 +7,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from explore.errors import RequestError
-from explore.methods.contract import Level, Task
-from explore.methods.four_bar_loop import FOUR_BAR
-from explore.methods.slider_crank_loop import SLIDER_CRANK
-from explore.methods.variable_crank_loop import VARIABLE_CRANK, regular_position
-from explore.methods.vector_loop import VectorLoop
+from explore.base.errors import RequestError
+from explore.base.suggest import suggestion
+from explore.comparison.methods.contract import Level, Task
+from explore.comparison.methods.four_bar_loop import FOUR_BAR
+from explore.comparison.methods.slider_crank_loop import SLIDER_CRANK
+from explore.comparison.methods.variable_crank_loop import VARIABLE_CRANK, regular_position
+from explore.comparison.methods.vector_loop import VectorLoop
 from explore.model.quantities import FloatArray
-from explore.suggest import suggestion
 
 #: Exponents of the powers of two that are added to a link (mm), 64 mm to 9e-13 mm in steps of nearly a decade, and
 #: subtracted from it, so that the crank is blocked.

@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from explore.comparison.methods.contract import Outcome
+from explore.comparison.methods.geometry import geometric_outcome
+from explore.evaluation.quadrature.panels import ANCHOR, CENTRE, COUNT, HALF, PANEL_CAPACITY, SCALE, TARGET, count_nodes
+from explore.evaluation.quadrature.rules import gauss_legendre_rules
 from explore.evaluation.windows import map_window, window_ends
 from explore.mechanisms.crank_rocker.declaration import CRANK_ROCKER
-from explore.methods.contract import Outcome
-from explore.methods.geometry import geometric_outcome
 from explore.model.quantities import FloatArray
 from explore.model.status import Status
-from explore.quadrature.panels import ANCHOR, CENTRE, COUNT, HALF, PANEL_CAPACITY, SCALE, TARGET, count_nodes
-from explore.quadrature.rules import gauss_legendre_rules
 
 _LOG_TOLERANCE = float(np.log(1e-13))
 

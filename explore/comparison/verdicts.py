@@ -8,9 +8,9 @@ from enum import IntEnum
 import numpy as np
 import numpy.typing as npt
 
-from explore.methods.contract import Motion, Outcome, Task
-from explore.methods.geometry import geometric_outcome
-from explore.methods.vector_loop import UnknownLength
+from explore.comparison.methods.contract import Motion, Outcome, Task
+from explore.comparison.methods.geometry import geometric_outcome
+from explore.comparison.methods.vector_loop import UnknownLength
 from explore.model.quantities import FloatArray
 
 #: A motion is on the other branch where it is closer to that branch than to its own by this factor.

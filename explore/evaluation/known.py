@@ -15,11 +15,11 @@ import numpy.typing as npt
 
 from explore.evaluation.integrals import from_moments, integrate_window
 from explore.evaluation.positions import Position, WindowPositions
+from explore.evaluation.quadrature.bounds import ROUNDING
 from explore.evaluation.sampled import statistics_tolerance, unit_factor
 from explore.model.mechanism import Mechanism
 from explore.model.quantities import EXTREME_STATISTICS, MOMENT_STATISTICS, FloatArray, SampledMetric, Signal
 from explore.model.request import Request
-from explore.quadrature.bounds import ROUNDING
 
 
 @dataclass

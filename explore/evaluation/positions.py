@@ -8,12 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from explore.base.lanes.designs import fill_row
+from explore.evaluation.quadrature.windows import INTERVAL, LARGEST_TANGENT, TURN, orient_arcs
 from explore.evaluation.windows import interval_place, specify_window
-from explore.lanes.designs import fill_row
 from explore.model.declaration import ANCHORS
 from explore.model.mechanism import Mechanism
 from explore.model.quantities import FloatArray, Signal, Window
-from explore.quadrature.windows import INTERVAL, LARGEST_TANGENT, TURN, orient_arcs
 
 #: Angles (rad) beyond the end of a window that count as inside: at an extreme the signal is stationary.
 _SAME = 1e-12

@@ -8,13 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from explore.evaluation.windows import interval_place, specify_window
-from explore.model.mechanism import Mechanism
-from explore.model.quadrature import MOST_SINGULARITIES, Adaptive, Quadrature
-from explore.model.quantities import MOMENT_STATISTICS, FloatArray, SampledMetric, Signal, Window
-from explore.model.request import Request
-from explore.model.status import Status
-from explore.quadrature.bounds import (
+from explore.evaluation.quadrature.bounds import (
     FLAG_CV,
     FLAG_EXTREMES,
     FLAG_MOMENTS,
@@ -23,9 +17,9 @@ from explore.quadrature.bounds import (
     FLAG_STD,
     FLAG_TERMS,
 )
-from explore.quadrature.loop import sample
-from explore.quadrature.rules import gauss_legendre_rules
-from explore.quadrature.slots import (
+from explore.evaluation.quadrature.loop import sample
+from explore.evaluation.quadrature.rules import gauss_legendre_rules
+from explore.evaluation.quadrature.slots import (
     BOUND,
     MAXIMUM,
     MEAN,
@@ -35,8 +29,14 @@ from explore.quadrature.slots import (
     ROOT_POWER_MEAN,
     VARIANCE,
 )
-from explore.quadrature.tails import LARGEST_EXCESS
-from explore.quadrature.work_space import Sizes, Tables, make_work_space
+from explore.evaluation.quadrature.tails import LARGEST_EXCESS
+from explore.evaluation.quadrature.work_space import Sizes, Tables, make_work_space
+from explore.evaluation.windows import interval_place, specify_window
+from explore.model.mechanism import Mechanism
+from explore.model.quadrature import MOST_SINGULARITIES, Adaptive, Quadrature
+from explore.model.quantities import MOMENT_STATISTICS, FloatArray, SampledMetric, Signal, Window
+from explore.model.request import Request
+from explore.model.status import Status
 
 _FLAGS = {
     "cv": FLAG_CV,
@@ -105,7 +105,7 @@ class SampledStatistics:
 
 @dataclass(frozen=True)
 class _LoopTables:
-    """Arrays that request statistics per window and row; `explore.quadrature.loop.sample` describes them."""
+    """Arrays that request statistics per window and row; `explore.evaluation.quadrature.loop.sample` describes them."""
 
     windows: tuple[Window, ...]
     needs: Indices
@@ -217,7 +217,7 @@ def statistics_tolerance(request: Request) -> float:
 def _loop_arguments(
     request: Request, tables: _LoopTables, tolerance: float, quadrature: Quadrature, corners: Collection[str]
 ) -> tuple[Sizes, Tables]:
-    """Arguments of the compiled loop; `explore.quadrature.work_space` describes them.
+    """Arguments of the compiled loop; `explore.evaluation.quadrature.work_space` describes them.
 
     `corners` are the names of signals whose zeros are corners of others.
     """

@@ -8,11 +8,8 @@ from fractions import Fraction
 import numpy as np
 import numpy.typing as npt
 
-from explore.model.mechanism import Mechanism
-from explore.model.quadrature import MOST_SINGULARITIES
-from explore.model.quantities import FloatArray, Window
-from explore.quadrature.integrals import HALF_TURN
-from explore.quadrature.panels import (
+from explore.evaluation.quadrature.integrals import HALF_TURN
+from explore.evaluation.quadrature.panels import (
     ANCHOR,
     FIRST,
     LAST,
@@ -21,11 +18,14 @@ from explore.quadrature.panels import (
     SINGULAR,
     map_panels,
 )
-from explore.quadrature.windows import ARC, INTERVAL, LONGER, SHORTER, TURN, add_interval, add_window
+from explore.evaluation.quadrature.windows import ARC, INTERVAL, LONGER, SHORTER, TURN, add_interval, add_window
+from explore.model.mechanism import Mechanism
+from explore.model.quadrature import MOST_SINGULARITIES
+from explore.model.quantities import FloatArray, Window
 
 
 def specify_window(mechanism: Mechanism, window: Window, drive: str) -> tuple[int, ...]:
-    """Columns KIND … of `explore.quadrature.loop`.
+    """Columns KIND … of `explore.evaluation.quadrature.loop`.
 
     Parameters
     ----------
@@ -83,7 +83,7 @@ def interval_half_tangents(mechanism: Mechanism, window: Window) -> tuple[float,
 
 
 def map_window(mechanism: Mechanism, constants: FloatArray, window: Window, drive: str) -> list[FloatArray]:
-    """Panels of a window of some designs; see `explore.quadrature.panels` for the rows.
+    """Panels of a window of some designs; see `explore.evaluation.quadrature.panels` for the rows.
 
     Parameters
     ----------

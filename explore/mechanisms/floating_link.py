@@ -10,7 +10,8 @@ Where the path stops, P' is 0 and the curvature infinite. The sizes of the terms
 
 import math
 
-from explore.compiling import LANES
+from explore.base.compiling import LANES
+from explore.base.subroutines import subroutine
 from explore.model.points import (
     ACCELERATION_SQUARE,
     ACCELERATION_TERMS,
@@ -27,7 +28,6 @@ from explore.model.points import (
     X,
     Y,
 )
-from explore.subroutines import subroutine
 
 
 @subroutine(inlined=True)

@@ -27,10 +27,10 @@ non-negative terms, and the velocities and accelerations are rational in u, P, Q
 
 import math
 
-from explore.compiling import LANES
-from explore.lanes.arctangent import arctangent
-from explore.lanes.elementary import exact_sum, spacing
-from explore.subroutines import subroutine
+from explore.base.compiling import LANES
+from explore.base.lanes.arctangent import arctangent
+from explore.base.lanes.elementary import exact_sum, spacing
+from explore.base.subroutines import subroutine
 
 # Rows of the constants. Each factor has its least value at one anchor and its largest at the other.
 P_LEAST, P_LARGEST, Q_LEAST, Q_LARGEST, D_LEAST, D_LARGEST = range(6)

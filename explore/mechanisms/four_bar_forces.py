@@ -17,7 +17,8 @@ each link gives the others. On branch -1 the area is negative.
 import math
 from enum import IntEnum, auto
 
-from explore.compiling import LANES
+from explore.base.compiling import LANES
+from explore.base.subroutines import subroutine
 from explore.mechanisms import four_bar
 from explore.mechanisms.four_bar import (
     BRANCH,
@@ -34,7 +35,6 @@ from explore.mechanisms.four_bar import (
     factors,
 )
 from explore.mechanisms.rocking import ROCKING_SIZE
-from explore.subroutines import subroutine
 
 
 class Load(IntEnum):

@@ -27,8 +27,9 @@ kites, and K1 and K2 of tiny cranks; the sum of the magnitudes of all terms tell
 import math
 from typing import NamedTuple
 
-from explore.compiling import INTEGRALS, INTEGRALS_SIGNATURE, LANES, compiled
-from explore.lanes.arctangent import arctangent
+from explore.base.compiling import INTEGRALS, INTEGRALS_SIGNATURE, LANES, compiled
+from explore.base.lanes.arctangent import arctangent
+from explore.base.subroutines import subroutine
 from explore.mechanisms.four_bar import (
     BRANCH,
     COUPLER_VELOCITY,
@@ -42,7 +43,6 @@ from explore.mechanisms.four_bar import (
     ROCKER_VELOCITY,
     SQUARES,
 )
-from explore.subroutines import subroutine
 
 #: The rows of the signals, in the order of the integrals.
 ROWS = (COUPLER_VELOCITY, ROCKER_VELOCITY)

@@ -2,7 +2,8 @@
 
 import math
 
-from explore.compiling import LANES
+from explore.base.compiling import LANES
+from explore.base.subroutines import subroutine
 from explore.mechanisms import four_bar
 from explore.mechanisms.floating_link import fill_point_on_crank
 from explore.mechanisms.four_bar import (
@@ -16,7 +17,6 @@ from explore.mechanisms.four_bar import (
     factors,
 )
 from explore.model.points import MOST_POINTS, POINT_ROWS, RATES
-from explore.subroutines import subroutine
 
 
 @subroutine(fast=True, apart=True)

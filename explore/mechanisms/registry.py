@@ -8,7 +8,7 @@ import threading
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 
-from explore.errors import RequestError
+from explore.base.errors import RequestError
 from explore.mechanisms.entry_points import registered_entries, source_of
 from explore.model.mechanism import Mechanism
 from explore.model.targets import Target

@@ -8,13 +8,13 @@ arccos is used. Formulas are for branch +1; branch -1 is the mirror image, its m
 
 import math
 
-from explore.compiling import LANES
-from explore.lanes.arctangent import arctangent
-from explore.lanes.elementary import exact_sum
+from explore.base.compiling import LANES
+from explore.base.lanes.arctangent import arctangent
+from explore.base.lanes.elementary import exact_sum
+from explore.base.subroutines import subroutine
 from explore.mechanisms import four_bar
 from explore.mechanisms.four_bar import FOUR_BAR_SIZE
 from explore.model.status import OwnStatus, Status
-from explore.subroutines import subroutine
 
 # Rows of the constants after those of the four-bar: the limit positions as half-tangents from crank angle 0, the
 # distances of the singularities, and the amplification of rounding errors.

@@ -54,7 +54,7 @@ class Mechanism(Declaration):
         for name in ("close", "fill"):
             if not hasattr(getattr(self, name), "py_func"):
                 raise ValueError(
-                    f"mechanism '{self.name}': {name} is not compiled; decorate it with explore.compiling.compiled"
+                    f"mechanism '{self.name}': {name} is not compiled; decorate it with explore.base.compiling.compiled"
                 )
         check_declaration(self)
         if (self.integrals is None) != (not self.integrated_rows):
@@ -69,7 +69,7 @@ class Mechanism(Declaration):
     def with_points(self, points: tuple[str, ...]) -> Mechanism:
         """The mechanism with points of its floating link: their parameters, signals, panels, paths, and overall size.
 
-        The names are unique and are none of the mechanism's; `explore.request.points` checks them.
+        The names are unique and are none of the mechanism's; `explore.studies.request.points` checks them.
         """
         link = self.floating_link
         if not points or link is None:
@@ -89,7 +89,7 @@ class Mechanism(Declaration):
     def with_target(self, target: Target | None) -> Mechanism:
         """The mechanism with a target: what places it on the target as parameters, metrics of the error, new defaults.
 
-        It has the point of the target; `explore.request.targets` checks that. The statistics are over the full turn
+        It has the point of the target; `studies.request.targets` checks that. The statistics are over the full turn
         unless a study names a window, because a target can be met anywhere in it.
         """
         if target is None:
@@ -114,7 +114,7 @@ class Mechanism(Declaration):
         parameters : (p, n) array
             Those of `kernel_parameters`, in declared units.
         """
-        from explore.lanes.designs import close_all  # imports Numba, needed only here
+        from explore.base.lanes.designs import close_all  # imports Numba, needed only here
 
         result = ClosedFormResult.allocate(len(self.metrics), parameters.shape[1])
         inputs = np.ascontiguousarray(parameters, dtype=np.float64)
@@ -126,7 +126,7 @@ class Mechanism(Declaration):
 
     def constants(self, parameters: FloatArray) -> FloatArray:
         """The constants of designs, shape (k, n); see `evaluate_closed_form`."""
-        from explore.lanes.designs import constants_of
+        from explore.base.lanes.designs import constants_of
 
         constants = np.empty((self.n_constants, parameters.shape[1]))
         inputs = np.ascontiguousarray(parameters, dtype=np.float64)

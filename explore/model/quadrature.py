@@ -10,7 +10,7 @@ MOST_BREAKS = 6
 
 @dataclass(frozen=True)
 class Adaptive:
-    """Halve panels until the samples resolve every signal: for any signals, see `explore.quadrature.adaptive`.
+    """Halve panels until the samples resolve every signal: for any signals, see `quadrature.adaptive`.
 
     Attributes
     ----------
@@ -31,7 +31,7 @@ class Graded:
     ----------
     singularities
         Row and anchor, 0 or 1 for its opposite, of each constant that holds the half-tangent of the distance of a
-        complex singularity; see `explore.quadrature.panels`.
+        complex singularity; see `explore.evaluation.quadrature.panels`.
     """
 
     singularities: tuple[tuple[int, int], ...]

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from explore.errors import RequestError
+from explore.base.errors import RequestError
 from explore.model.quantities import FloatArray
 from explore.synthesis.linkages import FourBar
 

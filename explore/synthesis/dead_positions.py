@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from explore.errors import RequestError
+from explore.base.errors import RequestError
 from explore.model.quantities import FloatArray
 
 #: Numbers of the scan over each family.

@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from explore.errors import RequestError
+from explore.base.errors import RequestError
 from explore.model.quantities import FloatArray
 from explore.synthesis.dwell_fitting import DwellTask, Fits, fit
 from explore.synthesis.dwell_motions import ACROSS, ALONG, GROUND, slider_motions

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from explore.errors import RequestError
+from explore.base.errors import RequestError
 from explore.model.quantities import FloatArray
 from explore.synthesis.linkages import ComplexArray, FourBar
 

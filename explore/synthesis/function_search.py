@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from explore.errors import RequestError
+from explore.base.errors import RequestError
 from explore.model.quantities import FloatArray
 from explore.synthesis.functions import FourBarGenerator, fit_four_bar, output_angles, wrapped
 

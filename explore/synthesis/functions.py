@@ -20,7 +20,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from explore.errors import RequestError
+from explore.base.errors import RequestError
 from explore.model.quantities import FloatArray
 
 

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from explore.errors import RequestError
+from explore.base.errors import RequestError
 from explore.model.quantities import FloatArray
 from explore.synthesis.defects import OTHER_BRANCH, OTHER_CIRCUIT, PASSES, WRONG_ORDER
 from explore.synthesis.linkages import ComplexArray, FourBar

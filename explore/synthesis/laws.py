@@ -7,11 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from explore.errors import RequestError
+from explore.base.errors import RequestError
 from explore.evaluation.propagation import Bounded, propagate
 from explore.model.expressions import FUNCTIONS, Expression
 from explore.model.quantities import FloatArray
-from explore.request.formula_text import ANGULAR, parse_formula
+from explore.studies.request.formula_text import ANGULAR, parse_formula
 
 #: Values of x at which a function is tested before it is used.
 _N_TESTED = 401

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from explore.model.quantities import FloatArray, Parameter
-from explore.request.names import find_mechanism
+from explore.studies.request.names import find_mechanism
 from explore.synthesis.candidates import Candidates
 from explore.synthesis.tasks.contract import Task
 

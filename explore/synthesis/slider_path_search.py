@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from explore.errors import RequestError
+from explore.base.errors import RequestError
 from explore.model.quantities import FloatArray
 from explore.synthesis.linkages import ComplexArray
 from explore.synthesis.slider_cranks import SliderCrank

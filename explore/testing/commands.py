@@ -7,9 +7,9 @@ from pathlib import Path
 
 from typer.testing import CliRunner
 
+from explore.base.errors import RequestError
 from explore.cli.application import app
 from explore.cli.commands.plot import KINDS
-from explore.errors import RequestError
 
 
 def failing_commands(name: str, study: Path) -> Iterator[str]:

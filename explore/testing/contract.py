@@ -8,11 +8,11 @@ from tempfile import TemporaryDirectory
 
 import numpy.typing as npt
 
-from explore.config.study_file import load_study, starter
 from explore.mechanisms.registry import MECHANISMS
 from explore.model.columns import Arrays
 from explore.model.mechanism import Mechanism
-from explore.request.parameters import parameter_columns
+from explore.studies.config.study_file import load_study, starter
+from explore.studies.request.parameters import parameter_columns
 from explore.testing.commands import failing_commands
 from explore.testing.derivatives import wrong_derivatives
 from explore.testing.drawing import broken_links

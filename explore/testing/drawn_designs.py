@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from explore.config.study import Study
-from explore.designs.spaces import BLOCK_SIZE
 from explore.model.columns import Arrays
 from explore.model.quantities import FloatArray, Parameter
+from explore.studies.config.study import Study
+from explore.studies.designs.spaces import BLOCK_SIZE
 
 #: Values are drawn between the study's smallest over this and its largest times this.
 _WIDENING = 3.0

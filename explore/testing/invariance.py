@@ -8,11 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from explore.base.units.quantities import dimension
 from explore.model.columns import Arrays
 from explore.model.quantities import AnyMetric, DerivedMetric, FloatArray, Metric, SampledMetric
 from explore.model.status import Status
 from explore.testing.subject import COMPUTED, Subject, name_of
-from explore.units.quantities import dimension
 
 
 @dataclass(frozen=True)

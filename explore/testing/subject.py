@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
-from explore.errors import RequestError
+from explore.base.errors import RequestError
 from explore.evaluation.derived import unavailable_metrics
 from explore.evaluation.evaluate import evaluate_columns
 from explore.model.columns import Arrays
@@ -17,9 +17,9 @@ from explore.model.declaration import ANCHORS
 from explore.model.mechanism import Mechanism
 from explore.model.quantities import AnyMetric, FloatArray, SampledMetric, Signal, Window
 from explore.model.status import Status
-from explore.motions import mark_angles, motion_signals, window_limits
-from explore.request.names import find_metric, make_window
-from explore.request.requests import make_request
+from explore.running.motions import mark_angles, motion_signals, window_limits
+from explore.studies.request.names import find_metric, make_window
+from explore.studies.request.requests import make_request
 
 #: Explicit intervals that are tried where a mechanism has them, deg: short, across input angle 0, almost a turn.
 _INTERVALS = ((31.0, 47.0), (-40.0, 75.0), (10.0, 365.0))

@@ -63,8 +63,8 @@ def test_the_motion_agrees_with_simulate(page, design):
 @pytest.mark.parametrize("drive", ["slow", "fast", "overlapped_to_extended", "extended_to_overlapped"])
 @pytest.mark.parametrize("design", DESIGNS)
 def test_stroke_and_limit_positions_agree_with_the_library(page, design, drive):
-    from explore.motions import window_limits
-    from explore.request.names import find_mechanism
+    from explore.running.motions import window_limits
+    from explore.studies.request.names import find_mechanism
 
     columns = {name: np.array([value]) for name, value in design.items()}
     mechanism = find_mechanism("crank-rocker")

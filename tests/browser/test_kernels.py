@@ -8,8 +8,8 @@ import pytest
 import explore
 from browser.chromium import silent_page
 from browser.conftest import report_of
-from explore.config.study_file import load_study, starter
 from explore.mechanisms.registry import MECHANISMS
+from explore.studies.config.study_file import load_study, starter
 from explore.testing.drawn_designs import draw_designs
 
 COUNT = 48

@@ -13,7 +13,7 @@ import explore
 from browser.chromium import settle, shown_count, silent_page, wait_ready
 from browser.conftest import SOBOL, report_of, sweep_study
 from explore.model.columns import Column
-from explore.store.all_designs_writer import AllDesignsWriter
+from explore.results.store.all_designs_writer import AllDesignsWriter
 
 
 def visible_texts(page, field):

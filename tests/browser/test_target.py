@@ -8,7 +8,7 @@ import pytest
 import explore
 from browser.chromium import silent_page
 from browser.conftest import report_of, sweep_study
-from explore.charts.path import path_chart
+from explore.figures.charts.path import path_chart
 
 STUDY = """mechanism = "crank-rocker"
 [points]

@@ -11,8 +11,8 @@ from command_line import call
 import explore
 from browser.chromium import silent_page
 from browser.conftest import STUDY, sweep_study
-from explore.store.shown_results import show_results
-from explore.units.shown import read_shown_units
+from explore.base.units.shown import read_shown_units
+from explore.results.store.shown_results import show_results
 
 CHOICES = ["--units", "length=in", "--units", "speed=rpm", "--units", "angle=rad"]
 UNITS = read_shown_units({"length": "in", "speed": "rpm", "angle": "rad"})

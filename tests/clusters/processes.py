@@ -17,8 +17,8 @@ from typing import Any, Self
 
 from faults.checker import done_blocks
 
-from explore.store.block_bytes import damaged_blocks
-from explore.store.layout_reader import read_layout
+from explore.results.store.block_bytes import damaged_blocks
+from explore.results.store.layout_reader import read_layout
 
 ROOT = Path(__file__).parents[2]
 #: Closed form only: a block takes 15 ms and 62 bytes a design.

@@ -20,7 +20,7 @@ def evaluate_by_plan(plan, request, space, number, objectives):
     import time
     from pathlib import Path
 
-    from explore.sweeping.blocks import evaluate_block
+    from explore.running.blocks import evaluate_block
 
     with Path(plan["record"]).open("a") as stream:
         stream.write(f"{number} {os.getpid()} {time.monotonic()}\n")
@@ -42,7 +42,7 @@ def main():
     faulthandler.register(signal.SIGUSR1)
     plan = json.loads(sys.argv.pop(1))
     from explore.cli import main as command_line
-    from explore.sweeping import clusters, runs, watch
+    from explore.running import clusters, runs, watch
 
     if "silence" in plan:
         watch.SILENCE = clusters.CONNECT_TIMEOUT = plan["silence"]

@@ -8,7 +8,7 @@ import pytest
 
 import explore
 from clusters.processes import Cluster, digest
-from explore.sweeping.collectors import AllDesignsCollector, FrontCollector
+from explore.running.collectors import AllDesignsCollector, FrontCollector
 
 #: Every kind of column, three blocks and a part of one: moments, extremes, constraints, several speeds.
 STUDY = """\

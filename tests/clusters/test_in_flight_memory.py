@@ -10,7 +10,7 @@ import pytest
 _PROGRAM = """
 import resource, sys, time
 from distributed import Client
-from explore.sweeping.in_flight import BlocksInFlight
+from explore.running.in_flight import BlocksInFlight
 
 def resident():
     pages = int(open("/proc/self/statm").read().split()[1])

@@ -13,7 +13,7 @@ from distributed import Client, LocalCluster
 
 import explore
 from clusters.processes import Cluster, Sweep, committed_blocks, digest, is_running, study_file, wait_until
-from explore.sweeping.in_flight import SPARE_BLOCKS, BlocksInFlight
+from explore.running.in_flight import SPARE_BLOCKS, BlocksInFlight
 
 WORKERS = 2
 

@@ -15,8 +15,8 @@ from distributed import Client
 
 import explore
 from clusters.processes import Cluster, Sweep, digest, read_log, study_file, wait_until
-from explore.sweeping import clusters, watch
-from explore.sweeping.in_flight import SPARE_BLOCKS, BlocksInFlight
+from explore.running import clusters, watch
+from explore.running.in_flight import SPARE_BLOCKS, BlocksInFlight
 
 #: Seconds after which a process counts as silent here.
 SILENCE = 4.0

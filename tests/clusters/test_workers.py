@@ -11,7 +11,7 @@ from distributed import Client, LocalCluster
 
 import explore
 from clusters.processes import ROOT, Cluster, Sweep, committed_blocks, digest, study_file, wait_until
-from explore.sweeping.in_flight import SPARE_BLOCKS
+from explore.running.in_flight import SPARE_BLOCKS
 
 BLOCKS = 12
 
@@ -120,7 +120,7 @@ def test_a_sweep_waits_for_workers_and_uses_those_that_join(folder, config, clus
 
 def test_the_number_of_blocks_in_flight_follows_the_workers():
     """At most one block in flight for each thread and two more."""
-    from explore.sweeping.in_flight import BlocksInFlight
+    from explore.running.in_flight import BlocksInFlight
 
     blocks_in_flight, most, threads = set(), {1: 0, 3: 0}, 1
 

@@ -13,9 +13,9 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-from explore.designs.spaces import BLOCK_SIZE
-from explore.store.open_results import open_results
-from explore.store.sidecar_files import journal_name
+from explore.results.store.open_results import open_results
+from explore.results.store.sidecar_files import journal_name
+from explore.studies.designs.spaces import BLOCK_SIZE
 from faults.content import BLOCK, COLUMNS, N_BLOCKS, kept_values, rows, values
 
 _EXPECTED = [[values(n)[column.name].tobytes() for column in COLUMNS] for n in range(N_BLOCKS)]

@@ -10,8 +10,8 @@ import numpy as np
 
 from explore.model.columns import Column
 from explore.model.status import Status
-from explore.store.all_designs_writer import AllDesignsWriter
-from explore.store.front_writer import FrontWriter
+from explore.results.store.all_designs_writer import AllDesignsWriter
+from explore.results.store.front_writer import FrontWriter
 
 #: 40 blocks of 512 rows, the last one shorter, in 6 columns. A block of the narrowest column fills a sector of the
 #: disk, so blocks share no sector, as blocks of 65,536 rows share no page.

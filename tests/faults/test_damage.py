@@ -11,7 +11,7 @@ import h5py
 import numpy as np
 import pytest
 
-from explore.store.open_results import open_results
+from explore.results.store.open_results import open_results
 from faults.checker import check, sha256
 from faults.content import ATTRIBUTES, BLOCK, COLUMNS, N_BLOCKS, fill, rows
 from faults.sweeps import study

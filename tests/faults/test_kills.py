@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from explore.store.packing import pack
+from explore.results.store.packing import pack
 from faults.checker import check, done_blocks, sha256
 from faults.content import N_BLOCKS, fill
 from faults.replay import COUNTED, Disk, boundaries, put_down, read_trace

@@ -22,8 +22,8 @@ import pandas as pd  # noqa: F401 -- likewise
 
 import explore.cli
 import explore.cli.commands.sweep
-import explore.quadrature.loop
-import explore.sweeping
+import explore.evaluation.quadrature.loop
+import explore.running
 from faults import content
 
 _LIBRARY = ctypes.CDLL(None)

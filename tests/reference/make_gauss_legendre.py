@@ -1,4 +1,4 @@
-"""Compute explore/data/gauss_legendre.npy: the Gauss-Legendre rules of all explore.quadrature.rules.NODE_COUNTS.
+"""Compute explore/data/gauss_legendre.npy: the Gauss-Legendre rules of all quadrature.rules.NODE_COUNTS.
 
 Newton's method on the three-term recurrence with 40 digits, each number rounded once to double; about a minute.
 Run by hand after a change of NODE_COUNTS: ``python tests/reference/make_gauss_legendre.py``.
@@ -10,7 +10,7 @@ import mpmath
 import numpy as np
 
 import explore
-from explore.quadrature.rules import NODE_COUNTS
+from explore.evaluation.quadrature.rules import NODE_COUNTS
 
 DIGITS = 40
 

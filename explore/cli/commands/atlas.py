@@ -9,9 +9,9 @@ from typing import Annotated
 
 import typer
 
+from explore.base.errors import ResultsError
 from explore.cli.output import announce_compiling, count_of, say
 from explore.cli.workers import EventPrinter, QuietOption, WorkerOptions, WorkersOption
-from explore.errors import ResultsError
 
 #: The line of the study with the number of curves.
 _COUNT = "count = 65536"
@@ -29,9 +29,9 @@ def atlas(
     quiet: QuietOption = False,
 ) -> None:
     """Compute coupler curves of crank-rockers of all proportions, as results that all other commands read."""
-    from explore.config.study_file import parse_study
     from explore.evaluation.evaluate import compile_kernels
-    from explore.sweeping.runs import run_study
+    from explore.running.runs import run_study
+    from explore.studies.config.study_file import parse_study
 
     text = files("explore").joinpath("data/atlas.toml").read_text(encoding="utf-8")
     study = parse_study(text.replace(_COUNT, f"count = {count}"), "atlas.toml", Path())

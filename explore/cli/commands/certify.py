@@ -19,7 +19,7 @@ from explore.cli.units import UnitsOption, units_of
 if TYPE_CHECKING:
     import pandas as pd
 
-    from explore.store.results import Results
+    from explore.results.store.results import Results
 
 #: The verdicts in the order in which the table lists them, with their colours.
 _VERDICTS = {"refuted": "red", "open": "yellow", "proved": "green"}
@@ -45,7 +45,7 @@ def certify(
     refuse_overwriting(path, output, "the results file")
     check_table(output)
     import explore
-    from explore.store.shown_results import show_results
+    from explore.results.store.shown_results import show_results
 
     source = explore.open_results(path)
     shown = units_of(source, units)

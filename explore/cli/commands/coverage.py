@@ -8,19 +8,19 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from explore.base.errors import RequestError
 from explore.cli.options import JsonOption
 from explore.cli.output import announce_compiling, number, print_json, say
 from explore.cli.paths import FIGURE_ENDINGS, check_output, refuse_overwriting
 from explore.cli.table_files import with_units
 from explore.cli.tables import print_table
 from explore.cli.units import UnitsOption, choose_units
-from explore.errors import RequestError
 
 if TYPE_CHECKING:
-    from explore.config.study import Study
-    from explore.covering import Coverage
+    from explore.analysis.covering import Coverage
+    from explore.base.units.shown import Scale
     from explore.model.request import Constraint
-    from explore.units.shown import Scale
+    from explore.studies.config.study import Study
 
 #: Largest number of values of a length; a longer table is not readable.
 _MOST_LENGTHS = 1000
@@ -40,14 +40,14 @@ def coverage(
     as_json: JsonOption = False,
 ) -> None:
     """Show which swings exchangeable cranks reach over the travel of the coupler, their overlaps and gaps."""
-    from explore.config import toml_text
+    from explore.studies.config import toml_text
 
     check_output(output, FIGURE_ENDINGS)
     toml_text.read_text(str(config))  # reports a missing file before the kernels are compiled
     refuse_overwriting(config, output, "the study")
-    from explore.config.study_file import load_study
-    from explore.covering import coverage as cover
-    from explore.covering import show_coverage
+    from explore.analysis.covering import coverage as cover
+    from explore.analysis.covering import show_coverage
+    from explore.studies.config.study_file import load_study
 
     choose_units(units)  # reports a wrong unit before the kernels are compiled
     announce_compiling()
@@ -62,8 +62,8 @@ def coverage(
     else:
         _print(swings)
     if output is not None:
-        from explore.charts.coverage import coverage_chart
-        from explore.charts.style import save_figure
+        from explore.figures.charts.coverage import coverage_chart
+        from explore.figures.charts.style import save_figure
 
         save_figure(coverage_chart(swings), output)
         say(str(output), data=not as_json)
@@ -73,7 +73,7 @@ def _lengths(study: Study, config: Path) -> tuple[tuple[float, float], list[floa
     """Travel of the coupler, cranks, rocker and ground, mm."""
     import numpy as np
 
-    from explore.designs.spaces import ContinuousAxis, ListedAxis, SolvedLength, SpacedAxis
+    from explore.studies.designs.spaces import ContinuousAxis, ListedAxis, SolvedLength, SpacedAxis
 
     mechanism = study.request.mechanism
     if set(mechanism.loop_lengths) != {"crank", "coupler", "rocker", "ground"}:
@@ -130,7 +130,7 @@ def _transmission_angle_bounds(constraints: tuple[Constraint, ...]) -> tuple[flo
 
 def _as_json(coverage: Coverage, scales: dict[str, Scale]) -> dict[str, Any]:
     """The table, and the range and the gaps of all swings, named with their unit if that is not the declared one."""
-    from explore.units.shown import headings
+    from explore.base.units.shown import headings
 
     angles = headings(dict.fromkeys(("total", "gaps"), scales["swing_min"]), ("total", "gaps"))
     return {

@@ -7,11 +7,11 @@ from typing import Annotated
 
 import typer
 
+from explore.base.errors import RequestError
 from explore.cli.completion import complete_mechanisms
 from explore.cli.output import announce_compiling, say
 from explore.cli.paths import check_output, newest_results
 from explore.cli.settings import list_settings, parse_points, parse_settings
-from explore.errors import RequestError
 
 #: Formats of solids, which a planar mechanism is not.
 _SOLIDS = (".step", ".stp", ".iges", ".igs", ".stl")
@@ -59,11 +59,11 @@ def export(
         raise RequestError("--mechanism takes its parameters from --set; leave out RESULTS and --design")
     if mechanism is None and (settings or points):
         raise RequestError("--set and --point are those of a --mechanism; a design of results has its own")
-    from explore.exporting.formats import export as write_design
+    from explore.figures.exporting.formats import export as write_design
 
     if mechanism is None:
-        from explore.api.chosen import chosen_designs
-        from explore.store.open_results import open_results
+        from explore.results.store.open_results import open_results
+        from explore.running.chosen import chosen_designs
 
         opened = open_results(results or newest_results())
         number = int(chosen_designs(opened, design).index[0])

@@ -6,9 +6,9 @@ from typing import Annotated
 
 import typer
 
+from explore.base.errors import RequestError
 from explore.cli.completion import complete_mechanisms, complete_tasks
 from explore.cli.output import say
-from explore.errors import RequestError
 
 
 def init(
@@ -43,8 +43,8 @@ def init(
 
 
 def _study(mechanism: str) -> str:
-    from explore.config.study_file import starter
-    from explore.request.names import find_mechanism
+    from explore.studies.config.study_file import starter
+    from explore.studies.request.names import find_mechanism
 
     return starter(find_mechanism(mechanism))
 

@@ -6,10 +6,10 @@ from typing import Annotated, Any
 
 import typer
 
+from explore.base.errors import RequestError
 from explore.cli.options import JsonOption, ServerOption, TokenFileOption
 from explore.cli.output import print_json, say
 from explore.cli.tables import print_table
-from explore.errors import RequestError
 
 
 def jobs(
@@ -26,7 +26,7 @@ def jobs(
     as_json: JsonOption = False,
 ) -> None:
     """List the jobs of a service, or cancel, retry, prioritise or delete one."""
-    from explore.serving.client import Service
+    from explore.service.client import Service
 
     if cancel + retry + delete + (priority is not None) > 1:
         raise RequestError("--cancel, --retry, --delete and --priority change a job in one way at a time; name one")

@@ -31,7 +31,7 @@ def mechanisms(
 ) -> None:
     """List the mechanisms, or the parameters, signals, metrics and windows of one."""
     from explore.mechanisms.registry import MECHANISMS
-    from explore.request.names import find_mechanism
+    from explore.studies.request.names import find_mechanism
 
     if name is not None:
         _print_mechanism(find_mechanism(name), as_json=as_json)

@@ -19,7 +19,7 @@ def pack(
 ) -> None:
     """Write a compressed copy of finished results, which every command reads like the original."""
     from explore import open_results
-    from explore.store.packing import pack as pack_file
+    from explore.results.store.packing import pack as pack_file
 
     source = results or newest_results()
     open_results(source)  # says why if they cannot be read

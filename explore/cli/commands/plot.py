@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from explore.base.errors import RequestError
+from explore.base.suggest import suggestion
 from explore.cli.completion import complete_columns
 from explore.cli.output import announce_compiling, say
 from explore.cli.paths import FIGURE_ENDINGS, check_output, newest_results, refuse_overwriting
 from explore.cli.progress import block_bar
 from explore.cli.units import UnitsOption, open_all_shown
-from explore.errors import RequestError
-from explore.suggest import suggestion
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -80,8 +80,8 @@ def plot(
     options = {name: choice for name, choice in choices.items() if choice is not None}
     _check_options(kind, options)
     check_output(output, FIGURE_ENDINGS)
-    from explore.charts.labels import results_name
-    from explore.charts.style import save_figure
+    from explore.figures.charts.style import save_figure
+    from explore.results.labels import results_name
 
     paths = results or [newest_results()]
     _check_several(kind, paths, options)
@@ -127,5 +127,5 @@ def _check_several(kind: str, paths: Sequence[Path], options: Mapping[str, str |
 def _load_chart(kind: str) -> Callable[..., Figure]:
     if kind in _SIMULATED_KINDS:
         announce_compiling()
-    chart: Callable[..., Figure] = getattr(import_module("explore.charts"), f"{kind}_chart")
+    chart: Callable[..., Figure] = getattr(import_module("explore.figures.charts"), f"{kind}_chart")
     return chart

@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from explore.base.errors import RequestError
 from explore.cli.options import JsonOption
 from explore.cli.output import announce_compiling, print_json, say, say_missing_peers
 from explore.cli.paths import atomic_files
 from explore.cli.progress import progress_bar
 from explore.cli.tables import print_table
-from explore.errors import RequestError
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -48,9 +48,9 @@ def _compare_precision(names: Sequence[str], folder: Path, *, as_json: bool) -> 
     from explore.comparison.averaging_rules import AVERAGING_RULES
     from explore.comparison.levels import measure_level_costs
     from explore.comparison.method_precision import compare_methods
+    from explore.comparison.methods.registry import METHODS, methods_for
     from explore.comparison.rule_precision import compare_rules
     from explore.comparison.timing import describe_machine
-    from explore.methods.registry import METHODS, methods_for
 
     announce_compiling()
     scenes = _load_scenes(names)
@@ -76,8 +76,8 @@ def _compare_precision(names: Sequence[str], folder: Path, *, as_json: bool) -> 
 
 def _load_scenes(names: Sequence[str]) -> list[Scene]:
     """Load scenes, bundled ones by name and others by path; all bundled ones by default."""
+    from explore.base.suggest import suggestion
     from explore.comparison.scenes import bundled_scenes, load_scene
-    from explore.suggest import suggestion
 
     bundled = bundled_scenes()
     scenes = []
@@ -101,9 +101,9 @@ def _load_scenes(names: Sequence[str]) -> list[Scene]:
 def _write(folder: Path, scenes: Sequence[Scene], tables: dict[str, Rows], machine: dict[str, str]) -> None:
     import pandas as pd
 
-    from explore.charts.averages import averages_chart
-    from explore.charts.precision import overview_chart, scene_chart
-    from explore.charts.style import save_figure
+    from explore.figures.charts.averages import averages_chart
+    from explore.figures.charts.precision import overview_chart, scene_chart
+    from explore.figures.charts.style import save_figure
 
     frames = {name: pd.DataFrame(rows) for name, rows in tables.items()}
     for name, frame in frames.items():

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from explore.base.errors import RequestError
 from explore.cli.completion import complete_objectives
 from explore.cli.explanations import explain_ranking
 from explore.cli.nearness import print_nearest
@@ -19,13 +20,12 @@ from explore.cli.progress import block_bar
 from explore.cli.table_files import check_table, with_labels, with_units, write_table
 from explore.cli.tables import print_table
 from explore.cli.units import UnitsOption, units_of
-from explore.errors import RequestError
 
 if TYPE_CHECKING:
     import pandas as pd
 
-    from explore.ranking.rankings import Ranking, RankRequest
-    from explore.store.results import Results
+    from explore.results.ranking.rankings import Ranking, RankRequest
+    from explore.results.store.results import Results
 
 #: Columns that --quality adds.
 QUALITY = ("knee", "crowding", "hypervolume_share")
@@ -95,7 +95,7 @@ def rank(
     for path in paths:
         refuse_overwriting(path, output, "the results file")
     check_table(output)
-    from explore.store.open_results import open_several
+    from explore.results.store.open_results import open_several
 
     sources = _show_in_units(open_several(paths), units)
     for source in sources.values():
@@ -128,7 +128,7 @@ def rank(
 
 def _show_in_units(sources: dict[str, Results], texts: list[str] | None) -> dict[str, Results]:
     """The results in the units of --units and of the study of the first."""
-    from explore.store.shown_results import show_results
+    from explore.results.store.shown_results import show_results
 
     units = units_of(next(iter(sources.values())), texts)
     return {name: show_results(source, units) for name, source in sources.items()}
@@ -138,8 +138,8 @@ def _rank_nearest(
     results: Results, count: int, where: str | None, limits: list[str], output: Path | None, *, as_json: bool
 ) -> None:
     """Print the designs nearest to feasible, and what each constraint excludes."""
-    from explore.ranking.limits import parse_limits
-    from explore.ranking.nearest import find_nearest
+    from explore.results.ranking.limits import parse_limits
+    from explore.results.ranking.nearest import find_nearest
 
     with block_bar("measuring") as report_progress:
         nearness = find_nearest(
@@ -159,8 +159,8 @@ def _make_request(
     metrics: list[str], *, fronts: int, where: str | None, limits: list[str], quality: bool
 ) -> RankRequest:
     """One metric orders the Pareto set, several replace the study's objectives."""
-    from explore.ranking.limits import parse_limits
-    from explore.ranking.rankings import RankRequest
+    from explore.results.ranking.limits import parse_limits
+    from explore.results.ranking.rankings import RankRequest
 
     several = len(metrics) > 1
     return RankRequest(
@@ -175,8 +175,8 @@ def _make_request(
 
 def _rank_sources(sources: dict[str, Results], request: RankRequest) -> tuple[Ranking, Mapping[str, Ranking]]:
     """The ranking of all results together, and that of each."""
-    from explore.ranking.joint import rank_sources
-    from explore.ranking.rankings import rank_source
+    from explore.results.ranking.joint import rank_sources
+    from explore.results.ranking.rankings import rank_source
 
     if len(sources) == 1:
         ((name, results),) = sources.items()

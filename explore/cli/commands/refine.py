@@ -23,8 +23,8 @@ from explore.cli.workers import (
 )
 
 if TYPE_CHECKING:
-    from explore.sweeping.refinement_plan import RefinementPlan
-    from explore.sweeping.runs import Summary
+    from explore.analysis.refining.plan import RefinementPlan
+    from explore.running.runs import Summary
 
 
 def refine(
@@ -85,10 +85,10 @@ class RefineOptions:
 
 def _refine(options: RefineOptions) -> int:
     """Refine the front of results and return the exit code."""
+    from explore.analysis.refining.plan import EVALUATIONS, plan_refinement
+    from explore.analysis.refining.runs import run_refinement
     from explore.evaluation.evaluate import compile_kernels
-    from explore.store.open_results import open_results
-    from explore.sweeping.refinement_plan import EVALUATIONS, plan_refinement
-    from explore.sweeping.refinements import run_refinement
+    from explore.results.store.open_results import open_results
 
     source = open_results(options.results)
     check_output(options.path, (".h5",))
@@ -125,9 +125,9 @@ def _report(summary: Summary, plan: RefinementPlan) -> None:
         )
     else:
         say(f"{summary.path} is complete already: {summary.n_designs:,} designs")
-    from explore.ranking.rankings import rank_source
-    from explore.store.open_results import open_results
-    from explore.sweeping.refinement_plan import growth
+    from explore.analysis.refining.plan import growth
+    from explore.results.ranking.rankings import rank_source
+    from explore.results.store.open_results import open_results
 
     ranking = rank_source(open_results(summary.path))
     n_start = len(plan.start["design"])

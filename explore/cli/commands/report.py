@@ -9,16 +9,16 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from explore.base.errors import RequestError
 from explore.cli.output import announce_compiling, say
 from explore.cli.paths import check_output, newest_results, refuse_overwriting
 from explore.cli.progress import progress_bar
 from explore.cli.units import UnitsOption, open_all_shown
-from explore.errors import RequestError
 
 if TYPE_CHECKING:
+    from explore.figures.reporting.contents import Contents, ReportStep
     from explore.model.mechanism import Mechanism
-    from explore.reporting.contents import Contents, ReportStep
-    from explore.store.results import Results
+    from explore.results.store.results import Results
 
 _ENDINGS = (".html", ".htm")
 
@@ -38,10 +38,10 @@ def report(
 ) -> None:
     """Write the results as one interactive page for a browser, and print its name."""
     check_output(output, _ENDINGS)
-    from explore.charts.labels import results_name
-    from explore.reporting.contents import STEPS
-    from explore.reporting.pages import write_page
-    from explore.store.open_results import open_comparable
+    from explore.figures.reporting.contents import STEPS
+    from explore.figures.reporting.pages import write_page
+    from explore.results.labels import results_name
+    from explore.results.store.open_results import open_comparable
 
     paths = results or [newest_results()]
     opened = open_all_shown(paths, units)
@@ -64,8 +64,8 @@ def report(
 
 def _collect(sources: Mapping[str, Results], units: Sequence[str], step: ReportStep) -> Contents:
     """The data of the page of one or of several results."""
-    from explore.reporting.contents import collect_contents
-    from explore.reporting.joint import collect_joint_contents
+    from explore.figures.reporting.contents import collect_contents
+    from explore.figures.reporting.joint import collect_joint_contents
 
     first, *others = sources.values()
     mechanism = _mechanism([first, *others])
@@ -83,7 +83,7 @@ def _rank_command(paths: Sequence[Path], units: Sequence[str]) -> str:
 
 def _mechanism(sources: Sequence[Results]) -> Mechanism | None:
     """The mechanism of the results; None if this version does not have it, and the page draws none."""
-    from explore.request.names import find_mechanism
+    from explore.studies.request.names import find_mechanism
 
     announce_compiling()
     try:

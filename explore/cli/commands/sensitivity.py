@@ -19,8 +19,8 @@ from explore.cli.workers import ProcessesOption, SchedulerOption, WorkerOptions,
 if TYPE_CHECKING:
     import pandas as pd
 
-    from explore.api.sensitivity import SensitivityPlan
-    from explore.sweeping.feasibility import FeasibilityIndices
+    from explore.analysis.sensitivity.feasibility import FeasibilityIndices
+    from explore.analysis.sensitivity.public import SensitivityPlan
 
 
 #: What holds for all metrics.
@@ -59,8 +59,8 @@ def sensitivity(
         if other.suffix.lower() in ENDINGS:
             check_table(other)
         refuse_overwriting(path, other, "the results file")
-    from explore.api.sensitivity import plan_sensitivity
-    from explore.store.open_results import open_results
+    from explore.analysis.sensitivity.public import plan_sensitivity
+    from explore.results.store.open_results import open_results
 
     plan = plan_sensitivity(open_results(path), metric, evaluations, seed)
     work = WorkerOptions(workers, processes, scheduler, verbose=False, quiet=False)
@@ -84,8 +84,8 @@ def _evaluate(plan: SensitivityPlan, work: WorkerOptions) -> FeasibilityIndices 
     """Draw and evaluate designs, if the study has ranges to draw from."""
     if plan.feasibility is None:
         return None
+    from explore.analysis.sensitivity.feasibility import run_feasibility
     from explore.evaluation.evaluate import compile_kernels
-    from explore.sweeping.feasibility import run_feasibility
 
     request = plan.feasibility.study.request
     cluster = work.cluster(request.mechanism.name)
@@ -97,7 +97,7 @@ def _evaluate(plan: SensitivityPlan, work: WorkerOptions) -> FeasibilityIndices 
 
 
 def _print(table: pd.DataFrame) -> None:
-    from explore.api.sensitivity import FEASIBLE
+    from explore.analysis.sensitivity.public import FEASIBLE
 
     for name, rows in table.groupby("output", sort=False):
         if name == FEASIBLE:
@@ -152,7 +152,7 @@ def _write(table: pd.DataFrame, path: Path) -> None:
     if path.suffix.lower() in ENDINGS:
         write_table(table.set_index("output"), path, {})
         return
-    from explore.charts.sensitivity import sensitivity_chart
-    from explore.charts.style import save_figure
+    from explore.figures.charts.sensitivity import sensitivity_chart
+    from explore.figures.charts.style import save_figure
 
     save_figure(sensitivity_chart(table), path)

@@ -8,8 +8,8 @@ from typing import Annotated
 
 import typer
 
+from explore.base.errors import RequestError
 from explore.cli.output import say
-from explore.errors import RequestError
 
 
 def serve(
@@ -50,13 +50,13 @@ def serve(
         raise RequestError("--scheduler brings its own workers; leave out --workers and --processes")
     _check_folder(folder)
     if scheduler is not None:
-        from explore.sweeping.clusters import check_address
+        from explore.running.clusters import check_address
 
         check_address(scheduler)
-    from explore.serving.plans import Limits
-    from explore.serving.runner import Work
-    from explore.serving.server import Place
-    from explore.serving.server import serve as serve_folder
+    from explore.service.plans import Limits
+    from explore.service.runner import Work
+    from explore.service.server import Place
+    from explore.service.server import serve as serve_folder
 
     def announce(link: str, link_to_look: str) -> None:
         say(f"serving {folder}; open {link}", data=True)

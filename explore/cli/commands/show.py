@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from explore.base.errors import RequestError
 from explore.cli.options import JsonOption, ResultsArgument
 from explore.cli.output import count_of, number, print_json, say, shown_unit
 from explore.cli.paths import check_output, newest_results, refuse_overwriting
@@ -21,10 +22,9 @@ from explore.cli.side_by_side import (
 from explore.cli.table_files import write_table
 from explore.cli.tables import print_table
 from explore.cli.units import UnitsOption, open_shown
-from explore.errors import RequestError
 
 if TYPE_CHECKING:
-    from explore.store.results import Results
+    from explore.results.store.results import Results
 
 #: Formats of a table with numbers and words in one column, which Parquet does not hold.
 _ENDINGS = (".csv", ".json", ".md")
@@ -58,7 +58,7 @@ def show(
 
 
 def _show_results(results: Results, *, as_json: bool) -> None:
-    from explore.store.summaries import summarise
+    from explore.results.store.summaries import summarise
 
     sentences = results.status_sentences
     if as_json:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from explore.base.errors import MotionError, RequestError
 from explore.cli.completion import complete_mechanisms
 from explore.cli.options import JsonOption
 from explore.cli.output import announce_compiling, print_json, say
@@ -18,13 +19,12 @@ from explore.cli.paths import check_new_file, refuse_overwriting
 from explore.cli.settings import Places, list_settings, parse_points, parse_settings
 from explore.cli.table_files import with_units
 from explore.cli.units import UnitsOption, choose_units
-from explore.errors import MotionError, RequestError
 
 if TYPE_CHECKING:
     import pandas as pd
 
-    from explore.config.study import Study
-    from explore.units.shown import ShownUnits
+    from explore.base.units.shown import ShownUnits
+    from explore.studies.config.study import Study
 
 
 def simulate(
@@ -55,7 +55,7 @@ def simulate(
     as_json: JsonOption = False,
 ) -> None:
     """Print all signals of one design over a turn, such as angles, velocities and forces."""
-    from explore.config import toml_text
+    from explore.studies.config import toml_text
 
     if (config is None) == (mechanism is None):
         raise RequestError("name either a study or --mechanism with its --set NAME=VALUE")
@@ -64,11 +64,11 @@ def simulate(
         refuse_overwriting(config, output, "the study")
     if output is not None:
         check_new_file(output)
-    from explore.api.designs import simulate as simulate_motion
+    from explore.running.public import simulate as simulate_motion
 
     announce_compiling()
     if config:
-        from explore.config.study_file import load_study
+        from explore.studies.config.study_file import load_study
 
         study = load_study(config)
         shown = choose_units(units, study.units.units)
@@ -125,7 +125,7 @@ def _write(motion: pd.DataFrame, output: Path | None, *, as_json: bool) -> None:
         else:
             motion.to_csv(sys.stdout)
         return
-    from explore.store.outputs import new_output
+    from explore.results.store.outputs import new_output
 
     with new_output(output) as unfinished:
         if as_json or output.suffix == ".json":

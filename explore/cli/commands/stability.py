@@ -41,9 +41,9 @@ def stability(
 ) -> None:
     """Map how near to a singular position each method of solving the motion stays accurate."""
     from explore.comparison.convergence import measure_orders
+    from explore.comparison.methods.registry import methods_for
     from explore.comparison.stability import map_stability, safe_margins, stability_runs, trace_turn
     from explore.comparison.stability_cases import stability_case
-    from explore.methods.registry import methods_for
 
     folder = output or Path(f"results/stability-{mechanism}")
     if mechanism == "gears":
@@ -73,9 +73,9 @@ def _solve_gears(folder: Path, accuracy: float, *, as_json: bool) -> None:
     """Solve the law of a gear pair from random starts, write tables and a chart, and print the outcomes."""
     import pandas as pd
 
-    from explore.charts.gear_starts import starts_chart
-    from explore.charts.style import save_figure
     from explore.comparison.gear_starts import GROWTH, SECTOR, START_COUNT, count_outcomes, solve_from_starts
+    from explore.figures.charts.gear_starts import starts_chart
+    from explore.figures.charts.style import save_figure
 
     announce_compiling()
     with atomic_files(folder) as place:
@@ -101,9 +101,9 @@ def _solve_gears(folder: Path, accuracy: float, *, as_json: bool) -> None:
 def _write(folder: Path, case: StabilityCase, tables: dict[str, Rows], accuracy: float) -> None:
     import pandas as pd
 
-    from explore.charts.stability import stability_chart, turn_chart
-    from explore.charts.style import save_figure
     from explore.comparison.stability import TRACED_DESIGN
+    from explore.figures.charts.stability import stability_chart, turn_chart
+    from explore.figures.charts.style import save_figure
 
     frames = {name: pd.DataFrame(rows) for name, rows in tables.items()}
     for name, frame in frames.items():

@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from explore.base.errors import RequestError
 from explore.cli.options import JsonOption, KeepOption, ServerOption, TokenFileOption
 from explore.cli.output import count_of, print_json, say
-from explore.errors import RequestError
 
 if TYPE_CHECKING:
-    from explore.serving.client import JobHandle, Service
+    from explore.service.client import JobHandle, Service
 
 #: A line that may name a file of points.
 _NAMES_A_FILE = re.compile(r"^\s*file\s*=", re.MULTILINE)
@@ -55,7 +55,7 @@ def submit(
     as_json: JsonOption = False,
 ) -> None:
     """Queue a study, a task or a refinement at a service, which runs it."""
-    from explore.serving.client import Service
+    from explore.service.client import Service
 
     if (file is None) == (refine is None):
         raise RequestError("name a file to submit, or a job by --refine, and not both")
@@ -109,11 +109,11 @@ class _NewFile:
 
     def _read(self) -> tuple[str, str]:
         """The text, and the name of the job."""
-        from explore.config import toml_text
+        from explore.studies.config import toml_text
 
         text = toml_text.read_text(str(self.file))
         if _NAMES_A_FILE.search(text):  # what reads points takes a second to import
-            from explore.serving.inlined_points import with_points
+            from explore.service.inlined_points import with_points
 
             text = with_points(text, self.file)
         return text, self.name or re.sub(r"[^a-z0-9_-]+", "-", self.file.stem.lower()).strip("-_")
@@ -165,7 +165,7 @@ def _print_plan(plan: dict[str, Any]) -> None:
 def _wait(job: JobHandle) -> None:
     """Wait, and raise unless the job is done."""
     from explore.cli.progress import job_progress
-    from explore.serving.requester import ServiceError
+    from explore.service.requester import ServiceError
 
     with job_progress(job.name) as report:
         progress = job.wait(report=report)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
+from explore.base.errors import ResultsError
 from explore.cli.explanations import explain_unreachable
 from explore.cli.nearness import summarise_nearest
 from explore.cli.options import KeepOption
@@ -23,13 +24,12 @@ from explore.cli.workers import (
     WorkerOptions,
     WorkersOption,
 )
-from explore.errors import ResultsError
 
 if TYPE_CHECKING:
+    from explore.base.units.shown import ShownUnits
     from explore.cli.workers import Workers
-    from explore.config.study import Study
-    from explore.sweeping.runs import Summary
-    from explore.units.shown import ShownUnits
+    from explore.running.runs import Summary
+    from explore.studies.config.study import Study
 
 
 def sweep(
@@ -93,11 +93,11 @@ class SweepOptions:
 
 def _sweep(options: SweepOptions, *, dry_run: bool) -> int:
     """Sweep a study and return the exit code."""
-    from explore.config import toml_text
+    from explore.studies.config import toml_text
 
     toml_text.read_text(str(options.config))  # reports a missing file before anything slow is imported
-    from explore.config.study_file import load_study
     from explore.evaluation.evaluate import compile_kernels
+    from explore.studies.config.study_file import load_study
 
     study = load_study(options.config)
     path, cluster = options.path, options.work.cluster(study.request.mechanism.name)
@@ -130,7 +130,7 @@ def _sweep(options: SweepOptions, *, dry_run: bool) -> int:
 
 def _run(study: Study, options: SweepOptions, cluster: Workers) -> Summary:
     """Compute the study into the results file, with progress and events on stderr."""
-    from explore.sweeping.runs import run_study
+    from explore.running.runs import run_study
 
     with options.work.connected(cluster, study.space.n_designs) as (connected, progress):
         return run_study(
@@ -159,7 +159,7 @@ def _report_changed_objectives(study: Study, path: Path) -> None:
 def _report_changed_units(study: Study, path: Path) -> None:
     """Print the option that shows the results in the study's units if they were made with others."""
     from explore import open_results
-    from explore.store.shown_results import units_of_study
+    from explore.results.store.shown_results import units_of_study
 
     if path.exists() and study.units.units != units_of_study(open_results(path)):
         units = [f"{name}={unit}" for name, unit in study.units.units.items()] or ["declared"]
@@ -191,8 +191,8 @@ def _report(summary: Summary, study: Study, options: SweepOptions) -> None:
 def _report_nearest(summary: Summary, units: ShownUnits) -> None:
     """Say which designs are nearest to feasible if few are; a resumed sweep counts only those that it computed."""
     from explore import open_results
-    from explore.ranking.nearest import is_little
-    from explore.store.shown_results import show_results
+    from explore.results.ranking.nearest import is_little
+    from explore.results.store.shown_results import show_results
 
     if not summary.n_resumed and is_little(summary.n_feasible, summary.n_computed):
         summarise_nearest(show_results(open_results(summary.path), units), with_unmeasured=True)
@@ -200,8 +200,8 @@ def _report_nearest(summary: Summary, units: ShownUnits) -> None:
 
 def _report_unreachable(path: Path, study: Study) -> None:
     from explore import open_results
-    from explore.designs.solved_lengths import SolvedSpace
-    from explore.store.shown_results import show_results
+    from explore.results.store.shown_results import show_results
+    from explore.studies.designs.solved_lengths import SolvedSpace
 
     if isinstance(study.space, SolvedSpace):
         results = show_results(open_results(path), study.units)

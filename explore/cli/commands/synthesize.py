@@ -20,7 +20,7 @@ from explore.cli.units import open_shown
 if TYPE_CHECKING:
     import pandas as pd
 
-    from explore.store.results import Results
+    from explore.results.store.results import Results
     from explore.synthesis.candidates import Candidates
     from explore.synthesis.tasks.task_files import TaskFile
 
@@ -74,7 +74,7 @@ def synthesize(
 
 def _run(loaded: TaskFile, path: Path, progress: Any, *, restart: bool) -> tuple[Candidates, Results]:
     """Find the candidates and write them."""
-    from explore.api.synthesis import rows_of
+    from explore.synthesis.public import rows_of
 
     candidates = loaded.find(progress)
     rows_of(loaded, candidates).write(path, restart=restart)

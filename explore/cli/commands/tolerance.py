@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from explore.base.errors import RequestError
 from explore.cli.options import JsonOption, ResultsArgument
 from explore.cli.output import announce_compiling, count_of, number, print_json, say, shown_unit
 from explore.cli.paths import FIGURE_ENDINGS, check_new_file, check_output, newest_results, refuse_overwriting
@@ -19,14 +20,13 @@ from explore.cli.tables import print_table
 from explore.cli.termination import terminable
 from explore.cli.units import UnitsOption, units_of
 from explore.cli.workers import ProcessesOption, SchedulerOption, WorkerOptions, WorkersOption
-from explore.errors import RequestError
 
 if TYPE_CHECKING:
     import pandas as pd
 
-    from explore.api.robustness import Robustness
-    from explore.store.results import Results
-    from explore.units.shown import Scale, ShownUnits
+    from explore.analysis.tolerancing.robustness import Robustness
+    from explore.base.units.shown import Scale, ShownUnits
+    from explore.results.store.results import Results
 
 _RESULTS_ENDING = ".h5"
 #: Rows of the printed yield front.
@@ -71,10 +71,10 @@ def tolerance(
     _check_outputs(path, output or [])
     work = WorkerOptions(workers, processes, scheduler, verbose=False, quiet=False)
     import explore
-    from explore.api.shown_robustness import robustness_scales, show_robustness
-    from explore.api.tolerances import DRAWS, check_target, plan_tolerances
+    from explore.analysis.tolerancing.public import DRAWS, check_target, plan_tolerances
+    from explore.analysis.tolerancing.shown_robustness import robustness_scales, show_robustness
     from explore.evaluation.evaluate import compile_kernels
-    from explore.store.open_results import open_results
+    from explore.results.store.open_results import open_results
 
     source = open_results(path)
     shown_units = units_of(source, units)
@@ -125,7 +125,7 @@ def _parse(texts: Sequence[str], source: Results, units: ShownUnits) -> dict[str
 
     A VALUE without a name is that of all lengths that no other text names.
     """
-    from explore.request.names import find_mechanism
+    from explore.studies.request.names import find_mechanism
 
     mechanism = find_mechanism(source.mechanism, source.points)
     scales = units.scales({parameter.name: parameter.unit for parameter in mechanism.parameters})
@@ -151,7 +151,7 @@ def _parse(texts: Sequence[str], source: Results, units: ShownUnits) -> dict[str
 
 def _print_design(robustness: Robustness, scales: Mapping[str, Scale]) -> None:
     """Print the yield of one design, its metrics and what their spread comes from."""
-    from explore.units.shown import headings
+    from explore.base.units.shown import headings
 
     design = int(robustness.designs.index[0])
     for line in _yield_lines(design, {str(name): value for name, value in robustness.failures.iloc[0].items()}):
@@ -246,7 +246,7 @@ def _parameters(source: Results) -> list[str]:
 
 
 def _as_json(robustness: Robustness, scales: Mapping[str, Scale]) -> dict[str, Any]:
-    from explore.units.shown import headings
+    from explore.base.units.shown import headings
 
     named = headings(scales, scales)
     tables = {
@@ -274,7 +274,7 @@ def _write(robustness: Robustness, path: Path, columns: Sequence[Any], scales: M
         table = with_units(with_labels(robustness.designs, columns), scales)
         write_table(table, path, robustness.designs.attrs["units"])
         return
-    from explore.charts.style import save_figure
-    from explore.charts.tolerances import tolerance_chart
+    from explore.figures.charts.style import save_figure
+    from explore.figures.charts.tolerances import tolerance_chart
 
     save_figure(tolerance_chart(robustness), path)

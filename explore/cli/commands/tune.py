@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from explore.base.errors import MotionError, RequestError, ResultsError
 from explore.cli.completion import complete_mechanisms, complete_metrics, complete_parameters
 from explore.cli.options import JsonOption
 from explore.cli.output import announce_compiling, number, print_json, say, shown_unit
@@ -19,12 +20,11 @@ from explore.cli.table_files import ENDINGS, check_table, with_units, write_tabl
 from explore.cli.tables import print_table
 from explore.cli.tuning_sentences import describe_tuning, wanted_values
 from explore.cli.units import UnitsOption, choose_units, units_of
-from explore.errors import MotionError, RequestError, ResultsError
 
 if TYPE_CHECKING:
-    from explore.store.results import Results
-    from explore.tuning.control_curve import Tuning
-    from explore.units.shown import Scale, ShownUnits
+    from explore.analysis.tuning.control_curve import Tuning
+    from explore.base.units.shown import Scale, ShownUnits
+    from explore.results.store.results import Results
 
 #: Lines of the printed table.
 _N_LINES = 11
@@ -103,8 +103,8 @@ def tune(
         name, shown = source.mechanism, units_of(source, units)
         parameters, arguments = _design_of(source, design, parameter, settings or [], shown)
     announce_compiling()
-    from explore.tuning.control_curve import tune as find_curve
-    from explore.tuning.shown_tuning import show_tuning
+    from explore.analysis.tuning.control_curve import tune as find_curve
+    from explore.analysis.tuning.shown_tuning import show_tuning
 
     objectives, constraints = arguments.pop("metrics"), arguments.pop("constraints", {})
     metrics = metric or objectives
@@ -132,8 +132,8 @@ def _scales(
     """The scale of each parameter, metric and constraint; none where no unit is chosen."""
     if not units:
         return {}
-    from explore.request.names import find_mechanism
-    from explore.request.requests import make_request
+    from explore.studies.request.names import find_mechanism
+    from explore.studies.request.requests import make_request
 
     declared = find_mechanism(mechanism, arguments.get("points", ()), arguments.get("target"))
     names = list(dict.fromkeys([arguments["metric"], *arguments["also"], *constraints]))
@@ -164,13 +164,13 @@ def _read_ends(
 
 def _defaults(mechanism: str) -> dict[str, Any]:
     """The metrics where none is named: the objectives of the mechanism."""
-    from explore.request.names import find_mechanism
+    from explore.studies.request.names import find_mechanism
 
     return {"metrics": [text.partition(":")[0] for text in find_mechanism(mechanism).objectives]}
 
 
 def _sentences(mechanism: str) -> Mapping[str, str]:
-    from explore.request.names import find_mechanism
+    from explore.studies.request.names import find_mechanism
 
     return find_mechanism(mechanism).status_sentences
 
@@ -181,7 +181,7 @@ def _design_of(
     """Parameters of a design of results, and what its study asks for, as arguments of `tune`."""
     import tomllib
 
-    from explore.charts.queries import choose_design
+    from explore.results.queries import choose_design
 
     path = results.path
     chosen = choose_design(results, design)
@@ -219,8 +219,8 @@ def _say_constraints(
     scales: Mapping[str, Scale],
 ) -> None:
     """Say where in the intervals a constraint of the study holds, if it does not everywhere."""
-    from explore.tuning.control_curve import tune as find_curve
-    from explore.tuning.shown_tuning import show_tuning
+    from explore.analysis.tuning.control_curve import tune as find_curve
+    from explore.analysis.tuning.shown_tuning import show_tuning
 
     for interval in tuning.intervals:
         first, last = interval.start.parameter, interval.stop.parameter
@@ -262,7 +262,7 @@ def _table_lines(tuning: Tuning) -> list[int]:
 
 
 def _as_json(tuning: Tuning, scales: Mapping[str, Scale]) -> dict[str, Any]:
-    from explore.units.shown import headings
+    from explore.base.units.shown import headings
 
     names = headings(scales, (tuning.parameter, tuning.metric))
     return {
@@ -281,7 +281,7 @@ def _write(tuning: Tuning, path: Path, scales: Mapping[str, Scale]) -> None:
         table = with_units(tuning.curve, scales)
         write_table(table.set_index(str(table.columns[0])), path, tuning.curve.attrs["units"])
         return
-    from explore.charts.style import save_figure
-    from explore.charts.tuning import tuning_chart
+    from explore.figures.charts.style import save_figure
+    from explore.figures.charts.tuning import tuning_chart
 
     save_figure(tuning_chart(tuning), path)

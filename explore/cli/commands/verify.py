@@ -14,7 +14,7 @@ from explore.cli.progress import block_bar
 from explore.cli.tables import print_table
 
 if TYPE_CHECKING:
-    from explore.store.results import Results
+    from explore.results.store.results import Results
 
 #: Largest number of damaged blocks that are listed; --json lists all.
 _MOST_LISTED = 20

@@ -11,9 +11,9 @@ from explore.mechanisms.crank_rocker.second_differences import SECOND_DIFFERENCE
 from explore.mechanisms.four_bar_forces import Load
 from explore.mechanisms.four_bar_loads import LOAD_FORMULAS, LOAD_PANELS, LOAD_SIGNALS, LOADS
 from explore.mechanisms.four_bar_size import declare_four_bar_size
-from explore.mechanisms.function_errors.metrics import declare_functions
-from explore.mechanisms.path_errors.metrics import declare_paths
-from explore.mechanisms.pose_errors.metrics import declare_poses
+from explore.mechanisms.targets.function_errors.metrics import declare_functions
+from explore.mechanisms.targets.path_errors.metrics import declare_paths
+from explore.mechanisms.targets.pose_errors.metrics import declare_poses
 from explore.model.drawing import Panel
 from explore.model.mechanism import Mechanism
 from explore.model.points import FloatingLink

@@ -1,6 +1,6 @@
 """The extended kernel of the crank-rocker, compiled: its motion, forces under load, points of the coupler."""
 
-from explore.compiling import CLOSE_SIGNATURE, FILL_SIGNATURE, LANES, compiled
+from explore.base.compiling import CLOSE_SIGNATURE, FILL_SIGNATURE, LANES, compiled
 from explore.mechanisms import four_bar, four_bar_forces
 from explore.mechanisms.crank_rocker import kernel
 from explore.mechanisms.crank_rocker.columns import EXTENDED_SIGNAL_ROWS, FIRST_POINT, POINTS, ExtendedRow, Row

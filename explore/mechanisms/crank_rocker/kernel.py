@@ -2,10 +2,10 @@
 
 import math
 
-from explore.compiling import CLOSE_SIGNATURE, FILL_SIGNATURE, LANES, compiled
+from explore.base.compiling import CLOSE_SIGNATURE, FILL_SIGNATURE, LANES, compiled
+from explore.base.subroutines import subroutine
 from explore.mechanisms import four_bar, rocking
 from explore.mechanisms.crank_rocker.columns import Row
-from explore.subroutines import subroutine
 
 _DEGREES = 180.0 / math.pi
 _NAN = math.nan

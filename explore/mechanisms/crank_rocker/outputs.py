@@ -7,8 +7,8 @@ coupler^2 = |d + rocker v|^2, so that d* v = -(|d|^2 + rocker^2 - coupler^2)/(2 
 import math
 from typing import Any
 
-from explore.compiling import compiled
-from explore.mechanisms.function_errors.measuring import OUTPUT_SIGNATURE
+from explore.base.compiling import compiled
+from explore.mechanisms.targets.function_errors.measuring import OUTPUT_SIGNATURE
 
 
 @compiled(OUTPUT_SIGNATURE)

@@ -10,8 +10,8 @@ With p the crank's pin, u and v the unit vectors of coupler and rocker, and z th
 import math
 from typing import Any
 
-from explore.compiling import compiled
-from explore.mechanisms.path_errors.curve import CURVE_SIGNATURE
+from explore.base.compiling import compiled
+from explore.mechanisms.targets.path_errors.curve import CURVE_SIGNATURE
 
 
 @compiled(CURVE_SIGNATURE)

@@ -10,11 +10,11 @@ log-smoothstep laws, m^shift is the largest ratio of a train.
 
 import math
 
-from explore.compiling import LANES
+from explore.base.compiling import LANES
+from explore.base.subroutines import subroutine
 from explore.mechanisms.gears.columns import CONSTANT, LOG_GROWTH, N_TRAINS, SECTOR_ANGLE, SHIFT
 from explore.mechanisms.gears.golden import narrowed, sections
 from explore.mechanisms.gears.law import driven_angle_at, driver_angle_at, ratio_in_turn
-from explore.subroutines import subroutine
 
 #: Angles of each train among which the lowest ratio is looked for, and steps of its refinement.
 _GRID, _MOST_STEPS = 32, 75

@@ -8,7 +8,8 @@ c = sqrt(1 + tan^2 chi) the curvatures, positive where convex, are (1 + i + i'')
 
 import math
 
-from explore.compiling import LANES
+from explore.base.compiling import LANES
+from explore.base.subroutines import subroutine
 from explore.mechanisms.gears import columns
 from explore.mechanisms.gears.columns import (
     AMPLITUDE,
@@ -23,7 +24,6 @@ from explore.mechanisms.gears.columns import (
 from explore.mechanisms.gears.golden import narrowed, sections
 from explore.mechanisms.gears.law import ratio_at
 from explore.mechanisms.gears.smoothstep_law import steepness
-from explore.subroutines import subroutine
 
 #: What `_least_in_return` searches: the convexities of both gears, and minus the tilt's tangent's magnitude.
 _DRIVER, _DRIVEN, _TILT = 0, 1, 2

@@ -1,6 +1,6 @@
 """Golden sections, the search for the least value of a function on an interval."""
 
-from explore.subroutines import subroutine
+from explore.base.subroutines import subroutine
 
 _GOLDEN = 0.6180339887498949
 

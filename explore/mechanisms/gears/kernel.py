@@ -2,7 +2,8 @@
 
 import math
 
-from explore.compiling import CLOSE_SIGNATURE, FILL_SIGNATURE, LANES, compiled
+from explore.base.compiling import CLOSE_SIGNATURE, FILL_SIGNATURE, LANES, compiled
+from explore.base.subroutines import subroutine
 from explore.mechanisms.gears import columns
 from explore.mechanisms.gears.columns import Row
 from explore.mechanisms.gears.drive import overall_ratio_at, ripple_of, solve_shift, train_ratio_at
@@ -16,7 +17,6 @@ from explore.mechanisms.gears.law import driven_angle_at, ratio_at
 from explore.mechanisms.gears.sine_law import solve_sine_law
 from explore.mechanisms.gears.smoothstep_law import solve_smoothstep_law
 from explore.model.status import OwnStatus, Status
-from explore.subroutines import subroutine
 
 #: Largest ln m^b: the ratio grows by a factor of 1e100, and products of ratios stay finite.
 _LARGEST_LOGARITHM = 100.0 * math.log(10.0)

@@ -2,7 +2,8 @@
 
 import math
 
-from explore.compiling import LANES
+from explore.base.compiling import LANES
+from explore.base.subroutines import subroutine
 from explore.mechanisms.gears.columns import CONSTANT, DRIVEN_SECTOR, LOG_GROWTH, ORDER, SECTOR_ANGLE, START
 from explore.mechanisms.gears.sine_law import sine_driven_angle, sine_driver_angle, sine_ratio
 from explore.mechanisms.gears.smoothstep_law import (
@@ -10,7 +11,6 @@ from explore.mechanisms.gears.smoothstep_law import (
     smoothstep_driver_angle,
     smoothstep_ratio,
 )
-from explore.subroutines import subroutine
 
 
 @subroutine()

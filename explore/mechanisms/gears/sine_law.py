@@ -23,7 +23,8 @@ the usual 2/s arctan(tan(tau/2) sqrt((C3 + C0)/(C3 - C0))) in a form whose arcta
 
 import math
 
-from explore.compiling import LANES
+from explore.base.compiling import LANES
+from explore.base.subroutines import subroutine
 from explore.mechanisms.gears.columns import (
     AMPLITUDE,
     BETA,
@@ -39,7 +40,6 @@ from explore.mechanisms.gears.columns import (
     SECTOR_ANGLE,
     START,
 )
-from explore.subroutines import subroutine
 
 _BISECTIONS, _MOST_STEPS = 8, 60
 

@@ -12,9 +12,9 @@ import math
 
 import numpy as np
 
-from explore.compiling import LANES
+from explore.base.compiling import LANES
+from explore.base.subroutines import subroutine
 from explore.mechanisms.gears.columns import CONSTANT, DRIVEN_SECTOR, LOG_GROWTH, ORDER, SECTOR_ANGLE, START
-from explore.subroutines import subroutine
 
 #: Panels of 16 nodes over the whole return: enough for the sharpest ratio, m^b = 1e100.
 _PANELS, _NODES = 8, 16

@@ -1,6 +1,6 @@
 """The extended kernel of the test rig, compiled: what `kernel` fills, and points of the coupler."""
 
-from explore.compiling import CLOSE_SIGNATURE, FILL_SIGNATURE, LANES, compiled
+from explore.base.compiling import CLOSE_SIGNATURE, FILL_SIGNATURE, LANES, compiled
 from explore.mechanisms import four_bar, four_bar_forces
 from explore.mechanisms.floating_link import fill_places
 from explore.mechanisms.four_bar_points import fill_points, motion_needs

@@ -1,14 +1,14 @@
 """Derived metrics of the test rig: peaks, distortion, sizes, stresses, safety factors and life.
 
-Sizes follow from the peaks over the cycle by the rules of `explore.sizing`, whose docstrings give formulas and sources.
-Lengths in mm, forces in N, stresses in MPa; torques and moments of the signals in N m.
+Sizes follow from the peaks over the cycle by the rules of `mechanisms.sizing`, whose docstrings give formulas and
+sources. Lengths in mm, forces in N, stresses in MPa; torques and moments of the signals in N m.
 """
 
 import math
 
 import numpy as np
 
-from explore import sizing
+from explore.mechanisms import sizing
 from explore.mechanisms.four_bar_loads import LOAD_FORMULAS
 from explore.model.quantities import OMITTED, FloatArray, Formula, Parameter
 

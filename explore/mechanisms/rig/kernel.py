@@ -2,12 +2,12 @@
 
 import math
 
-from explore.compiling import CLOSE_SIGNATURE, FILL_SIGNATURE, LANES, compiled
-from explore.lanes.elementary import exact_sum
+from explore.base.compiling import CLOSE_SIGNATURE, FILL_SIGNATURE, LANES, compiled
+from explore.base.lanes.elementary import exact_sum
+from explore.base.subroutines import subroutine
 from explore.mechanisms import four_bar, four_bar_forces, rocking
 from explore.mechanisms.four_bar_forces import FORCES, TORQUE, Load
 from explore.mechanisms.rig.columns import DEVIATION, DEVIATION_COSINE, DEVIATION_SINE, HARMONICS, SIGNAL_ROWS, Row
-from explore.subroutines import subroutine
 
 _DEGREES = 180.0 / math.pi
 _NAN = math.nan

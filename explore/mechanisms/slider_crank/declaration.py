@@ -6,11 +6,11 @@ from dataclasses import replace
 import numpy as np
 
 from explore.mechanisms.overall_size import declare_size
-from explore.mechanisms.path_errors.metrics import declare_paths
-from explore.mechanisms.pose_errors.metrics import declare_poses
 from explore.mechanisms.slider_crank import columns, extended, kernel, loads
 from explore.mechanisms.slider_crank.columns import ExtendedRow, Row
 from explore.mechanisms.slider_crank.paths import find_rod_curve
+from explore.mechanisms.targets.path_errors.metrics import declare_paths
+from explore.mechanisms.targets.pose_errors.metrics import declare_poses
 from explore.model.drawing import INPUT, Drawing, Guide, Link, Panel, Path, Vector
 from explore.model.mechanism import Mechanism
 from explore.model.points import Extent, FloatingLink

@@ -1,6 +1,6 @@
 """The extended kernel of the slider-crank, compiled: its motion, forces under load, points of the rod."""
 
-from explore.compiling import CLOSE_SIGNATURE, FILL_SIGNATURE, LANES, compiled
+from explore.base.compiling import CLOSE_SIGNATURE, FILL_SIGNATURE, LANES, compiled
 from explore.mechanisms.floating_link import fill_places
 from explore.mechanisms.slider_crank.columns import (
     EXTENDED_SIGNAL_ROWS,

@@ -16,11 +16,11 @@ This is unique while mu |t| < 1, where N has the sign of W - Q t; else friction 
 
 import math
 
-from explore.compiling import LANES
+from explore.base.compiling import LANES
+from explore.base.subroutines import subroutine
 from explore.mechanisms.slider_crank import columns
 from explore.mechanisms.slider_crank.columns import ExtendedRow as Row
 from explore.mechanisms.slider_crank.kernel import sums
-from explore.subroutines import subroutine
 
 _MM = 1e-3
 

@@ -31,9 +31,10 @@ root, and x'' = w^2 x_uu/4 + u x' with the second derivative by u as a differenc
 
 import math
 
-from explore.compiling import CLOSE_SIGNATURE, FILL_SIGNATURE, LANES, compiled
-from explore.lanes.arctangent import arctangent
-from explore.lanes.elementary import exact_sum, spacing
+from explore.base.compiling import CLOSE_SIGNATURE, FILL_SIGNATURE, LANES, compiled
+from explore.base.lanes.arctangent import arctangent
+from explore.base.lanes.elementary import exact_sum, spacing
+from explore.base.subroutines import subroutine
 from explore.mechanisms.slider_crank.columns import (
     ACCELERATION,
     ANGLE,
@@ -49,7 +50,6 @@ from explore.mechanisms.slider_crank.columns import (
     Row,
 )
 from explore.model.status import OwnStatus, Status
-from explore.subroutines import subroutine
 
 #: Codes of the statuses of designs whose crank does not turn; the last is of designs under load alone.
 CANNOT_ASSEMBLE, CRANK_BLOCKED, CHANGE_POINT, GUIDE_LOCKED = 2, 3, 4, 20

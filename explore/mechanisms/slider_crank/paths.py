@@ -9,8 +9,8 @@ u the unit vector of the rod and z the point in the rod's frame,
 import math
 from typing import Any
 
-from explore.compiling import compiled
-from explore.mechanisms.path_errors.curve import CURVE_SIGNATURE
+from explore.base.compiling import compiled
+from explore.mechanisms.targets.path_errors.curve import CURVE_SIGNATURE
 
 
 @compiled(CURVE_SIGNATURE)

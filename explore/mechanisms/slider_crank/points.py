@@ -2,7 +2,8 @@
 
 import math
 
-from explore.compiling import LANES
+from explore.base.compiling import LANES
+from explore.base.subroutines import subroutine
 from explore.mechanisms.floating_link import fill_point_on_crank
 from explore.mechanisms.slider_crank.columns import (
     FIRST_POINT,
@@ -14,7 +15,6 @@ from explore.mechanisms.slider_crank.columns import (
 )
 from explore.mechanisms.slider_crank.kernel import sums
 from explore.model.points import MOST_POINTS, POINT_ROWS
-from explore.subroutines import subroutine
 
 
 @subroutine(fast=True, apart=True)

@@ -10,7 +10,7 @@ The slider lags behind one of constant speed by V/w D Q(z), with Q the integral 
 
 import math
 
-from explore.subroutines import subroutine
+from explore.base.subroutines import subroutine
 
 # Of each order: the largest slope of the speed, Q(1/2), and the places where S is half of 1, 2 and 5 %.
 _SLOPES = (3.0, 3.75, 4.375)

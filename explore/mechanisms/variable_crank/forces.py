@@ -13,7 +13,8 @@ where rod and pin have no mass; `links` has W, P_l and F_l.
 
 import math
 
-from explore.compiling import LANES
+from explore.base.compiling import LANES
+from explore.base.subroutines import subroutine
 from explore.mechanisms.variable_crank.columns import (
     ACCELERATION,
     CRANK_LENGTH,
@@ -39,7 +40,6 @@ from explore.mechanisms.variable_crank.columns import (
     VELOCITY,
     Row,
 )
-from explore.subroutines import subroutine
 
 
 @subroutine(fast=True, apart=True)

@@ -15,13 +15,13 @@ so the length at the start is not free: X = X* - c (phi - phi*) off the reversal
 
 import math
 
-from explore.compiling import CLOSE_SIGNATURE, LANES, compiled
-from explore.lanes.arctangent import arctangent
+from explore.base.compiling import CLOSE_SIGNATURE, LANES, compiled
+from explore.base.lanes.arctangent import arctangent
+from explore.base.subroutines import subroutine
 from explore.mechanisms.floating_link import fill_places
 from explore.mechanisms.variable_crank.blend import lag_of, shares, slope_of
 from explore.mechanisms.variable_crank.columns import LOAD_SIZE, Row
 from explore.model.status import OwnStatus, Status
-from explore.subroutines import subroutine
 
 #: Codes of the statuses of designs without a motion.
 REVERSAL_TOO_LONG, SHAFT_REACHED = 20, 21

@@ -12,7 +12,8 @@ slope of the crank's length L by the angle they give G across the groove and S a
 
 import math
 
-from explore.compiling import LANES
+from explore.base.compiling import LANES
+from explore.base.subroutines import subroutine
 from explore.mechanisms.variable_crank.columns import (
     ACCELERATION,
     CRANK_LENGTH,
@@ -40,7 +41,6 @@ from explore.mechanisms.variable_crank.columns import (
     VELOCITY,
     Row,
 )
-from explore.subroutines import subroutine
 
 _MM = 1e-3
 

@@ -11,8 +11,9 @@ with the opposite half-tangents.
 
 import math
 
-from explore.compiling import FILL_SIGNATURE, LANES, compiled
-from explore.lanes.arctangent import arctangent
+from explore.base.compiling import FILL_SIGNATURE, LANES, compiled
+from explore.base.lanes.arctangent import arctangent
+from explore.base.subroutines import subroutine
 from explore.mechanisms.variable_crank.blend import blend
 from explore.mechanisms.variable_crank.columns import (
     ACCELERATION,
@@ -42,7 +43,6 @@ from explore.mechanisms.variable_crank.forces import fill_forces
 from explore.mechanisms.variable_crank.links import fill_links, fill_pins
 from explore.mechanisms.variable_crank.points import fill_points
 from explore.mechanisms.variable_crank.series import separation
-from explore.subroutines import subroutine
 
 
 @subroutine(inlined=True)

@@ -1,6 +1,7 @@
 """Points of the variable crank's rod, from the crank's pin in the groove, for many lanes."""
 
-from explore.compiling import LANES
+from explore.base.compiling import LANES
+from explore.base.subroutines import subroutine
 from explore.mechanisms.floating_link import fill_place, fill_rates
 from explore.mechanisms.variable_crank.columns import (
     ACCELERATION,
@@ -14,7 +15,6 @@ from explore.mechanisms.variable_crank.columns import (
     Row,
 )
 from explore.model.points import MOST_POINTS, POINT_ROWS
-from explore.subroutines import subroutine
 
 
 @subroutine(fast=True)

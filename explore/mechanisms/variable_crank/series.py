@@ -9,7 +9,7 @@ which has no zero: its root is smooth where that of the difference, as it stands
 
 import math
 
-from explore.subroutines import subroutine
+from explore.base.subroutines import subroutine
 
 #: Coefficients of sin(d)/d and of (1 - cos d)/d^2 in powers of -d^2, the highest first: up to d = 3 the rest is below
 #: 1e-16 of the first.

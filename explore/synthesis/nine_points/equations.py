@@ -15,7 +15,7 @@ Morgan, A. J. Sommese, Complete solution of the nine-point path synthesis proble
 
 import numpy as np
 
-from explore.subroutines import subroutine
+from explore.base.subroutines import subroutine
 
 N_UNKNOWNS, N_POINTS, N_PARAMETERS = 8, 8, 16
 #: The exchange of each unknown and its hat.

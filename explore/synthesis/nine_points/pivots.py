@@ -10,7 +10,7 @@ from importlib.resources import files
 import numpy as np
 import numpy.typing as npt
 
-from explore.errors import RequestError
+from explore.base.errors import RequestError
 from explore.synthesis.defects import MISSES, PASSES
 from explore.synthesis.linkages import ComplexArray
 from explore.synthesis.nine_points.classes import is_degenerate

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from explore.errors import RequestError
+from explore.base.errors import RequestError
 from explore.model.progress import ReportProgress
 from explore.synthesis.linkages import ComplexArray, FourBar
 from explore.synthesis.nine_points.certificates import Certificates, certify

@@ -6,8 +6,8 @@ method with at most three steps; the first correction measures the predictor's e
 
 import numpy as np
 
-from explore.compiling import compiled
-from explore.subroutines import subroutine
+from explore.base.compiling import compiled
+from explore.base.subroutines import subroutine
 from explore.synthesis.nine_points.equations import N_PARAMETERS, N_POINTS, N_UNKNOWNS, eliminate, linearise, magnitude
 
 # What became of a path.

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from explore.compiling import compiled
-from explore.subroutines import subroutine
+from explore.base.compiling import compiled
+from explore.base.subroutines import subroutine
 
 
 @subroutine()

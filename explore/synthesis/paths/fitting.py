@@ -13,9 +13,9 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from explore.compiling import compiled
+from explore.base.compiling import compiled
+from explore.base.subroutines import subroutine
 from explore.model.quantities import FloatArray
-from explore.subroutines import subroutine
 from explore.synthesis.linkages import ComplexArray
 from explore.synthesis.paths.limits import Limits, add_limits, log_slopes, price_of_limits
 from explore.synthesis.paths.normal_equations import (

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from explore.subroutines import subroutine
+from explore.base.subroutines import subroutine
 from explore.synthesis.paths.numbers import (
     ACROSS,
     ALONG,

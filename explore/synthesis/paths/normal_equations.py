@@ -2,7 +2,7 @@
 
 import math
 
-from explore.subroutines import subroutine
+from explore.base.subroutines import subroutine
 from explore.synthesis.paths.numbers import LARGEST, LEAST, LOG_COUPLER, LOG_ROCKER, N_NUMBERS, longer_and_shorter
 
 #: Least difference of the two transmission angles.

@@ -16,7 +16,7 @@ import math
 
 import numpy as np
 
-from explore.subroutines import subroutine
+from explore.base.subroutines import subroutine
 
 PIVOT_X, PIVOT_Y, FRAME, LOG_COUPLER, LOG_ROCKER, LEAST, LARGEST, ALONG, ACROSS, BODY = range(10)
 N_NUMBERS = 10

@@ -8,8 +8,8 @@ import math
 
 import numpy as np
 
-from explore.compiling import compiled
-from explore.subroutines import subroutine
+from explore.base.compiling import compiled
+from explore.base.subroutines import subroutine
 from explore.synthesis.paths.fitting import UNORDERED, square_of
 from explore.synthesis.paths.numbers import BODY, N_CONSTANTS, close_shape, place_at
 

@@ -6,7 +6,7 @@ rocker over coupler; the size of the links follows from the distance of the pivo
 
 import math
 
-from explore.subroutines import subroutine
+from explore.base.subroutines import subroutine
 from explore.synthesis.paths.numbers import (
     FRAME,
     GROUND,

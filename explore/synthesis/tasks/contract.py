@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from explore.errors import Problems
+from explore.base.errors import Problems
 from explore.model.progress import ReportProgress
 from explore.model.quantities import Sense
 from explore.synthesis.candidates import Candidates

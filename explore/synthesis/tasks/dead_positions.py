@@ -8,7 +8,7 @@ from functools import partial
 import numpy as np
 import numpy.typing as npt
 
-from explore.errors import Problems, RequestError
+from explore.base.errors import Problems, RequestError
 from explore.model.columns import Column
 from explore.model.progress import ReportProgress
 from explore.model.quantities import FloatArray

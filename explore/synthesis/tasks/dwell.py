@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from explore.errors import Problems, RequestError
+from explore.base.errors import Problems, RequestError
 from explore.model.columns import Column
 from explore.model.progress import ReportProgress
 from explore.synthesis.candidates import SOLUTION, Candidates

@@ -10,13 +10,13 @@ from typing import Any
 
 import numpy as np
 
-from explore.errors import Problems, RequestError
+from explore.base.errors import Problems, RequestError
+from explore.base.suggest import format_value
 from explore.model.columns import Column
 from explore.model.progress import ReportProgress
 from explore.model.targets import STARTS, FunctionTarget
-from explore.request.target_entries import read_rows
-from explore.request.target_files import FileColumn
-from explore.suggest import format_value
+from explore.studies.request.target_entries import read_rows
+from explore.studies.request.target_files import FileColumn
 from explore.synthesis.candidates import SOLUTION, Candidates
 from explore.synthesis.function_search import FoundGenerator, FunctionTask
 from explore.synthesis.functions import FourBarGenerator, fit_four_bar, wrapped

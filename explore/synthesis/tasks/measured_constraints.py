@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from explore.errors import Problems
-from explore.suggest import format_value
+from explore.base.errors import Problems
+from explore.base.suggest import format_value
 from explore.synthesis.tasks.contract import Task
 
 

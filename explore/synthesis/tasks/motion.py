@@ -7,13 +7,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from explore.errors import Problems, RequestError
+from explore.base.errors import Problems, RequestError
 from explore.model.columns import Arrays
 from explore.model.progress import ReportProgress
 from explore.model.quantities import FloatArray
 from explore.model.targets import PosesTarget
-from explore.request.path_order import remark_on_order
-from explore.request.pose_targets import read_poses
+from explore.studies.request.path_order import remark_on_order
+from explore.studies.request.pose_targets import read_poses
 from explore.synthesis import defects
 from explore.synthesis.candidates import SOLUTION, Candidates
 from explore.synthesis.guidance import Pairs, PivotBox, find_pairs

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from explore.errors import Problems, RequestError
+from explore.base.errors import Problems, RequestError
+from explore.base.suggest import closest_name, format_value
 from explore.model.quantities import Sense
 from explore.model.request import Objective
-from explore.ranking.objectives import read_objective
-from explore.suggest import closest_name, format_value
+from explore.results.ranking.objectives import read_objective
 from explore.synthesis.tasks.contract import Task
 
 

@@ -8,12 +8,12 @@ from pathlib import Path
 
 import numpy as np
 
-from explore.errors import Problems
+from explore.base.errors import Problems
 from explore.mechanisms.registry import mechanism_by_name
 from explore.model.targets import PathTarget
-from explore.request.names import find_mechanism
-from explore.request.path_order import remark_on_order
-from explore.request.path_targets import read_path_target
+from explore.studies.request.names import find_mechanism
+from explore.studies.request.path_order import remark_on_order
+from explore.studies.request.path_targets import read_path_target
 from explore.synthesis.tasks.contract import Task, TaskSections, TaskType
 from explore.synthesis.tasks.four_bars import FORMULAS, LENGTHS
 from explore.synthesis.tasks.path_search import PathSearch

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from explore.errors import RequestError
+from explore.base.errors import RequestError
 from explore.model.progress import ReportProgress
 from explore.model.quantities import FloatArray
 from explore.model.targets import PathTarget

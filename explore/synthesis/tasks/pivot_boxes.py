@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from explore.errors import RequestError
-from explore.suggest import format_value
+from explore.base.errors import RequestError
+from explore.base.suggest import format_value
+from explore.base.units.quantities import quantity
 from explore.synthesis.tasks.sections import SectionReader
-from explore.units.quantities import quantity
 
 #: Boxes are met if they are missed by less than this share of the task's size: a given pivot is rounded.
 _ROUNDING = 1e-6

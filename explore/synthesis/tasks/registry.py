@@ -1,7 +1,7 @@
 """The types of tasks."""
 
-from explore.errors import RequestError
-from explore.suggest import format_value, suggestion
+from explore.base.errors import RequestError
+from explore.base.suggest import format_value, suggestion
 from explore.synthesis.tasks import dead_positions, dwell, function, motion, path, slider_path
 from explore.synthesis.tasks.contract import TaskType
 

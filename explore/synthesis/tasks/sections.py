@@ -6,9 +6,9 @@ import math
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from explore.errors import KeyPath, Problems, RequestError
-from explore.suggest import closest_name, format_value, suggestion
-from explore.units.quantities import quantity
+from explore.base.errors import KeyPath, Problems, RequestError
+from explore.base.suggest import closest_name, format_value, suggestion
+from explore.base.units.quantities import quantity
 
 #: Stands for a number that is missing or wrong; the problem is noted.
 _NO_NUMBER = math.nan

@@ -8,12 +8,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from explore.errors import Problems, RequestError
+from explore.base.errors import Problems, RequestError
 from explore.mechanisms.registry import mechanism_by_name
 from explore.model.columns import Column
 from explore.model.progress import ReportProgress
 from explore.model.targets import PathTarget
-from explore.request.path_order import remark_on_order
+from explore.studies.request.path_order import remark_on_order
 from explore.synthesis.candidates import SOLUTION, Candidates
 from explore.synthesis.slider_cranks import SliderCrank
 from explore.synthesis.slider_path_search import SliderPath, SliderPathTask, distinct_paths, find_slider_paths

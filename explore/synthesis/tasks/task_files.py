@@ -10,14 +10,14 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
-from explore.config import toml_text
-from explore.config.remarks import remark_on_units, target_entries
-from explore.config.resolution import resolve_study
-from explore.config.study import Study, make_study
-from explore.errors import ConfigError, DoubtfulInputWarning, Problems, RequestError
+from explore.base.errors import ConfigError, DoubtfulInputWarning, Problems, RequestError
+from explore.base.suggest import format_value, suggestion
 from explore.model.request import Objective
 from explore.model.targets import MOST_TARGET_POINTS
-from explore.suggest import format_value, suggestion
+from explore.studies.config import toml_text
+from explore.studies.config.remarks import remark_on_units, target_entries
+from explore.studies.config.resolution import resolve_study
+from explore.studies.config.study import Study, make_study
 from explore.synthesis.candidates import Candidates
 from explore.synthesis.ranges import any_ranges, ranges_around
 from explore.synthesis.tasks.contract import Task, TaskSections, TaskType

@@ -1,0 +1,1 @@
+"""What follows from results: refinement, tuning, tolerances, sensitivity, proofs, coverage."""

@@ -1,0 +1,35 @@
+"""What a mechanism brings so that its designs can be certified."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Protocol
+
+from explore.analysis.certifying.balls import Enclosure
+from explore.model.quantities import DerivedMetric, Metric, SampledMetric
+from explore.model.request import Request
+
+
+class Certificate(Protocol):
+    """Enclosures of the metrics of one design, at the precision that is set when it is made and used."""
+
+    @property
+    def status(self) -> int:
+        """The status of the design by exact signs, before constraints and tolerances."""
+
+    def enclose(self, metric: Metric | SampledMetric | DerivedMetric) -> Enclosure | None:
+        """Enclose a metric in its unit; None where the design has none, NaN in results.
+
+        Derived metrics are those that the mechanism declares; formulas of a study are computed from their inputs.
+
+        Raises
+        ------
+        UnprovedError
+            If there is no rigorous road.
+        UndecidedError
+            If the precision is too low.
+        """
+
+
+#: Makes the certificate of a design from its parameters, those that a study leaves out at their defaults.
+MakeCertificate = Callable[[Mapping[str, float], Request], Certificate]

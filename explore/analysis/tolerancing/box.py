@@ -1,0 +1,132 @@
+"""The worst case: the extremes of the metrics over the box of the tolerances.
+
+All corners are evaluated, points inside, and points ever closer around the most extreme ones. Where a metric rises or
+falls along each dimension all over the box, the extremes are corners and exact. An extreme elsewhere is one that the
+search found: no proof that there is none beyond.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from explore.analysis.tolerancing.outcomes import Outcomes, TolerancedRequest
+from explore.model.columns import Arrays
+from explore.model.quantities import FloatArray
+
+#: Points inside the box, points of each round around an extreme, and rounds, each half as wide as the one before.
+_N_INSIDE, _N_ROUND, _N_ROUNDS = 2048, 64, 24
+#: With more dimensions so many corners are drawn at random.
+_MOST_CORNERS = 1 << 12
+#: A value beyond that of the corner by less than this share of the range over the box is the corner's.
+_SAME = 1e-9
+
+
+@dataclass(frozen=True)
+class Extreme:
+    """An extreme of a metric over the box.
+
+    Attributes
+    ----------
+    value
+        NaN where a part within the tolerances has no motion, or the metric is undefined there.
+    deviations
+        Where it is, (d,), from the design; where a part has no motion, if there is one.
+    is_corner
+        Whether every deviation is at a limit.
+    """
+
+    value: float
+    deviations: FloatArray
+    is_corner: bool
+
+
+@dataclass(frozen=True)
+class WorstCase:
+    """The extremes over the box, by metric, and whether parts with no motion or that miss a constraint were found."""
+
+    low: Mapping[str, Extreme]
+    high: Mapping[str, Extreme]
+    has_unassembled: bool
+    has_infeasible: bool
+
+
+def find_worst_case(request: TolerancedRequest, nominal: Mapping[str, float], seed: int) -> WorstCase:
+    """Search the box for the extremes of all metrics."""
+    random = np.random.Generator(np.random.SFC64(np.random.SeedSequence(seed, spawn_key=(1,))))
+    d = len(request.tolerances)
+    corners = _corners(d, random)
+    inside = random.uniform(-1.0, 1.0, (d, _N_INSIDE))
+    places = np.concatenate([corners, np.zeros((d, 1)), inside], axis=1)
+
+    def outcomes_at(points: FloatArray) -> Outcomes:
+        return request.outcomes(nominal, request.widths[:, None] * points)
+
+    found = outcomes_at(places)
+    search = _Search(request, places, found.metrics, corners.shape[1])
+    has_unassembled, has_infeasible = not found.is_assembled.all(), not found.is_feasible.all()
+    for k in range(_N_ROUNDS):
+        found = outcomes_at(points := search.next_points(random, 0.5**k))
+        search.include(points, found.metrics)
+        has_unassembled |= not found.is_assembled.all()
+        has_infeasible |= not found.is_feasible.all()
+    return WorstCase(*search.extremes(), has_unassembled, has_infeasible)
+
+
+def _corners(d: int, random: np.random.Generator) -> FloatArray:
+    """The corners of the unit box, (d, n)."""
+    if 2**d <= _MOST_CORNERS:
+        return np.stack(np.meshgrid(*[[-1.0, 1.0]] * d, indexing="ij")).reshape(d, -1)
+    return random.choice([-1.0, 1.0], (d, _MOST_CORNERS))
+
+
+class _Search:
+    """The most extreme points so far, two for each metric: (place in the unit box, value), and undefined places."""
+
+    def __init__(self, request: TolerancedRequest, places: FloatArray, values: Arrays, n_corners: int) -> None:
+        self._widths, self._names = request.widths, request.metrics
+        self._at = np.zeros((2, len(self._names), len(self._widths)))
+        self._value = np.full((2, len(self._names)), -np.inf)
+        self._undefined: dict[str, FloatArray] = {}
+        self.include(places[:, :n_corners], {name: values[name][:n_corners] for name in self._names})
+        self._corner_at, self._corner_value = self._at.copy(), self._value.copy()
+        self.include(places, values)
+
+    def include(self, places: FloatArray, values: Arrays) -> None:
+        """Take over points that are more extreme; row 0 seeks the smallest value by its negative."""
+        for m, name in enumerate(self._names):
+            column = values[name]
+            undefined = np.isnan(column)
+            if undefined.any():
+                self._undefined.setdefault(name, places[:, int(np.argmax(undefined))])
+                if undefined.all():
+                    continue
+            for side, sign in enumerate((-1.0, 1.0)):
+                best = int(np.nanargmax(sign * column))
+                if sign * column[best] > self._value[side, m]:
+                    self._value[side, m], self._at[side, m] = sign * column[best], places[:, best]
+
+    def next_points(self, random: np.random.Generator, width: float) -> FloatArray:
+        """Points around each extreme, (d, n)."""
+        steps = random.uniform(-width, width, (*self._at.shape[:2], _N_ROUND, self._at.shape[2]))
+        points = np.clip(self._at[:, :, None] + steps, -1.0, 1.0)
+        return np.ascontiguousarray(points.reshape(-1, self._at.shape[2]).T)
+
+    def extremes(self) -> tuple[dict[str, Extreme], dict[str, Extreme]]:
+        """The smallest and the largest values, by metric."""
+        ranges = np.abs(self._value[0] + self._value[1])
+        sides = []
+        for side, sign in enumerate((-1.0, 1.0)):
+            extremes = {}
+            for m, name in enumerate(self._names):
+                is_corner = self._value[side, m] - self._corner_value[side, m] <= _SAME * ranges[m]
+                at, value = self._at[side, m], self._value[side, m]
+                if is_corner:
+                    at, value = self._corner_at[side, m], self._corner_value[side, m]
+                if name in self._undefined:
+                    at, value, is_corner = self._undefined[name], np.nan, False
+                extremes[name] = Extreme(sign * float(value), self._widths * at, bool(is_corner))
+            sides.append(extremes)
+        return sides[0], sides[1]

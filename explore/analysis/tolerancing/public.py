@@ -1,0 +1,134 @@
+"""Tolerances of designs of results: how sure they are to do what they promise."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from explore.analysis.tolerancing.outcomes import TolerancedRequest
+from explore.analysis.tolerancing.robustness import Robustness, TolerancePlan
+from explore.analysis.tolerancing.runs import ToleranceRun, is_continued
+from explore.base.errors import RequestError, ResultsError
+from explore.base.files import real_path
+from explore.evaluation.evaluate import compile_kernels
+from explore.model.progress import ReportProgress
+from explore.results.ranking.objectives import parse_objective
+from explore.results.ranking.rankings import rankable_names
+from explore.results.store.open_results import results_of
+from explore.results.store.results import Results
+from explore.running.chosen import chosen_designs, request_of
+from explore.running.workers import find_workers
+from explore.studies.request.tolerances import make_tolerances
+
+if TYPE_CHECKING:
+    from distributed import Client
+
+#: Parts that are drawn of each design without a choice of the user.
+DRAWS = 1 << 18
+
+
+def tolerance(
+    results: Results | Path | str,
+    tolerances: Mapping[str, object] | None = None,
+    designs: Sequence[int] | int | None = None,
+    *,
+    path: Path | str | None = None,
+    draws: int = DRAWS,
+    seed: int = 0,
+    client: Client | None = None,
+    workers: int | None = None,
+    processes: bool = False,
+    restart: bool = False,
+    report_progress: ReportProgress | None = None,
+) -> Robustness:
+    """Find how far tolerances of the dimensions move the metrics of designs, and how many parts meet the constraints.
+
+    Parameters
+    ----------
+    results
+        Results, or the path of their file.
+    tolerances
+        By parameter, half the width: a number, a string with a unit, or ``{"plus_minus": 0.1, "distribution":
+        "uniform"}``. A normal one, the default, has a standard deviation of a third of it and is not cut off. Those
+        named here replace those of the study's ``[tolerances]``; 0 removes one.
+    designs
+        Numbers of designs; None for the Pareto set of the study.
+    path
+        A new results file for `Robustness.designs`, numbered from 0; ``parent`` has the number in `results`. One that a
+        killed run of the same analysis left unfinished is finished.
+    draws
+        Number of parts to draw of each design.
+    seed
+        Seed of the draws, from which all follows.
+    client, workers, processes
+        As of `sweep`.
+    restart
+        Move an existing file aside.
+    report_progress
+        Called with the numbers of parts drawn and to draw.
+
+    Returns
+    -------
+    Robustness
+
+    Raises
+    ------
+    RequestError
+        If a name, a tolerance or a number is invalid.
+    ResultsError
+        If a design is not in the file, or the new file exists.
+    ClusterError
+        If the cluster is lost or runs other versions of the packages.
+    """
+    plan = plan_tolerances(results_of(results), tolerances, designs, draws=draws, seed=seed)
+    target = check_target(plan, path, restart=restart)
+    cluster = find_workers(plan.run.request.request, client, workers, processes=processes)
+    if client is None:
+        compile_kernels(plan.run.request.exact.request)
+    robustness = plan.robustness(plan.run.compute(cluster, report_progress))
+    if target is not None:
+        plan.write(robustness, target, restart=restart)
+    return robustness
+
+
+def check_target(plan: TolerancePlan, path: Path | str | None, *, restart: bool) -> Path | None:
+    """The new results file, refused where it exists, before anything is computed; a killed run's is continued."""
+    if path is None:
+        return None
+    target = Path(path)
+    if real_path(target) == real_path(plan.source.path):
+        raise RequestError(f"{target} holds the designs; name another file with `path`")
+    if target.exists() and not restart and not is_continued(target, plan.source, plan.attributes):
+        raise ResultsError(f"{target} exists; name another file with `path` or move it aside with `restart=True`")
+    return target
+
+
+def plan_tolerances(
+    source: Results,
+    tolerances: Mapping[str, object] | None,
+    designs: Sequence[int] | int | None,
+    *,
+    draws: int,
+    seed: int,
+) -> TolerancePlan:
+    """Read the tolerances and the designs; see `tolerance`."""
+    if draws < 2:
+        raise RequestError(f"draws = {draws}: must be at least 2")
+    if seed < 0:
+        raise RequestError(f"seed = {seed}: must be at least 0")
+    request = request_of(source)
+    study: Mapping[str, object] = tomllib.loads(source.config).get("tolerances", {})
+    chosen = make_tolerances(request.mechanism, {**study, **(tolerances or {})})
+    frame = chosen_designs(source, designs)
+    objectives = tuple(parse_objective(text, source.senses, rankable_names(source)) for text in source.objectives)
+    names = [column.name for column in source.columns if column.role == "parameter"]
+    defaults = {t.parameter: request.mechanism.parameter(t.parameter).default for t in chosen}
+    given = [
+        {name: float(value) for name, value in defaults.items() if value is not None}
+        | {name: float(row[name]) for name in names}
+        for row in frame.to_dict(orient="records")
+    ]
+    toleranced = TolerancedRequest.of(request, objectives, chosen)
+    return TolerancePlan(source, frame, objectives, ToleranceRun(toleranced, tuple(given), draws, seed))

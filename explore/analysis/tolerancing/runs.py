@@ -1,0 +1,266 @@
+"""Run the analysis of designs with tolerances on threads or a cluster, and write it as a results file.
+
+A task is a piece of the parts of one design, or what follows from all parts of one. No result depends on the workers.
+"""
+
+from __future__ import annotations
+
+import json
+import threading
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import AbstractContextManager
+from dataclasses import dataclass
+from functools import partial
+from hashlib import sha256
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from explore.analysis.refining.generations import PARENT
+from explore.analysis.tolerancing.analysis import Analysis, analyse
+from explore.analysis.tolerancing.outcomes import TolerancedRequest, watching
+from explore.analysis.tolerancing.spreads import PIECE, PartCounts, count_parts, merge_counts
+from explore.base.errors import ClusterError, ResultsError
+from explore.model.columns import Attribute, Column
+from explore.model.progress import ReportProgress
+from explore.model.quantities import Sense
+from explore.results.store.all_designs_writer import AllDesignsWriter
+from explore.results.store.open_results import open_results
+from explore.results.store.results import Results
+from explore.running.blocks import environment_of
+from explore.running.clusters import check_environment
+from explore.running.in_flight import BlocksInFlight
+from explore.running.log import Listener
+from explore.running.threads import BlocksOnThreads, LocalThreads
+from explore.studies.designs.spaces import BLOCK_SIZE
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from distributed import Client, Future
+
+#: Attributes of results that results with tolerances have too.
+_KEPT = (
+    "config", "mechanism", "kernel", "seed", "speed", "speed_powers", "status_sentences", "label_sentences",
+    "explore_version", "numpy_version", "scipy_version", "numba_version", "h5py_version", "hdf5_version", "machine",
+)  # fmt: skip
+#: Renewed when parts are drawn or analysed in another way.
+_VERSION = 1
+#: How the designs of these results were chosen, an attribute of the file.
+_SAMPLER = "tolerances"
+
+_Task = Callable[[], Any]
+
+
+@dataclass(frozen=True)
+class ToleranceRun:
+    """What determines the analysis.
+
+    Attributes
+    ----------
+    request
+        Metrics, constraints and tolerances.
+    designs
+        Parameters of each design.
+    draws
+        Number of parts of each design.
+    seed
+        Seed of the draws.
+    """
+
+    request: TolerancedRequest
+    designs: tuple[Mapping[str, float], ...]
+    draws: int
+    seed: int
+
+    def compute(
+        self,
+        cluster: AbstractContextManager[Client | LocalThreads],
+        progress: ReportProgress | None = None,
+        listener: Listener | None = None,
+    ) -> list[Analysis]:
+        """Analyse all designs; `progress` is called with the numbers of parts drawn and to draw."""
+        starts = range(0, self.draws, PIECE)
+        n_pieces, n_designs = len(starts), len(self.designs)
+        n_done, watch = 0, _Watch()
+
+        def report(number: int) -> None:
+            nonlocal n_done
+            start = starts[number % n_pieces]
+            n_done += min(PIECE, self.draws - start)
+            wait()
+
+        def wait() -> None:
+            if progress is not None:
+                progress(max(n_done, min(watch.n_evaluated, self.draws * n_designs)), self.draws * n_designs)
+
+        def piece(number: int) -> _Task:
+            design, start = self.designs[number // n_pieces], starts[number % n_pieces]
+            stop = min(start + PIECE, self.draws)
+            return partial(count_parts, self.request, design, self.seed, start, stop)
+
+        with cluster as workers:
+            tasks = _Tasks(workers, self.request.request.mechanism.name, watch, listener)
+            pieces: list[PartCounts] = tasks.run(piece, range(n_pieces * n_designs), report, wait)
+            parts = [merge_counts(pieces[k : k + n_pieces]) for k in range(0, len(pieces), n_pieces)]
+
+            def rest(number: int) -> _Task:
+                k = number - len(pieces)  # the number of a task is its own in the whole run
+                return partial(analyse, self.request, self.designs[k], parts[k], self.seed)
+
+            found: list[Analysis] = tasks.run(rest, range(len(pieces), len(pieces) + n_designs))
+        return found
+
+
+class _Watch:
+    """Counts the parts that threads evaluate, and ends their tasks once it is stopped."""
+
+    def __init__(self) -> None:
+        self.n_evaluated, self._lock, self._stopped = 0, threading.Lock(), threading.Event()
+
+    def __call__(self, count: int) -> None:
+        if self._stopped.is_set():
+            raise KeyboardInterrupt
+        with self._lock:
+            self.n_evaluated += count
+
+    def stop(self) -> None:
+        """End the tasks at their next slices."""
+        self._stopped.set()
+
+
+class _Tasks:
+    """Runs tasks by number on threads, which a watch follows, or on a cluster."""
+
+    def __init__(
+        self, workers: Client | LocalThreads, mechanism: str, watch: _Watch, listener: Listener | None
+    ) -> None:
+        self._workers, self._mechanism, self._watch, self._listener = workers, mechanism, watch, listener
+
+    def run(
+        self,
+        task: Callable[[int], _Task],
+        numbers: range,
+        report: Callable[[int], None] | None = None,
+        wait: Callable[[], None] | None = None,
+    ) -> list[Any]:
+        """The results of the tasks in the order of their numbers; `wait` is called while threads compute."""
+        results: dict[int, Any] = {}
+
+        def accept(number: int, result: tuple[Mapping[str, str], Any]) -> None:
+            environment, results[number] = result
+            check_environment(environment, f"of task {number}", self._mechanism)
+            if report is not None:
+                report(number)
+
+        if isinstance(self._workers, LocalThreads):
+            call = partial(_call_numbered, self._mechanism, task, self._watch)
+            blocks = BlocksOnThreads(self._workers, call, accept, _reject, self._note, wait=wait, stop=self._watch.stop)
+            blocks.run(numbers)
+        else:
+            submit = partial(_submit, self._workers, self._mechanism, task)
+            BlocksInFlight(self._workers, submit, accept, _reject, self._note).run(numbers)
+        missing = len(numbers) - len(results)
+        if missing:
+            raise ClusterError(f"{missing} tasks never came back from the workers; run the command again")
+        return [results[number] for number in numbers]
+
+    def _note(self, event: str, **facts: Any) -> None:
+        if self._listener is not None:
+            self._listener(event, facts)
+
+
+def _call(mechanism: str, task: _Task) -> tuple[Mapping[str, str], Any]:
+    """Run a task on a worker."""
+    return environment_of(mechanism), task()
+
+
+def _call_numbered(
+    mechanism: str, task: Callable[[int], _Task], watch: _Watch, number: int
+) -> tuple[Mapping[str, str], Any]:
+    with watching(watch):
+        return _call(mechanism, task(number))
+
+
+def _submit(
+    client: Client, mechanism: str, task: Callable[[int], _Task], number: int, preferred: list[str] | None
+) -> Future:
+    # Workers may leave; without allow_other_workers the task would wait for them.
+    where = {"workers": preferred, "allow_other_workers": True} if preferred else {}
+    future: Future = client.submit(_call, mechanism, task(number), pure=False, retries=0, **where)
+    return future
+
+
+def _reject(number: int, problem: str) -> None:
+    raise ClusterError(f"task {number} failed: {problem}; nothing was written")
+
+
+def write_toleranced(
+    path: Path,
+    source: Results,
+    frame: pd.DataFrame,
+    added: Sequence[Column],
+    attributes: Mapping[str, object],
+    *,
+    restart: bool,
+) -> None:
+    """Write designs with their tolerances as a results file, whose designs are numbered from 0.
+
+    Parameters
+    ----------
+    source
+        The results that the designs are from; the column ``parent`` has their numbers there.
+    frame
+        The designs, index "design", with the columns of the source and those added.
+    attributes
+        "senses", "objectives", and "tolerances": what determines the columns that were added.
+    """
+    parent = Column(PARENT, "", f"design of {source.path.name} that it is", "bookkeeping", "<i8")
+    replaced = {column.name for column in (parent, *added)}
+    columns = (*(c for c in source.columns if c.name not in replaced), *added, parent)
+    arrays = {c.name: np.ascontiguousarray(frame[c.name], dtype=c.dtype) for c in columns[1:-1]}
+    arrays[PARENT] = frame.index.to_numpy().astype("<i8")
+    stored = _attributes(source, arrays, attributes)
+    with AllDesignsWriter(path, columns, len(frame), BLOCK_SIZE, stored, restart=restart) as writer:
+        for number in writer.pending:
+            rows = slice(number * BLOCK_SIZE, (number + 1) * BLOCK_SIZE)
+            writer.commit(number, {name: values[rows] for name, values in arrays.items()})
+
+
+def is_continued(path: Path, source: Results, attributes: Mapping[str, object]) -> bool:
+    """Whether a file is unfinished, as a kill leaves it, and of this analysis; its values are known only at the end."""
+    try:
+        old = open_results(path)
+    except ResultsError:  # of another program, or damaged
+        return False
+    if old.is_complete or old.attributes.get("sampler") != _SAMPLER:
+        return False
+    stored = json.loads(str(old.attributes["determines"]))
+    content = _content(source, attributes, stored["tolerances"]["sha256"])
+    return old.attributes.get("kernel") == source.attributes.get("kernel") and stored == json.loads(json.dumps(content))
+
+
+def _content(source: Results, attributes: Mapping[str, object], digest: str) -> dict[str, Any]:
+    """What determines the new results; `digest` is the SHA-256 of their values."""
+    determines: dict[str, Any] = json.loads(str(source.attributes["determines"]))
+    return determines | {
+        "objectives": attributes["objectives"],
+        "tolerances": {"version": _VERSION, "sha256": digest, "of": attributes["tolerances"]},
+    }
+
+
+def _attributes(source: Results, arrays: Mapping[str, Any], attributes: Mapping[str, object]) -> dict[str, Attribute]:
+    """Attributes of the new results file."""
+    values = sha256()
+    for name in sorted(arrays):
+        values.update(arrays[name].tobytes())
+    old, content = source.attributes, _content(source, attributes, values.hexdigest())
+    identity = json.dumps(content, sort_keys=True, separators=(",", ":"), allow_nan=False)
+    senses: Mapping[str, Sense | None] = attributes["senses"]  # type: ignore[assignment]
+    return {name: old[name] for name in _KEPT if name in old} | {
+        "request_sha256": sha256(identity.encode()).hexdigest(),
+        "determines": identity,
+        "sampler": _SAMPLER,
+        "objectives": json.dumps(attributes["objectives"]),
+        "senses": json.dumps(source.senses | dict(senses)),
+    }

@@ -1,0 +1,101 @@
+"""Where a metric is within a range: the intervals of the parameter, their ends by bracketed root finding."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from explore.analysis.tuning.curves import MetricOfParameter, Run
+
+#: The metric jumps across a bound if it misses it there by more than this share of its range.
+_JUMP = 1e-6
+#: Cause of the end of an interval where the metric jumps across its bound.
+JUMP = "jump"
+
+
+@dataclass(frozen=True)
+class End:
+    """An end of an interval, or the place of a smallest or largest value.
+
+    Attributes
+    ----------
+    parameter, value
+        The parameter, and the metric there.
+    cause
+        Empty where the metric meets its bound or has an extreme; else why the curve ends here: the label of a status,
+        `END_OF_RANGE` or `JUMP`.
+    """
+
+    parameter: float
+    value: float
+    cause: str = ""
+
+
+@dataclass(frozen=True)
+class Interval:
+    """Values of a parameter from `start` to `stop`, at all of which a metric is within its bounds."""
+
+    start: End
+    stop: End
+
+
+def find_intervals(function: MetricOfParameter, runs: Sequence[Run], low: float, high: float) -> list[Interval]:
+    """The intervals in which the metric is from `low` to `high`, ascending."""
+    return [interval for run in runs for interval in _intervals_of(function, run, low, high)]
+
+
+def find_reach(runs: Sequence[Run]) -> tuple[End, End]:
+    """The smallest and the largest value of the metric, with the places where it has them."""
+    ends = [_end(run, int(k)) for run in runs for k in (run.values.argmin(), run.values.argmax())]
+    return min(ends, key=lambda end: end.value), max(ends, key=lambda end: end.value)
+
+
+def _end(run: Run, place: int) -> End:
+    last = len(run.parameters) - 1
+    cause = run.causes[0] if place == 0 else run.causes[1] if place == last else ""
+    return End(float(run.parameters[place]), float(run.values[place]), cause)
+
+
+def _intervals_of(function: MetricOfParameter, run: Run, low: float, high: float) -> list[Interval]:
+    cuts = {run.parameters[0]: _end(run, 0), run.parameters[-1]: _end(run, len(run.parameters) - 1)}
+    for level in dict.fromkeys((low, high)):
+        if np.isfinite(level):
+            for root in _find_roots(function, run, level):
+                cuts[root.parameter] = root if root.parameter not in cuts or not root.cause else cuts[root.parameter]
+    ends = [cuts[parameter] for parameter in sorted(cuts)]
+    middles = np.array([(a.parameter + b.parameter) / 2.0 for a, b in itertools.pairwise(ends)])
+    values = function.values(middles)[0] if len(middles) else middles
+    inside = [False, *((low <= values) & (values <= high)).tolist(), False]
+    intervals: list[Interval] = []
+    for end, before, after in zip(ends, inside[:-1], inside[1:], strict=True):
+        if after and not before:
+            intervals.append(Interval(end, end))  # its end follows
+        elif before and not after:
+            intervals[-1] = Interval(intervals[-1].start, end)
+        elif not before and not after and (not end.cause or (end.cause != JUMP and low <= end.value <= high)):
+            intervals.append(Interval(end, end))  # a single value, perhaps rounded to outside of its bounds
+    return intervals
+
+
+def _find_roots(function: MetricOfParameter, run: Run, level: float) -> list[End]:
+    """The places where the metric has a value, or jumps across it."""
+    from scipy.optimize import toms748
+
+    excess = run.values - level
+    roots = [float(x) for x in run.parameters[excess == 0.0]]
+    for k in np.flatnonzero(np.sign(excess[:-1]) * np.sign(excess[1:]) < 0.0).tolist():
+        # The smallest tolerances that it takes: roots are the numbers next to a change of sign.
+        root = toms748(
+            lambda x: function.at(x) - level, run.parameters[k], run.parameters[k + 1],
+            xtol=np.finfo(float).tiny, rtol=4.0 * np.finfo(float).eps, maxiter=200,
+        )  # fmt: skip
+        roots.append(float(root))
+    height = float(np.ptp(run.values))
+    return [_classify(root, function.at(root), level, height) for root in roots]
+
+
+def _classify(parameter: float, value: float, level: float, height: float) -> End:
+    return End(parameter, value, JUMP if abs(value - level) > _JUMP * height else "")

@@ -1,1 +1,0 @@
-"""The public functions: they resolve names, call the packages below and return tables."""

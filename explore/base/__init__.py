@@ -1,0 +1,1 @@
+"""What every room stands on: errors, files, text, units, compiling and arithmetic in lanes."""

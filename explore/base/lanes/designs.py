@@ -1,0 +1,151 @@
+"""Whole blocks of designs through a mechanism's functions, tile after tile."""
+
+import numpy as np
+from numba import types
+
+from explore.base.compiling import CLOSE_SIGNATURE, FILL_SIGNATURE, LANES, compiled, function_type
+from explore.base.subroutines import subroutine
+
+_CLOSE, _FILL = function_type(CLOSE_SIGNATURE), function_type(FILL_SIGNATURE)
+_F1, _F2 = types.float64[::1], types.float64[:, ::1]
+
+
+@subroutine(apart=True)
+def load_tile(parameters, start, tile):
+    """Fill the rows of parameters of a tile with those of the designs from `start` on, the last one repeated."""
+    lanes = min(LANES, parameters.shape[1] - start)
+    for p in range(parameters.shape[0]):
+        row = tile[p * LANES :]
+        if lanes == LANES:
+            for lane in range(LANES):
+                row[lane] = parameters[p, start + lane]
+        else:
+            for lane in range(LANES):
+                row[lane] = parameters[p, start + min(lane, lanes - 1)]
+
+
+@compiled(
+    types.void(_CLOSE, _F2, types.int64, types.int64, types.int64, types.int64, _F2, types.int8[::1]),
+    allocates=True,
+)
+def close_all(close, parameters, record_rows, first_parameter, first_metric, status_row, metrics, status):
+    """Evaluate the closed form of every design.
+
+    Parameters
+    ----------
+    close
+        Compiled function of the mechanism.
+    parameters : (p, n) array
+        Parameters of the closed form.
+    record_rows, first_parameter, first_metric, status_row
+        Rows of a tile of records: their number, and where the parts begin.
+    metrics : (m, n), status : (n,)
+        Filled.
+    """
+    record = np.zeros(record_rows * LANES)
+    n = parameters.shape[1]
+    for start in range(0, n, LANES):
+        lanes = min(LANES, n - start)
+        load_tile(parameters, start, record[first_parameter * LANES :])
+        close(record)
+        for m in range(metrics.shape[0]):
+            row = record[(first_metric + m) * LANES :]
+            if lanes == LANES:
+                for lane in range(LANES):
+                    metrics[m, start + lane] = row[lane]
+            else:
+                for lane in range(lanes):
+                    metrics[m, start + lane] = row[lane]
+        for lane in range(lanes):
+            status[start + lane] = np.int8(record[status_row * LANES + lane])
+
+
+@compiled(types.void(_CLOSE, _F2, types.int64, types.int64, _F2), allocates=True)
+def constants_of(close, parameters, record_rows, first_parameter, constants):
+    """Fill the constants of every design, shape (k, n), for uses that need few designs."""
+    record = np.zeros(record_rows * LANES)
+    n = parameters.shape[1]
+    for start in range(0, n, LANES):
+        lanes = min(LANES, n - start)
+        load_tile(parameters, start, record[first_parameter * LANES :])
+        close(record)
+        for k in range(constants.shape[0]):
+            for lane in range(lanes):
+                constants[k, start + lane] = record[k * LANES + lane]
+
+
+@compiled(
+    types.void(_FILL, _F2, types.int64, _F1, types.int64, types.int64, types.int64, types.int64, _F1), allocates=True
+)
+def fill_row(fill, constants, rows_read, tangents, anchor, needs, rows, row, values):
+    """Fill one signal of many designs at one angle each; the lanes are designs.
+
+    Parameters
+    ----------
+    constants : (k, n) array
+        Of the designs; `fill` reads the first `rows_read` rows.
+    tangents : (n,) array
+        Half-tangents of the angles from the anchor.
+    anchor, needs, rows
+        Of `fill`.
+    row
+        Row of the signal.
+    values : (n,) array
+        Filled.
+    """
+    tile, node, out = np.empty(rows_read * LANES), np.empty(LANES), np.empty(rows * LANES)
+    n = len(tangents)
+    for start in range(0, n, LANES):
+        for lane in range(LANES):
+            node[lane] = tangents[min(start + lane, n - 1)]
+        for k in range(rows_read):
+            for lane in range(LANES):
+                tile[k * LANES + lane] = constants[k, min(start + lane, n - 1)]
+        fill(tile, node, anchor, 0, 0, 1, needs, out)
+        for lane in range(min(LANES, n - start)):
+            values[start + lane] = out[row * LANES + lane]
+
+
+@compiled(
+    types.void(_FILL, _F1, types.int64[::1], types.int64[::1], _F1, types.int64, types.int64, types.int64, _F2),
+    allocates=True,
+)
+def fill_motion_of_design(fill, constants, anchors, laws, tangents, variant, needs, rows, signals):
+    """Fill the signals of one design at any angles; the lanes are nodes.
+
+    Parameters
+    ----------
+    constants : (k,) array
+        Of the design.
+    anchors, laws : (t,) arrays
+        Anchor from which each half-tangent is measured, and the law that holds there.
+    tangents : (t,) array
+        Half-tangents of the angles.
+    variant, needs, rows
+        Of `fill`.
+    signals : (rows, t) array
+        Filled.
+    """
+    tile, out = np.empty(len(constants) * LANES), np.empty(rows * LANES)
+    node, numbers = np.empty(LANES), np.empty(LANES, np.int64)
+    for k in range(len(constants)):
+        tile[k * LANES : (k + 1) * LANES] = constants[k]
+    count = len(tangents)
+    done = np.zeros(count, np.bool_)
+    for first in range(count):
+        if done[first]:
+            continue
+        # The next tile: angles from here on with the same anchor and law.
+        lanes = 0
+        for j in range(first, count):
+            if not done[j] and anchors[j] == anchors[first] and laws[j] == laws[first] and lanes < LANES:
+                node[lanes], numbers[lanes], done[j] = tangents[j], j, True
+                lanes += 1
+            if lanes == LANES:
+                break
+        for lane in range(lanes, LANES):
+            node[lane] = node[0]
+        fill(tile, node, anchors[first], laws[first], variant, 1, needs, out)
+        for row in range(rows):
+            for lane in range(lanes):
+                signals[row, numbers[lane]] = out[row * LANES + lane]

@@ -1,0 +1,228 @@
+"""Units in which values are shown, chosen by quantity: inches for all lengths, rpm for all rotational speeds.
+
+A unit that nobody chose follows the others where that is natural: the square of a quantity with a chosen unit is in the
+square of that, and what has lengths, angles and times alone follows the lengths and the angles, so that inches give
+in/s, in^2 and deg/in. Forces, torques and stresses have no such form: N/in^2 is no unit that anybody wants.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
+from fractions import Fraction
+
+import numpy as np
+import numpy.typing as npt
+
+from explore.base.errors import RequestError
+from explore.base.suggest import format_value, suggestion
+from explore.base.units.quantities import join_unit, quantity, split_unit, unit_factor
+
+FloatArray = npt.NDArray[np.float64]
+
+#: A unit of each quantity. Energies and torques have one dimension, see `_quantity`.
+QUANTITIES = {
+    "length": "mm", "angle": "deg", "time": "s", "mass": "kg", "speed": "rad/s", "angular_acceleration": "rad/s^2",
+    "velocity": "mm/s", "acceleration": "mm/s^2", "force": "N", "torque": "N m", "energy": "J", "power": "W",
+    "stress": "MPa", "inertia": "kg m^2", "stiffness": "N/m", "rotational_stiffness": "N m/rad", "damping": "N s/m",
+    "rotational_damping": "N m s/rad",
+}  # fmt: skip
+#: Quantities that compound units may consist of to follow, and those of them that they follow.
+_KINEMATIC, _FOLLOWED = ("length", "angle", "time"), ("length", "angle")
+_HEADING = re.compile(r"(.*?)\s*\[([^][]*)\]", re.DOTALL)
+_ONE_FACTOR = re.compile(r"[^\W\d]+|°")
+_NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?", re.ASCII)
+#: All smaller integers are exact as a float.
+_LARGEST_EXACT = 2**53
+
+
+@dataclass(frozen=True)
+class Scale:
+    """The unit that values are declared in, and the unit that they are shown in.
+
+    Attributes
+    ----------
+    declared, shown
+        The units, "1" or "" for plain numbers.
+    factor
+        From the declared unit to the shown one; exact but for 50 digits of pi.
+    """
+
+    declared: str = ""
+    shown: str = ""
+    factor: Fraction = Fraction(1)
+
+    @property
+    def is_declared(self) -> bool:
+        """Whether values are shown as they are declared."""
+        return self.shown == self.declared
+
+    @property
+    def ratio(self) -> tuple[float, float]:
+        """The factor as a multiplier and a divisor; both are exact but for a factor with pi."""
+        top, bottom = self.factor.as_integer_ratio()
+        return (float(self.factor), 1.0) if max(top, bottom) > _LARGEST_EXACT else (float(top), float(bottom))
+
+    def show(self, value: float) -> float:
+        """A declared value in the shown unit, see `show_all`."""
+        return float(self.show_all(np.asarray(value)))
+
+    def show_all(self, values: FloatArray) -> FloatArray:
+        """Declared values in the shown unit, by an exact factor with two rounding errors."""
+        if self.factor == 1:
+            return values
+        top, bottom = self.ratio
+        return np.asarray(values * top / bottom)
+
+    def read(self, text: str) -> float:
+        """The declared value of a text: a number in the shown unit, or one with a unit.
+
+        Raises
+        ------
+        RequestError
+            With the reason alone.
+        """
+        if not _NUMBER.fullmatch(text.strip()):
+            return quantity(text, self.declared)
+        number = float(text)
+        if not math.isfinite(number):
+            raise RequestError("the number is too large")
+        # The fraction of a number such as 1e-999999999, which is 0 here, would fill the memory.
+        return number if self.factor == 1 or number == 0.0 else float(Fraction(text.strip()) / self.factor)
+
+    def __str__(self) -> str:
+        return self.shown
+
+
+#: The scale of values without a known unit.
+PLAIN = Scale()
+
+
+@dataclass(frozen=True)
+class ShownUnits:
+    """The chosen units.
+
+    Attributes
+    ----------
+    units
+        The unit of each quantity of `QUANTITIES` that has one.
+    given
+        The unit of each column that a study gives in another one than the declared; a chosen one wins.
+    """
+
+    units: Mapping[str, str] = field(default_factory=dict)
+    given: Mapping[str, str] = field(default_factory=dict)
+
+    def __bool__(self) -> bool:
+        return bool(self.units or self.given)
+
+    def with_given(self, given: Mapping[str, str]) -> ShownUnits:
+        """The same, with the units in which a study gives columns."""
+        return replace(self, given=given)
+
+    def scale(self, declared: str) -> Scale:
+        """The scale of values in a declared unit."""
+        if not self.units or declared in ("", "1"):
+            return Scale(declared, declared)
+        return _find_scale(tuple(sorted(self.units.items())), declared)
+
+    def scales(self, units: Mapping[str, str]) -> dict[str, Scale]:
+        """The scale of each column, from its declared unit."""
+        return {name: self._scale_of(name, unit) for name, unit in units.items()}
+
+    def _scale_of(self, name: str, declared: str) -> Scale:
+        if name not in self.given or self.units.get(_quantity(declared)):
+            return self.scale(declared)
+        return Scale(declared, self.given[name], 1 / unit_factor(self.given[name], declared))
+
+
+def read_shown_units(entries: Mapping[str, object]) -> ShownUnits:
+    """The chosen units from entries such as ``{"length": "in"}``.
+
+    Raises
+    ------
+    RequestError
+        ``quantity: reason`` of the first entry that is wrong.
+    """
+    for name, unit in entries.items():
+        if reason := explain_entry(name, unit):
+            raise RequestError(f"{name}: {reason}")
+    return ShownUnits({name: str(unit) for name, unit in entries.items()})
+
+
+def explain_entry(name: str, unit: object) -> str:
+    """Why a quantity cannot be shown in this unit; empty if it can."""
+    if name not in QUANTITIES:
+        return f"no such quantity; {suggestion(name, QUANTITIES)}"
+    if not isinstance(unit, str):
+        return f'must be a unit in quotes, such as "{QUANTITIES[name]}", got {format_value(unit)}'
+    if split_unit(unit) is None:
+        return f'{format_value(unit)} is not a unit; write one such as "{QUANTITIES[name]}"'
+    try:
+        unit_factor(unit, QUANTITIES[name])
+    except RequestError as error:
+        return str(error)
+    return ""
+
+
+def number_with_unit(value: float, scale: Scale, digits: int = 6) -> str:
+    """A declared value as a message shows it, with the unit if that is not the declared one."""
+    text = f"{scale.show(value):.{digits}g}"
+    return text if scale.is_declared else f"{text} {scale.shown}"
+
+
+@functools.lru_cache(maxsize=1024)
+def _find_scale(chosen: tuple[tuple[str, str], ...], declared: str) -> Scale:
+    units = dict(chosen)
+    if unit := units.get(_quantity(declared)):
+        return Scale(declared, unit, 1 / unit_factor(unit, declared))
+    powers = split_unit(declared) or {}
+    if powers and all(power % 2 == 0 for power in powers.values()):
+        root = _find_scale(chosen, join_unit({factor: power // 2 for factor, power in powers.items()}))
+        shown = split_unit(root.shown) or {}
+        squared = join_unit({factor: 2 * power for factor, power in shown.items()})
+        return Scale(declared, declared if root.is_declared else squared, root.factor**2)
+    return _compose(units, declared, powers)
+
+
+def _compose(units: Mapping[str, str], declared: str, powers: Mapping[str, int]) -> Scale:
+    """The scale of a unit of lengths, angles and times, whose lengths and angles follow the chosen units."""
+    kinds = {factor: _quantity(factor) for factor in powers}
+    shown: dict[str, int] = {}
+    scale = Fraction(1)
+    for factor, power in powers.items():
+        unit = units.get(kinds[factor], "") if kinds[factor] in _FOLLOWED else ""
+        unit = unit if _ONE_FACTOR.fullmatch(unit) else factor
+        shown[unit] = shown.get(unit, 0) + power
+        scale *= (1 / unit_factor(unit, factor)) ** power if unit != factor else 1
+    if scale == 1 or not all(kind in _KINEMATIC for kind in kinds.values()):
+        return Scale(declared, declared)
+    return Scale(declared, join_unit(shown), scale)
+
+
+@functools.cache
+def _quantity(unit: str) -> str:
+    """Name of the quantity that a unit measures; empty for one without a name."""
+    for name, example in QUANTITIES.items():
+        try:
+            unit_factor(unit, example)
+        except RequestError:
+            continue
+        # A torque is written as a product, an energy as one unit.
+        return "energy" if name == "torque" and len(split_unit(unit) or {}) == 1 else name
+    return ""
+
+
+def headings(scales: Mapping[str, Scale], names: Iterable[str]) -> dict[str, str]:
+    """Names of columns in tables that carry no units: with the unit where it is not the declared one, "crank [in]"."""
+    known = {name: scales[name] for name in names if name in scales and not scales[name].is_declared}
+    return {name: f"{name} [{scale.shown}]" for name, scale in known.items()}
+
+
+def split_heading(text: str) -> tuple[str, str]:
+    """The name and the unit of a heading such as "crank [in]"; the unit is empty where there is none."""
+    match = _HEADING.fullmatch(text.strip())
+    return (match[1], match[2].strip()) if match else (text.strip(), "")

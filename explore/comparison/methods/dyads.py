@@ -1,0 +1,100 @@
+"""The compiled simulation of cranks and dyads of pylinkage, one linkage at a time."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from importlib.util import find_spec
+from typing import ClassVar
+
+import numpy as np
+
+from explore.base.errors import RequestError
+from explore.comparison.methods.closed_form import initial_guess
+from explore.comparison.methods.contract import Capability, Motion, Outcome, Task
+from explore.model.quantities import FloatArray
+
+#: Largest difference (rad) between equal steps of the crank: the rounding of angles of a few turns.
+_EQUAL_STEPS = 1e-14
+
+
+def is_pylinkage_installed() -> bool:
+    """Whether pylinkage is installed."""
+    return find_spec("pylinkage") is not None
+
+
+@dataclass(frozen=True)
+class PylinkageDyads:
+    """``Linkage.step_fast_with_kinematics`` of pylinkage 1.3, which intersects two circles at each crank angle.
+
+    Of the two intersections it takes the one nearer to the previous position, which may be on the other branch. Circles
+    that do not meet give NaN; circles that touch within 1e-12 of the largest length give a point without velocity.
+    The crank moves in equal steps that are summed up; for unequal crank angles it is called once per angle.
+    """
+
+    name: ClassVar[str] = "pylinkage"
+    summary: ClassVar[str] = "pylinkage: intersection of circles, nearest branch"
+    capabilities: ClassVar[Capability] = Capability.PEER | Capability.FOLLOWS_ANGLES | Capability.FOUR_BAR_ONLY
+
+    def solve(self, task: Task) -> Motion:
+        """Solve design by design from the exact position at the first angle.
+
+        Raises
+        ------
+        RequestError
+            If pylinkage is not installed.
+        """
+        if not is_pylinkage_installed():
+            raise RequestError("method pylinkage: pylinkage is not installed; pip install 'linkage-explore[peers]'")
+        motion, start = Motion.blank(task), initial_guess(task)
+        with np.errstate(all="ignore"):
+            for i in range(len(task)):
+                rocker, signals = start[i, 1], motion.signals[:, i]
+                motion.outcome[i] = _solve_one(task.parameters[i], task.crank_angle[i], rocker, signals)
+        motion.evaluations[:] = task.crank_angle.shape[1]
+        return motion
+
+
+def _solve_one(lengths: FloatArray, crank: FloatArray, rocker: float, signals: FloatArray) -> Outcome:
+    """Fill the signals of one design, shape (2 level, t)."""
+    position, velocity, acceleration = _simulate(lengths, crank, rocker)
+    _, r2, r3, r4 = lengths
+    pin, joint = position.swapaxes(0, 1)
+    coupler_link, rocker_link = joint - pin, joint - [r4, 0.0]
+    signals[0], signals[1] = _direction(coupler_link), _direction(rocker_link)
+    for row, rates in zip((2, 4), (velocity, acceleration), strict=True):
+        if row < len(signals):
+            # the angular rate of a link from the relative motion of its ends
+            signals[row] = _cross(coupler_link, rates[:, 1] - rates[:, 0]) / r2**2
+            signals[row + 1] = _cross(rocker_link, rates[:, 1]) / r3**2
+    return Outcome.OK if np.isfinite(signals).all() else Outcome.NOT_FINITE
+
+
+def _simulate(lengths: FloatArray, crank: FloatArray, rocker: float) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Position, velocity and acceleration of crank pin and coupler joint, each of shape (t, 2, 2)."""
+    from pylinkage.actuators import Crank
+    from pylinkage.components import Ground
+    from pylinkage.dyads import RRRDyad
+    from pylinkage.simulation import Linkage
+
+    r1, r2, r3, r4 = map(float, lengths)
+    steps = np.diff(crank, prepend=crank[0])
+    equal = len(crank) > 1 and np.ptp(steps[1:]) <= _EQUAL_STEPS
+    first = float(crank[0] - steps[1]) if equal else float(crank[0])  # a call steps before it records
+    calls = [(len(crank), float(steps[1]))] if equal else [(1, float(step)) for step in steps]
+    ground, pivot = Ground(0.0, 0.0), Ground(r4, 0.0)
+    motor = Crank(ground, r1, angular_velocity=1.0, initial_angle=first)
+    x, y = r4 + r3 * math.cos(rocker), r3 * math.sin(rocker)
+    linkage = Linkage([ground, pivot, motor, RRRDyad(motor.output, pivot, r2, r3, x, y)])
+    linkage.set_input_velocity(motor, omega=1.0)
+    parts = [linkage.step_fast_with_kinematics(iterations=count, dt=step) for count, step in calls]
+    position, velocity, acceleration = (np.concatenate(kind)[:, 2:] for kind in zip(*parts, strict=True))
+    return position, velocity, acceleration
+
+
+def _direction(vectors: FloatArray) -> FloatArray:
+    return np.arctan2(vectors[:, 1], vectors[:, 0])
+
+
+def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
+    return np.asarray(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])

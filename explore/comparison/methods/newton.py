@@ -1,0 +1,93 @@
+"""Newton's method on the vector loop, each crank angle starting from the solution at the previous one."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from explore.comparison.methods.closed_form import initial_guess
+from explore.comparison.methods.contract import Capability, Motion, Outcome, Task
+from explore.comparison.methods.loop_closure import on_other_branch
+from explore.model.quantities import FloatArray
+
+
+@dataclass(frozen=True)
+class Newton:
+    """Newton-Raphson iteration for many designs at a time (Norton, Design of Machinery, chapter 4).
+
+    At each crank angle, designs whose loop is closed and designs that failed leave the working set. Where the sine of
+    the transmission angle is of the order of the square root of the tolerance, a gap within the tolerance does not
+    determine the velocity, even if the branch is checked.
+
+    Attributes
+    ----------
+    tolerance
+        Largest gap of a closed loop, relative to the longest link.
+    max_iterations
+        Most corrections at one crank angle.
+    check_branch
+        Whether the sign of the Jacobian's determinant is compared with the branch. Without it a jump to the other
+        branch is reported as solved.
+    """
+
+    tolerance: float = 1e-12
+    max_iterations: int = field(default=20, repr=False)
+    check_branch: bool = field(default=True, repr=False)
+
+    @property
+    def name(self) -> str:
+        """Key in the registry."""
+        return "newton" if self.check_branch else "newton-unchecked"
+
+    @property
+    def summary(self) -> str:
+        """Description in one line."""
+        return "Newton's method from angle to angle" + ("" if self.check_branch else ", without a check of the branch")
+
+    @property
+    def capabilities(self) -> Capability:
+        """Properties; the branch is checked by default."""
+        follows = Capability.BATCHED | Capability.FOLLOWS_ANGLES
+        return follows | (Capability.CHECKS_BRANCH if self.check_branch else Capability(0))
+
+    def solve(self, task: Task) -> Motion:
+        """Solve angle by angle; a design that fails keeps its signals before the crank angle of the failure.
+
+        Evaluations are those of residuals and corrections; the rates, once per angle, are not counted.
+        """
+        motion, loop = Motion.blank(task), task.loop
+        parameters, unknowns = task.parameters.T, initial_guess(task).T.copy()
+        solutions = np.full((2, *task.crank_angle.shape), np.nan)
+        with np.errstate(all="ignore"):  # values that are not finite become an outcome
+            for j in range(task.crank_angle.shape[1]):
+                crank = task.crank_angle[:, j]
+                self._correct(task, crank, unknowns, motion)
+                if self.check_branch:
+                    determinant = loop.linearise(parameters, crank, *unknowns).determinant
+                    is_other_branch = on_other_branch(task, determinant[:, None], crank[:, None])[:, 0]
+                    motion.outcome[is_other_branch & (motion.outcome == Outcome.OK)] = Outcome.WRONG_BRANCH
+                is_ok = motion.outcome == Outcome.OK
+                solutions[:, is_ok, j] = unknowns[:, is_ok]
+            loop.fill_signals(motion.signals, parameters[:, :, None], task.crank_angle, *solutions)
+        is_ok = motion.outcome == Outcome.OK
+        motion.outcome[is_ok & ~np.isfinite(motion.signals).all(axis=(0, 2))] = Outcome.NOT_FINITE
+        return motion
+
+    def _correct(self, task: Task, crank: FloatArray, unknowns: FloatArray, motion: Motion) -> None:
+        """Correct the unknowns, shape (2, n), in place until the loop of every design that is still OK is closed."""
+        parameters = task.parameters.T
+        max_gap = self.tolerance * task.loop.size(parameters)
+        active = np.flatnonzero(motion.outcome == Outcome.OK)
+        for iteration in range(self.max_iterations + 1):
+            loop = task.loop.linearise(parameters[:, active], crank[active], *unknowns[:, active])
+            motion.evaluations[active] += 1
+            is_open = ~(np.hypot(*loop.gap) <= max_gap[active])  # true for NaN as well
+            active = active[is_open]
+            if not active.size or iteration == self.max_iterations:
+                break
+            unknowns[:, active] += np.stack(loop.correction())[:, is_open]
+            motion.evaluations[active] += 1
+            motion.iterations[active] += 1
+        is_finite = np.isfinite(parameters[:, active]).all(axis=0)
+        motion.outcome[active] = np.where(is_finite, Outcome.NOT_CONVERGED, Outcome.NOT_FINITE)

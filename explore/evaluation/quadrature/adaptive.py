@@ -1,0 +1,169 @@
+"""Adaptive quadrature: panels of one design and window, halved until the tails of all signals are small enough.
+
+Nothing needs to be known of the signals. `quadrature.tails` says what a tail is. A window is first cut into one
+or two tiles of lanes, so that a feature is seen that is not much narrower than the distance of the nodes, about half a
+degree over a turn.
+"""
+
+import math
+
+from explore.base.compiling import LANES
+from explore.base.subroutines import subroutine
+from explore.evaluation.quadrature import bounds
+from explore.evaluation.quadrature.bounds import CHUNK, FLAG_EXTREMES, FLAG_SQUARES, FLAG_TERMS
+from explore.evaluation.quadrature.panels import (
+    ANCHOR,
+    CENTRE,
+    COUNT,
+    HALF,
+    LAW,
+    LENGTH,
+    PANEL_CAPACITY,
+    SCALE,
+    VARIANT,
+)
+
+#: Nodes of each panel beside its two ends.
+ADAPTIVE_NODES = 16
+#: Most panels of one design and window; most times that panels are halved.
+MOST_PIECES = 2048
+MOST_HALVINGS = 48
+#: Shortest half length of a panel in t, relative to 1 + |t|: below, rounding moves the nodes.
+_SHORTEST = 1e-12
+#: A tail below this, relative to the size of the signal on the panel, that halving hardly lowers consists of rounding.
+_ROUNDING_TAIL, _HARDLY = 1e-9, 0.25
+#: Part of what is allowed that the panels that are not halved may use up.
+_SHARE = 0.5
+
+
+@subroutine()
+def place_part(panels, owner, source, to, centre, half):
+    """Fill panel `to` as a part of the panel `source`."""
+    panels[ANCHOR + to], panels[LAW + to], panels[VARIANT + to] = (
+        panels[ANCHOR + source], panels[LAW + source], panels[VARIANT + source]
+    )  # fmt: skip
+    panels[SCALE + to], panels[COUNT + to] = panels[SCALE + source], float(ADAPTIVE_NODES)
+    panels[CENTRE + to], panels[HALF + to] = centre, half
+    owner[to] = owner[source]
+
+
+@subroutine()
+def cut_panels(work, sums, rows, count, uncut):
+    """Cut the panels of a window into pieces of about the same angle, each of equal length in t; return their number.
+
+    As many together as one or two panels, those of a window without breaks, have tiles of lanes, and at least one per
+    unit of t, in which singularities may be graded. `uncut` is the number of panels before they were cut at zeros.
+    """
+    panels, total, wanted = work.panels, 0.0, LANES * min(uncut, 2)
+    for k in range(count):
+        total += panels[LENGTH + k]
+    number = 0
+    for k in range(count):
+        work.codes[k] = math.ceil(max(wanted * panels[LENGTH + k] / total, 2.0 * panels[HALF + k]))
+        number += work.codes[k]
+    first = number
+    for k in range(count - 1, -1, -1):  # the pieces of panel 0 replace it
+        pieces = work.codes[k]
+        first -= pieces
+        centre, half = panels[CENTRE + k], panels[HALF + k] / pieces
+        for piece in range(pieces - 1, -1, -1):
+            to = first + piece
+            place_part(panels, work.owner, k, to, centre + (2 * piece + 1 - pieces) * half, half)
+            work.todo[to] = to
+            for s in range(rows):
+                sums.earlier_tails[s * PANEL_CAPACITY + to] = math.inf
+    return number
+
+
+@subroutine()
+def _error_of_panel(sums, s, k, mean, length, scale, squares):
+    """Bound of the error of one panel's share in the statistics of a row, relative, and the size of the row on it."""
+    mass, tail = sums.masses[k], sums.tails[s * PANEL_CAPACITY + k]
+    here = sums.integrals[s * PANEL_CAPACITY + k] / mass
+    spread = sums.deviations[s * PANEL_CAPACITY + k] / mass
+    deviation = math.sqrt(spread + (here - mean) * (here - mean))
+    # Of the integral, or of that of the squared deviation from the mean.
+    factor = 1.0 if squares else max(1.0, 2.0 * deviation / scale)
+    return mass * tail * factor / (length * scale), math.sqrt(spread + here * here)
+
+
+@subroutine()
+def _errors_of_row(work, sums, s, count, flags):
+    """Bound of the error of one row's moments, relative; largest size of the row on a panel; what errors are over."""
+    mean, length = work.means[s * CHUNK], work.bounds[bounds.AVERAGING]
+    squares = flags & FLAG_SQUARES != 0
+    scale = abs(mean) if squares else math.sqrt(mean * mean + work.variances[s * CHUNK])
+    total, largest = 0.0, 0.0
+    for k in range(count if scale > 0.0 else 0):
+        error, size = _error_of_panel(sums, s, k, mean, length, scale, squares)
+        total, largest = total + error, max(largest, size)
+    return total, largest, scale
+
+
+@subroutine()
+def estimate_errors(work, sums, w, flags, count):
+    """Fill the bounds of the quadrature's errors of all rows of the first live design, relative.
+
+    An extreme is refined on the signal itself. But the tails tell also how far off rounding may make it.
+    """
+    for s in range(flags.shape[1]):
+        if not flags[w, s] or flags[w, s] == FLAG_TERMS:
+            continue
+        error, largest, _ = _errors_of_row(work, sums, s, count, flags[w, s])
+        if flags[w, s] & FLAG_EXTREMES and largest > 0.0:
+            for k in range(count):
+                error = max(error, sums.tails[s * PANEL_CAPACITY + k] / largest)
+        work.estimates[s] = error
+
+
+@subroutine()
+def _mark_panels(work, sums, s, count, flags, tolerance):
+    """Mark, in `codes`, the panels that one row needs halved."""
+    total, largest, scale = _errors_of_row(work, sums, s, count, flags)
+    mean, length = work.means[s * CHUNK], work.bounds[bounds.AVERAGING]
+    excess = _SHARE * tolerance / work.row_bounds[s * CHUNK]
+    allowed, allowed_tail = excess * total / count, excess * work.estimates[s] * largest
+    for k in range(count if scale > 0.0 else 0):
+        error, size = _error_of_panel(sums, s, k, mean, length, scale, flags & FLAG_SQUARES != 0)
+        at = s * PANEL_CAPACITY + k
+        tail, earlier = sums.tails[at], sums.earlier_tails[at]
+        too_large = error > allowed or (flags & FLAG_EXTREMES != 0 and tail > allowed_tail)
+        if too_large and not (tail <= _ROUNDING_TAIL * size and tail > _HARDLY * earlier):
+            work.codes[k] = 1
+
+
+@subroutine()
+def halve_panels(work, sums, w, flags, tolerance, count):
+    """Halve the panels that keep a bound of the first live design above the tolerance.
+
+    Returns
+    -------
+    tuple
+        Number of panels, and of those to sample; none where no panel can be halved, or there is no room.
+    """
+    panels = work.panels
+    for k in range(count):
+        work.codes[k] = 0
+    for s in range(flags.shape[1]):
+        if flags[w, s] and flags[w, s] != FLAG_TERMS and work.row_bounds[s * CHUNK] > tolerance:
+            _mark_panels(work, sums, s, count, flags[w, s], tolerance)
+    marked = 0
+    for k in range(count):
+        if panels[HALF + k] < _SHORTEST * (1.0 + abs(panels[CENTRE + k])):
+            work.codes[k] = 0
+        marked += work.codes[k]
+    if count + marked > MOST_PIECES:
+        return count, 0
+    to, position = count, 0
+    for k in range(count):
+        if work.codes[k] == 0:
+            continue
+        for s in range(flags.shape[1]):
+            tail = sums.tails[s * PANEL_CAPACITY + k]
+            sums.earlier_tails[s * PANEL_CAPACITY + k] = sums.earlier_tails[s * PANEL_CAPACITY + to] = tail
+        centre, half = panels[CENTRE + k], 0.5 * panels[HALF + k]
+        place_part(panels, work.owner, k, to, centre + half, half)
+        place_part(panels, work.owner, k, k, centre - half, half)
+        work.todo[position], work.todo[position + 1] = to, k
+        to, position = to + 1, position + 2
+    return to, position

@@ -1,0 +1,233 @@
+"""Extremes of a signal over the panels of a tile: samples, then Brent's method from each local minimum that may win."""
+
+import math
+
+from explore.base.compiling import LANES
+from explore.base.subroutines import subroutine
+from explore.evaluation.quadrature.brent import (
+    ACTIVE,
+    AT_BEST,
+    AT_SECOND,
+    BEST,
+    BRENT_ROWS,
+    SECOND,
+    TRIAL,
+    fill_trial_tangents,
+    minimise,
+    start_lane,
+)
+from explore.evaluation.quadrature.equispaced import abscissa
+from explore.evaluation.quadrature.tiles import TILE_CENTRE, TILE_HALF, TILE_SCALE
+
+#: A local minimum can win if its parabola's drop below the sample, times this, reaches below the least sample.
+_DROP_MARGIN = 8.0
+
+#: A slope at an end, over the curvature times the distance to the next sample, below which the extreme may be inside.
+_DOUBTFUL = 0.1
+#: The two looks inside, over that distance; then, where an extreme is nearer to the end, over this part of it.
+_LOOK = 0.02
+_LOOKS = (_LOOK, _LOOK * _LOOK)
+#: Value of ACTIVE of a lane whose candidate is an end of the panel.
+AT_END = 2.0
+
+# Rows of the state after those of Brent's method: least sample, next sample to look at, result, values of the looks.
+LEAST, NEXT, RESULT, AT_LOOK, AT_SECOND_LOOK = ((BRENT_ROWS + row) * LANES for row in range(5))
+STATE_SIZE = (BRENT_ROWS + 5) * LANES
+
+
+@subroutine(inlined=True)
+def _abscissa(table, row, count, j):
+    """Abscissa of sample j of a rule with the two ends, between -1 and 1."""
+    if j == 0:
+        return -1.0
+    if j == count + 1:
+        return 1.0
+    k = j - 1
+    return -table[row + k, 0] if 2 * k < count else table[row + count - 1 - k, 0]
+
+
+@subroutine()
+def _slope_at_end(signals, rows, row, lane, sign, count, side, table, rule):
+    """Slope and curvature of ``sign * signal`` at an end of the panel, inwards, in abscissas, by five samples.
+
+    `side` is 0 for the first end and 1 for the last.
+    """
+    # Newton's divided differences at the samples x_0 … x_4, and the derivatives of the interpolant at x_0 = 0.
+    x0 = x1 = x2 = x3 = x4 = 0.0
+    f0 = f1 = f2 = f3 = f4 = 0.0
+    for i in range(5):
+        j = i if side == 0 else count + 1 - i
+        x = 1.0 + _abscissa(table, rule, count, i)
+        f = sign * signals[(j * rows + row) * LANES + lane]
+        if i == 0:
+            x0, f0 = x, f
+        elif i == 1:
+            x1, f1 = x, f
+        elif i == 2:
+            x2, f2 = x, f
+        elif i == 3:
+            x3, f3 = x, f
+        else:
+            x4, f4 = x, f
+    d01, d12, d23, d34 = (f1 - f0) / (x1 - x0), (f2 - f1) / (x2 - x1), (f3 - f2) / (x3 - x2), (f4 - f3) / (x4 - x3)
+    d02, d13, d24 = (d12 - d01) / (x2 - x0), (d23 - d12) / (x3 - x1), (d34 - d23) / (x4 - x2)
+    d03, d14 = (d13 - d02) / (x3 - x0), (d24 - d13) / (x4 - x1)
+    d04 = (d14 - d03) / (x4 - x0)
+    slope = d01 - x1 * (d02 - x2 * (d03 - x3 * d04))
+    curvature = 2.0 * (d02 - (x1 + x2) * d03 + (x1 * x2 + x1 * x3 + x2 * x3) * d04)
+    return slope, curvature
+
+
+@subroutine()
+def _start_inside(shape, count, table, rule, state, lane, j, left, value, right):
+    """Start the lane at a sample between the ends if its parabola may win; return whether it does."""
+    half, centre = shape[TILE_HALF + lane], shape[TILE_CENTRE + lane]
+    if shape[TILE_SCALE + lane] == 0.0:
+        x, a, b = abscissa(count, j - 1), abscissa(count, j - 2), abscissa(count, j)
+    else:
+        x = _abscissa(table, rule, count, j)
+        a, b = _abscissa(table, rule, count, j - 1), _abscissa(table, rule, count, j + 1)
+    before, after = (value - left) / (x - a), (right - value) / (b - x)
+    curvature = (after - before) / (b - a)
+    slope = (before * (b - x) + after * (x - a)) / (b - a)
+    drop = 0.25 * slope * slope / curvature if curvature > 0.0 else 0.0
+    if value - _DROP_MARGIN * drop <= state[LEAST + lane]:
+        first, middle, last = centre + half * a, centre + half * x, centre + half * b
+        start_lane(state, lane, first, middle, last, left, value, right, 2.0 * half * (b - a))
+        return True
+    return False
+
+
+@subroutine()
+def _choose_end(shape, state, lane, j, inner, value, neighbour):
+    """Make an end of the panel the lane's candidate, from its value, its neighbour's and their distance `inner`."""
+    direction = shape[TILE_HALF + lane] if j == 0 else -shape[TILE_HALF + lane]
+    end = shape[TILE_CENTRE + lane] - direction
+    state[BEST + lane], state[AT_BEST + lane] = end, value
+    state[SECOND + lane], state[AT_SECOND + lane] = end + direction * inner, neighbour
+    state[ACTIVE + lane] = AT_END
+
+
+@subroutine()
+def _next_candidate(shape, samples, rows, row, sign, count, table, rule, state, lane):
+    """Start the lane at its next local minimum that may win, from sample NEXT on; the lane rests if there is none."""
+    is_turn = shape[TILE_SCALE + lane] == 0.0
+    j = int(state[NEXT + lane])
+    last = count + 1
+    while j <= last:
+        value = sign * samples[(j * rows + row) * LANES + lane]
+        left = sign * samples[((j - 1) * rows + row) * LANES + lane] if j > 0 else math.inf
+        right = sign * samples[((j + 1) * rows + row) * LANES + lane] if j < last else math.inf
+        starts = False
+        if value <= left and value <= right and (value < left or value < right):  # no plateau
+            if 0 < j < last:
+                starts = _start_inside(shape, count, table, rule, state, lane, j, left, value, right)
+            elif not is_turn:
+                slope, curvature = _slope_at_end(samples, rows, row, lane, sign, count, min(j, 1), table, rule)
+                inner = 1.0 + _abscissa(table, rule, count, 1)
+                starts = slope < _DOUBTFUL * inner * abs(curvature)
+                if starts:
+                    _choose_end(shape, state, lane, j, inner, value, min(left, right))
+                else:
+                    state[RESULT + lane] = min(state[RESULT + lane], value)
+        j += 1
+        if starts:
+            state[NEXT + lane] = j
+            return
+    state[NEXT + lane], state[ACTIVE + lane] = j, 0.0
+    state[BEST + lane], state[AT_BEST + lane] = shape[TILE_CENTRE + lane], math.inf
+
+
+@subroutine(apart=True)
+def _lower(state, samples, sign):
+    """Lower the least samples to those of one node."""
+    for lane in range(LANES):
+        value, least = sign * samples[lane], state[LEAST + lane]
+        state[LEAST + lane] = value if value < least else least
+
+
+@subroutine()
+def find_minimum(
+    fill, constants, shape, anchor, law, variant, needs, rows, row, sign, count, table, rule, samples, state, tangents,
+    signals,
+):  # fmt: skip
+    """Fill RESULT with the least ``sign * signal`` over each panel of a tile, from its samples.
+
+    The first and the last sample are the ends of the panel; of a turn, which has no ends, those before and after it.
+    """
+    for lane in range(LANES):
+        state[LEAST + lane], state[NEXT + lane] = math.inf, 0.0
+    for j in range(count + 2):
+        _lower(state, samples[(j * rows + row) * LANES :], sign)
+    for lane in range(LANES):
+        state[RESULT + lane] = state[LEAST + lane]
+    while True:
+        working, at_end = False, False
+        for lane in range(LANES):
+            _next_candidate(shape, samples, rows, row, sign, count, table, rule, state, lane)
+            working = working or state[ACTIVE + lane] != 0.0
+            at_end = at_end or state[ACTIVE + lane] == AT_END
+        if not working:
+            return
+        if at_end:
+            for look in _LOOKS:
+                for k in range(3):
+                    for lane in range(LANES):
+                        _look_inside(state, lane, k, look)
+                    fill_trial_tangents(shape, state, tangents)
+                    fill(constants, tangents, anchor, law, variant, 1, needs, signals)
+                    for lane in range(LANES):
+                        value = sign * signals[row * LANES + lane]
+                        if state[ACTIVE + lane] == AT_END and k < 2:
+                            state[(AT_LOOK if k == 0 else AT_SECOND_LOOK) + lane] = value
+                        elif state[ACTIVE + lane] == AT_END:
+                            _start_at_end(state, lane, value, look)
+            for lane in range(LANES):
+                state[ACTIVE + lane] = 1.0 if state[ACTIVE + lane] == 1.0 else 0.0
+        minimise(fill, constants, shape, anchor, law, variant, needs, row, sign, state, tangents, signals)
+        for lane in range(LANES):
+            state[RESULT + lane] = min(state[RESULT + lane], state[AT_BEST + lane])
+
+
+@subroutine()
+def _look_inside(state, lane, k, look):
+    """Fill the trial point of one lane: two looks inside, then the vertex of the parabola through them and the end.
+
+    Rounding hides the difference of a look that is much nearer, and few samples do not tell the slope at the end well.
+    Where the parabola rises from the end, the end again.
+    """
+    end, step = state[BEST + lane], look * (state[SECOND + lane] - state[BEST + lane])
+    if state[ACTIVE + lane] != AT_END:
+        state[TRIAL + lane] = end
+    elif k < 2:
+        state[TRIAL + lane] = end + (k + 1) * step
+    else:
+        first, second = (
+            state[AT_LOOK + lane] - state[AT_BEST + lane],
+            state[AT_SECOND_LOOK + lane] - state[AT_BEST + lane],
+        )
+        slope, curvature = 2.0 * first - 0.5 * second, second - 2.0 * first
+        if slope >= 0.0:
+            state[TRIAL + lane] = end
+        else:
+            vertex = -slope / curvature if curvature > 0.0 else 0.5 / look
+            state[TRIAL + lane] = end + min(vertex, 0.5 / look) * step
+
+
+@subroutine()
+def _start_at_end(state, lane, value, look):
+    """Start Brent's method between an end and its neighbour, if one of the three points inside is below the end."""
+    end, at_end, inside = state[BEST + lane], state[AT_BEST + lane], state[TRIAL + lane]
+    neighbour, at_neighbour = state[SECOND + lane], state[AT_SECOND + lane]
+    # A signal that bends more and more may rise before the vertex of the parabola.
+    if state[AT_LOOK + lane] < value:
+        inside, value = end + look * (neighbour - end), state[AT_LOOK + lane]
+    if state[AT_SECOND_LOOK + lane] < value:
+        inside, value = end + 2.0 * look * (neighbour - end), state[AT_SECOND_LOOK + lane]
+    if value >= at_end:
+        return
+    previous = 2.0 * (neighbour - end)
+    if end < neighbour:
+        start_lane(state, lane, end, inside, neighbour, at_end, value, at_neighbour, previous)
+    else:
+        start_lane(state, lane, neighbour, inside, end, at_neighbour, value, at_end, previous)

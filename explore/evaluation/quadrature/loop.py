@@ -1,0 +1,275 @@
+"""The compiled loop: designs to panels, panels to tiles of nodes, tiles to statistics and their error bound.
+
+Designs are taken in chunks that fit into the cache. In each chunk the panels of one window are sorted by their rule; a
+tile holds panels with the same rule, padded by repetition, so that no result depends on the neighbours of a design.
+"""
+
+import math
+
+from numba import types
+
+from explore.base.compiling import compiled
+from explore.base.subroutines import subroutine
+from explore.evaluation.quadrature import bounds
+from explore.evaluation.quadrature.adaptive import (
+    ADAPTIVE_NODES,
+    MOST_HALVINGS,
+    cut_panels,
+    estimate_errors,
+    halve_panels,
+)
+from explore.evaluation.quadrature.bin_filling import fill_bin
+from explore.evaluation.quadrature.bounds import CHUNK, FLAG_CV, FLAG_EXTREMES, FLAG_STD
+from explore.evaluation.quadrature.chunks import CLOSE_TYPE, add_panels, close_chunk, constant, sort_by_rule
+from explore.evaluation.quadrature.clutches import shorten_to_clutches
+from explore.evaluation.quadrature.equispaced import choose_equispaced, count_equispaced
+from explore.evaluation.quadrature.magnitudes import fill_powers
+from explore.evaluation.quadrature.merging import bound_rows, choose_next, collect, merge, merge_regular
+from explore.evaluation.quadrature.panels import LENGTH, PANEL_CAPACITY, SCALE, TARGET, count_nodes, map_panels
+from explore.evaluation.quadrature.slots import CLUTCH, KIND, ROOT_MEAN, ROOT_POWER_MEAN
+from explore.evaluation.quadrature.storing import store
+from explore.evaluation.quadrature.tails import check_model
+from explore.evaluation.quadrature.tiles import FILL_TYPE
+from explore.evaluation.quadrature.windows import TURN
+from explore.evaluation.quadrature.work_space import (
+    CHUNK_WORK_TYPE,
+    PANEL_SUMS_TYPE,
+    SIZES_TYPE,
+    TABLES_TYPE,
+    TILE_WORK_TYPE,
+)
+from explore.evaluation.quadrature.zeros import cut_at_zeros
+
+#: Natural logarithm of the tolerance over the modelled error at the first node count, which leaves room for rounding;
+#: the same where a std or a cv is requested, which multiply the error by a few.
+HEADROOM, HEADROOM_OF_CV = 0.5, 1.5
+#: Most node counts that are tried for one design and window.
+MOST_ROUNDS = 4
+
+_F1, _F2, _I1 = types.float64[::1], types.float64[:, ::1], types.int64[::1]
+
+
+@subroutine()
+def _demands(tables, w):
+    """Whether a window needs the ends of its panels and means of powers, the largest pole order, and the headroom."""
+    ends, powers, pole_order, headroom = tables.is_adaptive, False, 2, HEADROOM
+    for s in range(tables.flags.shape[1]):
+        if tables.flags[w, s]:
+            ends = ends or (tables.flags[w, s] & FLAG_EXTREMES) != 0
+            pole_order = max(pole_order, tables.orders[w, s])
+            headroom = HEADROOM_OF_CV if tables.flags[w, s] & (FLAG_STD | FLAG_CV) else headroom
+            powers = powers or tables.slots[w, s, ROOT_MEAN] >= 0 or tables.slots[w, s, ROOT_POWER_MEAN] >= 0
+    return ends, powers, pole_order, headroom
+
+
+@subroutine(allocates=True)
+def _open_window(fill, sizes, tables, w, begin, n_designs, demands, rare, work, tile, sums):
+    """Fill the panels of a window of the designs of the chunk from `begin` on, as many as fit; one, if adaptive.
+
+    Returns
+    -------
+    tuple
+        First design that is left, number of panels, stride, number of panels to sample, whether some are whole turns.
+    """
+    until, count, stride = add_panels(
+        work.constants, sizes.n_constants, begin, begin + 1 if tables.is_adaptive else n_designs, tables.windows[w],
+        tables.intervals[w], tables.breaks, tables.singular_rows, sizes.variant_row, work.panels, work.first_panel,
+        work.panel_count, work.owner, work.positions,
+    )  # fmt: skip
+    map_panels(work.panels, count, tables.singular_anchors)
+    for i in range(begin, until):
+        total = 0.0
+        for p in range(work.panel_count[i]):
+            total += work.panels[LENGTH + work.first_panel[i] + p * stride]
+        work.averaging[i], work.rest[i], work.live[i - begin] = total, 0.0, i
+        noise = sizes.noise_row
+        work.noise[i] = constant(work.constants, sizes.n_constants, noise, i) if noise >= 0 else 0.0
+    if rare is not None:
+        if tables.windows[w, CLUTCH]:
+            shorten_to_clutches(fill, sizes, tables.windows[w], count, work, tile)
+            map_panels(work.panels, count, tables.singular_anchors)
+        if tables.is_adaptive:
+            uncut = count
+            if len(tables.corner_rows) > 0:
+                count = cut_at_zeros(fill, sizes, tables.needs[w], tables.corner_rows, work, tile, count)
+            count = cut_panels(work, sums, sizes.rows, count, uncut)
+            return until, count, stride, count, False
+    _, powers, pole_order, headroom = demands
+    target, per_design, share = math.log(tables.tolerance), 0, 0.0
+    for k in range(count):
+        if work.panel_count[work.owner[k]] != per_design:
+            # The errors of a design's panels add up.
+            per_design = work.panel_count[work.owner[k]]
+            share = max(headroom, HEADROOM + math.log(per_design))
+        work.panels[TARGET + k], work.todo[k] = target - share, k
+    count_nodes(work.panels, count, pole_order)
+    if tables.windows[w, KIND] != TURN or len(tables.breaks) > 0 or powers:
+        return until, count, stride, count, False
+    choose_equispaced(work.panels, until, pole_order, target - headroom)
+    return until, count, stride, _drop_second_halves(until, sizes.rows, tables.flags[w], work, sums), True
+
+
+@subroutine()
+def _drop_second_halves(n, rows, flags, work, sums):
+    """Leave designs whose turn is one panel without their second one; return the number of panels to sample."""
+    for i in range(n):
+        if work.panels[SCALE + i] == 0.0:
+            work.panel_count[i], sums.masses[n + i] = 1, 0.0
+    for s in range(rows):
+        if flags[s]:
+            for i in range(n):
+                if work.panels[SCALE + i] == 0.0:
+                    at = s * PANEL_CAPACITY + n + i
+                    sums.integrals[at] = sums.deviations[at] = sums.tails[at] = 0.0
+    n_todo = n
+    for k in range(n, 2 * n):
+        if work.panel_count[k - n] == 2:
+            work.todo[n_todo] = k
+            n_todo += 1
+    return n_todo
+
+
+@subroutine()
+def _merge_rows(n, regular, per_design, stride, flags, w, work, sums):
+    """Fill means and variances of all flagged rows of the live designs."""
+    for s in range(flags.shape[1]):
+        if flags[w, s] and regular:
+            merge_regular(
+                work.bounds, n, per_design, s, sums.masses, sums.integrals, sums.deviations, work.means,
+                work.variances,
+            )  # fmt: skip
+        elif flags[w, s]:
+            merge(
+                work.bounds, n, work.live, work.first_panel, work.panel_count, stride, s, sums.masses, sums.integrals,
+                sums.deviations, work.means, work.variances,
+            )  # fmt: skip
+
+
+@subroutine(allocates=True)
+def _sample_window(
+    fill, sizes, tables, parameters, w, begin, here, statistics, nodes, error, excess, extremes, rare, work, tile,
+    sums,
+):  # fmt: skip
+    """Statistics of a window of the designs of the chunk from `begin` on, as many as fit; return the first left."""
+    demands = _demands(tables, w)
+    ends, powers, pole_order, _ = demands
+    until, count, stride, n_todo, has_turns = _open_window(
+        fill, sizes, tables, w, begin, len(here), demands, rare, work, tile, sums
+    )
+    n = until - begin
+    regular, per_design = begin == 0 and stride > 1 and until == len(here), count // n
+    for number in range(MOST_HALVINGS if tables.is_adaptive else MOST_ROUNDS):
+        if n == 0:
+            break
+        if tables.is_adaptive:
+            work.panel_count[begin] = count
+        elif number > 0:
+            count_nodes(work.panels, count, pole_order)
+            if has_turns:
+                count_equispaced(work.panels, count, pole_order)
+        n_bins = sort_by_rule(
+            work.panels, work.todo, n_todo, tables.size_of, work.kinds, work.codes, work.histogram, work.order,
+            work.starts,
+        )  # fmt: skip
+        for k in range(n_bins):
+            fill_bin(fill, sizes, tables, w, work.starts[k], work.starts[k + 1], ends, extremes, work, tile, sums)
+        collect(
+            work.bounds, work.panels, 0 if tables.is_adaptive else count, has_turns, n, work.live, work.first_panel,
+            work.panel_count, stride, 2 if ends else 0, work.averaging, work.rest, work.noise,
+        )  # fmt: skip
+        _merge_rows(n, regular and number == 0, per_design, stride, tables.flags, w, work, sums)
+        if tables.is_adaptive:
+            if rare is not None:
+                work.bounds[bounds.TOTAL] = n_todo * (ADAPTIVE_NODES + 2)
+                estimate_errors(work, sums, w, tables.flags, count)
+        else:
+            check_model(
+                work.bounds, n, regular and number == 0, per_design, work.live, work.first_panel, work.panel_count,
+                stride, w, tables, sums.tails, work.means, work.variances,
+            )  # fmt: skip
+        bound_rows(
+            work.bounds, n, w, tables, parameters, here, work.live, work.estimates, work.means, work.variances,
+            work.row_bounds, work.terms,
+        )  # fmt: skip
+        store(n, number == 0, here, stride, w, tables.flags, tables.slots, statistics, nodes, work, sums)
+        if not tables.is_adaptive:
+            n, n_todo = choose_next(
+                work.bounds, work.panels, n, work.live, work.first_panel, work.panel_count, stride, pole_order,
+                tables.tolerance, work.todo,
+            )  # fmt: skip
+        elif work.bounds[bounds.IMPROVABLE] == 0.0:
+            break
+        else:
+            if rare is not None:
+                count, n_todo = halve_panels(work, sums, w, tables.flags, tables.tolerance, count)
+            n = min(n_todo, 1)
+    for i in range(begin, until):
+        error[here[i]] = max(error[here[i]], work.worst[i])
+        excess[here[i]] = max(excess[here[i]], work.excess[i])
+        if rare is not None:  # noqa: SIM102  (alone, so that Numba leaves out the block)
+            if powers:
+                fill_powers(fill, sizes, tables, w, i, here[i], stride, statistics, nodes, error, work, tile)
+    return until
+
+
+def _sample(
+    close, fill, sizes, tables, parameters, designs, statistics, nodes, error, excess, extremes, rare, work, tile, sums
+):  # fmt: skip
+    """Like `sample`; None for `extremes` or `rare` leaves them out of the compiled code."""
+    for start in range(0, len(designs), CHUNK):
+        here = designs[start : start + CHUNK]
+        close_chunk(close, parameters, here, sizes.first_parameter, sizes.n_constants, work.record, work.constants)
+        for w in range(tables.windows.shape[0]):
+            begin = 0
+            while begin < len(here):
+                begin = _sample_window(
+                    fill, sizes, tables, parameters, w, begin, here, statistics, nodes, error, excess, extremes, rare,
+                    work, tile, sums,
+                )  # fmt: skip
+
+
+def _signature(extremes, rare):
+    return types.void(
+        CLOSE_TYPE, FILL_TYPE, SIZES_TYPE, TABLES_TYPE, _F2, _I1, _F2, _I1, _F1, _F1, extremes, rare, CHUNK_WORK_TYPE,
+        TILE_WORK_TYPE, PANEL_SUMS_TYPE,
+    )  # fmt: skip
+
+
+sample_moments = compiled(_signature(types.none, types.none), allocates=True)(_sample)
+sample_extremes = compiled(_signature(types.int64, types.none), allocates=True)(_sample)
+sample_all = compiled(_signature(types.int64, types.int64), allocates=True)(_sample)
+
+
+def sample(close, fill, sizes, tables, parameters, designs, statistics, nodes, error, excess, work, tile, sums) -> None:
+    """Statistics of designs over every window.
+
+    Extremes, and clutches, means of powers and the adaptive rule are compiled when a request needs one of them:
+    together they take two fifths of the time of a compilation.
+
+    Parameters
+    ----------
+    close, fill
+        Compiled functions of the mechanism.
+    sizes, tables
+        Sizes and Tables of `explore.evaluation.quadrature.work_space`.
+    parameters : (p, n) array
+        Of the closed form.
+    designs : (d,) array
+        The designs to sample; the entries of the others are not changed.
+    statistics : (m, n), nodes : (n,), error : (n,), excess : (n,)
+        Filled: statistics for unit speed and rad; signal evaluations; bound; how many times the samples exceed the
+        error model.
+    work, tile, sums
+        From `explore.evaluation.quadrature.work_space.make_work_space`.
+    """
+    has_powers = (tables.slots[:, :, ROOT_MEAN : ROOT_POWER_MEAN + 1] >= 0).any()
+    if tables.is_adaptive or has_powers or tables.windows[:, CLUTCH].any():
+        loop, extremes, rare = sample_all, 1, 1
+    elif (tables.flags & FLAG_EXTREMES).any():
+        loop, extremes, rare = sample_extremes, 1, None
+    else:
+        loop, extremes, rare = sample_moments, None, None
+    loop(
+        close, fill, sizes, tables, parameters, designs, statistics, nodes, error, excess, extremes, rare, work, tile,
+        sums,
+    )  # fmt: skip

@@ -1,0 +1,194 @@
+"""Means of powers of a magnitude, of which the samples are squares.
+
+Where a magnitude touches 0, or nearly does, its odd powers have a corner, or nearly have one, that no rule over a whole
+panel resolves. So each panel is cut at its local minima. The corners are then at the ends of the pieces, at worst as
+algebraic singularities. A substitution by a polynomial whose first two derivatives are 0 at the ends clusters the nodes
+there: a power p of the distance becomes one of 3 p, for which Gauss-Legendre rules converge like N^-(6 p + 2), at worst
+N^-8.
+
+The rules of 20, 40, ... 320 nodes are compared until two agree. The bound is the difference of the last two, which
+estimates the error of the last but one, and at least a hundredth of the difference before, because two rules may agree
+by accident.
+
+Here the lanes of a tile are nodes of one design.
+"""
+
+import math
+
+import numpy as np
+
+from explore.base.compiling import LANES
+from explore.base.subroutines import subroutine
+from explore.evaluation.quadrature.bounds import CHUNK, FLAG_SQUARES
+from explore.evaluation.quadrature.brent import ACTIVE, BEST, BRENT_ROWS, minimise, start_lane
+from explore.evaluation.quadrature.chunks import gather_constants
+from explore.evaluation.quadrature.panels import ANCHOR, CENTRE, HALF, LAW, SCALE, VARIANT
+from explore.evaluation.quadrature.rules import LARGEST_NODE_COUNT
+from explore.evaluation.quadrature.slots import BOUND, ROOT_MEAN
+from explore.evaluation.quadrature.tiles import SHAPE_SIZE, TILE_RESOLUTION, TILE_SCALE
+
+#: Number of powers: power 0 has the exponent 1, power 1 the exponent 10/3.
+POWERS = 2
+_FEWEST_NODES, _ROUNDS = 20, 5
+#: Samples of a panel from which its local minima are refined.
+_SEARCH_NODES = 96
+#: Most pieces of a panel, one for each lane. A magnitude has few minima; the error bound includes further ones, which
+#: are not cut at.
+_MOST_CUTS = LANES
+_NODE_CAPACITY = LARGEST_NODE_COUNT + LANES
+
+
+@subroutine(allocates=True)
+def power_means(
+    fill, constants, needs, rows, row, power, panels, begin, panel_count, stride, tolerance, size_of, row_of, table
+):
+    """Integral of a power of a magnitude, its relative error bound, and the number of nodes used.
+
+    Parameters
+    ----------
+    constants
+        A tile whose lanes are all the same design.
+    rows, row
+        Number of rows of the signals, and the one that holds the squares.
+    power
+        Number of the power.
+    begin, panel_count, stride
+        First panel of the design, number of its panels, and from one to the next.
+    """
+    cuts = np.empty(_MOST_CUTS + 2)
+    t, weight, tangents = np.empty(_NODE_CAPACITY), np.empty(_NODE_CAPACITY), np.empty(_NODE_CAPACITY)
+    signals = np.empty(rows * _NODE_CAPACITY)
+    state, shape = np.zeros(BRENT_ROWS * LANES), np.zeros(SHAPE_SIZE)
+    total, error, nodes = 0.0, 0.0, 0
+    for p in range(begin, begin + panel_count * stride, stride):
+        anchor, law, variant = int(panels[ANCHOR + p]), int(panels[LAW + p]), int(panels[VARIANT + p])
+        centre, half = panels[CENTRE + p], panels[HALF + p]
+        for lane in range(LANES):
+            shape[TILE_SCALE + lane], shape[TILE_RESOLUTION + lane] = panels[SCALE + p], 1.0
+        _place_nodes(
+            centre, -half, half, panels[SCALE + p], _SEARCH_NODES, row_of, table, False, t, tangents, weight
+        )  # fmt: skip
+        fill(constants, tangents, anchor, law, variant, _SEARCH_NODES // LANES, needs, signals)
+        nodes += _SEARCH_NODES
+        pieces = _cut_at_minima(
+            fill,
+            constants,
+            needs,
+            rows,
+            row,
+            anchor,
+            law,
+            variant,
+            centre,
+            half,
+            shape,
+            t,
+            signals,
+            state,
+            tangents,
+            cuts,
+        )
+        for k in range(pieces):
+            integral, difference, bound, requested_count = 0.0, np.inf, np.inf, _FEWEST_NODES
+            for _ in range(_ROUNDS):
+                count = size_of[requested_count]
+                _place_nodes(
+                    centre, cuts[k], cuts[k + 1], panels[SCALE + p], count, row_of, table, True, t, tangents, weight
+                )  # fmt: skip
+                fill(constants, tangents, anchor, law, variant, (count + LANES - 1) // LANES, needs, signals)
+                previous, integral = integral, 0.0
+                for j in range(count):
+                    value = max(signals[(j // LANES * rows + row) * LANES + j % LANES], 0.0)
+                    root = math.sqrt(value) if power == 0 else np.cbrt(value)
+                    integral += weight[j] * (root if power == 0 else value * root * root)
+                nodes += count
+                if count > _FEWEST_NODES:
+                    bound = max(abs(integral - previous), 0.01 * difference if count > 2 * _FEWEST_NODES else 0.0)
+                    difference = abs(integral - previous)
+                if bound <= 0.2 * tolerance * integral:
+                    break
+                requested_count = 2 * requested_count
+            total += integral
+            error += bound
+    return total, error / total if total > 0.0 else 0.0, nodes
+
+
+@subroutine(fast=True)
+def _place_nodes(panel_centre, first, last, scale, count, row_of, table, clustered, t, tangents, weight):
+    """Fill nodes between two places of a panel, in t from its centre: t, half-tangents, weights (rad), ascending.
+
+    They are `clustered` at both ends or not. The tile is filled up with the last node. The length of a short panel has
+    more digits than the t of its ends.
+    """
+    row = row_of[count]
+    centre, half = panel_centre + 0.5 * (first + last), 0.5 * (last - first)
+    for j in range(count):
+        pair = min(j, count - 1 - j)
+        s = -table[row + pair, 0] if j == pair else table[row + pair, 0]
+        step, rate = half * s, half
+        if clustered:
+            square = s * s
+            step = half * s * (1.875 + square * (-1.25 + 0.375 * square))
+            rate = half * 1.875 * (1.0 - square) * (1.0 - square)
+        growth = math.exp(centre + step)
+        tangent, slope = 0.5 * scale * (growth - 1.0 / growth), 0.5 * scale * (growth + 1.0 / growth)
+        t[j], tangents[j] = centre + step, tangent
+        weight[j] = 2.0 * table[row + pair, 1] * rate * slope / (1.0 + tangent * tangent)
+    for j in range(count, (count + LANES - 1) // LANES * LANES):
+        tangents[j] = tangents[count - 1]
+
+
+@subroutine()
+def _cut_at_minima(
+    fill, constants, needs, rows, row, anchor, law, variant, centre, half, shape, t, samples, state, tangents, cuts
+):
+    """Fill the ends of the pieces between the minima of a panel, in t from its centre; return the number of pieces."""
+    lanes, first, last = 0, centre - half, centre + half
+    for lane in range(LANES):
+        state[ACTIVE + lane], state[BEST + lane] = 0.0, 0.5 * (first + last)
+    for j in range(_SEARCH_NODES):
+        # The ends of the panel are not sampled: a minimum may lie between the last sample and the end.
+        value = samples[(j // LANES * rows + row) * LANES + j % LANES]
+        left = samples[((j - 1) // LANES * rows + row) * LANES + (j - 1) % LANES] if j > 0 else np.inf
+        right = samples[((j + 1) // LANES * rows + row) * LANES + (j + 1) % LANES] if j < _SEARCH_NODES - 1 else np.inf
+        if value <= left and value < right and lanes < LANES:
+            low, high = t[j - 1] if j > 0 else first, t[j + 1] if j < _SEARCH_NODES - 1 else last
+            previous = 2.0 * (high - low) if left < np.inf and right < np.inf else 0.0
+            start_lane(state, lanes, low, t[j], high, left, value, right, previous)
+            lanes += 1
+    if lanes > 0:
+        minimise(fill, constants, shape, anchor, law, variant, needs, row, 1.0, state, tangents, samples)
+    cuts[0], pieces = -half, 1
+    for lane in range(lanes):
+        if cuts[pieces - 1] < state[BEST + lane] - centre < half:
+            cuts[pieces] = state[BEST + lane] - centre
+            pieces += 1
+    cuts[pieces] = half
+    return pieces
+
+
+@subroutine(allocates=True)
+def fill_powers(fill, sizes, tables, w, i, design, stride, statistics, nodes, error, work, tile):
+    """Fill the means of powers of the magnitudes of one design, number i of the chunk and `design` of the block."""
+    for lane in range(LANES):
+        tile.lane_designs[lane] = i
+    gather_constants(
+        work.constants, sizes.n_constants, sizes.n_fill_constants, tile.lane_designs, tile.offsets, tile.constants
+    )  # fmt: skip
+    for s in range(sizes.rows):
+        if not tables.flags[w, s] & FLAG_SQUARES:
+            continue
+        for power in range(POWERS):
+            slot = tables.slots[w, s, ROOT_MEAN + power]
+            if slot < 0:
+                continue
+            mean, bound, count = power_means(
+                fill, tile.constants, tables.needs[w], sizes.rows, s, power, work.panels, work.first_panel[i],
+                work.panel_count[i], stride, tables.tolerance, tables.size_of, tables.row_of, tables.rules,
+            )  # fmt: skip
+            statistics[slot, design] = mean / work.averaging[i]
+            if tables.slots[w, s, BOUND] >= 0:
+                statistics[tables.slots[w, s, BOUND], design] += bound
+            work.final_bounds[s * CHUNK + i] += bound
+            error[design] = max(error[design], work.final_bounds[s * CHUNK + i])
+            nodes[design] += count

@@ -1,0 +1,122 @@
+"""Windows to panels, and how many nodes a panel needs: graded Gauss-Legendre quadrature over the input angle.
+
+A mechanism declares an anchor angle, above and below which, and above and below whose opposite, all complex
+singularities of its signals stand. About an anchor the substitution
+
+    tan((theta - anchor)/2) = T sinh(t),    T = min(tanh(distance of the nearest singularity / 2), 0.9)
+
+puts every one of them on the lines Im t = +-pi/2: one of the same anchor at Re t = +-acosh(T_s/T), T_s its own tanh,
+one of the opposite anchor at Re t = +-acosh(1/(T T_s)), and theta = +-i infinity at
++-acosh(1/T). A Gauss-Legendre rule of N nodes on a panel in t then converges like rho^(-2N), rho the sum of semi-axes
+of the largest Bernstein ellipse that stays between them (Trefethen, Approximation Theory and Approximation Practice,
+theorem 19.3). The panel's length grows only like the logarithm of 1/T, and with it the number of nodes, also near a
+change point.
+
+Panels are rows of one buffer with constant offsets: the compiler can then tell that the rows do not overlap, and
+vectorises loops over panels.
+"""
+
+import math
+
+from explore.base.lanes.arctangent import arctangent
+from explore.base.lanes.elementary import exponential, inverse_cosh, inverse_sinh, logarithm
+from explore.base.subroutines import subroutine
+from explore.evaluation.quadrature.rules import LARGEST_NODE_COUNT
+from explore.model.quadrature import MOST_SINGULARITIES
+
+#: Natural logarithm of the factor C in the error model C ((2N + 1)/h)^order rho^(-2N), h half the panel's length in t;
+#: order is the pole order of the signal: 2 (angles, velocities), 4 (accelerations) or 6 (inertia forces). Calibrated
+#: by benchmarks/calibrate_error.py: 2 for pole order 2, the others for higher ones.
+LOG_CONSTANT_2, LOG_CONSTANT_4 = 3.5, 5.3
+#: Largest T: at 1 all singularities that are far away fall together with theta = +-i infinity.
+LARGEST_SCALE = 0.9
+_FACTOR_4 = math.exp(LOG_CONSTANT_4 - LOG_CONSTANT_2)
+#: Most panels at once.
+PANEL_CAPACITY = 4096
+
+# Rows of the panels' buffer: anchor (0, or 1 for its opposite), half-tangents of the ends from the anchor, number of
+# the law that holds between two breaks, variant of the design; centre and half length in t, T (0: equispaced nodes),
+# logarithm of rho (of equispaced nodes delta), length in rad, node count; the model's errors for pole orders 2, 4, 6;
+# rho^-2; difference of the half-tangents of the ends, which a short panel has with more digits than its ends; the
+# singularities of the design.
+ANCHOR, FIRST, LAST, LAW, VARIANT, CENTRE, HALF, SCALE, RATE, LENGTH, COUNT, TARGET = (
+    row * PANEL_CAPACITY for row in range(12)
+)
+SECOND, FOURTH, SIXTH, DECAY, SPREAD = (row * PANEL_CAPACITY for row in range(12, 17))
+SINGULAR = 17 * PANEL_CAPACITY
+PANELS_SIZE = SINGULAR + MOST_SINGULARITIES * PANEL_CAPACITY
+
+
+@subroutine(contract=True)
+def map_panels(panels, count, anchors):
+    """Fill centre, half length, T, rate, rho^-2 and length of panels.
+
+    Parameters
+    ----------
+    anchors : (MOST_SINGULARITIES,) array
+        The anchor of each singularity, 0 or 1; -1 for a row that is not used, which holds 1.
+    """
+    first_anchor, second_anchor, third_anchor = float(anchors[0]), float(anchors[1]), float(anchors[2])
+    for k in range(count):
+        anchor = panels[ANCHOR + k]
+        s1 = panels[SINGULAR + k]
+        s2 = panels[SINGULAR + PANEL_CAPACITY + k]
+        s3 = panels[SINGULAR + 2 * PANEL_CAPACITY + k]
+        first, last, spread = panels[FIRST + k], panels[LAST + k], panels[SPREAD + k]
+        # A T beyond the reach of a short panel would round its nodes more than the panel is long.
+        reach = abs(first) if abs(first) > abs(last) else abs(last)
+        here = reach if reach < LARGEST_SCALE else LARGEST_SCALE
+        here = s1 if (first_anchor == anchor) & (s1 < here) else here
+        here = s2 if (second_anchor == anchor) & (s2 < here) else here
+        here = s3 if (third_anchor == anchor) & (s3 < here) else here
+        one_over = 1.0 / here
+        a, b = first * one_over, last * one_over
+        start, stop = inverse_sinh(a), inverse_sinh(b)
+        # The difference of two asinh of the same sign, without cancellation in short panels.
+        mixed = b * math.sqrt(1.0 + a * a) + a * math.sqrt(1.0 + b * b)
+        together = 0.5 * inverse_sinh(spread * one_over * (b + a) / mixed)
+        centre, half = 0.5 * (start + stop), together if a * b > 0.0 else 0.5 * (stop - start)
+        # The singularity on the line Im t = pi/2 that is nearest to the centre limits the convergence.
+        distance = abs(centre)
+        nearest = abs(distance - inverse_cosh(one_over))
+        position = abs(distance - inverse_cosh(s1 * one_over if first_anchor == anchor else one_over / s1))
+        nearest = position if position < nearest else nearest
+        position = abs(distance - inverse_cosh(s2 * one_over if second_anchor == anchor else one_over / s2))
+        nearest = position if position < nearest else nearest
+        position = abs(distance - inverse_cosh(s3 * one_over if third_anchor == anchor else one_over / s3))
+        nearest = position if position < nearest else nearest
+        x, y = nearest / half, 0.5 * math.pi / half
+        axis = 0.5 * (math.sqrt((x - 1.0) * (x - 1.0) + y * y) + math.sqrt((x + 1.0) * (x + 1.0) + y * y))
+        panels[CENTRE + k], panels[HALF + k], panels[SCALE + k] = centre, half, here
+        panels[RATE + k] = inverse_cosh(axis)
+        growth = axis + math.sqrt(axis * axis - 1.0)
+        panels[DECAY + k] = 1.0 / (growth * growth)
+        panels[LENGTH + k] = 2.0 * arctangent(spread, 1.0 + first * last)
+
+
+@subroutine(contract=True)
+def count_nodes(panels, count, order):
+    """Fill the smallest number of nodes whose modelled error is below each panel's target (a logarithm)."""
+    constant = LOG_CONSTANT_2 if order == 2 else LOG_CONSTANT_4
+    for k in range(count):
+        one_over_half, half_rate = 1.0 / panels[HALF + k], 0.5 / panels[RATE + k]
+        # The model has its maximum where d/dN = 0 and decreases beyond.
+        power, lower = order * half_rate, (constant - panels[TARGET + k]) * half_rate
+        nodes = power if power > 4.0 else 4.0
+        for _ in range(3):
+            following = lower + power * logarithm((2.0 * nodes + 1.0) * one_over_half)
+            nodes = following if following > nodes else nodes
+        nodes = math.ceil(nodes)
+        panels[COUNT + k] = nodes if nodes < LARGEST_NODE_COUNT else 1.0 * LARGEST_NODE_COUNT
+
+
+@subroutine(contract=True)
+def model_errors(panels, count):
+    """Fill the error model for pole orders 2, 4 and 6, relative to the rms (squared, for variances)."""
+    for k in range(count):
+        nodes = panels[COUNT + k]
+        density = (2.0 * nodes + 1.0) / panels[HALF + k]
+        exponent = LOG_CONSTANT_2 - 2.0 * nodes * panels[RATE + k]
+        second = density * density * exponential(exponent if exponent > -700.0 else -700.0)
+        fourth = second * density * density * _FACTOR_4
+        panels[SECOND + k], panels[FOURTH + k], panels[SIXTH + k] = second, fourth, fourth * density * density

@@ -1,0 +1,219 @@
+"""Work space and tables of the compiled loop, as named tuples of arrays, which Numba takes as their members.
+
+The arrays are made by NumPy: compiling their creation would take seconds.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+from numba import types
+
+from explore.base.compiling import LANES
+from explore.evaluation.quadrature.bounds import BOUNDS_SIZE, CHUNK
+from explore.evaluation.quadrature.chunks import CODES, MOST_KINDS
+from explore.evaluation.quadrature.extremes import STATE_SIZE
+from explore.evaluation.quadrature.hand_over import HAND_OVER_SIZE
+from explore.evaluation.quadrature.panels import PANEL_CAPACITY, PANELS_SIZE
+from explore.evaluation.quadrature.tiles import NODE_CAPACITY, SHAPE_SIZE, SUMS_SIZE
+
+FloatArray = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.int64]
+
+_F1, _I1, _I2 = types.float64[::1], types.int64[::1], types.int64[:, ::1]
+_INT, _FLOAT = types.int64, types.float64
+
+
+class Sizes(NamedTuple):
+    """Rows of a mechanism's arrays.
+
+    Attributes
+    ----------
+    record_rows, first_parameter, n_constants, n_fill_constants
+        Rows of a tile of records, the first of the parameters, the number of constants and of those that `fill` reads.
+    rows
+        Number of signal rows.
+    noise_row, variant_row
+        Rows of the constants that hold the amplification of rounding errors and the variant; -1 for none.
+    """
+
+    record_rows: int
+    first_parameter: int
+    n_constants: int
+    n_fill_constants: int
+    rows: int
+    noise_row: int
+    variant_row: int
+
+
+class Tables(NamedTuple):
+    """What to compute.
+
+    Attributes
+    ----------
+    windows : (w, 8), intervals : (w, 3)
+        Specifications of the windows, with the columns KIND … of `quadrature.slots`; of explicit ones anchor,
+        start and length, as for `explore.evaluation.quadrature.windows.add_interval`.
+    breaks : (b,)
+        Rows of the constants that hold the half-tangents where laws change.
+    singular_rows, singular_anchors : (3,)
+        Rows of the constants that hold the half-tangents of the distances of singularities, and their anchors; -1 for
+        none.
+    needs : (w,), flags : (w, s), orders : (w, s)
+        Bits of the signals to fill; for each row, flags of `quadrature.bounds` (0: skip) and pole order.
+    term_rows : (s,)
+        For a signal that is a sum of terms, the row with the size of the terms; -1 for other signals.
+    references : (s,)
+        Row of the parameters with the length that a signal is relative to; -1 for signals without a unit of length.
+    corner_rows : (c,)
+        Rows at whose zeros others have corners, which the adaptive rule cuts its panels at.
+    slots : (w, s, 7)
+        Row of the statistics for each statistic (MEAN, VARIANCE, … of `quadrature.slots`) of a row over a
+        window; -1 for none.
+    tolerance
+        Relative, in the norms of `explore.evaluation.evaluate`.
+    is_adaptive
+        Whether panels are halved as their samples demand; else their nodes follow from the singularities.
+    size_of, row_of, rules
+        From `explore.evaluation.quadrature.rules`.
+    """
+
+    windows: IntArray
+    intervals: FloatArray
+    breaks: IntArray
+    singular_rows: IntArray
+    singular_anchors: IntArray
+    needs: IntArray
+    flags: IntArray
+    orders: IntArray
+    term_rows: IntArray
+    references: IntArray
+    corner_rows: IntArray
+    slots: IntArray
+    tolerance: float
+    is_adaptive: bool
+    size_of: IntArray
+    row_of: IntArray
+    rules: FloatArray
+
+
+class TileWork(NamedTuple):
+    """Work space for one tile."""
+
+    lane_panels: IntArray
+    lane_designs: IntArray
+    offsets: npt.NDArray[np.uint64]
+    constants: FloatArray
+    shape: FloatArray
+    tangents: FloatArray
+    weights: FloatArray
+    roots: FloatArray
+    factors: FloatArray
+    signals: FloatArray
+    sums: FloatArray
+    state: FloatArray
+    node: FloatArray
+    node_signals: FloatArray
+
+
+class PanelSums(NamedTuple):
+    """Weights of panels, one number each, and of their signals, row after row, the sums, extremes and tails.
+
+    `quadrature.tails` says what a tail is; `earlier_tails` are those on the panel of which this one is a half.
+    """
+
+    masses: FloatArray
+    integrals: FloatArray
+    deviations: FloatArray
+    lows: FloatArray
+    highs: FloatArray
+    tails: FloatArray
+    earlier_tails: FloatArray
+
+
+class ChunkWork(NamedTuple):
+    """Work space for one chunk of designs.
+
+    Attributes
+    ----------
+    record, constants, positions
+        One tile of records, the constants of the chunk, the breaks of one design.
+    panels, owner, todo, order, codes, starts, kinds, histogram
+        The panels of one window, the design of each, and their order by rule.
+    first_panel, panel_count, live, averaging, rest, noise, worst, excess
+        For each design its panels, whether it needs more nodes, lengths, amplification of rounding, bound, excess of
+        `explore.evaluation.quadrature.tails.check_model`.
+    bounds, means, variances, terms, row_bounds, final_bounds, estimates
+        Statistics of the live designs, row after row; for each row the error that the adaptive rule estimates.
+    """
+
+    record: FloatArray
+    constants: FloatArray
+    positions: FloatArray
+    panels: FloatArray
+    owner: IntArray
+    todo: IntArray
+    order: IntArray
+    codes: IntArray
+    starts: IntArray
+    kinds: IntArray
+    histogram: IntArray
+    first_panel: IntArray
+    panel_count: IntArray
+    live: IntArray
+    averaging: FloatArray
+    rest: FloatArray
+    noise: FloatArray
+    worst: FloatArray
+    excess: FloatArray
+    bounds: FloatArray
+    means: FloatArray
+    variances: FloatArray
+    terms: FloatArray
+    row_bounds: FloatArray
+    final_bounds: FloatArray
+    estimates: FloatArray
+
+
+SIZES_TYPE = types.NamedUniTuple(_INT, 7, Sizes)
+TABLES_TYPE = types.NamedTuple(
+    (_I2, types.float64[:, ::1], _I1, _I1, _I1, _I1, _I2, _I2, _I1, _I1, _I1, types.int64[:, :, ::1], _FLOAT,
+     types.boolean, _I1, _I1, types.float64[:, ::1]),
+    Tables,
+)  # fmt: skip
+TILE_WORK_TYPE = types.NamedTuple((_I1, _I1, types.uint64[::1], *[_F1] * 11), TileWork)
+PANEL_SUMS_TYPE = types.NamedUniTuple(_F1, 7, PanelSums)
+CHUNK_WORK_TYPE = types.NamedTuple((*[_F1] * 4, *[_I1] * 10, *[_F1] * 12), ChunkWork)
+
+
+def make_work_space(sizes: Sizes, n_breaks: int) -> tuple[ChunkWork, TileWork, PanelSums]:
+    """The work space of one call of the loop."""
+    n, rows = sizes.n_constants, sizes.rows
+    chunk = ChunkWork(
+        record=np.zeros(sizes.record_rows * LANES), constants=np.empty((CHUNK + LANES) * n),
+        positions=np.empty(max(n_breaks, 1)), panels=np.zeros(PANELS_SIZE), owner=_integers(PANEL_CAPACITY),
+        todo=_integers(PANEL_CAPACITY), order=_integers(PANEL_CAPACITY), codes=_integers(PANEL_CAPACITY),
+        starts=_integers(PANEL_CAPACITY + 1), kinds=_integers(MOST_KINDS), histogram=_integers(MOST_KINDS * CODES + 1),
+        first_panel=_integers(CHUNK), panel_count=_integers(CHUNK), live=_integers(CHUNK), averaging=np.empty(CHUNK),
+        rest=np.empty(CHUNK), noise=np.empty(CHUNK), worst=np.empty(CHUNK), excess=np.zeros(CHUNK),
+        bounds=np.zeros(BOUNDS_SIZE), terms=np.empty(CHUNK), means=np.empty(rows * CHUNK),
+        variances=np.empty(rows * CHUNK), row_bounds=np.empty(rows * CHUNK), final_bounds=np.empty(rows * CHUNK),
+        estimates=np.empty(rows),
+    )  # fmt: skip
+    tile = TileWork(
+        lane_panels=_integers(LANES), lane_designs=_integers(LANES), offsets=np.empty(LANES, np.uint64),
+        constants=np.empty(n * LANES), shape=np.zeros(SHAPE_SIZE), tangents=np.empty(NODE_CAPACITY * LANES),
+        weights=np.empty(NODE_CAPACITY * LANES), roots=np.empty(NODE_CAPACITY * LANES),
+        factors=np.empty(2 * NODE_CAPACITY), signals=np.empty(rows * NODE_CAPACITY * LANES),
+        sums=np.empty(rows * SUMS_SIZE), state=np.zeros(max(STATE_SIZE, HAND_OVER_SIZE)), node=np.empty(LANES),
+        node_signals=np.empty(rows * LANES),
+    )  # fmt: skip
+    of_rows = rows * PANEL_CAPACITY
+    sums = PanelSums(np.empty(PANEL_CAPACITY), *(np.empty(of_rows) for _ in range(6)))
+    return chunk, tile, sums
+
+
+def _integers(count: int) -> IntArray:
+    return np.empty(count, np.int64)

@@ -1,0 +1,160 @@
+"""Zeros of signals, where other signals have corners: found before the adaptive rule samples, and made ends of panels.
+
+A power without its negative part has corners at the zeros of the power, forces with friction at those of the guide's
+force. A pulse between two zeros may be narrower than any distance of nodes. The signal itself is smooth there, so
+that samples of it show a pair of zeros as a dip: a local minimum of its magnitude.
+
+The lanes of a tile are points of one panel. A bracket is cut into `LANES` + 1 parts at once, by position in the panel,
+between -1 and 1.
+"""
+
+import math
+
+from explore.base.compiling import LANES
+from explore.base.subroutines import subroutine
+from explore.evaluation.quadrature.adaptive import place_part
+from explore.evaluation.quadrature.chunks import gather_constants
+from explore.evaluation.quadrature.panels import ANCHOR, CENTRE, HALF, LAW, LENGTH, SCALE, VARIANT
+from explore.evaluation.quadrature.tiles import NODE_CAPACITY
+
+#: Tiles of samples of a panel at least, and per length in t: all singularities are at least pi/2 off the real axis.
+_FEWEST_TILES, _TILES_PER_LENGTH = 16, 2.0
+#: Most zeros of one panel; a signal with more is rounding.
+_MOST_ZEROS = 64
+#: Times that a bracket is cut, from 1 to below rounding.
+_MOST_CUTS = 14
+#: Parts of a panel, in t relative to 1 + |t|, below which zeros are not told apart from each other and from its ends.
+_SHORTEST = 1e-13
+
+
+@subroutine()
+def _fill_inside(fill, needs, panels, k, low, high, tile):
+    """Fill the signals at as many points as lanes inside a part of panel k."""
+    for lane in range(LANES):
+        position = low + (high - low) * (lane + 1) / (LANES + 1)
+        growth = math.exp(panels[CENTRE + k] + panels[HALF + k] * position)
+        tile.node[lane] = 0.5 * panels[SCALE + k] * (growth - 1.0 / growth)
+    anchor, law, variant = int(panels[ANCHOR + k]), int(panels[LAW + k]), int(panels[VARIANT + k])
+    fill(tile.constants, tile.node, anchor, law, variant, 1, needs, tile.node_signals)
+
+
+@subroutine()
+def _find_zero(fill, needs, row, panels, k, low, high, is_positive, tile):
+    """Position of a change of the row's sign between `low`, where it is positive or not, and `high`."""
+    for _ in range(_MOST_CUTS):
+        _fill_inside(fill, needs, panels, k, low, high, tile)
+        passed = 0
+        while passed < LANES and (tile.node_signals[row * LANES + passed] > 0.0) == is_positive:
+            passed += 1
+        step = (high - low) / (LANES + 1)
+        low, high = low + passed * step, low + (passed + 1) * step if passed < LANES else high
+    return 0.5 * (low + high)
+
+
+@subroutine()
+def _find_crossing(fill, needs, row, panels, k, low, high, at_low, best, at_high, sign, tile):
+    """Position between `low` and `high` where ``sign * row`` is not positive; NaN if there is none.
+
+    `at_low`, `best` and `at_high` are values at both and at a point between them, or at the lower of both. A dip is not
+    deeper than the row changes between these.
+    """
+    for _ in range(_MOST_CUTS):
+        if best > max(at_low, at_high) - best:
+            return math.nan
+        _fill_inside(fill, needs, panels, k, low, high, tile)
+        least, best = -1, min(at_low, at_high)
+        if at_high < at_low:
+            least = LANES
+        for lane in range(LANES):
+            value = sign * tile.node_signals[row * LANES + lane]
+            if value < best:
+                least, best = lane, value
+        step = (high - low) / (LANES + 1)
+        if best < 0.0 or (best == 0.0 and sign > 0.0):
+            return low + (least + 1) * step
+        if least > 0:
+            at_low = sign * tile.node_signals[row * LANES + least - 1]
+        if least < LANES - 1:
+            at_high = sign * tile.node_signals[row * LANES + least + 1]
+        low, high = low + max(least, 0) * step, low + min(least + 2, LANES + 1) * step
+    return math.nan
+
+
+@subroutine()
+def _insert(panels, k, position, zeros, count):
+    """Insert a zero into the ascending positions of others, unless it is one of them or an end; return their number."""
+    at = count
+    while at > 0 and zeros[at - 1] > position:
+        at -= 1
+    before, after = zeros[at - 1] if at > 0 else -1.0, zeros[at] if at < count else 1.0
+    least = _SHORTEST * (1.0 + abs(panels[CENTRE + k] + panels[HALF + k] * position))
+    if count == _MOST_ZEROS or min(position - before, after - position) * panels[HALF + k] < least:
+        return count
+    for i in range(count, at, -1):
+        zeros[i] = zeros[i - 1]
+    zeros[at] = position
+    return count + 1
+
+
+@subroutine()
+def _collect_zeros(fill, needs, rows, row, panels, k, count, tile):
+    """Add the zeros of a row on panel k to the first `count` of the positions in the tile's state."""
+    tiles = min(max(_FEWEST_TILES, math.ceil(2.0 * _TILES_PER_LENGTH * panels[HALF + k])), NODE_CAPACITY)
+    last = tiles * LANES - 1
+    for j in range(last + 1):
+        growth = math.exp(panels[CENTRE + k] + panels[HALF + k] * (2.0 * j / last - 1.0))
+        tile.tangents[j] = 0.5 * panels[SCALE + k] * (growth - 1.0 / growth)
+    anchor, law, variant = int(panels[ANCHOR + k]), int(panels[LAW + k]), int(panels[VARIANT + k])
+    fill(tile.constants, tile.tangents, anchor, law, variant, tiles, needs, tile.signals)
+    values = tile.weights
+    for j in range(last + 1):
+        values[j] = tile.signals[(j // LANES * rows + row) * LANES + j % LANES]
+    for j in range(last + 1):
+        before, here = 2.0 * max(j - 1, 0) / last - 1.0, 2.0 * j / last - 1.0
+        after = 2.0 * min(j + 1, last) / last - 1.0
+        sign = 1.0 if values[j] > 0.0 else -1.0
+        if j > 0 and (values[j - 1] > 0.0) != (values[j] > 0.0):
+            zero = _find_zero(fill, needs, row, panels, k, before, here, values[j - 1] > 0.0, tile)
+            count = _insert(panels, k, zero, tile.state, count)
+        left, value, right = sign * values[max(j - 1, 0)], sign * values[j], sign * values[min(j + 1, last)]
+        if value > min(left, right) or value == max(left, right):
+            continue
+        crossing = _find_crossing(fill, needs, row, panels, k, before, after, left, value, right, sign, tile)
+        if crossing == crossing:  # not NaN
+            zero = _find_zero(fill, needs, row, panels, k, before, crossing, sign > 0.0, tile)
+            count = _insert(panels, k, zero, tile.state, count)
+            zero = _find_zero(fill, needs, row, panels, k, crossing, after, sign < 0.0, tile)
+            count = _insert(panels, k, zero, tile.state, count)
+    return count
+
+
+@subroutine()
+def _angle(panels, k, position):
+    """Half the angle from the anchor at a position of panel k, rad."""
+    growth = math.exp(panels[CENTRE + k] + panels[HALF + k] * position)
+    return math.atan(0.5 * panels[SCALE + k] * (growth - 1.0 / growth))
+
+
+@subroutine()
+def cut_at_zeros(fill, sizes, needs, corner_rows, work, tile, count):
+    """Cut the panels of a window of one design at the zeros of rows; return the number of panels."""
+    panels, zeros, number = work.panels, tile.state, count
+    for lane in range(LANES):
+        tile.lane_designs[lane] = work.owner[0]
+    gather_constants(
+        work.constants, sizes.n_constants, sizes.n_fill_constants, tile.lane_designs, tile.offsets, tile.constants
+    )  # fmt: skip
+    for k in range(count):
+        found = 0
+        for i in range(len(corner_rows)):
+            found = _collect_zeros(fill, needs, sizes.rows, corner_rows[i], panels, k, found, tile)
+        centre, half, end, at_end = panels[CENTRE + k], panels[HALF + k], 1.0, _angle(panels, k, 1.0)
+        for i in range(found, -1, -1):  # the first part replaces the panel
+            begin, to = zeros[i - 1] if i > 0 else -1.0, number if i > 0 else k
+            at_begin = _angle(panels, k, begin)
+            place_part(panels, work.owner, k, to, centre + 0.5 * half * (begin + end), 0.5 * half * (end - begin))
+            panels[LENGTH + to] = 2.0 * (at_end - at_begin)
+            end, at_end, number = begin, at_begin, number + (1 if i > 0 else 0)
+            if i > 0:
+                panels[CENTRE + k], panels[HALF + k] = centre, half
+    return number

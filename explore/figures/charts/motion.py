@@ -1,0 +1,201 @@
+"""The motion of one design over the input angle, in the panels that its mechanism declares."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from explore.figures.charts.bounds import draw_bounds
+from explore.figures.charts.style import BLUE, GREEN, INK, MUTED, ORANGE, PURPLE, SKY, new_figure, write_heading
+from explore.figures.charts.turn import label_marks, set_turn_axis, spans_in_turn
+from explore.figures.simulation import SimulatedDesign, simulate_design
+from explore.model.drawing import Panel
+from explore.model.output_slider import TRAVEL_PANEL, OutputSlider
+from explore.model.quantities import FloatArray, Signal
+from explore.results.labels import unit_text
+from explore.results.store.open_results import ResultsOrPath, results_of
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+#: A mean below this share of the largest value is the error of the sum over input angles, and is written as 0.
+_ROUNDING = 1e-6
+#: Colours of panels with one curve, in turn.
+_SINGLE = (GREEN, PURPLE, BLUE, ORANGE, INK)
+#: Colour, line and width of curves that share a panel: of two, and of more, which may coincide. Bounds are red.
+_PAIR = ((ORANGE, "--", 1.8), (BLUE, "-", 1.8))
+_SEVERAL = (
+    (ORANGE, "-", 3.6),
+    (SKY, "-", 2.6),
+    (GREEN, "--", 2.0),
+    (INK, ":", 2.0),
+    (PURPLE, "-.", 1.6),
+)
+
+
+def motion_chart(results: ResultsOrPath, *, design: int | None = None) -> Figure:
+    """Draw the motion of one design over the input angle.
+
+    The panels are those that the mechanism declares, such as angles, velocities, forces and torques; where the study
+    uses clutches also the output behind them. The study's bounds on signals are drawn as lines.
+
+    Parameters
+    ----------
+    results
+        The results of a sweep, finished or not, or the path of their file.
+    design
+        Number of the design; the best of the Pareto set unless given.
+
+    Raises
+    ------
+    MotionError
+        If the design has no motion over a full turn.
+    RequestError
+        If no number is given and no design is feasible.
+    ResultsError
+        If the design is not in the file, or the window of the study cannot be read.
+    """
+    return motion_figure(simulate_design(results_of(results), design))
+
+
+def motion_figure(simulated: SimulatedDesign) -> Figure:
+    """Draw the panels in two columns with a heading."""
+    panels = [panel for panel in simulated.panels if _applies(panel, simulated)]
+    rows = -(-len(panels) // 2)
+    figure = new_figure(11.0, 0.8 + 2.8 * rows)
+    axes = figure.subplots(rows, 2, sharex=True, squeeze=False)
+    for chart, panel, colour in zip(axes.ravel(), panels, _SINGLE * len(panels), strict=False):
+        draw_panel(chart, simulated, panel, colour)
+        set_turn_axis(chart, simulated.drive, simulated.marks)
+    label_marks(axes[0][: len(panels)], simulated.limits or simulated.marks)
+    for chart in axes.ravel()[len(panels) :]:
+        chart.remove()
+    for chart in axes.ravel()[max(0, len(panels) - 2) : len(panels)]:
+        chart.set_xlabel(f"{simulated.mechanism.input_angle} [deg]")
+        chart.tick_params(labelbottom=True)
+    write_heading(figure, simulated.title, 100)
+    return figure
+
+
+def _applies(panel: Panel, simulated: SimulatedDesign) -> bool:
+    """Whether the study uses clutches, for a panel with them, and the design has a load and its forces, for those."""
+    loads = {load for name in panel.signals for load in simulated.signal(name).required_loads}
+    is_there = all(name in simulated.motion for name in panel.signals)
+    loaded = not loads or (is_there and any(simulated.parameters.get(load, 0.0) for load in loads))
+    return loaded and (simulated.phases is not None or not panel.with_clutch)
+
+
+def clutch_output(simulated: SimulatedDesign, signal: Signal, drive: tuple[float, float], phases: int) -> FloatArray:
+    """A rectified signal of equal mechanisms, evenly phased, behind one-way clutches.
+
+    Parameters
+    ----------
+    signal
+        The signal; it is computed from the one whose row it shares.
+    drive
+        Input angles between which the clutches transmit, deg.
+    phases
+        Number of mechanisms.
+
+    Returns
+    -------
+    (t,) array
+        At the input angles of the motion.
+    """
+    motion = simulated.motion
+    angle, values = motion.index.to_numpy(), motion[signal.shares_row_with].to_numpy()
+    sense = np.sign(np.interp(sum(drive) / 2.0, angle, values, period=360.0))
+    shifts = 360.0 * np.arange(phases) / phases
+    shifted = [sense * np.interp(angle + shift, angle, values, period=360.0) for shift in shifts]
+    output: FloatArray = np.maximum(0.0, np.max(shifted, axis=0))
+    return output
+
+
+def draw_panel(chart: Axes, simulated: SimulatedDesign, panel: Panel, colour: str) -> None:
+    """Draw the curves of a panel with the study's bounds on them."""
+    signals = [simulated.signal(name) for name in panel.signals]
+    scale = simulated.units.scale(panel.unit or signals[0].unit)
+    unit, factor = scale.shown, panel.factor * float(scale.factor)
+    chart.set_ylabel(f"{panel.label} [{unit_text(unit)}]")
+    if any(signal.is_rectified for signal in signals):
+        _draw_output(chart, simulated, signals[0], factor)
+        return
+    motion = simulated.motion
+    curves = {signal.name: _values(simulated, signal) * factor for signal in signals}
+    looks = ((colour, "-", 1.8),) if len(signals) == 1 else _PAIR if len(signals) == 2 else _SEVERAL
+    for (name, values), (hue, style, width) in zip(curves.items(), looks, strict=False):
+        chart.plot(motion.index, values, style, color=hue, lw=width, label=name.replace("_", " "))
+    if panel.shows_mean:
+        _draw_mean(chart, motion.index.to_numpy(), *curves.values())
+    limits = tuple(scale.show(limit) for limit in panel.limits)
+    _set_value_axis(chart, limits, unit, any(signal.is_magnitude for signal in signals))
+    draw_bounds(chart, motion.index.to_numpy(), curves, simulated.bounds, factor)
+    shades_drive = simulated.drive is not None and panel == simulated.panels[0]
+    if shades_drive:
+        chart.fill_between([], [], color=MUTED, alpha=0.17, lw=0, label="drive stroke")
+    shades_dwell = simulated.slider is not None and panel == TRAVEL_PANEL
+    if simulated.slider is not None and shades_dwell:
+        shade_dwell(chart, simulated.slider)
+    if len(signals) > 1 or shades_drive or shades_dwell or panel.shows_mean:
+        _add_legend(chart, "", 2 if len(signals) > 3 else 1)
+
+
+def shade_dwell(chart: Axes, slider: OutputSlider) -> None:
+    """Shade the input angles of a dwell."""
+    for number, (start, stop) in enumerate(spans_in_turn(slider.dwell)):
+        label = f"dwell, {slider.dwell[1] - slider.dwell[0]:.4g}°" if number == 0 else None
+        chart.axvspan(start, stop, color=GREEN, alpha=0.2, lw=0, zorder=0, label=label)
+
+
+def _values(simulated: SimulatedDesign, signal: Signal) -> FloatArray:
+    """A signal over the turn; angles go on past 180 deg."""
+    values = simulated.motion[signal.name].to_numpy()
+    return np.unwrap(values, period=360.0) if signal.unit == "deg" else values
+
+
+def _set_value_axis(chart: Axes, limits: tuple[float, ...], unit: str, is_magnitude: bool) -> None:
+    """Ticks of angles at multiples of 30 deg, magnitudes from 0, a line at 0 where the sign changes."""
+    from matplotlib.ticker import MaxNLocator
+
+    if limits:
+        chart.set_ylim(*limits)
+    if unit == "deg":
+        chart.yaxis.set_major_locator(MaxNLocator(nbins=7, steps=[1, 1.5, 3, 6, 9, 10]))
+    bottom, top = chart.get_ylim()
+    if is_magnitude:
+        # Forces that hardly vary lie below the top of the axis, and the legend above them.
+        largest = max((float(np.max(line.get_ydata())) for line in chart.get_lines()), default=0.0)
+        chart.set_ylim(0.0, 1.25 * largest or 1.0)
+    elif bottom < 0.0 < top and unit != "deg":
+        chart.axhline(0.0, color=INK, lw=0.6)
+
+
+def _draw_mean(chart: Axes, angle: FloatArray, *curves: FloatArray) -> None:
+    for values in curves:
+        mean = float(np.trapezoid(values, angle) / (angle[-1] - angle[0]))
+        if abs(mean) < _ROUNDING * np.abs(values).max():
+            mean = 0.0
+        chart.axhline(mean, color=MUTED, lw=1.2, ls="--", label=f"mean {mean:.4g}")
+
+
+def _draw_output(chart: Axes, simulated: SimulatedDesign, signal: Signal, factor: float) -> None:
+    """Draw the output of all mechanisms in bold over that of one; `factor` is that to the unit of the axis."""
+    if simulated.drive is None or simulated.phases is None:
+        chart.text(0.5, 0.5, "the output turns fully:\nno stroke to drive a clutch", ha="center", va="center",
+                   color=MUTED, transform=chart.transAxes)  # fmt: skip
+        return
+    angle, phases = simulated.motion.index.to_numpy(), simulated.phases
+    if phases > 1:
+        one = clutch_output(simulated, signal, simulated.drive, 1) * factor
+        chart.plot(angle, one, "--", color=SKY, lw=1.4, label="1 mechanism")
+    output = clutch_output(simulated, signal, simulated.drive, phases) * factor
+    chart.plot(angle, output, color=INK, lw=2.0, label=f"{phases} mechanism{'s' * (phases > 1)}")
+    chart.set_ylim(bottom=0.0)
+    draw_bounds(chart, angle, {signal.name: output}, simulated.bounds, factor)
+    _add_legend(chart, "through clutches")
+
+
+def _add_legend(chart: Axes, title: str = "", columns: int = 1) -> None:
+    chart.legend(loc="best", frameon=True, framealpha=0.85, edgecolor="none", title=title or None, ncols=columns)

@@ -1,0 +1,105 @@
+"""A path that a point of a linkage shall follow, as figures draw it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from explore.base.errors import RequestError
+from explore.figures.simulation import SimulatedDesign, drawing_of
+from explore.mechanisms.targets.path_errors.metrics import PathMeasure, measures_of
+from explore.mechanisms.targets.pose_errors.metrics import PoseMeasure, pose_measures_of
+from explore.model.points import drawn_name
+from explore.model.quantities import FloatArray
+from explore.model.targets import PathTarget
+
+
+@dataclass(frozen=True)
+class DrawnTarget:
+    """A target, and where the crank is at its points.
+
+    Attributes
+    ----------
+    name, point
+        Name of the point of the linkage, and as the drawing names it.
+    points
+        The given points, mm, shape (n, 2).
+    weights
+        Of their squared distances, shape (n,).
+    angles
+        Input angles of the design at the points, deg, shape (n,).
+    is_closed
+        Whether the target returns to its first point.
+    """
+
+    name: str
+    point: str
+    points: FloatArray
+    weights: FloatArray
+    angles: FloatArray
+    is_closed: bool
+
+    @property
+    def corners(self) -> FloatArray:
+        """Corners of the line through the points, (m, 2); of a closed target it ends where it begins."""
+        return np.vstack([self.points, self.points[:1]]) if self.is_closed else self.points
+
+    def distances_along(self, simulated: SimulatedDesign) -> FloatArray:
+        """Distances of the path from the line of the target at the input angles of the motion, mm, (t,)."""
+        return distances_to_line(self._places(simulated, None), self.corners)
+
+    def distances_at_points(self, simulated: SimulatedDesign) -> FloatArray:
+        """Distances of the given points from where the point of the linkage is at their input angles, mm, (n,)."""
+        apart = self._places(simulated, self.angles) - self.points
+        return np.asarray(np.hypot(*apart.T))
+
+    def _places(self, simulated: SimulatedDesign, angles: FloatArray | None) -> FloatArray:
+        """Where the point is at input angles, deg; by default those of the motion."""
+        pose = simulated.pose(None if angles is None else (angles % 360.0).tolist())
+        return pose.sum(drawing_of(simulated).points[self.point])
+
+
+def target_of(simulated: SimulatedDesign) -> DrawnTarget:
+    """The target of a design's study, and where its crank is at the points; `RequestError` if there is none."""
+    target = simulated.path
+    if target is None:
+        raise RequestError(
+            "the study has no path in [target] to compare with; a mechanism chart draws the paths of its points"
+        )
+    points = np.array(target.points, dtype=np.float64)
+    return DrawnTarget(
+        target.point,
+        drawn_name(target.point),
+        points,
+        np.array(target.weights or np.ones(len(points)), dtype=np.float64),
+        _crank_angles(simulated, target),
+        target.closed,
+    )
+
+
+def _crank_angles(simulated: SimulatedDesign, target: PathTarget) -> FloatArray:
+    """Input angles at the points of a target, deg, (n,), as its metrics measure them."""
+    for formula in simulated.mechanism.formulas:
+        measure = formula.function
+        # All inputs but the last are parameters; that one tells whether the crank turns, which it does.
+        columns = tuple(np.array([simulated.parameters.get(name, 0.0)]) for name in formula.inputs)
+        if isinstance(measure, PathMeasure):
+            return np.asarray(np.rad2deg(measures_of(measure.curve, target, columns)[1][0]))
+        if isinstance(measure, PoseMeasure):
+            return np.asarray(np.rad2deg(pose_measures_of(measure.curve, measure.target, columns)[1][0]))
+    raise RequestError(f"a {simulated.mechanism.name} does not say where it passes the points of a target")
+
+
+def distances_to_line(places: FloatArray, corners: FloatArray) -> FloatArray:
+    """Distances of places, (n, 2), from the line through corners, (m, 2), shape (n,)."""
+    if len(corners) == 1:
+        return np.asarray(np.hypot(*(places - corners[0]).T))
+    nearest = np.full(len(places), np.inf)
+    for start, stop in pairwise(corners):
+        along, away = stop - start, places - start
+        square = float(along @ along)
+        share = np.clip(away @ along / square, 0.0, 1.0) if square > 0.0 else np.zeros(len(places))
+        nearest = np.minimum(nearest, np.hypot(*(away - share[:, None] * along).T))
+    return nearest

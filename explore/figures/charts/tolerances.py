@@ -1,0 +1,136 @@
+"""What the tolerances of a design do to its metrics: how each spreads, and which dimension the spread comes from."""
+
+from __future__ import annotations
+
+import math
+import textwrap
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from explore.base.errors import RequestError
+from explore.figures.charts.style import (
+    BLUE,
+    BROWN,
+    GREEN,
+    INK,
+    MUTED,
+    ORANGE,
+    PURPLE,
+    RED,
+    SKY,
+    YELLOW,
+    new_figure,
+    write_heading,
+)
+from explore.results.labels import unit_text
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from explore.analysis.tolerancing.robustness import Robustness
+    from explore.model.quantities import FloatArray
+    from explore.studies.request.tolerances import Tolerance
+
+#: Height of a row, and of what is around them, inches.
+_ROW_HEIGHT, _REST_HEIGHT = 1.25, 1.5
+_N_BINS = 60
+_COLOURS = (BLUE, ORANGE, GREEN, PURPLE, SKY, BROWN, YELLOW, MUTED)
+_DARK = (BLUE, GREEN, BROWN)
+
+
+def tolerance_chart(robustness: Robustness, design: int | None = None) -> Figure:
+    """Draw a row for each metric that has a better side or a constraint.
+
+    On the left the share of each dimension in the variance, to first order; on the right how the metric spreads over
+    parts, with the design (solid), the worst cases over the box of the tolerances (dotted), and the constraints
+    (red, the parts beyond them too).
+
+    Parameters
+    ----------
+    robustness
+        The result of `explore.tolerance`.
+    design
+        Number of the design; None for the first one.
+    """
+    number = int(robustness.designs.index[0]) if design is None else design
+    if number not in robustness.designs.index:
+        raise RequestError(f"design {number} was not analysed")
+    constraints = robustness.designs.attrs["constraints"]
+    senses = robustness.designs.attrs["senses"]
+    rows, shares = robustness.metrics_of(number), robustness.by_dimension(number, "share")
+    names = [name for name in rows if senses.get(name) or name in constraints]
+    figure = new_figure(9.0, _REST_HEIGHT + _ROW_HEIGHT * len(names))
+    panels = figure.subplots(len(names), 2, squeeze=False, width_ratios=[1, 2])
+    sample = robustness.sample(number)
+    for (bar, histogram), name in zip(panels, names, strict=True):
+        _draw_shares(bar, shares[name])
+        bar.set_ylabel(_label(name, rows[name]["unit"]), rotation=0, ha="right", va="center")
+        _draw_histogram(histogram, sample[name].dropna().to_numpy(), rows[name], constraints.get(name, {}))
+    handles, labels = panels[0, 0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower left", ncols=len(labels), frameon=False)
+    panels[0, 0].set_title("share of the variance", fontsize=10, color=INK)
+    panels[0, 1].set_title(f"{len(sample):,} parts", fontsize=10, color=INK)
+    row = robustness.designs.loc[number].to_dict()
+    widths = ", ".join(_width(t, robustness.units[t.parameter]) for t in robustness.tolerances)
+    text = f"design {number}, yield {100 * row['yield_low']:.6g} to {100 * row['yield_high']:.6g} %, {widths}"
+    write_heading(figure, text, 90)
+    return figure
+
+
+def _width(tolerance: Tolerance, unit: str) -> str:
+    width = f"{tolerance.plus_minus:.6g} {unit_text(unit) if unit not in ('', '1') else ''}".rstrip()
+    return f"{tolerance.parameter} ± {width} ({tolerance.distribution})"
+
+
+def _label(name: str, unit: str) -> str:
+    """A name with its unit, on lines of about 16 letters."""
+    words = name.replace("_", " ") + (f" [{unit_text(unit)}]" if unit not in ("", "1") else "")
+    return "\n".join(textwrap.wrap(words, 16))
+
+
+def _draw_shares(panel: Axes, shares: Mapping[str, float]) -> None:
+    start = 0.0
+    for k, (name, share) in enumerate(shares.items()):
+        width = 0.0 if math.isnan(share) else 100.0 * share
+        colour = _COLOURS[k % len(_COLOURS)]
+        panel.barh(0, width, left=start, height=0.6, color=colour, label=name)
+        if width >= 12.0:
+            ink = "white" if colour in _DARK else INK
+            panel.text(start + width / 2, 0, f"{width:.0f} %", ha="center", va="center", fontsize=8, color=ink)
+        start += width
+    if start == 0.0:
+        panel.text(50, 0, "undefined", ha="center", va="center", fontsize=8, color=MUTED)
+    panel.set(xlim=(0, 100), ylim=(-0.5, 0.5), yticks=[], xticks=[])
+    for side in ("top", "right", "left", "bottom"):
+        panel.spines[side].set_visible(False)
+
+
+def _draw_histogram(
+    panel: Axes, values: FloatArray, row: Mapping[str, Any], bounds: Mapping[str, float | None]
+) -> None:
+    if not len(values):
+        panel.text(0.5, 0.5, "no part moves", ha="center", va="center", color=MUTED, transform=panel.transAxes)
+        panel.set(xticks=[], yticks=[])
+        return
+    counts, edges = np.histogram(values, _N_BINS)
+    centres = (edges[1:] + edges[:-1]) / 2
+    low, high = bounds.get("min"), bounds.get("max")
+    is_missed = (centres < (-math.inf if low is None else low)) | (centres > (math.inf if high is None else high))
+    panel.bar(centres, counts, np.diff(edges), color=np.where(is_missed, RED, SKY).tolist())
+    panel.axvline(row["nominal"], color=INK, lw=1.0)
+    for end in (row["low"], row["high"]):
+        panel.axvline(end, color=INK, lw=1.0, ls=":")
+    # The limit of a constraint far away would squeeze the histogram.
+    left, right = panel.get_xlim()
+    for bound in (low, high):
+        if bound is not None and left - (right - left) < bound < right + (right - left):
+            panel.axvline(bound, color=RED, lw=1.4, ls="-.")
+    panel.set_yticks([])
+    panel.ticklabel_format(axis="x", useOffset=False)
+    panel.tick_params(axis="x", labelsize=8)
+    for side in ("top", "right", "left"):
+        panel.spines[side].set_visible(False)

@@ -1,0 +1,128 @@
+"""The design to export: one of results, or one given by its parameters."""
+
+from __future__ import annotations
+
+import math
+import tomllib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from explore.base.errors import MotionError, ResultsError
+from explore.figures.charts.turn import turn_angles
+from explore.figures.simulation import SimulatedDesign, simulate_design
+from explore.model.points import COORDINATES, coordinates
+from explore.model.status import Status
+from explore.results.queries import choose_design
+from explore.results.store.results import Results
+from explore.running.motions import mark_angles
+from explore.running.public import simulate
+from explore.studies.config.study import Study
+from explore.studies.config.study_file import parse_study
+from explore.studies.config.toml_text import format_toml
+from explore.studies.request.names import find_mechanism
+from explore.studies.request.parameters import parameter_columns
+
+#: Sections of a study of many designs that one design has its own of, or has none.
+_OF_MANY = ("mechanism", "parameters", "points", "target", "sampling", "rank", "scene")
+
+
+@dataclass(frozen=True)
+class DesignOfResults:
+    """One design of results."""
+
+    results: Results
+    number: int
+
+    @classmethod
+    def choose(cls, results: Results, number: int | None) -> DesignOfResults:
+        """The design of a number, or the best one; errors as of `choose_design`, and if it lacks a solved length."""
+        chosen = choose_design(results, number)
+        row = results.design(chosen)
+        for column in results.columns:
+            if column.role == "parameter" and math.isnan(row[column.name]):
+                raise MotionError(f"design {chosen} has no {column.name}: {Status.UNREACHABLE.sentence}")
+        return cls(results, chosen)
+
+    @cached_property
+    def simulated(self) -> SimulatedDesign:
+        """Its motion, with the drive stroke of its study."""
+        return simulate_design(self.results, self.number)
+
+    @property
+    def study(self) -> str:
+        """The text of the study of this design alone, which computes the same row."""
+        results = self.results
+        row = results.design(self.number)
+        try:
+            sections = tomllib.loads(results.config)
+        except tomllib.TOMLDecodeError as error:
+            raise ResultsError(f"{results.path} is damaged: its study cannot be read: {error}") from None
+        values = {column.name: row[column.name] for column in results.columns if column.role == "parameter"}
+        places = coordinates(results.points, values)
+        of_points = {f"{point}_{axis}" for point in places for axis in COORDINATES}
+        parts: dict[str, object] = {
+            "mechanism": results.mechanism,
+            "parameters": {name: value for name, value in values.items() if name not in of_points},
+            "points": {point: dict(zip(COORDINATES, place, strict=True)) for point, place in places.items()},
+            **({"target": results.target.to_content()} if results.target else {}),
+            **{name: section for name, section in sections.items() if name not in _OF_MANY},
+            "rank": {"metrics": list(results.objectives)} if results.objectives else {},
+        }
+        text = f"# Design {self.number} of {results.path.name}\n\n{format_toml(parts)}"
+        parse_study(text, f"the study of design {self.number}", results.path.parent)
+        return text
+
+
+@dataclass(frozen=True)
+class DesignOfParameters:
+    """A design of a mechanism by its parameters in declared units, those of its points included."""
+
+    mechanism: str
+    parameters: Mapping[str, float]
+    points: tuple[str, ...]
+
+    @classmethod
+    def read(
+        cls,
+        mechanism: str,
+        parameters: Mapping[str, float | str],
+        points: Mapping[str, Sequence[float | str]],
+    ) -> DesignOfParameters:
+        """A design whose values may have units; `RequestError` for an unknown name or a bad value."""
+        declared = find_mechanism(mechanism, tuple(points))
+        places = {
+            f"{point}_{axis}": value
+            for point, place in points.items()
+            for axis, value in zip(COORDINATES, place, strict=True)
+        }
+        columns = parameter_columns(declared, {**parameters, **places})
+        return cls(mechanism, {name: float(column[0]) for name, column in columns.items()}, tuple(points))
+
+    @cached_property
+    def simulated(self) -> SimulatedDesign:
+        """Its motion."""
+        declared = find_mechanism(self.mechanism, self.points)
+        values = {p.name: self.parameters.get(p.name, p.default) for p in declared.parameters}
+        parameters = {name: value for name, value in values.items() if value is not None}
+        angles = turn_angles(float(np.rad2deg(declared.anchor_angle)))
+        motion = simulate(declared.name, parameters, points=coordinates(self.points, parameters), angles=angles)
+        columns = {name: np.array([value]) for name, value in parameters.items()}
+        units = {p.name: "" if p.unit == "1" else p.unit for p in declared.parameters}
+        given = ", ".join(f"{name} {value:.6g} {units[name]}".rstrip() for name, value in self.parameters.items())
+        return SimulatedDesign(
+            declared, parameters, motion, f"{declared.name}: {given}", marks=mark_angles(declared, columns)
+        )
+
+    @property
+    def study(self) -> str:
+        """The text of a study of this design alone."""
+        places = coordinates(self.points, self.parameters)
+        of_points = {f"{point}_{axis}" for point in places for axis in COORDINATES}
+        return Study(
+            mechanism=self.mechanism,
+            parameters={name: value for name, value in self.parameters.items() if name not in of_points},
+            points={point: dict(zip(COORDINATES, place, strict=True)) for point, place in places.items()} or None,
+        ).to_toml()

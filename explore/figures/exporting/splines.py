@@ -1,0 +1,106 @@
+"""Closed cubic splines through points of an exact curve, with as many points as a deviation needs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+
+from explore.figures.exporting.shapes import Spline
+from explore.model.quantities import FloatArray
+
+if TYPE_CHECKING:
+    from scipy.interpolate import BSpline
+
+#: Largest deviation of a spline from its curve, mm, and as a share of its extent, which holds for small curves.
+DEVIATION = 1e-3
+_RELATIVE_DEVIATION = 1e-5
+#: The spline aims at this share of the deviation, because it is measured at a few places only.
+_MARGIN = 0.5
+_FIRST_INTERVALS = 32
+_LEAST_INTERVALS = 4
+#: Intervals are halved at most so often: their length is then that of rounding errors of angles.
+_ROUNDS = 24
+#: Step of the difference quotient for slopes, deg: a jump of curvature changes them by less than a thousandth of it,
+#: rounding errors by 1e-11.
+_STEP = 1e-3
+#: Where the deviation is measured, as shares of the way between two points.
+_PLACES = np.array([0.25, 0.5, 0.75])
+
+
+def fit_closed_curve(
+    curve: Callable[[FloatArray], FloatArray], breaks: Sequence[float], layer: str, name: str
+) -> Spline:
+    """A closed spline of a curve.
+
+    Parameters
+    ----------
+    curve
+        Points, shape (t, 2), at angles in deg, shape (t,); the same after 360.
+    breaks
+        Angles, deg, where the curve's law changes: there the spline may have a jump of curvature.
+    layer, name
+        Of the spline.
+
+    Returns
+    -------
+    Spline
+        Its first derivative by the angle is continuous, its second but at the breaks, or where there are none at 0.
+    """
+    joints = np.unique(np.mod(breaks, 360.0)) if len(breaks) else np.zeros(1)
+    ends = np.append(joints, joints[0] + 360.0)
+    slopes = (curve(joints + _STEP) - curve(joints - _STEP)) / (2.0 * _STEP)
+    counts = np.maximum(np.rint(np.diff(ends) / 360.0 * _FIRST_INTERVALS).astype(int), _LEAST_INTERVALS)
+    spans = [np.linspace(*pair, count + 1) for pair, count in zip(_pairs(ends), counts, strict=True)]
+    for _ in range(_ROUNDS):
+        parts = _interpolate(curve, spans, slopes)
+        deviations = [_deviations(curve, part, span) for part, span in zip(parts, spans, strict=True)]
+        extent = float(np.ptp(np.vstack([part.c for part in parts]), axis=0).max())
+        limit = _MARGIN * min(DEVIATION, _RELATIVE_DEVIATION * extent)
+        if max(deviation.max() for deviation in deviations) <= limit:
+            break
+        spans = [_halved(span, deviation > limit) for span, deviation in zip(spans, deviations, strict=True)]
+    return Spline(layer, name, *_joined(parts), max(float(deviation.max()) for deviation in deviations))
+
+
+def _pairs(ends: FloatArray) -> list[tuple[float, float]]:
+    return list(zip(ends[:-1].tolist(), ends[1:].tolist(), strict=True))
+
+
+def _interpolate(
+    curve: Callable[[FloatArray], FloatArray], spans: Sequence[FloatArray], slopes: FloatArray
+) -> list[BSpline]:
+    """The spline of each span through the points at its angles, with slopes, shape (s, 2), where spans begin."""
+    from scipy.interpolate import make_interp_spline
+
+    parts = []
+    starts = [curve(span[:1])[0] for span in spans]
+    for k, span in enumerate(spans):
+        after = (k + 1) % len(spans)
+        points = curve(span)
+        points[-1] = starts[after]  # joints are the same to the last bit, and the curve is closed
+        ends = ([(1, slopes[k])], [(1, slopes[after])])
+        parts.append(make_interp_spline(span, points, 3, bc_type=ends))  # type: ignore[arg-type]  # SciPy takes slopes
+    return parts
+
+
+def _deviations(curve: Callable[[FloatArray], FloatArray], part: BSpline, span: FloatArray) -> FloatArray:
+    """The largest deviation between each angle of a span and the next."""
+    places = (span[:-1, None] + np.diff(span)[:, None] * _PLACES).ravel()
+    return np.asarray(np.hypot(*(part(places) - curve(places)).T).reshape(-1, len(_PLACES)).max(axis=1))
+
+
+def _halved(span: FloatArray, is_coarse: npt.NDArray[np.bool_]) -> FloatArray:
+    """The angles with another in the middle of each coarse interval."""
+    middles = 0.5 * (span[:-1] + span[1:])
+    return np.sort(np.append(span, middles[is_coarse]))
+
+
+def _joined(parts: Sequence[BSpline]) -> tuple[FloatArray, FloatArray]:
+    """Knots and control points of one spline from those of its parts, which begin where those before them end."""
+    first, *others = parts
+    knots = [first.t[:-1], *(part.t[4:-1] for part in others), parts[-1].t[-1:]]
+    controls = [first.c, *(part.c[1:] for part in others)]
+    return np.concatenate(knots), np.vstack(controls)

@@ -1,0 +1,115 @@
+"""The way of a point over a turn: a circle, an arc or a straight line where its vectors say so, a spline elsewhere."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from explore.figures.exporting.shapes import Arc, Circle, Polyline, Spline, arc_points
+from explore.figures.exporting.splines import fit_closed_curve
+from explore.figures.simulation import SimulatedDesign
+from explore.model.drawing import Vector
+from explore.model.quantities import FloatArray
+
+#: Extremes of a coordinate are looked for in so many rounds, each in a finer grid about the one before: to the last
+#: digits, because the error is the square of the last step, 0.5 deg / 32^4.
+_ROUNDS = 4
+_REFINEMENT = 32
+#: An arc of more than this is a circle, deg; it is far above the rounding errors of a full turn.
+_FULL = 360.0 - 1e-9
+
+
+def track_of(
+    simulated: SimulatedDesign, vectors: tuple[Vector, ...], name: str, layer: str = "paths"
+) -> Circle | Arc | Polyline | Spline | None:
+    """The way of a point over a turn.
+
+    Parameters
+    ----------
+    vectors
+        The point, as the drawing of the mechanism declares it.
+    name, layer
+        Of the curve.
+
+    Returns
+    -------
+    Circle, Arc, Polyline, Spline or None
+        A line of two points, the smaller coordinate first; None for a point that rests.
+    """
+    turning = [vector for vector in vectors if isinstance(vector.angle, str)]
+    changing = [vector for vector in vectors if isinstance(vector.length, str) and vector.length not in
+                simulated.parameters]  # fmt: skip
+    if not turning and not changing:
+        return None
+    if len(turning) == 1 and not changing:
+        return _arc(simulated, vectors, turning[0], layer)
+    if not turning and len({vector.direction % 180.0 for vector in changing}) == 1:
+        return _line(simulated, vectors, changing[0], layer)
+
+    def curve(angles: FloatArray) -> FloatArray:
+        return simulated.pose(angles.tolist()).sum(vectors)
+
+    return fit_closed_curve(curve, breaks_of(simulated), layer, name)
+
+
+def breaks_of(simulated: SimulatedDesign) -> list[float]:
+    """Input angles, deg, where the laws of the design's signals change."""
+    names = simulated.mechanism.breaks
+    return [simulated.marks[name] for name in names if name in simulated.marks]
+
+
+def _arc(simulated: SimulatedDesign, vectors: tuple[Vector, ...], turning: Vector, layer: str) -> Circle | Arc:
+    """The way of a point that is at a constant distance from a place at rest."""
+    others = tuple(vector for vector in vectors if vector is not turning)
+    centre = simulated.pose([0.0]).sum(others)[0]
+    number = turning.length
+    length = turning.factor * (simulated.parameters[number] if isinstance(number, str) else number)
+    opposite = 180.0 if length < 0.0 else 0.0
+
+    def direction(angles: FloatArray) -> FloatArray:
+        return turning.sense * simulated.pose(angles.tolist()).angle(turning.angle) + turning.turn + opposite
+
+    low, high = extremes(direction, period=360.0)
+    if high - low > _FULL:
+        return Circle(layer, centre, abs(length))
+    return Arc(layer, centre, abs(length), low, high)
+
+
+def _line(simulated: SimulatedDesign, vectors: tuple[Vector, ...], changing: Vector, layer: str) -> Polyline:
+    """The way of a point to and fro along a line."""
+    along = arc_points(np.zeros(2), 1.0, np.array([changing.direction]))[0]
+    origin = simulated.pose([0.0]).sum(vectors)[0]
+
+    def place(angles: FloatArray) -> FloatArray:
+        return np.asarray((simulated.pose(angles.tolist()).sum(vectors) - origin) @ along)
+
+    return Polyline(layer, np.array([origin + value * along for value in extremes(place)]))
+
+
+def extremes(values: Callable[[FloatArray], FloatArray], period: float | None = None) -> tuple[float, float]:
+    """Smallest and largest value of a function of the input angle over a turn.
+
+    Parameters
+    ----------
+    values
+        Values, shape (t,), at angles in deg, shape (t,).
+    period
+        Of the values, where they are angles, which then go on past it.
+    """
+    grid = np.linspace(0.0, 360.0, 721)
+    start = values(grid)
+    start = start if period is None else np.unwrap(start, period=period)
+    found = []
+    for sign in (-1.0, 1.0):
+        best = int(np.argmax(sign * start))
+        centre, value, step = grid[best], start[best], 0.5
+        for _ in range(_ROUNDS):
+            near = np.linspace(centre - step, centre + step, 2 * _REFINEMENT + 1)
+            at = values(near)
+            if period is not None:
+                at = at + period * np.round((value - at) / period)
+            best = int(np.argmax(sign * at))
+            centre, value, step = near[best], at[best], step / _REFINEMENT
+        found.append(float(value))
+    return found[0], found[1]

@@ -1,0 +1,111 @@
+"""What a page needs to compute and draw the motion of a design: the mechanism's declaration and its functions."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection
+from dataclasses import asdict
+from typing import Any
+
+import numpy as np
+
+from explore.base.units.shown import ShownUnits
+from explore.evaluation.quadrature.windows import LONGER, SHORTER, orient
+from explore.figures.reporting.javascript import TranslationError, translate
+from explore.model.drawing import PLACE, Panel
+from explore.model.mechanism import Mechanism
+from explore.model.quantities import Parameter
+from explore.model.status import Status
+from explore.results.labels import unit_text
+
+
+def kernel_for(mechanism: Mechanism, given: Collection[str]) -> Mechanism:
+    """The mechanism, or its extended one if the parameters that a study gives are those of its signals."""
+    return mechanism.kernel_of(
+        signal
+        for signal in mechanism.signals
+        if not signal.required_loads or any(load in given for load in signal.required_loads)
+    )
+
+
+def describe_motion(mechanism: Mechanism, units: ShownUnits) -> dict[str, Any]:
+    """The declaration of a mechanism, that of `kernel_for`, as far as a page needs it; can be written as JSON.
+
+    Signals are in declared units; the factors of the panels lead to the shown ones.
+    """
+    moving = [int(Status.OK), *(code for code, status in mechanism.statuses.items() if status.lacks_strokes)]
+    filled = [signal for signal in mechanism.signals if mechanism.fills(signal)]
+    names = {signal.name for signal in filled}
+    panels = [panel for panel in mechanism.declared_panels if names.issuperset(panel.signals)]
+    return {
+        "input": mechanism.input_angle,
+        "anchor": float(np.rad2deg(mechanism.anchor_angle)),
+        "parameters": [p.name for p in mechanism.kernel_parameters],
+        "allowed": [_describe_range(p) for p in mechanism.parameters],
+        "speed": mechanism.speed.name if mechanism.speed else "",
+        "record_rows": mechanism.record_rows,
+        "first_parameter": mechanism.first_parameter,
+        "status_row": mechanism.status_row,
+        "moving": moving,
+        "signal_rows": mechanism.signal_rows,
+        "variant_row": mechanism.variant_row,
+        "phases_row": mechanism.phases_row,
+        "needs": int(np.bitwise_or.reduce([signal.needs for signal in filled])),
+        "signals": [
+            {
+                "name": signal.name, "unit": signal.unit, "row": signal.row, "power": signal.speed_power,
+                "magnitude": signal.is_magnitude, "rectified": signal.is_rectified, "shares": signal.shares_row_with,
+            }
+            for signal in filled
+        ],
+        "marks": dict(mechanism.marks),
+        "breaks": list(mechanism.breaks),
+        "strokes": {name: list(mechanism.window(name).ends) for name in mechanism.strokes},
+        "longer": LONGER,
+        "shorter": SHORTER,
+        "limits": [end for stroke in mechanism.strokes[:1] for end in mechanism.window(stroke).ends],
+        "panels": [_describe_panel(mechanism, panel, units) for panel in panels],
+        "drawing": asdict(mechanism.drawing) if mechanism.drawing else None,
+        "place": list(PLACE),
+    }  # fmt: skip
+
+
+def _describe_range(parameter: Parameter) -> dict[str, Any]:
+    """The values that a parameter can take: a page gives no others to the mechanism's functions."""
+    return {
+        "name": parameter.name,
+        "lower": _finite(parameter.lower),
+        "upper": _finite(parameter.upper),
+        "choices": list(parameter.choices),
+        "zero": bool(parameter.zero_meaning),
+    }
+
+
+def _finite(limit: float) -> float | None:
+    """The limit of a range; None for an infinite one, which JSON has no word for."""
+    return limit if math.isfinite(limit) else None
+
+
+def _describe_panel(mechanism: Mechanism, panel: Panel, units: ShownUnits) -> dict[str, Any]:
+    signals = [mechanism.signal(name) for name in panel.signals]
+    scale = units.scale(panel.unit or signals[0].unit)
+    unit, factor = scale.shown, panel.factor * float(scale.factor)
+    return {
+        "label": panel.label,
+        "signals": list(panel.signals),
+        "unit": "" if unit == "1" else unit_text(unit),
+        "factor": factor,
+        "turn": 360.0 * factor if signals[0].unit == "deg" else 0.0,
+        "clutch": panel.with_clutch,
+        "magnitude": any(signal.is_magnitude for signal in signals),
+        "loads": sorted({load for signal in signals for load in signal.required_loads}),
+    }
+
+
+def translate_functions(mechanism: Mechanism) -> str:
+    """A statement of JavaScript that gives a page the mechanism's functions; empty where they have no translation."""
+    try:
+        functions = translate(close=mechanism.close, fill=mechanism.fill, orient=orient)
+    except TranslationError:
+        return ""
+    return f"globalThis.exploreMechanism = {functions};"

@@ -1,0 +1,211 @@
+"""One design of results, simulated over a turn for the figures of a single design."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from explore.base.errors import RequestError
+from explore.base.units.shown import ShownUnits
+from explore.figures.charts.bounds import SignalBound, drive_of, signal_bounds, uses_drive_stroke
+from explore.figures.charts.turn import turn_angles
+from explore.model.drawing import PLACE, Drawing, Panel, Pose
+from explore.model.mechanism import Mechanism
+from explore.model.output_slider import TRAVEL, TRAVEL_PANEL, TRAVEL_SIGNAL, OutputSlider
+from explore.model.points import coordinates
+from explore.model.quantities import FloatArray, Signal
+from explore.model.targets import PathTarget
+from explore.results.labels import results_name
+from explore.results.queries import choose_design
+from explore.running.motions import mark_angles, window_limits
+from explore.running.public import simulate
+from explore.studies.request.names import find_mechanism
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from explore.results.store.results import Results
+
+
+@dataclass(frozen=True)
+class SimulatedDesign:
+    """The motion of one design over a turn, and what its study defines on it.
+
+    Attributes
+    ----------
+    mechanism
+        The declaration of its mechanism.
+    parameters
+        Parameters of the design, in declared units, defaults included.
+    motion
+        Signals at input angles of one turn, from `explore.simulate`.
+    title
+        Study, number and parameters of the design.
+    marks
+        Input angles of the marks by name, deg; those of limit positions are absent where the output turns fully.
+    drive
+        First and last input angle of the drive stroke, deg, the last the larger; None without strokes, or where the
+        study does not use it.
+    phases
+        Number of mechanisms that share the output through one-way clutches; None where there are no clutches, or the
+        study does not use the drive stroke.
+    bounds
+        Bounds of the study on signals, at the input angles where they hold for this design.
+    units
+        Units that figures show; all values here are in declared units.
+    slider
+        The slider that the columns of its results tie to its point; None without one.
+    """
+
+    mechanism: Mechanism
+    parameters: Mapping[str, float]
+    motion: pd.DataFrame
+    title: str = ""
+    marks: Mapping[str, float] = field(default_factory=dict)
+    drive: tuple[float, float] | None = None
+    phases: int | None = None
+    bounds: Sequence[SignalBound] = ()
+    units: ShownUnits = field(default_factory=ShownUnits)
+    slider: OutputSlider | None = None
+
+    @property
+    def signals(self) -> tuple[Signal, ...]:
+        """The signals of the mechanism, and the travel of the slider."""
+        return (*self.mechanism.signals, *([TRAVEL_SIGNAL] if self.slider else []))
+
+    @property
+    def panels(self) -> tuple[Panel, ...]:
+        """The panels of the mechanism, and that of the slider first."""
+        return (*([TRAVEL_PANEL] if self.slider else []), *self.mechanism.declared_panels)
+
+    def signal(self, name: str) -> Signal:
+        """A signal by its name."""
+        return TRAVEL_SIGNAL if name == TRAVEL and self.slider else self.mechanism.signal(name)
+
+    @property
+    def limits(self) -> dict[str, float]:
+        """Input angles of the limit positions by name, deg; empty where there are none."""
+        names = [end for stroke in self.mechanism.strokes[:1] for end in self.mechanism.window(stroke).ends]
+        return {name: angle for name, angle in self.marks.items() if name in names}
+
+    @property
+    def path(self) -> PathTarget | None:
+        """The places that a point is to pass by the target of the study; None where there are none."""
+        return self.mechanism.target.path if self.mechanism.target else None
+
+    @property
+    def drawing(self) -> Drawing | None:
+        """The declared drawing, at the place of the design in its plane where its parameters say one."""
+        drawing, place = self.mechanism.drawing, [self.parameters.get(name, 0.0) for name in PLACE]
+        if drawing and self.slider:
+            drawing = self.slider.drawn(drawing)
+        return drawing.placed(*place) if drawing and any(place) else drawing
+
+    def pose(self, input_angles: Sequence[float] | None = None) -> Pose:
+        """The values that a drawing needs, at input angles in deg; by default those of the motion."""
+        motion = self.motion
+        if input_angles is not None:
+            # The place in the plane is the drawing's, and the motion has no target.
+            targets = [p.name for p in self.mechanism.parameters if p.affects == "target"]
+            parameters = {name: value for name, value in self.parameters.items() if name not in targets}
+            points = coordinates(self.mechanism.points, parameters)
+            motion = simulate(self.mechanism.name, parameters, points=points, angles=input_angles)
+        return self.pose_of({str(name): motion[name].to_numpy() for name in motion}, motion.index.to_numpy())
+
+    def pose_of(self, signals: Mapping[str, FloatArray], input_angle: FloatArray) -> Pose:
+        """The values that a drawing needs, of signals of the mechanism at input angles in deg."""
+        pose = Pose.of(self.mechanism.signals, self.parameters, signals, input_angle)
+        drawing = self.mechanism.drawing
+        return self.slider.completed(pose, drawing) if self.slider and drawing else pose
+
+
+def drawing_of(simulated: SimulatedDesign) -> Drawing:
+    """The drawing of a design; `RequestError` if its mechanism declares none."""
+    if simulated.drawing is None:
+        raise RequestError(f"the mechanism '{simulated.mechanism.name}' declares no drawing; draw its motion instead")
+    return simulated.drawing
+
+
+def simulate_design(results: Results, design: int | None = None) -> SimulatedDesign:
+    """Simulate one design of results, with the drive stroke of its study.
+
+    Parameters
+    ----------
+    results
+        The results of a sweep, finished or not.
+    design
+        Number of the design; the best of the Pareto set unless given.
+
+    Raises
+    ------
+    MotionError
+        If the design has no motion over a full turn.
+    RequestError
+        If no number is given and no design is feasible.
+    ResultsError
+        If the design is not in the file, or the window of the study cannot be read.
+    """
+    units, results = results.shown_units, results.declared
+    mechanism = find_mechanism(results.mechanism, results.points, results.target)
+    chosen = choose_design(results, design)
+    row = results.design(chosen)
+    values = {p.name: float(row[p.name]) if p.name in row else p.default for p in mechanism.parameters}
+    parameters = {name: value for name, value in values.items() if value is not None}
+    points, angles = coordinates(mechanism.points, parameters), turn_angles(np.rad2deg(mechanism.anchor_angle))
+    motion = simulate(mechanism.name, parameters, points=points, target=mechanism.target, angles=angles)
+    columns = {name: np.array([value]) for name, value in parameters.items()}
+    strokes = _Strokes(mechanism, columns, drive_of(results, mechanism))
+    uses_stroke = uses_drive_stroke(results, mechanism)
+    swept = ", ".join(
+        f"{name} {scale.show(parameters[name]):.6g} {'' if scale.shown == '1' else scale.shown}".rstrip()
+        for name, scale in units.scales({p.name: p.unit for p in mechanism.parameters if p.name in row}).items()
+    )
+    simulated = SimulatedDesign(
+        mechanism,
+        parameters,
+        motion,
+        title=f"{results_name(results)}, design {chosen:,}: {swept}",
+        marks=mark_angles(mechanism, columns),
+        drive=strokes.limits("drive") if uses_stroke else None,
+        phases=_count_phases(mechanism, parameters) if uses_stroke else None,
+        bounds=strokes.located(signal_bounds(results, mechanism)),
+        units=units,
+    )
+    slider = OutputSlider.of(row, mechanism.points)
+    return _with_slider(simulated, slider) if slider and mechanism.drawing else simulated
+
+
+def _with_slider(simulated: SimulatedDesign, slider: OutputSlider) -> SimulatedDesign:
+    """The design with a slider on the side on which it rests, its travel as a signal, and no strokes for clutches."""
+    points = simulated.pose([slider.dwell[0]]).points(drawing_of(simulated))
+    tied = replace(simulated, slider=slider.beside(points[slider.point][0]), drive=None, phases=None)
+    return replace(tied, motion=tied.motion.assign(**{TRAVEL: tied.pose().lengths[TRAVEL]}))
+
+
+def _count_phases(mechanism: Mechanism, parameters: Mapping[str, float]) -> int | None:
+    """The number of mechanisms behind clutches; None where there are no clutches."""
+    if mechanism.phases_row < 0:
+        return None
+    column = np.array([[parameters[parameter.name]] for parameter in mechanism.kernel_parameters])
+    return int(mechanism.constants(column)[mechanism.phases_row, 0])
+
+
+@dataclass(frozen=True)
+class _Strokes:
+    """The strokes of one design."""
+
+    mechanism: Mechanism
+    columns: Mapping[str, np.ndarray]
+    drive: str
+
+    def limits(self, window: str) -> tuple[float, float] | None:
+        """First and last input angle of a stroke, deg; None when the output has no strokes."""
+        return window_limits(self.mechanism, dict(self.columns), window, self.drive)
+
+    def located(self, bounds: Sequence[SignalBound]) -> list[SignalBound]:
+        """The bounds with the input angles of this design; those on strokes that it does not have are left out."""
+        spans = [self.limits(bound.stroke) if bound.stroke else bound.span for bound in bounds]
+        return [replace(bound, span=span) for bound, span in zip(bounds, spans, strict=True) if span]

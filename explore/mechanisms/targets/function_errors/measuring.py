@@ -1,0 +1,48 @@
+"""Errors of output angles of designs against those that a function asks for."""
+
+import math
+
+from numba import types
+
+from explore.base.compiling import compiled, function_type
+
+#: Signature of the output of a mechanism: ``output(shape, cosine, sine)`` is its angle, rad, at a crank angle, both in
+#: the frame of the linkage; NaN where the linkage cannot be assembled.
+OUTPUT_SIGNATURE = "float64(float64[::1], float64, float64)"
+OUTPUT = function_type(OUTPUT_SIGNATURE)
+#: What is measured of a design: the root mean square error and the largest one, rad.
+RMS, LARGEST = range(2)
+N_MEASURES = 2
+#: Numbers that end each column of designs: angles of input and output at the start of the function, rad.
+STARTS_SIZE = 2
+_TURN = 2.0 * math.pi
+_F1, _F2 = types.float64[::1], types.float64[:, ::1]
+
+
+@compiled(types.void(OUTPUT, _F2, _F1, _F1, _F2))
+def measure_outputs(output, designs, inputs, outputs, measures):
+    """Measure designs against pairs of a function.
+
+    Parameters
+    ----------
+    output
+        The output of the mechanism.
+    designs : (n, p) array
+        Its shape, then the angles of crank and output at the start, rad.
+    inputs, outputs : (m,) arrays
+        What crank and output have turned from the start, rad.
+    measures : (n, N_MEASURES) array
+        Filled; NaN where the linkage cannot be assembled at a pair.
+    """
+    for k in range(len(designs)):
+        shape = designs[k, : designs.shape[1] - STARTS_SIZE]
+        start, first = designs[k, designs.shape[1] - 2], designs[k, designs.shape[1] - 1]
+        total, largest = 0.0, 0.0
+        for i in range(len(inputs)):
+            angle = start + inputs[i]
+            error = output(shape, math.cos(angle), math.sin(angle)) - first - outputs[i]
+            error -= _TURN * math.floor(error / _TURN + 0.5)
+            total += error * error  # NaN stays NaN
+            largest = max(largest, abs(error))
+        measures[k, RMS] = math.sqrt(total / len(inputs))
+        measures[k, LARGEST] = largest if total == total else math.nan

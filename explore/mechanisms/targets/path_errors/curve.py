@@ -1,0 +1,66 @@
+"""The curve of a point of a floating link: how it is called, and chords of it with the points' distances to these."""
+
+import math
+
+from explore.base.compiling import function_type
+from explore.base.subroutines import subroutine
+
+#: Signature of the curve of a mechanism: ``curve(shape, cosine, sine, out)`` fills the point at a crank angle and both
+#: derivatives by it, ``x, y, x', y', x'', y''``, in the frame of the linkage.
+CURVE_SIGNATURE = "void(float64[::1], float64, float64, float64[::1])"
+CURVE = function_type(CURVE_SIGNATURE)
+#: Numbers that a curve fills.
+CURVE_SIZE = 6
+#: Chords of a curve: at first, and where these do not settle the order of the points.
+FEW_CHORDS, MANY_CHORDS = 128, 512
+TURN = 2.0 * math.pi
+_TINY = 1e-300
+
+
+@subroutine()
+def fill_corners(curve, shape, rays, count, out, xs, ys):
+    """Fill the corners of so many chords, the last the same as the first; return the mean height of the arcs on them.
+
+    `rays` has the cosines and sines of MANY_CHORDS angles.
+    """
+    stride = MANY_CHORDS // count
+    for k in range(count):
+        curve(shape, rays[0, k * stride], rays[1, k * stride], out)
+        xs[k], ys[k] = out[0], out[1]
+    xs[count], ys[count] = xs[0], ys[0]
+    height, before = 0.0, count - 1
+    for k in range(count):
+        bx, by = xs[k + 1] - 2.0 * xs[k] + xs[before], ys[k + 1] - 2.0 * ys[k] + ys[before]
+        height, before = height + math.sqrt(bx * bx + by * by), k
+    return 0.125 * height / count
+
+
+@subroutine(fast=True, apart=True)
+def _fill_row(x, y, weight, xs, ys, count, row):
+    for k in range(count):
+        ex, ey = x - xs[k], y - ys[k]
+        tx, ty = xs[k + 1] - xs[k], ys[k + 1] - ys[k]
+        part = (ex * tx + ey * ty) / (tx * tx + ty * ty + _TINY)
+        part = min(max(part, 0.0), 1.0)
+        dx, dy = ex - part * tx, ey - part * ty
+        row[k] = weight * (dx * dx + dy * dy)
+
+
+@subroutine()
+def fill_distances(points, weights, xs, ys, count, distances):
+    """Fill the weighted squared distances of points, (n, 2), to so many chords, of two turns."""
+    for i in range(len(points)):
+        row = distances[i]
+        _fill_row(points[i, 0], points[i, 1], weights[i], xs, ys, count, row)
+        for k in range(count):
+            row[count + k] = row[k]
+
+
+@subroutine()
+def place_on_chord(x, y, xs, ys, count, chord):
+    """The crank angle of the place on a chord that is nearest to a point, linear between its corners."""
+    k = chord % count
+    ex, ey = x - xs[k], y - ys[k]
+    tx, ty = xs[k + 1] - xs[k], ys[k + 1] - ys[k]
+    part = (ex * tx + ey * ty) / (tx * tx + ty * ty + _TINY)
+    return (chord + min(max(part, 0.0), 1.0)) * (TURN / count)

@@ -1,0 +1,160 @@
+"""Path errors of designs: the best crank angles of the given points, and their distances there."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+from numba import types
+
+from explore.base.compiling import compiled
+from explore.base.subroutines import subroutine
+from explore.mechanisms.targets.path_errors.curve import (
+    CURVE,
+    CURVE_SIZE,
+    FEW_CHORDS,
+    MANY_CHORDS,
+    TURN,
+    fill_corners,
+    fill_distances,
+    place_on_chord,
+)
+from explore.mechanisms.targets.path_errors.ordering import MOST_WAITING, follows_forwards, search_order
+from explore.mechanisms.targets.path_errors.polishing import polish
+from explore.model.quantities import FloatArray
+
+IntArray = npt.NDArray[np.int64]
+
+#: What is measured of a design: weighted rms distance, largest distance, and the turn of the crank, rad.
+RMS, LARGEST, SPAN = range(3)
+N_MEASURES = 3
+#: Numbers that end each column of designs: place and angle of the linkage in the plane, mm and deg.
+POSE_SIZE = 3
+_F1, _F2 = types.float64[::1], types.float64[:, ::1]
+
+
+@subroutine()
+def place_points(points, pose, placed):
+    """Fill points of the plane as the linkage has them in its own frame, from its pose: x, y and angle, deg."""
+    angle = math.radians(pose[2])
+    cosine, sine = math.cos(angle), math.sin(angle)
+    for i in range(len(points)):
+        x, y = points[i, 0] - pose[0], points[i, 1] - pose[1]
+        placed[i, 0], placed[i, 1] = cosine * x + sine * y, cosine * y - sine * x
+
+
+@subroutine()
+def measure(curve, shape, points, weights, angles, out, measures):
+    """Fill the distances of points at crank angles, all but the span."""
+    total, weight, largest = 0.0, 0.0, 0.0
+    for i in range(len(points)):
+        curve(shape, math.cos(angles[i]), math.sin(angles[i]), out)
+        dx, dy = out[0] - points[i, 0], out[1] - points[i, 1]
+        square = dx * dx + dy * dy
+        total, weight, largest = total + weights[i] * square, weight + weights[i], max(largest, square)
+    measures[RMS], measures[LARGEST] = math.sqrt(total / weight), math.sqrt(largest)
+
+
+class _Work(NamedTuple):
+    """Arrays for one design after another: of chords, of the search for their order, and of the angles."""
+
+    xs: FloatArray
+    ys: FloatArray
+    out: FloatArray
+    distances: FloatArray
+    sums: FloatArray
+    waiting: IntArray
+    chords: IntArray
+    forwards: IntArray
+    backwards: IntArray
+    order: IntArray
+    angles: FloatArray
+    starts: IntArray
+    spare_order: IntArray
+    spare_angles: FloatArray
+    mean: FloatArray
+
+
+@subroutine(allocates=True)
+def _make_work(n):
+    return _Work(
+        np.empty(MANY_CHORDS + 1), np.empty(MANY_CHORDS + 1), np.empty(CURVE_SIZE), np.empty((n, 2 * MANY_CHORDS)),
+        np.empty((n + 1, 2 * MANY_CHORDS)), np.empty((MOST_WAITING, 2), np.int64), np.empty((3, n), np.int64),
+        np.arange(n), np.arange(n)[::-1].copy(), np.empty(n, np.int64), np.empty(n), np.empty(n + 1, np.int64),
+        np.empty(n, np.int64), np.empty(n), np.empty(3),
+    )  # fmt: skip
+
+
+@subroutine(allocates=True)
+def _order_points(curve, shape, points, weights, rays, count, work, own):
+    """Fill the best crank angles of points; return the sense, their sum, that of the chords, and the arcs' height."""
+    n, xs, ys = len(points), work.xs, work.ys
+    height = fill_corners(curve, shape, rays, count, work.out, xs, ys)
+    fill_distances(points, weights, xs, ys, count, work.distances)
+    is_forwards = follows_forwards(work.distances, count)
+    first, second = (work.forwards, work.backwards) if is_forwards else (work.backwards, work.forwards)
+    total = search_order(
+        work.distances, count, first, math.inf, work.sums, work.waiting, work.chords[0], work.chords[1]
+    )
+    other = search_order(work.distances, count, second, total, work.sums, work.waiting, work.chords[0], work.chords[2])
+    is_first = total <= other
+    order, angles, chosen = work.order, work.angles, work.chords[1] if is_first else work.chords[2]
+    for i in range(n):
+        order[i] = first[i] if is_first else second[i]
+        p = order[i]
+        angles[i] = place_on_chord(points[p, 0], points[p, 1], xs, ys, count, chosen[i])
+    leader = order[0]
+    polish(
+        curve, shape, points, weights, order, angles, work.starts, work.spare_order, work.spare_angles, work.mean,
+        work.out,
+    )  # fmt: skip
+    # the order may have been rotated: ascend from the point that it began with
+    begin = 0
+    while order[begin] != leader:
+        begin += 1
+    for i in range(n):
+        place = begin + i
+        own[order[place % n]] = angles[place] if place < n else angles[place - n] + TURN
+    cost = 0.0
+    for i in range(n):
+        curve(shape, math.cos(own[i]), math.sin(own[i]), work.out)
+        dx, dy = work.out[0] - points[i, 0], work.out[1] - points[i, 1]
+        cost += weights[i] * (dx * dx + dy * dy)
+    return 1.0 if is_first == is_forwards else -1.0, cost, min(total, other), height
+
+
+@compiled(types.void(CURVE, _F2, _F2, _F1, types.boolean, _F2, _F2, _F2), allocates=True)
+def measure_ordered(curve, designs, points, weights, is_closed, rays, measures, angles):
+    """Measure designs against points that the crank passes in order, in the better sense.
+
+    Parameters
+    ----------
+    curve
+        Compiled function of the mechanism.
+    designs : (n, p) array
+        What the curve takes, then the pose. A design whose first number is NaN has no measures.
+    points : (m, 2), weights : (m,)
+        The path in the plane.
+    is_closed
+        Whether the span is the whole turn.
+    rays
+        Cosines and sines of MANY_CHORDS crank angles of a turn, from 0.
+    measures : (n, N_MEASURES), angles : (n, m)
+        Filled; the crank angles are those from the frame, rad, and ascend or descend.
+    """
+    m, work, placed = len(points), _make_work(len(points)), np.empty((len(points), 2))
+    finer, weight = np.empty(m), weights.sum()
+    for k in range(len(designs)):
+        own = angles[k]
+        if math.isnan(designs[k, 0]):
+            measures[k], own[:] = math.nan, math.nan
+            continue
+        shape = designs[k, : designs.shape[1] - POSE_SIZE]
+        place_points(points, designs[k, designs.shape[1] - POSE_SIZE :], placed)
+        sense, cost, bound, height = _order_points(curve, shape, placed, weights, rays, FEW_CHORDS, work, own)
+        if math.sqrt(cost) - math.sqrt(bound) > height * math.sqrt(weight):
+            other_sense, other, _, _ = _order_points(curve, shape, placed, weights, rays, MANY_CHORDS, work, finer)
+            if other < cost:
+                sense, own[:] = other_sense, finer
+        measure(curve, shape, placed, weights, own, work.out, measures[k])
+        measures[k, SPAN] = TURN if is_closed else sense * (own[m - 1] - own[0])

@@ -1,0 +1,163 @@
+"""The metrics of a path as a target: a mechanism gives the curve of its point, everything else is here."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from explore.mechanisms.design_columns import designs_of
+from explore.mechanisms.targets.path_errors.curve import MANY_CHORDS
+from explore.mechanisms.targets.path_errors.measuring import LARGEST, N_MEASURES, RMS, SPAN, measure_ordered
+from explore.mechanisms.targets.path_errors.shapes import CHAMFER, HAUSDORFF, N_SHAPES, measure_shapes
+from explore.mechanisms.targets.path_errors.timing import measure_timed
+from explore.model.drawing import PLACE
+from explore.model.points import COORDINATES
+from explore.model.quantities import FloatArray, Formula
+from explore.model.targets import PathTarget, TargetKind
+
+#: Gives the compiled curve of a mechanism.
+FindCurve = Callable[[], Any]
+
+_ABOUT = {
+    "path_error_rms": ("mm", "rms distance of the target's points to the path of {}, in their order", RMS, 1.0),
+    "path_error_max": ("mm", "largest of the distances of the target's points to the path of {}", LARGEST, 1.0),
+    "path_crank_span": (
+        "deg", "turn of the crank from the first to the last point of the target", SPAN, 180.0 / np.pi,
+    ),
+}  # fmt: skip
+_ABOUT_SHAPES = {
+    "path_error_hausdorff": ("largest distance of the traced path of {} and the target's polygon from each other",
+                             HAUSDORFF),
+    "path_error_chamfer": ("mean distance of the traced path of {} and the target's polygon from each other", CHAMFER),
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class PathMeasure:
+    """A measure of designs against a target, a function of their parameters.
+
+    Attributes
+    ----------
+    curve
+        Gives the compiled curve of the mechanism: a function of a module, so that a worker finds it by name.
+    target
+        The path.
+    row, unit
+        Number among the measures, and what it is multiplied by.
+    """
+
+    curve: FindCurve
+    target: PathTarget
+    row: int
+    unit: float
+
+    def __call__(self, *columns: FloatArray) -> FloatArray:
+        """Measure designs: their shape and pose, then a metric that is NaN where the crank does not turn."""
+        return measures_of(self.curve, self.target, columns)[0][:, self.row] * self.unit
+
+
+@dataclass(frozen=True)
+class ShapeMeasure:
+    """A measure of the curves that designs trace against the polygon of a target; see `PathMeasure`."""
+
+    curve: FindCurve
+    target: PathTarget
+    row: int
+
+    def __call__(self, *columns: FloatArray) -> FloatArray:
+        """Measure designs, as `PathMeasure` does."""
+        angles = measures_of(self.curve, self.target, columns)[1]
+        points, _, _ = _arrays(self.target)
+        shapes = np.empty((len(angles), N_SHAPES))
+        measure_shapes(self.curve(), designs_of(columns), points, self.target.closed, angles, shapes)
+        return np.ascontiguousarray(shapes[:, self.row])
+
+
+class _Last:
+    """The last measures: several metrics of a block ask for the same."""
+
+    found: tuple[FindCurve, PathTarget, FloatArray, tuple[FloatArray, FloatArray]] | None = None
+
+
+def measures_of(curve: FindCurve, target: PathTarget, columns: tuple[FloatArray, ...]) -> tuple[FloatArray, FloatArray]:
+    """Measures, shape (n, N_MEASURES), and crank angles from the frame, rad, shape (n, m), of designs.
+
+    Parameters
+    ----------
+    curve, target
+        Of `PathMeasure`.
+    columns
+        Shape and pose of the designs, then a metric that is NaN where the crank does not turn, each of shape (n,).
+    """
+    designs = designs_of(columns)
+    last = _Last.found
+    if last and last[:2] == (curve, target) and np.array_equal(last[2], designs, equal_nan=True):
+        return last[3]
+    points, weights, given = _arrays(target)
+    found = np.empty((len(designs), N_MEASURES)), np.empty((len(designs), len(points)))
+    if target.crank_angles:
+        measure_timed(curve(), designs, points, weights, given, target.angles_from == "free", *found)
+    else:
+        measure_ordered(curve(), designs, points, weights, target.closed, _rays(), *found)
+    _Last.found = curve, target, designs, found
+    return found
+
+
+@lru_cache(maxsize=8)
+def _arrays(target: PathTarget) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Points, weights, and crank angles, rad."""
+    points = np.array(target.points, dtype=np.float64).reshape(-1, 2)
+    weights = np.array(target.weights or np.ones(len(points)), dtype=np.float64)
+    return points, weights, np.radians(np.array(target.crank_angles, dtype=np.float64))
+
+
+@lru_cache(maxsize=1)
+def _rays() -> FloatArray:
+    """Cosines and sines of the crank angles of the corners, shape (2, MANY_CHORDS)."""
+    angles = np.arange(MANY_CHORDS) * (2.0 * np.pi / MANY_CHORDS)
+    return np.stack([np.cos(angles), np.sin(angles)])
+
+
+def declare_paths(curve: FindCurve, shape: tuple[str, ...], turns: str, objectives: tuple[str, ...]) -> TargetKind:
+    """Declare that a mechanism meets paths.
+
+    Parameters
+    ----------
+    curve
+        Gives the compiled curve of a point, of the signature `mechanisms.targets.path_errors.curve.CURVE_SIGNATURE`.
+    shape
+        Names of the parameters that it takes, without the place of the point, which follows them.
+    turns
+        Name of a metric that is NaN where the crank does not turn fully.
+    objectives
+        Default objectives of a study with a path.
+    """
+    return TargetKind(PathFormulas(curve, shape, turns), tuple(_ABOUT), objectives)
+
+
+@dataclass(frozen=True)
+class PathFormulas:
+    """The metrics of a path as the target of a mechanism; see `declare_paths`."""
+
+    curve: FindCurve
+    shape: tuple[str, ...]
+    turns: str
+
+    def __call__(self, target: PathTarget) -> tuple[Formula, ...]:
+        """The metrics of the error of a target."""
+        place = tuple(f"{target.point}_{coordinate}" for coordinate in COORDINATES)
+        inputs = (*self.shape, *place, *PLACE, self.turns)
+        measures = tuple(
+            Formula(name, unit, about.format(target.point), "min" if unit == "mm" else None, inputs,
+                    PathMeasure(self.curve, target, row, factor))
+            for name, (unit, about, row, factor) in _ABOUT.items()
+        )  # fmt: skip
+        shapes = tuple(
+            Formula(name, "mm", about.format(target.point), "min", inputs, ShapeMeasure(self.curve, target, row))
+            for name, (about, row) in _ABOUT_SHAPES.items()
+        )
+        return (*measures, *shapes)

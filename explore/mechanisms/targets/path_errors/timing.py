@@ -1,0 +1,96 @@
+"""Path errors of designs for points with crank angles, which count from the frame or from any angle."""
+
+import math
+
+import numpy as np
+from numba import types
+
+from explore.base.compiling import compiled
+from explore.base.subroutines import subroutine
+from explore.mechanisms.targets.path_errors.curve import CURVE, CURVE_SIZE, TURN
+from explore.mechanisms.targets.path_errors.measuring import POSE_SIZE, SPAN, measure, place_points
+
+#: Shifts of all angles that are tried, and Newton's steps from the best of their neighbours.
+_N_SHIFTS, _MOST_STEPS = 96, 40
+_SHORT = 1e-9
+_F1, _F2 = types.float64[::1], types.float64[:, ::1]
+
+
+@subroutine()
+def _sum_at(curve, shape, points, weights, given, shift, out, slopes):
+    """The weighted sum of squares at shifted angles; `slopes` receives halves of its derivatives by the shift.
+
+    They are the first one, the second one, and the part of the second that is never negative.
+    """
+    total, slope, bend, square = 0.0, 0.0, 0.0, 0.0
+    for i in range(len(points)):
+        angle = given[i] + shift
+        curve(shape, math.cos(angle), math.sin(angle), out)
+        dx, dy, w = out[0] - points[i, 0], out[1] - points[i, 1], weights[i]
+        total += w * (dx * dx + dy * dy)
+        slope += w * (dx * out[2] + dy * out[3])
+        square += w * (out[2] * out[2] + out[3] * out[3])
+        bend += w * (dx * out[4] + dy * out[5])
+    slopes[0], slopes[1], slopes[2] = slope, bend + square, square
+    return total
+
+
+@subroutine()
+def _improve(curve, shape, points, weights, given, shift, out, slopes):
+    """The least sum near a shift, and where it is."""
+    least = _sum_at(curve, shape, points, weights, given, shift, out, slopes)
+    for _ in range(_MOST_STEPS):
+        step = -slopes[0] / (slopes[1] if slopes[1] > 0.1 * slopes[2] else slopes[2])
+        step = min(max(step, -TURN / _N_SHIFTS), TURN / _N_SHIFTS)
+        found = _sum_at(curve, shape, points, weights, given, shift + step, out, slopes)
+        while found > least and abs(step) > _SHORT:
+            step *= 0.25
+            found = _sum_at(curve, shape, points, weights, given, shift + step, out, slopes)
+        if found > least:
+            break  # rounding
+        shift, least = shift + step, found
+        if abs(step) <= _SHORT:
+            break
+    return least, shift
+
+
+@subroutine()
+def _best_shift(curve, shape, points, weights, given, out, slopes, sums):
+    """The shift of the least sum: the best of those near the local minima among evenly spread ones."""
+    for k in range(_N_SHIFTS):
+        sums[k] = _sum_at(curve, shape, points, weights, given, k * (TURN / _N_SHIFTS), out, slopes)
+    least, best = math.inf, 0.0
+    for k in range(_N_SHIFTS):
+        if sums[k] <= sums[k - 1] and sums[k] <= sums[(k + 1) % _N_SHIFTS]:
+            found, shift = _improve(curve, shape, points, weights, given, k * (TURN / _N_SHIFTS), out, slopes)
+            if found < least:
+                least, best = found, shift
+    return best
+
+
+@compiled(types.void(CURVE, _F2, _F2, _F1, _F1, types.boolean, _F2, _F2), allocates=True)
+def measure_timed(curve, designs, points, weights, given, is_free, measures, angles):
+    """Measure designs against points with crank angles.
+
+    Parameters
+    ----------
+    curve, designs, points, weights, measures, angles
+        As of `measure_ordered`.
+    given : (m,) array
+        Crank angles, rad.
+    is_free
+        Whether all of them may be shifted by the same, or count from the frame.
+    """
+    m, out, slopes, sums = len(points), np.empty(CURVE_SIZE), np.empty(3), np.empty(_N_SHIFTS)
+    placed = np.empty((m, 2))
+    for k in range(len(designs)):
+        if math.isnan(designs[k, 0]):
+            measures[k], angles[k] = math.nan, math.nan
+            continue
+        shape = designs[k, : designs.shape[1] - POSE_SIZE]
+        place_points(points, designs[k, designs.shape[1] - POSE_SIZE :], placed)
+        shift = _best_shift(curve, shape, placed, weights, given, out, slopes, sums) if is_free else 0.0
+        for i in range(m):
+            angles[k, i] = given[i] + shift
+        measure(curve, shape, placed, weights, angles[k], out, measures[k])
+        measures[k, SPAN] = given.max() - given.min()

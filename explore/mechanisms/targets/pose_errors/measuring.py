@@ -1,0 +1,182 @@
+"""Pose errors of designs: the best crank angles of the given poses, and how far the link is from them there."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+from numba import types
+
+from explore.base.compiling import compiled
+from explore.base.subroutines import subroutine
+from explore.mechanisms.targets.path_errors.curve import CURVE, CURVE_SIZE, TURN
+from explore.mechanisms.targets.path_errors.ordering import MOST_WAITING, search_order
+from explore.mechanisms.targets.pose_errors.link import ANGLE, LINK_SIZE, X, Y, fill_link, wrap
+from explore.mechanisms.targets.pose_errors.polishing import polish_each, polish_in_order, weigh
+from explore.model.quantities import FloatArray
+
+IntArray = npt.NDArray[np.int64]
+
+#: What is measured of a design: largest distance, largest error of the angle, rad, the root mean square of distances
+#: and angles at the lever, and the turn of the crank, rad.
+PLACE, TURNED, RMS, SPAN = range(4)
+N_MEASURES = 4
+#: Numbers that end each column of designs: place and angle of the linkage, and the body's angle from the link, deg.
+POSE_SIZE = 4
+#: Chords of the motion of the link.
+N_CHORDS = 256
+_TINY = 1e-300
+_F1, _F2 = types.float64[::1], types.float64[:, ::1]
+
+
+class _Work(NamedTuple):
+    """Arrays for one design after another: of the link, of chords, of the search for the order, and of the angles."""
+
+    room: FloatArray
+    pin: FloatArray
+    end: FloatArray
+    link: FloatArray
+    slopes: FloatArray
+    corners: FloatArray
+    distances: FloatArray
+    sums: FloatArray
+    waiting: IntArray
+    chords: IntArray
+    forwards: IntArray
+    backwards: IntArray
+    order: IntArray
+    angles: FloatArray
+    starts: IntArray
+    spare_order: IntArray
+    spare_angles: FloatArray
+
+
+@subroutine(allocates=True)
+def _make_work(n, size):
+    return _Work(
+        np.empty(size), np.empty(CURVE_SIZE), np.empty(CURVE_SIZE), np.empty(LINK_SIZE), np.empty(3),
+        np.empty((N_CHORDS + 1, 3)), np.empty((n, 2 * N_CHORDS)), np.empty((n + 1, 2 * N_CHORDS)),
+        np.empty((MOST_WAITING, 2), np.int64), np.empty((3, n), np.int64), np.arange(n), np.arange(n)[::-1].copy(),
+        np.empty(n, np.int64), np.empty(n), np.empty(n + 1, np.int64), np.empty(n, np.int64), np.empty(n),
+    )  # fmt: skip
+
+
+@subroutine()
+def _place_poses(poses, pose, placed):
+    """Fill poses of the plane as the link has them in the linkage's own frame: place, and angle of the link, rad."""
+    angle = math.radians(pose[2])
+    cosine, sine = math.cos(angle), math.sin(angle)
+    for i in range(len(poses)):
+        x, y = poses[i, 0] - pose[0], poses[i, 1] - pose[1]
+        placed[i, 0], placed[i, 1] = cosine * x + sine * y, cosine * y - sine * x
+        placed[i, 2] = poses[i, 2] - angle - math.radians(pose[3])
+
+
+@subroutine()
+def _find_part(pose, lever, corners, k):
+    """Where on a chord of the motion the link is nearest to a pose, from 0 to 1, and the squared distance there."""
+    ex, ey = pose[0] - corners[k, 0], pose[1] - corners[k, 1]
+    et = lever * wrap(pose[2] - corners[k, 2])
+    tx, ty = corners[k + 1, 0] - corners[k, 0], corners[k + 1, 1] - corners[k, 1]
+    tt = lever * wrap(corners[k + 1, 2] - corners[k, 2])
+    part = (ex * tx + ey * ty + et * tt) / (tx * tx + ty * ty + tt * tt + _TINY)
+    part = min(max(part, 0.0), 1.0)
+    dx, dy, dt = ex - part * tx, ey - part * ty, et - part * tt
+    return part, dx * dx + dy * dy + dt * dt
+
+
+@subroutine()
+def _fill_chords(curve, shape, poses, lever, work):
+    """Fill the corners of the chords, and the squared distances of the poses to these, of two turns."""
+    for k in range(N_CHORDS + 1):
+        fill_link(curve, shape, work.room, k * (TURN / N_CHORDS), work.pin, work.end, work.link)
+        work.corners[k, 0], work.corners[k, 1], work.corners[k, 2] = work.link[X], work.link[Y], work.link[ANGLE]
+    for i in range(len(poses)):
+        for k in range(N_CHORDS):
+            square = _find_part(poses[i], lever, work.corners, k)[1]
+            work.distances[i, k], work.distances[i, N_CHORDS + k] = square, square
+
+
+@subroutine()
+def _choose_chords(is_ordered, work):
+    """Fill the order of the poses and their chords: the best in either sense, or of each pose alone."""
+    n, forwards, backwards, best = len(work.order), work.forwards, work.backwards, work.chords[0]
+    for i in range(n):
+        work.order[i] = i
+    if not is_ordered:
+        for i in range(n):
+            nearest = 0
+            for k in range(1, N_CHORDS):
+                if work.distances[i, k] < work.distances[i, nearest]:
+                    nearest = k
+            best[i] = nearest
+        return
+    total = search_order(work.distances, N_CHORDS, forwards, math.inf, work.sums, work.waiting, work.chords[2], best)
+    other = search_order(
+        work.distances, N_CHORDS, backwards, total, work.sums, work.waiting, work.chords[2], work.chords[1]
+    )
+    if other < total:
+        for i in range(n):
+            work.order[i], best[i] = backwards[i], work.chords[1, i]
+
+
+@subroutine()
+def _find_angles(curve, shape, poses, lever, is_ordered, work, own):
+    """Fill the best crank angles of poses, by their numbers."""
+    n = len(poses)
+    _fill_chords(curve, shape, poses, lever, work)
+    _choose_chords(is_ordered, work)
+    for i in range(n):
+        chord = work.chords[0, i]
+        part = _find_part(poses[work.order[i]], lever, work.corners, chord % N_CHORDS)[0]
+        work.angles[i] = (chord + part) * (TURN / N_CHORDS)
+    begin, leader = 0, work.order[0]
+    if not is_ordered:
+        polish_each(curve, shape, poses, lever, work.order, work.angles, work)
+    else:
+        polish_in_order(curve, shape, poses, lever, work.order, work.angles, work)
+    # the order may have been rotated: ascend from the pose that it began with
+    while work.order[begin] != leader:
+        begin += 1
+    for i in range(n):
+        place = (begin + i) % n
+        own[work.order[place]] = work.angles[place] + (TURN if begin + i >= n else 0.0)
+
+
+@compiled(types.void(CURVE, _F2, _F2, types.float64, types.boolean, _F2, _F2), allocates=True)
+def measure_poses(curve, designs, poses, lever, is_ordered, measures, angles):
+    """Measure designs against poses that the crank takes the body through.
+
+    Parameters
+    ----------
+    curve
+        Compiled function of the mechanism.
+    designs : (n, p) array
+        What the curve takes, then the pose. A design whose first number is NaN has no measures.
+    poses : (m, 3)
+        Places, and angles of the body, rad, in the plane.
+    lever
+        Length at whose end the angle counts as a distance.
+    is_ordered
+        Whether the crank passes the poses in their order, in the better sense, within a turn.
+    measures : (n, N_MEASURES), angles : (n, m)
+        Filled; the crank angles are those from the frame, rad, of the least sum of squares.
+    """
+    m, size = len(poses), designs.shape[1] - POSE_SIZE
+    work, placed = _make_work(m, size), np.empty((m, 3))
+    for k in range(len(designs)):
+        own = angles[k]
+        if math.isnan(designs[k, 0]):
+            measures[k], own[:] = math.nan, math.nan
+            continue
+        shape = designs[k, :size]
+        _place_poses(poses, designs[k, size:], placed)
+        _find_angles(curve, shape, placed, lever, is_ordered, work, own)
+        total, far, turned = 0.0, 0.0, 0.0
+        for i in range(m):
+            fill_link(curve, shape, work.room, own[i], work.pin, work.end, work.link)
+            total += weigh(work.link, placed, lever, work.forwards, i, i + 1, work.slopes)
+            far = max(far, math.hypot(work.link[X] - placed[i, 0], work.link[Y] - placed[i, 1]))
+            turned = max(turned, abs(wrap(work.link[ANGLE] - placed[i, 2])))
+        measures[k, PLACE], measures[k, TURNED], measures[k, RMS] = far, turned, math.sqrt(total / m)
+        measures[k, SPAN] = own.max() - own.min()

@@ -1,0 +1,115 @@
+"""The metrics of poses as a target: a mechanism gives the curve of its point, everything else is here."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from explore.mechanisms.design_columns import designs_of
+from explore.mechanisms.targets.path_errors.metrics import FindCurve
+from explore.mechanisms.targets.pose_errors.measuring import N_MEASURES, PLACE, RMS, SPAN, TURNED, measure_poses
+from explore.model.drawing import PLACE as POSE_NAMES
+from explore.model.points import COORDINATES
+from explore.model.quantities import FloatArray, Formula
+from explore.model.targets import BODY_POSE, PosesTarget, TargetKind
+
+_DEGREES = 180.0 / np.pi
+_ABOUT = {
+    "position_error_max": ("mm", "largest distance of {} from its places at the poses", PLACE, 1.0),
+    "angle_error_max": ("deg", "largest error of the body's angle at the poses", TURNED, _DEGREES),
+    "pose_error_rms": ("mm", "rms of the distances of {} and of the errors of the angle at the lever", RMS, 1.0),
+}
+#: Exists only where the poses have an order.
+_ABOUT_SPAN = {"pose_crank_span": ("deg", "turn of the crank from the first to the last pose", SPAN, _DEGREES)}
+
+
+@dataclass(frozen=True)
+class PoseMeasure:
+    """A measure of designs against poses, a function of their parameters.
+
+    Attributes
+    ----------
+    curve
+        Gives the compiled curve of the mechanism: a function of a module, so that a worker finds it by name.
+    target
+        The poses.
+    row, unit
+        Number among the measures, and what it is multiplied by.
+    """
+
+    curve: FindCurve
+    target: PosesTarget
+    row: int
+    unit: float
+
+    def __call__(self, *columns: FloatArray) -> FloatArray:
+        """Measure designs: their shape and pose, then a metric that is NaN where the crank does not turn."""
+        return pose_measures_of(self.curve, self.target, columns)[0][:, self.row] * self.unit
+
+
+class _Last:
+    """The last measures: several metrics of a block ask for the same."""
+
+    found: tuple[FindCurve, PosesTarget, FloatArray, tuple[FloatArray, FloatArray]] | None = None
+
+
+def pose_measures_of(
+    curve: FindCurve, target: PosesTarget, columns: tuple[FloatArray, ...]
+) -> tuple[FloatArray, FloatArray]:
+    """Measures, shape (n, N_MEASURES), and crank angles from the frame, rad, shape (n, m), of designs.
+
+    Parameters
+    ----------
+    curve, target
+        Of `PoseMeasure`.
+    columns
+        Shape and pose of the designs, then a metric that is NaN where the crank does not turn, each of shape (n,).
+    """
+    designs = designs_of(columns)
+    last = _Last.found
+    if last and last[:2] == (curve, target) and np.array_equal(last[2], designs, equal_nan=True):
+        return last[3]
+    found = np.empty((len(designs), N_MEASURES)), np.empty((len(designs), len(target.poses)))
+    measure_poses(curve(), designs, _poses(target), target.length, target.order == "given", *found)
+    _Last.found = curve, target, designs, found
+    return found
+
+
+@lru_cache(maxsize=8)
+def _poses(target: PosesTarget) -> FloatArray:
+    """Places and angles, mm and rad, shape (m, 3)."""
+    return np.array(target.poses, dtype=np.float64) * [1.0, 1.0, 1.0 / _DEGREES]
+
+
+def declare_poses(curve: FindCurve, shape: tuple[str, ...], turns: str) -> TargetKind:
+    """Declare that a mechanism meets poses.
+
+    Parameters
+    ----------
+    curve, shape, turns
+        As of `mechanisms.targets.path_errors.metrics.declare_paths`; the first name of the shape is the crank's.
+    """
+    objectives = ("position_error_max", "angle_error_max", f"{turns}:max")
+    return TargetKind(PoseFormulas(curve, shape, turns), tuple(_ABOUT), objectives, BODY_POSE)
+
+
+@dataclass(frozen=True)
+class PoseFormulas:
+    """The metrics of poses as the target of a mechanism; see `declare_poses`."""
+
+    curve: FindCurve
+    shape: tuple[str, ...]
+    turns: str
+
+    def __call__(self, target: PosesTarget) -> tuple[Formula, ...]:
+        """The metrics of the errors of a target."""
+        place = tuple(f"{target.point}_{coordinate}" for coordinate in COORDINATES)
+        inputs = (*self.shape, *place, *POSE_NAMES, "body_angle", self.turns)
+        about = _ABOUT | (_ABOUT_SPAN if target.order == "given" else {})
+        return tuple(
+            Formula(name, unit, text.format(target.point), None if row == SPAN else "min", inputs,
+                    PoseMeasure(self.curve, target, row, factor))
+            for name, (unit, text, row, factor) in about.items()
+        )  # fmt: skip

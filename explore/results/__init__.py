@@ -1,0 +1,1 @@
+"""What was computed: the store, its ranking and its index for browsing."""

@@ -1,0 +1,85 @@
+"""Objectives from texts such as "cv" or "swing_angle:max"."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+
+from explore.base.errors import RequestError
+from explore.base.suggest import format_value, suggestion
+from explore.model.quantities import Sense
+from explore.model.request import Objective
+
+#: Endings of the names of metrics whose smaller values are better in every mechanism.
+_MINIMISED_ENDINGS = ("cv", "variance", "_std", "_rms", "_peak", "_peak_to_peak")
+
+
+def read_objective(text: str, default_sense: Callable[[str], Sense | None]) -> Objective:
+    """Make an objective from a text such as "cv" or "swing_angle:max".
+
+    Parameters
+    ----------
+    text
+        A name; ``:min`` or ``:max`` after it overrides its default sense.
+    default_sense
+        Gives the default sense of a name, None if it has none; raises `RequestError` if it cannot be an objective.
+
+    Raises
+    ------
+    RequestError
+        If the sense is neither min nor max, or there is none.
+    """
+    name, colon, suffix = (part.strip() for part in text.partition(":"))
+    sense = default_sense(name)
+    if colon:
+        if suffix not in ("min", "max"):
+            raise RequestError(f"unknown sense {format_value(suffix)} of {name}; write {name}:min or {name}:max")
+        sense = "max" if suffix == "max" else "min"
+    if sense is None:
+        raise RequestError(f"{name} has no default sense; write {name}:min or {name}:max")
+    return Objective(name, sense)
+
+
+def parse_objective(text: str, senses: Mapping[str, Sense | None], columns: Sequence[str]) -> Objective:
+    """Make an objective of results from a text such as "cv" or "swing_angle:max".
+
+    Parameters
+    ----------
+    senses
+        The default sense of each metric, or None.
+    columns
+        Columns that can be an objective.
+
+    Raises
+    ------
+    RequestError
+        If the column is unknown, or no sense is written and it has no default.
+    """
+
+    def default_sense(name: str) -> Sense | None:
+        if name not in columns:
+            raise RequestError(f"no column '{name}' to rank by in these results; {suggestion(name, columns)}")
+        return senses.get(name) or ("min" if name.endswith(_MINIMISED_ENDINGS) else None)
+
+    return read_objective(text, default_sense)
+
+
+def choose_objectives(
+    objectives: Sequence[str] | str | None,
+    order_by: str | None,
+    senses: Mapping[str, Sense | None],
+    columns: Sequence[str],
+    defaults: Sequence[str] = (),
+) -> tuple[tuple[Objective, ...], Objective]:
+    """The objectives and the one that orders each front.
+
+    Without `objectives` they are those of the study (`defaults`), or `order_by` alone where it has none.
+    """
+    texts = [objectives] if isinstance(objectives, str) else list(defaults if objectives is None else objectives)
+    if objectives is None and not texts and order_by is not None:
+        texts = [order_by]
+    if not texts:
+        example = next((name for name in columns if senses.get(name)), "cv:min")
+        raise RequestError(f"no objective: give `objectives`, such as {example}")
+    choice = tuple(dict.fromkeys(parse_objective(text, senses, columns) for text in texts))
+    order = choice[0] if order_by is None else parse_objective(order_by, senses, columns)
+    return choice, order

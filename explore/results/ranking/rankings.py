@@ -1,0 +1,226 @@
+"""Rank a table, or a results file block by block."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any, Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from explore.base.errors import RequestError
+from explore.base.units.shown import Scale
+from explore.model.columns import Arrays, Column
+from explore.model.progress import ReportProgress
+from explore.model.quantities import Sense
+from explore.model.request import Objective
+from explore.results.ranking.limits import Bounds, Limits
+from explore.results.ranking.objectives import choose_objectives
+from explore.results.ranking.pareto import find_fronts
+from explore.results.ranking.quality import add_quality_columns
+from explore.results.ranking.selection import make_selection
+from explore.results.ranking.tallies import Tally
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+#: Roles of columns that can be an objective.
+RANKABLE_ROLES = ("parameter", "metric", "margin")
+
+
+@dataclass(frozen=True)
+class RankRequest:
+    """Options of a ranking; see `explore.rank`."""
+
+    objectives: Sequence[str] | str | None = None
+    order_by: str | None = None
+    fronts: int = 1
+    where: str | None = None
+    limits: Limits | None = None
+    quality: bool = False
+
+    def __post_init__(self) -> None:
+        if self.fronts < 1:
+            raise RequestError(f"fronts = {self.fronts}: must be at least 1")
+
+
+#: The objectives and constraints of the study.
+DEFAULT_REQUEST = RankRequest()
+
+
+class Source(Protocol):
+    """The interface of results that a ranking uses, implemented by `explore.results.store.results.Results`.
+
+    They may be shown in other units than the declared ones. A ranking compares the declared values, of which two may
+    become one by a conversion, and returns the shown ones.
+    """
+
+    @property
+    def declared(self) -> Source:
+        """The same results in declared units."""
+
+    @property
+    def scales(self) -> Mapping[str, Scale]:
+        """The declared and the shown unit of each column."""
+
+    def show(self, frame: pd.DataFrame) -> pd.DataFrame:
+        """A table of `declared` in the shown units."""
+
+    @property
+    def objectives(self) -> tuple[str, ...]:
+        """The objectives of the study, such as "cv:min"."""
+
+    @property
+    def senses(self) -> Mapping[str, Sense | None]:
+        """The default sense of each metric, or None."""
+
+    @property
+    def keep(self) -> str:
+        """Which designs of the study are kept: "all", or "front" for the Pareto-optimal ones."""
+
+    @property
+    def drive(self) -> str:
+        """Stroke that the window "drive" means; empty if the file has none."""
+
+    @property
+    def tally(self) -> Mapping[str, Any]:
+        """Counts of all studied designs where only the front is kept, as `Tally.to_json` writes them."""
+
+    @property
+    def columns(self) -> tuple[Column, ...]:
+        """All columns, in order."""
+
+    @property
+    def constraints(self) -> Bounds:
+        """The bounds of the constraints of the sweep."""
+
+    @property
+    def n_committed(self) -> int:
+        """Number of designs in the blocks."""
+
+    def blocks(self, columns: Sequence[str] | None = None) -> Iterable[Arrays]:
+        """Blocks of consecutive designs, with these columns."""
+
+    def designs(self, numbers: npt.NDArray[np.int64]) -> pd.DataFrame:
+        """The designs of these numbers, with all columns."""
+
+
+@dataclass(frozen=True)
+class Ranking:
+    """Pareto-optimal designs, best first, with their objectives and the counts of the other designs.
+
+    `exclusions` counts the feasible designs that the condition and the limits exclude, by reason. `is_incomplete` is
+    true when the results do not hold every design that can be optimal in these objectives.
+    """
+
+    frame: pd.DataFrame
+    objectives: tuple[Objective, ...]
+    order_by: Objective
+    tally: Tally
+    exclusions: Counter[str] = field(default_factory=Counter)
+    is_incomplete: bool = False
+
+
+def rank_frame(frame: pd.DataFrame, request: RankRequest) -> pd.DataFrame:
+    """Rank the rows of a table.
+
+    Returns
+    -------
+    DataFrame
+        The rows of the first fronts, best first, with a column ``front``, from 1. It has no rows whose column
+        ``feasible`` is false or whose objectives are not all finite. Rows that are equal in ``order_by`` keep their
+        order.
+
+    Raises
+    ------
+    RequestError
+        If the request names an unknown column or one that is not numeric.
+    """
+    import pandas as pd
+
+    attributes = frame.attrs
+    names = [str(name) for name in frame.columns]
+    objectives, order = choose_objectives(
+        request.objectives, request.order_by, attributes.get("senses", {}), names, attributes.get("objectives", ())
+    )
+    numeric = [str(name) for name in frame.columns if pd.api.types.is_numeric_dtype(frame.dtypes[name])]
+    scales = {name: Scale(unit, unit) for name, unit in attributes.get("units", {}).items()}
+    bounds = attributes.get("constraints", {})
+    selection = make_selection(request.where, request.limits, numeric, numeric, bounds, scales)
+    needed = dict.fromkeys([*(objective.metric for objective in objectives), *selection.column_names])
+    for name in needed:
+        if name not in numeric:
+            raise RequestError(f"column '{name}' does not hold numbers, so it cannot be ranked")
+    columns: Arrays = {name: frame[name].to_numpy(dtype=np.float64, na_value=np.nan) for name in needed}
+    if "feasible" in frame.columns:
+        columns["feasible"] = frame["feasible"].to_numpy()
+    # Rows are selected by position, because the labels of a table may repeat.
+    rows, numbers = find_fronts(selection.apply([columns]), objectives, request.fronts)
+    return sort_fronts(frame.iloc[rows], numbers, objectives, order, request)
+
+
+def sort_fronts(
+    frame: pd.DataFrame,
+    numbers: npt.NDArray[np.int64],
+    objectives: Sequence[Objective],
+    order: Objective,
+    request: RankRequest,
+) -> pd.DataFrame:
+    """Sort by front, within each best first, and add the columns of a ranking; ties keep their order."""
+    ranked = frame.assign(front=numbers).sort_values(order.metric, ascending=order.sense == "min", kind="stable")
+    ranked = ranked.sort_values("front", kind="stable")
+    return add_quality_columns(ranked, objectives) if request.quality else ranked
+
+
+def rankable_names(source: Source) -> list[str]:
+    """Names of the columns that can be an objective."""
+    return [c.name for c in source.columns if c.role in RANKABLE_ROLES and not c.labels]
+
+
+def rank_source(
+    source: Source, request: RankRequest = DEFAULT_REQUEST, report_progress: ReportProgress | None = None
+) -> Ranking:
+    """Rank the designs of a results file, block by block, and show them in the units of `source`; see `rank_frame`."""
+    ranking = rank_declared(source, request, report_progress)
+    return replace(ranking, frame=source.show(ranking.frame))
+
+
+def rank_declared(source: Source, request: RankRequest, report_progress: ReportProgress | None = None) -> Ranking:
+    """Rank the designs of a results file by the request in shown units; the table is in declared units."""
+    scales, source = source.scales, source.declared
+    defaults = source.objectives
+    objectives, order = choose_objectives(
+        request.objectives, request.order_by, source.senses, rankable_names(source), defaults
+    )
+    has_front_only = source.keep == "front"
+    if request.fronts > 1 and has_front_only:
+        raise RequestError('this study kept the first front only; sweep with `keep="all"` to rank more fronts')
+    limitable = [c.name for c in source.columns if c.role in ("parameter", "metric") and not c.labels]
+    names = [column.name for column in source.columns]
+    selection = make_selection(request.where, request.limits, names, limitable, source.constraints, scales)
+    labels = next((column.labels for column in source.columns if column.name == "status"), {})
+    tally = Tally(tuple(column.name for column in source.columns if column.role == "margin"), labels)
+    objective_names = (objective.metric for objective in objectives)
+    used = (*tally.margins, *objective_names, *selection.column_names)
+    needed = list(dict.fromkeys(["design", "feasible", "status", *used]))
+    blocks = _report_each(source.blocks(needed), source.n_committed, report_progress)
+    rows, numbers = find_fronts(selection.apply(blocks), objectives, request.fronts, tally)
+    has_study_objectives = {f"{o.metric}:{o.sense}" for o in objectives} == set(defaults)
+    keeps_best = has_study_objectives and selection.preserves_front(objectives)
+    if has_front_only and keeps_best and not selection.has_criteria:
+        # The results hold the Pareto set in these objectives; the sweep counted the other designs.
+        tally = Tally.from_counts(source.tally)
+    frame = sort_fronts(source.designs(rows), numbers, objectives, order, request)
+    return Ranking(frame, objectives, order, tally, selection.exclusions, has_front_only and not keeps_best)
+
+
+def _report_each(blocks: Iterable[Arrays], total: int, report_progress: ReportProgress | None) -> Iterator[Arrays]:
+    """Yield the blocks and report the progress after each."""
+    done = 0
+    for columns in blocks:
+        yield columns
+        done += len(columns["design"])
+        if report_progress is not None:
+            report_progress(done, total)

@@ -1,0 +1,80 @@
+"""Output files of commands, which no lock file guards: each run removes what killed runs left beside its own.
+
+An unfinished file or folder is locked as long as its process lives, so that only those of dead ones are removed.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import re
+import shutil
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+
+from explore.base.files import new_file, open_binary, real_path, unfinished_versions
+from explore.results.store import system_calls
+
+#: Beginning of the names of unfinished folders, and all of them.
+_PREFIX = ".unfinished-"
+_FOLDER = re.compile(re.escape(_PREFIX) + r"[a-z0-9_]{8}")
+
+
+@contextlib.contextmanager
+def new_output(path: Path) -> Iterator[Path]:
+    """Yield an unfinished name to write a file under; at the end it is made durable and renamed to `path`.
+
+    A link is followed, and an existing regular file is replaced.
+
+    Raises
+    ------
+    ResultsError
+        As of `new_file`.
+    """
+    path = real_path(path)
+    with contextlib.suppress(OSError):  # of a folder that cannot be read or written, which `new_file` reports
+        for file in unfinished_versions(path):
+            _remove_abandoned(file)
+    with new_file(path) as unfinished, contextlib.ExitStack() as stack:
+        descriptor = open_binary(unfinished, os.O_RDWR | os.O_CREAT | os.O_EXCL)
+        stack.callback(os.close, descriptor)
+        with contextlib.suppress(OSError):  # a file system without locks
+            system_calls.lock(descriptor)
+        yield unfinished
+        with unfinished.open("rb+") as written:  # its writer may have replaced the one that was opened above
+            os.fsync(written.fileno())
+
+
+@contextlib.contextmanager
+def new_output_folder(parent: Path) -> Iterator[Path]:
+    """Yield a folder of its own in another one, which is removed at the end with what is left in it."""
+    for folder in parent.glob(_PREFIX + "*"):
+        if _FOLDER.fullmatch(folder.name) and folder.is_dir():
+            _remove_abandoned(folder)
+    try:
+        made = tempfile.TemporaryDirectory(prefix=_PREFIX, dir=parent)
+    except OSError as error:
+        raise OSError(error.errno, error.strerror, str(parent)) from None
+    with made as name, contextlib.ExitStack() as stack:
+        with contextlib.suppress(OSError):  # elsewhere than on POSIX folders cannot be opened
+            descriptor = os.open(name, os.O_RDONLY)
+            stack.callback(os.close, descriptor)
+            system_calls.lock(descriptor)
+        yield Path(name)
+
+
+def _remove_abandoned(unfinished: Path) -> None:
+    """Remove an unfinished file or folder unless a living process holds its lock."""
+    if unfinished.is_symlink():
+        return
+    with contextlib.suppress(OSError), contextlib.ExitStack() as stack:
+        flags = os.O_RDONLY | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)
+        descriptor = open_binary(unfinished, flags)
+        stack.callback(os.close, descriptor)
+        if not system_calls.lock(descriptor):
+            return
+        if unfinished.is_dir():
+            shutil.rmtree(unfinished)
+        elif unfinished.is_file():
+            unfinished.unlink()

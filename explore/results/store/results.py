@@ -1,0 +1,339 @@
+"""Read a results file: its study, its columns and its designs, also while a sweep writes it."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from functools import cached_property
+from html import escape
+from importlib.util import find_spec
+from itertools import islice
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from explore.base.errors import RequestError
+from explore.base.units.shown import Scale, ShownUnits
+from explore.model.columns import Attribute, Column
+from explore.model.progress import ReportProgress
+from explore.model.quantities import Sense
+from explore.model.targets import Target
+from explore.results.store.block_bytes import damaged_blocks
+from explore.results.store.labels import in_words
+from explore.results.store.layout import INDEX, KEEP_FRONT
+from explore.results.store.rows import RowReader
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import xarray
+
+
+#: Designs that a notebook shows.
+_FIRST = 5
+
+
+class Results:
+    """The designs that were committed to a results file when it was opened.
+
+    `explore.open_results` makes one. No file stays open, and a running sweep is not disturbed: open the file again to
+    see what was committed since.
+
+    Parameters
+    ----------
+    path
+        The file.
+
+    Raises
+    ------
+    ResultsError
+        The file is missing or is not a sound results file; on reading, the file was replaced or is damaged.
+
+    Examples
+    --------
+    >>> results = explore.open_results("results/grid.h5")  # doctest: +SKIP
+    >>> results.units["swing_angle"]  # doctest: +SKIP
+    'deg'
+    >>> frame = results.to_pandas(["crank", "swing_angle"])  # doctest: +SKIP
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self._reader = RowReader(path)
+        self._layout = self._reader.layout
+
+    def __repr__(self) -> str:
+        if self.keep != "all":
+            return f"<Results {str(self.path)!r}: {self.n_committed} kept of {self.n_studied} designs>"
+        return f"<Results {str(self.path)!r}: {self.n_committed} of {self.n_designs} designs>"
+
+    def _repr_html_(self) -> str:
+        """For notebooks: what the results are, how many designs have each status, and the first ones in words."""
+        counts = ", ".join(f"{count:,} {label}" for label, count in self.counts.items())
+        head = f"<p><b>{escape(self.mechanism)}</b> {escape(repr(self)[1:-1])}: {escape(counts)}</p>"
+        numbers = [int(number) for block in islice(self.blocks([INDEX]), 1) for number in block[INDEX][:_FIRST]]
+        return head + in_words(self.designs(numbers)).to_html() if numbers else head
+
+    def __len__(self) -> int:
+        return self.n_committed
+
+    @property
+    def attributes(self) -> Mapping[str, Attribute]:
+        """The attributes of the file: the study's text, seed, versions, hashes and so on."""
+        return dict(self._layout.attributes)
+
+    @property
+    def config(self) -> str:
+        """The study as written, TOML."""
+        return str(self._layout.attributes.get("config", ""))
+
+    @property
+    def mechanism(self) -> str:
+        """Name of the mechanism; empty if the file has none."""
+        return str(self._layout.attributes.get("mechanism", ""))
+
+    @property
+    def speed(self) -> str:
+        """Name of the parameter that is the input speed; empty if the file has none."""
+        return str(self._layout.attributes.get("speed", ""))
+
+    @property
+    def objectives(self) -> tuple[str, ...]:
+        """The study's objectives, such as ``"cv:min"``."""
+        return self._layout.study.objectives
+
+    @property
+    def senses(self) -> dict[str, Sense | None]:
+        """The better side of each metric, "min" or "max"; None where it has none."""
+        return dict(self._layout.study.senses)
+
+    @property
+    def constraints(self) -> dict[str, dict[str, float | None]]:
+        """The bounds of each constrained metric as "min" and "max", in the metric's unit; None leaves a side open."""
+        return {metric: dict(sides) for metric, sides in self._layout.study.constraints.items()}
+
+    @property
+    def window(self) -> str | Mapping[str, float]:
+        """Part of the turn that the statistics run over: a name, or "from" and "to" in degrees; "" if not known."""
+        return self._layout.study.window
+
+    @property
+    def drive(self) -> str:
+        """Stroke that the window "drive" means; empty if the file has none."""
+        return self._layout.study.drive
+
+    @property
+    def points(self) -> tuple[str, ...]:
+        """Names of the points of the floating link, whose coordinates are parameters such as ``knife_along``."""
+        return self._layout.study.points
+
+    @property
+    def target(self) -> Target | None:
+        """What the linkages are to do; None where the study has no target."""
+        return self._layout.study.target
+
+    @property
+    def speed_powers(self) -> dict[str, float | None]:
+        """Power of the input speed that each metric is proportional to; None where there is none."""
+        return dict(self._layout.study.speed_powers)
+
+    @property
+    def status_sentences(self) -> dict[str, str]:
+        """What each status means, by its label."""
+        return dict(self._layout.study.status_sentences)
+
+    @property
+    def label_sentences(self) -> dict[str, str]:
+        """What labels of columns other than the status mean; empty if the file does not say."""
+        return dict(self._layout.study.label_sentences)
+
+    @property
+    def tally(self) -> dict[str, Any]:
+        """Counts of all studied designs by why they are not in the front, if only the front is kept; else empty."""
+        return dict(self._layout.study.tally)
+
+    @property
+    def columns(self) -> tuple[Column, ...]:
+        """The columns in their order, the index first."""
+        return self._layout.columns
+
+    @property
+    def units(self) -> dict[str, str]:
+        """Unit of each column."""
+        return {column.name: column.unit for column in self.columns}
+
+    @property
+    def declared(self) -> Results:
+        """These results in declared units."""
+        return self
+
+    @property
+    def shown_units(self) -> ShownUnits:
+        """The chosen units; none here."""
+        return ShownUnits()
+
+    @property
+    def scales(self) -> dict[str, Scale]:
+        """The declared and the shown unit of each column."""
+        return {column.name: Scale(column.unit, column.unit) for column in self.columns}
+
+    def show(self, frame: pd.DataFrame) -> pd.DataFrame:
+        """A table of `declared` in the shown units."""
+        return frame
+
+    @property
+    def keep(self) -> str:
+        """Which designs of the study are in the file: "all", or "front" for the Pareto-optimal ones."""
+        return str(self._layout.attributes.get("keep", "all"))
+
+    @property
+    def n_designs(self) -> int:
+        """Number of designs of the file, including those not committed yet."""
+        return self._layout.n_designs
+
+    @property
+    def n_studied(self) -> int:
+        """Number of designs of the study, including those that were not kept."""
+        return self._reader.n_studied
+
+    @property
+    def n_committed(self) -> int:
+        """Number of committed designs."""
+        return self._layout.count_rows(self._reader.is_committed)
+
+    @property
+    def is_complete(self) -> bool:
+        """Whether every design is committed."""
+        return bool(self._reader.is_committed.all())
+
+    @property
+    def is_packed(self) -> bool:
+        """Whether the file is a compressed copy."""
+        return self._layout.is_packed
+
+    @property
+    def n_blocks(self) -> int:
+        """Number of blocks of the file."""
+        return self._layout.n_blocks
+
+    @property
+    def committed_blocks(self) -> list[int]:
+        """Numbers of the committed blocks, ascending."""
+        return np.flatnonzero(self._reader.is_committed).tolist()
+
+    def row_range(self, block: int) -> tuple[int, int]:
+        """First row of a block in the file and the first row after it; rows are designs when all are kept."""
+        return self._layout.row_range(block)
+
+    @cached_property
+    def counts(self) -> dict[str, int]:
+        """Number of committed designs by the label of their status; labels that do not occur are left out.
+
+        Designs that were studied but not kept are counted too.
+        """
+        if self.keep == KEEP_FRONT:
+            return {label: count for label, count in self._layout.study.studied_counts.items() if count}
+        return self.count_statuses(self.committed_blocks)
+
+    def count_statuses(self, blocks: Sequence[int]) -> dict[str, int]:
+        """Number of designs in some committed blocks by the label of their status."""
+        counts: Counter[int] = Counter()
+        status = self._reader.column("status")
+        for block in self._reader.read_blocks([status], blocks):
+            codes, numbers = np.unique(block["status"], return_counts=True)
+            counts.update(dict(zip(codes.tolist(), numbers.tolist(), strict=True)))
+        return {status.labels.get(code, str(code)): counts[code] for code in sorted(counts)}
+
+    def to_pandas(self, columns: Sequence[str] | None = None) -> pd.DataFrame:
+        """The committed designs as a table.
+
+        Parameters
+        ----------
+        columns
+            Names of the columns to read; all when None.
+
+        Returns
+        -------
+        pandas.DataFrame
+            Index "design", one row for each committed design. ``attrs["units"]`` has the unit of each column,
+            ``attrs["labels"]`` the words for the codes of columns such as ``status``, ``attrs`` also "senses",
+            "objectives" and "constraints" for `explore.rank`.
+        """
+        import pandas as pd  # 0.4 s, not needed by a sweep
+
+        names = [column.name for column in self.columns] if columns is None else list(columns)
+        selected = [self._reader.column(name) for name in names if name != INDEX]
+        index, *arrays = self._reader.read_committed([self._reader.column(INDEX), *selected])
+        data = dict(zip((column.name for column in selected), arrays, strict=True))
+        return self._with_attrs(pd.DataFrame(data, index=pd.Index(index, name=INDEX), copy=False))
+
+    def to_xarray(self) -> xarray.Dataset:
+        """The committed designs as a dataset; see `explore.xarray`."""
+        if find_spec("xarray") is None:
+            raise RequestError('this needs xarray: pip install "linkage-explore[xarray]"')
+        from explore.results.store.dataset import make_dataset
+
+        return make_dataset(self._reader)
+
+    def design(self, number: int) -> dict[str, Any]:
+        """One design: the value of each column by name; `ResultsError` if its block is damaged."""
+        rows = self._reader.rows_of(np.array([number]))
+        arrays = self._reader.read_rows(self.columns, rows)
+        return {column.name: values[0].item() for column, values in zip(self.columns, arrays, strict=True)}
+
+    def designs(self, numbers: npt.ArrayLike) -> pd.DataFrame:
+        """Read some designs by number.
+
+        Parameters
+        ----------
+        numbers
+            Design numbers, shape (n,), in any order.
+
+        Returns
+        -------
+        pandas.DataFrame
+            All columns, index "design", one row for each number in the order of `numbers`; ``attrs`` as of `to_pandas`.
+
+        Raises
+        ------
+        ResultsError
+            If a design is not in the file, or its block does not have its checksum.
+        """
+        import pandas as pd  # 0.4 s, not needed by a sweep
+
+        unique, places = np.unique(np.asarray(numbers, dtype=np.int64), return_inverse=True)
+        rows = self._reader.rows_of(unique)
+        arrays = self._reader.read_rows(self.columns, rows)
+        data = {column.name: values[places] for column, values in zip(self.columns, arrays, strict=True)}
+        return self._with_attrs(pd.DataFrame(data, copy=False).set_index(INDEX))
+
+    def blocks(self, columns: Sequence[str] | None = None) -> Iterator[dict[str, npt.NDArray[Any]]]:
+        """Read the committed blocks in order, each as arrays of shape (n,) by name; all columns when None."""
+        selected = self.columns if columns is None else tuple(self._reader.column(name) for name in columns)
+        yield from self._reader.read_blocks(selected, self.committed_blocks)
+
+    def verify(self, report_progress: ReportProgress | None = None) -> list[int]:
+        """Check the bytes of every committed block against its checksum.
+
+        Parameters
+        ----------
+        report_progress
+            Called after each block with the number of blocks checked and to check.
+
+        Returns
+        -------
+        list of int
+            Numbers of the damaged blocks.
+        """
+        with self._reader.open() as file:
+            return damaged_blocks(file, self._layout, report_progress)
+
+    def _with_attrs(self, frame: pd.DataFrame) -> pd.DataFrame:
+        """Add units, labels and what `explore.rank` needs of the study to a table."""
+        frame.attrs["units"] = {name: unit for name, unit in self.units.items() if name in frame}
+        frame.attrs["labels"] = {c.name: dict(c.labels) for c in self.columns if c.labels and c.name in frame}
+        frame.attrs["senses"] = self.senses
+        frame.attrs["objectives"] = list(self.objectives)
+        frame.attrs["constraints"] = self.constraints
+        return frame

@@ -1,0 +1,74 @@
+"""What all writers of results files share: they hold the lock, remove unfinished files and explain errors."""
+
+from __future__ import annotations
+
+import contextlib
+from abc import ABC, abstractmethod
+from collections.abc import Iterator
+from pathlib import Path
+from types import TracebackType
+from typing import Self
+
+from explore.base.errors import ResultsError
+from explore.base.files import real_path
+from explore.results.store.locking import LockFile
+from explore.results.store.sidecar_files import check_journal, remove_leftovers, set_aside
+
+
+@contextlib.contextmanager
+def exclusive_access(path: Path) -> Iterator[None]:
+    """Hold the lock of a results file, and first remove the unfinished files of killed writers."""
+    with LockFile(path):
+        remove_leftovers(path)
+        yield
+
+
+class SweepWriter(ABC):
+    """The single writer of a sweep's results file, a context manager.
+
+    Parameters
+    ----------
+    path
+        The results file.
+    restart
+        Move an existing file and journal aside and start over.
+
+    Raises
+    ------
+    ResultsError
+        On entering: another process is writing, or the file cannot be opened or created.
+    """
+
+    def __init__(self, path: Path, *, restart: bool) -> None:
+        self.path = real_path(path)
+        self._restart = restart
+        self._closing = contextlib.ExitStack()
+
+    def __enter__(self) -> Self:
+        try:
+            with contextlib.ExitStack() as stack:
+                stack.enter_context(exclusive_access(self.path))
+                if self._restart:
+                    set_aside(self.path)
+                check_journal(self.path)
+                self._open(stack)
+                self._closing = stack.pop_all()
+        except ResultsError:
+            raise
+        except OSError as error:
+            raise ResultsError(f"{self.path} cannot be written: {error.strerror or error}") from error
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        with self._closing:
+            if error is None:
+                self._check_written()
+
+    @abstractmethod
+    def _open(self, stack: contextlib.ExitStack) -> None:
+        """Open or create the file; the stack closes it before it releases the lock."""
+
+    def _check_written(self) -> None:  # noqa: B027 -- a writer that checks as it writes needs nothing here
+        """Check the file at the end of a run without an error; `ResultsError` if it is damaged or displaced."""

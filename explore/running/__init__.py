@@ -1,0 +1,1 @@
+"""Compute designs: in blocks, on threads, processes or a cluster, and one design over a turn."""

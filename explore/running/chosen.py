@@ -1,0 +1,60 @@
+"""Designs chosen from results, and what their study asks of a design."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from explore.base.errors import RequestError, ResultsError
+from explore.model.request import Request
+from explore.results.ranking.rankings import rank_source
+from explore.results.store.results import Results
+from explore.studies.request.names import find_mechanism
+from explore.studies.request.requests import make_request
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+
+def chosen_designs(results: Results, numbers: Sequence[int] | int | None = None) -> pd.DataFrame:
+    """Designs by number, or the Pareto set in the objectives of the study.
+
+    Returns
+    -------
+    DataFrame
+        All columns, index "design"; in the given order, or that of `explore.rank`.
+
+    Raises
+    ------
+    RequestError
+        If no number is given and no design is feasible.
+    ResultsError
+        If a design is not in the file.
+    """
+    if numbers is not None:
+        return results.designs(np.atleast_1d(np.asarray(numbers, dtype=np.int64)))
+    best = rank_source(results).frame.index
+    if best.empty:
+        raise RequestError(f"no design of {results.path} is feasible, so none is the best: choose one with `design`")
+    return results.designs(best.to_numpy())
+
+
+def request_of(results: Results) -> Request:
+    """What the study of results computes of each design: its metrics, constraints and tolerance."""
+    try:
+        study = tomllib.loads(results.config)
+    except tomllib.TOMLDecodeError as error:
+        raise ResultsError(f"{results.path} is damaged: its study cannot be read: {error}") from None
+    evaluate = study.get("evaluate", {})
+    return make_request(
+        find_mechanism(results.mechanism, results.points, results.target),
+        metrics=evaluate.get("metrics"),
+        window=evaluate.get("window"),
+        drive=evaluate.get("drive"),
+        constraints=study.get("constraints"),
+        tolerance=evaluate.get("tolerance", 1e-9),
+        formulas=study.get("metrics"),
+    )

@@ -1,0 +1,169 @@
+"""The motion of one design, by the closed form or by another method with its errors measured."""
+
+from __future__ import annotations
+
+import warnings
+
+import numpy as np
+
+from explore.base.errors import RequestError
+from explore.base.lanes.designs import fill_motion_of_design
+from explore.comparison.methods.closed_form import ClosedForm
+from explore.comparison.methods.contract import Capability, Level, Method, Outcome, Task, method_label
+from explore.comparison.methods.registry import check_method, find_loop, find_method
+from explore.comparison.methods.vector_loop import VectorLoop
+from explore.comparison.verdicts import Verdict, judge
+from explore.evaluation.windows import find_laws, window_ends
+from explore.model.columns import Arrays
+from explore.model.mechanism import Mechanism
+from explore.model.quantities import FloatArray, Signal
+from explore.model.status import Status
+
+
+def motion_signals(
+    mechanism: Mechanism, columns: Arrays, input_angle: FloatArray, method: str, tolerance: float
+) -> tuple[Arrays, str]:
+    """Solve the motion of one design by a method.
+
+    Parameters
+    ----------
+    columns
+        Parameters of one design that can make a full turn, each of shape (1,).
+    input_angle : (t,) array
+        Angles of the input link, deg.
+    method, tolerance
+        As in `explore.simulate`.
+
+    Returns
+    -------
+    columns
+        The signals in declared units, each of shape (t,), except those that exist only behind clutches; and, where a
+        kernel of their own fills them, those under load of a design without one, without the strokes they need, or
+        whose status under load is that of no unique forces. By another method than the closed form those that follow
+        from the unknowns of the mechanism's loop.
+    label
+        Name and setting of the method.
+
+    Raises
+    ------
+    RequestError
+        If there is no such method, it does not solve the mechanism, or it needs ascending crank angles and the angles
+        are not.
+    """
+    if not 0.0 < tolerance < 1.0:
+        raise RequestError(f"tolerance = {tolerance:g}; give a number between 0 and 1")
+    inputs = {p.name: p.default for p in mechanism.parameters if p.default is not None}
+    inputs |= {name: float(column[0]) for name, column in columns.items()}
+    solver = find_method(method)
+    status = _status(mechanism, columns)
+    has_stroke = status not in mechanism.statuses or not mechanism.statuses[status].lacks_strokes
+    filled = [
+        signal
+        for signal in mechanism.signals
+        if mechanism.fills(signal) or (_has_load(signal, inputs) and (has_stroke or not signal.needs_stroke))
+    ]
+    if _status(mechanism.kernel_of(filled), columns) != status:
+        filled = [signal for signal in filled if not signal.depends_on_load]
+    if isinstance(solver, ClosedForm):
+        rows = dict(enumerate(_closed_form(mechanism.kernel_of(filled), inputs, input_angle)))
+    elif mechanism.points:
+        raise RequestError(f"points have only the closed form; leave out method={method!r}, or the points")
+    else:
+        rows = _by_method(solver, find_loop(mechanism.name), inputs, np.deg2rad(input_angle), tolerance)
+    speed = inputs[mechanism.speed.name] if mechanism.speed else 1.0
+    signals: Arrays = {}
+    for signal in filled if isinstance(solver, ClosedForm) else filter(mechanism.fills, filled):
+        if not signal.only_in and signal.row in rows:
+            values = np.sqrt(rows[signal.row]) if signal.is_magnitude else rows[signal.row]
+            signals[signal.name] = values * (np.rad2deg(1.0) if signal.unit == "deg" else speed**signal.speed_power)
+    return signals, method_label(solver)
+
+
+def _has_load(signal: Signal, inputs: dict[str, float]) -> bool:
+    return not signal.required_loads or any(inputs[name] != 0.0 for name in signal.required_loads)
+
+
+def _closed_form(mechanism: Mechanism, inputs: dict[str, float], input_angle: FloatArray) -> FloatArray:
+    """Rows of the signals at input angles in degrees, shape (s, t)."""
+    geometry = np.array([[inputs[p.name]] for p in mechanism.kernel_parameters])
+    constants = np.ascontiguousarray(mechanism.constants(geometry)[:, 0])
+    input_angle = np.fmod(input_angle, 360.0)  # whole turns are exact in degrees, and would not be in radians
+    # The offset from the anchor or its opposite, whichever is nearer, keeps all digits of sine and cosine; half turns
+    # are taken off first, because the offset of an angle beside the opposite would be rounded.
+    anchor = np.rad2deg(mechanism.anchor_angle)
+    half_turns = np.round((input_angle - anchor) / 180.0)
+    tangents = np.tan(0.5 * np.deg2rad((input_angle - 180.0 * half_turns) - anchor))
+    anchors = (half_turns % 2.0).astype(np.int64)
+    signals = np.zeros((mechanism.signal_rows, len(input_angle)))
+    needs = int(np.bitwise_or.reduce([signal.needs for signal in mechanism.signals if mechanism.fills(signal)]))
+    variant = int(constants[mechanism.variant_row]) if mechanism.variant_row >= 0 else 0
+    laws = find_laws(mechanism, constants, np.deg2rad(input_angle))
+    fill_motion_of_design(
+        mechanism.fill, constants, anchors, laws, tangents, variant, needs, mechanism.signal_rows, signals
+    )
+    return signals
+
+
+def _by_method(
+    method: Method, loop: VectorLoop, inputs: dict[str, float], crank_angle: FloatArray, tolerance: float
+) -> dict[int, FloatArray]:
+    """Rows of the kernel at crank angles in rad by another method, with a warning if it is inaccurate."""
+    check_method(method, loop)
+    if Capability.ANY_ANGLE not in method.capabilities and (np.diff(crank_angle) <= 0.0).any():
+        raise RequestError(f"{method_label(method)} proceeds from one crank angle to the next; give ascending angles")
+    parameters = np.array([[inputs[name] for name in loop.parameters]])
+    branch = np.array([inputs.get("branch", 1.0)])
+    task = Task(parameters, branch, crank_angle[None, :], Level.ACCELERATIONS, loop=loop)
+    motion = method.solve(task)
+    judgement = judge(task, motion, ClosedForm().solve(task).signals, tolerance)
+    verdict = Verdict(int(judgement.verdict[0]))
+    if verdict is not Verdict.ACCURATE:
+        _warn(method_label(method), verdict, Outcome(int(motion.outcome[0])), judgement.max_error[:, 0], tolerance)
+    return loop.derive(motion.signals[:, 0], parameters[0])
+
+
+def _warn(name: str, verdict: Verdict, outcome: Outcome, errors: FloatArray, tolerance: float) -> None:
+    if outcome is not Outcome.OK:
+        problem = f"failed for this design: {outcome.sentence}"
+    else:
+        problem = "is on the wrong branch" if verdict is Verdict.WRONG_BRANCH else f"misses the tolerance {tolerance:g}"
+        angle, velocity, acceleration = errors
+        problem += f" for this design: its errors against the closed form are {angle:.1e} rad, {velocity:.1e} of the"
+        problem += f" largest velocity and {acceleration:.1e} of the largest acceleration"
+    warnings.warn(f"{name} {problem}; the default method, the closed form, is exact", RuntimeWarning, stacklevel=5)
+
+
+def window_limits(mechanism: Mechanism, columns: Arrays, window: str, drive: str) -> tuple[float, float] | None:
+    """First and last input angle of a stroke, deg, ascending; None if the output has no strokes.
+
+    Parameters
+    ----------
+    columns
+        Parameters of one design that can make a full turn, each of shape (1,).
+    window
+        A window that is one stroke, such as "drive".
+    drive
+        The stroke that "drive" means.
+    """
+    geometry = _geometry(mechanism, columns)
+    if _status(mechanism, columns) != Status.OK:
+        return None
+    start, stop = np.rad2deg(window_ends(mechanism, mechanism.constants(geometry), mechanism.window(window), drive)[0])
+    return float(start), float(stop)
+
+
+def mark_angles(mechanism: Mechanism, columns: Arrays) -> dict[str, float]:
+    """Input angles of the marks of one design by name, deg; those that the design does not have are left out."""
+    constants = mechanism.constants(_geometry(mechanism, columns))[:, 0]
+    offsets = {name: 2.0 * np.arctan(constants[row]) for name, row in mechanism.marks.items()}
+    angles = {name: float(np.rad2deg(mechanism.anchor_angle + offset)) for name, offset in offsets.items()}
+    return {name: angle for name, angle in angles.items() if np.isfinite(angle)}
+
+
+def _status(mechanism: Mechanism, columns: Arrays) -> int:
+    return int(mechanism.evaluate_closed_form(_geometry(mechanism, columns)).status[0])
+
+
+def _geometry(mechanism: Mechanism, columns: Arrays) -> FloatArray:
+    """What the closed form takes of one design, shape (p, 1)."""
+    return np.stack([columns.get(p.name, np.array([p.default])) for p in mechanism.kernel_parameters])

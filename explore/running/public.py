@@ -1,0 +1,300 @@
+"""Compute designs: all of a study, several, or the motion of one."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, get_args
+
+import numpy as np
+import numpy.typing as npt
+
+from explore.base.errors import FailedBlocksWarning, MotionError, NothingFeasibleWarning, RequestError
+from explore.evaluation.derived import unavailable_metrics
+from explore.evaluation.evaluate import (
+    LARGEST_PARAMETER,
+    SMALLEST_PARAMETER,
+    evaluate_columns,
+    output_columns,
+)
+from explore.mechanisms.registry import MECHANISMS
+from explore.model.columns import Arrays
+from explore.model.mechanism import Mechanism
+from explore.model.points import COORDINATES
+from explore.model.progress import ReportProgress
+from explore.model.status import Status
+from explore.results.ranking.rankings import RankRequest, rank_source
+from explore.results.ranking.reasons import warning_of_nothing
+from explore.results.store.open_results import open_results
+from explore.results.store.results import Results
+from explore.running.motions import motion_signals
+from explore.running.runs import Keep, run_study
+from explore.running.workers import find_workers, report_counts
+from explore.studies.request.names import find_mechanism
+from explore.studies.request.parameters import parameter_columns, read_value
+from explore.studies.request.requests import make_objective, make_request
+from explore.studies.request.targets import TargetOrSection
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from distributed import Client
+
+    from explore.studies.config.study import Study
+
+
+def list_mechanisms() -> dict[str, str]:
+    """Give the summary of each mechanism by its name; `explore mechanisms NAME` describes one in full."""
+    mechanisms, problems = MECHANISMS.load_all()
+    for problem in problems:
+        warnings.warn(problem, RuntimeWarning, stacklevel=2)
+    return {name: mechanism.summary for name, mechanism in mechanisms.items()}
+
+
+def sweep(
+    study: Study,
+    path: Path | str,
+    *,
+    client: Client | None = None,
+    workers: int | None = None,
+    processes: bool = False,
+    keep: Keep = "all",
+    max_failures: int | None = None,
+    restart: bool = False,
+    report_progress: ReportProgress | None = None,
+) -> Results:
+    """Compute every pending block of a study into a results file.
+
+    Parameters
+    ----------
+    study
+        Built in Python or read with `load_study`.
+    path
+        The results file; an unfinished one of the same study is continued.
+    client
+        Any synchronous dask.distributed Client; None starts threads in this process.
+    workers
+        Number of threads or processes; None for one per processor.
+    processes
+        Start processes on this machine instead of threads.
+    keep
+        "all" designs, or only the "front": the Pareto set of the study's objectives.
+    max_failures
+        Stop after more failed blocks than this; None for no limit.
+    restart
+        Rename an existing file and start over.
+    report_progress
+        Called after each commit with the number of committed designs and of all designs.
+
+    Returns
+    -------
+    Results
+        The results in the file. Failed blocks are left out, with a `FailedBlocksWarning` that has the reason of each;
+        a `NothingFeasibleWarning` says why where no design is feasible.
+
+    Raises
+    ------
+    ResultsError
+        If the file cannot be created, belongs to another study, or is being written by another process; or if blocks
+        failed with ``keep="front"``, because the front is written only when all blocks are computed.
+    ClusterError
+        If the cluster is lost, runs other versions of the packages, or too many blocks failed.
+    """
+    if keep not in get_args(Keep):
+        raise RequestError(f"keep = {keep!r}: must be {' or '.join(get_args(Keep))}")
+    if max_failures is not None and max_failures < 0:
+        raise RequestError(f"max_failures = {max_failures}: must be at least 0, or None for no limit")
+    cluster = find_workers(study.request, client, workers, processes=processes)
+    report = report_counts(report_progress)
+    summary = run_study(study, path, cluster, keep=keep, max_failures=max_failures, restart=restart, progress=report)
+    if summary.failures:
+        warnings.warn(FailedBlocksWarning(summary.failures), stacklevel=2)
+    results = open_results(path)
+    if summary.n_computed and not summary.n_feasible and not summary.n_resumed:
+        ranking = rank_source(results, RankRequest())
+        if reason := warning_of_nothing(ranking, path, results.status_sentences):
+            warnings.warn(reason, NothingFeasibleWarning, stacklevel=2)
+    return results
+
+
+def evaluate(
+    mechanism: str,
+    designs: Mapping[str, npt.ArrayLike] | pd.DataFrame,
+    *,
+    metrics: Sequence[str] | str | None = None,
+    window: str | Mapping[str, float | str] | None = None,
+    drive: str | None = None,
+    constraints: Mapping[str, Mapping[str, float | str]] | None = None,
+    tolerance: float = 1e-9,
+    formulas: Mapping[str, Mapping[str, str]] | None = None,
+    points: Sequence[str] | str = (),
+    target: TargetOrSection | None = None,
+) -> pd.DataFrame:
+    """Evaluate designs, each with as few samples of its motion as the tolerance allows.
+
+    Parameters
+    ----------
+    mechanism
+        Name, as listed by `list_mechanisms`.
+    designs
+        Parameters by name: columns of a table, or numbers and arrays that broadcast, in declared units. A string has a
+        unit, such as ``"40 rpm"``.
+    metrics
+        Names of metrics; None for the mechanism's default list.
+    window
+        Part of the turn the statistics run over: a name, or ``{"from": 0, "to": 90}`` in degrees or with units.
+    drive
+        The stroke that the window "drive" means: "slow", "fast", or a stroke by name.
+    constraints
+        Bounds by metric, such as ``{"transmission_angle_min": {"min": 30}}``, or ``"30 deg"``.
+    tolerance
+        Bound on the error of every sampled statistic, relative: of a mean to the rms, of a variance to the square of
+        the rms, of an extreme to the largest magnitude, of a cv to itself. Column ``error`` is the bound reached.
+    formulas
+        Metrics of your own by name, such as ``{"reach": {"formula": "coupler + ground", "unit": "mm"}}``: arithmetic
+        with parameters, metrics and each other. Each is a column.
+    points
+        Names of points of the floating link. The parameters ``knife_along`` and ``knife_across`` (mm) of a point
+        "knife" are where it is: along the link from the crank's pin, and across it counter-clockwise.
+    target
+        What the linkage is to do, as for `Study`, such as ``{"kind": "path", "points": [[0, 0], [10, 5], [20, 0]]}``.
+
+    Returns
+    -------
+    DataFrame
+        One row for each design: parameters, metrics, margins, nodes, error, feasible (bool), status (int8).
+        ``attrs["units"]`` has the unit of each column, ``attrs["labels"]`` the words for the codes of ``status`` and
+        other columns, ``attrs["kinematic_evaluations"]`` the number of geometries sampled; ``attrs`` also "senses",
+        "objectives" and "constraints" for `rank`.
+
+    Raises
+    ------
+    RequestError
+        If a name, a window, a bound or the shape of the designs is invalid. A design that cannot be computed raises no
+        error: its ``status`` is the code of the reason.
+    """
+    import pandas as pd
+
+    declared = find_mechanism(mechanism, [points] if isinstance(points, str) else points, target)
+    request = make_request(
+        declared, metrics=metrics, window=window, drive=drive, constraints=constraints, tolerance=tolerance,
+        formulas=formulas,
+    )  # fmt: skip
+    columns = parameter_columns(declared, designs)
+    defaults = {parameter.name: parameter.default for parameter in declared.parameters}
+    unavailable = unavailable_metrics(request, lambda name: name in columns or bool(defaults[name]))
+    if unavailable:
+        raise RequestError("\n".join(reason for _, reason in unavailable))
+    evaluation = evaluate_columns(request, columns)
+    index = designs.index if isinstance(designs, pd.DataFrame) else None
+    frame = pd.DataFrame(evaluation.columns, index=index)
+    frame["feasible"] = frame["feasible"].astype(bool)
+    shown = [column for column in output_columns(request, list(columns)) if column.name in frame]
+    frame.attrs["units"] = {column.name: column.unit for column in shown}
+    frame.attrs["labels"] = {column.name: dict(column.labels) for column in shown if column.labels}
+    frame.attrs["kinematic_evaluations"] = evaluation.kinematic_evaluations
+    frame.attrs["senses"] = {metric.name: metric.sense for metric in request.metrics}
+    # As in a study without objectives: those of the mechanism that are computed.
+    objectives = [make_objective(request, text) for text in declared.objectives if text.partition(":")[0] in frame]
+    frame.attrs["objectives"] = [f"{objective.metric}:{objective.sense}" for objective in objectives]
+    frame.attrs["constraints"] = {c.metric.name: {"min": c.minimum, "max": c.maximum} for c in request.constraints}
+    return frame
+
+
+def simulate(
+    mechanism: str,
+    parameters: Mapping[str, float | str],
+    *,
+    points: Mapping[str, Sequence[float | str]] | None = None,
+    target: TargetOrSection | None = None,
+    angles: int | Sequence[float] | npt.NDArray[np.float64] = 360,
+    method: str = "closed-form",
+    tolerance: float = 1e-9,
+) -> pd.DataFrame:
+    """Simulate one design: all signals of its motion at angles of its input link, the crank.
+
+    Parameters
+    ----------
+    mechanism
+        Name, as listed by `list_mechanisms`.
+    parameters
+        Parameters of the design by name, in declared units or as strings with a unit. Forces follow from the load
+        parameters and are 0 without.
+    points
+        Points of the floating link by name: each the places along it from the crank's pin and across it
+        counter-clockwise, such as ``{"knife": (120, 40)}``, mm or strings with a unit.
+    target
+        The target of the design's study: it adds the parameters of the pose, which do not change the signals.
+    angles
+        Input angles in degrees, or the number of evenly spaced ones from 0.
+    method
+        The exact closed form, or a method to see its errors, such as "newton", "rk45" or "rk45(rtol=0.001)", for a
+        crank-rocker, a slider-crank or a variable crank; ``explore precision`` compares them.
+    tolerance
+        Bound on the errors of angles (rad), of lengths over the longest link, and of velocities and accelerations
+        relative to their largest. A method that misses it for this design warns with its measured errors.
+
+    Returns
+    -------
+    DataFrame
+        Index ``crank_angle``, or the name of another input angle (deg); one column for each signal in its declared
+        unit, NaN where the method has no solution. Forces are left out where there are none: without a load, without
+        strokes, or where friction can lock the slider; by another method also all that does not follow from the
+        mechanism's loop. ``attrs["units"]`` has the unit of each column, ``attrs["method"]`` the method with its
+        setting.
+
+    Raises
+    ------
+    MotionError
+        If the design cannot make a full turn.
+    RequestError
+        If a name, a parameter or the angles are invalid.
+    """
+    import pandas as pd
+
+    places = {name: tuple(place) for name, place in (points or {}).items()}
+    declared = find_mechanism(mechanism, tuple(places), target)
+    columns = parameter_columns(declared, {**parameters, **_coordinates(places)})
+    request = make_request(declared, metrics=[declared.metrics[0].name], window=declared.full_turn.name)
+    if len(columns[next(iter(columns))]) != 1:
+        raise RequestError("simulate takes one design; evaluate takes many")
+    status = int(evaluate_columns(request, columns).columns["status"][0])
+    if status == Status.NOT_FINITE:
+        _refuse_unusable(declared, columns)
+    if status != Status.OK:
+        sentence = declared.status_sentences[declared.status_labels[status]]
+        raise MotionError(f"no full turn to simulate: {sentence}")
+    count = int(angles) if isinstance(angles, (int, np.integer)) and not isinstance(angles, bool) else None
+    input_angle: npt.NDArray[np.float64] = np.asarray(
+        angles if count is None else np.arange(count) * (360.0 / max(count, 1)), dtype=np.float64
+    )
+    if input_angle.ndim != 1 or len(input_angle) == 0 or not np.isfinite(input_angle).all():
+        raise RequestError("angles must be a positive number of angles or a list of finite angles in degrees")
+    signals, label = motion_signals(declared, columns, input_angle, method, tolerance)
+    frame = pd.DataFrame(signals, index=pd.Index(input_angle, name=declared.input_angle.replace(" ", "_")))
+    frame.attrs["units"] = {signal.name: signal.unit for signal in declared.signals if signal.name in frame}
+    frame.attrs["method"] = label
+    return frame
+
+
+def _refuse_unusable(mechanism: Mechanism, columns: Arrays) -> None:
+    """Raise `RequestError` that names the first parameter of a design whose value is out of its range, if one is."""
+    for name, column in columns.items():
+        parameter, value = mechanism.parameter(name), float(column[0])
+        try:
+            read_value(parameter, value)
+        except RequestError as error:
+            raise RequestError(f"{name}: {error}") from None
+        if value != 0.0 and not SMALLEST_PARAMETER < abs(value) <= LARGEST_PARAMETER:
+            limits = f"{SMALLEST_PARAMETER:g} to {LARGEST_PARAMETER:g}"
+            raise RequestError(f"{name}: {value:g} is outside {limits}, the magnitudes that are computed with")
+
+
+def _coordinates(places: Mapping[str, tuple[float | str, ...]]) -> dict[str, float | str]:
+    """The parameters that are the coordinates of points."""
+    columns: dict[str, float | str] = {}
+    for name, place in places.items():
+        if len(place) != len(COORDINATES):
+            raise RequestError(f"the point {name} has {len(place)} numbers; give along and across, such as (120, 40)")
+        columns |= {f"{name}_{axis}": value for axis, value in zip(COORDINATES, place, strict=True)}
+    return columns

@@ -1,0 +1,116 @@
+"""What the service tells about results, in the words of `explore show` and `explore rank`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+from explore.base.errors import RequestError
+from explore.base.json_text import json_value
+from explore.base.units.shown import headings, read_shown_units
+from explore.figures.exporting.formats import export
+from explore.model.mechanism import Mechanism
+from explore.results.ranking.limits import parse_limits
+from explore.results.ranking.rankings import RankRequest, rank_source
+from explore.results.store.labels import with_labels, with_units
+from explore.results.store.open_results import open_results
+from explore.results.store.results import Results
+from explore.results.store.shown_results import given_units, show_results, units_of_study
+from explore.results.store.summaries import summarise
+from explore.studies.request.names import find_mechanism
+
+
+def open_shown(path: Path) -> Results:
+    """Results in the units of their study."""
+    results = open_results(path)
+    units = read_shown_units(units_of_study(results))
+    return show_results(results, units.with_given(given_units(results)))
+
+
+def with_mechanism(results: Results) -> tuple[Results, Mechanism]:
+    """Results and their mechanism; `RequestError` if this version does not have it."""
+    return results, find_mechanism(results.mechanism, results.points, results.target)
+
+
+def show(results: Results) -> dict[str, Any]:
+    """What `explore show --json` prints, with the name in place of the path on the server, and what ranks them."""
+    named = {"name": results.path.stem, "objectives": results.objectives, "constraints": results.constraints}
+    return dict(json_value({**named, **summarise(results)}))
+
+
+def list_columns(results: Results) -> list[dict[str, Any]]:
+    """The columns: name, unit, role, meaning, and the words of codes."""
+    return [
+        {
+            "name": column.name,
+            "unit": column.unit,
+            "role": column.role,
+            "meaning": column.long_name,
+            "labels": {str(code): label for code, label in column.labels.items()},
+        }
+        for column in results.columns
+    ]
+
+
+def show_design(results: Results, number: int) -> dict[str, Any]:
+    """What `explore show --design NUMBER --json` prints."""
+    design = results.design(number)
+    labelled = {
+        column.name: column.labels.get(int(design[column.name]), design[column.name])
+        if column.labels
+        else design[column.name]
+        for column in results.columns
+    }
+    status, names = str(labelled["status"]), headings(results.scales, labelled)
+    named = {names.get(name, name): value for name, value in labelled.items()}
+    sentence = results.status_sentences.get(status, "")
+    return dict(json_value({**named, "status_label": status, "status_sentence": sentence}))
+
+
+def export_design(path: Path, number: int, ending: str) -> bytes:
+    """The file that `explore export --design NUMBER -o NAME.ENDING` writes, named without the server's folder."""
+    with TemporaryDirectory() as folder:
+        written = Path(folder) / f"design.{ending}"
+        export(open_results(path), written, design=number)
+        return written.read_bytes()
+
+
+def rank_results(
+    path: Path,
+    metrics: Sequence[str],
+    where: str | None,
+    limits: Sequence[str],
+    fronts: int,
+    quality: bool,
+    top: int,
+) -> dict[str, Any]:
+    """The Pareto set, as `explore rank` makes it: one metric orders it, several replace the study's objectives."""
+    results = open_shown(path)
+    several = len(metrics) > 1
+    request = RankRequest(
+        objectives=list(metrics) if several else None,
+        order_by=metrics[0] if metrics and not several else None,
+        fronts=fronts,
+        where=where,
+        limits=parse_limits(list(limits)),
+        quality=quality,
+    )
+    if results.n_committed == 0:
+        raise RequestError("the results hold no designs yet")
+    ranking = rank_source(results, request)
+    table = with_units(with_labels(ranking.frame.head(top), results.columns), results.scales)
+    return dict(
+        json_value(
+            {
+                "objectives": [f"{objective.metric}:{objective.sense}" for objective in ranking.objectives],
+                "order_by": ranking.order_by.metric,
+                "complete": results.is_complete,
+                "committed": results.n_committed,
+                "found": len(ranking.frame),
+                "units": results.units,
+                "designs": table.reset_index().to_dict(orient="records"),
+            }
+        )
+    )

@@ -1,0 +1,1 @@
+"""What is asked: study files, the request that follows from one, and its designs."""

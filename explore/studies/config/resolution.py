@@ -1,0 +1,211 @@
+"""Resolve the sections of a study to its request, designs and objectives, or report all problems."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from explore.base.errors import KeyPath, Problems, RequestError
+from explore.base.suggest import format_value
+from explore.base.units.shown import ShownUnits, explain_entry
+from explore.evaluation.derived import unavailable_metrics
+from explore.model.mechanism import Mechanism
+from explore.model.quantities import Window
+from explore.model.request import Objective, Request
+from explore.studies.config.designs import check_sampling, read_space, space_content
+from explore.studies.config.points import key_of_coordinate, read_points
+from explore.studies.config.remarks import study_remarks
+from explore.studies.config.schema import Evaluate, Rank, Sampling, SceneTable, StudyFile, read
+from explore.studies.config.targets import add_target_section
+from explore.studies.designs.solved_lengths import SolvedSpace
+from explore.studies.designs.spaces import BLOCK_SIZE, DesignSpace
+from explore.studies.request.names import find_mechanism
+from explore.studies.request.requests import RequestArguments, make_objective, resolve_request
+from explore.studies.request.tolerances import resolve_tolerances
+
+
+@dataclass(frozen=True)
+class ResolvedStudy:
+    """A study with all names resolved: the attributes of `explore.studies.config.study.Study` without its text.
+
+    The remarks have their keys.
+    """
+
+    request: Request
+    space: DesignSpace
+    objectives: tuple[Objective, ...]
+    identity: str
+    units: ShownUnits
+    remarks: tuple[tuple[KeyPath, str], ...]
+
+
+def resolve_study(
+    sections: Mapping[str, Any], folder: Path, problems: Problems, table_problems: list[str]
+) -> ResolvedStudy | None:
+    """Resolve all names and numbers of a study; return None if there is any problem.
+
+    Parameters
+    ----------
+    sections
+        The content of a study file.
+    folder
+        The folder that the name of a table of designs is relative to.
+    problems, table_problems
+        The problems of the study and of its table of designs are appended.
+    """
+    study = read(StudyFile, sections, (), problems) or StudyFile()
+    sampling = read(Sampling, study.sampling, ("sampling",), problems)
+    evaluate = read(Evaluate, study.evaluate, ("evaluate",), problems) or Evaluate()
+    rank = read(Rank, study.rank, ("rank",), problems) or Rank()
+    if study.scene is not None:
+        read(SceneTable, study.scene, ("scene",), problems)
+    if sampling is not None:
+        check_sampling(sampling, study.sampling, problems)
+    mechanism = _mechanism(study, has_key="mechanism" in sections, problems=problems)
+    if mechanism is None:
+        return None
+    method = sampling.method if sampling else ""
+    mechanism, parameters = read_points(mechanism, study.points, study.parameters, method, problems)
+    mechanism = add_target_section(mechanism, study.target, folder, problems)
+    units = _units(study, problems)
+    n_before = len(problems)
+    space = read_space(mechanism, parameters, sampling, folder, problems, table_problems)
+    problems[n_before:] = [(key_of_coordinate(mechanism, key), reason) for key, reason in problems[n_before:]]
+    request = _request(mechanism, evaluate, study, problems)
+    objectives = _objectives(request, rank, space, problems)
+    _, tolerance_problems = resolve_tolerances(mechanism, study.tolerances)
+    problems += [(("tolerances", *key), reason) for key, reason in tolerance_problems]
+    if space is not None:
+        problems += _unavailable(request, space)
+    if problems or table_problems or space is None:
+        return None
+    remarks = tuple(study_remarks(study, request, units))
+    return ResolvedStudy(request, space, objectives, _identity(request, space), units, remarks)
+
+
+def _units(study: StudyFile, problems: Problems) -> ShownUnits:
+    """The units to show values in; they determine no column, so they are no part of the identity."""
+    reasons = {name: explain_entry(name, unit) for name, unit in study.units.items()}
+    problems += [(("units", name), reason) for name, reason in reasons.items() if reason]
+    return ShownUnits({name: str(unit) for name, unit in study.units.items() if not reasons[name]})
+
+
+def _mechanism(study: StudyFile, *, has_key: bool, problems: Problems) -> Mechanism | None:
+    if study.mechanism is None:
+        if not has_key:
+            problems.append((("mechanism",), 'is missing; begin the file with mechanism = "crank-rocker"'))
+        return None
+    try:
+        return find_mechanism(study.mechanism)
+    except RequestError as error:
+        problems.append((("mechanism",), str(error)))
+        return None
+
+
+def _request(mechanism: Mechanism, evaluate: Evaluate, study: StudyFile, problems: Problems) -> Request:
+    """The request, valid only when there are no problems."""
+    arguments = RequestArguments(
+        evaluate.metrics, evaluate.window, evaluate.drive, study.constraints, evaluate.tolerance, study.metrics
+    )
+    request, request_problems = resolve_request(mechanism, arguments)
+    problems += [(_key(key), reason) for key, reason in request_problems]
+    return request
+
+
+def _key(key: KeyPath) -> KeyPath:
+    """The key in a study file of an argument of a request."""
+    if key[0] == "formulas":
+        return ("metrics", *key[1:])
+    return key if key[0] == "constraints" else ("evaluate", *key)
+
+
+def _unavailable(request: Request, space: DesignSpace) -> Problems:
+    """Problems of metrics that need a parameter which is 0 or missing in every design."""
+    defaults = {parameter.name: parameter.default for parameter in request.mechanism.parameters}
+    has_nonzero = {axis.name: axis.has_nonzero for axis in space.axes}
+    columns = [metric.name for metric in request.metrics]
+    keys: dict[str, KeyPath] = {name: ("evaluate", "metrics", columns.index(name)) for name in columns}
+    keys |= {formula.name: ("metrics", formula.name) for formula in request.formulas}
+    return [
+        (keys.get(name, ("constraints", name)), reason)
+        for name, reason in unavailable_metrics(request, lambda name: has_nonzero.get(name, bool(defaults[name])))
+    ]
+
+
+def _prescribed_metric(space: DesignSpace | None) -> str:
+    """Name of the metric that is prescribed to solve for a length; empty when none is."""
+    return space.solved_length.metric.name if isinstance(space, SolvedSpace) else ""
+
+
+def _objectives(request: Request, rank: Rank, space: DesignSpace | None, problems: Problems) -> tuple[Objective, ...]:
+    """The objectives of [rank], or those of the mechanism whose metrics the study computes."""
+    prescribed = _prescribed_metric(space)
+    if rank.metrics is None:
+        # The prescribed metric is the same in all designs: only rounding errors would rank them.
+        columns = {metric.name for metric in request.metrics} - {prescribed}
+        defaults = [name for name in request.mechanism.objectives if name.partition(":")[0] in columns]
+        return tuple(make_objective(request, text) for text in defaults)
+    if not rank.metrics:
+        problems.append((("rank", "metrics"), "the list is empty; leave it out to use the default objectives"))
+    metrics_are_valid = not any(key[:2] == ("evaluate", "metrics") for key, _ in problems)
+    objectives: list[Objective] = []
+    for position, text in enumerate(rank.metrics):
+        key = ("rank", "metrics", position)
+        if not isinstance(text, str):
+            problems.append((key, f"must be a string in quotes, got {format_value(text)}"))
+            continue
+        try:
+            objective = make_objective(request, text)
+        except RequestError as error:
+            problems.append((key, str(error)))
+            continue
+        name = objective.metric
+        if metrics_are_valid and (reason := _reason_not_in_results(name, request, space)):
+            problems.append((key, reason))
+        if name == prescribed:
+            problems.append((key, f"{name} is prescribed, so it is the same in all designs; leave it out"))
+        if name in {other.metric for other in objectives}:
+            problems.append((key, f"{name} is listed twice; remove one"))
+        objectives.append(objective)
+    return tuple(objectives)
+
+
+def _reason_not_in_results(name: str, request: Request, space: DesignSpace | None) -> str:
+    """Why the results have no column of that name that varies; empty when they have one."""
+    if name in {parameter.name for parameter in request.mechanism.parameters}:
+        has_axis = space is None or name in {axis.name for axis in space.axes}
+        return "" if has_axis else f"{name} is not among the parameters, so it is the same in all designs; leave it out"
+    is_computed = name in {metric.name for metric in request.metrics}
+    return "" if is_computed else f'{name} is not computed; add "{name}" to the metrics'
+
+
+def _identity(request: Request, space: DesignSpace) -> str:
+    """Everything that determines the columns, as JSON; equal for equal studies, however they are written."""
+    content = {
+        "mechanism": request.mechanism.name,
+        "kernel_version": request.mechanism.kernel_version,
+        **space_content(space),
+        "evaluate": {
+            "window": _window_content(request.window),
+            "drive": request.drive or "none",
+            "metrics": [metric.name for metric in request.metrics],
+            "tolerance": request.tolerance,
+        },
+        "constraints": {c.metric.name: {"min": c.minimum, "max": c.maximum} for c in request.constraints},
+        "block_size": BLOCK_SIZE,
+    }
+    if request.mechanism.points:
+        content["points"] = list(request.mechanism.points)
+    if request.mechanism.target:
+        content["target"] = request.mechanism.target.to_content()
+    if request.formulas:
+        content["formulas"] = {f.name: {"formula": f.long_name, "unit": f.unit} for f in request.formulas}
+    return json.dumps(content, sort_keys=True, separators=(",", ":"), allow_nan=False)
+
+
+def _window_content(window: Window) -> object:
+    ends = {"from": float(window.start), "to": float(window.stop)}
+    return ends if window.name == "interval" else window.name

@@ -1,0 +1,81 @@
+"""Targets of a study, of a request and of results: read, checked against the mechanism, and found again."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+from explore.base.errors import Problems, RequestError
+from explore.base.suggest import closest_name, format_value, suggestion
+from explore.model.mechanism import Mechanism
+from explore.model.targets import FunctionTarget, PathTarget, PosesTarget, Target
+from explore.studies.request.function_targets import read_function_target
+from explore.studies.request.path_targets import read_path_target
+from explore.studies.request.pose_targets import read_poses_target
+
+#: A target, or the section of a study file that describes one.
+TargetOrSection = Target | Mapping[str, Any]
+_Read = Callable[[Mechanism, Mapping[str, Any], Problems, Path], Target | None]
+_READERS: Mapping[str, _Read] = {
+    PathTarget.kind: read_path_target,
+    FunctionTarget.kind: read_function_target,
+    PosesTarget.kind: read_poses_target,
+}
+
+
+def add_target(mechanism: Mechanism, target: TargetOrSection | None) -> Mechanism:
+    """The mechanism with a target.
+
+    Raises
+    ------
+    RequestError
+        With one line ``target.key: reason`` for each problem.
+    """
+    if target is None:
+        return mechanism
+    if isinstance(target, Target):
+        target = target.to_content()
+    problems: Problems = []
+    found = read_target(mechanism, target, problems)
+    if problems or found is None:
+        raise RequestError("\n".join(f"{'.'.join(map(str, ('target', *key)))}: {reason}" for key, reason in problems))
+    return mechanism.with_target(found)
+
+
+def read_target(mechanism: Mechanism, entries: object, problems: Problems, folder: Path = Path()) -> Target | None:
+    """The target that a section describes; None after each of its problems is appended with its key.
+
+    Parameters
+    ----------
+    mechanism
+        With the points of the study.
+    entries
+        The section.
+    problems
+        Keys are those within the section.
+    folder
+        The folder that the name of a file of points is relative to.
+    """
+    kinds = " or ".join(f'"{kind}"' for kind in mechanism.targets)
+    if not mechanism.targets:
+        problems.append(((), f"{mechanism.name} meets no targets; leave it out"))
+        return None
+    if not isinstance(entries, Mapping):
+        problems.append(((), f"must be a table with kind = {kinds}, got {format_value(entries)}"))
+        return None
+    before = len(problems)
+    kind = entries.get("kind")
+    if kind not in list(mechanism.targets):
+        reason = f"{suggestion(str(kind), mechanism.targets)}" if "kind" in entries else f"write kind = {kinds}"
+        problems.append((("kind",) if "kind" in entries else (), f"the kind of target is missing or unknown; {reason}"))
+        kind = closest_name(str(kind), mechanism.targets)  # its other mistakes are said too
+    if kind is None:
+        return None
+    target = _READERS[kind](mechanism, entries, problems, folder)
+    taken = {signal.name for signal in mechanism.signals} | {parameter.name for parameter in mechanism.parameters}
+    for parameter in mechanism.targets[kind].parameters:
+        if parameter.name in taken:
+            reason = f"its parameter {parameter.name} would have the name of another column; rename the point"
+            problems.append(((), reason))
+    return None if len(problems) > before else target

@@ -1,0 +1,39 @@
+"""Names that a user gives to formulas and points: what they must not be."""
+
+from __future__ import annotations
+
+import re
+
+from explore.model.mechanism import Mechanism
+from explore.studies.request.formula_text import RESERVED
+
+_IDENTIFIER = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
+_LONGEST_NAME = 60
+#: Names of columns of all results and of rankings.
+_COLUMNS = (
+    "design", "nodes", "error", "feasible", "status", "front", "results", "knee", "crowding", "hypervolume_share",
+    "alike",
+)  # fmt: skip
+#: Endings of names of margins of constraints, of the words of codes, and of statistics over an interval. Those of
+#: statistics over other windows are the names of these.
+_ENDINGS = ("margin", "label", "interval")
+
+
+def reason_against_name(mechanism: Mechanism, name: str) -> str:
+    """Why a formula or a point cannot have this name, such as that it means something else; empty if it can."""
+    metrics = {*mechanism.metric_names(), *(signal.name for signal in mechanism.signals)}
+    kinds = {
+        "a parameter": {parameter.name for parameter in mechanism.parameters},
+        "a column of all results": _COLUMNS,
+        f"a metric or signal of {mechanism.name}": metrics,
+        "a function or a word of formulas and conditions": RESERVED,
+    }
+    if not _IDENTIFIER.fullmatch(str(name)) or len(name) > _LONGEST_NAME:
+        return f"a name has letters, digits and _, at most {_LONGEST_NAME}, and begins with a letter"
+    for kind, names in kinds.items():
+        if name in names:
+            return f"this is the name of {kind}; choose another"
+    for ending in (*_ENDINGS, *(window.name for window in mechanism.windows)):
+        if name.endswith(f"_{ending}"):
+            return f"names that end with _{ending} are of other columns; choose another"
+    return ""
