@@ -196,7 +196,7 @@ pathlib.Path.read_bytes = lambda self: read(self) + (b"\\n" if self == changed e
 def test_a_change_of_a_module_that_a_kernel_imports_is_noticed(first, tmp_path):
     """A function in the cache holds the code of those that it calls, wherever they stand."""
     cache = shutil.copytree(first[0], tmp_path / "cache")
-    lookups = report(cache, with_a_changed_module("lanes/elementary.py"))
+    lookups = report(cache, with_a_changed_module("base/lanes/elementary.py"))
 
     assert all((hits, misses) == (0, 1) for name, (hits, misses) in lookups.items() if name != "close_all"), lookups
 

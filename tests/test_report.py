@@ -22,7 +22,7 @@ from explore.figures.reporting import contents, rows
 from explore.figures.reporting.packing import ColumnPacker
 
 ROOT = Path(__file__).parent.parent
-PAGE = Path(explore.__file__).parent / "reporting/page"
+PAGE = Path(explore.__file__).parent / "figures/reporting/page"
 SOBOL = """mechanism = "crank-rocker"
 [parameters]
 crank = { min = 50, max = 140 }
@@ -41,7 +41,7 @@ def test_the_bundle_is_built_from_the_sources():
     recorded_hashes = dict(
         reversed(line.split(maxsplit=1)) for line in (PAGE / "bundle/sources.sha256").read_text().splitlines()
     )
-    browser = "../../serving/page/src"
+    browser = "../../../service/page/src"
     files = ["build.sh", "package.json", "package-lock.json", "page.css"]
     files += [f"{folder}/{path.name}" for folder in ("src", browser) for path in (PAGE / folder).glob("*")]
     assert recorded_hashes == {name: hashlib.sha256((PAGE / name).read_bytes()).hexdigest() for name in files}

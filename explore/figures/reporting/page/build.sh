@@ -6,7 +6,7 @@ set -euo pipefail
 cd "$(dirname "$0")"
 
 npm ci --no-audit --no-fund
-browser=../../serving/page
+browser=../../../service/page
 mkdir -p bundle "$browser/bundle"
 node_modules/.bin/esbuild src/main.js --bundle --minify --format=iife --global-name=exploreReport --target=es2022 \
     --charset=ascii --legal-comments=none --metafile=bundle/meta.json --outfile=bundle/report.js

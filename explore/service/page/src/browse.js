@@ -1,9 +1,9 @@
 /** The results browser: whole files are counted by the service; all views share one set of conditions. */
 
-import { onTheme } from "../../../reporting/page/src/theme.js";
-import { el } from "../../../reporting/page/src/dom.js";
-import { countOf } from "../../../reporting/page/src/format.js";
-import { FRONT } from "../../../reporting/page/src/payload.js";
+import { onTheme } from "../../../figures/reporting/page/src/theme.js";
+import { el } from "../../../figures/reporting/page/src/dom.js";
+import { countOf } from "../../../figures/reporting/page/src/format.js";
+import { FRONT } from "../../../figures/reporting/page/src/payload.js";
 import { ask } from "./ask.js";
 import { cloud } from "./cloud.js";
 import { Conditions } from "./conditions.js";

@@ -1,14 +1,14 @@
 /** Density of two columns over all designs, with the Pareto-optimal ones; few designs in a window are drawn one by one. */
 
 import { select } from "d3-selection";
-import { drawAxes } from "../../../reporting/page/src/axes.js";
-import { choice, el, onWidth, resizeCanvas, svg } from "../../../reporting/page/src/dom.js";
-import { FILE_LOOKS } from "../../../reporting/page/src/files.js";
-import { count, titled } from "../../../reporting/page/src/format.js";
-import { mark } from "../../../reporting/page/src/marks.js";
-import { FEASIBLE, FRONT } from "../../../reporting/page/src/payload.js";
-import { axisScale } from "../../../reporting/page/src/scales.js";
-import { colours } from "../../../reporting/page/src/theme.js";
+import { drawAxes } from "../../../figures/reporting/page/src/axes.js";
+import { choice, el, onWidth, resizeCanvas, svg } from "../../../figures/reporting/page/src/dom.js";
+import { FILE_LOOKS } from "../../../figures/reporting/page/src/files.js";
+import { count, titled } from "../../../figures/reporting/page/src/format.js";
+import { mark } from "../../../figures/reporting/page/src/marks.js";
+import { FEASIBLE, FRONT } from "../../../figures/reporting/page/src/payload.js";
+import { axisScale } from "../../../figures/reporting/page/src/scales.js";
+import { colours } from "../../../figures/reporting/page/src/theme.js";
 import { drawCells } from "./cells.js";
 import { query } from "./sources.js";
 import { zoomable } from "./zooming.js";

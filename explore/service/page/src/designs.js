@@ -1,11 +1,11 @@
 /** The chosen design, drawn as in a report: its data are asked for when it is chosen. */
 
-import { el } from "../../../reporting/page/src/dom.js";
-import { designPanel } from "../../../reporting/page/src/design.js";
-import { FRONT } from "../../../reporting/page/src/payload.js";
-import { Pins } from "../../../reporting/page/src/pins.js";
-import { Focus } from "../../../reporting/page/src/selection.js";
-import { RESULTS } from "../../../reporting/page/src/files.js";
+import { el } from "../../../figures/reporting/page/src/dom.js";
+import { designPanel } from "../../../figures/reporting/page/src/design.js";
+import { FRONT } from "../../../figures/reporting/page/src/payload.js";
+import { Pins } from "../../../figures/reporting/page/src/pins.js";
+import { Focus } from "../../../figures/reporting/page/src/selection.js";
+import { RESULTS } from "../../../figures/reporting/page/src/files.js";
 import { query } from "./sources.js";
 
 /** Files that a design is exported to, by their endings. */

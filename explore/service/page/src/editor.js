@@ -1,7 +1,7 @@
 /** The editor of a study or a task: starters and earlier jobs to begin from, mistakes at their lines, dry runs. */
 
-import { el } from "../../../reporting/page/src/dom.js";
-import { raised } from "../../../reporting/page/src/format.js";
+import { el } from "../../../figures/reporting/page/src/dom.js";
+import { raised } from "../../../figures/reporting/page/src/format.js";
 import { ask, askText } from "./ask.js";
 import { freeName } from "./names.js";
 

@@ -1,9 +1,9 @@
 /** One histogram: drag over it to select a range, click to remove it, or type its ends; arrow keys move an end. */
 
-import { el, onWidth, resizeCanvas } from "../../../reporting/page/src/dom.js";
-import { FILE_LOOKS } from "../../../reporting/page/src/files.js";
-import { number, titled, words } from "../../../reporting/page/src/format.js";
-import { colours } from "../../../reporting/page/src/theme.js";
+import { el, onWidth, resizeCanvas } from "../../../figures/reporting/page/src/dom.js";
+import { FILE_LOOKS } from "../../../figures/reporting/page/src/files.js";
+import { number, titled, words } from "../../../figures/reporting/page/src/format.js";
+import { colours } from "../../../figures/reporting/page/src/theme.js";
 
 const HEIGHT = 62;
 /** Shares of the column's span that an arrow key moves an end by, without and with Shift; pixels of a click. */

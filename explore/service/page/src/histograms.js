@@ -1,8 +1,8 @@
 /** Histograms of columns with ranges to select: all designs grey, those within the other columns' ranges in colour. */
 
-import { el } from "../../../reporting/page/src/dom.js";
-import { FILE_LOOKS } from "../../../reporting/page/src/files.js";
-import { words } from "../../../reporting/page/src/format.js";
+import { el } from "../../../figures/reporting/page/src/dom.js";
+import { FILE_LOOKS } from "../../../figures/reporting/page/src/files.js";
+import { words } from "../../../figures/reporting/page/src/format.js";
 import { histogram } from "./histogram.js";
 import { byWeight, query } from "./sources.js";
 

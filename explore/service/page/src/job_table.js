@@ -1,6 +1,6 @@
 /** The table of jobs: a row for each, whose buttons stay the same elements while its numbers change. */
 
-import { el } from "../../../reporting/page/src/dom.js";
+import { el } from "../../../figures/reporting/page/src/dom.js";
 import { ask } from "./ask.js";
 import { freeName } from "./names.js";
 

@@ -1,8 +1,8 @@
 /** The Pareto set of the selected designs, best first; a row is chosen by its button. */
 
-import { choice, el } from "../../../reporting/page/src/dom.js";
-import { count, countOf, number, titled } from "../../../reporting/page/src/format.js";
-import { FRONT } from "../../../reporting/page/src/payload.js";
+import { choice, el } from "../../../figures/reporting/page/src/dom.js";
+import { count, countOf, number, titled } from "../../../figures/reporting/page/src/format.js";
+import { FRONT } from "../../../figures/reporting/page/src/payload.js";
 import { query } from "./sources.js";
 
 /** Designs that are asked for of each of the results, and lines that are shown. */

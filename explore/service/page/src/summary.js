@@ -1,7 +1,7 @@
 /** How many designs are selected, and the conditions, each with a button that removes it. */
 
-import { el } from "../../../reporting/page/src/dom.js";
-import { count, number, words } from "../../../reporting/page/src/format.js";
+import { el } from "../../../figures/reporting/page/src/dom.js";
+import { count, number, words } from "../../../figures/reporting/page/src/format.js";
 
 /**
  * @param {HTMLElement} root

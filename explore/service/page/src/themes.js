@@ -1,6 +1,6 @@
 /** The button that changes between light and dark, which the pages of this service remember on this machine. */
 
-import { isDark, onTheme, toggle } from "../../../reporting/page/src/theme.js";
+import { isDark, onTheme, toggle } from "../../../figures/reporting/page/src/theme.js";
 
 const KEY = "explore-theme";
 

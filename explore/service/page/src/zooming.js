@@ -1,6 +1,6 @@
 /** Zoom of a plot: drag a window over it, buttons, and the keys + - 0 and arrows. */
 
-import { el } from "../../../reporting/page/src/dom.js";
+import { el } from "../../../figures/reporting/page/src/dom.js";
 
 /** Pixels that a drag is at least; how much closer a step comes; share of the window that an arrow key moves by. */
 const CLICK = 4,
