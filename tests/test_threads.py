@@ -3,10 +3,15 @@
 import queue
 import threading
 import time
+import weakref
+from concurrent.futures import ThreadPoolExecutor
 
+import dask
 import pytest
+from dask.callbacks import Callback
 
-from explore.running.threads import BlocksOnThreads, LocalThreads
+from explore.running import threads
+from explore.running.threads import SPARE_BLOCKS, BlocksOnThreads, LocalThreads
 
 
 def ignore(*_, **__):
@@ -22,7 +27,7 @@ class SlowlyEmptied(queue.SimpleQueue):
         return was_empty
 
 
-def test_an_error_ends_the_run_while_a_thread_takes_the_last_block():
+def test_an_error_ends_the_run_while_a_thread_takes_the_last_block(monkeypatch):
     def accept(number, _):
         raise OSError(f"block {number} cannot be written")
 
@@ -30,7 +35,7 @@ def test_an_error_ends_the_run_while_a_thread_takes_the_last_block():
         time.sleep(0.02)  # until the error is raised
 
     runner = BlocksOnThreads(LocalThreads(1), compute, accept, pytest.fail, ignore)
-    runner._waiting = SlowlyEmptied()
+    monkeypatch.setattr(threads.queue, "SimpleQueue", SlowlyEmptied)
     errors = []
 
     def run():
@@ -76,3 +81,49 @@ def test_threads_that_cannot_be_started_leave_none_behind(monkeypatch):
         BlocksOnThreads(LocalThreads(2), abs, ignore, pytest.fail, ignore).run(range(4))
 
     assert threading.active_count() == before
+
+
+def test_callbacks_and_the_pool_of_dask_see_every_block_in_order():
+    """As of its progress bars and profilers; a block that fails is computed again after the others."""
+    seen, names, failed = [], set(), []
+
+    class Profiler(Callback):
+        def _pretask(self, key, *_):
+            seen.append(key)
+
+    def compute(number):
+        names.add(threading.current_thread().name)
+        if number == 3 and not failed:
+            failed.append(number)
+            raise ValueError("once")
+        return -number
+
+    accepted = {}
+    runner = BlocksOnThreads(LocalThreads(1), compute, accepted.__setitem__, pytest.fail, ignore)
+    with Profiler(), ThreadPoolExecutor(1, "of the user") as pool, dask.config.set(pool=pool):
+        runner.run(range(30))
+    assert seen == [("block", number) for number in [*range(30), 3]]
+    assert accepted == {number: -number for number in range(30)}
+    assert names == {"of the user_0"}
+
+
+def test_no_block_starts_while_as_many_results_wait():
+    """The results that wait are at most as many as the spare blocks; none is kept after it is accepted."""
+    started, kept = [], []
+
+    class Result:
+        pass
+
+    def compute(number):
+        started.append(number)
+        return Result()
+
+    def accept(number, result):
+        kept.append(weakref.ref(result))
+        time.sleep(0.01)  # until the threads have computed all that they were given
+        assert len(started) <= number + 2 + SPARE_BLOCKS
+        # The block before is dropped; a thread may hold the one that it computed last.
+        assert sum(each() is not None for each in kept[:-1]) <= 2
+
+    BlocksOnThreads(LocalThreads(2), compute, accept, pytest.fail, ignore).run(range(20))
+    assert len(kept) == 20

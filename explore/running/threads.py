@@ -1,6 +1,9 @@
-"""Blocks on threads of this process. The compiled loops release Python's lock, so that all processors compute.
+"""Blocks on threads of this process, by dask's scheduler without an event loop.
 
-A cluster of threads by dask takes 4 ms of its event loop for each block, which is a fifth of a fast block's time.
+The compiled loops release Python's lock, so that all processors compute. `dask.local.get_async` costs 0.4 ns a design
+of a full block; a cluster of threads takes 4 ms of its event loop for each block, a fifth of a fast block's time.
+Callbacks of dask (progress bars, profilers, caches) that are registered see the blocks, and the pool of dask's
+configuration computes them where there is one.
 """
 
 from __future__ import annotations
@@ -9,7 +12,8 @@ import itertools
 import queue
 import threading
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import suppress
+from concurrent.futures import Future
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from typing import Any
 
@@ -17,11 +21,10 @@ from explore.running.attempts import Attempts
 
 #: Blocks under way beyond one for each thread: they keep the threads busy while a block is committed.
 SPARE_BLOCKS = 2
-#: Seconds after which a wait is begun anew, because some systems deliver Ctrl-C only between two waits.
+#: Blocks of a graph. dask orders a graph before it starts, which takes 0.2 s for so many.
+_GRAPH_SIZE = 10_000
+#: Seconds between two calls of `wait`.
 _WAIT = 1.0
-
-_Numbers = queue.SimpleQueue[int | None]
-_Outcomes = queue.SimpleQueue[tuple[int, Any, BaseException | None]]
 
 
 @dataclass(frozen=True)
@@ -44,7 +47,7 @@ class BlocksOnThreads:
         As in `Attempts`; called in the thread that calls `run`. The next block starts after `accept` returns, which
         bounds the memory. `note` receives the event ``workers`` too.
     wait, stop
-        Called each second without an arrival, and after an error before blocks that run are awaited.
+        Called each second by a thread of its own, and after an error before blocks that run are awaited.
     """
 
     def __init__(
@@ -61,68 +64,107 @@ class BlocksOnThreads:
         self._count, self._compute, self._note = threads.count, compute, note
         self._wait, self._stop = wait, stop
         self._attempts = Attempts(accept, reject, note)
-        self._waiting: _Numbers = queue.SimpleQueue()
-        self._arrived: _Outcomes = queue.SimpleQueue()
 
     def run(self, numbers: Iterable[int]) -> None:
         """Run all blocks; return when each is accepted or rejected. After an error, blocks that run are awaited."""
         remaining = iter(numbers)
         first = list(itertools.islice(remaining, self._count))  # no more threads than blocks
-        # Python does not wait for daemons when it ends, so that a second Ctrl-C ends the process at once.
-        threads = [threading.Thread(target=self._compute_all, daemon=True) for _ in first]
-        self._note("workers", joined=[thread.name for thread in threads], left=[], threads=len(threads))
-        try:
-            for thread in threads:
-                thread.start()
-            self._run(itertools.chain(first, remaining))
-        except BaseException:
-            if self._stop is not None:
-                self._stop()
-            raise
-        finally:
-            # A thread may take the last block between a look at the queue and a wait for its next item.
-            with suppress(queue.Empty):
-                while True:
-                    self._waiting.get_nowait()
-            for _ in threads:
-                self._waiting.put(None)
-            for thread in threads:
-                if thread.is_alive():
-                    thread.join()
-
-    def _run(self, numbers: Iterator[int]) -> None:
-        n_running = 0
-        while True:
-            while n_running < self._count + SPARE_BLOCKS and (number := next(numbers, None)) is not None:
-                self._waiting.put(number)
-                n_running += 1
-            if not n_running:
-                return
-            n_running -= self._settle_next()
-
-    def _settle_next(self) -> bool:
-        """Wait for a block to arrive; return whether it is settled, not to be tried again."""
-        while True:
+        remaining = itertools.chain(first, remaining)
+        threads = _Threads(len(first))
+        self._note("workers", joined=threads.names, left=[], threads=len(first))
+        with threads, _each_second(self._wait):
             try:
-                number, result, problem = self._arrived.get(timeout=_WAIT)
-                break
-            except queue.Empty:
-                if self._wait is not None:
-                    self._wait()
-        is_settled = not self._attempts.settle(number, result, problem)
-        if not is_settled:
-            self._waiting.put(number)
-        return is_settled
+                while blocks := list(itertools.islice(remaining, _GRAPH_SIZE)):
+                    remaining = itertools.chain(self._run_graph(threads, blocks), remaining)
+            except BaseException:
+                if self._stop is not None:
+                    self._stop()
+                raise
 
-    def _compute_all(self) -> None:
-        """Compute blocks until there are no more; what a thread runs."""
-        while (number := self._waiting.get()) is not None:
-            # No variable holds the result, whose memory the next block needs.
-            self._arrived.put((number, *self._attempt(number)))
+    def _run_graph(self, threads: _Threads, numbers: list[int]) -> list[int]:
+        """Run blocks in the order of their numbers; return those to be tried again."""
+        import dask
+        from dask.callbacks import Callback
+        from dask.local import get_async
 
-    def _attempt(self, number: int) -> tuple[Any, BaseException | None]:
-        """Return (result, None), or (None, exception) if the block failed."""
+        again: list[int] = []
+
+        def sort(_: object, state: dict[str, Any]) -> None:
+            state["ready"].sort(reverse=True)  # the last one is the next; dask's own order follows the hashes of keys
+
+        def settle(key: tuple[str, int], outcome: list[Any], *_: object) -> None:
+            if self._attempts.settle(key[1], *outcome):
+                again.append(key[1])
+            outcome.clear()  # dask keeps the list, whose memory the next blocks need
+
+        graph = {("block", number): (self._attempt, number) for number in numbers}
+        pool = dask.config.get("pool", None) or threads
+        callbacks = [*Callback.active, (None, sort, None, settle, None)]
+        get_async(pool.submit, self._count + SPARE_BLOCKS, graph, list(graph), callbacks=callbacks)
+        return again
+
+    def _attempt(self, number: int) -> list[Any]:
+        """Return [result, None], or [None, exception] if the block failed."""
         try:
-            return self._compute(number), None
-        except BaseException as problem:  # else the sweep would wait for this block forever
-            return None, problem
+            return [self._compute(number), None]
+        except BaseException as problem:  # else the sweep would end without another attempt
+            return [None, problem]
+
+
+class _Threads:
+    """Threads for which Python does not wait when it ends: unlike a pool's, a second Ctrl-C ends them at once."""
+
+    def __init__(self, count: int) -> None:
+        self._calls: queue.SimpleQueue[Callable[[], None] | None] = queue.SimpleQueue()
+        self._threads = [threading.Thread(target=self._work, daemon=True) for _ in range(count)]
+        self.names = [thread.name for thread in self._threads]
+
+    def __enter__(self) -> None:
+        try:
+            for thread in self._threads:
+                thread.start()
+        except BaseException:
+            self.__exit__()
+            raise
+
+    def __exit__(self, *_: object) -> None:
+        """Drop the calls that wait, and wait for those that run."""
+        # A thread may take the last call between a look at the queue and a wait for its next item.
+        with suppress(queue.Empty):
+            while True:
+                self._calls.get_nowait()
+        for _thread in self._threads:
+            self._calls.put(None)
+        for thread in self._threads:
+            if thread.is_alive():
+                thread.join()
+
+    def submit(self, function: Callable[..., Any], *arguments: Any) -> Future[Any]:
+        """Call a function that never raises in a thread."""
+        future: Future[Any] = Future()
+        self._calls.put(lambda: future.set_result(function(*arguments)))
+        return future
+
+    def _work(self) -> None:
+        """Do calls until there are no more; what a thread runs."""
+        while call := self._calls.get():
+            call()
+            del call  # holds a result, whose memory the next block needs
+
+
+@contextmanager
+def _each_second(function: Callable[[], None] | None) -> Iterator[None]:
+    """Call a function each second, in a thread of its own, while the context lasts."""
+    ended = threading.Event()
+
+    def call() -> None:
+        while function is not None and not ended.wait(_WAIT):
+            function()
+
+    thread = threading.Thread(target=call, daemon=True)
+    thread.start()
+    try:
+        yield
+    finally:
+        ended.set()
+        thread.join()
