@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import ast
 import random
+from collections import Counter
 from collections.abc import Iterator
+from math import log
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +21,10 @@ _BINARY = ("Add_Sub", "Sub_Add", "Mul_Div", "Div_Mul", "Mul_Add", "FloorDiv_Div"
 _NOT_COMPUTED = {"annassign", "tfpdef", "import_name", "import_from", "decorator"}
 #: Test files that are run for one mistake.
 NEAREST = 4
+#: Folder of the tests that need a browser, and tests that run the blocks of every page.
+_SLOW = {"browser", "test_docs.py"}
+#: Steps of imports counted between a module and a test that does not import it.
+_FAR = 6
 
 
 def draw_mistakes(count: int, seed: int, root: Path, only: str = "") -> Iterator[Mistake]:
@@ -94,7 +100,10 @@ def _mutate(source: str, operator: Any, occurrence: int) -> str:
 
 
 class _NearestTests:
-    """The test files nearest to a module: by words of their names, then by the steps of imports between them."""
+    """The test files nearest to a module: by the steps of imports between them, less what words their names share.
+
+    A shared word counts the more the fewer test files have it in their names.
+    """
 
     def __init__(self, root: Path) -> None:
         self._imports = read_imports(root)
@@ -103,26 +112,32 @@ class _NearestTests:
         for path in sorted((root / "tests").rglob("test_*.py")):
             text = path.read_text(encoding="utf-8")
             used = {module for name, module in names.items() if f"explore.{name}" in text}
-            self._tests[str(path.relative_to(root))] = imports_of_file(path, root) & self._imports.keys() | used
+            if not _SLOW.intersection(path.parts):
+                self._tests[str(path.relative_to(root))] = imports_of_file(path, root) & self._imports.keys() | used
+        self._counts = Counter(word for test in self._tests for word in _words(test))
 
     def of(self, file: str) -> list[str]:
         """The nearest test files of a file of the package."""
-        steps, near = {}, {file}
+        steps, near = dict.fromkeys(self._tests, len(self._imports)), {file}
         for step in range(len(self._imports)):
-            steps |= {test: step for test, files in self._tests.items() if files & near and test not in steps}
+            steps |= {test: min(step, steps[test]) for test, files in self._tests.items() if files & near}
             before = len(near)
             near |= {importer for importer, files in self._imports.items() if files & near}
             if len(near) == before:
                 break
         words = _words(file)
-        by_words = sorted(self._tests, key=lambda test: (-len(words & _words(test)), len(self._tests[test])))
-        by_steps = sorted(steps, key=lambda test: (steps[test], -len(words & _words(test)), len(self._tests[test])))
-        return list(dict.fromkeys([*by_words[: NEAREST // 2], *by_steps]))[:NEAREST]
+        distances = {
+            test: min(steps[test], _FAR) - sum(log(len(self._tests) / self._counts[w]) for w in words & _words(test))
+            for test in self._tests
+        }
+        near = {test for test, distance in distances.items() if distance < _FAR}
+        return sorted(near, key=lambda test: (distances[test], len(self._tests[test]), test))[:NEAREST]
 
 
 def _words(path: str) -> set[str]:
-    """The words of a path, without their endings."""
-    return {word[:6] for part in Path(path).with_suffix("").parts[1:] for word in part.split("_")} - {"test"}
+    """The beginnings of the words of a path, which forms of one word share."""
+    words = {word for part in Path(path).with_suffix("").parts[1:] for word in part.split("_")}
+    return {word[:4] for word in words if len(word) > 2} - {"test"}
 
 
 def _public_names(root: Path) -> dict[str, str]:

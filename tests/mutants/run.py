@@ -75,10 +75,14 @@ def run_tests(tree: Path, tests: Iterable[str], limit: float) -> tuple[int | Non
 
 
 class Baseline:
-    """What the test files say without a mistake, each run once; that also fills the cache of compiled functions."""
+    """What the test files say without a mistake, each run once; that also fills the cache of compiled functions.
+
+    `seconds` is what each took.
+    """
 
     def __init__(self, tree: Path) -> None:
         self.tree = tree
+        self.seconds: dict[str, float] = {}
         self._failures: dict[str, str] = {}
         self._lock = Lock()
 
@@ -87,7 +91,9 @@ class Baseline:
         with self._lock:
             for test in tests:
                 if test not in self._failures:
+                    start = time.monotonic()
                     code, last_line = run_tests(self.tree, [test], 3600.0)
+                    self.seconds[test] = time.monotonic() - start
                     self._failures[test] = "" if code in _PASSED else last_line
             return [self._failures[test] for test in tests if self._failures[test]]
 
@@ -101,7 +107,7 @@ def try_mistake(mistake: Mistake, baseline: Baseline, limit: float) -> Outcome:
         tree = Path(folder) / "tree"
         shutil.copytree(baseline.tree, tree)
         plant(mistake, tree)
-        code, last_line = run_tests(tree, mistake.tests, limit)
+        code, last_line = run_tests(tree, mistake.tests, limit + 2 * sum(baseline.seconds[t] for t in mistake.tests))
     return Outcome(mistake, _VERDICTS.get(code, "ERROR"), time.monotonic() - start, last_line)
 
 
@@ -134,7 +140,7 @@ def main() -> int:
     parser.add_argument("--seed", type=int, default=1, help="the seed of the generator")
     parser.add_argument("--only", default="", metavar="TEXT", help="mistakes in files whose path contains this text")
     parser.add_argument("--workers", type=int, default=1, metavar="N", help="mistakes tried at the same time")
-    parser.add_argument("--limit", type=float, default=300.0, metavar="SECONDS", help="for the tests of one mistake")
+    parser.add_argument("--limit", type=float, default=300.0, metavar="SECONDS", help="added to twice what tests take")
     arguments = parser.parse_args()
     if arguments.draw:
         mistakes = list(draw_mistakes(arguments.draw, arguments.seed, ROOT, arguments.only))
