@@ -176,7 +176,7 @@ def column_of(distinct):
     """A column with a cell for each value, as the index of few values has."""
     least = np.concatenate([[np.nan, np.inf], distinct, [np.inf]])
     counts = np.concatenate([[3, 0], np.arange(1, len(distinct) + 1), [2]])
-    facts = ColumnFacts("axis", float(distinct[0]), float(distinct[-1]), 5, len(distinct))
+    facts = ColumnFacts("axis", float(distinct[0]), float(distinct[-1]), 5, len(distinct), {})
     return IndexedColumn(
         facts, Cells(least, np.where(counts == 0, -np.inf, least), counts), np.empty(0, np.uint16), None
     )

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from served import build_index, serving, wait_settled
+from served import Served, build_index, serving, wait_settled
 from studies import FEW
 
 from explore.service.results_views import open_shown
@@ -170,6 +170,34 @@ def test_an_index_goes_with_its_job(client, served):
     assert client.delete("/api/jobs/gone").status_code == 204
     assert not folder.exists()
     assert client.get("/api/results/gone/index").status_code == 404
+
+
+def flip(folder, kind):
+    """Flip a bit in all files of a kind of an index."""
+    for file in folder.glob(f"*.{kind}"):
+        content = file.read_bytes()
+        file.write_bytes(bytes([content[0] ^ 1]) + content[1:])
+
+
+def test_a_damaged_index_is_made_anew_and_never_shown(tmp_path):
+    """Found while it is read, and when it is opened; both are in the log."""
+    folder, question = tmp_path / "served", {"columns": "crank,cv", "bins": 20, "where": "cv < 0.8"}
+    with serving(folder, grid=FEW) as server, server.client() as client:
+        build_index(client, "grid")
+        flip(folder / "index" / "grid", "cells")
+        answer = client.get("/api/results/grid/histograms", params=question)
+        assert answer.status_code == 409
+        assert answer.json()["detail"] == "the index of grid was damaged and is made anew; load the page again"
+        build_index(client, "grid")
+        right = get(client, "histograms", **question)
+        assert right["selected"] > 0
+    flip(folder / "index" / "grid", "ranges")
+    with Served(folder) as server, server.client() as client:
+        build_index(client, "grid")
+        assert get(client, "histograms", **question) == right
+        assert server.stop() == 0
+    log = (folder / "log" / "grid.jsonl").read_text()
+    assert log.count("index made anew") == 2
 
 
 def test_results_that_are_still_swept_are_not_browsed(client):

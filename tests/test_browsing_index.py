@@ -2,14 +2,16 @@
 
 import json
 import os
+import random
 
 import numpy as np
 import pytest
 
 import explore
 from explore.base.errors import RequestError, ResultsError
+from explore.results.browsing import building, cells, index_files
 from explore.results.browsing.building import build_index
-from explore.results.browsing.index_files import identify, open_index
+from explore.results.browsing.index_files import DamagedIndexError, identify, open_index
 
 STUDY = """mechanism = "crank-rocker"
 [parameters]
@@ -91,3 +93,80 @@ def test_a_damaged_index_is_refused(path, folder, damage):
         (folder / "facts.json").write_text(json.dumps({**facts, "columns": 7}))
     with pytest.raises(ResultsError, match="the index grid is damaged; remove it"):
         open_index(folder, identify(path))
+
+
+@pytest.fixture
+def coarse(path, tmp_path, monkeypatch):
+    """An index with all kinds of files, in seven blocks each."""
+    for module, name, value in (
+        (building, "MOST_DISTINCT", 30),
+        (cells, "_EQUAL_WIDTHS", 10),
+        (cells, "_EQUAL_NUMBERS", 10),
+        (building, "BLOCK", 16),
+        (index_files, "BLOCK", 16),
+    ):
+        monkeypatch.setattr(module, name, value)
+    build_index(explore.open_results(path), tmp_path / "grid", lambda share: None)
+    return tmp_path / "grid"
+
+
+def everything(index):
+    """All that is known from an index, in an order that goes back and forth through the blocks."""
+    rows = np.argsort(np.arange(index.n_designs) * 37 % index.n_designs)
+    return {
+        name: (
+            column.facts,
+            *(part.tobytes() for part in (column.cells.least, column.cells.greatest, column.cells.counts)),
+            column.values(rows).tobytes(),
+            column.numbers[:].tobytes(),
+        )
+        for name, column in index.columns.items()
+    }
+
+
+@pytest.mark.parametrize("flips", [6, pytest.param(100, marks=pytest.mark.slow)])  # in each file
+def test_a_flipped_bit_of_an_index_is_never_shown(path, coarse, flips):
+    identity, chance, refused = identify(path), random.Random(1), set()
+    right = everything(open_index(coarse, identity))
+    assert {file.suffix for file in coarse.iterdir()} == {".json", ".cells", ".ranges", ".values"}
+    for file in coarse.iterdir():
+        sound = file.read_bytes()
+        for place in (0, len(sound) - 1, *(chance.randrange(len(sound)) for _ in range(flips))):
+            damaged = bytearray(sound)
+            damaged[place] ^= 1 << chance.randrange(8)
+            file.write_bytes(damaged)
+            try:
+                index = open_index(coarse, identity)
+                assert index is None or everything(index) == right, (file.name, place)
+            except DamagedIndexError:
+                refused.add(file)
+        file.write_bytes(sound)
+    assert refused == set(coarse.iterdir())
+    assert everything(open_index(coarse, identity)) == right
+
+
+def test_only_what_is_read_is_checked(path, coarse):
+    """A block that nothing was read of since the index was opened may be damaged; the others are given."""
+    index = open_index(coarse, identify(path))
+    file = coarse / "001.cells"
+    damaged = bytearray(file.read_bytes())
+    damaged[2 * 40] ^= 1  # of the third block
+    file.write_bytes(damaged)
+    numbers = index.columns["crank"].numbers
+    assert np.array_equal(numbers[:32], np.frombuffer(damaged, "<u2")[:32])
+    for rows in (slice(30, 33), np.array([99, 47]), slice(0, 100)):
+        with pytest.raises(DamagedIndexError, match="the index grid is damaged"):
+            numbers[rows]
+
+
+def test_values_that_the_disk_gives_back_wrong_are_not_indexed(path, tmp_path):
+    """Damage between the first and the second pass would else become the index."""
+
+    def report(share):
+        if share > 0.5:
+            last = max(next(tmp_path.iterdir()).glob("*.values"))
+            last.write_bytes(b"\x55" * last.stat().st_size)
+
+    with pytest.raises(ResultsError, match="gives back other values than were written"):
+        build_index(explore.open_results(path), tmp_path / "grid", report)
+    assert list(tmp_path.iterdir()) == []

@@ -7,7 +7,7 @@ import zlib
 import numpy as np
 import pytest
 
-from explore.results.store import checksums
+from explore.base import checksums
 
 
 @pytest.mark.parametrize("size", [0, 1, 7, 64, 1000, 524_288, 524_289])
@@ -21,7 +21,7 @@ def test_isal_is_used_and_agrees_with_zlib(size):
 def test_without_isal_zlib_computes_them():
     program = (
         "import sys, zlib\nsys.modules['isal'] = None\n"
-        "from explore.results.store import checksums\nprint(checksums.crc32 is zlib.crc32)"
+        "from explore.base import checksums\nprint(checksums.crc32 is zlib.crc32)"
     )
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
     assert done.stdout == "True\n"

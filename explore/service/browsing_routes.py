@@ -62,8 +62,7 @@ def histograms(
 
     Without `bins` each bin of a column on a grid holds equally many of its values, `values_per_bin`.
     """
-    browsed = station.indexes.get(name)
-    with _COUNTS.taken():
+    with station.indexes.reading(name) as browsed, _COUNTS.taken():
         return _json(describe_histograms(browsed, _split(columns), where, bins))
 
 
@@ -85,8 +84,7 @@ def density(
 
     Without its number of bins and its ends, each bin of an axis on a grid holds equally many of its values.
     """
-    browsed = station.indexes.get(name)
-    with _COUNTS.taken():
+    with station.indexes.reading(name) as browsed, _COUNTS.taken():
         return _json(describe_density(browsed, x, y, where, (bins_x, bins_y), Window(x_low, x_high, y_low, y_high)))
 
 
@@ -104,8 +102,7 @@ def points(
     limit: Annotated[int, Query(ge=1, le=20_000)] = 2000,
 ) -> Response:
     """The selected designs within a window, if they are few enough."""
-    browsed = station.indexes.get(name)
-    with _COUNTS.taken():
+    with station.indexes.reading(name) as browsed, _COUNTS.taken():
         return _json(list_points(browsed, x, y, where, Window(x_low, x_high, y_low, y_high), limit))
 
 

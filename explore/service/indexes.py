@@ -4,18 +4,20 @@ from __future__ import annotations
 
 import threading
 from collections import OrderedDict
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from explore.base.errors import ExploreError
 from explore.results.browsing.building import build_index
 from explore.results.browsing.counting import Counts, Range, count_density
-from explore.results.browsing.index_files import Index, identify, open_index, remove_index
+from explore.results.browsing.index_files import DamagedIndexError, Index, identify, open_index, remove_index
 from explore.results.browsing.selections import Selection
 from explore.results.ranking.conditions import Condition, parse_condition
 from explore.results.store.results import Results
 from explore.service.folder import Folder, State
+from explore.service.jobs import append_event
 from explore.service.queue import Jobs, StateError
 from explore.service.results_views import open_shown
 
@@ -104,11 +106,13 @@ class Indexes:
         """The state "none", "building" or "ready", and the share that is done; `StateError` if it could not be made."""
         path = self._results_path(name)
         with self._changed:
-            if name in self._waiting or name == self._building:
+            if self._is_coming(name):
                 return "building", self._share if name == self._building else 0.0
             if problem := self._problems.pop(name, ""):
                 raise StateError(f"the index of {name} could not be made: {problem}")
-        return ("ready", 1.0) if self._find(name, path) else ("none", 0.0)
+        if self._find(name, path):
+            return "ready", 1.0
+        return ("building" if self._is_coming(name) else "none"), 0.0
 
     def build(self, name: str) -> None:
         """Make an index in the background, unless it is there or under way."""
@@ -128,6 +132,16 @@ class Indexes:
             advice = f"it is {share:.0%} done" if state == "building" else "ask for index?build=true"
             raise StateError(f"the index of {name} is not ready; {advice}")
         return browsed
+
+    @contextmanager
+    def reading(self, name: str) -> Iterator[Browsed]:
+        """Results with their index, which is made anew if it proves to be damaged; `StateError` unless it is ready."""
+        browsed = self.get(name)
+        try:
+            yield browsed
+        except DamagedIndexError:
+            self._renew(name)
+            raise StateError(f"the index of {name} was damaged and is made anew; load the page again") from None
 
     def forget(self, name: str) -> None:
         """Give up the index of a job that is about to be deleted, and close it."""
@@ -160,7 +174,11 @@ class Indexes:
             if name in self._open and self._open[name][0] == identity:
                 self._open.move_to_end(name)
                 return self._open[name][1]
-        index = open_index(self._folder.index_path(name), identity)
+        try:
+            index = open_index(self._folder.index_path(name), identity)
+        except DamagedIndexError:
+            self._renew(name)
+            return None
         if index is None:
             return None
         browsed = Browsed(open_shown(path), index)
@@ -170,6 +188,20 @@ class Indexes:
             while len(self._open) > _MOST_OPEN:
                 self._open.popitem(last=False)
         return browsed
+
+    def _is_coming(self, name: str) -> bool:
+        return name in self._waiting or name == self._building
+
+    def _renew(self, name: str) -> None:
+        """Make a damaged index anew, which replaces it when it is complete."""
+        with self._changed:
+            if self._is_coming(name):
+                return
+            self._open.pop(name, None)
+            self._waiting[name] = None
+            self._changed.notify_all()
+        with suppress(OSError):  # a full disk
+            append_event(self._folder.log_path(name), "index made anew", {"problem": "its files are damaged"})
 
     # --- the thread ---------------------------------------------------------------------------------------------------
 

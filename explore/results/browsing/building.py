@@ -12,17 +12,16 @@ from typing import Any, BinaryIO
 import numpy as np
 import numpy.typing as npt
 
+from explore.base.checksums import crc32
 from explore.base.errors import RequestError, ResultsError
 from explore.model.quantities import FloatArray
 from explore.results.browsing.cells import MOST_DISTINCT, Cells, cell_edges
-from explore.results.browsing.index_files import ColumnFacts, column_path, identify, new_index, write_facts
+from explore.results.browsing.index_files import BLOCK, ColumnFacts, column_path, identify, new_index, write_facts
 from explore.results.browsing.kernels import assign_cells
 from explore.results.store.results import Results
 
 #: Values of a column that the widths of its cells are chosen from, about.
 _SAMPLE = 1 << 18
-#: Values whose cells are found at once.
-_ROWS = 1 << 18
 
 #: Called with the share that is done; may raise to give up.
 ReportShare = Callable[[float], None]
@@ -89,6 +88,7 @@ class _ColumnWriter:
         self._low, self._high, self._missing, self._length = np.inf, -np.inf, 0, 0
         self._distinct: FloatArray | None = np.empty(0)
         self._samples: list[FloatArray] = []
+        self._written, self._checksums = 0, {"cells": [0], "ranges": [0], "values": [0]}
 
     def path(self, kind: str) -> Path:
         """A file of the column."""
@@ -99,6 +99,7 @@ class _ColumnWriter:
         own = values.astype("<f8")
         finite = own[np.isfinite(own)]
         self._length += len(own)
+        self._written = crc32(own, self._written)
         self._missing += len(own) - len(finite)
         self._samples.append(finite[:: self._step])
         if len(finite):
@@ -109,28 +110,43 @@ class _ColumnWriter:
         return own
 
     def write_cells(self, report: ReportShare, share: float) -> None:
-        """Find the cell of each value that was written; reports `share` again and again."""
+        """Find the cell of each value that was written; reports `share` again and again.
+
+        Raises ResultsError if other values are read than were written.
+        """
         edges = cell_edges(*self._ends(), self._distinct, np.concatenate(self._samples))
         least, greatest = np.full(len(edges) + 2, np.inf), np.full(len(edges) + 2, -np.inf)
         least[0] = greatest[0] = np.nan
         counts = np.zeros(len(edges) + 2, np.int64)
         with self.path("values").open("rb") as source, self.path("cells").open("xb") as file:
-            for _ in range(0, self._length, _ROWS):
-                values = np.fromfile(source, "<f8", _ROWS)
-                cells = np.empty(len(values), np.uint16)
+            for _ in range(0, self._length, BLOCK):
+                values = np.fromfile(source, "<f8", BLOCK)
+                self._add_checksum("values", values)
+                cells = np.empty(len(values), "<u2")
                 assign_cells(values, edges, cells, least, greatest, counts)
+                self._add_checksum("cells", cells)
                 file.write(cells.tobytes())
                 report(share)
             _sync(file)
+        if self._checksums["values"][-1] != self._written:
+            raise ResultsError("the disk gives back other values than were written to it")
         with self.path("ranges").open("xb") as file:
-            file.write(np.stack([least, greatest, counts.astype(np.float64)]).astype("<f8").tobytes())
+            ranges = np.stack([least, greatest, counts.astype("<f8")])
+            self._add_checksum("ranges", ranges)
+            file.write(ranges.tobytes())
             _sync(file)
         if Cells(least, greatest, counts).are_exact:
             self.path("values").unlink()
 
     def facts(self, name: str) -> ColumnFacts:
         """The facts of all values."""
-        return ColumnFacts(name, *self._ends(), self._missing, None if self._distinct is None else len(self._distinct))
+        distinct = None if self._distinct is None else len(self._distinct)
+        checksums = {kind: found[1:] for kind, found in self._checksums.items()}
+        return ColumnFacts(name, *self._ends(), self._missing, distinct, checksums)
+
+    def _add_checksum(self, kind: str, values: npt.NDArray[Any]) -> None:
+        found = self._checksums[kind]
+        found.append(crc32(values, found[-1]))
 
     def _ends(self) -> tuple[float | None, float | None]:
         return (None, None) if self._low > self._high else (self._low, self._high)

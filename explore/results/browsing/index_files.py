@@ -2,13 +2,15 @@
 
 ::
 
-    facts.json    what the index is of, and facts of each column
+    facts.json    what the index is of, facts of each column, and checksums of its files and of itself
     000.cells     of the first column, u2 (n): the cell of each committed design, in their order in the file
     000.ranges    least and greatest value of each cell and its number of designs, f8 (3, cells)
     000.values    the values, f8 (n); not there where each cell has one value only
     001.cells     and so on
 
 It is written under another name and renamed when it is complete and durable, so that one cut short is never read.
+A block of 2^18 values is checked when it is first read. Its checksum goes on from that of the block before, so that the
+last one is that of the whole file.
 """
 
 from __future__ import annotations
@@ -25,14 +27,24 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from explore.base.checksums import crc32
 from explore.base.errors import ResultsError
 from explore.base.files import sync_folder, unfinished_name
 from explore.model.quantities import FloatArray
 from explore.results.browsing.cells import Cells
 
 #: Changes when the files change, so that older ones are made anew.
-_FORMAT = 1
+_FORMAT = 2
+#: Values of a file that have a checksum.
+BLOCK = 1 << 18
 _FACTS = "facts.json"
+
+
+class DamagedIndexError(ResultsError):
+    """Files of an index are not what was written."""
+
+    def __init__(self, folder: Path) -> None:
+        super().__init__(f"the index {folder.name} is damaged; remove it from the folder, and make it again")
 
 
 @dataclass(frozen=True)
@@ -49,6 +61,8 @@ class ColumnFacts:
         Number of values that are NaN or infinite.
     distinct
         Number of distinct finite values; None if there are more than are counted.
+    checksums
+        Those of the blocks of its files, by their kind.
     """
 
     name: str
@@ -56,6 +70,31 @@ class ColumnFacts:
     high: float | None
     missing: int
     distinct: int | None
+    checksums: dict[str, list[int]]
+
+
+class CheckedValues:
+    """Values of a file that stay on the disk; each block is checked when one of its values is first read."""
+
+    def __init__(self, path: Path, dtype: str, length: int, checksums: list[int]) -> None:
+        # Compiled functions take arrays that can be written; what is written to this one would not reach the file.
+        self._values = np.asarray(np.memmap(path, dtype=dtype, mode="c"))
+        if len(self._values) != length or len(checksums) != -(-length // BLOCK):
+            raise ValueError(path)
+        self._folder, self._checksums, self._is_sound = path.parent, checksums, np.zeros(len(checksums), bool)
+
+    def __getitem__(self, rows: slice | npt.NDArray[np.int64]) -> npt.NDArray[Any]:
+        if isinstance(rows, slice):
+            first, stop, _ = rows.indices(len(self._values))
+            blocks = np.arange(first // BLOCK, -(-stop // BLOCK))
+        else:
+            blocks = np.unique(rows // BLOCK)
+        for block in blocks[~self._is_sound[blocks]].tolist():
+            before = self._checksums[block - 1] if block else 0
+            if crc32(self._values[block * BLOCK : (block + 1) * BLOCK], before) != self._checksums[block]:
+                raise DamagedIndexError(self._folder)
+            self._is_sound[block] = True
+        return self._values[rows]
 
 
 @dataclass(frozen=True)
@@ -74,8 +113,8 @@ class IndexedColumn:
 
     facts: ColumnFacts
     cells: Cells
-    numbers: npt.NDArray[np.uint16]
-    _values: FloatArray | None
+    numbers: CheckedValues
+    _values: CheckedValues | None
 
     def values(self, rows: slice | npt.NDArray[np.int64]) -> FloatArray:
         """The exact values of some designs in the declared unit."""
@@ -135,7 +174,7 @@ def write_facts(folder: Path, identity: list[int], n_designs: int, columns: list
     """Write what makes the files of a folder an index, durably."""
     facts = {"format": _FORMAT, "of": identity, "designs": n_designs, "columns": [asdict(column) for column in columns]}
     with (folder / _FACTS).open("w", encoding="utf-8") as file:
-        json.dump(facts, file, indent=1)
+        json.dump({**facts, "checksum": _checksum(facts)}, file, indent=1)
         file.flush()
         os.fsync(file.fileno())
 
@@ -145,11 +184,15 @@ def open_index(folder: Path, identity: list[int]) -> Index | None:
 
     Raises
     ------
-    ResultsError
-        If files of the index were changed.
+    DamagedIndexError
+        If files of the index were changed; also when values are read.
     """
     try:
         facts = json.loads((folder / _FACTS).read_text(encoding="utf-8"))
+        if facts["format"] < _FORMAT:
+            return None
+        if facts.pop("checksum") != _checksum(facts):
+            raise DamagedIndexError(folder)
         if facts["format"] != _FORMAT or facts["of"] != identity:
             return None
         columns = [ColumnFacts(**entry) for entry in facts["columns"]]
@@ -157,23 +200,23 @@ def open_index(folder: Path, identity: list[int]) -> Index | None:
         mapped = [_open_column(column, folder, number, n_designs) for number, column in enumerate(columns)]
     except FileNotFoundError:
         return None
-    except (ValueError, KeyError, TypeError):
-        raise ResultsError(
-            f"the index {folder.name} is damaged; remove it from the folder, and make it again"
-        ) from None
+    except (ValueError, KeyError, TypeError, AttributeError):
+        raise DamagedIndexError(folder) from None
     return Index(n_designs, {column.facts.name: column for column in mapped})
 
 
+def _checksum(facts: dict[str, Any]) -> int:
+    return crc32(json.dumps(facts, sort_keys=True).encode())
+
+
 def _open_column(facts: ColumnFacts, folder: Path, number: int, length: int) -> IndexedColumn:
-    least, greatest, counts = np.fromfile(column_path(folder, number, "ranges"), "<f8").reshape(3, -1)
+    ranges = np.fromfile(column_path(folder, number, "ranges"), "<f8")
+    if [crc32(ranges)] != facts.checksums["ranges"]:
+        raise DamagedIndexError(folder)
+    least, greatest, counts = ranges.reshape(3, -1)
     cells = Cells(least, greatest, counts.astype(np.int64))
-    values = None if cells.are_exact else _map(column_path(folder, number, "values"), "<f8", length)
-    return IndexedColumn(facts, cells, _map(column_path(folder, number, "cells"), "<u2", length), values)
 
+    def checked(kind: str, dtype: str) -> CheckedValues:
+        return CheckedValues(column_path(folder, number, kind), dtype, length, facts.checksums[kind])
 
-def _map(path: Path, dtype: str, length: int) -> npt.NDArray[Any]:
-    # Compiled functions take arrays that can be written; what is written to this one would not reach the file.
-    values = np.memmap(path, dtype=dtype, mode="c")
-    if len(values) != length:
-        raise ValueError(path)
-    return np.asarray(values)
+    return IndexedColumn(facts, cells, checked("cells", "<u2"), None if cells.are_exact else checked("values", "<f8"))

@@ -12,10 +12,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from explore.base.checksums import crc32
 from explore.base.errors import ResultsError
 from explore.model.columns import Column
 from explore.model.progress import ReportProgress
-from explore.results.store.checksums import crc32
 from explore.results.store.chunks import chunk_length, decompress_chunk
 from explore.results.store.layout import KEEP_FRONT, Layout
 

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from explore.results.store.checksums import crc32
+from explore.base.checksums import crc32
 from explore.results.store.layout import PAGE
 from explore.results.store.sidecar_files import JOURNAL, JOURNAL_1
 
