@@ -10,6 +10,7 @@ from mutants.run import (
     REQUIRED_DRAWN,
     Baseline,
     Outcome,
+    copy_tree,
     plant,
     row,
     run_tests,
@@ -51,7 +52,9 @@ def tree(tmp_path):
     package.mkdir()
     (package / "__init__.py").touch()
     (package / "__init__.pyi").write_text("from .doubling import double as double\n")
-    (package / "doubling.py").write_text("def double(x: int | None) -> int | None:\n    return x and 2 * x\n")
+    (package / "doubling.py").write_text(
+        "def double(x: int | None, *, y=None) -> int | None:\n    return x and 2 * x\n"
+    )
     (tmp_path / "tests").mkdir()
     (tmp_path / "tests/test_example.py").write_text(
         "from explore.doubling import double\n\ndef test_example():\n    assert double(2) == 4\n"
@@ -76,6 +79,8 @@ def test_drawn_mistakes_follow_from_the_seed_and_leave_types_alone(tree):
     assert drawn != list(draw_mistakes(30, 2, tree))
     assert {mistake.replacement.splitlines()[0] for mistake in drawn} == {drawn[0].text.splitlines()[0]}
     assert {mistake.tests for mistake in drawn} == {("tests/test_example.py",)}
+    for mistake in drawn:
+        compile(mistake.replacement, "", "exec")
     assert {"x or 2 * x", "x and 2 / x"} <= {mistake.replacement.partition("return ")[2].strip() for mistake in drawn}
 
 
@@ -91,6 +96,14 @@ def test_the_nearest_tests_are_those_that_import_a_module_or_are_named_after_it(
 def test_tests_without_end_are_stopped(tree):
     (tree / "tests/test_example.py").write_text("import time\n\ndef test_example():\n    time.sleep(600)\n")
     assert run_tests(tree, ("tests/test_example.py",), 2.0) == (None, "no end after 2 s")
+
+
+def test_a_copy_lacks_results_but_not_the_room_of_that_name(tree, tmp_path):
+    for name in ("results", "site", "explore/results", ".git"):
+        (tree / name).mkdir()
+    copy_tree(tree, tmp_path / "copy")
+    assert {path.name for path in (tmp_path / "copy").iterdir()} == {"explore", "tests"}
+    assert (tmp_path / "copy/explore/results").is_dir()
 
 
 def test_the_share_counts_what_was_noticed():

@@ -48,10 +48,10 @@ def draw_mistakes(count: int, seed: int, root: Path, only: str = "") -> Iterator
     while count:
         path = generator.choices(files, lengths)[0]
         places = _places(sources[path], operators)
-        if places:
-            operator, occurrence = generator.choice(generator.choice(places))
+        mutated = _mutate(sources[path], *generator.choice(generator.choice(places))) if places else ""
+        if mutated and _is_python(mutated):
             file = str(path.relative_to(root))
-            yield Mistake(file, sources[path], _mutate(sources[path], operator, occurrence), tuple(nearest.of(file)))
+            yield Mistake(file, sources[path], mutated, tuple(nearest.of(file)))
             count -= 1
 
 
@@ -81,7 +81,9 @@ def _places(source: str, operators: list[Any]) -> list[list[tuple[Any, int]]]:
 
 
 def _is_left_out(node: Any) -> bool:
-    """Whether a node is a type, an import or a decorator."""
+    """Whether a node is a type, an import, a decorator, or the star between parameters."""
+    if node.type == "operator" and node.parent.type == "parameters":
+        return True
     while node is not None:
         parent = node.parent
         if node.type in _NOT_COMPUTED or (parent and parent.type == "funcdef" and node is parent.annotation):
@@ -97,6 +99,15 @@ def _mutate(source: str, operator: Any, occurrence: int) -> str:
     mutated = mutate_code(source, operator, occurrence)
     assert mutated is not None, (operator, occurrence)
     return mutated
+
+
+def _is_python(source: str) -> bool:
+    """Whether a source compiles: a star before an argument is taken for an operator."""
+    try:
+        compile(source, "", "exec")
+    except SyntaxError:
+        return False
+    return True
 
 
 class _NearestTests:

@@ -31,8 +31,10 @@ from mutants.mistakes import ROOT, Mistake, problems_of, read_mistakes
 REQUIRED_BY_HAND = 0.9
 #: Share of the drawn mistakes that the tests must notice: some of them change nothing.
 REQUIRED_DRAWN = 0.8
-#: Folders of the tree that no test needs.
-_LEFT_OUT = shutil.ignore_patterns(".git", "node_modules", ".*_cache", ".hypothesis", "site", "results")
+#: Files of the tree that no test needs, at any depth.
+_LEFT_OUT = shutil.ignore_patterns(".git", "node_modules", ".*_cache", ".hypothesis")
+#: Folders of the root that no test needs.
+_LEFT_OUT_OF_ROOT = {"site", "results"}
 #: Pytest's exit codes where nothing failed: all passed, and all left out, as in a file of slow tests.
 _PASSED = (0, 5)
 #: Verdicts by pytest's exit code: all passed, some failed, interrupted, and none where the tests did not end.
@@ -47,6 +49,15 @@ class Outcome:
     verdict: str
     seconds: float
     last_line: str
+
+
+def copy_tree(root: Path, target: Path) -> None:
+    """Copy what tests need, with the cache of compiled functions."""
+
+    def left_out(folder: str, names: list[str]) -> set[str]:
+        return _LEFT_OUT(folder, names) | (_LEFT_OUT_OF_ROOT if Path(folder) == root else set())
+
+    shutil.copytree(root, target, ignore=left_out)
 
 
 def plant(mistake: Mistake, tree: Path) -> None:
@@ -152,7 +163,7 @@ def main() -> int:
         return 2
     with tempfile.TemporaryDirectory() as folder:
         master = Path(folder) / "master"
-        shutil.copytree(ROOT, master, ignore=_LEFT_OUT)
+        copy_tree(ROOT, master)
         baseline, outcomes = Baseline(master), []
         with ThreadPoolExecutor(arguments.workers) as pool:
             for outcome in pool.map(lambda m: try_mistake(m, baseline, arguments.limit), mistakes):
