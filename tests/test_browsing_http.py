@@ -1,5 +1,7 @@
 """The results browser over HTTP: its routes count what pandas counts on the loaded file."""
 
+import os
+
 import numpy as np
 import pytest
 from served import Served, build_index, serving, wait_settled
@@ -167,6 +169,8 @@ def test_an_index_goes_with_its_job(client, served):
     build_index(client, "gone")
     folder = served.folder / "index" / "gone"
     assert (folder / "facts.json").exists()
+    os.utime(served.folder / "results" / "gone.h5")
+    assert client.get("/api/results/gone/index").json()["state"] == "none", "it is of another state of the file"
     assert client.delete("/api/jobs/gone").status_code == 204
     assert not folder.exists()
     assert client.get("/api/results/gone/index").status_code == 404

@@ -3,6 +3,7 @@
 import asyncio
 import contextlib
 import json
+import os
 import random
 import re
 import socket
@@ -31,8 +32,9 @@ import explore
 from explore.base.errors import RequestError
 from explore.cli.commands import serve as serve_command
 from explore.cli.options import name_options
-from explore.service import connections
-from explore.service.access import Access
+from explore.service import access, connections, server
+from explore.service.access import Access, Right
+from explore.service.plans import Limits
 from explore.service.server import Place
 from explore.service.turns import Turns
 
@@ -86,6 +88,35 @@ def test_jobs_have_the_owner_that_a_link_was_made_for_and_the_date(client, serve
     assert (job["owner"], job["submitted"][:2]) == ("Anna", "20")
     assert client.get("/api/jobs/few").json()["owner"] == ""
     client.delete("/api/jobs/annas").raise_for_status()
+
+
+def test_the_files_of_tokens_are_for_their_owner_alone(tmp_path):
+    before = os.umask(0)
+    try:
+        Access("http://127.0.0.1:1").write_tokens(tmp_path)
+    finally:
+        os.umask(before)
+    assert {file.name: file.stat().st_mode & 0o777 for file in tmp_path.iterdir()} == {
+        "token": 0o600, "token.read-only": 0o600
+    }  # fmt: skip
+
+
+def test_sessions_end_after_a_month_and_the_oldest_for_a_newer_one(monkeypatch):
+    monkeypatch.setattr(access, "_MOST_SESSIONS", 2)
+    ours = Access("http://127.0.0.1:1")
+
+    def open_session():
+        return ours.open_session(ours.make_link(Right.full).partition("#token=")[2])[0]
+
+    sessions = [open_session() for _ in range(3)]
+    assert [ours.of_session(session) for session in sessions] == [None, Right.full, Right.full]
+    now = time.monotonic()
+    for days, right in ((29.9, Right.full), (30.1, None)):
+        monkeypatch.setattr(access.time, "monotonic", lambda later=now + 86_400.0 * days: later)
+        assert ours.of_session(sessions[-1]) == right
+    late = ours.make_link(Right.full).partition("#token=")[2]
+    monkeypatch.setattr(access.time, "monotonic", lambda: now + 86_400.0 * 31.2)
+    assert ours.open_session(late) is None
 
 
 @pytest.mark.parametrize("other", ['settings={"theme": "dark"}', "a=b c", 'q="unfinished', "=", "é=1"])
@@ -518,6 +549,11 @@ def test_results_are_told_in_the_words_of_the_command_line(client, served):
     assert answer["designs"] == ranked
     assert len(ranked) > 0
     assert (answer["order_by"], answer["found"]) == ("cv", len(ranked))
+    two = json.loads(run("rank", str(file), "--metric", "cv", "--metric", "swing_angle:max", "--fronts", "2", "--json",
+                         cwd=ROOT).stdout)  # fmt: skip
+    query = {"metric": ["cv", "swing_angle:max"], "fronts": 2}
+    assert client.get("/api/results/few/rank", params=query).json()["designs"] == two
+    assert {row["front"] for row in two} == {1, 2}
     design = json.loads(run("show", str(file), "--design", "2", "--json", cwd=ROOT).stdout)
     assert client.get("/api/results/few/design/2").json() == design
     shown = json.loads(run("show", str(file), "--json", cwd=ROOT).stdout)
@@ -641,9 +677,24 @@ def test_the_end_of_a_line_after_a_token_does_no_harm(served):
         (b"HTTP/1.1 200 OK\r\nContent-Length: 4\r\n\r\n<p>x", "answers no JSON; is it a service of explore"),
         (b'HTTP/1.1 200 OK\r\nContent-Length: 40\r\n\r\n{"jo', "broke off its answer"),
         (b"no HTTP\r\n\r\n", "no service answers at"),
+        (b"HTTP/1.1 302 Found\r\nLocation: http://127.0.0.1:9/\r\nContent-Length: 0\r\n\r\n", "answers 302 Found"),
     ],
 )
 def test_answers_of_other_servers_and_broken_ones_are_told_in_words(answer, reason):
+    with answering(answer) as url, pytest.raises(explore.ServiceError, match=reason):
+        explore.Service(url, "token").jobs()
+
+
+def test_a_download_that_breaks_off_leaves_no_file(tmp_path):
+    answer = b"HTTP/1.1 200 OK\r\nContent-Length: 40\r\n\r\nHDF5"
+    with answering(answer) as url, pytest.raises(explore.ResultsError, match="4 of 40 bytes arrived; fetch it again"):
+        explore.Service(url, "token").job("few").results(tmp_path / "few.h5")
+    assert list(tmp_path.iterdir()) == []
+
+
+@contextlib.contextmanager
+def answering(answer):
+    """A server that gives one answer of these bytes."""
     with socket.create_server(("127.0.0.1", 0)) as other:
 
         def reply():
@@ -654,8 +705,7 @@ def test_answers_of_other_servers_and_broken_ones_are_told_in_words(answer, reas
 
         thread = threading.Thread(target=reply)
         thread.start()
-        with pytest.raises(explore.ServiceError, match=reason):
-            explore.Service(f"http://127.0.0.1:{other.getsockname()[1]}", "token").jobs()
+        yield f"http://127.0.0.1:{other.getsockname()[1]}"
         thread.join(10)
 
 
@@ -788,6 +838,14 @@ def test_what_is_wrong_is_said_before_anything_is_served(tmp_path):
         assert reason in run("serve", *arguments, cwd=tmp_path, code=2).stderr
     assert [file.name for file in tmp_path.iterdir()] == ["mine"]
     assert [file.name for file in (tmp_path / "mine").iterdir()] == ["grid.h5"]
+
+
+def test_limits_on_the_command_line(tmp_path, monkeypatch):
+    given = []
+    monkeypatch.setattr(server, "serve", lambda folder, place, limits, *_: given.append(limits))
+    options = ("--max-designs", "1", "--max-bytes", "2", "--max-queue", "3", "--max-hours", "0.5")
+    run("serve", "new", *options, cwd=tmp_path)
+    assert given == [Limits(designs=1, bytes=2, queue=3, seconds=1800.0)]
 
 
 def test_a_folder_to_fetch_into_is_refused_before_the_sweep(served, tmp_path):

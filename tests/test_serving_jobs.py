@@ -15,12 +15,13 @@ from command_line import run
 from studies import FEW, GOOD
 
 from explore.base.errors import ConfigError, RequestError, ResultsError
+from explore.service.estimates import Estimates
 from explore.service.folder import Folder, State, check_name
 from explore.service.job_files import Kind, Refinement, read_job_file
-from explore.service.jobs import append_event, read_events
+from explore.service.jobs import Job, append_event, read_events
 from explore.service.plans import Limits, check_limits, make_plan
 from explore.service.queue import Jobs, StateError, UnknownJobError
-from explore.service.runner import Work
+from explore.service.runner import Runner, Work
 from explore.service.station import open_station
 from explore.synthesis.tasks.task_files import task_starter
 
@@ -204,6 +205,25 @@ def test_what_is_no_study_is_refused(content, jobs):
         jobs.submit("grid", content)
 
 
+@pytest.mark.parametrize(
+    ("facts", "left"),
+    [
+        ({"designs": 100, "done": 40, "computed": 20, "seconds": 10.0}, 30.0),
+        ({"steps": 7, "steps_done": 2, "seconds": 10.0}, 25.0),
+        ({"designs": 100}, None),
+    ],
+)
+def test_the_seconds_left_are_those_of_what_is_not_done(facts, left):
+    assert Job("x", State.running, **facts).to_json()["seconds_left"] == left
+
+
+def test_threads_share_the_work_of_an_estimate(jobs, tmp_path, monkeypatch):
+    estimates = Estimates(tmp_path, workers=4)
+    monkeypatch.setattr(estimates._calls, "call", lambda *_: 2.0)
+    assert estimates.seconds(FEW.encode(), jobs.plan("few", FEW.encode())) == (8 * 2.0 / 4, "")
+    estimates.close()
+
+
 def test_limits_refuse_in_words(jobs, tmp_path):
     plan = make_plan(read_job_file("grid", FEW.encode()))
     assert (plan.mechanism, plan.designs, plan.blocks) == ("crank-rocker", 8, 1)
@@ -341,6 +361,21 @@ def test_a_sweep_that_is_killed_without_progress_has_failed(tmp_path):
         job = station.jobs.get("long")
     assert len(killed) == 3
     assert job.reason == "its process was killed by signal 9, 3 times without progress; is memory short?"
+
+
+def test_kills_are_counted_from_the_last_progress(jobs, tmp_path, monkeypatch):
+    jobs.submit("long", LONG.encode())
+    runner = Runner(jobs, Folder(tmp_path / "served"), Work())
+    done = iter([0, 0, 5, 5, 5, 5])
+
+    def killed(job):
+        jobs.report("long", done=next(done))
+        return -9, ""
+
+    monkeypatch.setattr(runner, "_sweep", killed)
+    runner._run(jobs.take())
+    assert jobs.get("long").state == State.failed
+    assert list(done) == [5], "two kills, one after progress, two more"
 
 
 @pytest.fixture
