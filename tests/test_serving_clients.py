@@ -8,10 +8,10 @@ import pytest
 from command_line import on_terminal, run
 from refinable import BASE, TASK
 from served import serving, wait_settled
-from studies import FEW
+from studies import FEW, GOOD
 
 import explore
-from explore.base.errors import RequestError
+from explore.base.errors import ConfigError, RequestError
 from explore.cli import progress
 from explore.service.client import JobProgress
 from explore.service.inlined_points import with_points
@@ -118,6 +118,47 @@ def test_points_of_a_file_are_sent_with_the_text(served, tmp_path):
     }  # fmt: skip
     (tmp_path / "path.csv").write_text("x,y\n1,2\n3\n")
     assert "drawn.toml:13: target.file: " in run("submit", "drawn.toml", *at, cwd=tmp_path, code=2).stderr
+
+
+@pytest.mark.parametrize(
+    ("target", "rows", "key"),
+    [
+        ('task = "path"\n[target]\nclosed = true\n', "x,y\n600,300\n650.5,330.25\n700,310\n650,280\n", "points"),
+        ('kind = "path"\npoint = "pen"\n', "y,x\n300,600\n330.25,650.5\n310,700\n", "points"),
+        ('kind = "poses"\npoint = "pen"\n', "x,y,angle\n600,300,37.7\n650.5,330,29.3\n", "poses"),
+        ('kind = "function"\n', "input,output\n0.1,20\n30,25.7\n60,25\n", "table"),
+    ],
+)
+def test_python_sends_the_points_of_a_file_too(served, tmp_path, monkeypatch, target, rows, key):
+    """Those that were read when the object was made, wherever the file is now."""
+    monkeypatch.chdir(tmp_path)
+    pen = "[points.pen]\nalong = 300\nacross = 100\n" if "pen" in target else ""
+    is_task = target.startswith("task")
+    text = f'{target if is_task else f"{GOOD}{pen}[target]{chr(10)}{target}"}file = "rows.csv"\n'
+    (tmp_path / "rows.csv").write_text(rows)
+    (tmp_path / "drawn.toml").write_text(text)
+    loaded = (explore.load_task if is_task else explore.load_study)("drawn.toml")
+    (tmp_path / "rows.csv").unlink()
+    service = explore.Service(served.url, served.token)
+    name = f"python-{len(text)}"
+    service.submit(loaded, name=name).cancel()
+    with served.client() as client:
+        sent = client.get(f"/api/jobs/{name}/study").text
+    values = [[float(value) for value in row.split(",")] for row in rows.splitlines()[1:]]
+    values = [[x, y] for y, x in values] if rows.startswith("y") else values
+    assert tomllib.loads(sent) == {
+        **tomllib.loads(text),
+        "target": {**{k: v for k, v in tomllib.loads(text)["target"].items() if k != "file"}, key: values},
+    }
+    with pytest.raises(ConfigError, match="target.file"):
+        service.submit(text, name="python-text")
+
+
+def test_what_cannot_be_sent_with_the_text_is_refused(served, tmp_path):
+    (tmp_path / "rows.csv").write_text("x,y,angle\n12.06,13.06,37.7\n10.46,16.81,29.3\n5.8,18.66,23.6\n")
+    (tmp_path / "task.toml").write_text('task = "motion"\n[target]\nfile = "rows.csv"\n')
+    with pytest.raises(RequestError, match=r"^line 3: target.file: a service reads no file by its name"):
+        explore.Service(served.url, served.token).submit(explore.load_task(tmp_path / "task.toml"), name="moved")
 
 
 def test_a_job_is_prioritised_cancelled_retried_and_deleted_from_python(served):

@@ -96,7 +96,8 @@ class Service:
         Parameters
         ----------
         study
-            A study, a task from `load_task`, or the text of a file of either.
+            A study, a task from `load_task`, or the text of a file of either. The points of a file that a target
+            names are sent with the text; a text must have them.
         name
             Name of the job and of its results: lower-case letters, digits, - and _.
         keep
@@ -271,17 +272,17 @@ def refined_name(job: str) -> str:
 
 def _submission(study: Study | TaskFile | str, name: str, keep: str) -> tuple[str, dict[str, Any]]:
     """The route and the content that submit a study or a task."""
-    text = study if isinstance(study, str) else _text(study)
+    if isinstance(study, str):
+        text = study
+    else:  # of modules that take a second to import
+        from explore.service.inlined_points import text_with_points
+
+        text = text_with_points(study)
     if not _is_task(text):
         return "/api/studies", {"name": name, "study": text, "keep": keep}
     if keep != "all":
         raise RequestError('a task keeps all its linkages; write `keep="all"`')
     return "/api/tasks", {"name": name, "task": text}
-
-
-def _text(study: Study | TaskFile) -> str:
-    """The text of a study or task, told apart without an import of either, which would take a second."""
-    return study.to_toml() if hasattr(study, "to_toml") else study.text
 
 
 def _is_task(text: str) -> bool:

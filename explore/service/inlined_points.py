@@ -8,12 +8,14 @@ from typing import Any
 
 from explore.base.errors import RequestError
 from explore.studies.config import key_lines
+from explore.studies.config.study import Study
 from explore.studies.config.study_file import parse_study
 from explore.studies.config.toml_text import format_toml
-from explore.synthesis.tasks.task_files import parse_task
+from explore.synthesis.tasks.task_files import TaskFile, parse_task
 
-#: The key of a target that names a file, and what a target has in its place.
-_KEY, _GIVEN = ("target", "file"), ("points", "crank_angles")
+#: The key of a target that names a file, and what targets have in its place.
+_KEY, _PATH = ("target", "file"), ("points", "crank_angles")
+_GIVEN = (*_PATH, "poses", "table")
 
 
 def with_points(text: str, file: Path) -> str:
@@ -30,26 +32,44 @@ def with_points(text: str, file: Path) -> str:
         sections = tomllib.loads(text)
     except (tomllib.TOMLDecodeError, RecursionError):
         return text  # whose problems the service tells
-    target = sections.get("target")
-    if not isinstance(target, dict) or not isinstance(target.get("file"), str):
+    if not _names_file(sections):
         return text
-    content = _target(text, file, is_task="task" in sections and "mechanism" not in sections)
-    missing = "points" not in content or ("timed_error_rms" in content and "crank_angles" not in content)
+    is_task = "task" in sections and "mechanism" not in sections
+    given = (parse_task if is_task else parse_study)(text, str(file), file.parent)
+    return _written(text, given, f"{file}:")
+
+
+def text_with_points(given: Study | TaskFile) -> str:
+    """The text of a study or task with the points that were read, as `with_points`."""
+    text = given.text if isinstance(given, TaskFile) else given.to_toml()
+    return _written(text, given, "line ") if _names_file(tomllib.loads(text)) else text
+
+
+def _names_file(sections: dict[str, Any]) -> bool:
+    target = sections.get("target")
+    return isinstance(target, dict) and isinstance(target.get("file"), str)
+
+
+def _written(text: str, given: Study | TaskFile, place: str) -> str:
+    """The text with the points of what was read from it; `place` stands before the number of a line in errors."""
+    content = _target(given)
+    missing = content.keys().isdisjoint(_GIVEN) or ("timed_error_rms" in content and "crank_angles" not in content)
     lines = text.replace("\r\n", "\n").split("\n")
     number = key_lines.line_of(key_lines.locate("\n".join(lines)), _KEY) - 1
     if missing or not lines[number].lstrip().startswith("file"):
         raise RequestError(
-            f"{file}:{number + 1}: target.file: a service reads no file by its name, and this one cannot be sent with "
+            f"{place}{number + 1}: target.file: a service reads no file by its name, and this one cannot be sent with "
             "the text; write its rows into the text"
         )
     lines[number] = format_toml({key: content[key] for key in _GIVEN if content.get(key)}).strip()
     return "\n".join(lines)
 
 
-def _target(text: str, file: Path, *, is_task: bool) -> dict[str, Any]:
+def _target(given: Study | TaskFile) -> dict[str, Any]:
     """The target of a study or a task, with the names of what its solver measures."""
-    if is_task:
-        task = parse_task(text, str(file), file.parent).task
-        return {**dict.fromkeys(task.measured, True), **(task.target or {})}
-    target = parse_study(text, str(file), file.parent).request.mechanism.target
-    return dict(target.to_content()) if target else {}
+    if isinstance(given, TaskFile):
+        target = given.task.target or {}
+        # The tables and poses that a task searches with are not in the form of its file.
+        return {**dict.fromkeys(given.task.measured, True), **{key: target[key] for key in _PATH if key in target}}
+    asked = given.request.mechanism.target
+    return dict(asked.to_content()) if asked else {}
