@@ -303,14 +303,17 @@ def test_progress_counts_all_parts(folder, robustness):
         folder / "study.h5", designs=int(robustness.designs.index[0]), draws=(1 << 18) + 10,
         report_progress=lambda done, total: seen.append((done, total)),
     )  # fmt: skip
-    assert len(seen) >= 2  # after each piece, and each second
-    assert seen == sorted(seen)
-    assert seen[-1] == ((1 << 18) + 10, (1 << 18) + 10)
+    assert len(seen) >= 3  # after each piece, the rest, and each second
+    assert [done for done, _ in seen] == sorted(done for done, _ in seen)
+    totals = [total for _, total in seen]
+    assert totals == sorted(totals, reverse=True), "what is not needed is left out when the failures are counted"
+    assert seen[-1][0] == totals[-1] > (1 << 18) + 10
 
 
-def test_slow_parts_are_counted_and_end_at_once(folder, robustness, monkeypatch):
+@pytest.mark.parametrize("draws", [1 << 18, 2])  # while parts are drawn, and while rare failures are searched
+def test_slow_parts_are_counted_and_end_at_once(folder, robustness, monkeypatch, draws):
     """Ctrl-C reaches the threads between two slices of parts, not after a piece of 262,144."""
-    evaluate, seen, evaluated = outcomes.evaluate_columns, [], []
+    evaluate, seen, evaluated, raised = outcomes.evaluate_columns, [], [], []
 
     def slowly(request, columns):
         time.sleep(0.6)
@@ -319,14 +322,16 @@ def test_slow_parts_are_counted_and_end_at_once(folder, robustness, monkeypatch)
 
     def interrupt(done, total):
         seen.append((done, total))
-        if len(seen) == 2:
+        if len(seen) >= 2 and done > 2:
+            raised.append(time.monotonic())
             raise KeyboardInterrupt
 
     monkeypatch.setattr(outcomes, "evaluate_columns", slowly)
     with pytest.raises(KeyboardInterrupt):
         explore.tolerance(
-            folder / "study.h5", designs=int(robustness.designs.index[0]), draws=1 << 18, report_progress=interrupt
+            folder / "study.h5", designs=int(robustness.designs.index[0]), draws=draws, report_progress=interrupt
         )
+    assert time.monotonic() - raised[0] < 1.0  # the slice of 0.6 s that runs, and a busy machine
     assert 0 < seen[0][0] < seen[-1][0] < seen[-1][1]
     assert sum(evaluated) < 1 << 14
     assert not [thread for thread in threading.enumerate() if "_compute_all" in thread.name]

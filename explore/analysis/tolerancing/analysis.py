@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from explore.analysis.tolerancing.box import WorstCase, find_worst_case
+from explore.analysis.tolerancing.box import WorstCase, find_worst_case, searched_parts
 from explore.analysis.tolerancing.derivatives import Derivatives, differentiate
-from explore.analysis.tolerancing.failures import Failure, estimate_failure
+from explore.analysis.tolerancing.failures import Failure, estimate_failure, most_parts
 from explore.analysis.tolerancing.outcomes import BoolArray, TolerancedRequest
 from explore.analysis.tolerancing.spreads import PartCounts
 from explore.model.quantities import FloatArray
@@ -39,6 +39,11 @@ class Analysis:
     def worst(self, metric: str, sense: str) -> float:
         """The worst value of a metric over the box."""
         return (self.worst_case.high if sense == "min" else self.worst_case.low)[metric].value
+
+
+def most_analysed(request: TolerancedRequest, parts: PartCounts | None) -> int:
+    """Largest number of parts that `analyse` evaluates, but for derivatives; None for parts that are not drawn yet."""
+    return searched_parts(request) + most_parts(parts.count - parts.feasible if parts else 0)
 
 
 def analyse(request: TolerancedRequest, nominal: Mapping[str, float], parts: PartCounts, seed: int) -> Analysis:

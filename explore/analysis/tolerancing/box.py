@@ -75,6 +75,12 @@ def find_worst_case(request: TolerancedRequest, nominal: Mapping[str, float], se
     return WorstCase(*search.extremes(), has_unassembled, has_infeasible)
 
 
+def searched_parts(request: TolerancedRequest) -> int:
+    """Number of parts that the search evaluates."""
+    corners = min(1 << len(request.tolerances), _MOST_CORNERS)
+    return corners + 1 + _N_INSIDE + 2 * _N_ROUNDS * _N_ROUND * len(request.metrics)
+
+
 def _corners(d: int, random: np.random.Generator) -> FloatArray:
     """The corners of the unit box, (d, n)."""
     if 2**d <= _MOST_CORNERS:

@@ -89,6 +89,11 @@ def estimate_failure(fails: Fails, dimensions: int, failures: int, count: int, r
     return weighted
 
 
+def most_parts(failures: int) -> int:
+    """Largest number of parts that `estimate_failure` asks for."""
+    return 0 if failures >= ENOUGH else len(_SPREADS) * _N_LOOK + _N_ROUNDS * _MOST_POINTS * _N_STEPS + N_WEIGHTED
+
+
 def find_failures(fails: Fails, dimensions: int, random: np.random.Generator) -> FloatArray:
     """The most probable failures in different directions, nearest first, (k, d); none if no failure is found."""
     spread = np.repeat(_SPREADS, _N_LOOK)

@@ -23,8 +23,8 @@ from explore.studies.request.requests import TOLERANCES
 from explore.studies.request.tolerances import Tolerance
 
 BoolArray = npt.NDArray[np.bool_]
-#: Parts that are evaluated at once where somebody watches, at first, and seconds that this is to take.
-_FIRST_SLICE, _SLICE_SECONDS = 256, 0.5
+#: Parts that are evaluated at once where somebody watches, at first and at least, and seconds that this is to take.
+_LEAST_SLICE, _SLICE_SECONDS = 16, 0.25
 _WATCH: ContextVar[Callable[[int], None] | None] = ContextVar("watch", default=None)
 
 
@@ -40,7 +40,7 @@ def watching(watch: Callable[[int], None]) -> Iterator[None]:
 
 def _evaluate(request: Request, columns: Arrays, count: int) -> Arrays:
     """The columns of parts; no bit depends on the slices that are evaluated while somebody watches."""
-    watch, start, size, slices = _WATCH.get(), 0, _FIRST_SLICE, list[Arrays]()
+    watch, start, size, slices = _WATCH.get(), 0, _LEAST_SLICE, list[Arrays]()
     if watch is None:
         return evaluate_columns(request, columns).columns
     while start < count:
@@ -49,7 +49,8 @@ def _evaluate(request: Request, columns: Arrays, count: int) -> Arrays:
         slices.append(evaluate_columns(request, {name: column[part] for name, column in columns.items()}).columns)
         watch(min(size, count - start))
         start += size
-        size = size * 4 if time.monotonic() - began < _SLICE_SECONDS else max(size // 4, _FIRST_SLICE)
+        fitting = size * _SLICE_SECONDS / max(time.monotonic() - began, 1e-9)
+        size = int(min(max(fitting, _LEAST_SLICE), 4 * size))
     return {name: np.concatenate([each[name] for each in slices]) for name in slices[0]}
 
 

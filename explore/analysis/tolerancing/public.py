@@ -67,7 +67,7 @@ def tolerance(
     restart
         Move an existing file aside.
     report_progress
-        Called with the numbers of parts drawn and to draw.
+        Called with the numbers of parts evaluated and, at most, to be evaluated.
 
     Returns
     -------

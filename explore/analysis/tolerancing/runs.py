@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from explore.analysis.refining.generations import PARENT
-from explore.analysis.tolerancing.analysis import Analysis, analyse
+from explore.analysis.tolerancing.analysis import Analysis, analyse, most_analysed
 from explore.analysis.tolerancing.outcomes import TolerancedRequest, watching
 from explore.analysis.tolerancing.spreads import PIECE, PartCounts, count_parts, merge_counts
 from explore.base.errors import ClusterError, ResultsError
@@ -79,20 +79,15 @@ class ToleranceRun:
         progress: ReportProgress | None = None,
         listener: Listener | None = None,
     ) -> list[Analysis]:
-        """Analyse all designs; `progress` is called with the numbers of parts drawn and to draw."""
+        """Analyse all designs.
+
+        `progress` is called with the numbers of parts evaluated and, at most, to be evaluated.
+        """
         starts = range(0, self.draws, PIECE)
         n_pieces, n_designs = len(starts), len(self.designs)
-        n_done, watch = 0, _Watch()
-
-        def report(number: int) -> None:
-            nonlocal n_done
-            start = starts[number % n_pieces]
-            n_done += min(PIECE, self.draws - start)
-            wait()
-
-        def wait() -> None:
-            if progress is not None:
-                progress(max(n_done, min(watch.n_evaluated, self.draws * n_designs)), self.draws * n_designs)
+        pieces, rests = range(n_pieces * n_designs), range(n_pieces * n_designs, (n_pieces + 1) * n_designs)
+        sizes = [min(PIECE, self.draws - start) for start in starts] * n_designs
+        watch = _Watch(progress, [*sizes, *[most_analysed(self.request, None)] * n_designs])
 
         def piece(number: int) -> _Task:
             design, start = self.designs[number // n_pieces], starts[number % n_pieces]
@@ -101,28 +96,50 @@ class ToleranceRun:
 
         with cluster as workers:
             tasks = _Tasks(workers, self.request.request.mechanism.name, watch, listener)
-            pieces: list[PartCounts] = tasks.run(piece, range(n_pieces * n_designs), report, wait)
-            parts = [merge_counts(pieces[k : k + n_pieces]) for k in range(0, len(pieces), n_pieces)]
+            counts: list[PartCounts] = tasks.run(piece, pieces)
+            parts = [merge_counts(counts[k : k + n_pieces]) for k in range(0, len(counts), n_pieces)]
+            watch.sizes[rests.start :] = [most_analysed(self.request, each) for each in parts]
 
             def rest(number: int) -> _Task:
-                k = number - len(pieces)  # the number of a task is its own in the whole run
+                k = number - rests.start  # the number of a task is its own in the whole run
                 return partial(analyse, self.request, self.designs[k], parts[k], self.seed)
 
-            found: list[Analysis] = tasks.run(rest, range(len(pieces), len(pieces) + n_designs))
+            found: list[Analysis] = tasks.run(rest, rests)
         return found
 
 
 class _Watch:
-    """Counts the parts that threads evaluate, and ends their tasks once it is stopped."""
+    """Counts the parts that are evaluated, and ends the tasks of threads once it is stopped.
 
-    def __init__(self) -> None:
-        self.n_evaluated, self._lock, self._stopped = 0, threading.Lock(), threading.Event()
+    Parameters
+    ----------
+    progress
+        Called with the numbers of parts evaluated and to be evaluated.
+    sizes
+        Parts of each task, at most; one that is finished counts as so many.
+    """
 
-    def __call__(self, count: int) -> None:
+    def __init__(self, progress: ReportProgress | None, sizes: list[int]) -> None:
+        self.sizes, self._progress, self._counted = sizes, progress, [0] * len(sizes)
+        self._lock, self._stopped = threading.Lock(), threading.Event()
+
+    def count(self, number: int, count: int) -> None:
+        """Count parts of a task; called in its thread."""
         if self._stopped.is_set():
             raise KeyboardInterrupt
         with self._lock:
-            self.n_evaluated += count
+            self._counted[number] += count
+
+    def finish(self, number: int) -> None:
+        """Note that a task is finished."""
+        with self._lock:
+            self._counted[number] = self.sizes[number]
+        self.tell()
+
+    def tell(self) -> None:
+        """Report the progress."""
+        if self._progress is not None:
+            self._progress(sum(map(min, self._counted, self.sizes)), sum(self.sizes))
 
     def stop(self) -> None:
         """End the tasks at their next slices."""
@@ -137,26 +154,19 @@ class _Tasks:
     ) -> None:
         self._workers, self._mechanism, self._watch, self._listener = workers, mechanism, watch, listener
 
-    def run(
-        self,
-        task: Callable[[int], _Task],
-        numbers: range,
-        report: Callable[[int], None] | None = None,
-        wait: Callable[[], None] | None = None,
-    ) -> list[Any]:
-        """The results of the tasks in the order of their numbers; `wait` is called while threads compute."""
+    def run(self, task: Callable[[int], _Task], numbers: range) -> list[Any]:
+        """The results of the tasks in the order of their numbers."""
         results: dict[int, Any] = {}
 
         def accept(number: int, result: tuple[Mapping[str, str], Any]) -> None:
             environment, results[number] = result
             check_environment(environment, f"of task {number}", self._mechanism)
-            if report is not None:
-                report(number)
+            self._watch.finish(number)
 
         if isinstance(self._workers, LocalThreads):
-            call = partial(_call_numbered, self._mechanism, task, self._watch)
-            blocks = BlocksOnThreads(self._workers, call, accept, _reject, self._note, wait=wait, stop=self._watch.stop)
-            blocks.run(numbers)
+            watch, call = self._watch, partial(_call_numbered, self._mechanism, task, self._watch)
+            common = (self._workers, call, accept, _reject, self._note)
+            BlocksOnThreads(*common, wait=watch.tell, stop=watch.stop).run(numbers)
         else:
             submit = partial(_submit, self._workers, self._mechanism, task)
             BlocksInFlight(self._workers, submit, accept, _reject, self._note).run(numbers)
@@ -178,7 +188,7 @@ def _call(mechanism: str, task: _Task) -> tuple[Mapping[str, str], Any]:
 def _call_numbered(
     mechanism: str, task: Callable[[int], _Task], watch: _Watch, number: int
 ) -> tuple[Mapping[str, str], Any]:
-    with watching(watch):
+    with watching(partial(watch.count, number)):
         return _call(mechanism, task(number))
 
 

@@ -88,7 +88,7 @@ def tolerance(
     if work.scheduler is None:
         compile_kernels(plan.run.request.exact.request)
     try:
-        with terminable(), block_bar("parts drawn", lines=True) as progress:
+        with terminable(), block_bar("parts evaluated", lines=True) as progress:
             robustness = plan.robustness(plan.run.compute(cluster, progress))
     except KeyboardInterrupt:
         say("interrupted; nothing was written")
