@@ -1,5 +1,6 @@
 """The command `explore` and its subcommands, each declared in its module of `explore.cli.commands`."""
 
+from collections.abc import Callable
 from typing import Annotated, Any
 
 import typer
@@ -81,39 +82,51 @@ def _options(
     pass
 
 
-# The help lists the commands in this order.
-app.command(epilog="Example: explore sweep configs/grid.toml")(sweep)
-app.command(epilog="Example: explore synthesize task.toml, after explore init --task dead-positions")(synthesize)
-app.command(epilog="Example: explore atlas --count 1048576 -o curves.h5")(atlas)
-app.command(epilog="Example: explore rank --metric cv --metric swing_angle:max --top 5")(rank)
-app.command(epilog="Example: explore refine results/optimum.h5 --evaluations 1000000")(refine)
-app.command(epilog="Example: explore polish results/optimum.h5 --metric cv")(polish)
-app.command(
-    epilog="Exit code 0 only if all is proved, 1 if something is refuted or open. Example: explore certify --design 42"
-)(certify)
-app.command(epilog="Example: explore show --design 42")(show)
-app.command(epilog="Example: explore plot pareto results/grid.h5 --x cv --y swing_angle -o front.svg")(plot)
-app.command(epilog="Example: explore report results/grid.h5 -o grid.html")(report)
-app.command(epilog="Example: explore coverage configs/rig_coverage.toml -o coverage.svg")(coverage)
-app.command(epilog="Example: explore verify results/grid.h5")(verify)
-app.command(epilog="Example: explore pack results/grid.h5")(pack)
-app.command(
-    epilog="Example: explore simulate --mechanism crank-rocker --set crank=100 --set coupler=1083.4236 "
-    "--set rocker=541.7118 --set ground=691.7118 -o motion.csv"
-)(simulate)
-app.command(
-    epilog="Example: explore tune results/grid.h5 --design 42 --parameter crank --metric mean_output_ratio "
-    "--from 0.02 --to 0.2 -o curve.svg"
-)(tune)
-app.command(epilog="Example: explore export results/grid.h5 --design 42 -o design.dxf -o design.gif")(export)
-app.command(epilog="Example: explore sensitivity results/optimum.h5 --metric cv -o sensitivity.svg")(sensitivity)
-app.command(epilog="Example: explore tolerance results/grid.h5 --design 42 --tolerance crank=0.1 -o parts.svg")(
-    tolerance
-)
-app.command(epilog="Example: explore precision smooth almost_change_point")(precision)
-app.command(epilog="Example: explore stability --accuracy 1e-3")(stability)
-app.command(epilog="Example: explore serve served")(serve)
-app.command(epilog="Example: explore submit grid.toml --server http://127.0.0.1:8765 --token-file served/token")(submit)
-app.command(epilog="Example: explore jobs grid --server http://127.0.0.1:8765 --token-file served/token --cancel")(jobs)
-app.command(epilog="Example: explore mechanisms crank-rocker")(mechanisms)
-app.command(epilog="Example: explore init my_study.toml")(init)
+#: Commands by what they are for, each with the last line of its help; the help lists them in this order.
+_COMMANDS: dict[str, dict[Callable[..., Any], str]] = {
+    "Make": {
+        init: "Example: explore init my_study.toml",
+        sweep: "Example: explore sweep configs/grid.toml",
+        synthesize: "Example: explore synthesize task.toml, after explore init --task dead-positions",
+        atlas: "Example: explore atlas --count 1048576 -o curves.h5",
+    },
+    "Look": {
+        show: "Example: explore show --design 42",
+        plot: "Example: explore plot pareto results/grid.h5 --x cv --y swing_angle -o front.svg",
+        report: "Example: explore report results/grid.h5 -o grid.html",
+        simulate: "Example: explore simulate --mechanism crank-rocker --set crank=100 --set coupler=1083.4236 "
+        "--set rocker=541.7118 --set ground=691.7118 -o motion.csv",
+        coverage: "Example: explore coverage configs/rig_coverage.toml -o coverage.svg",
+        mechanisms: "Example: explore mechanisms crank-rocker",
+    },
+    "Choose": {
+        rank: "Example: explore rank --metric cv --metric swing_angle:max --top 5",
+    },
+    "Improve": {
+        refine: "Example: explore refine results/optimum.h5 --evaluations 1000000",
+        polish: "Example: explore polish results/optimum.h5 --metric cv",
+        tune: "Example: explore tune results/grid.h5 --design 42 --parameter crank --metric mean_output_ratio "
+        "--from 0.02 --to 0.2 -o curve.svg",
+    },
+    "Prove": {
+        certify: "Exit code 0 only if all is proved, 1 if something is refuted or open. "
+        "Example: explore certify --design 42",
+        tolerance: "Example: explore tolerance results/grid.h5 --design 42 --tolerance crank=0.1 -o parts.svg",
+        sensitivity: "Example: explore sensitivity results/optimum.h5 --metric cv -o sensitivity.svg",
+        verify: "Example: explore verify results/grid.h5",
+        precision: "Example: explore precision smooth almost_change_point",
+        stability: "Example: explore stability --accuracy 1e-3",
+    },
+    "Take away": {
+        export: "Example: explore export results/grid.h5 --design 42 -o design.dxf -o design.gif",
+        pack: "Example: explore pack results/grid.h5",
+    },
+    "Group": {
+        serve: "Example: explore serve served",
+        submit: "Example: explore submit grid.toml --server http://127.0.0.1:8765 --token-file served/token",
+        jobs: "Example: explore jobs grid --server http://127.0.0.1:8765 --token-file served/token --cancel",
+    },
+}
+for _panel, _commands in _COMMANDS.items():
+    for _command, _epilog in _commands.items():
+        app.command(rich_help_panel=_panel, epilog=_epilog)(_command)
