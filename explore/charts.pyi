@@ -1,1 +1,15 @@
-from .figures.charts import *  # noqa: F403  (the names are those of the package)
+from .figures.charts import burmester_chart as burmester_chart
+from .figures.charts import cognates_chart as cognates_chart
+from .figures.charts import coverage_chart as coverage_chart
+from .figures.charts import dwell_chart as dwell_chart
+from .figures.charts import joint_pareto_chart as joint_pareto_chart
+from .figures.charts import map_chart as map_chart
+from .figures.charts import mechanism_chart as mechanism_chart
+from .figures.charts import motion_chart as motion_chart
+from .figures.charts import parallel_chart as parallel_chart
+from .figures.charts import pareto_chart as pareto_chart
+from .figures.charts import path_chart as path_chart
+from .figures.charts import ratio_chart as ratio_chart
+from .figures.charts import sensitivity_chart as sensitivity_chart
+from .figures.charts import tolerance_chart as tolerance_chart
+from .figures.charts import tuning_chart as tuning_chart
