@@ -3,6 +3,9 @@
 import json
 import os
 import random
+from contextlib import nullcontext
+from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,7 +14,7 @@ import explore
 from explore.base.errors import RequestError, ResultsError
 from explore.results.browsing import building, cells, index_files
 from explore.results.browsing.building import build_index
-from explore.results.browsing.index_files import DamagedIndexError, identify, open_index
+from explore.results.browsing.index_files import ColumnFacts, DamagedIndexError, identify, open_index
 
 STUDY = """mechanism = "crank-rocker"
 [parameters]
@@ -80,6 +83,36 @@ def test_results_without_designs_have_no_index(path, tmp_path):
     with pytest.raises(RequestError, match="hold no designs yet"):
         build_index(results, tmp_path / "grid", lambda share: None)
     assert list(tmp_path.iterdir()) == []
+
+
+def test_every_file_of_an_index_is_durable(path, tmp_path, monkeypatch):
+    synced, sync = set(), os.fsync
+
+    def note(descriptor):
+        synced.add(Path(f"/proc/self/fd/{descriptor}").readlink().name)
+        sync(descriptor)
+
+    monkeypatch.setattr(os, "fsync", note)
+    build_index(explore.open_results(path), tmp_path / "grid", lambda share: None)
+    assert {file.name for file in (tmp_path / "grid").iterdir()} <= synced
+
+
+def test_the_space_of_an_index_is_looked_at_before_it_is_made(path, tmp_path, monkeypatch):
+    results = explore.open_results(path)
+    needed = 10 * 100 * len(results.columns)
+    for free in (needed - 1, needed):
+        monkeypatch.setattr(building.shutil, "disk_usage", lambda _, free=free: SimpleNamespace(free=free))
+        refused = pytest.raises(RequestError, match="the index needs") if free < needed else nullcontext()
+        with refused:
+            build_index(results, tmp_path / "grid", lambda share: None)
+    assert (tmp_path / "grid").exists()
+
+
+def test_infinities_are_missing_values(tmp_path):
+    writer = building._ColumnWriter(tmp_path, 0, 1)
+    writer.note(np.array([1.0, np.inf, -np.inf, np.nan, 2.0]))
+    unwritten: dict[str, list[int]] = {"cells": [], "ranges": [], "values": []}
+    assert writer.facts("x") == ColumnFacts("x", 1.0, 2.0, missing=3, distinct=2, checksums=unwritten)
 
 
 @pytest.mark.parametrize("damage", ["facts", "values", "designs"])

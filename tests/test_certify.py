@@ -438,7 +438,7 @@ def test_a_dominated_design_in_a_front_is_found(results, tmp_path):
     assert re.match(r"swing_angle .* is off by 25, .*; design \d+ dominates it$", front.loc[number, "reason"])
 
 
-def test_command(results, tmp_path):
+def test_command(results, tmp_path, monkeypatch):
     best = [int(number) for number in explore.rank(results).index]
     code, out, err = call("certify", results.path, "-o", tmp_path / "proofs.csv", seconds=60)
     assert (code, err) == (0, f"wrote {len(best)} designs to {tmp_path / 'proofs.csv'}\n")
@@ -454,6 +454,11 @@ def test_command(results, tmp_path):
     assert code == 1
     assert f"design {best[1]} is refuted: cv 0." in out
     assert "1 proved, 0 open, 1 refuted" in out
+    opened = explore.certify(results, best[:2])
+    opened["verdict"] = ["proved", "open"]
+    monkeypatch.setattr(explore, "certify", lambda *_, **__: opened)
+    code, out, _ = call("certify", results.path)
+    assert (code, "1 proved, 1 open, 0 refuted" in out) == (1, True)
 
 
 def test_without_the_package_one_line_says_what_to_install(results):

@@ -127,6 +127,7 @@ def test_hdf5_has_the_motion_with_units_and_meanings(wiper):
         for name, unit in expected.attrs["units"].items():
             assert np.array_equal(file[f"motion/{name}"], expected[name])
             assert file[f"motion/{name}"].attrs["units"] == unit
+        assert {place.attrs["units"] for place in file["points"].values()} == {"mm"}
         assert file["parameters/coupler"][()] == 170.0
         assert file["parameters/coupler"].attrs["long_name"] == "coupler length"
         # the drawing's vectors and the kernel, to some roundings of numbers below 200

@@ -13,9 +13,10 @@ import explore
 from explore.figures.exporting.chosen import DesignOfParameters
 from explore.figures.exporting.dimensions import dimensions
 from explore.figures.exporting.dxf import write_dxf
-from explore.figures.exporting.shapes import Distance
+from explore.figures.exporting.shapes import Arc, Distance, Text
 from explore.figures.exporting.sheet import draw_sheet
-from explore.figures.exporting.svg import write_svg
+from explore.figures.exporting.svg import document as svg_document
+from explore.figures.exporting.svg import element, path_data, write_svg
 from explore.figures.simulation import SimulatedDesign
 from explore.model.drawing import Vector
 
@@ -89,10 +90,13 @@ def test_links_and_dimensions_have_the_lengths_of_the_parameters(drawing):
     if way := WAYS.get(name):
         expected = explore.evaluate(name, design, metrics=[way])[way].iloc[0]
         assert min(abs(value - expected) for value in measured) < ROUNDING, way
-    assert all(dimension.get_geometry_block() is not None for dimension in entities)
+    for dimension, value in zip(entities, measured, strict=True):
+        (text,) = dimension.get_geometry_block().query("MTEXT")
+        # four decimals
+        assert float(numbers(text.text)[-1]) == pytest.approx(value, abs=0.5001e-4), "what is drawn is what is measured"
 
 
-def test_paths_are_circles_and_arcs_where_they_are():
+def test_paths_are_circles_and_arcs_where_they_are(tmp_path):
     """Of a crank-rocker, whose joints go round the pivots."""
     simulated = DesignOfParameters.read("crank-rocker", DESIGNS["crank-rocker"], {}).simulated
     sheet = draw_sheet(simulated)
@@ -102,6 +106,22 @@ def test_paths_are_circles_and_arcs_where_they_are():
     angles = explore.simulate("crank-rocker", DESIGNS["crank-rocker"], angles=3600)["rocker_angle"]
     assert arc.start <= angles.min() < arc.start + 1e-4  # the grid misses the extreme by the square of 0.05 deg
     assert arc.stop - 1e-4 < angles.max() <= arc.stop
+    write_dxf(sheet, tmp_path / "a.dxf")
+    (drawn,) = layer(ezdxf.readfile(tmp_path / "a.dxf"), "paths", "ARC")
+    assert (drawn.dxf.start_angle, drawn.dxf.end_angle) == pytest.approx((arc.start, arc.stop), abs=ROUNDING)
+
+
+@pytest.mark.parametrize(("stop", "is_large"), [(60.0, 0), (120.0, 0), (179.0, 0), (181.0, 1), (300.0, 1)])
+def test_arcs_of_svg_go_the_shorter_or_the_longer_way(stop, is_large):
+    data = path_data(Arc("paths", np.zeros(2), 2.0, 0.0, stop))
+    assert numbers(data).tolist()[2:7] == [2.0, 2.0, 0.0, is_large, 0.0]
+
+
+def test_texts_and_titles_of_svg_are_escaped():
+    words = "<a> & 'b' \"c\""
+    text = element(Text("text", np.zeros(2), words), 1.0)
+    root = ET.fromstring(svg_document(words, np.zeros(2), np.ones(2), 1.0, text).encode())
+    assert [root.find(f"{SVG}{tag}").text for tag in ("title", "text")] == [words, words]
 
 
 def exact_groove(angles):

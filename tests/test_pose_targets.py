@@ -2,6 +2,7 @@
 
 import json
 import pickle
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,8 +12,9 @@ import explore
 from explore.base.errors import RequestError
 from explore.mechanisms.crank_rocker.paths import find_coupler_curve
 from explore.mechanisms.targets.pose_errors.metrics import pose_measures_of
-from explore.model.targets import PosesTarget
+from explore.model.targets import FunctionTarget, PathTarget, PosesTarget, target_from_content
 from explore.studies.request.names import find_mechanism
+from explore.studies.request.pose_targets import read_poses
 from explore.synthesis.functions import wrapped
 
 METRICS = ["position_error_max", "angle_error_max", "pose_error_rms", "pose_crank_span"]
@@ -221,6 +223,24 @@ def test_bad_poses_are_one_clear_line(target, reason):
     with pytest.raises(RequestError, match=reason) as caught:
         find_mechanism("crank-rocker", ("M",), target)
     assert len(str(caught.value).splitlines()) == 1
+
+
+@pytest.mark.parametrize(
+    "target",
+    [
+        PosesTarget("M", ((1.0, 2.0, 3.0), (4.0, 5.0, 6.0)), lever=20.0, order="any"),
+        PathTarget("M", ((1.0, 2.0), (3.0, 4.0), (5.0, 7.0)), True, (1.0, 2.0, 3.0), (10.0, 20.0, 30.0), "frame"),
+        FunctionTarget(((0.0, 1.0), (2.0, 3.0))),
+    ],
+)
+def test_the_content_of_a_target_has_all_of_it(target):
+    """It is part of a study's identity."""
+    assert target_from_content(target.to_content()) == target
+
+
+def test_places_and_angles_may_have_units():
+    entries = {"poses": [["1 cm", 2, "1 rad"], [3, "4 mm", "20 deg"], [5, 6, 30]]}
+    assert read_poses(entries, Path(), []) == ((10.0, 2.0, np.degrees(1.0)), (3.0, 4.0, 20.0), (5.0, 6.0, 30.0))
 
 
 def test_a_lever_makes_poses_at_one_place_a_target():

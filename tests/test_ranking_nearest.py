@@ -11,6 +11,7 @@ from command_line import call
 import explore
 from explore.results.ranking import violations
 from explore.results.ranking.exclusions import Exclusions
+from explore.results.ranking.nearest import find_nearest
 
 #: A wiper: 90 deg of swing in equal times. No link lengths of these ranges meet all constraints at once.
 WIPER = """mechanism = "crank-rocker"
@@ -142,6 +143,20 @@ def test_a_scale_of_zero_becomes_the_largest_violation():
 
     assert found["violation"].tolist() == [0.5, 1.0]
     assert found.attrs["scales"] == {"a": 2.0}
+
+
+def test_of_equal_designs_the_first_are_named(wiper):
+    frame = pd.DataFrame({"a_margin": [1.0, *[-1.0] * 5]})
+    assert explore.nearest(frame, 2).index.tolist() == [1, 2]
+
+
+def test_progress_counts_both_passes_up_to_all_of_them(wiper):
+    told = []
+    find_nearest(explore.open_results(wiper), 3, report_progress=lambda *counts: told.append(counts))
+    assert {total for _, total in told} == {2 * 4096}
+    done = [count for count, _ in told]
+    assert done == sorted(set(done))
+    assert (4096 in done, done[-1]) == (True, 2 * 4096)
 
 
 def test_a_limit_moves_the_bound_and_a_condition_leaves_designs_out(wiper):

@@ -13,6 +13,7 @@ from distributed import Client, LocalCluster
 import explore
 from explore.analysis.sensitivity.given_data import first_order
 from explore.analysis.sensitivity.paired_points import PairedPoints
+from explore.analysis.sensitivity.public import SensitivityPlan
 from explore.base.errors import RequestError, ResultsError
 from explore.charts import sensitivity_chart
 from explore.studies.designs.samplers import sobol
@@ -442,6 +443,17 @@ def test_the_command(results, tmp_path):
     assert (code, err.count("\n")) == (2, 1)
     code, _, err = call("sensitivity", results.path, "-o", tmp_path / "indices.txt")
     assert (code, err.count("\n")) == (2, 1)
+
+
+def test_ctrl_c_is_told_by_the_exit_code(results, tmp_path, monkeypatch):
+    def interrupted(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(SensitivityPlan, "table", interrupted)
+    code, out, err = call("sensitivity", results.path, "--evaluations", FEW, "-o", tmp_path / "indices.csv")
+    assert (code, out) == (130, "")
+    assert "interrupted; nothing was written" in err
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_the_chart_draws_each_index_and_its_interval(results):

@@ -14,6 +14,7 @@ from command_line import call
 from store_files import fill, sha256, values, writer
 
 import explore
+from explore.base import files
 from explore.base.errors import ResultsError
 from explore.base.files import new_file, unfinished_name
 from explore.results.store.journal import Journal
@@ -329,3 +330,11 @@ def test_errors_of_a_quota_and_of_reserved_space(tmp_path):
     message = r"a\.h5 needs 5 bytes, which the file system refuses: No space left"
     with pytest.raises(ResultsError, match=message), new_file(tmp_path / "a.h5", 5):
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+
+def test_the_name_of_a_new_file_is_durable(tmp_path, monkeypatch):
+    synced = []
+    monkeypatch.setattr(files, "sync_folder", lambda folder: synced.append([*folder.iterdir()]))
+    with new_file(tmp_path / "a.csv") as unfinished:
+        unfinished.touch()
+    assert synced == [[tmp_path / "a.csv"]], "under its name"

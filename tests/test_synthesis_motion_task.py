@@ -29,6 +29,16 @@ def test_pairs_of_the_reference_poses():
     assert pairs.fates[source] == PASSES
     assert pairs.turning[source]
     assert pairs.transmission_angles[source] == pytest.approx(np.arccos((3.5**2 + 2.5**2 - 9) / 17.5), rel=1e-9)
+    backwards = find_pairs(Poses(poses.points[::-1], poses.angles[::-1]), np.inf)
+    (source,) = np.flatnonzero(np.abs(backwards.lengths[0] - 1) + np.abs(backwards.lengths[2] - 2.5) < 1e-9)
+    assert backwards.fates[source] == PASSES, "a crank may turn in either sense"
+
+
+def test_dyads_of_three_poses_follow_from_the_seed():
+    poses, _ = reference(3)
+    first, again, other = (find_pairs(poses, 12.0, seed).fixed for seed in (1, 1, 2))
+    assert first.tolist() == again.tolist()
+    assert first.shape != other.shape or not np.isin(other, first).any()
 
 
 def test_linkages_of_1000_motions_are_among_the_pairs():
@@ -239,6 +249,17 @@ def synthesized(folder, target, bounds):
     path = folder / "task.toml"
     path.write_text(f'task = "motion"\n[target]\n{target}\n[bounds]\n{bounds}\n', encoding="utf-8")
     return explore.synthesize(path, folder / "task.h5", restart=True)
+
+
+def test_candidates_come_in_the_order_of_their_transmission_angles():
+    text = f'task = "motion"\n[target]\n{THREE}\n'
+    found = parse_task(text, "task.toml").task.find(None).parameters
+    crank, coupler, rocker, ground = (found[name] for name in ("crank", "coupler", "rocker", "ground"))
+    cosines = [(coupler**2 + rocker**2 - (ground + side * crank) ** 2) / (2 * coupler * rocker) for side in (-1, 1)]
+    angles = np.degrees(np.arccos(np.abs(cosines).max(axis=0)))
+    assert len(angles) > 20
+    assert (np.diff(angles) <= 1e-9).all(), "the best first, up to rounding"
+    assert angles.min() >= 20 - 1e-9
 
 
 def test_three_poses_from_given_pivots(tmp_path):

@@ -107,6 +107,15 @@ def test_one_line_for_each_mistake(text, problem):
     assert any(line.startswith(problem) for line in problems_of(text)), problems_of(text)
 
 
+@pytest.mark.parametrize("name", ["dead-positions", "dwell", "function", "path", "motion"])
+def test_the_study_of_a_task_has_its_bound_on_the_links(name):
+    lines = [line for line in task_starter(name).splitlines() if "link_ratio_max" not in line]
+    place = lines.index("[bounds]") if "[bounds]" in lines else len(lines)
+    lines[place : place + 1] = ["[bounds]", "link_ratio_max = 4"]
+    constraint = parse_task("\n".join(lines), "task.toml").task.constraints["link_ratio"]
+    assert constraint == {"max": pytest.approx(4.0, rel=1e-8)}  # room for rounding
+
+
 def test_a_file_that_is_missing():
     with pytest.raises(ConfigError, match="nowhere.toml: no such file"):
         explore.load_task("nowhere.toml")

@@ -17,6 +17,7 @@ from explore.analysis.tolerancing import outcomes
 from explore.analysis.tolerancing.public import plan_tolerances
 from explore.analysis.tolerancing.runs import ToleranceRun
 from explore.base.errors import ConfigError, RequestError, ResultsError
+from explore.cli.commands.tolerance import _yield_lines
 from explore.results.store.all_designs_writer import AllDesignsWriter
 
 STUDY = """
@@ -225,6 +226,13 @@ def test_the_command(folder, robustness):
     assert table["derivatives"][0]["parameter"] == "crank"
     front = run("tolerance", "study.h5", "--draws", "4096", cwd=folder).stdout
     assert "that nothing beats in yield, cv_robust, swing_angle_robust" in front
+
+
+def test_the_interval_of_a_yield_is_printed_from_low_to_high():
+    row = {"parts": 100, "probability": 0.02, "low": 0.01, "high": 0.05, "missed_cv": 2, "not_assembled": 0}
+    lines = _yield_lines(3, {**row, "method": "weighted", "box_assembled": True, "box_feasible": False})
+    assert lines[0] == "design 3: yield 98 %, with 95 % confidence 95 to 99 %"
+    assert lines[2] == "a part fails with probability 0.02 (0.01 to 0.05), by importance sampling"
 
 
 def test_at_80_columns_the_front_keeps_the_lengths_and_leaves_out_statistics(folder, robustness):

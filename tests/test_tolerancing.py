@@ -11,7 +11,7 @@ from scipy.stats import binomtest, chi2
 
 from explore.analysis.tolerancing.box import find_worst_case
 from explore.analysis.tolerancing.derivatives import contributions, differentiate
-from explore.analysis.tolerancing.failures import ENOUGH, estimate_failure, share_of
+from explore.analysis.tolerancing.failures import ENOUGH, estimate_failure, find_failures, share_of
 from explore.analysis.tolerancing.outcomes import TolerancedRequest
 from explore.analysis.tolerancing.spreads import CHUNK, chunk_deviations, count_parts, merge_counts
 from explore.evaluation.evaluate import evaluate_columns
@@ -123,6 +123,13 @@ def test_failures_on_several_sides_and_all_around(fails, dimensions, exact):
     assert found.method == "weighted"
     spread = np.log(found.high / found.low) / (2 * 1.96)
     assert abs(np.log(found.probability / exact)) < 4 * spread < 0.15
+
+
+def test_points_are_drawn_around_farther_failures_too():
+    """Two limits in eight dimensions, where no step leads from the second to the first."""
+    points = find_failures(lambda scores: (scores[0] > 4.0) | (scores[1] < -4.5), 8, np.random.default_rng(1))
+    assert points[0, 0] > 4.0
+    assert (points[:, 1] < -4.5).any()
 
 
 def test_what_contradicts_the_drawn_parts_is_not_believed():

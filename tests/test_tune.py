@@ -2,6 +2,7 @@
 
 import json
 import math
+from types import SimpleNamespace
 
 import mpmath as mp
 import numpy as np
@@ -10,6 +11,8 @@ import pytest
 from command_line import call, run
 
 import explore
+from explore.analysis.tuning.curves import END_OF_RANGE, Run
+from explore.analysis.tuning.intervals import End, Interval, find_intervals
 from explore.charts import tuning_chart
 from explore.mechanisms.registry import MECHANISMS
 
@@ -126,6 +129,14 @@ def test_equal_bounds_give_single_values():
     np.testing.assert_allclose(swings, 30.0, rtol=1e-14)
 
 
+def test_single_values_at_a_bound_are_intervals():
+    function = SimpleNamespace(values=lambda x: (1.0 - np.square(x), None), at=lambda x: 1.0 - x * x)
+    top = Run(np.array([-1.0, 0.0, 1.0]), np.array([0.0, 1.0, 0.0]))
+    assert find_intervals(function, [top], 1.0, 2.0) == [Interval(End(0.0, 1.0), End(0.0, 1.0))]
+    alone = End(0.5, 0.75, END_OF_RANGE)
+    assert find_intervals(function, [Run(np.array([0.5]), np.array([0.75]))], 0.0, 1.0) == [Interval(alone, alone)]
+
+
 def test_the_curve_has_the_metrics_at_its_points():
     tuning = tune(low=0.02, high=0.2, also=["cv", "transmission_angle_min"])
     curve = tuning.curve
@@ -236,7 +247,7 @@ def test_the_command_says_where_constraints_of_the_study_hold(tmp_path):
         'mechanism = "crank-rocker"\n[parameters]\ncrank = [40, 50]\n'
         "coupler = 940.62\nrocker = 211.79\nground = 869.44\n"
         '[evaluate]\nmetrics = ["mean_output_ratio", "cv"]\n'
-        "[constraints]\ntransmission_angle_min = { min = 30 }\ntime_ratio = { max = 2 }\n"
+        "[constraints]\ntransmission_angle_min = { min = 30 }\ntime_ratio = { max = 2 }\nswing_angle = { max = 60 }\n"
         '[rank]\nmetrics = ["coupler:min", "mean_output_ratio:max"]\n'
     )
     run("sweep", "study.toml", cwd=tmp_path)
@@ -246,6 +257,9 @@ def test_the_command_says_where_constraints_of_the_study_hold(tmp_path):
     limit = tune(metric="transmission_angle_min", low=30).intervals[0].stop.parameter
     assert "mean_output_ratio from 0.02 to 0.2: crank 11.96574463884 mm to 108.949023183 mm" in output.stdout
     message = "within it the study's constraint transmission_angle_min from 30 deg holds only for crank 11.96574463884"
+    assert f"{message} to {limit:.13g} mm" in output.stderr
+    limit = tune(metric="swing_angle", high=60).intervals[0].stop.parameter
+    message = "within it the study's constraint swing_angle to 60 deg holds only for crank 11.96574463884"
     assert f"{message} to {limit:.13g} mm" in output.stderr
     assert "time_ratio" not in output.stderr
 

@@ -21,8 +21,8 @@ _BINARY = ("Add_Sub", "Sub_Add", "Mul_Div", "Div_Mul", "Mul_Add", "FloorDiv_Div"
 _NOT_COMPUTED = {"annassign", "tfpdef", "import_name", "import_from", "decorator"}
 #: Test files that are run for one mistake.
 NEAREST = 4
-#: Folder of the tests that need a browser, and tests that run the blocks of every page.
-_SLOW = {"browser", "test_docs.py"}
+#: Folders of the tests that need a browser or start clusters, and tests that run the blocks of every page.
+_SLOW = {"browser", "clusters", "test_docs.py"}
 #: Steps of imports counted between a module and a test that does not import it.
 _FAR = 6
 
