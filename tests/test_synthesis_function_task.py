@@ -86,7 +86,7 @@ def test_candidates_of_the_starter(tmp_path):
     assert (others["output_error_max"] <= 2).all()
     # Higher transmission angles than the 20 deg asked for are searched, too.
     worst = np.minimum(others["transmission_angle_min"], 180 - others["transmission_angle_max"])
-    assert worst.max() >= 50 - 1e-6
+    assert sorted(set(worst.round(3))) == [20, 30, 40]
     # The rows' own simulation: the mechanism's rocker turns as the function does.
     best = others.sort_values("output_error_rms").iloc[0]
     lengths = [best[name] / best["ground"] for name in ("crank", "coupler", "rocker")]
