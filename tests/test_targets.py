@@ -14,6 +14,7 @@ from scipy.spatial import cKDTree
 import explore
 from explore.base.errors import ConfigError, RequestError
 from explore.mechanisms.crank_rocker.paths import find_coupler_curve
+from explore.mechanisms.slider_crank.paths import find_rod_curve
 from explore.mechanisms.targets.path_errors.metrics import measures_of
 from explore.model.targets import target_from_content
 from explore.studies.request.names import find_mechanism
@@ -405,3 +406,25 @@ def test_a_damaged_record_of_a_target_is_refused(content):
 def test_a_record_without_a_kind_is_a_path():
     content = {"point": "M", "points": SQUARE}
     assert target_from_content(content) == target_from_content({"kind": "path", **content})
+
+
+@pytest.mark.parametrize(
+    ("curve", "shape"),
+    [
+        (find_coupler_curve(), (30.0, 100.0, 80.0, 110.0, 1.0, 60.0, 20.0)),
+        (find_coupler_curve(), (30.0, 100.0, 80.0, 110.0, -1.0, 60.0, 20.0)),
+        (find_rod_curve(), (30.0, 100.0, 10.0, 60.0, 20.0)),
+    ],
+)
+def test_derivatives_of_curves_are_those_of_finite_changes(curve, shape):
+    """Wrong ones would only make a polished point slower to find, or a little worse."""
+
+    def at(angle):
+        out = np.empty(6)
+        curve(np.array(shape), np.cos(angle), np.sin(angle), out)
+        return out
+
+    step = 1e-5  # errors of the square of it, and of roundings of 1e-14 mm over it
+    for angle in np.linspace(0.1, 6.1, 13):
+        changes = (at(angle + step) - at(angle - step))[:4] / (2.0 * step)
+        assert at(angle)[2:] == pytest.approx(changes, abs=1e-6)
