@@ -5,6 +5,7 @@ import math
 import re
 from importlib.util import find_spec
 from pathlib import Path
+from types import SimpleNamespace
 from unittest import mock
 
 import mpmath
@@ -20,10 +21,12 @@ import explore
 from explore.analysis.certifying.balls import PRECISIONS, working_precision
 from explore.analysis.certifying.certification import certify_designs
 from explore.analysis.certifying.designs import Design
+from explore.analysis.certifying.formulas import _BINARY, _UNARY
 from explore.analysis.certifying.four_bar_shape import classify
 from explore.analysis.certifying.integration import integrate_over
 from explore.analysis.certifying.positions import full_turn
 from explore.analysis.certifying.registry import find_certificate
+from explore.analysis.certifying.statistics import stroke_of
 from explore.base.errors import RequestError
 from explore.evaluation.evaluate import evaluate_columns
 from explore.mechanisms import four_bar
@@ -336,6 +339,34 @@ def test_a_tie_in_one_objective_does_not_hide_dominance():
     objectives = [Objective("crank", "min"), Objective("cv", "min")]
     proofs = certified(table, ["cv"], window="drive", is_front=True, objectives=objectives)
     assert [proof.verdict for proof in proofs.values()] == ["proved", "refuted", "proved"]
+
+
+@pytest.mark.parametrize(
+    ("window", "drive", "product", "stroke"),
+    [
+        ("back", "slow", 0.5, "back"),
+        ("drive", "slow", 1.5, "forth"), ("drive", "slow", 0.5, "back"),
+        ("drive", "fast", 1.5, "back"), ("drive", "fast", 0.5, "forth"),
+        ("return", "fast", 1.5, "forth"), ("return", "forth", 0.5, "back"), ("clutch", "back", 1.5, "back"),
+    ],
+)  # fmt: skip
+def test_windows_are_strokes(window, drive, product, stroke):
+    request = SimpleNamespace(mechanism=SimpleNamespace(strokes=("forth", "back")), drive=drive)
+    assert stroke_of(request, window, arb(product)) == stroke
+
+
+@pytest.mark.parametrize(
+    ("name", "numbers", "value"),
+    [
+        ("atan2", (0, 0), None), ("atan2", (2, 0), 90), ("atan2", (-2, 0), -90), ("atan2", (0, 2), 0),
+        ("sqrt", (0,), 0), ("sqrt", (4,), 2), ("sqrt", (-4,), None), ("log", (1,), 0), ("log", (-1,), None),
+        ("**", (0, 2), 0), ("**", (2, 3), 8), ("/", (1, 2), 0.5), ("hypot", (3, 4), 5),
+    ],
+)  # fmt: skip
+def test_functions_of_formulas_at_their_edges(name, numbers, value):
+    """None where a formula has no value."""
+    found = (_UNARY if len(numbers) == 1 else _BINARY)[name](*map(arb, numbers))
+    assert found is None if value is None else found.contains(value)
 
 
 def test_clutches_agree_with_the_program():
