@@ -145,3 +145,16 @@ def undisturbed(memory, keep) -> Path:
 def whole(undisturbed) -> str:
     """Digest of the results file of an undisturbed run."""
     return sha256(undisturbed)
+
+
+@pytest.fixture
+def small_disk(tmp_path):
+    """A file system of 1 MiB, three times the size of the results file."""
+    place = tmp_path / "disk"
+    place.mkdir()
+    mount = ["mount", "-t", "tmpfs", "-o", "size=1m", "tmpfs", str(place)]
+    done = subprocess.run(mount, capture_output=True, text=True, check=False) if os.geteuid() == 0 else None
+    if done is None or done.returncode:
+        pytest.skip(f"cannot mount a small disk: {done.stderr.strip() if done else 'that takes the superuser'}")
+    yield place
+    subprocess.run(["umount", str(place)], check=True)

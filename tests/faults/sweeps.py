@@ -31,12 +31,12 @@ def study(folder: Path, num: int = 16) -> Path:
 
 
 class Command:
-    """A running `python -m explore sweep`.
+    """A running `python -m explore sweep`, or `atlas`.
 
     Parameters
     ----------
     config, results
-        The study, and where its results go.
+        The study, or the number of linkages of an atlas, and where its results go.
     environment
         Added to this process's; the recorder's orders, for instance.
     keep
@@ -44,9 +44,11 @@ class Command:
     """
 
     def __init__(
-        self, config: Path, results: Path, environment: dict[str, str] | None = None, keep: str = "all"
+        self, config: Path | int, results: Path, environment: dict[str, str] | None = None, keep: str = "all"
     ) -> None:
         words = ["sweep", str(config), "-o", str(results), "--quiet", "--keep", keep]
+        if isinstance(config, int):
+            words = ["atlas", "--count", str(config), "-o", str(results), "--quiet"]
         command = [sys.executable, "-m", "explore", *words]
         surrounding = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path)), "NO_COLOR": "1"}
         pipes = {"stdout": subprocess.DEVNULL, "stderr": subprocess.PIPE, "text": True}

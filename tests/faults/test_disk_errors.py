@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 import errno
-import os
 import random
-import shutil
-import subprocess
 from itertools import product
-from pathlib import Path
 
 import pytest
 
 from faults.checker import check, sha256
 from faults.content import N_BLOCKS, fill
+from faults.disks import take_all_but
 from faults.replay import read_trace
 from faults.sweeps import study
 
@@ -141,27 +138,6 @@ def test_short_writes_are_finished(server, memory, fresh, whole, figures):
 
 
 # --- full disks ------------------------------------------------------------------------------------------------------
-
-
-@pytest.fixture
-def small_disk(tmp_path):
-    """A file system of 1 MiB, three times the size of the results file."""
-    place = tmp_path / "disk"
-    place.mkdir()
-    mount = ["mount", "-t", "tmpfs", "-o", "size=1m", "tmpfs", str(place)]
-    done = subprocess.run(mount, capture_output=True, text=True, check=False) if os.geteuid() == 0 else None
-    if done is None or done.returncode:
-        pytest.skip(f"cannot mount a small disk: {done.stderr.strip() if done else 'that takes the superuser'}")
-    yield place
-    subprocess.run(["umount", str(place)], check=True)
-
-
-def take_all_but(disk: Path, free: int) -> Path:
-    """Fill a disk with another file."""
-    other = disk / "other"
-    with other.open("wb") as file:
-        file.write(bytes(shutil.disk_usage(disk).free - free))
-    return other
 
 
 NO_RESERVING = {"FAULT_ACTION": "fail", "FAULT_OPERATIONS": "a", "FAULT_AT": "1", "FAULT_ERROR": str(errno.EOPNOTSUPP)}

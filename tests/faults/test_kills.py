@@ -66,11 +66,14 @@ def duration(server, path, keep) -> float:
     return time.monotonic() - begun
 
 
-@pytest.mark.parametrize(("kills", "keep"), [(4, "all"), (2, "front"), night(30, "all"), night(15, "front")])
+@pytest.mark.parametrize(
+    ("kills", "keep"),
+    [(4, "all"), (2, "front"), (3, "atlas"), night(30, "all"), night(15, "front"), night(30, "atlas")],
+)
 def test_random_kills_of_the_command(command, tmp_path, figures, kills, keep):
     """The real command: blocks that a reader saw committed before the kill stay."""
     chance = random.Random(3)
-    config = study(tmp_path, 32)
+    config = 5 * 65_536 if keep == "atlas" else study(tmp_path, 32)
     undisturbed, path = tmp_path / "undisturbed.h5", tmp_path / "killed.h5"
     assert command(config, undisturbed, keep=keep).finish()[0] == 0
     n_blocks = len(done_blocks(undisturbed))

@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 import shlex
-from importlib.resources import files
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from explore.base.errors import ResultsError
+from explore.cli.atlas_study import atlas_text
 from explore.cli.output import announce_compiling, count_of, say
 from explore.cli.workers import EventPrinter, QuietOption, WorkerOptions, WorkersOption
-
-#: The line of the study with the number of curves.
-_COUNT = "count = 65536"
 
 
 def atlas(
@@ -33,8 +30,7 @@ def atlas(
     from explore.running.runs import run_study
     from explore.studies.config.study_file import parse_study
 
-    text = files("explore").joinpath("data/atlas.toml").read_text(encoding="utf-8")
-    study = parse_study(text.replace(_COUNT, f"count = {count}"), "atlas.toml", Path())
+    study = parse_study(atlas_text(count), "atlas.toml", Path())
     path = output or Path("results") / "atlas.h5"
     if path.is_dir():
         raise ResultsError(f"{path} is a folder; name another file with -o")

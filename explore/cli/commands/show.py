@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from explore.base.errors import RequestError
+from explore.cli.atlas_study import atlas_text
 from explore.cli.options import JsonOption, ResultsArgument
 from explore.cli.output import count_of, number, print_json, say, shown_unit
 from explore.cli.paths import check_output, newest_results, refuse_overwriting
@@ -57,6 +58,13 @@ def show(
     _show_designs(opened, design, output, as_json=as_json)
 
 
+def _command_of(results: Results) -> str:
+    """The command that continues results."""
+    if results.config == atlas_text(results.n_studied):
+        return f"atlas --count {results.n_studied}"
+    return _COMMANDS.get(str(results.attributes.get("sampler")), "sweep")
+
+
 def _show_results(results: Results, *, as_json: bool) -> None:
     from explore.results.store.summaries import summarise
 
@@ -72,8 +80,7 @@ def _show_results(results: Results, *, as_json: bool) -> None:
     if results.keep != "all":
         say(f"{results.n_designs:,} of {results.n_studied:,} designs were kept, the Pareto-optimal ones", data=True)
     if not results.is_complete:
-        command = _COMMANDS.get(str(results.attributes.get("sampler")), "sweep")
-        say(f"run its `explore {command}` again to continue", data=True)
+        say(f"run its `explore {_command_of(results)}` again to continue", data=True)
     print_table(
         "designs by status",
         [("status", ""), ("designs", ""), ("meaning", "")],

@@ -82,20 +82,21 @@ def save_figure(figure: Figure, path: Path) -> None:
     ResultsError
         If the file cannot be written; no partial file stays.
     """
+    content = _content(figure, path.suffix.lower())  # matplotlib stumbles over a full disk
     with new_output(path) as unfinished:
-        _write(figure, unfinished, path.suffix.lower())
+        unfinished.write_bytes(content)
 
 
 def figure_svg(figure: Figure) -> bytes:
     """A figure as SVG; the same figure gives the same bytes."""
-    file = BytesIO()
-    _write(figure, file, ".svg")
-    return file.getvalue()
+    return _content(figure, ".svg")
 
 
-def _write(figure: Figure, file: Path | BytesIO, ending: str) -> None:
+def _content(figure: Figure, ending: str) -> bytes:
     import matplotlib as mpl
 
+    file = BytesIO()
     undated: dict[str, dict[str, None]] = {".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
     with mpl.rc_context({"svg.hashsalt": "explore"}):
         figure.savefig(file, format=ending[1:], dpi=130, metadata=undated.get(ending))
+    return file.getvalue()

@@ -6,6 +6,7 @@ import csv
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
+from io import BytesIO
 from pathlib import Path
 
 import numpy as np
@@ -88,7 +89,8 @@ def write_hdf5(motion: Motion, path: Path) -> None:
     """Write groups of signals, points and parameters; units and meanings are attributes."""
     import h5py
 
-    with h5py.File(path, "w", locking=False) as file:  # the name is locked already
+    content = BytesIO()  # HDF5 crashes on a full disk
+    with h5py.File(content, "w") as file:
         file.attrs.update({"title": motion.title, "mechanism": motion.mechanism})
         groups: dict[str, Mapping[str, FloatArray | float]] = {
             "motion": motion.signals,
@@ -101,6 +103,7 @@ def write_hdf5(motion: Motion, path: Path) -> None:
                 dataset.attrs["units"] = "mm" if group == "points" else motion.units[name]
                 if group != "points":
                     dataset.attrs["long_name"] = motion.long_names[name]
+    path.write_bytes(content.getvalue())
 
 
 def write_mat(motion: Motion, path: Path) -> None:

@@ -1,0 +1,156 @@
+"""Files that commands write beside results: on a full disk, and after kills and power cuts at every call."""
+
+from __future__ import annotations
+
+import random
+
+import pytest
+from command_line import call
+
+import explore
+from faults.disks import take_all_but
+from faults.replay import Disk, boundaries, put_down, read_trace
+
+STUDY = """mechanism = "crank-rocker"
+[parameters]
+crank = { min = 80, max = 160 }
+coupler = { min = 1000, max = 1100 }
+rocker = 541.7118
+ground = 691.7118
+[sampling]
+method = "sobol"
+count = 64
+[rank]
+metrics = ["cv", "transmission_angle_min:max"]
+"""
+MECHANISM = ["simulate", "--mechanism", "crank-rocker"]
+for _length in ("crank=100", "coupler=1083.4236", "rocker=541.7118", "ground=691.7118"):
+    MECHANISM += ["--set", _length]
+EXPORT, CERTIFY = ["export", "{results}", "--design", "0"], ["certify", "{results}", "--design", "0"]
+TOLERANCE = ["tolerance", "{results}", "--design", "0", "--tolerance", "0.1", "--draws", "100"]
+#: Commands by the file that they write.
+WRITERS = {
+    "rank.csv": ["rank", "{results}"],
+    "report.html": ["report", "{results}"],
+    "pareto.pdf": ["plot", "pareto", "{results}"],
+    "motion.gif": MECHANISM,
+    "design.toml": EXPORT,
+    "design.hdf5": EXPORT,
+    "proved.csv": CERTIFY,
+    "packed.h5": ["pack", "{results}"],
+    "tolerance.h5": TOLERANCE,
+    "refined.h5": ["refine", "{results}", "--evaluations", "256"],
+}
+MORE_WRITERS = {
+    "rank.json": ["rank", "{results}"],
+    "rank.md": ["rank", "{results}"],
+    "rank.parquet": ["rank", "{results}"],
+    "pareto.svg": ["plot", "pareto", "{results}"],
+    "pareto.png": ["plot", "pareto", "{results}"],
+    "motion.csv": MECHANISM,
+    "motion.svg": MECHANISM,
+    "design.dxf": EXPORT,
+    "design.svg": EXPORT,
+    "design.csv": EXPORT,
+    "design.mat": EXPORT,
+    "shown.csv": ["show", "{results}", "--design", "0"],
+    "proved.json": CERTIFY,
+    "polished.csv": ["polish", "{results}", "--design", "0"],
+    "tolerance.csv": TOLERANCE,
+    "tolerance.png": TOLERANCE,
+    "sensitivity.csv": ["sensitivity", "{results}"],
+}
+
+
+@pytest.fixture(scope="session")
+def swept(tmp_path_factory):
+    """Results of a small study with ranges, not to be changed."""
+    folder = tmp_path_factory.mktemp("swept")
+    (folder / "study.toml").write_text(STUDY)
+    return explore.sweep(explore.load_study(folder / "study.toml"), folder / "study.h5").path
+
+
+def order(words, results, target):
+    """The words of a command with its output."""
+    return [*(word.format(results=results) for word in words), "-o", str(target)]
+
+
+@pytest.mark.parametrize("name", [*WRITERS, *(pytest.param(name, marks=pytest.mark.slow) for name in MORE_WRITERS)])
+def test_a_full_disk_leaves_the_earlier_file(swept, small_disk, tmp_path, name):
+    """Full from the beginning, and full in the middle of the file."""
+    place, words = tmp_path / "roomy", (WRITERS | MORE_WRITERS)[name]
+    place.mkdir()
+    code, _, err = call(*order(words, swept, place / name), seconds=60)
+    assert code == 0, err
+    size = sum(file.stat().st_size for file in place.iterdir())
+    for free in (0, size // 2):
+        target = small_disk / name
+        if not name.endswith(".h5"):  # which is never replaced
+            target.write_text("earlier")
+        other = take_all_but(small_disk, free // 4096 * 4096)
+        before = {file.name: file.read_bytes() for file in small_disk.iterdir()}
+        code, out, err = call(*order(words, swept, target), seconds=60)
+        assert code == 1, (free, out, err)
+        (line,) = [line for line in err.splitlines() if line.startswith("error: ")]
+        assert str(target) in line
+        assert "free" in line
+        left = {file.name: file.read_bytes() for file in small_disk.iterdir()}
+        assert {name: content for name, content in left.items() if not name.endswith(".log.jsonl")} == before
+        other.unlink()
+
+
+@pytest.mark.parametrize("cuts", [0, 3], ids=["kills", "power cuts"])
+@pytest.mark.parametrize("trials", [12, pytest.param(None, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("name", ["proved.csv", "design.toml", "design.hdf5", "design.svg"])
+def test_kill_or_power_cut_at_every_call(server, memory, swept, fresh, figures, request, name, trials, cuts):
+    """The earlier file is there or the new one, whole; what else is left the next run removes."""
+    folder, trace = memory / request.node.name, memory / f"{request.node.name}.trace"
+    folder.mkdir()
+    words = (WRITERS | MORE_WRITERS)[name]
+    (folder / name).write_text("earlier")
+    environment = {"FAULT_FOLDER": str(folder), "FAULT_TRACE": str(trace)}
+    writing = server.write(folder / name, arguments=order(words, swept, folder / name), environment=environment)
+    assert writing.code == 0, writing.errors
+    whole, calls = (folder / name).read_bytes(), read_trace(trace)
+    assert whole != b"earlier"
+    disk, chance, moments = Disk(folder, {str(folder / name): b"earlier"}), random.Random(6), boundaries(calls)
+    chosen = {*moments[-6:], *chance.sample(moments, min(trials or len(moments), len(moments)))}
+    found = set()
+    for position in range(len(calls) + 1):
+        if position in chosen:
+            states = [disk.after_cut(chance) for _ in range(cuts)] or [disk.after_kill()]
+            if not cuts and position < len(calls) and calls[position].operation == "w":
+                states.append(disk.after_kill(during=calls[position]))
+            for state in states:
+                target = fresh() / name
+                put_down(state, folder, target.parent)
+                figures["trials"] += 1
+                found.add(target.read_bytes())
+        if position < len(calls):
+            disk.do(calls[position])
+    assert found == {b"earlier", whole}
+    assert call(*order(words, swept, target), seconds=60)[0] == 0  # beside what the last state left
+    assert {file.name: file.read_bytes() for file in target.parent.iterdir()} == {name: whole}
+
+
+@pytest.mark.parametrize("name", ["proved.csv", "design.toml"])
+def test_the_next_run_removes_what_a_killed_one_left(server, memory, swept, fresh, figures, name):
+    """Real kills, before each of the calls that write the file."""
+    words = WRITERS[name]
+    whole = None
+    for at in range(1, 40):
+        folder = fresh()
+        (folder / name).write_text("earlier")
+        environment = {"FAULT_FOLDER": str(folder), "FAULT_ACTION": "kill", "FAULT_AT": str(at)}
+        arguments = order(words, swept, folder / name)
+        code = server.write(folder / name, arguments=arguments, environment=environment).code
+        left = {file.name for file in folder.iterdir()}
+        assert server.write(folder / name, arguments=arguments).code == 0
+        whole = whole or (folder / name).read_bytes()
+        assert {file.name: file.read_bytes() for file in folder.iterdir()} == {name: whole}
+        if code == 0:
+            break
+        figures["trials"] += 1
+        figures["left"] += len(left) > 1
+    assert code == 0, "the last run was not killed"
+    assert figures["left"] > 0
