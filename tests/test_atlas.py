@@ -5,6 +5,7 @@ import pytest
 from command_line import run
 
 import explore
+from explore.results.store.all_designs_writer import AllDesignsWriter
 from explore.synthesis.linkages import FourBar
 
 
@@ -49,3 +50,16 @@ def test_the_same_again_changes_nothing_and_another_count_is_refused(folder):
     assert (folder / "results" / "atlas.h5").read_bytes() == before
     assert "--restart" in run("atlas", "--count", "1024", cwd=folder, code=1).stderr
     assert "is a folder" in run("atlas", "-o", "results", cwd=folder, code=1).stderr
+
+
+def test_an_interrupted_atlas_says_what_continues_it(folder, tmp_path, monkeypatch):
+    def interrupt(*_):
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr(AllDesignsWriter, "commit", interrupt)
+        run("atlas", "--count", "2048", "-o", "cut.h5", cwd=tmp_path, code=130)
+    shown = run("show", "cut.h5", cwd=tmp_path).stdout
+    assert "run its `explore atlas --count 2048` again to continue" in shown
+    run("atlas", "--count", "2048", "-o", "cut.h5", cwd=tmp_path)
+    assert (tmp_path / "cut.h5").read_bytes() == (folder / "results" / "atlas.h5").read_bytes()
