@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from dataclasses import asdict
 from typing import Any
 
@@ -14,7 +14,9 @@ from explore.evaluation.quadrature.windows import LONGER, SHORTER, orient
 from explore.figures.reporting.javascript import TranslationError, translate
 from explore.model.drawing import PLACE, Panel
 from explore.model.mechanism import Mechanism
-from explore.model.quantities import Parameter
+from explore.model.output_slider import COLUMNS, SLIDER, TRAVEL, TRAVEL_PANEL, TRAVEL_SIGNAL
+from explore.model.points import drawn_name
+from explore.model.quantities import Parameter, Signal
 from explore.model.status import Status
 from explore.results.labels import unit_text
 
@@ -64,10 +66,24 @@ def describe_motion(mechanism: Mechanism, units: ShownUnits) -> dict[str, Any]:
         "longer": LONGER,
         "shorter": SHORTER,
         "limits": [end for stroke in mechanism.strokes[:1] for end in mechanism.window(stroke).ends],
-        "panels": [_describe_panel(mechanism, panel, units) for panel in panels],
+        "panels": [_describe_panel([mechanism.signal(name) for name in p.signals], p, units) for p in panels],
         "drawing": asdict(mechanism.drawing) if mechanism.drawing else None,
         "place": list(PLACE),
+        "slider": _describe_slider(mechanism, units),
     }  # fmt: skip
+
+
+def _describe_slider(mechanism: Mechanism, units: ShownUnits) -> dict[str, Any] | None:
+    """What results tie to the only point of a linkage: columns of the slider, its travel; None without such a point."""
+    if len(mechanism.points) != 1:
+        return None
+    return {
+        "name": SLIDER,
+        "point": drawn_name(mechanism.points[0]),
+        "columns": list(COLUMNS),
+        "signal": {"name": TRAVEL, "unit": TRAVEL_SIGNAL.unit},
+        "panel": _describe_panel([TRAVEL_SIGNAL], TRAVEL_PANEL, units),
+    }
 
 
 def _describe_range(parameter: Parameter) -> dict[str, Any]:
@@ -86,8 +102,7 @@ def _finite(limit: float) -> float | None:
     return limit if math.isfinite(limit) else None
 
 
-def _describe_panel(mechanism: Mechanism, panel: Panel, units: ShownUnits) -> dict[str, Any]:
-    signals = [mechanism.signal(name) for name in panel.signals]
+def _describe_panel(signals: Sequence[Signal], panel: Panel, units: ShownUnits) -> dict[str, Any]:
     scale = units.scale(panel.unit or signals[0].unit)
     unit, factor = scale.shown, panel.factor * float(scale.factor)
     return {

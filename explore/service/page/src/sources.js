@@ -1,6 +1,7 @@
 /** The results that are browsed: their indexes, columns and constraints, and queries to their routes. */
 
 import { ask } from "./ask.js";
+import { raised } from "../../../figures/reporting/page/src/format.js";
 
 /** Milliseconds between two looks at an index that is being made. */
 const LOOK = 200;
@@ -38,7 +39,7 @@ export async function browsingOf(names) {
       const facts = await ask("GET", path(name, "browsing"));
       const columns = facts.columns
         .filter(({ low, high }) => low !== null && high !== null)
-        .map((column) => ({ ...column, unit: column.unit === "1" ? "" : column.unit }));
+        .map((column) => ({ ...column, unit: column.unit === "1" ? "" : raised(column.unit) }));
       return { ...facts, name, columns, byName: new Map(columns.map((column) => [column.name, column])) };
     }),
   );

@@ -99,7 +99,7 @@ function draw(kind, canvas, value, degrees, width) {
 function frame(context, x, y, motion, colour, width) {
   const [bottom, top] = y.range();
   context.fillStyle = colour.stroke;
-  for (const [start, stop] of turns(motion?.stroke))
+  for (const [start, stop] of turns(motion?.stroke ?? motion?.dwell))
     context.fillRect(x(start), top, x(stop) - x(start), bottom - top);
   context.font = "10.5px system-ui, sans-serif";
   context.fillStyle = colour.muted;

@@ -4,7 +4,7 @@ import { el, onWidth, resizeCanvas } from "./dom.js";
 import { curveChart } from "./curves.js";
 import { DASHES, HUES, drawMechanism, drawingOf, heightOf, limitsOf, pointPaths } from "./drawing.js";
 import { fileOf } from "./files.js";
-import { designName, words } from "./format.js";
+import { designName, number, words } from "./format.js";
 import { KINDS, dashedLine, glyph } from "./marks.js";
 import { brokenParameter, hasMotion, motionOf, overTheTurn } from "./mechanism.js";
 import { drawOverlay, jointReach } from "./overlay.js";
@@ -168,10 +168,11 @@ function player(state, angle, draw) {
   return { node: el("div", { class: "player" }, button, slider, reading), play, pause, set, show };
 }
 
-/** Parameters of a design by name, in declared units: the swept ones, and defaults of the mechanism for the others. */
+/** Parameters of a design by name, in declared units: the swept ones, those of its slider, and defaults for the others. */
 export function parametersOf(model, row) {
+  const tied = model.study.motion?.slider?.columns ?? [];
   const swept = model.columns
-    .filter((column) => column.role === "parameter" && !fileOf(model, row).lacks?.includes(column.name))
+    .filter((column) => (column.role === "parameter" || tied.includes(column.name)) && !fileOf(model, row).lacks?.includes(column.name))
     .map((column) => [column.name, column.declared[row]]);
   return { ...model.study.defaults, ...Object.fromEntries(swept) };
 }
@@ -202,6 +203,7 @@ function legendOf(legend, drawn) {
   for (const path of pointPaths(drawing)) items.push(entry(dashedLine(path.dashes), path.long_name));
   if (drawn.target) items.push(item("target", "target"));
   if (motion.stroke) items.push(item("drive", "drive stroke"));
+  if (motion.dwell) items.push(item("drive", `dwell ${number(motion.dwell[1] - motion.dwell[0], 4)}°`));
   limitsOf(motion).forEach(([name, angle], k) => {
     items.push(item(`limit-${k % DASHES.length}`, `${name} ${(((angle % 360) + 360) % 360).toFixed(1)}°`));
   });

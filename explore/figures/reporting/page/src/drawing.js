@@ -101,13 +101,15 @@ export function drawMechanism(context, drawn, degrees, size) {
   for (const { point, role } of drawing.paths) if (role !== "point") pathOf(view, turn[point], role);
   for (const { point, dashes } of pointPaths(drawing)) pathOf(view, turn[point], "point", dashes);
   if (drawn.target) drawTarget(view, drawn.target);
-  if (motion.stroke && drawing.stroke_point) driveStrokeArc(view, motion, drawing.points[drawing.stroke_point]);
+  if (motion.stroke && drawing.stroke_point) strokeArc(view, motion, motion.stroke, drawing.points[drawing.stroke_point]);
+  if (motion.dwell) strokeArc(view, motion, motion.dwell, drawing.points[motion.declared.slider.point]);
   limitPositions(view, motion, drawing);
   const pose = poseAt(motion, degrees);
   const points = Object.fromEntries(Object.entries(drawing.points).map(([name, vectors]) => [name, sum(vectors, pose)]));
   for (const guide of drawing.guides) guideMark(view, turn[guide.point], guide.angle);
   drawn.curves.forEach((curve, k) => bodyCurve(view, curve, drawing.profiles[k], points, pose, HUES[k]));
   drawing.links.forEach((link, k) => chain(view, link.points.map((name) => points[name]), HUES[k % HUES.length], 5));
+  for (const guide of drawing.guides) if (guide.point === motion.declared.slider?.name) sliderMark(view, points[guide.point], guide.angle);
   for (const pivot of drawing.pivots) pivotMark(view, points[pivot]);
   const joints = new Set([...drawing.links.flatMap((link) => link.points), ...drawing.pivots]);
   for (const name of joints) jointMark(view, points[name]);
@@ -143,10 +145,9 @@ function pathOf(view, points, role, dashes = []) {
   context.setLineDash([]);
 }
 
-/** Draw the drive stroke on the path of its point, with the sense of rotation. */
-function driveStrokeArc(view, motion, vectors) {
+/** Draw the drive stroke or the dwell on the path of its point, with the sense of rotation. */
+function strokeArc(view, motion, [start, stop], vectors) {
   const { context, place, colour } = view;
-  const [start, stop] = motion.stroke;
   const at = (share) => sum(vectors, poseAt(motion, start + share * (stop - start)));
   context.strokeStyle = context.fillStyle = colour.green;
   context.globalAlpha = 0.55;
@@ -222,6 +223,22 @@ function guideMark(view, path, degrees) {
     );
     view.context.stroke();
   }
+}
+
+/** A slider: a block in its guide. */
+function sliderMark({ context, place, colour }, point, degrees) {
+  context.save();
+  context.translate(...place(point));
+  context.rotate((-degrees * Math.PI) / 180);
+  context.beginPath();
+  for (const [x, y] of [[-13, -8], [13, -8], [13, 8], [-13, 8]]) context.lineTo(x, y);
+  context.closePath();
+  context.fillStyle = colour.panel;
+  context.strokeStyle = colour.ink;
+  context.lineWidth = 1.5;
+  context.fill();
+  context.stroke();
+  context.restore();
 }
 
 function jointMark({ context, place, colour }, point) {

@@ -48,4 +48,4 @@ export const words = (name) => name.replaceAll("_", " ");
 export const raised = (unit) => unit.replace(/\^(\d)/g, (_, power) => "⁰¹²³⁴⁵⁶⁷⁸⁹"[power]);
 
 /** A column's name with its unit. */
-export const titled = (column) => (column.unit ? `${words(column.name)} [${raised(column.unit)}]` : words(column.name));
+export const titled = (column) => (column.unit ? `${words(column.name)} [${column.unit}]` : words(column.name));

@@ -1,7 +1,7 @@
 /** Headings of parallel axes: name, unit and better side; dragging or the arrow keys reorder the axes. */
 
 import { el } from "./dom.js";
-import { raised, words } from "./format.js";
+import { words } from "./format.js";
 
 const BETTER = { min: "▼ better", max: "▲ better" };
 const MEANING = { min: "small is better", max: "large is better" };
@@ -47,7 +47,7 @@ export function headings(root, model, move) {
         onpointercancel: drop,
       },
       el("span", {}, words(name)),
-      column.unit ? el("span", { class: "unit" }, ` ${raised(column.unit)}`) : "",
+      column.unit ? el("span", { class: "unit" }, ` ${column.unit}`) : "",
       sense ? el("span", { class: "better" }, BETTER[sense]) : "",
     );
     return node;

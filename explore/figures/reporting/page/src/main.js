@@ -1,7 +1,8 @@
 /** The page: reads its data and builds the views, which share one selection and one chosen design. */
 
 import { readDensity } from "./density.js";
-import { designPanel } from "./design.js";
+import { designPanel, parametersOf } from "./design.js";
+import { poseAt, sum } from "./drawing.js";
 import { opacity } from "./marks.js";
 import { motionOf, strokeOf } from "./mechanism.js";
 import { parallel } from "./parallel.js";
@@ -53,7 +54,7 @@ async function start() {
 
 /** The state of the page, for the browser's console and for tests. */
 export const page = {};
-export { motionOf, opacity, strokeOf };
+export { motionOf, opacity, parametersOf, poseAt, strokeOf, sum };
 
 start().catch((error) => {
   root("notices").textContent = `This page cannot be shown: ${error.message}. A browser of 2023 or later is needed.`;

@@ -3,6 +3,8 @@
  * own functions `close` and `fill`, translated from Python (see `explore.figures.reporting.javascript`).
  */
 
+import { withSlider } from "./slider.js";
+
 const DEGREES = 180 / Math.PI;
 
 /** The mechanism's functions; undefined on a page of a mechanism without a translation. */
@@ -51,7 +53,7 @@ export function motionOf(declared, values, drive) {
   motion.drive = drive;
   motion.stroke = drive === "none" ? null : strokeOf(motion, "drive");
   motion.at = (degrees) => signals(motion, degrees);
-  return motion;
+  return withSlider(motion);
 }
 
 /** First and last input angle of a stroke by its name, deg; null without strokes. */

@@ -25,7 +25,7 @@ export function savedFiles(root, model, chosen) {
   const button = (text, ending, type, content) =>
     el("button", { type: "button", class: "link", onclick: () => save(`${study.name}-${model.designs[chosen.row]}.${ending}`, content(), type) }, text);
   const moving = [
-    button("motion (CSV)", "csv", "text/csv", () => motionText(study.motion, motion())),
+    button("motion (CSV)", "csv", "text/csv", () => motionText(motion())),
     ...(study.motion?.drawing
       ? [button("drawing (SVG)", "svg", "image/svg+xml", () => drawingText(motion(), fileOf(model, chosen.row).target))]
       : []),
@@ -60,7 +60,8 @@ export function studyText(model, row) {
 }
 
 /** The signals over a turn, in declared units. */
-function motionText(declared, motion) {
+function motionText(motion) {
+  const { declared } = motion;
   const heads = [`${declared.input.replaceAll(" ", "_")} [deg]`, ...declared.signals.map(({ name, unit }) => `${name} [${unit ?? ""}]`)];
   const lines = Array.from({ length: ROWS }, (_, k) => {
     const degrees = (360 * k) / ROWS,
