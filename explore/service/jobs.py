@@ -41,6 +41,8 @@ class Job:
         Which designs a sweep keeps: "all" or "front".
     owner
         The name of who submitted it, which the link of their browser was made for; empty for a script.
+    remarks
+        What may not be meant in the file, with its lines.
     mechanism, designs, bytes
         What the file asks for; 0 designs for a task that has not found any yet. `bytes` is None for a task, and where
         only the front is kept.
@@ -67,6 +69,7 @@ class Job:
     keep: str = "all"
     owner: str = ""
     mechanism: str = ""
+    remarks: tuple[str, ...] = ()
     designs: int = 0
     bytes: int | None = None
     submitted: str | None = None
@@ -104,6 +107,8 @@ def _fits(name: str, value: object) -> bool:
         return value is None or isinstance(value, str)
     if name in _WORDS:
         return value in _WORDS[name]
+    if name == "remarks":
+        return isinstance(value, list) and all(isinstance(each, str) for each in value)
     if name in ("refine", "owner", "mechanism", "reason"):
         return isinstance(value, str)
     if name == "seconds":

@@ -126,6 +126,7 @@ class Jobs:
             "keep": keep,
             "owner": owner,
             "mechanism": plan.mechanism,
+            "remarks": plan.remarks,
             "designs": plan.designs or 0,
             "bytes": plan.bytes,
         }

@@ -7,6 +7,7 @@ from served import Served
 from studies import FEW
 
 from browser.service_pages import accessibility_faults, service_page
+from explore.results.store.open_results import open_results
 
 LONG = FEW.replace("[80, 100, 150, 160]", "{ start = 100, stop = 140, num = 6_000_000 }").replace(", 720", "")
 
@@ -78,6 +79,37 @@ def test_a_day_with_the_page(page, served):
     wait_until(lambda: delete(page, "long"))
     page.set_viewport_size({"width": 390, "height": 800})
     assert page.evaluate("document.documentElement.scrollWidth") <= 390
+
+
+def test_designs_of_a_cancelled_job_are_browsed_and_remarks_are_shown(browser, served):
+    """What was committed before the job was cancelled, on a telephone; the study has lengths in mm and shows inches."""
+    options = {"viewport": {"width": 390, "height": 800}}
+    with service_page(browser, served, **options) as page:
+        page.goto(f"{served.url}/#token={served.new_link()}")
+        page.wait_for_selector("#state:text-is('connected')")
+        page.fill("#name", "stopped")
+        page.fill("#study", LONG + '[units]\nlength = "in"\n')
+        page.click("#form button[type=submit]")
+        page.wait_for_selector("#outcome:text-is('stopped is queued')")
+        assert page.inner_text("#problems").startswith("perhaps not meant: stopped.toml:")
+        assert page.locator("#lines .wrong").count() == 0
+        wait_until(lambda: page.evaluate("document.querySelector('#jobs progress').value") > 0)
+        page.click("[aria-label='Cancel stopped']")
+        page.wait_for_selector("#jobs td:text-is('cancelled')")
+        page.click("#jobs summary:text-is('1 remark')")
+        assert "although [units] shows in" in page.inner_text("#jobs details")
+        assert page.evaluate("document.documentElement.scrollWidth") <= 390
+        assert accessibility_faults(page) == []
+        with served.client() as client:
+            wait_until(lambda: client.get("/api/jobs/stopped").json()["ended"])
+        n_done = open_results(served.folder / "results" / "stopped.h5").n_committed
+        assert 0 < n_done < 6_000_000
+        page.click("[aria-label='browse the results of stopped']")
+        page.wait_for_selector("#ranking tbody tr", timeout=240_000)
+        page.wait_for_selector(f"#total:has-text('of {n_done:,} designs')")
+        assert page.evaluate("document.documentElement.scrollWidth") <= 390
+        page.goto(served.url)
+        wait_until(lambda: delete(page, "stopped"))
 
 
 def test_a_colleague_is_invited_and_a_link_that_was_used_says_so(browser, page, served):

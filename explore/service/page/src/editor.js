@@ -113,6 +113,12 @@ export class Editor {
     this.root("problems").replaceChildren(...problems.map((problem) => el("li", {}, line(problem))));
   }
 
+  /** What may not be meant, each with its line, which is not marked as wrong. */
+  showRemarks(remarks) {
+    this.showProblems(remarks.map((text) => ({ text: `perhaps not meant: ${text}`, line: Number(/:(\d+):/.exec(text)?.[1] ?? 1) })));
+    this.showLines();
+  }
+
   goTo(line) {
     const lines = this.study.value.split("\n");
     const first = lines.slice(0, line - 1).join("\n").length + (line > 1);
@@ -136,7 +142,7 @@ export class Editor {
     try {
       const facts = await ask("POST", `/api/${route}${query}`, content);
       if (mine !== this.asked) return;
-      this.showProblems([]);
+      this.showRemarks(facts.remarks);
       this.tell(tell(facts));
     } catch (error) {
       if (mine !== this.asked) return;

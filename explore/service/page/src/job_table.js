@@ -51,7 +51,7 @@ export class JobTable {
     if (row.dataset.shape !== shape) {
       row.dataset.shape = shape;
       row.replaceChildren(
-        el("th", { scope: "row", role: "rowheader" }, job.name),
+        el("th", { scope: "row", role: "rowheader" }, job.name, ...remarksOf(job)),
         ...COLUMNS.map((name) => el("td", { role: "cell", "data-label": name })),
         el("td", { role: "cell" }, ...this.actions(job, mayChange)),
       );
@@ -109,6 +109,10 @@ export class JobTable {
     return el("label", { class: "priority" }, "priority ", input);
   }
 }
+
+/** What may not be meant in the file of a job. */
+const remarksOf = ({ remarks }) =>
+  remarks.length ? [el("details", { class: "remarks" }, el("summary", {}, remarks.length === 1 ? "1 remark" : `${remarks.length} remarks`), el("ul", {}, ...remarks.map((text) => el("li", {}, text))))] : [];
 
 /** Whether results can be browsed: those of a job that was cancelled or failed have the designs that were computed. */
 const hasDesigns = ({ state, done }) => state === "done" || (!(state in FIRST) && done > 0);

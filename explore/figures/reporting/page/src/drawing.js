@@ -109,7 +109,7 @@ export function drawMechanism(context, drawn, degrees, size) {
   for (const guide of drawing.guides) guideMark(view, turn[guide.point], guide.angle);
   drawn.curves.forEach((curve, k) => bodyCurve(view, curve, drawing.profiles[k], points, pose, HUES[k]));
   drawing.links.forEach((link, k) => chain(view, link.points.map((name) => points[name]), HUES[k % HUES.length], 5));
-  for (const guide of drawing.guides) if (guide.point === motion.declared.slider?.name) sliderMark(view, points[guide.point], guide.angle);
+  for (const { point, angle } of drawing.guides) sliderMark(view, points[point], angle);
   for (const pivot of drawing.pivots) pivotMark(view, points[pivot]);
   const joints = new Set([...drawing.links.flatMap((link) => link.points), ...drawing.pivots]);
   for (const name of joints) jointMark(view, points[name]);
