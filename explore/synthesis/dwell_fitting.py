@@ -1,4 +1,4 @@
-"""Least squares of the motions of sliders over dwells, many starts at once, by Levenberg and Marquardt's method.
+"""Least squares of the motions of sliders over dwells, many starts at once.
 
 Limits are residuals too where they are missed; `explore.synthesis.dwell_polishing` then meets them exactly.
 """
@@ -23,10 +23,14 @@ from explore.synthesis.dwell_motions import (
     Motions,
     slider_motions,
 )
+from explore.synthesis.levenberg_marquardt import Kept, Rows, Stepped, gauss_newton, improve
 
 #: Crank angles over the dwell and over the turn.
 _N_DWELL, _N_TURN = 25, 48
-_LEAST_DAMPING, _LARGEST_DAMPING = 1e-12, 1e8
+#: Damping that is added to that of each number, as a share of that of the most influential one.
+_FLOOR = 1e-3
+#: Relative gain of a step that counts as little.
+_LITTLE = 1e-9
 #: Least length of the link to the slider, in cranks.
 _LEAST_LINK = 0.05
 
@@ -155,27 +159,14 @@ def _residuals(
 def fit(task: DwellTask, starts: Fits, n_steps: int, weight: float) -> Fits:
     """Starts after a number of steps within the bounds of their numbers."""
     angles = _Angles(np.linspace(0.0, task.span, _N_DWELL), np.linspace(0.0, 2.0 * np.pi, _N_TURN, endpoint=False))
-    lower, upper = task.lower, task.upper
-    numbers, sides = np.clip(starts.numbers, lower, upper), starts.sides
-    residuals, slopes = _residuals(task, angles, numbers, sides, weight)
-    errors, damping = (residuals**2).sum(axis=1), np.full(len(numbers), 1e-3)
-    for _ in range(n_steps):
-        square = slopes @ slopes.transpose(0, 2, 1)
-        gradient = (slopes @ residuals[..., None])[..., 0]
-        # Numbers at a bound that the step would pass stay there.
-        is_held = ((numbers <= lower) & (gradient > 0.0)) | ((numbers >= upper) & (gradient < 0.0))
-        square[is_held[:, :, None] | is_held[:, None, :]] = 0.0
-        diagonal = np.einsum("nii->ni", square)
-        diagonal += damping[:, None] * (diagonal + 1e-3 * diagonal.max(axis=1, keepdims=True)) + is_held
-        step = -np.linalg.solve(square, np.where(is_held, 0.0, gradient)[..., None])[..., 0]
-        step *= np.minimum(1.0, 0.5 / np.maximum(np.abs(step).max(axis=1), 1e-300))[:, None]
-        tried = np.clip(numbers + step, lower, upper)
-        found, found_slopes = _residuals(task, angles, tried, sides, weight)
-        sums = (found**2).sum(axis=1)
-        is_better = sums < errors
-        numbers = np.where(is_better[:, None], tried, numbers)
-        residuals = np.where(is_better[:, None], found, residuals)
-        slopes = np.where(is_better[:, None, None], found_slopes, slopes)
-        errors = np.where(is_better, sums, errors)
-        damping = np.clip(np.where(is_better, damping / 5.0, damping * 4.0), _LEAST_DAMPING, _LARGEST_DAMPING)
-    return Fits(numbers, sides, errors)
+    bounds = task.lower, task.upper
+
+    def evaluate(numbers: FloatArray, rows: Rows) -> tuple[FloatArray, Kept]:
+        residuals, slopes = _residuals(task, angles, numbers, starts.sides[rows], weight)
+        return np.square(residuals).sum(axis=1), (residuals, slopes)
+
+    def step(numbers: FloatArray, kept: Kept, _: Rows, damping: FloatArray) -> Stepped:
+        return gauss_newton(numbers, kept[0], kept[1], damping, bounds, _FLOOR)
+
+    numbers, errors = improve(np.clip(starts.numbers, *bounds), evaluate, step, n_steps, _LITTLE)
+    return Fits(numbers, starts.sides, errors)
