@@ -18,6 +18,7 @@ from explore.base.errors import RequestError
 from explore.model.quantities import FloatArray
 from explore.synthesis.function_search import FoundGenerator, FunctionTask
 from explore.synthesis.functions import FourBarGenerator, wrapped
+from explore.synthesis.levenberg_marquardt import Kept, Rows, Stepped, gauss_newton, improve
 
 LOG_RATIO, LEAST, LARGEST, START = range(4)
 _N_NUMBERS = 4
@@ -25,11 +26,10 @@ _N_NUMBERS = 4
 _N_SHAPES, _N_ANGLES, _N_VALUES = 1024, 36, 24
 #: Starts that are improved of each of the four kinds of linkage, and steps; then of all, and steps to the last digits.
 _COARSE, _FINE = (32, 15), (40, 200)
-#: Step of the differences, rad; by how much bounds are kept, rad; and relative gain of a step that is the last.
+#: Step of the differences, rad; by how much bounds are kept, rad; and relative gain of a step that counts as little.
 _STEP, _WITHIN, _GAIN = 1e-7, 1e-9, 1e-12
 #: Mean squared error, rad, at which a function is met.
 _MET = 1e-20
-_LEAST_DAMPING, _LARGEST_DAMPING = 1e-12, 1e8
 #: Weight of a missed bound on the ratio of links, and by which share of it the search stays within.
 _WEIGHT, _INSIDE = 100.0, 1e-3
 _TINY = 1e-12
@@ -135,42 +135,22 @@ def _residuals(task: FunctionTask, batch: _Batch) -> FloatArray:
 
 
 def _fit(task: FunctionTask, batch: _Batch, most_steps: int) -> tuple[_Batch, FloatArray]:
-    """Improve linkages together by Levenberg and Marquardt's method within the bounds; also the sums of squares."""
-    lower, upper = _bounds(task)
-    batch = batch._replace(numbers=np.clip(batch.numbers, lower, upper))
-    residuals = _residuals(task, batch)
-    costs, damping = np.square(residuals).sum(axis=1), np.full(len(residuals), 1e-2)
-    is_done = np.zeros(len(costs), dtype=np.bool_)
-    for _ in range(most_steps):
-        active = np.flatnonzero(~is_done & (damping < _LARGEST_DAMPING))
-        if not len(active):
-            break
-        now = batch.rows(active)
-        trial = now._replace(numbers=_stepped(task, now, residuals[active], damping[active]))
-        found = _residuals(task, trial)
-        errors = np.square(found).sum(axis=1)
-        is_better = errors < costs[active]
-        damping[active] = np.where(is_better, np.maximum(0.2 * damping[active], _LEAST_DAMPING), 4.0 * damping[active])
-        is_done[active] = is_better & ((costs[active] - errors < _GAIN * costs[active]) | (errors < _MET))
-        better = active[is_better]
-        batch.numbers[better], residuals[better] = trial.numbers[is_better], found[is_better]
-        costs[better] = errors[is_better]
-    return batch, costs
+    """Improve linkages together within the bounds; also the sums of squares."""
+    bounds = _bounds(task)
 
+    def residuals(numbers: FloatArray, rows: Rows) -> FloatArray:
+        return _residuals(task, batch.rows(rows)._replace(numbers=numbers))
 
-def _stepped(task: FunctionTask, batch: _Batch, residuals: FloatArray, damping: FloatArray) -> FloatArray:
-    """The numbers after a damped step; those that a bound holds stay."""
-    lower, upper = _bounds(task)
-    slopes = np.empty((*residuals.shape, _N_NUMBERS))
-    for j, unit in enumerate(np.eye(_N_NUMBERS)):
-        slopes[..., j] = (_residuals(task, batch._replace(numbers=batch.numbers + _STEP * unit)) - residuals) / _STEP
-    right = (slopes * residuals[..., None]).sum(axis=1)
-    held = ((batch.numbers <= lower) & (right > 0.0)) | ((batch.numbers >= upper) & (right < 0.0))
-    slopes *= ~held[:, None, :]
-    matrix, own = slopes.transpose(0, 2, 1) @ slopes, np.arange(_N_NUMBERS)
-    matrix[:, own, own] = (matrix[:, own, own] + _TINY) * (1.0 + damping[:, None]) + held
-    step = np.linalg.solve(matrix, -(right * ~held)[..., None])[..., 0]
-    return np.asarray(np.clip(batch.numbers + np.clip(step, -0.5, 0.5), lower, upper))
+    def evaluate(numbers: FloatArray, rows: Rows) -> tuple[FloatArray, Kept]:
+        found = residuals(numbers, rows)
+        return np.square(found).sum(axis=1), [found]
+
+    def step(numbers: FloatArray, kept: Kept, rows: Rows, damping: FloatArray) -> Stepped:
+        slopes = [(residuals(numbers + _STEP * unit, rows) - kept[0]) / _STEP for unit in np.eye(_N_NUMBERS)]
+        return gauss_newton(numbers, kept[0], np.stack(slopes, axis=1), damping, bounds)
+
+    numbers, costs = improve(np.clip(batch.numbers, *bounds), evaluate, step, most_steps, _GAIN, _MET)
+    return batch._replace(numbers=numbers), costs
 
 
 def _found(task: FunctionTask, batch: _Batch) -> FoundGenerator | None:
