@@ -357,7 +357,10 @@ def test_the_objectives_choose_what_is_kept_of_many_candidates(tmp_path, metrics
     # The same formulas of the same numbers: only the ranges of the studies, which round nothing, differ.
     np.testing.assert_allclose(own.min(axis=1), everything.min(axis=1), rtol=1e-12)
     if len(metrics) == 2:
-        dominated = (everything[:, :, None] < own[:, None, :]).all(axis=0).any(axis=0)
+        differences = everything[:, :, None] - own[:, None, :]
+        rounding = 1e-12 * np.abs(own[:, None, :])
+        dominated = (differences <= rounding).all(axis=0) & (differences < -rounding).any(axis=0)
         assert not dominated.any()
+        # The Pareto set has 52 members and a largest gap of 0.156; that of the twelve kept is 0.173.
         gaps = np.diff(np.sort((own[0] - own[0].min()) / np.ptp(own[0])))
-        assert gaps.max() < 0.35
+        assert gaps.max() < 0.2
