@@ -11,7 +11,7 @@ from explore.synthesis.linkages import FourBar
 from explore.synthesis.paths import search
 from explore.synthesis.paths.alignment import lay_over_parts
 from explore.synthesis.paths.atlas import draw_shapes
-from explore.synthesis.paths.fitting import ORDERED, Task, _pool, fit
+from explore.synthesis.paths.fitting import ORDERED, Task, fit
 from explore.synthesis.paths.numbers import (
     BODY,
     N_CONSTANTS,
@@ -25,6 +25,7 @@ from explore.synthesis.paths.numbers import (
 )
 from explore.synthesis.paths.ordering import order_angles
 from explore.synthesis.paths.search import PathTask, find_paths, linkage_of
+from explore.synthesis.pooling import pool
 
 PROBLEMS = json.loads((Path(__file__).parent / "reference" / "path_benchmarks.json").read_text(encoding="utf-8"))
 LINKAGE = FourBar(1 + 2j, 1 + 2j + 4 * np.exp(0.3j), 1.0, 3.5, 2.5, 0.6 + 0.7j, 1)
@@ -91,7 +92,7 @@ def test_the_slopes_of_crank_and_ground_at_their_bounds():
 
 def pooled(angles, weights, sense=1.0, span=0.0):
     n, found = len(angles), np.array(angles, dtype=float)
-    _pool(found, np.array(weights, dtype=float), sense, span, np.empty(n), np.empty(n), np.empty(n, dtype=np.int64))
+    pool(found, np.array(weights, dtype=float), sense, span, np.empty(n), np.empty(n), np.empty(n, dtype=np.int64))
     return found
 
 

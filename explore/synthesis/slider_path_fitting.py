@@ -18,7 +18,9 @@ import numpy as np
 import numpy.typing as npt
 
 from explore.model.quantities import FloatArray
+from explore.synthesis.levenberg_marquardt import Kept, Rows, Stepped, damped_step, improve
 from explore.synthesis.linkages import ComplexArray
+from explore.synthesis.pooling import bring_in_order
 
 PIVOT_X, PIVOT_Y, DIRECTION, LOG_ROD, LEAST, LARGEST, ALONG, ACROSS = range(8)
 N_NUMBERS = 8
@@ -26,9 +28,6 @@ N_NUMBERS = 8
 _LEAST_GAP = 1e-3
 #: Largest change of an angle, and of the numbers that are angles or logarithms, in one step.
 _LARGEST_TURN, _LARGEST_CHANGE = 0.5, 1.0
-#: Steps of little progress in a row that end the search of a start.
-_MOST_SLOW = 3
-_LEAST_DAMPING, _LARGEST_DAMPING = 1e-12, 1e8
 #: Mean squared distance, in units of the path, at which points are met.
 _MET = 1e-20
 _TINY = 1e-300
@@ -107,41 +106,26 @@ def points_and_slopes(numbers: FloatArray, angles: FloatArray) -> tuple[ComplexA
 
 def fit(problem: Problem, starts: Fits, most_steps: int, tolerance: float) -> Fits:
     """Improve starts by at most so many steps each; one ends after three steps in a row of little relative gain."""
-    numbers = _bounded(starts.numbers, problem)
-    angles = _ordered(starts.angles, np.broadcast_to(problem.weights, starts.angles.shape))
-    found = Fits(numbers, angles, _errors(problem, numbers, angles))
-    damping, slow = np.full(len(numbers), 1e-2), np.zeros(len(numbers), dtype=np.int64)
-    for _ in range(most_steps):
-        active = np.flatnonzero(
-            (slow < _MOST_SLOW) & (damping < _LARGEST_DAMPING) & (found.errors > _MET * len(problem.weights))
-        )
-        if not len(active):
-            break
-        now, own = found.rows(active), problem.rows(active)
-        numbers, angles, is_full = _step(own, now, damping[active])
-        errors = _errors(own, numbers, angles)
-        is_better = errors < now.errors
-        gain = now.errors - errors
-        slow[active] = np.where(is_better, np.where(gain < tolerance * now.errors, slow[active] + 1, 0), slow[active])
-        raised, lowered = 4.0 * damping[active] + _LEAST_DAMPING, np.maximum(0.2 * damping[active], _LEAST_DAMPING)
-        damping[active] = np.where(is_better, np.where(is_full, lowered, damping[active]), raised)
-        better = active[is_better]
-        found.numbers[better], found.angles[better] = numbers[is_better], angles[is_better]
-        found.errors[better] = errors[is_better]
-    return found
+    weights = np.broadcast_to(problem.weights, starts.angles.shape)
+    values = np.hstack([_bounded(starts.numbers, problem), _ordered(starts.angles, weights)])
+
+    def evaluate(values: FloatArray, rows: Rows) -> tuple[FloatArray, Kept]:
+        places, slopes, tangents = points_and_slopes(values[:, :N_NUMBERS], values[:, N_NUMBERS:])
+        errors = places - problem.points[rows]
+        return (problem.weights * np.abs(errors) ** 2).sum(axis=1), (errors, slopes, tangents)
+
+    def step(values: FloatArray, kept: Kept, rows: Rows, damping: FloatArray) -> Stepped:
+        return _step(problem.rows(rows), values, kept, damping)
+
+    values, errors = improve(values, evaluate, step, most_steps, tolerance, _MET * len(problem.weights))
+    return Fits(values[:, :N_NUMBERS], values[:, N_NUMBERS:], errors)
 
 
-def _errors(problem: Problem, numbers: FloatArray, angles: FloatArray) -> FloatArray:
-    places, _, _ = points_and_slopes(numbers, angles)
-    return np.asarray((problem.weights * np.abs(places - problem.points) ** 2).sum(axis=1))
-
-
-def _step(problem: Problem, now: Fits, damping: FloatArray) -> tuple[FloatArray, FloatArray, BoolArray]:
+def _step(problem: Problem, values: FloatArray, kept: Kept, damping: FloatArray) -> Stepped:
     """Numbers and angles after a step of each start, and whether it was not shortened."""
-    numbers, angles = now.numbers, now.angles
+    numbers, angles = values[:, :N_NUMBERS], values[:, N_NUMBERS:]
+    errors, slopes, tangents = kept
     b, n = angles.shape
-    places, slopes, tangents = points_and_slopes(numbers, angles)
-    errors = places - problem.points
     pulls = problem.weights * np.abs(tangents) ** 2 + _TINY
     # Of each point: its own second derivative, gradient, and mixed derivatives, by its angle.
     terms = np.empty((b, n, 2 + N_NUMBERS))
@@ -158,25 +142,14 @@ def _step(problem: Problem, now: Fits, damping: FloatArray) -> tuple[FloatArray,
     scaled = shares / block_sums[:, :1]
     matrix -= np.add.reduceat(shares[:, :, None] * scaled[:, None, :], first_rows, axis=0)
     right -= np.add.reduceat(scaled * block_sums[:, 1:2], first_rows, axis=0)
-    held = ((numbers <= problem.lower) & (right > 0.0)) | ((numbers >= problem.upper) & (right < 0.0))
-    step = _solved(matrix, right, held, damping)
+    step = damped_step(matrix, right, damping, numbers, (problem.lower, problem.upper))
     change = np.abs(step[:, DIRECTION : LARGEST + 1]).max(axis=1)
     scale = np.where(change > _LARGEST_CHANGE, _LARGEST_CHANGE / (change + _TINY), 1.0)
     step = np.nan_to_num(step * scale[:, None])
     rows = np.repeat(np.arange(b), np.diff(np.append(first_rows, len(block_sums))))
     turns = -(block_sums[:, 1] * scale[rows] + (shares * step[rows]).sum(axis=1)) / block_sums[:, 0]
     turned = angles + np.clip(turns, -_LARGEST_TURN, _LARGEST_TURN)[block_of].reshape(b, n)
-    return _bounded(numbers + step, problem), _ordered(turned, pulls), scale == 1.0
-
-
-def _solved(matrix: FloatArray, right: FloatArray, held: BoolArray, damping: FloatArray) -> FloatArray:
-    """The damped step of each start; numbers that are held stay."""
-    free = ~held
-    matrix = matrix * (free[:, :, None] & free[:, None, :])
-    own = np.arange(N_NUMBERS)
-    diagonal = np.where(held, 1.0, np.maximum(matrix[:, own, own], 1e-14))
-    matrix[:, own, own] = diagonal * (1.0 + damping[:, None])
-    return np.asarray(np.linalg.solve(matrix, -(right * free)[..., None])[..., 0])
+    return np.hstack([_bounded(numbers + step, problem), _ordered(turned, pulls)]), scale == 1.0
 
 
 def _blocks(angles: FloatArray, terms: FloatArray) -> tuple[IntArray, FloatArray, IntArray]:
@@ -195,12 +168,9 @@ def _blocks(angles: FloatArray, terms: FloatArray) -> tuple[IntArray, FloatArray
 
 def _ordered(angles: FloatArray, weights: FloatArray) -> FloatArray:
     """The nearest nondecreasing angles in weighted least squares; at most one turn from the first to the last."""
-    from scipy.optimize import isotonic_regression
-
-    found = angles.copy()
-    for row in np.flatnonzero((np.diff(angles, axis=1) < 0.0).any(axis=1)):
-        found[row] = isotonic_regression(angles[row], weights=weights[row]).x
-    return np.minimum(found, found[:, :1] + 2.0 * np.pi)
+    found = np.array(angles, order="C")
+    bring_in_order(found, np.ascontiguousarray(weights))
+    return found
 
 
 def _bounded(numbers: FloatArray, problem: Problem) -> FloatArray:

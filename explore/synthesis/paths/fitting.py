@@ -16,6 +16,14 @@ import numpy.typing as npt
 from explore.base.compiling import compiled
 from explore.base.subroutines import subroutine
 from explore.model.quantities import FloatArray
+from explore.synthesis.levenberg_marquardt import (
+    FIRST_DAMPING,
+    LARGEST_DAMPING,
+    LEAST_DAMPING,
+    LOWER,
+    MOST_SLOW,
+    RAISE,
+)
 from explore.synthesis.linkages import ComplexArray
 from explore.synthesis.paths.limits import Limits, add_limits, log_slopes, price_of_limits
 from explore.synthesis.paths.normal_equations import (
@@ -40,6 +48,7 @@ from explore.synthesis.paths.numbers import (
     place_at,
 )
 from explore.synthesis.paths.placed_pivots import change_coordinates, from_pivots, slopes_by_pivots, to_pivots
+from explore.synthesis.pooling import pool
 
 IntArray = npt.NDArray[np.int64]
 
@@ -47,9 +56,6 @@ IntArray = npt.NDArray[np.int64]
 ORDERED, TIMED, SHIFTED, UNORDERED = 0, 1, 2, 3
 #: Largest change of an angle, and of the numbers that are angles or logarithms, in one step.
 _LARGEST_TURN, _LARGEST_CHANGE = 0.5, 1.0
-#: Steps of little progress in a row that end the search.
-_MOST_SLOW = 3
-_LEAST_DAMPING, _LARGEST_DAMPING = 1e-12, 1e8
 _TINY = 1e-300
 
 
@@ -77,35 +83,6 @@ def _cost(problem, numbers, constants, angles):
         place, coupler = place_at(numbers, constants, problem.branch, angles[i])
         total += square_of(problem.task, i, place, coupler, numbers[BODY])
     return total
-
-
-@subroutine()
-def _pool(angles, weights, sense, least_span, values, sums, counts):
-    """Bring angles in order, nondecreasing in the sense, the nearest in weighted least squares; at most one turn apart.
-
-    The first and the last are at least `least_span` apart.
-    """
-    n, m = len(angles), 0
-    for i in range(n):
-        values[m], sums[m], counts[m] = sense * angles[i], weights[i], 1
-        m += 1
-        while m > 1 and values[m - 2] > values[m - 1]:
-            total = sums[m - 2] + sums[m - 1]
-            values[m - 2] = (values[m - 2] * sums[m - 2] + values[m - 1] * sums[m - 1]) / total
-            sums[m - 2] = total
-            counts[m - 2] += counts[m - 1]
-            m -= 1
-    missing = least_span - (values[m - 1] - values[0])
-    if missing > 0.0 and m > 1:
-        total = sums[0] + sums[m - 1]
-        values[m - 1] += missing * sums[0] / total
-        values[0] -= missing * sums[m - 1] / total
-    i = 0
-    last = values[0] + 2.0 * math.pi
-    for block in range(m):
-        for _ in range(counts[block]):
-            angles[i] = sense * min(values[block], last)
-            i += 1
 
 
 @subroutine()
@@ -336,7 +313,7 @@ def _take_step(problem, work, angles, m, is_tied, damping, trial, trial_constant
         for i in range(work.starts[block], work.starts[block + 1]):
             turned[i] += turn
     if task.mode == ORDERED:
-        _pool(turned, work.pulls, problem.sense, task.least_span, work.values, work.sums, work.counts)
+        pool(turned, work.pulls, problem.sense, task.least_span, work.values, work.sums, work.counts)
     return scale
 
 
@@ -353,23 +330,23 @@ def _fit(problem, work, numbers, angles, most_steps, tolerance):
     _bring_within(problem, work, constants, numbers)
     if task.mode == ORDERED:
         work.pulls[:] = 1.0
-        _pool(angles, work.pulls, problem.sense, task.least_span, work.values, work.sums, work.counts)
+        pool(angles, work.pulls, problem.sense, task.least_span, work.values, work.sums, work.counts)
     close_shape(numbers, problem.is_ground_longer, constants)
     cost = _cost(problem, numbers, constants, angles)
-    damping, steps, slow, is_better = 1e-2, 0, 0, True
-    while is_better and steps < most_steps and slow < _MOST_SLOW and cost > _TINY:
+    damping, steps, slow, is_better = FIRST_DAMPING, 0, 0, True
+    while is_better and steps < most_steps and slow < MOST_SLOW and cost > _TINY:
         m, is_tied = _linearise(problem, work, numbers, constants, angles)
         is_better = False
-        while not is_better and steps < most_steps and damping < _LARGEST_DAMPING:
+        while not is_better and steps < most_steps and damping < LARGEST_DAMPING:
             steps += 1
             scale = _take_step(problem, work, angles, m, is_tied, damping, trial, trial_constants, turned)
             close_shape(trial, problem.is_ground_longer, trial_constants)
             found = _cost(problem, trial, trial_constants, turned)
             is_better = found < cost
             if not is_better:
-                damping = damping * 4.0 + _LEAST_DAMPING
+                damping = damping * RAISE + LEAST_DAMPING
             elif scale == 1.0:
-                damping = max(damping * 0.2, _LEAST_DAMPING)
+                damping = max(damping * LOWER, LEAST_DAMPING)
         if is_better:
             slow = slow + 1 if cost - found < tolerance * cost else 0
             numbers[:], angles[:], constants[:] = trial, turned, trial_constants
