@@ -13,10 +13,8 @@ from command_line import call, run
 
 import explore
 from explore import charts
-from explore.analysis.covering import show_coverage
 from explore.base.units.shown import ShownUnits, read_shown_units
-from explore.cli.units import show_in_units
-from explore.results.store.shown_results import show_results
+from explore.cli.units import open_shown
 
 STUDY = """mechanism = "crank-rocker"
 [parameters]
@@ -172,7 +170,7 @@ def test_wrong_units_of_a_study_are_named_with_their_line(tmp_path):
 
 def test_figures_are_in_the_chosen_units(folder):
     plain = explore.open_results(folder / "results" / "plain.h5")
-    inches = show_results(plain, read_shown_units({"length": "in", "speed": "rpm", "angle": "rad"}))
+    inches = plain.in_units(read_shown_units({"length": "in", "speed": "rpm", "angle": "rad"}))
     first, second = (charts.pareto_chart(results, x="crank", y="mean").axes[0] for results in (plain, inches))
     assert (second.get_xlabel(), second.get_ylabel()) == (
         first.get_xlabel().replace("[mm]", "[in]"), first.get_ylabel().replace("[rad/s]", "[rpm]")
@@ -194,7 +192,7 @@ def test_figures_are_in_the_chosen_units(folder):
 
 def test_a_drawing_has_round_numbers_of_the_chosen_unit(folder):
     plain = explore.open_results(folder / "results" / "plain.h5")
-    panel = charts.mechanism_chart(show_results(plain, read_shown_units({"length": "in"}))).axes[0]
+    panel = charts.mechanism_chart(plain.in_units(read_shown_units({"length": "in"}))).axes[0]
     panel.figure.canvas.draw()
     low, high = panel.get_xlim()
     ticks = [(tick, label.get_text()) for tick, label in zip(panel.get_xticks(), panel.get_xticklabels(), strict=True)]
@@ -367,9 +365,7 @@ def test_coverage_in_the_chosen_units(tmp_path):
 
 def test_the_figure_of_coverage_is_in_the_chosen_units():
     declared = explore.coverage([50, 60], rocker=500, ground=700, coupler=(600, 800))
-    figures = [
-        charts.coverage_chart(shown) for shown in (declared, show_coverage(declared, ShownUnits({"length": "in"})))
-    ]
+    figures = [charts.coverage_chart(shown) for shown in (declared, declared.in_units(ShownUnits({"length": "in"})))]
     first, second = (figure.axes[0].get_lines()[0].get_xydata() for figure in figures)
     np.testing.assert_allclose(second * [INCH, 1.0], first, rtol=1e-15)
     assert [figure.axes[1].get_xlabel() for figure in figures] == ["crank length [mm]", "crank length [in]"]
@@ -392,8 +388,8 @@ def test_a_speed_given_in_rpm_is_shown_in_rpm(entry, unit, shown, tmp_path):
     (tmp_path / "study.toml").write_text(STUDY.replace('"60 rpm"', entry))
     results = explore.sweep(explore.load_study(tmp_path / "study.toml"), tmp_path / "study.h5")
     assert results.units["speed"] == "rad/s"
-    own = show_in_units(results, None)
+    own = open_shown(tmp_path / "study.h5", None)
     assert (own.units["speed"], own.units["mean"]) == (unit, "rad/s")
     assert own.design(0)["speed"] == pytest.approx(shown, rel=1e-15)
     for texts, expected in ((["declared"], "rad/s"), (["speed=Hz"], "Hz"), (["speed=rad/s"], "rad/s")):
-        assert show_in_units(results, texts).units["speed"] == expected
+        assert open_shown(tmp_path / "study.h5", texts).units["speed"] == expected

@@ -9,7 +9,6 @@ from explore.figures.charts.cognates import cognates_chart
 from explore.figures.charts.mechanism import mechanism_chart
 from explore.figures.charts.path import path_chart
 from explore.figures.charts.style import save_figure
-from explore.results.store.shown_results import show_results
 
 #: A path of Yu, Tang and Wang 2007 and linkages near theirs.
 STUDY = """mechanism = "crank-rocker"
@@ -103,7 +102,7 @@ def test_the_path_is_drawn_in_the_plane_of_the_target(results):
 
 
 def test_inches(results):
-    error = path_chart(show_results(results, read_shown_units({"length": "in"})), design=3).axes[1]
+    error = path_chart(results.in_units(read_shown_units({"length": "in"})), design=3).axes[1]
     plain = path_chart(results, design=3).axes[1]
     assert error.get_ylabel() == "distance [in]"
     inches, given = (lines_of(panel)["given points to the path"].get_ydata() for panel in (error, plain))

@@ -12,7 +12,6 @@ from explore.figures.charts.cognates import cognates_chart, cognates_figure
 from explore.figures.charts.linkages import crank_angles
 from explore.figures.charts.pareto import pareto_chart
 from explore.figures.charts.style import BLUE, GREEN, ORANGE, save_figure
-from explore.results.store.shown_results import show_results
 from explore.synthesis.cognates import cognate_angles, find_cognates
 from explore.synthesis.linkages import FourBar
 from explore.synthesis.poses import Dyad, Poses
@@ -118,7 +117,7 @@ def test_cognates_of_results_draw_the_path_of_the_design(tmp_path, branch):
     assert figure.get_suptitle().replace("\n", " ").startswith("one, design\xa00:")
     texts = [text.get_text() for text in figure.legends[0].get_texts()]
     assert texts[0] == "linkage: crank 100, coupler 280, rocker 260, ground 220 mm; its crank turns fully"
-    in_inches = cognates_chart(show_results(results, read_shown_units({"length": "in"})), design=0)
+    in_inches = cognates_chart(results.in_units(read_shown_units({"length": "in"})), design=0)
     assert in_inches.axes[0].get_xlabel() == "x [in]"
     assert "crank 3.937, coupler 11.024" in in_inches.legends[0].get_texts()[0].get_text()
 

@@ -10,7 +10,6 @@ import explore
 from explore.base.units.quantities import unit_factor
 from explore.base.units.shown import QUANTITIES, Scale, ShownUnits, read_shown_units
 from explore.results.ranking.rankings import RankRequest, rank_source
-from explore.results.store.shown_results import show_results
 from explore.studies.request.names import find_mechanism
 
 INCHES = read_shown_units({"length": "in", "speed": "rpm"})
@@ -154,7 +153,7 @@ def results(tmp_path_factory):
 
 
 def test_results_are_shown_in_the_chosen_units(results):
-    shown = show_results(results, INCHES)
+    shown = results.in_units(INCHES)
     assert shown.units["crank"] == "in"
     assert shown.units["cv"] == "1"
     frame, declared = shown.to_pandas(), results.to_pandas()
@@ -170,11 +169,11 @@ def test_results_are_shown_in_the_chosen_units(results):
 
 
 def test_results_without_chosen_units_are_the_same_object(results):
-    assert show_results(results, ShownUnits()) is results
+    assert results.in_units(ShownUnits()) is results
 
 
 def test_a_ranking_compares_declared_values_and_returns_shown_ones(results):
-    shown = show_results(results, INCHES)
+    shown = results.in_units(INCHES)
     crank = float(results.to_pandas()["crank"].iloc[3])
     conditions = (f"crank <= {INCHES.scale('mm').show(crank)!r}", f"crank <= {crank!r} mm")
     for where, source in zip(conditions, (shown, results), strict=True):

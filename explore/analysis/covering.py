@@ -10,12 +10,13 @@ so the swing is smallest there or at an end of the travel, and largest at an end
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from explore.base.errors import RequestError
+from explore.base.units.shown import ShownUnits, in_units
 from explore.evaluation.evaluate import evaluate_columns
 from explore.mechanisms.crank_rocker.declaration import CRANK_ROCKER
 from explore.model.quantities import FloatArray
@@ -24,7 +25,6 @@ from explore.studies.request.requests import make_request
 if TYPE_CHECKING:
     import pandas as pd
 
-    from explore.base.units.shown import ShownUnits
 
 #: Distance to keep from a change point, relative to the lengths: the motion is undefined there, the swing has a limit.
 _CLEARANCE = 2e-15
@@ -49,6 +49,8 @@ class Coverage:
     table: pd.DataFrame
     rocker: float
     ground: float
+    _declared: Coverage | None = field(default=None, compare=False)
+    _units: ShownUnits = field(default=ShownUnits(), compare=False)
 
     @property
     def units(self) -> tuple[str, str]:
@@ -72,11 +74,20 @@ class Coverage:
         """Swing angle over the coupler length, in columns crank, coupler (mm) and swing_angle (deg)."""
         import pandas as pd
 
+        if self._declared is not None:
+            curves = self._declared.curves(points)
+            return in_units(curves, self._units.scales(curves.attrs["units"]))
         usable = self.table.dropna(subset=["swing_min"])
         cranks = np.repeat(usable["crank"].to_numpy(), points)
         couplers = np.linspace(usable["coupler_min"], usable["coupler_max"], points, axis=1).ravel()
         swings = _swings(cranks, couplers, self.rocker, self.ground)
         return _add_units(pd.DataFrame({"crank": cranks, "coupler": couplers, "swing_angle": swings}))
+
+    def in_units(self, units: ShownUnits) -> Coverage:
+        """The same with all values in the chosen units."""
+        table = in_units(self.table, units.scales(self.table.attrs["units"]))
+        rocker, ground = (units.scale("mm").show(length) for length in (self.rocker, self.ground))
+        return Coverage(table, rocker, ground, self, units)
 
     def __repr__(self) -> str:
         low, high = self.total
@@ -84,33 +95,6 @@ class Coverage:
         gaps = ", ".join(f"{start:.6g} to {end:.6g}" for start, end in self.gaps)
         summary = f"{low:.6g} to {high:.6g} {unit}, " + (f"but not {gaps} {unit}" if gaps else "without a gap")
         return f"{self.table.to_string(index=False)}\n{summary}"
-
-
-@dataclass(frozen=True, repr=False)
-class ShownCoverage(Coverage):
-    """Swing ranges in chosen units; `declared` are the same in mm and deg."""
-
-    declared: Coverage
-    shown: ShownUnits
-
-    def curves(self, points: int = 200) -> pd.DataFrame:
-        """Swing angle over the coupler length, in columns crank, coupler and swing_angle."""
-        return _show(self.declared.curves(points), self.shown)
-
-
-def show_coverage(coverage: Coverage, units: ShownUnits) -> Coverage:
-    """Swing ranges with all values in the chosen units; the same object if none is chosen."""
-    if not units:
-        return coverage
-    rocker, ground = (units.scale("mm").show(length) for length in (coverage.rocker, coverage.ground))
-    return ShownCoverage(_show(coverage.table, units), rocker, ground, coverage, units)
-
-
-def _show(frame: pd.DataFrame, units: ShownUnits) -> pd.DataFrame:
-    scales = units.scales(frame.attrs["units"])
-    shown = frame.assign(**{name: scale.show_all(frame[name].to_numpy()) for name, scale in scales.items()})
-    shown.attrs["units"] = {name: scale.shown for name, scale in scales.items()}
-    return shown
 
 
 def coverage(

@@ -58,29 +58,22 @@ def open_shown(path: Path, texts: Sequence[str] | None) -> Results:
     """Open results in the units of their study and of --units."""
     from explore.results.store.open_results import open_results
 
-    return show_in_units(open_results(path), texts)
+    results = open_results(path)
+    return results.in_units(units_of(results, texts))
 
 
 def open_all_shown(paths: Sequence[Path], texts: Sequence[str] | None) -> list[Results]:
     """Open several results in the units of the study of the first and of --units."""
     from explore.results.store.open_results import open_results
-    from explore.results.store.shown_results import show_results
 
     opened = [open_results(path) for path in paths]
     units = units_of(opened[0], texts)
-    return [show_results(results, units) for results in opened]
-
-
-def show_in_units(results: Results, texts: Sequence[str] | None) -> Results:
-    """The results in the units of their study and of --units."""
-    from explore.results.store.shown_results import show_results
-
-    return show_results(results, units_of(results, texts))
+    return [results.in_units(units) for results in opened]
 
 
 def units_of(results: Results, texts: Sequence[str] | None) -> ShownUnits:
     """The units of the study of results, and of --units."""
-    from explore.results.store.shown_results import given_units, units_of_study
+    from explore.results.store.study_units import given_units, units_of_study
 
     entries = units_of_study(results)
     given = {} if _DECLARED in (texts or ()) else given_units(results)

@@ -17,7 +17,7 @@ from explore.results.ranking.rankings import RankRequest, rank_source
 from explore.results.store.labels import with_labels, with_units
 from explore.results.store.open_results import open_results
 from explore.results.store.results import Results
-from explore.results.store.shown_results import given_units, show_results, units_of_study
+from explore.results.store.study_units import given_units, units_of_study
 from explore.results.store.summaries import summarise
 from explore.studies.request.names import find_mechanism
 
@@ -26,7 +26,7 @@ def open_shown(path: Path) -> Results:
     """Results in the units of their study."""
     results = open_results(path)
     units = read_shown_units(units_of_study(results))
-    return show_results(results, units.with_given(given_units(results)))
+    return results.in_units(units.with_given(given_units(results)))
 
 
 def with_mechanism(results: Results) -> tuple[Results, Mechanism]:

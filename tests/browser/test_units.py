@@ -12,7 +12,6 @@ import explore
 from browser.chromium import silent_page
 from browser.conftest import STUDY, sweep_study
 from explore.base.units.shown import read_shown_units
-from explore.results.store.shown_results import show_results
 
 CHOICES = ["--units", "length=in", "--units", "speed=rpm", "--units", "angle=rad"]
 UNITS = read_shown_units({"length": "in", "speed": "rpm", "angle": "rad"})
@@ -29,7 +28,7 @@ def results(tmp_path_factory):
 
 
 def test_the_page_agrees_with_the_command_line(browser, results):
-    shown = show_results(results, UNITS).to_pandas()
+    shown = results.in_units(UNITS).to_pandas()
     with silent_page(browser, results.path.with_suffix(".html"), viewport={"width": 1400, "height": 1800}) as page:
         columns = page.evaluate(
             "exploreReport.page.model.columns.map(({name, unit, heading, values, declared}) =>"

@@ -17,7 +17,7 @@ from explore.analysis.tolerancing.outcomes import TolerancedRequest
 from explore.analysis.tolerancing.runs import ToleranceRun, write_toleranced
 from explore.analysis.tolerancing.spreads import CHUNK, chunk_deviations
 from explore.base.errors import RequestError
-from explore.base.units.shown import PLAIN, Scale
+from explore.base.units.shown import PLAIN, Scale, ShownUnits, in_units
 from explore.model.columns import Column
 from explore.model.request import Objective
 from explore.results.store.results import Results
@@ -27,6 +27,8 @@ if TYPE_CHECKING:
     import pandas as pd
 
 
+#: Columns of `Robustness.metrics` in the unit of the metric, and of `Robustness.derivatives` in that over another one.
+_AMOUNTS, _SLOPES = ["nominal", "mean", "std", "std_first_order", "low", "high"], ["derivative", "error"]
 #: With more designs derivatives of integrals, which take up to seconds in ball arithmetic, are differences.
 MOST_INTEGRATED = 16
 
@@ -87,6 +89,24 @@ class Robustness:
         """Unit of each metric and parameter in results files."""
         request = self._run.request.request
         return {quantity.name: quantity.unit for quantity in (*request.metrics, *request.mechanism.parameters)}
+
+    def scales(self, units: ShownUnits) -> dict[str, Scale]:
+        """The declared and the shown unit of each column of `designs`, and of each metric and parameter."""
+        return units.scales(self.designs.attrs["units"] | self.declared_units)
+
+    def in_units(self, scales: Mapping[str, Scale]) -> Robustness:
+        """The same with all values in shown units."""
+        factors = {name: scale.factor for name, scale in scales.items()}
+        of_metrics = [float(factors[metric]) for _, metric in self.metrics.index]
+        of_slopes = [float(factors[metric] / factors[name]) for _, metric, name in self.derivatives.index]
+        return replace(
+            self,
+            designs=in_units(self.designs, scales),
+            metrics=self.metrics.assign(**self.metrics[_AMOUNTS].mul(of_metrics, axis=0)),
+            derivatives=self.derivatives.assign(**self.derivatives[_SLOPES].mul(of_slopes, axis=0)),
+            tolerances=tuple(replace(t, plus_minus=scales[t.parameter].show(t.plus_minus)) for t in self.tolerances),
+            _scales=scales,
+        )
 
     def metrics_of(self, design: int) -> dict[str, dict[str, Any]]:
         """Rows of `metrics` of one design, by metric; each with the ``unit``."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,6 +14,7 @@ from explore.analysis.tuning.intervals import End, Interval, find_intervals, fin
 from explore.base.errors import MotionError, RequestError
 from explore.base.suggest import suggestion
 from explore.base.units.quantities import quantity
+from explore.base.units.shown import PLAIN, Scale, headings, in_units
 from explore.model.mechanism import Mechanism
 from explore.model.quantities import Metric, Parameter
 from explore.model.request import Request
@@ -69,6 +70,25 @@ class Tuning:
         ranges = ", ".join(f"{i.start.parameter!r} to {i.stop.parameter!r}" for i in self.intervals) or "nowhere"
         low, high = self.bounds
         return f"<Tuning: {self.metric} from {low:g} to {high:g} with {self.parameter} {ranges}>"
+
+    def in_units(self, scales: Mapping[str, Scale]) -> Tuning:
+        """The same with all values in shown units; names in `design` have those that are not the declared ones."""
+        place, amount = scales.get(self.parameter, PLAIN), scales.get(self.metric, PLAIN)
+        named = headings(scales, self.design)
+        low, high = self.bounds
+
+        def show_end(end: End) -> End:
+            return replace(end, parameter=place.show(end.parameter), value=amount.show(end.value))
+
+        return replace(
+            self,
+            curve=in_units(self.curve, scales),
+            intervals=tuple(Interval(show_end(each.start), show_end(each.stop)) for each in self.intervals),
+            reach=(show_end(self.reach[0]), show_end(self.reach[1])),
+            bounds=(amount.show(low), amount.show(high)),
+            design={named.get(name, name): scales.get(name, PLAIN).show(value) for name, value in self.design.items()},
+            own=place.show(self.own),
+        )
 
 
 def tune(

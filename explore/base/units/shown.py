@@ -13,6 +13,7 @@ import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -20,6 +21,9 @@ import numpy.typing as npt
 from explore.base.errors import RequestError
 from explore.base.suggest import format_value, suggestion
 from explore.base.units.quantities import join_unit, quantity, split_unit, unit_factor
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -70,7 +74,7 @@ class Scale:
         """A declared value in the shown unit, see `show_all`."""
         return float(self.show_all(np.asarray(value)))
 
-    def show_all(self, values: FloatArray) -> FloatArray:
+    def show_all(self, values: npt.NDArray[Any]) -> npt.NDArray[Any]:
         """Declared values in the shown unit, by an exact factor with two rounding errors."""
         if self.factor == 1:
             return values
@@ -214,6 +218,31 @@ def _quantity(unit: str) -> str:
         # A torque is written as a product, an energy as one unit.
         return "energy" if name == "torque" and len(split_unit(unit) or {}) == 1 else name
     return ""
+
+
+def in_units(table: pd.DataFrame, scales: Mapping[str, Scale]) -> pd.DataFrame:
+    """A table in the shown units: its columns, and the units and the bounds of constraints in its ``attrs``."""
+    names = [name for name in map(str, table.columns) if scales.get(name, PLAIN).factor != 1]
+    shown = table.copy(deep=False)
+    for name in names:
+        shown[name] = scales[name].show_all(table[name].to_numpy())
+    if "units" in shown.attrs:
+        units = table.attrs["units"]
+        shown.attrs["units"] = {name: scales[name].shown if name in scales else units[name] for name in units}
+    if "constraints" in shown.attrs:
+        shown.attrs["constraints"] = show_bounds(table.attrs["constraints"], scales)
+    return shown
+
+
+def show_bounds(
+    constraints: Mapping[str, Mapping[str, float | None]], scales: Mapping[str, Scale]
+) -> dict[str, dict[str, float | None]]:
+    """The bounds of each metric, which may have a margin only, in the shown units."""
+    by_metric = {metric: scales.get(metric) or scales.get(f"{metric}_margin", PLAIN) for metric in constraints}
+    return {
+        metric: {side: None if bound is None else by_metric[metric].show(bound) for side, bound in sides.items()}
+        for metric, sides in constraints.items()
+    }
 
 
 def headings(scales: Mapping[str, Scale], names: Iterable[str]) -> dict[str, str]:

@@ -45,7 +45,6 @@ def certify(
     refuse_overwriting(path, output, "the results file")
     check_table(output)
     import explore
-    from explore.results.store.shown_results import show_results
 
     source = explore.open_results(path)
     shown = units_of(source, units)
@@ -59,7 +58,7 @@ def certify(
     if as_json:
         print_json(certified.reset_index().to_dict(orient="records"))
     else:
-        _print(certified, show_results(source, shown), seconds, is_front=design is None)
+        _print(certified, source.in_units(shown), seconds, is_front=design is None)
     if (certified["verdict"] != "proved").any():
         raise typer.Exit(1)
 

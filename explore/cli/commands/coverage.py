@@ -46,7 +46,6 @@ def coverage(
     toml_text.read_text(str(config))  # reports a missing file before the kernels are compiled
     refuse_overwriting(config, output, "the study")
     from explore.analysis.covering import coverage as cover
-    from explore.analysis.covering import show_coverage
     from explore.studies.config.study_file import load_study
 
     choose_units(units)  # reports a wrong unit before the kernels are compiled
@@ -56,7 +55,7 @@ def coverage(
     travel, cranks, rocker, ground = _lengths(study, config)
     bounds = _transmission_angle_bounds(study.request.constraints)
     declared = cover(cranks, rocker=rocker, ground=ground, coupler=travel, transmission_angle=bounds)
-    swings = show_coverage(declared, shown)
+    swings = declared.in_units(shown)
     if as_json:
         print_json(_as_json(swings, shown.scales(declared.table.attrs["units"])))
     else:

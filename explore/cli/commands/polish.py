@@ -13,7 +13,7 @@ from explore.cli.output import announce_compiling, count_of, number, print_json,
 from explore.cli.paths import newest_results, refuse_overwriting
 from explore.cli.table_files import check_table, with_labels, with_units, write_table
 from explore.cli.tables import print_table
-from explore.cli.units import UnitsOption, show_in_units
+from explore.cli.units import UnitsOption, open_shown
 
 
 def polish(
@@ -41,7 +41,7 @@ def polish(
     check_table(output)
     import explore
 
-    source = show_in_units(explore.open_results(path), units)
+    source = open_shown(path, units)
     announce_compiling()
     polished = source.show(explore.polish(source.declared, design, objective=metric))
     table = with_units(with_labels(polished, source.columns), source.scales)

@@ -97,7 +97,9 @@ def rank(
     check_table(output)
     from explore.results.store.open_results import open_several
 
-    sources = _show_in_units(open_several(paths), units)
+    sources = open_several(paths)
+    chosen = units_of(next(iter(sources.values())), units)
+    sources = {name: source.in_units(chosen) for name, source in sources.items()}
     for source in sources.values():
         if not source.is_complete:
             say(f"{source.path} is not finished: {source.n_committed:,} of {source.n_designs:,} designs", "yellow")
@@ -124,14 +126,6 @@ def rank(
     if not ranking.frame.empty:
         swept = [name for name, column in columns.items() if column.role == "parameter"]
         _print_front(ranking, swept, shown_units, request, DEFAULT_LINES if top is None else top)
-
-
-def _show_in_units(sources: dict[str, Results], texts: list[str] | None) -> dict[str, Results]:
-    """The results in the units of --units and of the study of the first."""
-    from explore.results.store.shown_results import show_results
-
-    units = units_of(next(iter(sources.values())), texts)
-    return {name: show_results(source, units) for name, source in sources.items()}
 
 
 def _rank_nearest(

@@ -64,6 +64,7 @@ def simulate(
         refuse_overwriting(config, output, "the study")
     if output is not None:
         check_new_file(output)
+    from explore.base.units.shown import in_units
     from explore.running.public import simulate as simulate_motion
 
     announce_compiling()
@@ -84,7 +85,8 @@ def simulate(
         motion = simulate_motion(name, parameters, points=places, target=target, angles=angles, method=method)
     for warning in caught:
         say(f"warning: {warning.message}", "yellow")
-    _write(_show(motion, shown), output, as_json=as_json)
+    scales = shown.scales(motion.attrs["units"])
+    _write(with_units(in_units(motion, scales), scales), output, as_json=as_json)
 
 
 def _study_design(
@@ -108,13 +110,6 @@ def _study_design(
     say(f"design {design} of {n_designs:,}: {list_settings(own, scales)}{exceptions}")
     parameters = own | replaced
     return name, parameters, {**coordinates(points, parameters), **places}
-
-
-def _show(motion: pd.DataFrame, units: ShownUnits) -> pd.DataFrame:
-    """The motion in the shown units, which are named in the columns where they are not the declared ones."""
-    scales = units.scales(motion.attrs["units"])
-    shown = {name: scale.show_all(motion[name].to_numpy()) for name, scale in scales.items() if not scale.is_declared}
-    return with_units(motion.assign(**shown), scales)
 
 
 def _write(motion: pd.DataFrame, output: Path | None, *, as_json: bool) -> None:

@@ -159,7 +159,7 @@ def _report_changed_objectives(study: Study, path: Path) -> None:
 def _report_changed_units(study: Study, path: Path) -> None:
     """Print the option that shows the results in the study's units if they were made with others."""
     from explore import open_results
-    from explore.results.store.shown_results import units_of_study
+    from explore.results.store.study_units import units_of_study
 
     if path.exists() and study.units.units != units_of_study(open_results(path)):
         units = [f"{name}={unit}" for name, unit in study.units.units.items()] or ["declared"]
@@ -192,17 +192,15 @@ def _report_nearest(summary: Summary, units: ShownUnits) -> None:
     """Say which designs are nearest to feasible if few are; a resumed sweep counts only those that it computed."""
     from explore import open_results
     from explore.results.ranking.nearest import is_little
-    from explore.results.store.shown_results import show_results
 
     if not summary.n_resumed and is_little(summary.n_feasible, summary.n_computed):
-        summarise_nearest(show_results(open_results(summary.path), units), with_unmeasured=True)
+        summarise_nearest(open_results(summary.path).in_units(units), with_unmeasured=True)
 
 
 def _report_unreachable(path: Path, study: Study) -> None:
     from explore import open_results
-    from explore.results.store.shown_results import show_results
     from explore.studies.designs.solved_lengths import SolvedSpace
 
     if isinstance(study.space, SolvedSpace):
-        results = show_results(open_results(path), study.units)
+        results = open_results(path).in_units(study.units)
         explain_unreachable(results, study.space.solved_length, study.units)

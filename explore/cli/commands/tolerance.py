@@ -72,7 +72,6 @@ def tolerance(
     work = WorkerOptions(workers, processes, scheduler, verbose=False, quiet=False)
     import explore
     from explore.analysis.tolerancing.public import DRAWS, check_target, plan_tolerances
-    from explore.analysis.tolerancing.shown_robustness import robustness_scales, show_robustness
     from explore.evaluation.evaluate import compile_kernels
     from explore.results.store.open_results import open_results
 
@@ -93,8 +92,8 @@ def tolerance(
     except KeyboardInterrupt:
         say("interrupted; nothing was written")
         raise typer.Exit(130) from None
-    shown = show_robustness(robustness, shown_units)
-    scales = robustness_scales(robustness, shown_units)
+    scales = robustness.scales(shown_units)
+    shown = robustness.in_units(scales)
     if as_json:
         print_json(_as_json(shown, scales))
     elif len(shown.designs) == 1:

@@ -104,7 +104,6 @@ def tune(
         parameters, arguments = _design_of(source, design, parameter, settings or [], shown)
     announce_compiling()
     from explore.analysis.tuning.control_curve import tune as find_curve
-    from explore.analysis.tuning.shown_tuning import show_tuning
 
     objectives, constraints = arguments.pop("metrics"), arguments.pop("constraints", {})
     metrics = metric or objectives
@@ -114,7 +113,7 @@ def tune(
     scales = _scales(name, arguments, constraints, shown)
     texts = {"low": low, "high": high, "start": start, "stop": stop}
     tuning = find_curve(name, parameters, **arguments, **_read_ends(texts, parameter, metrics[0], scales))
-    shown_tuning = show_tuning(tuning, scales)
+    shown_tuning = tuning.in_units(scales)
     say(list_settings(parameters, scales))
     if as_json:
         print_json(_as_json(shown_tuning, scales))
@@ -220,7 +219,6 @@ def _say_constraints(
 ) -> None:
     """Say where in the intervals a constraint of the study holds, if it does not everywhere."""
     from explore.analysis.tuning.control_curve import tune as find_curve
-    from explore.analysis.tuning.shown_tuning import show_tuning
 
     for interval in tuning.intervals:
         first, last = interval.start.parameter, interval.stop.parameter
@@ -234,7 +232,7 @@ def _say_constraints(
                 say(f"within it {metric}, which the study constrains, is undefined", "yellow")
                 continue
             if [(own.start.parameter, own.stop.parameter) for own in part.intervals] != [(first, last)]:
-                part = show_tuning(part, scales)
+                part = part.in_units(scales)
                 unit = shown_unit(part.curve.attrs["units"][part.parameter])
                 ranges = [(own.start.parameter, own.stop.parameter) for own in part.intervals]
                 places = ", ".join(f"{number(a, 13)} to {number(b, 13)} {unit}".rstrip() for a, b in ranges)

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from explore.base.errors import RequestError
-from explore.base.units.shown import Scale
+from explore.base.units.shown import Scale, in_units
 from explore.model.columns import Arrays
 from explore.model.progress import ReportProgress
 from explore.model.quantities import FloatArray
@@ -112,11 +112,10 @@ def _show(nearness: Nearness, source: Source) -> Nearness:
     if source is source.declared:
         return nearness
     by_metric = {metric: scales.get(f"{metric}{_SUFFIX}") or scales[metric] for metric in nearness.scales}
-    shown = source.show(nearness.frame)
     # The margin of a limit on a metric without a constraint is no column of the results.
-    added = {metric + _SUFFIX: by_metric[metric] for metric in by_metric if metric + _SUFFIX not in scales}
+    margins = {metric + _SUFFIX: scale for metric, scale in by_metric.items()}
     return Nearness(
-        shown.assign(**{name: scale.show_all(shown[name].to_numpy()) for name, scale in added.items()}),
+        in_units(nearness.frame, {**margins, **scales}),
         {metric: by_metric[metric].show(value) for metric, value in nearness.scales.items()},
         nearness.exclusions.in_units(by_metric),
     )

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
+from copy import copy
+from dataclasses import replace
 from functools import cached_property
 from html import escape
 from importlib.util import find_spec
@@ -15,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from explore.base.errors import RequestError
-from explore.base.units.shown import Scale, ShownUnits
+from explore.base.units.shown import Scale, ShownUnits, in_units, show_bounds
 from explore.model.columns import Attribute, Column
 from explore.model.progress import ReportProgress
 from explore.model.quantities import Sense
@@ -62,6 +64,7 @@ class Results:
         self.path = path
         self._reader = RowReader(path)
         self._layout = self._reader.layout
+        self._units = ShownUnits()
 
     def __repr__(self) -> str:
         if self.keep != "all":
@@ -111,7 +114,7 @@ class Results:
     @property
     def constraints(self) -> dict[str, dict[str, float | None]]:
         """The bounds of each constrained metric as "min" and "max", in the metric's unit; None leaves a side open."""
-        return {metric: dict(sides) for metric, sides in self._layout.study.constraints.items()}
+        return show_bounds(self._layout.study.constraints, self.scales)
 
     @property
     def window(self) -> str | Mapping[str, float]:
@@ -153,10 +156,10 @@ class Results:
         """Counts of all studied designs by why they are not in the front, if only the front is kept; else empty."""
         return dict(self._layout.study.tally)
 
-    @property
+    @cached_property
     def columns(self) -> tuple[Column, ...]:
         """The columns in their order, the index first."""
-        return self._layout.columns
+        return tuple(replace(column, unit=self.scales[column.name].shown) for column in self._layout.columns)
 
     @property
     def units(self) -> dict[str, str]:
@@ -166,21 +169,35 @@ class Results:
     @property
     def declared(self) -> Results:
         """These results in declared units."""
-        return self
+        return self.in_units(ShownUnits())
 
     @property
     def shown_units(self) -> ShownUnits:
-        """The chosen units; none here."""
-        return ShownUnits()
+        """The chosen units."""
+        return self._units
 
-    @property
+    @cached_property
     def scales(self) -> dict[str, Scale]:
         """The declared and the shown unit of each column."""
-        return {column.name: Scale(column.unit, column.unit) for column in self.columns}
+        return self._units.scales({column.name: column.unit for column in self._layout.columns})
+
+    def in_units(self, units: ShownUnits) -> Results:
+        """These results with all values and bounds in the chosen units; the file stays in declared ones.
+
+        Values are converted when they are read. Two designs that differ by a rounding error may become equal, so that
+        rankings compare the declared values.
+        """
+        if units == self._units:
+            return self
+        shown = copy(self)
+        for name in ("columns", "scales"):
+            vars(shown).pop(name, None)
+        shown._units = units
+        return shown
 
     def show(self, frame: pd.DataFrame) -> pd.DataFrame:
         """A table of `declared` in the shown units."""
-        return frame
+        return in_units(frame, self.scales)
 
     @property
     def keep(self) -> str:
@@ -279,8 +296,11 @@ class Results:
     def design(self, number: int) -> dict[str, Any]:
         """One design: the value of each column by name; `ResultsError` if its block is damaged."""
         rows = self._reader.rows_of(np.array([number]))
-        arrays = self._reader.read_rows(self.columns, rows)
-        return {column.name: values[0].item() for column, values in zip(self.columns, arrays, strict=True)}
+        arrays = self._reader.read_rows(self._layout.columns, rows)
+        return {
+            name: scale.show_all(values)[0].item()
+            for (name, scale), values in zip(self.scales.items(), arrays, strict=True)
+        }
 
     def designs(self, numbers: npt.ArrayLike) -> pd.DataFrame:
         """Read some designs by number.
@@ -304,14 +324,15 @@ class Results:
 
         unique, places = np.unique(np.asarray(numbers, dtype=np.int64), return_inverse=True)
         rows = self._reader.rows_of(unique)
-        arrays = self._reader.read_rows(self.columns, rows)
-        data = {column.name: values[places] for column, values in zip(self.columns, arrays, strict=True)}
+        arrays = self._reader.read_rows(self._layout.columns, rows)
+        data = {name: values[places] for name, values in zip(self.scales, arrays, strict=True)}
         return self._with_attrs(pd.DataFrame(data, copy=False).set_index(INDEX))
 
     def blocks(self, columns: Sequence[str] | None = None) -> Iterator[dict[str, npt.NDArray[Any]]]:
         """Read the committed blocks in order, each as arrays of shape (n,) by name; all columns when None."""
-        selected = self.columns if columns is None else tuple(self._reader.column(name) for name in columns)
-        yield from self._reader.read_blocks(selected, self.committed_blocks)
+        selected = self._layout.columns if columns is None else tuple(self._reader.column(name) for name in columns)
+        for block in self._reader.read_blocks(selected, self.committed_blocks):
+            yield {name: self.scales[name].show_all(values) for name, values in block.items()}
 
     def verify(self, report_progress: ReportProgress | None = None) -> list[int]:
         """Check the bytes of every committed block against its checksum.
@@ -330,10 +351,10 @@ class Results:
             return damaged_blocks(file, self._layout, report_progress)
 
     def _with_attrs(self, frame: pd.DataFrame) -> pd.DataFrame:
-        """Add units, labels and what `explore.rank` needs of the study to a table."""
-        frame.attrs["units"] = {name: unit for name, unit in self.units.items() if name in frame}
+        """Add units, labels and what `explore.rank` needs of the study to a table, and show it."""
+        frame.attrs["units"] = {c.name: c.unit for c in self._layout.columns if c.name in frame}
         frame.attrs["labels"] = {c.name: dict(c.labels) for c in self.columns if c.labels and c.name in frame}
         frame.attrs["senses"] = self.senses
         frame.attrs["objectives"] = list(self.objectives)
-        frame.attrs["constraints"] = self.constraints
-        return frame
+        frame.attrs["constraints"] = self._layout.study.constraints
+        return self.show(frame)
