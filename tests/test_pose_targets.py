@@ -11,7 +11,7 @@ from command_line import run
 import explore
 from explore.base.errors import RequestError
 from explore.mechanisms.crank_rocker.paths import find_coupler_curve
-from explore.mechanisms.targets.pose_errors.metrics import pose_measures_of
+from explore.mechanisms.targets.pose_errors.metrics import measure_posed
 from explore.model.targets import FunctionTarget, PathTarget, PosesTarget, target_from_content
 from explore.studies.request.names import find_mechanism
 from explore.studies.request.pose_targets import read_poses
@@ -126,7 +126,7 @@ def test_errors_are_those_of_the_motion_at_the_angles():
         table = errors(designs, poses.tolist(), order=order)
         target = PosesTarget("M", tuple(map(tuple, poses.tolist())), order=order)
         columns = (*designs.values(), table[:, 0])
-        angles = pose_measures_of(find_coupler_curve, target, columns)[1]
+        angles = measure_posed(find_coupler_curve, target, columns)[1]
         lever = np.abs(poses[:, :2] - poses[:, :2].mean(axis=0)) @ [1, 1j]
         for row in np.flatnonzero(np.isfinite(table[:, 0])):
             place, turned = motion_of([column[row] for column in designs.values()], angles[row])

@@ -15,7 +15,7 @@ import explore
 from explore.base.errors import ConfigError, RequestError
 from explore.mechanisms.crank_rocker.paths import find_coupler_curve
 from explore.mechanisms.slider_crank.paths import find_rod_curve
-from explore.mechanisms.targets.path_errors.metrics import measures_of
+from explore.mechanisms.targets.path_errors.metrics import measure_paths
 from explore.model.targets import target_from_content
 from explore.studies.request.names import find_mechanism
 
@@ -249,7 +249,7 @@ def test_hausdorff_and_chamfer(closed):
             *((name, None) for name in LENGTHS), ("branch", 1), ("M_along", None), ("M_across", None),
             ("crank_pivot_x", 0), ("crank_pivot_y", 0), ("ground_angle", 0), ("transmission_angle_min", 1),
         )]  # fmt: skip
-        angles = np.degrees(measures_of(find_coupler_curve, mechanism.target, tuple(columns))[1][0])
+        angles = np.degrees(measure_paths(find_coupler_curve, mechanism.target, tuple(columns))[1][0])
         assert np.ptp(angles) == pytest.approx(found["path_crank_span"][0])
         traced = curve(np.linspace(angles.min(), angles.max(), 5000))
     there, _ = cKDTree(traced).query(polygon)

@@ -9,11 +9,9 @@ import numpy as np
 
 from explore.base.errors import RequestError
 from explore.figures.simulation import SimulatedDesign, drawing_of
-from explore.mechanisms.targets.path_errors.metrics import PathMeasure, measures_of
-from explore.mechanisms.targets.pose_errors.metrics import PoseMeasure, pose_measures_of
+from explore.mechanisms.targets.measures import TargetMeasure
 from explore.model.points import drawn_name
 from explore.model.quantities import FloatArray
-from explore.model.targets import PathTarget
 
 
 @dataclass(frozen=True)
@@ -74,21 +72,19 @@ def target_of(simulated: SimulatedDesign) -> DrawnTarget:
         drawn_name(target.point),
         points,
         np.array(target.weights or np.ones(len(points)), dtype=np.float64),
-        _crank_angles(simulated, target),
+        _crank_angles(simulated),
         target.closed,
     )
 
 
-def _crank_angles(simulated: SimulatedDesign, target: PathTarget) -> FloatArray:
+def _crank_angles(simulated: SimulatedDesign) -> FloatArray:
     """Input angles at the points of a target, deg, (n,), as its metrics measure them."""
     for formula in simulated.mechanism.formulas:
         measure = formula.function
         # All inputs but the last are parameters; that one tells whether the crank turns, which it does.
         columns = tuple(np.array([simulated.parameters.get(name, 0.0)]) for name in formula.inputs)
-        if isinstance(measure, PathMeasure):
-            return np.asarray(np.rad2deg(measures_of(measure.curve, target, columns)[1][0]))
-        if isinstance(measure, PoseMeasure):
-            return np.asarray(np.rad2deg(pose_measures_of(measure.curve, measure.target, columns)[1][0]))
+        if isinstance(measure, TargetMeasure):
+            return np.asarray(np.rad2deg(measure.measures(measure.find, measure.target, columns)[1][0]))
     raise RequestError(f"a {simulated.mechanism.name} does not say where it passes the points of a target")
 
 

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any
 
 import numpy as np
 
-from explore.mechanisms.design_columns import designs_of
+from explore.mechanisms.targets.measures import FindFunction, Measures, TargetMeasure, keep_last, moving_designs
 from explore.mechanisms.targets.path_errors.curve import MANY_CHORDS
 from explore.mechanisms.targets.path_errors.measuring import LARGEST, N_MEASURES, RMS, SPAN, measure_ordered
 from explore.mechanisms.targets.path_errors.shapes import CHAMFER, HAUSDORFF, N_SHAPES, measure_shapes
@@ -18,9 +16,6 @@ from explore.model.drawing import PLACE
 from explore.model.points import COORDINATES
 from explore.model.quantities import FloatArray, Formula
 from explore.model.targets import PathTarget, TargetKind
-
-#: Gives the compiled curve of a mechanism.
-FindCurve = Callable[[], Any]
 
 _ABOUT = {
     "path_error_rms": ("mm", "rms distance of the target's points to the path of {}, in their order", RMS, 1.0),
@@ -36,75 +31,26 @@ _ABOUT_SHAPES = {
 }  # fmt: skip
 
 
-@dataclass(frozen=True)
-class PathMeasure:
-    """A measure of designs against a target, a function of their parameters.
-
-    Attributes
-    ----------
-    curve
-        Gives the compiled curve of the mechanism: a function of a module, so that a worker finds it by name.
-    target
-        The path.
-    row, unit
-        Number among the measures, and what it is multiplied by.
-    """
-
-    curve: FindCurve
-    target: PathTarget
-    row: int
-    unit: float
-
-    def __call__(self, *columns: FloatArray) -> FloatArray:
-        """Measure designs: their shape and pose, then a metric that is NaN where the crank does not turn."""
-        return measures_of(self.curve, self.target, columns)[0][:, self.row] * self.unit
-
-
-@dataclass(frozen=True)
-class ShapeMeasure:
-    """A measure of the curves that designs trace against the polygon of a target; see `PathMeasure`."""
-
-    curve: FindCurve
-    target: PathTarget
-    row: int
-
-    def __call__(self, *columns: FloatArray) -> FloatArray:
-        """Measure designs, as `PathMeasure` does."""
-        angles = measures_of(self.curve, self.target, columns)[1]
-        points, _, _ = _arrays(self.target)
-        shapes = np.empty((len(angles), N_SHAPES))
-        measure_shapes(self.curve(), designs_of(columns), points, self.target.closed, angles, shapes)
-        return np.ascontiguousarray(shapes[:, self.row])
-
-
-class _Last:
-    """The last measures: several metrics of a block ask for the same."""
-
-    found: tuple[FindCurve, PathTarget, FloatArray, tuple[FloatArray, FloatArray]] | None = None
-
-
-def measures_of(curve: FindCurve, target: PathTarget, columns: tuple[FloatArray, ...]) -> tuple[FloatArray, FloatArray]:
-    """Measures, shape (n, N_MEASURES), and crank angles from the frame, rad, shape (n, m), of designs.
-
-    Parameters
-    ----------
-    curve, target
-        Of `PathMeasure`.
-    columns
-        Shape and pose of the designs, then a metric that is NaN where the crank does not turn, each of shape (n,).
-    """
-    designs = designs_of(columns)
-    last = _Last.found
-    if last and last[:2] == (curve, target) and np.array_equal(last[2], designs, equal_nan=True):
-        return last[3]
+@keep_last
+def measure_paths(curve: FindFunction, target: PathTarget, table: FloatArray) -> Measures:
+    """Measures, shape (n, N_MEASURES), and crank angles of designs: their shape and pose, and what `turns` is."""
     points, weights, given = _arrays(target)
+    designs = moving_designs(table)
     found = np.empty((len(designs), N_MEASURES)), np.empty((len(designs), len(points)))
     if target.crank_angles:
         measure_timed(curve(), designs, points, weights, given, target.angles_from == "free", *found)
     else:
         measure_ordered(curve(), designs, points, weights, target.closed, _rays(), *found)
-    _Last.found = curve, target, designs, found
     return found
+
+
+@keep_last
+def _measure_traced(curve: FindFunction, target: PathTarget, table: FloatArray) -> Measures:
+    """Measures of the curves that designs trace against the polygon of a target, shape (n, N_SHAPES), and angles."""
+    angles = measure_paths(curve, target, tuple(table.T))[1]
+    shapes = np.empty((len(angles), N_SHAPES))
+    measure_shapes(curve(), moving_designs(table), _arrays(target)[0], target.closed, angles, shapes)
+    return shapes, angles
 
 
 @lru_cache(maxsize=8)
@@ -122,7 +68,7 @@ def _rays() -> FloatArray:
     return np.stack([np.cos(angles), np.sin(angles)])
 
 
-def declare_paths(curve: FindCurve, shape: tuple[str, ...], turns: str, objectives: tuple[str, ...]) -> TargetKind:
+def declare_paths(curve: FindFunction, shape: tuple[str, ...], turns: str, objectives: tuple[str, ...]) -> TargetKind:
     """Declare that a mechanism meets paths.
 
     Parameters
@@ -143,7 +89,7 @@ def declare_paths(curve: FindCurve, shape: tuple[str, ...], turns: str, objectiv
 class PathFormulas:
     """The metrics of a path as the target of a mechanism; see `declare_paths`."""
 
-    curve: FindCurve
+    curve: FindFunction
     shape: tuple[str, ...]
     turns: str
 
@@ -153,11 +99,12 @@ class PathFormulas:
         inputs = (*self.shape, *place, *PLACE, self.turns)
         measures = tuple(
             Formula(name, unit, about.format(target.point), "min" if unit == "mm" else None, inputs,
-                    PathMeasure(self.curve, target, row, factor))
+                    TargetMeasure(measure_paths, self.curve, target, row, factor))
             for name, (unit, about, row, factor) in _ABOUT.items()
         )  # fmt: skip
         shapes = tuple(
-            Formula(name, "mm", about.format(target.point), "min", inputs, ShapeMeasure(self.curve, target, row))
+            Formula(name, "mm", about.format(target.point), "min", inputs,
+                    TargetMeasure(_measure_traced, self.curve, target, row))
             for name, (about, row) in _ABOUT_SHAPES.items()
-        )
+        )  # fmt: skip
         return (*measures, *shapes)

@@ -7,8 +7,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from explore.mechanisms.design_columns import designs_of
-from explore.mechanisms.targets.path_errors.metrics import FindCurve
+from explore.mechanisms.targets.measures import FindFunction, Measures, TargetMeasure, keep_last, moving_designs
 from explore.mechanisms.targets.pose_errors.measuring import N_MEASURES, PLACE, RMS, SPAN, TURNED, measure_poses
 from explore.model.drawing import PLACE as POSE_NAMES
 from explore.model.points import COORDINATES
@@ -25,55 +24,12 @@ _ABOUT = {
 _ABOUT_SPAN = {"pose_crank_span": ("deg", "turn of the crank from the first to the last pose", SPAN, _DEGREES)}
 
 
-@dataclass(frozen=True)
-class PoseMeasure:
-    """A measure of designs against poses, a function of their parameters.
-
-    Attributes
-    ----------
-    curve
-        Gives the compiled curve of the mechanism: a function of a module, so that a worker finds it by name.
-    target
-        The poses.
-    row, unit
-        Number among the measures, and what it is multiplied by.
-    """
-
-    curve: FindCurve
-    target: PosesTarget
-    row: int
-    unit: float
-
-    def __call__(self, *columns: FloatArray) -> FloatArray:
-        """Measure designs: their shape and pose, then a metric that is NaN where the crank does not turn."""
-        return pose_measures_of(self.curve, self.target, columns)[0][:, self.row] * self.unit
-
-
-class _Last:
-    """The last measures: several metrics of a block ask for the same."""
-
-    found: tuple[FindCurve, PosesTarget, FloatArray, tuple[FloatArray, FloatArray]] | None = None
-
-
-def pose_measures_of(
-    curve: FindCurve, target: PosesTarget, columns: tuple[FloatArray, ...]
-) -> tuple[FloatArray, FloatArray]:
-    """Measures, shape (n, N_MEASURES), and crank angles from the frame, rad, shape (n, m), of designs.
-
-    Parameters
-    ----------
-    curve, target
-        Of `PoseMeasure`.
-    columns
-        Shape and pose of the designs, then a metric that is NaN where the crank does not turn, each of shape (n,).
-    """
-    designs = designs_of(columns)
-    last = _Last.found
-    if last and last[:2] == (curve, target) and np.array_equal(last[2], designs, equal_nan=True):
-        return last[3]
+@keep_last
+def measure_posed(curve: FindFunction, target: PosesTarget, table: FloatArray) -> Measures:
+    """Measures, shape (n, N_MEASURES), and crank angles of designs: their shape and pose, and what `turns` is."""
+    designs = moving_designs(table)
     found = np.empty((len(designs), N_MEASURES)), np.empty((len(designs), len(target.poses)))
     measure_poses(curve(), designs, _poses(target), target.length, target.order == "given", *found)
-    _Last.found = curve, target, designs, found
     return found
 
 
@@ -83,7 +39,7 @@ def _poses(target: PosesTarget) -> FloatArray:
     return np.array(target.poses, dtype=np.float64) * [1.0, 1.0, 1.0 / _DEGREES]
 
 
-def declare_poses(curve: FindCurve, shape: tuple[str, ...], turns: str) -> TargetKind:
+def declare_poses(curve: FindFunction, shape: tuple[str, ...], turns: str) -> TargetKind:
     """Declare that a mechanism meets poses.
 
     Parameters
@@ -99,7 +55,7 @@ def declare_poses(curve: FindCurve, shape: tuple[str, ...], turns: str) -> Targe
 class PoseFormulas:
     """The metrics of poses as the target of a mechanism; see `declare_poses`."""
 
-    curve: FindCurve
+    curve: FindFunction
     shape: tuple[str, ...]
     turns: str
 
@@ -110,6 +66,6 @@ class PoseFormulas:
         about = _ABOUT | (_ABOUT_SPAN if target.order == "given" else {})
         return tuple(
             Formula(name, unit, text.format(target.point), None if row == SPAN else "min", inputs,
-                    PoseMeasure(self.curve, target, row, factor))
+                    TargetMeasure(measure_posed, self.curve, target, row, factor))
             for name, (unit, text, row, factor) in about.items()
         )  # fmt: skip
