@@ -15,6 +15,7 @@ import explore
 from explore.base.errors import ConfigError, RequestError
 from explore.mechanisms.crank_rocker.paths import find_coupler_curve
 from explore.mechanisms.slider_crank.paths import find_rod_curve
+from explore.mechanisms.targets.path_errors import metrics as path_metrics
 from explore.mechanisms.targets.path_errors.metrics import measure_paths
 from explore.model.targets import target_from_content
 from explore.studies.request.names import find_mechanism
@@ -221,6 +222,18 @@ def test_a_path_from_a_file(tmp_path):
     (tmp_path / "timed.csv").write_text("x,y,crank_angle\n0,0,0\n10,0,30\n10,10,1 rad\n")
     mechanism = find_mechanism("crank-rocker", ("M",), {"kind": "path", "file": str(tmp_path / "timed.csv")})
     assert mechanism.target.crank_angles == (0.0, 30.0, pytest.approx(57.29577951308232))
+
+
+def test_metrics_of_a_block_share_its_measures(monkeypatch):
+    calls = []
+    for name in ("measure_ordered", "measure_shapes"):
+        own = getattr(path_metrics, name)
+        monkeypatch.setattr(path_metrics, name, lambda *given, own=own: (calls.append(own), own(*given)))
+    design = LENGTHS | {"M_along": 40, "M_across": 26}
+    names = ["path_error_rms", "path_error_max", "path_error_hausdorff", "path_error_chamfer"]
+    target = {"kind": "path", "points": SQUARE}
+    explore.evaluate("crank-rocker", design, points="M", target=target, metrics=names)
+    assert len(calls) == 2, "the order of the points and the traced path, each once"
 
 
 @pytest.mark.parametrize("closed", [True, False])
