@@ -97,7 +97,7 @@ class Job:
     def after(self, event: Mapping[str, Any]) -> Job:
         """The job after an event; unknown facts are ignored, because a newer version may have written them."""
         known = {field.name for field in fields(self)} - {"name", "state", "priority", "number"}
-        facts = {
+        facts: dict[str, Any] = {
             name: tuple(value) if isinstance(value, list) else value
             for name, value in event.items()
             if name in known and _fits(name, value)
