@@ -9,6 +9,7 @@ import pytest
 from exact_linkage import ExactLinkage
 
 import explore
+from explore.mechanisms.crank_rocker.declaration import CRANK_ROCKER
 from explore.studies.designs.spaces import BLOCK_SIZE
 
 PUBLISHED = {"crank": 100.0, "coupler": 1083.4236, "rocker": 541.7118, "ground": 691.7118}
@@ -343,8 +344,27 @@ def test_a_constraint_on_an_undefined_metric_is_not_met():
         )
 
         assert np.isnan(frame["swing_angle_margin"][0])
-        assert frame["status"][0] == 6
+        assert CRANK_ROCKER.status_labels[int(frame["status"][0])] == "no_stroke"
         assert not frame["feasible"][0]
+
+
+@pytest.mark.parametrize("window", ["cycle", {"from": 10, "to": 80}])
+def test_a_double_crank_is_computed_unless_a_metric_needs_strokes(window):
+    """A swing angle that is NaN beside the status ok would be wrong without a word."""
+    rocking_and_not = {"crank": [500, 100], "coupler": 700, "rocker": 600, "ground": [100, 500]}
+
+    def labels(**request):
+        frame = explore.evaluate("crank-rocker", rocking_and_not, window=window, **request)
+        metrics = [name for name in frame if name not in ("nodes", "error", "feasible", "status")]
+        assert not frame.loc[frame["status"] == 1, metrics].isna().any(axis=None)
+        return [CRANK_ROCKER.status_labels[int(code)] for code in frame["status"]]
+
+    for name in ("swing_angle", "mid_angle", "time_ratio", "mean_output_ratio", "second_difference_dispersion"):
+        assert labels(metrics=["rocker_velocity_mean", name]) == ["no_stroke", "ok"]
+    chord = {"chord": {"formula": "2 * rocker * sin(swing_angle / 2)", "unit": "mm"}}
+    assert labels(metrics=["rocker_velocity_mean"], formulas=chord) == ["no_stroke", "ok"]
+    assert labels() == ["ok", "ok"]
+    assert labels(metrics=["footprint", "transmission_angle_min"]) == ["ok", "ok"]
 
 
 @pytest.mark.parametrize("units", [3, 4])

@@ -138,7 +138,8 @@ def test_default_metrics_exist_in_every_window(window):
         return
     names = [metric.name for metric in make_request(MECHANISM, window=window).metrics]
     cycle = window == "cycle" or window == {"from": 0, "to": 360}
-    expected = MECHANISM.default_metrics.get("cycle" if cycle else str(window), MECHANISM.default_metrics[""])
+    name = window if isinstance(window, str) else "cycle" if cycle else "interval"
+    expected = MECHANISM.default_metrics.get(name, MECHANISM.default_metrics[""])
     assert names == list(expected)
 
 

@@ -67,7 +67,7 @@ def evaluate_kinematics(
     for code, own in mechanism.statuses.items():
         if own.lacks_strokes:
             has_stroke &= result.status != code
-    if not _needs_stroke(request):
+    if not request.needs_stroke:
         result.status[~has_stroke] = Status.OK
     _screen(request, closed, result.status)
     known = evaluate_known(request, geometry, result.status == Status.OK, has_stroke)
@@ -89,12 +89,6 @@ def evaluate_kinematics(
     if is_screened.any():
         _remove_samples(request, known, kinematics, is_screened, inverse, speed)
     return kinematics
-
-
-def _needs_stroke(request: Request) -> bool:
-    """Whether a metric of the request exists only where the output rocks."""
-    windows = (request.window, *(metric.window for metric in request.sampled))
-    return any(window.needs_stroke for window in windows) or any(m.signal.needs_stroke for m in request.sampled)
 
 
 def _screen(request: Request, closed: dict[str, FloatArray], status: npt.NDArray[np.int8]) -> None:

@@ -88,5 +88,6 @@ def declare_four_bar_size(transmission_angle: str) -> tuple[Formula, ...]:
     transmission_angle
         Name of a metric that every linkage has whose crank turns.
     """
-    inputs = ("crank", "coupler", "rocker", "ground", "mid_angle", "swing_angle", transmission_angle)
-    return declare_size("the line of the ground pivots", inputs, Extent("x", _along_x), Extent("y", _along_y))
+    swing = ("mid_angle", "swing_angle")
+    inputs = ("crank", "coupler", "rocker", "ground", *swing, transmission_angle)
+    return declare_size("the line of the ground pivots", inputs, Extent("x", _along_x), Extent("y", _along_y), swing)

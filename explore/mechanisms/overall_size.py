@@ -14,7 +14,9 @@ def _area(width: FloatArray, height: FloatArray) -> FloatArray:
     return width * height
 
 
-def declare_size(axis: str, inputs: tuple[str, ...], width: Side, height: Side) -> tuple[Formula, ...]:
+def declare_size(
+    axis: str, inputs: tuple[str, ...], width: Side, height: Side, optional: tuple[str, ...] = ()
+) -> tuple[Formula, ...]:
     """Declare the metrics of the overall size.
 
     Parameters
@@ -25,11 +27,13 @@ def declare_size(axis: str, inputs: tuple[str, ...], width: Side, height: Side) 
         Names of the metrics and parameters that both sides are functions of.
     width, height
         The sides of the box along and across the line; an `Extent` where points can be named.
+    optional
+        Names of the inputs that only motions with strokes have.
     """
     extent = "extent of all positions of all links and points"
     return (
-        Formula("envelope_width", "mm", f"{extent} along {axis}", "min", inputs, width),
-        Formula("envelope_height", "mm", f"{extent} across {axis}", "min", inputs, height),
+        Formula("envelope_width", "mm", f"{extent} along {axis}", "min", inputs, width, optional=optional),
+        Formula("envelope_height", "mm", f"{extent} across {axis}", "min", inputs, height, optional=optional),
         Formula("footprint", "mm^2", "area of the box around all positions of all links and points", "min",
                 ("envelope_width", "envelope_height"), _area),
     )  # fmt: skip

@@ -287,7 +287,8 @@ def _formulas(declaration: Declaration) -> Iterator[str]:
     for formula in declaration.formulas:
         user = f"the formula '{formula.name}'"
         yield from _unknown("input", formula.inputs, known, user)
-        yield from _unknown("parameter", (*formula.alternatives, *formula.optional), parameters, user)
+        yield from _unknown("parameter", formula.alternatives, parameters, user)
+        yield from _unknown("parameter", formula.optional, known, user)
 
 
 def _defaults(declaration: Declaration) -> Iterator[str]:

@@ -192,6 +192,8 @@ class Metric:
     closed_form_of
         Name of the statistic that this is without samples, with its window, such as "position_peak_to_peak_cycle";
         empty for none. `check_mechanism` compares it with the signal.
+    needs_stroke
+        Whether the metric exists only where the output rocks.
     """
 
     name: str
@@ -203,6 +205,7 @@ class Metric:
     upper: float = np.inf
     worst_of: str = ""
     closed_form_of: str = ""
+    needs_stroke: bool = False
 
 
 @dataclass(frozen=True)
@@ -280,7 +283,7 @@ class Formula:
     alternatives
         Parameters, among the inputs or theirs, of which each design must give at least one.
     optional
-        Parameters among the inputs that a design may leave at 0.
+        Parameters among the inputs that a design may leave at 0, and metrics that it may lack for want of strokes.
     selects_one
         Whether the value is one of the inputs, such as the largest.
     """

@@ -108,3 +108,20 @@ class Request:
     def formulas(self) -> tuple[DerivedMetric, ...]:
         """The metrics that the user wrote."""
         return tuple(metric for metric in self.derived if isinstance(metric.formula.function, Expression))
+
+    @cached_property
+    def needs_stroke(self) -> bool:
+        """Whether a metric exists only where the output rocks."""
+        windows = (self.window, *(metric.window for metric in self.sampled))
+        return (
+            any(window.needs_stroke for window in windows)
+            or any(metric.signal.needs_stroke for metric in self.sampled)
+            or any(map(_needs_stroke, self.all_metrics))
+        )
+
+
+def _needs_stroke(metric: AnyMetric | Parameter) -> bool:
+    """Whether a closed-form metric, or an input that a formula does not do without, needs strokes."""
+    if isinstance(metric, DerivedMetric):
+        return any(_needs_stroke(source) for source in metric.inputs if source.name not in metric.formula.optional)
+    return isinstance(metric, Metric) and metric.needs_stroke

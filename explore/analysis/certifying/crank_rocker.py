@@ -58,12 +58,7 @@ class CrankRocker:
     def status(self) -> int:
         """The status by exact signs; a double crank is computed where no metric needs a stroke."""
         status = int(_STATUSES.get(self._class, rocking.CRANK_BLOCKED))
-        if status != rocking.NO_STROKE:
-            return status
-        windows = (self._request.window, *(metric.window for metric in self._request.sampled))
-        needs = any(window.needs_stroke for window in windows)
-        needs |= any(metric.signal.needs_stroke for metric in self._request.sampled)
-        return status if needs else int(Status.OK)
+        return status if status != rocking.NO_STROKE or self._request.needs_stroke else int(Status.OK)
 
     def enclose(self, metric: Metric | SampledMetric | DerivedMetric) -> Enclosure | None:
         """Enclose a metric."""

@@ -50,17 +50,19 @@ _STROKE_WINDOWS = ("drive", "return", *_STROKES)
 _GEOMETRY_METRICS = (
     Metric("linkage_class", "", "class of the linkage", labels=four_bar.CLASS_LABELS),
     Metric("grashof_margin", "mm", "Grashof margin: middle two lengths minus shortest and longest", "max"),
-    Metric("swing_angle", "deg", "swing of the rocker", "max", lower=0.0, upper=180.0,
+    Metric("swing_angle", "deg", "swing of the rocker", "max", lower=0.0, upper=180.0, needs_stroke=True,
            closed_form_of="rocker_angle_peak_to_peak_cycle"),
-    Metric("mid_angle", "deg", "mean of the rocker's two limit angles", lower=-180.0, upper=180.0),
-    Metric("time_ratio", "1", "time ratio: longer crank interval over shorter", lower=1.0),
-    Metric("mean_output_ratio", "1", "mean output speed over input speed with one clutch", "max", lower=0.0, upper=0.5),
+    Metric("mid_angle", "deg", "mean of the rocker's two limit angles", lower=-180.0, upper=180.0, needs_stroke=True),
+    Metric("time_ratio", "1", "time ratio: longer crank interval over shorter", lower=1.0, needs_stroke=True),
+    Metric("mean_output_ratio", "1", "mean output speed over input speed with one clutch", "max", lower=0.0, upper=0.5,
+           needs_stroke=True),
     Metric("transmission_angle_min", "deg", "smallest transmission angle over the turn", "max", lower=0.0, upper=180.0,
            closed_form_of="transmission_angle_min_cycle"),
     Metric("transmission_angle_max", "deg", "largest transmission angle over the turn", "min", lower=0.0, upper=180.0,
            closed_form_of="transmission_angle_max_cycle"),
 )  # fmt: skip
 _CLOSED_NAMES = tuple(metric.name for metric in _GEOMETRY_METRICS)
+_STROKELESS_NAMES = tuple(metric.name for metric in _GEOMETRY_METRICS if not metric.needs_stroke)
 _SAMPLED_DEFAULTS = (
     *(
         f"{signal}_{statistic}"
@@ -179,7 +181,8 @@ _EXTENDED = Mechanism(
     ),
     default_metrics={
         "": (*_CLOSED_NAMES, *_SAMPLED_DEFAULTS),
-        "cycle": (*_CLOSED_NAMES, *_CYCLE_DEFAULTS),
+        "cycle": (*_STROKELESS_NAMES, *_CYCLE_DEFAULTS),
+        "interval": (*_STROKELESS_NAMES, *_SAMPLED_DEFAULTS),
         "clutch": (*_CLOSED_NAMES, *_CLUTCH_DEFAULTS),
     },
     objectives=("cv", "swing_angle:max", "transmission_angle_min:max"),
