@@ -1,4 +1,4 @@
-"""Four-bars and slider-cranks under load with 60 digits: statistics over windows by composite Gauss rules.
+"""Four-bars and slider-cranks under load with 256 bits, which the caller sets: statistics by composite Gauss rules.
 
 Positions from intersecting circles, forces from the equilibrium of free bodies, the drive torque by the balance of
 power; no formula is shared with the package. Panels end at dead centres, at zeros of the power and of the guide's
@@ -8,11 +8,9 @@ force, and are graded geometrically towards dead centres and towards the angles 
 from functools import cache
 from itertools import pairwise
 
-import flint
 from flint import arb
 from numpy.polynomial.legendre import leggauss
 
-flint.ctx.prec = 256
 _NODES, _FINEST = 12, 24
 
 
@@ -69,7 +67,7 @@ class _Loaded:
     def statistics(self, window, signals):
         """Mean, mean square, minimum and maximum of each signal over a window, by name."""
         pieces, length, samples = [], arb(0), {}
-        for first, last, sense in self.strokes(window):
+        for first, last, sense in self.strokes(window) if isinstance(window, str) else self._interval(**window):
             length += last - first
             edges = self._edges(first, last)
             for name in self.cornering:
@@ -88,6 +86,15 @@ class _Loaded:
                 self._extreme(pieces, name, sign) for sign in (1, -1)
             ]
         return samples
+
+    def _interval(self, start, stop):
+        """The parts of the strokes, as of `strokes`, between two crank angles in degrees."""
+        first, last, turn = arb(start) * arb.pi() / 180, arb(stop) * arb.pi() / 180, 2 * arb.pi()
+        for begin, end, sense in self.strokes("cycle"):
+            for shift in (k * turn for k in range(-3, 4)):
+                low, high = max(begin + shift, first), min(end + shift, last)
+                if bool(low < high):
+                    yield low.mid(), high.mid(), sense
 
     def _edges(self, first, last):
         """Ends of the panels between two angles, graded towards both and towards the anchors between them."""
