@@ -55,11 +55,11 @@ def _wrong_rows(subject: Subject, window: WindowArgument, drive: str) -> Iterato
         if (is_empty & ~undefined).any():
             rules[f"{metric.name} over {over} has a value in spite of its status"] = is_empty & ~undefined
     has_strokeless = any(own.lacks_strokes for own in subject.mechanism.statuses.values())
-    for metric in subject.mechanism.metrics if has_strokeless else ():
+    for closed_form in subject.mechanism.metrics if has_strokeless else ():
         # alone, because a metric that needs strokes decides the status of the others
-        result = subject.evaluate([metric.name], window, drive, _TOLERANCE)
-        rule = f"{metric.name} over {over} is undefined in spite of the status 'ok'"
-        rules[rule] = (result["status"] == Status.OK) & np.isnan(result[metric.name])
+        result = subject.evaluate([closed_form.name], window, drive, _TOLERANCE)
+        rule = f"{closed_form.name} over {over} is undefined in spite of the status 'ok'"
+        rules[rule] = (result["status"] == Status.OK) & np.isnan(result[closed_form.name])
     for sentence, broken in rules.items():
         if broken.any():
             yield f"{sentence}, for {subject.describe(int(np.flatnonzero(broken)[0]))}"
