@@ -166,7 +166,7 @@ def fit(task: DwellTask, starts: Fits, n_steps: int, weight: float) -> Fits:
         return np.square(residuals).sum(axis=1), (residuals, slopes)
 
     def step(numbers: FloatArray, kept: Kept, _: Rows, damping: FloatArray) -> Stepped:
-        return gauss_newton(numbers, kept[0], kept[1], damping, bounds, _FLOOR)
+        return gauss_newton(numbers, kept[0], kept[1], damping, bounds, floor=_FLOOR, keeps_direction=True)
 
     numbers, errors = improve(np.clip(starts.numbers, *bounds), evaluate, step, n_steps, _LITTLE)
     return Fits(numbers, starts.sides, errors)
