@@ -25,10 +25,10 @@ _PARAMETERS = (
 
 _METRICS = (
     Metric("law_constant", "1", "constant k of the working sector, driven angle = k (growth^angle - 1)", lower=0.0),
-    Metric("return_amplitude", "1", "amplitude C0 of the sine law", lower=0.0),
-    Metric("return_frequency", "1", "periods of the sine law per turn, C1", lower=0.0),
-    Metric("return_shift", "rad", "angle where the sine law rises through its mean, C2", lower=0.0),
-    Metric("return_mean", "1", "mean C3 of the sine law's lowest and highest ratio", lower=0.0),
+    Metric("return_amplitude", "1", "amplitude C0 of the sine law; NaN with other laws", lower=0.0),
+    Metric("return_frequency", "1", "periods of the sine law per turn, C1; NaN with other laws", lower=0.0),
+    Metric("return_shift", "rad", "rise of the sine law through its mean, C2; NaN with other laws", lower=0.0),
+    Metric("return_mean", "1", "mean C3 of the sine law's lowest and highest ratio; NaN with other laws", lower=0.0),
     Metric("ratio_start", "1", "ratio at the start of the working sector", lower=0.0),
     Metric("ratio_end", "1", "ratio at the end of the working sector", lower=0.0),
     Metric("ratio_min", "1", "smallest ratio of the turn", lower=0.0, closed_form_of="ratio_min_cycle"),
