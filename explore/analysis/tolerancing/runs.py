@@ -137,9 +137,10 @@ class _Watch:
         self.tell()
 
     def tell(self) -> None:
-        """Report the progress."""
+        """Report the progress; called each second by a thread of its own, too."""
         if self._progress is not None:
-            self._progress(sum(map(min, self._counted, self.sizes)), sum(self.sizes))
+            with self._lock:
+                self._progress(sum(map(min, self._counted, self.sizes)), sum(self.sizes))
 
     def stop(self) -> None:
         """End the tasks at their next slices."""
