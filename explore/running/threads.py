@@ -47,7 +47,8 @@ class BlocksOnThreads:
         As in `Attempts`; called in the thread that calls `run`. The next block starts after `accept` returns, which
         bounds the memory. `note` receives the event ``workers`` too.
     wait, stop
-        Called each second by a thread of its own, and after an error before blocks that run are awaited.
+        Called each second by a thread of its own, whose error ends the run; and after an error, before blocks that run
+        are awaited.
     """
 
     def __init__(
@@ -64,6 +65,7 @@ class BlocksOnThreads:
         self._count, self._compute, self._note = threads.count, compute, note
         self._wait, self._stop = wait, stop
         self._attempts = Attempts(accept, reject, note)
+        self._problem: BaseException | None = None
 
     def run(self, numbers: Iterable[int]) -> None:
         """Run all blocks; return when each is accepted or rejected. After an error, blocks that run are awaited."""
@@ -72,7 +74,7 @@ class BlocksOnThreads:
         remaining = itertools.chain(first, remaining)
         threads = _Threads(len(first))
         self._note("workers", joined=threads.names, left=[], threads=len(first))
-        with threads, _each_second(self._wait):
+        with threads, self._waiting():
             try:
                 while blocks := list(itertools.islice(remaining, _GRAPH_SIZE)):
                     remaining = itertools.chain(self._run_graph(threads, blocks), remaining)
@@ -80,6 +82,28 @@ class BlocksOnThreads:
                 if self._stop is not None:
                     self._stop()
                 raise
+
+    @contextmanager
+    def _waiting(self) -> Iterator[None]:
+        """Call `wait` each second in a thread of its own; what it raises, the next block that arrives raises."""
+        ended = threading.Event()
+
+        def call() -> None:
+            try:
+                while self._wait is not None and not ended.wait(_WAIT):
+                    self._wait()
+            except BaseException as problem:
+                self._problem = problem
+                if self._stop is not None:
+                    self._stop()
+
+        thread = threading.Thread(target=call, daemon=True)
+        thread.start()
+        try:
+            yield
+        finally:
+            ended.set()
+            thread.join()
 
     def _run_graph(self, threads: _Threads, numbers: list[int]) -> list[int]:
         """Run blocks in the order of their numbers; return those to be tried again."""
@@ -93,6 +117,8 @@ class BlocksOnThreads:
             state["ready"].sort(reverse=True)  # the last one is the next; dask's own order follows the hashes of keys
 
         def settle(key: tuple[str, int], outcome: list[Any], *_: object) -> None:
+            if self._problem is not None:
+                raise self._problem
             if self._attempts.settle(key[1], *outcome):
                 again.append(key[1])
             outcome.clear()  # dask keeps the list, whose memory the next blocks need
@@ -150,21 +176,3 @@ class _Threads:
         while call := self._calls.get():
             call()
             del call  # holds a result, whose memory the next block needs
-
-
-@contextmanager
-def _each_second(function: Callable[[], None] | None) -> Iterator[None]:
-    """Call a function each second, in a thread of its own, while the context lasts."""
-    ended = threading.Event()
-
-    def call() -> None:
-        while function is not None and not ended.wait(_WAIT):
-            function()
-
-    thread = threading.Thread(target=call, daemon=True)
-    thread.start()
-    try:
-        yield
-    finally:
-        ended.set()
-        thread.join()

@@ -121,7 +121,7 @@ class _Watch:
 
     def __init__(self, progress: ReportProgress | None, sizes: list[int]) -> None:
         self.sizes, self._progress, self._counted = sizes, progress, [0] * len(sizes)
-        self._lock, self._stopped = threading.Lock(), threading.Event()
+        self._lock, self._telling, self._stopped = threading.Lock(), threading.Lock(), threading.Event()
 
     def count(self, number: int, count: int) -> None:
         """Count parts of a task; called in its thread."""
@@ -139,7 +139,7 @@ class _Watch:
     def tell(self) -> None:
         """Report the progress; called each second by a thread of its own, too."""
         if self._progress is not None:
-            with self._lock:
+            with self._telling:
                 self._progress(sum(map(min, self._counted, self.sizes)), sum(self.sizes))
 
     def stop(self) -> None:
