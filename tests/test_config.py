@@ -92,7 +92,7 @@ def test_defaults(load):
 
 def test_default_objectives_that_are_not_computed_are_left_out(load):
     study = load(GOOD + '[evaluate]\nwindow = "cycle"\n')
-    assert [o.metric for o in study.objectives] == ["swing_angle", "transmission_angle_min"]
+    assert [o.metric for o in study.objectives] == ["transmission_angle_min"]
     assert load(GOOD + '[evaluate]\nmetrics = ["time_ratio"]\n').objectives == ()
 
 

@@ -5,6 +5,7 @@ import threading
 import time
 import weakref
 from concurrent.futures import ThreadPoolExecutor
+from multiprocessing.pool import ThreadPool
 
 import dask
 import pytest
@@ -105,6 +106,33 @@ def test_callbacks_and_the_pool_of_dask_see_every_block_in_order():
     assert seen == [("block", number) for number in [*range(30), 3]]
     assert accepted == {number: -number for number in range(30)}
     assert names == {"of the user_0"}
+
+
+def test_a_pool_of_multiprocessing_computes_the_blocks_as_elsewhere_in_dask():
+    accepted = {}
+    with ThreadPool(2) as pool, dask.config.set(pool=pool):
+        BlocksOnThreads(LocalThreads(1), abs, accepted.__setitem__, pytest.fail, ignore).run(range(-5, 5))
+    assert accepted == {number: abs(number) for number in range(-5, 5)}
+
+
+def test_after_an_error_no_block_runs_in_the_pool_of_dask():
+    started, ended = [], []
+
+    def compute(number):
+        started.append(number)
+        time.sleep(0.02)
+        ended.append(number)
+
+    def accept(number, _):
+        raise OSError(f"block {number} cannot be written")
+
+    with ThreadPoolExecutor(1) as pool:
+        runner = BlocksOnThreads(LocalThreads(2), compute, accept, pytest.fail, ignore)
+        with dask.config.set(pool=pool), pytest.raises(OSError, match="block 0 cannot be written"):
+            runner.run(range(9))
+        at_error = list(started)
+        assert ended == at_error
+    assert started == at_error
 
 
 def test_no_block_starts_while_as_many_results_wait():

@@ -9,10 +9,11 @@ configuration computes them where there is one.
 from __future__ import annotations
 
 import itertools
+import multiprocessing.pool
 import queue
 import threading
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import Future
+from concurrent.futures import Future, wait
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from typing import Any
@@ -25,6 +26,10 @@ SPARE_BLOCKS = 2
 _GRAPH_SIZE = 10_000
 #: Seconds between two calls of `wait`.
 _WAIT = 1.0
+
+
+#: Function that has another one called in a thread.
+Submit = Callable[..., Future[Any]]
 
 
 @dataclass(frozen=True)
@@ -74,10 +79,10 @@ class BlocksOnThreads:
         remaining = itertools.chain(first, remaining)
         threads = _Threads(len(first))
         self._note("workers", joined=threads.names, left=[], threads=len(first))
-        with threads, self._waiting():
+        with threads, _submitter(threads) as submit, self._waiting():
             try:
                 while blocks := list(itertools.islice(remaining, _GRAPH_SIZE)):
-                    remaining = itertools.chain(self._run_graph(threads, blocks), remaining)
+                    remaining = itertools.chain(self._run_graph(submit, blocks), remaining)
             except BaseException:
                 if self._stop is not None:
                     self._stop()
@@ -105,9 +110,8 @@ class BlocksOnThreads:
             ended.set()
             thread.join()
 
-    def _run_graph(self, threads: _Threads, numbers: list[int]) -> list[int]:
+    def _run_graph(self, submit: Submit, numbers: list[int]) -> list[int]:
         """Run blocks in the order of their numbers; return those to be tried again."""
-        import dask
         from dask.callbacks import Callback
         from dask.local import get_async
 
@@ -124,9 +128,8 @@ class BlocksOnThreads:
             outcome.clear()  # dask keeps the list, whose memory the next blocks need
 
         graph = {("block", number): (self._attempt, number) for number in numbers}
-        pool = dask.config.get("pool", None) or threads
         callbacks = [*Callback.active, (None, sort, None, settle, None)]
-        get_async(pool.submit, self._count + SPARE_BLOCKS, graph, list(graph), callbacks=callbacks)
+        get_async(submit, self._count + SPARE_BLOCKS, graph, list(graph), callbacks=callbacks)
         return again
 
     def _attempt(self, number: int) -> list[Any]:
@@ -176,3 +179,29 @@ class _Threads:
         while call := self._calls.get():
             call()
             del call  # holds a result, whose memory the next block needs
+
+
+@contextmanager
+def _submitter(threads: _Threads) -> Iterator[Submit]:
+    """What submits to the pool of dask's configuration, whose calls end with the context, or to threads of ours."""
+    import dask
+    from dask.local import MultiprocessingPoolExecutor
+
+    pool = dask.config.get("pool", None)
+    if pool is None:
+        yield threads.submit
+        return
+    if isinstance(pool, multiprocessing.pool.Pool):
+        pool = MultiprocessingPoolExecutor(pool)
+    unfinished: set[Future[Any]] = set()
+
+    def submit(*call: Any) -> Future[Any]:
+        future: Future[Any] = pool.submit(*call)
+        unfinished.add(future)
+        future.add_done_callback(unfinished.discard)
+        return future
+
+    try:
+        yield submit
+    finally:
+        wait([future for future in list(unfinished) if not future.cancel()])
