@@ -143,6 +143,10 @@ def test_numbers_are_read_in_the_shown_unit():
     assert Scale("mm", "mm").read("1e-5000") == 0.0
     with pytest.raises(explore.RequestError, match="'four' is not a number"):
         scale.read("four")
+    assert scale.read("-1e300") == -2.54e301
+    for text in ("1e308", "-1e308", "1e400", "1e999999999"):  # the first two are too large in millimetres only
+        with pytest.raises(explore.RequestError, match="too large"):
+            scale.read(text)
 
 
 @pytest.fixture(scope="module")

@@ -92,10 +92,15 @@ class Scale:
         if not _NUMBER.fullmatch(text.strip()):
             return quantity(text, self.declared)
         number = float(text)
+        try:
+            # The fraction of a number such as 1e-999999999, which is 0 here, or of 1e999999999 would fill the memory.
+            if self.factor != 1 and number != 0.0 and math.isfinite(number):
+                number = float(Fraction(text.strip()) / self.factor)
+        except OverflowError:
+            number = math.inf
         if not math.isfinite(number):
             raise RequestError("the number is too large")
-        # The fraction of a number such as 1e-999999999, which is 0 here, would fill the memory.
-        return number if self.factor == 1 or number == 0.0 else float(Fraction(text.strip()) / self.factor)
+        return number
 
     def __str__(self) -> str:
         return self.shown
