@@ -217,6 +217,7 @@ class Indexes:
             with self._changed:
                 if self._building == name:
                     self._building = ""
+                    self._open.pop(name, None)  # a request may have opened the index before
                     if problem:
                         self._problems[name] = problem
 
