@@ -4,6 +4,7 @@ import os
 import signal
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
@@ -111,3 +112,22 @@ def test_every_command_that_writes_a_file_removes_what_was_left(in_results, name
     code, _, err = call(*OUTPUTS[name], "-o", name)
     assert code == 0, err
     assert [p.name for p in in_results.glob(f"{name}*")] == [name]
+
+
+@pytest.mark.parametrize("kind", ["file", "folder"])
+def test_runs_at_once_do_not_take_each_other_for_abandoned(tmp_path, kind):
+    """A run that has made its unfinished file, but not locked it yet, looks like a killed one."""
+
+    def write(number):
+        for _ in range(100):
+            if kind == "file":
+                with new_output(tmp_path / "out.csv") as unfinished:
+                    unfinished.write_text(f"{number}" * 99)
+            else:
+                with new_output_folder(tmp_path) as folder:
+                    (folder / "part.csv").write_text("all")
+
+    with ThreadPoolExecutor(8) as pool:
+        for each in [pool.submit(write, number) for number in range(8)]:
+            each.result()
+    assert [path.name for path in tmp_path.iterdir()] == (["out.csv"] if kind == "file" else [])

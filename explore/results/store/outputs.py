@@ -10,6 +10,7 @@ import os
 import re
 import shutil
 import tempfile
+import time
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -19,6 +20,8 @@ from explore.results.store import system_calls
 #: Beginning of the names of unfinished folders, and all of them.
 _PREFIX = ".unfinished-"
 _FOLDER = re.compile(re.escape(_PREFIX) + r"[a-z0-9_]{8}")
+#: Seconds between attempts at a lock that another run holds while it removes a file.
+_PAUSE = 1e-3
 
 
 @contextlib.contextmanager
@@ -36,14 +39,17 @@ def new_output(path: Path) -> Iterator[Path]:
     with contextlib.suppress(OSError):  # of a folder that cannot be read or written, which `new_file` reports
         for file in unfinished_versions(path):
             _remove_abandoned(file)
-    with new_file(path) as unfinished, contextlib.ExitStack() as stack:
-        descriptor = open_binary(unfinished, os.O_RDWR | os.O_CREAT | os.O_EXCL)
-        stack.callback(os.close, descriptor)
-        with contextlib.suppress(OSError):  # a file system without locks
-            system_calls.lock(descriptor)
+    with contextlib.ExitStack() as stack, new_file(path) as unfinished:  # which is locked until it has its name
+        is_ours = False
+        while not is_ours:
+            descriptor = open_binary(unfinished, os.O_RDWR | os.O_CREAT | os.O_EXCL)
+            stack.callback(os.close, descriptor)
+            is_ours = _lock(descriptor, unfinished)
         yield unfinished
         with unfinished.open("rb+") as written:  # its writer may have replaced the one that was opened above
             os.fsync(written.fileno())
+        if os.name == "nt":  # where an open file cannot be renamed
+            stack.close()
 
 
 @contextlib.contextmanager
@@ -52,16 +58,37 @@ def new_output_folder(parent: Path) -> Iterator[Path]:
     for folder in parent.glob(_PREFIX + "*"):
         if _FOLDER.fullmatch(folder.name) and folder.is_dir():
             _remove_abandoned(folder)
-    try:
-        made = tempfile.TemporaryDirectory(prefix=_PREFIX, dir=parent)
-    except OSError as error:
-        raise OSError(error.errno, error.strerror, str(parent)) from None
-    with made as name, contextlib.ExitStack() as stack:
-        with contextlib.suppress(OSError):  # elsewhere than on POSIX folders cannot be opened
-            descriptor = os.open(name, os.O_RDONLY)
+    with contextlib.ExitStack() as stack:
+        is_ours = False
+        while not is_ours:
+            try:
+                folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix=_PREFIX, dir=parent)))
+            except OSError as error:
+                raise OSError(error.errno, error.strerror, str(parent)) from None
+            try:
+                descriptor = os.open(folder, os.O_RDONLY)
+            except FileNotFoundError:
+                continue
+            except OSError:  # elsewhere than on POSIX folders cannot be opened
+                break
             stack.callback(os.close, descriptor)
-            system_calls.lock(descriptor)
-        yield Path(name)
+            is_ours = _lock(descriptor, folder)
+        yield folder
+
+
+def _lock(descriptor: int, unfinished: Path) -> bool:
+    """Lock a new file or folder; return whether it has its name still, or another run took it for abandoned before."""
+    with contextlib.suppress(OSError):  # a file system without locks
+        while not system_calls.lock(descriptor):
+            time.sleep(_PAUSE)
+    return _has_name(descriptor, unfinished)
+
+
+def _has_name(descriptor: int, path: Path) -> bool:
+    try:
+        return os.path.samestat(os.fstat(descriptor), path.lstat())
+    except FileNotFoundError:
+        return False
 
 
 def _remove_abandoned(unfinished: Path) -> None:
@@ -72,7 +99,7 @@ def _remove_abandoned(unfinished: Path) -> None:
         flags = os.O_RDONLY | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)
         descriptor = open_binary(unfinished, flags)
         stack.callback(os.close, descriptor)
-        if not system_calls.lock(descriptor):
+        if not system_calls.lock(descriptor) or not _has_name(descriptor, unfinished):
             return
         if unfinished.is_dir():
             shutil.rmtree(unfinished)
