@@ -14,7 +14,7 @@ import explore
 from explore.base.errors import ConfigError, RequestError
 from explore.cli import progress
 from explore.service.client import JobProgress
-from explore.service.inlined_points import with_points
+from explore.service.inlined_points import text_with_points, with_points
 from explore.service.job_files import Refinement, read_job_file
 from explore.synthesis.tasks.registry import TASK_TYPES
 
@@ -125,6 +125,12 @@ def test_points_of_a_file_are_sent_with_the_text(served, tmp_path):
     [
         ('task = "path"\n[target]\nclosed = true\n', "x,y\n600,300\n650.5,330.25\n700,310\n650,280\n", "points"),
         ('kind = "path"\npoint = "pen"\n', "y,x\n300,600\n330.25,650.5\n310,700\n", "points"),
+        ('task = "motion"\n[target]\n', "x,y,angle\n12.06,13.06,37.7\n10.46,16.81,29.3\n5.8,18.66,23.6\n", "poses"),
+        (
+            'task = "function"\n[target]\ninput_angle = 60\noutput_angle = 60\n',
+            "x,y\n1,0\n2,0.3\n3,0.48\n4,0.6\n",
+            "table",
+        ),
         ('kind = "poses"\npoint = "pen"\n', "x,y,angle\n600,300,37.7\n650.5,330,29.3\n", "poses"),
         ('kind = "function"\n', "input,output\n0.1,20\n30,25.7\n60,25\n", "table"),
     ],
@@ -154,10 +160,21 @@ def test_python_sends_the_points_of_a_file_too(served, tmp_path, monkeypatch, ta
         service.submit(text, name="python-text")
 
 
+def test_crank_angles_of_a_path_are_sent_too(tmp_path):
+    (tmp_path / "rows.csv").write_text("crank_angle,x [in],y [in]\n0,6,3\n30,6.5,3.3\n60,7,3\n90,6.5,2.8\n120,6,2.7\n")
+    (tmp_path / "task.toml").write_text('task = "path"\n[target]\nfile = "rows.csv"\nangles_from = "free"\n')
+    loaded = explore.load_task(tmp_path / "task.toml")
+    (tmp_path / "sent.toml").write_text(text_with_points(loaded))
+    sent = explore.load_task(tmp_path / "sent.toml")
+    assert tomllib.loads(sent.text)["target"]["crank_angles"] == [0, 30, 60, 90, 120]
+    assert sent.task.target == loaded.task.target
+    assert sent.task.given == loaded.task.given
+
+
 def test_what_cannot_be_sent_with_the_text_is_refused(served, tmp_path):
     (tmp_path / "rows.csv").write_text("x,y,angle\n12.06,13.06,37.7\n10.46,16.81,29.3\n5.8,18.66,23.6\n")
-    (tmp_path / "task.toml").write_text('task = "motion"\n[target]\nfile = "rows.csv"\n')
-    with pytest.raises(RequestError, match=r"^line 3: target.file: a service reads no file by its name"):
+    (tmp_path / "task.toml").write_text('task = "motion"\ntarget = { file = "rows.csv" }\n')
+    with pytest.raises(RequestError, match=r"^line 2: target.file: a service reads no file by its name"):
         explore.Service(served.url, served.token).submit(explore.load_task(tmp_path / "task.toml"), name="moved")
 
 

@@ -53,7 +53,7 @@ def _names_file(sections: dict[str, Any]) -> bool:
 def _written(text: str, given: Study | TaskFile, place: str) -> str:
     """The text with the points of what was read from it; `place` stands before the number of a line in errors."""
     content = _target(given)
-    missing = content.keys().isdisjoint(_GIVEN) or ("timed_error_rms" in content and "crank_angles" not in content)
+    missing = content.keys().isdisjoint(_GIVEN)
     lines = text.replace("\r\n", "\n").split("\n")
     number = key_lines.line_of(key_lines.locate("\n".join(lines)), _KEY) - 1
     if missing or not lines[number].lstrip().startswith("file"):
@@ -66,10 +66,9 @@ def _written(text: str, given: Study | TaskFile, place: str) -> str:
 
 
 def _target(given: Study | TaskFile) -> dict[str, Any]:
-    """The target of a study or a task, with the names of what its solver measures."""
+    """The target of a study; of a task what its own target gives, or the points of its path."""
     if isinstance(given, TaskFile):
         target = given.task.target or {}
-        # The tables and poses that a task searches with are not in the form of its file.
-        return {**dict.fromkeys(given.task.measured, True), **{key: target[key] for key in _PATH if key in target}}
+        return {**{key: target[key] for key in _PATH if key in target}, **given.task.given}
     asked = given.request.mechanism.target
     return dict(asked.to_content()) if asked else {}

@@ -48,6 +48,8 @@ class Task:
         Names of the points of the floating link, whose coordinates are among the parameters.
     target
         The section ``[target]`` of the study; None for a task without.
+    given
+        Keys of the task's own ``[target]`` that hold its points, poses or table, from a file too.
     window
         Name of the window of the study, unless the file names one; empty for the mechanism's own.
     remarks
@@ -66,6 +68,7 @@ class Task:
     formulas: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
     points: tuple[str, ...] = ()
     target: Mapping[str, Any] | None = None
+    given: Mapping[str, Any] = field(default_factory=dict)
     window: str = ""
     remarks: Problems = field(default_factory=list)
 

@@ -168,7 +168,7 @@ def _lengths(generator: FourBarGenerator) -> tuple[float, float, float, float]:
 def _read(sections: TaskSections, problems: Problems) -> Task | None:
     """The task, or None after the problems of its sections are noted."""
     target = sections.target
-    law = _read_law(target, sections.folder, problems)
+    law, table = _read_law(target, sections.folder, problems)
     turns = tuple(_read_turn(target, key, most) for key, most in (("input_angle", 360.0), ("output_angle", 180.0)))
     starts = [target.number(key, "deg", default=math.nan) for key in ("input_start", "output_start")]
     given = [key for key in ("input_start", "output_start") if key in target]
@@ -202,6 +202,7 @@ def _read(sections: TaskSections, problems: Problems) -> Task | None:
         constraints={**bounds.constraints, "output_error_max": {"max": error}},
         formulas=FORMULAS,
         target=search.target.to_content(),
+        given={"table": table} if table else {},
         window="cycle",  # a rocker that turns fully has no strokes
         remarks=[(("target", "formula"), text) for text in remarks_on_angles(target.get("formula"), law)],
     )
@@ -214,32 +215,32 @@ def _read_turn(target: SectionReader, key: str, most: float) -> float:
     return turn
 
 
-def _read_law(target: SectionReader, folder: Path, problems: Problems) -> Law | None:
-    """The function, from a formula with a range or a table of pairs, of a file too; a mistake is noted."""
+def _read_law(target: SectionReader, folder: Path, problems: Problems) -> tuple[Law | None, Any]:
+    """The function, from a formula with a range or a table of pairs, of a file too, and its table, None without one.
+
+    The function is None after a mistake is noted.
+    """
     formula, tables = target.get("formula"), target.entries("table", "file")
     if (formula is None) == (not tables):
         key = next(iter(tables), "formula")
         target.note(key, 'give one of formula = "log(x)" with from and to, or table = [[1, 0], [2, 0.3], [3, 0.48]]')
-        return None
+        return None, None
     if formula is None:
         own = Problems()
         rows, source = read_rows(tables, "table", _COLUMNS, folder, own)
         problems += [(("target", *key), reason) for key, reason in own]
-        return _read_table(target, rows, source) if source else None
+        return (_read_table(target, rows, source), rows) if source else (None, None)
     first, last = target.number("from", "1", "1"), target.number("to", "1", "2")
     if not isinstance(formula, str):
         target.note("formula", f'must be a string such as "log(x)", got {format_value(formula)}')
-        return None
-    if not math.isfinite(first - last):
-        return None
-    if first == last:
+    elif first == last:
         target.note("to", "must differ from from")
-        return None
-    try:
-        return formula_law(formula, first, last)
-    except RequestError as error:
-        target.note("formula", str(error))
-        return None
+    elif math.isfinite(first - last):
+        try:
+            return formula_law(formula, first, last), None
+        except RequestError as error:
+            target.note("formula", str(error))
+    return None, None
 
 
 def _read_table(target: SectionReader, table: object, source: str) -> Law | None:

@@ -206,7 +206,7 @@ def _candidates(found: Sequence[FittedPoses], fates: Sequence[str], tried: Seque
 
 def _read(sections: TaskSections, problems: Problems) -> Task | None:
     """The task, or None after the problems of its sections are noted."""
-    poses, bounds = _read_poses(sections, problems), sections.bounds
+    (places, poses), bounds = _read_poses(sections, problems), sections.bounds
     angle = bounds.number("transmission_angle_min", "deg", default=20.0, least=0.0, below=90.0)
     ratio = bounds.number("size_ratio_max", "1", default=10.0, above=0.0)
     link_ratio = bounds.number("link_ratio_max", "1", default=np.inf, above=1.0)
@@ -229,7 +229,7 @@ def _read(sections: TaskSections, problems: Problems) -> Task | None:
         constraints["angle_error_max"] = {"max": float(np.degrees(_ROUNDING))}
     if not search.is_exact:  # poses that are met exactly are missed by rounding errors only, which order nothing
         objectives[:0] = ["position_error_max:min", "angle_error_max:min"]
-    places, key = _target(poses, is_ordered=bool(passage)), "file" if "file" in sections.target else "poses"
+    target, key = _target(poses, is_ordered=bool(passage)), "file" if "file" in sections.target else "poses"
     return Task(
         mechanism="crank-rocker",
         find=search.find,
@@ -246,8 +246,9 @@ def _read(sections: TaskSections, problems: Problems) -> Task | None:
         measured_constraints=passage,
         formulas={**FORMULAS, **formulas, "longest_link": {"formula": f"max({', '.join(LENGTHS)})", "unit": "mm"}},
         points=(POINT,),
-        target=places.to_content(),
-        remarks=remark_on_order(places.path, ("target", key)) if passage else [],
+        target=target.to_content(),
+        given={"poses": [list(place) for place in places]},
+        remarks=remark_on_order(target.path, ("target", key)) if passage else [],
     )
 
 
@@ -257,20 +258,20 @@ def _target(poses: Poses, *, is_ordered: bool) -> PosesTarget:
     return PosesTarget(POINT, tuple(places), order="given" if is_ordered else "any")
 
 
-def _read_poses(sections: TaskSections, problems: Problems) -> Poses | None:
-    """The poses, or None after a mistake is noted."""
+def _read_poses(sections: TaskSections, problems: Problems) -> tuple[Sequence[Sequence[float]], Poses | None]:
+    """The poses as they are given, mm and deg, and as they are searched for, None after a mistake is noted."""
     entries, own = sections.target.entries("poses", "file"), Problems()
     places = read_poses(entries, sections.folder, own, _FEWEST, _MOST)
     problems += [(("target", *key), reason) for key, reason in own]
     if not places:
-        return None
+        return (), None
     x, y, degrees = np.array(places).T
     poses = Poses(x + 1j * y, np.radians(degrees))
     reason = _problem_of(poses)
     if reason:
         sections.target.note("file" if "file" in entries else "poses", reason)
-        return None
-    return poses
+        return (), None
+    return places, poses
 
 
 def _problem_of(poses: Poses) -> str:

@@ -58,7 +58,9 @@ def _read(sections: TaskSections, problems: Problems) -> Task | None:
         count, is_exact,
     )  # fmt: skip
     key = ("target", "file" if "file" in sections.target else "points")
-    return replace(_task_of(found, passage), remarks=remark_on_order(target, key))
+    content = target.to_content()
+    given = {name: content[name] for name in ("points", "crank_angles") if content.get(name)}
+    return replace(_task_of(found, passage), given=given, remarks=remark_on_order(target, key))
 
 
 def read_path(section: SectionReader, folder: Path, keys: Sequence[str], problems: Problems) -> PathTarget | None:
