@@ -175,7 +175,7 @@ def test_readers_of_running_sweeps(tmp_path):
     opens = early = 0
     finished = []
     for number in range(SWEEPS):
-        if opens >= OPENS:
+        if opens >= OPENS and early >= OPENS // 2:
             break
         watcher, commands = watch(tmp_path, f"{number}.h5")
         opens, early, finished = opens + watcher.opens, early + watcher.early, finished + commands
