@@ -155,3 +155,19 @@ def test_no_block_starts_while_as_many_results_wait():
 
     BlocksOnThreads(LocalThreads(2), compute, accept, pytest.fail, ignore).run(range(20))
     assert len(kept) == 20
+
+
+def test_an_error_of_what_waits_ends_the_run(monkeypatch):
+    """One that comes while the last block is computed."""
+    monkeypatch.setattr(threads, "_WAIT", 0.05)
+    stopped = threading.Event()
+
+    def wait():
+        raise KeyboardInterrupt
+
+    runner = BlocksOnThreads(
+        LocalThreads(1), lambda _: stopped.wait(10), ignore, pytest.fail, ignore, wait=wait, stop=stopped.set
+    )
+    with pytest.raises(KeyboardInterrupt):
+        runner.run(range(1))
+    assert stopped.is_set()

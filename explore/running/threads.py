@@ -27,7 +27,6 @@ _GRAPH_SIZE = 10_000
 #: Seconds between two calls of `wait`.
 _WAIT = 1.0
 
-
 #: Function that has another one called in a thread.
 Submit = Callable[..., Future[Any]]
 
@@ -87,16 +86,21 @@ class BlocksOnThreads:
                 if self._stop is not None:
                     self._stop()
                 raise
+        if self._problem is not None:  # after the last block arrived
+            raise self._problem
 
     @contextmanager
     def _waiting(self) -> Iterator[None]:
         """Call `wait` each second in a thread of its own; what it raises, the next block that arrives raises."""
-        ended = threading.Event()
+        tell, ended = self._wait, threading.Event()
+        if tell is None:
+            yield
+            return
 
         def call() -> None:
             try:
-                while self._wait is not None and not ended.wait(_WAIT):
-                    self._wait()
+                while not ended.wait(_WAIT):
+                    tell()
             except BaseException as problem:
                 self._problem = problem
                 if self._stop is not None:
