@@ -105,8 +105,8 @@ functions = {
 kernel.close.compile(CLOSE_SIGNATURE)
 assembly = {kernel.close.__name__: kernel.close.inspect_asm()}
 for function, arguments in functions.items():
-    function.alone.compile(f"void({arguments})")
-    assembly[function.__name__] = function.alone.inspect_asm()
+    function.standalone.compile(f"void({arguments})")
+    assembly[function.__name__] = function.standalone.inspect_asm()
 print(json.dumps({name: "".join(versions.values()) for name, versions in assembly.items()}))
 """
     assembly = report(tmp_path, script)

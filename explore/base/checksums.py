@@ -7,5 +7,5 @@ try:
 except ImportError:
     from zlib import crc32 as _crc32
 
-#: Takes bytes, or what has them as its buffer, and the checksum of what came before.
+#: Function of bytes, or of an object with a buffer, and the checksum of the bytes before them.
 crc32: Callable[..., int] = _crc32

@@ -33,8 +33,9 @@ from numba.core.untyped_passes import (
     TranslateByteCode,
 )
 
-#: Signatures that are known, by function and types of the arguments.
+#: Remembered signatures of operators, by function and types of the arguments.
 _signatures: dict[tuple[Any, tuple[Any, ...]], Any] = {}
+
 _PASSES = (
     TranslateByteCode, FixupArgs, IRProcessing, RewriteSemanticConstants, DeadBranchPrune, GenericRewrites,
     ReconstructSSA, NopythonTypeInference, PreLowerStripPhis, IRLegalization, AnnotateTypes, NativeLowering,
@@ -47,12 +48,12 @@ class PlainCompiler(CompilerBase):  # type: ignore[misc]  # Numba has no types
 
     Attributes
     ----------
-    arrays_are_apart
+    no_alias
         Whether the arrays that the function is called with share no memory, so that loops need not test for that.
     """
 
     passes: tuple[Any, ...] = _PASSES
-    arrays_are_apart = False
+    no_alias = False
 
     def define_pipelines(self) -> list[PassManager]:
         """One pipeline, of `passes`."""
@@ -60,14 +61,14 @@ class PlainCompiler(CompilerBase):  # type: ignore[misc]  # Numba has no types
         for each in self.passes:
             manager.add_pass(each)
         manager.finalize()
-        self.state.flags.noalias = self.arrays_are_apart
+        self.state.flags.noalias = self.no_alias
         return [manager]
 
 
-class CompilerApart(PlainCompiler):
+class NoAliasCompiler(PlainCompiler):
     """The compiler of functions whose arrays share no memory."""
 
-    arrays_are_apart = True
+    no_alias = True
 
 
 @contextmanager

@@ -19,16 +19,17 @@ from numba.core.caching import IndexDataCacheFile
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.event import Event, Listener, register, unregister
 
-from explore.base.compiler_passes import CompilerApart, PlainCompiler, quick_compilation
+from explore.base.compiler_passes import NoAliasCompiler, PlainCompiler, quick_compilation
 
-#: Designs, or nodes, that compiled functions work on at once: rows of tiles have this length, a constant, so that loops
-#: over it vectorise.
+#: Length of a row of a tile: the designs, or nodes, that compiled functions work on at once.
 LANES = 16
-#: Signatures of a mechanism's compiled functions `close`, `fill` and `integrals`; see `explore.model.mechanism`.
+
+# Signatures of a mechanism's compiled functions `close`, `fill` and `integrals`; see `explore.model.mechanism`.
 CLOSE_SIGNATURE = "void(float64[::1])"
 FILL_SIGNATURE = "void(float64[::1], float64[::1], int64, int64, int64, int64, int64, float64[::1])"
 INTEGRALS_SIGNATURE = "void(float64[::1], float64[::1], float64[::1], float64[::1])"
-#: Rows that `integrals` fills for each signal: mean, variance, and bounds of their errors.
+
+#: Number of rows that `integrals` fills for each signal: mean, variance, and bounds of their errors.
 INTEGRALS = 4
 
 _PACKAGE = Path(__file__).parents[1]
@@ -47,7 +48,7 @@ def compiled(
     contract: bool = False,
     inlined: bool = False,
     allocates: bool = False,
-    apart: bool = False,
+    no_alias: bool = False,
 ) -> Callable[..., Any]:
     """Decorator: compile by Numba, cached on disk, without the GIL, with IEEE division.
 
@@ -65,14 +66,14 @@ def compiled(
     allocates
         Whether the function makes arrays. Other functions do without Numba's runtime, because its atomic reference
         counts of array arguments cost a quarter of the time of a sweep.
-    apart
+    no_alias
         Whether the arrays that the function is called with share no memory, unless it only reads them, or writes the
         same numbers to both. Short loops then need not test for that, which would take longer than the loops.
     """
     settings = options(fast=fast, contract=contract, inlined=inlined, allocates=allocates)
 
     def decorate(function: Callable[..., Any]) -> Any:
-        compiler = CompilerApart if apart else PlainCompiler
+        compiler = NoAliasCompiler if no_alias else PlainCompiler
         dispatcher = cached(njit(cache=True, pipeline_class=compiler, **settings)(function))
         if signature is not None:
             dispatcher._compile_for_args = partial(_compile_and_call, dispatcher, signature)

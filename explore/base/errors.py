@@ -2,7 +2,7 @@
 
 #: The place of an entry in a study: names of keys and positions in lists.
 KeyPath = tuple[str | int, ...]
-#: What is wrong with a study: for each problem the place of the entry and the reason.
+#: Problems of a study, each the place of an entry and the reason.
 Problems = list[tuple[KeyPath, str]]
 
 

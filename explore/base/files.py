@@ -14,12 +14,12 @@ from pathlib import Path
 
 from explore.base.errors import ResultsError
 
-#: Advice that ends many messages about a file that must not be touched. Errors have arguments of Python functions in
-#: backticks, where the command line puts its options.
+# The command line puts its options where messages have arguments of Python functions in backticks.
+#: End of messages about a file that must not be touched.
 NAME_ANOTHER_FILE = "name another file with `path`"
 #: Advice on a results file that cannot be continued.
 START_OVER = "use `restart=True` to start over (the file is moved aside)"
-#: The ending that `unfinished_name` appends; no other program uses it.
+#: Ending that `unfinished_name` appends; no other program uses it.
 _UNFINISHED = re.compile(r"\.unfinished-[0-9a-f]{8}")
 #: Errors of file systems without hard links: FAT and exFAT, network drives, macOS (which has both of "not supported").
 _NO_HARD_LINKS = (errno.EPERM, errno.EACCES, errno.EMLINK, errno.ENOSYS, errno.ENOTSUP, errno.EOPNOTSUPP)

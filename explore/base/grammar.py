@@ -10,10 +10,10 @@ from explore.base.errors import RequestError
 
 _Content = TypeVar("_Content")
 
-#: Largest depth of nested brackets; the descent recurses a few times for each.
-MAX_DEPTH = 50
 NUMBER = r"(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
 NAME = r"[^\W\d]\w*"
+#: Largest depth of nested brackets; the descent recurses a few times for each.
+MAX_DEPTH = 50
 
 
 class Descent:

@@ -15,12 +15,17 @@ from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler_machinery import LoweringPass, register_pass
 from numba.core.typed_passes import NativeLowering
 
-from explore.base.compiler_passes import CompilerApart, PlainCompiler
+from explore.base.compiler_passes import NoAliasCompiler, PlainCompiler
 from explore.base.compiling import cached, options
 
 
 def subroutine(
-    *, fast: bool = False, contract: bool = False, inlined: bool = False, allocates: bool = False, apart: bool = False
+    *,
+    fast: bool = False,
+    contract: bool = False,
+    inlined: bool = False,
+    allocates: bool = False,
+    no_alias: bool = False,
 ) -> Any:
     """Decorator: compile as part of the compiled functions that call this one; see `compiled` for the arguments.
 
@@ -29,13 +34,14 @@ def subroutine(
 
     def decorate(function: Callable[..., Any]) -> Any:
         settings = options(fast=fast, contract=contract, inlined=inlined, allocates=allocates)
-        translating, alone = (_TranslatingApart, CompilerApart) if apart else (_TranslatingCompiler, PlainCompiler)
+        translating = _NoAliasTranslatingCompiler if no_alias else _TranslatingCompiler
+        standalone = NoAliasCompiler if no_alias else PlainCompiler
         dispatcher = njit(pipeline_class=translating, no_cpython_wrapper=True, no_cfunc_wrapper=True, **settings)(
             function
         )
-        dispatcher.alone = cached(njit(cache=True, pipeline_class=alone, **settings)(function))
+        dispatcher.standalone = cached(njit(cache=True, pipeline_class=standalone, **settings)(function))
         dispatcher._insert = _skip
-        dispatcher._compile_for_args = lambda *_, **__: dispatcher.alone
+        dispatcher._compile_for_args = lambda *_, **__: dispatcher.standalone
         resolve = dispatcher.get_call_template
         # A number that a caller writes out must not make a version of its own.
         dispatcher.get_call_template = lambda args, kws: resolve(tuple(types.unliteral(a) for a in args), kws)
@@ -105,5 +111,5 @@ class _TranslatingCompiler(PlainCompiler):
     passes = (*PlainCompiler.passes[:_lowering], _TranslateOnly, *PlainCompiler.passes[_lowering:])
 
 
-class _TranslatingApart(_TranslatingCompiler):
-    arrays_are_apart = True
+class _NoAliasTranslatingCompiler(_TranslatingCompiler):
+    no_alias = True

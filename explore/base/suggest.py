@@ -5,7 +5,7 @@ from __future__ import annotations
 import difflib
 from collections.abc import Iterable
 
-#: Longest name that is compared with known names.
+#: Length of the longest name that is compared with known names.
 _LONGEST_NAME = 200
 
 

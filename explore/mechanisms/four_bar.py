@@ -131,7 +131,7 @@ def transmission_angle(p, q):
     return arctangent(2.0 * math.sqrt(p * q), q - p)
 
 
-@subroutine(fast=True, apart=True)
+@subroutine(fast=True, no_alias=True)
 def _fill_rates(constants, tangents, anchor, needs, out):
     """Fill velocities, and accelerations if needed, at one node of each lane."""
     sign = 1.0 if anchor == 0 else -1.0
@@ -166,7 +166,7 @@ def _fill_rates(constants, tangents, anchor, needs, out):
             out[ROCKER_ACCELERATION * LANES + lane] = k * f_rate + common
 
 
-@subroutine(fast=True, apart=True)
+@subroutine(fast=True, no_alias=True)
 def _fill_angles(constants, tangents, anchor, out):
     """Fill the angles of coupler and rocker, rad, at one node of each lane."""
     for lane in range(LANES):
@@ -183,7 +183,7 @@ def _fill_angles(constants, tangents, anchor, out):
         out[ROCKER_ANGLE * LANES + lane] = arctangent(along * dy + across * dx, along * dx - across * dy)
 
 
-@subroutine(fast=True, apart=True)
+@subroutine(fast=True, no_alias=True)
 def _fill_transmission(constants, tangents, anchor, out):
     """Fill the transmission angle, rad, at one node of each lane."""
     for lane in range(LANES):

@@ -236,7 +236,7 @@ def _bounds(shape, start, stop, length, over_length, share, angles):
     return of_mean, unit * (0.25 * shape.over_p_and_q * rational + g + angles + k_terms)
 
 
-@compiled(INTEGRALS_SIGNATURE, contract=True, apart=True)
+@compiled(INTEGRALS_SIGNATURE, contract=True, no_alias=True)
 def integrals(constants, starts, stops, out):
     """Fill mean and variance of the velocities for unit speed; see `explore.model.mechanism.Mechanism.integrals`."""
     for lane in range(LANES):

@@ -19,7 +19,7 @@ from explore.mechanisms.four_bar import (
 from explore.model.points import MOST_POINTS, POINT_ROWS, RATES
 
 
-@subroutine(fast=True, apart=True)
+@subroutine(fast=True, no_alias=True)
 def _fill_point(constants, tangents, anchor, along_row, first, with_rates, out):
     """Fill the rows of one point, its rates from those of the coupler, at one node of each lane."""
     sign = 1.0 if anchor == 0 else -1.0

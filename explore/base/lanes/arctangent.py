@@ -6,7 +6,7 @@ from explore.base.subroutines import subroutine
 
 _TAN_EIGHTH = 0.41421356237309503  # tan(pi/8); the angle of a steeper vector is computed from pi/4
 _QUARTER, _HALF = 0.25 * math.pi, 0.5 * math.pi
-#: pi/4 minus its nearest double; twice and four times that are the errors of pi/2 and pi.
+#: Error of the double nearest to pi/4; the errors for pi/2 and pi are two and four times this.
 _QUARTER_PI_ERROR = 3.061616997868383e-17
 
 

@@ -10,7 +10,7 @@ _CLOSE, _FILL = function_type(CLOSE_SIGNATURE), function_type(FILL_SIGNATURE)
 _F1, _F2 = types.float64[::1], types.float64[:, ::1]
 
 
-@subroutine(apart=True)
+@subroutine(no_alias=True)
 def load_tile(parameters, start, tile):
     """Fill the rows of parameters of a tile with those of the designs from `start` on, the last one repeated."""
     lanes = min(LANES, parameters.shape[1] - start)

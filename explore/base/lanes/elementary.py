@@ -13,16 +13,18 @@ from numba.extending import intrinsic
 from explore.base.subroutines import subroutine
 
 _LOG2_E = 1.4426950408889634
-#: ln 2 in two parts; the product of the first with any exponent is exact.
+# ln 2 in two parts, for the logarithm and for the exponential; the product of the first with any exponent is exact.
 _LN2_HIGH, _LN2_LOW = 6.93147180369123816490e-01, 1.90821492927058770002e-10
 _EXP_LN2_HIGH, _EXP_LN2_LOW = 6.93145751953125e-1, 1.42860682030941723212e-6
-#: Adding 1.5 * 2^52 rounds to an integer, which is then in the low bits of the sum.
-_ROUNDING_SHIFT = 6755399441055744.0
+
 _MANTISSA_BITS = 52
+_EXPONENT_MASK = 0x7FF0000000000000
+#: 1.5 * 2^52: a sum with it is rounded to an integer, which is in its low bits.
+_ROUNDING_SHIFT = 6755399441055744.0
+#: Bits of `_ROUNDING_SHIFT`.
+_INTEGER_OF_SHIFT = 0x4338000000000000
 #: Bits of the root of 1/2, so that a mantissa is between that and its double.
 _ROOT_HALF_BITS = 0x3FE6A09E667F3BCD
-_EXPONENT_MASK = 0x7FF0000000000000
-_INTEGER_OF_SHIFT = 0x4338000000000000
 #: pi/2 minus its nearest double.
 _HALF_PI_ERROR = 6.123233995736766e-17
 

@@ -27,20 +27,23 @@ if TYPE_CHECKING:
 
 FloatArray = npt.NDArray[np.float64]
 
-#: A unit of each quantity. Energies and torques have one dimension, see `_quantity`.
+#: Unit of each quantity. Energies and torques have one dimension, see `_quantity`.
 QUANTITIES = {
     "length": "mm", "angle": "deg", "time": "s", "mass": "kg", "speed": "rad/s", "angular_acceleration": "rad/s^2",
     "velocity": "mm/s", "acceleration": "mm/s^2", "force": "N", "torque": "N m", "energy": "J", "power": "W",
     "stress": "MPa", "inertia": "kg m^2", "stiffness": "N/m", "rotational_stiffness": "N m/rad", "damping": "N s/m",
     "rotational_damping": "N m s/rad",
 }  # fmt: skip
-#: Quantities that compound units may consist of to follow, and those of them that they follow.
-_KINEMATIC, _FOLLOWED = ("length", "angle", "time"), ("length", "angle")
+#: Quantities whose chosen units a compound unit follows.
+_FOLLOWED = ("length", "angle")
+#: Quantities of a compound unit that follows.
+_KINEMATIC = (*_FOLLOWED, "time")
+#: Bound below which all integers are exact as a float.
+_LARGEST_EXACT = 2**53
+
 _HEADING = re.compile(r"(.*?)\s*\[([^][]*)\]", re.DOTALL)
 _ONE_FACTOR = re.compile(r"[^\W\d]+|°")
 _NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?", re.ASCII)
-#: All smaller integers are exact as a float.
-_LARGEST_EXACT = 2**53
 
 
 @dataclass(frozen=True)

@@ -30,7 +30,7 @@ LOW, HIGH, BEST, SECOND, THIRD, AT_BEST, AT_SECOND, AT_THIRD, STEP, PREVIOUS, TR
 BRENT_ROWS = 12
 
 
-@subroutine(fast=True, apart=True)
+@subroutine(fast=True, no_alias=True)
 def fill_trial_tangents(shape, state, tangents):
     """Fill the half-tangents of the trial points."""
     if shape[TILE_SCALE] == 0.0:
@@ -42,7 +42,7 @@ def fill_trial_tangents(shape, state, tangents):
         tangents[lane] = 0.5 * shape[TILE_SCALE + lane] * (growth - 1.0 / growth)
 
 
-@subroutine(apart=True)
+@subroutine(no_alias=True)
 def _propose(state, resolutions):
     """Fill the trial points: the parabola's vertex, or a golden section; the best points of lanes that rest.
 
@@ -75,7 +75,7 @@ def _propose(state, resolutions):
         state[TRIAL + lane] = best + step if is_active else best
 
 
-@subroutine(apart=True)
+@subroutine(no_alias=True)
 def _accept(state, signal, sign, resolutions):
     """Update the lanes at work by the signal at their trial points.
 

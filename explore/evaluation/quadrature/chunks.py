@@ -44,7 +44,7 @@ CLOSE_TYPE = function_type(CLOSE_SIGNATURE)
 _F1, _F2, _I1 = types.float64[::1], types.float64[:, ::1], types.int64[::1]
 
 
-@subroutine(apart=True)
+@subroutine(no_alias=True)
 def close_chunk(close, parameters, designs, first_parameter, constant_count, record, constants):
     """Fill the constants of a chunk of designs, tile after tile; the last tile is filled up with its last design."""
     count = len(designs)
@@ -72,7 +72,7 @@ def constant(constants, constant_count, row, design):
     return constants[(design // LANES * constant_count + row) * LANES + design % LANES]
 
 
-@subroutine(apart=True)
+@subroutine(no_alias=True)
 def _fill_constant_rows(constants, constant_count, count, shift, singular_rows, variant_row, panels):
     """Fill singularities and variants of the panels ``shift + i`` of the designs i."""
     for tile in range((count + LANES - 1) // LANES):
@@ -88,7 +88,7 @@ def _fill_constant_rows(constants, constant_count, count, shift, singular_rows, 
             row[lane] = source[lane] if variant_row >= 0 else 0.0
 
 
-@subroutine(apart=True)
+@subroutine(no_alias=True)
 def _add_one_panel_each(constants, constant_count, count, kind, start_row, stop_row, panels):
     """Fill one panel for each design, if every arc goes past one anchor and not past the other; return whether so.
 
@@ -187,7 +187,7 @@ def add_panels(
     return count, k, 1
 
 
-@subroutine(apart=True)
+@subroutine(no_alias=True)
 def gather_constants(constants, constant_count, rows, designs, offsets, tile):
     """Fill the first `rows` rows of a tile with the constants of any designs of the chunk.
 

@@ -138,7 +138,7 @@ def _next_candidate(shape, samples, rows, row, sign, count, table, rule, state, 
     state[BEST + lane], state[AT_BEST + lane] = shape[TILE_CENTRE + lane], math.inf
 
 
-@subroutine(apart=True)
+@subroutine(no_alias=True)
 def _lower(state, samples, sign):
     """Lower the least samples to those of one node."""
     for lane in range(LANES):

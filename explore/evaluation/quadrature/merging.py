@@ -30,7 +30,7 @@ from explore.evaluation.quadrature.rules import LARGEST_NODE_COUNT
 _F1, _I1, _I2 = types.float64[::1], types.int64[::1], types.int64[:, ::1]
 
 
-@subroutine(apart=True)
+@subroutine(no_alias=True)
 def copy_numbers(to, source, n):
     """Copy n numbers; assigning a slice would need Numba's runtime."""
     for j in range(n):
@@ -63,7 +63,7 @@ def collect(b, panels, total, has_turns, n, live, first_panel, panel_count, stri
         b[bounds.TOTAL + j], b[bounds.IS_FINEST + j] = nodes, finest
 
 
-@subroutine(apart=True)
+@subroutine(no_alias=True)
 def merge_regular(b, n, per_design, row, masses, integrals, deviations, means, variances):
     """Like `merge` where every design has `per_design` panels, all of them live; those of mass 0 count for nothing."""
     base, to = row * PANEL_CAPACITY, row * CHUNK

@@ -52,7 +52,7 @@ def place_factors(count, ends, is_adaptive, row_of, table, factors):
             factors[high], factors[high + 1] = root * q, ratio * root * x * q
 
 
-@subroutine(apart=True)
+@subroutine(no_alias=True)
 def fill_roots(weights, count, are_ones, roots):
     """Fill what samples are multiplied by in tails: the roots of their weights, or 1: adaptive, equispaced nodes."""
     if are_ones:
@@ -63,7 +63,7 @@ def fill_roots(weights, count, are_ones, roots):
             roots[j] = math.sqrt(weights[j])
 
 
-@subroutine(apart=True)
+@subroutine(no_alias=True)
 def check_model(b, n, regular, per_design, live, first_panel, panel_count, stride, w, tables, tails, means, variances):
     """Fill how many times the shares of tails exceed the modelled error, for the worst row of each live design.
 

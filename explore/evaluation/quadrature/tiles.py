@@ -29,7 +29,7 @@ def _scale_exponentials(shape):
         shape[TILE_UP + lane], shape[TILE_DOWN + lane] = half_scale * growth, half_scale / growth
 
 
-@subroutine(apart=True)
+@subroutine(no_alias=True)
 def gather_shapes(panels, lane_panels, is_adaptive, shape):
     """Fill the shapes of the panels of a tile. A panel of the adaptive rule may be as narrow as its signal."""
     for lane in range(LANES):
@@ -40,7 +40,7 @@ def gather_shapes(panels, lane_panels, is_adaptive, shape):
     _scale_exponentials(shape)
 
 
-@subroutine(fast=True, apart=True)
+@subroutine(fast=True, no_alias=True)
 def _place_pair(shape, abscissa, rule_weight, low_tangents, high_tangents, low_weights, high_weights):
     """Fill half-tangents and weights (rad) of a symmetric pair of nodes: one exponential serves both."""
     for lane in range(LANES):
@@ -86,7 +86,7 @@ def _four_nodes(signals, rows, s, j, last):
     )  # fmt: skip
 
 
-@subroutine(fast=True, apart=True)
+@subroutine(fast=True, no_alias=True)
 def _add_integrals(signals, rows, flags, j, last, weights, masses, sums):
     """Add four nodes to the weights and integrals."""
     # LLVM would unroll a loop of constant length with so short a body instead of vectorising it.
@@ -104,7 +104,7 @@ def _add_integrals(signals, rows, flags, j, last, weights, masses, sums):
             row[INTEGRAL + lane] = row[INTEGRAL + lane] + pairs
 
 
-@subroutine(fast=True, apart=True)
+@subroutine(fast=True, no_alias=True)
 def _add_deviations(signals, rows, flags, j, last, weights, roots, factors, sums, width):
     """Add four nodes to the sums of squared deviations and to the parts of tails."""
     w1, w2, w3, w4 = _four_nodes(weights, 1, 0, j, j + 3)

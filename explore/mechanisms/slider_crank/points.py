@@ -17,7 +17,7 @@ from explore.mechanisms.slider_crank.kernel import sums
 from explore.model.points import MOST_POINTS, POINT_ROWS
 
 
-@subroutine(fast=True, apart=True)
+@subroutine(fast=True, no_alias=True)
 def _fill_point(constants, tangents, anchor, number, with_rates, out):
     """Fill the rows of one point, its rates from those of the rod, at one node of each lane."""
     mirror = 1.0 if anchor == 0 else -1.0

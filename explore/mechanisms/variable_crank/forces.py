@@ -42,7 +42,7 @@ from explore.mechanisms.variable_crank.columns import (
 )
 
 
-@subroutine(fast=True, apart=True)
+@subroutine(fast=True, no_alias=True)
 def fill_forces(constants, tangents, anchor, law, out):
     """Fill forces (N), torque (N m) and power (W) from the motion and `links.fill_links` at one node of each lane."""
     sense = 1.0 if law >= FIRST_LAW_BACK else -1.0

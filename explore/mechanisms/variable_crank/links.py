@@ -45,7 +45,7 @@ from explore.mechanisms.variable_crank.columns import (
 _MM = 1e-3
 
 
-@subroutine(fast=True, apart=True)
+@subroutine(fast=True, no_alias=True)
 def fill_links(constants, tangents, anchor, out):
     """Fill what the masses of rod, pin and disc add to forces (N) and power (W) at one node of each lane.
 
@@ -98,7 +98,7 @@ def fill_links(constants, tangents, anchor, out):
         out[LINKS_POWER_TERMS * LANES + lane] = terms
 
 
-@subroutine(fast=True, apart=True)
+@subroutine(fast=True, no_alias=True)
 def fill_pins(constants, tangents, anchor, out):
     """Fill the slot's force (N), and squares of the forces in pins and pivot, from `fill_links` and the thrust."""
     mirror = 1.0 if anchor == 0 else -1.0

@@ -72,7 +72,7 @@ def state(constants, lane, u, anchor, steady):
     return sine, cosine, d, position, excess, -travel - side * first, -side * second, side, z, lag, first, second
 
 
-@subroutine(fast=True, apart=True)
+@subroutine(fast=True, no_alias=True)
 def _fill_slider(constants, tangents, anchor, law, out):
     """Fill the slider's position, velocity and acceleration at one node of each lane."""
     back, steady = law >= FIRST_LAW_BACK, law % FIRST_LAW_BACK == STEADY_LAW
@@ -86,7 +86,7 @@ def _fill_slider(constants, tangents, anchor, law, out):
         out[ACCELERATION_TERMS * LANES + lane] = abs(speed * speed * second)
 
 
-@subroutine(fast=True, apart=True)
+@subroutine(fast=True, no_alias=True)
 def _fill_crank(constants, tangents, anchor, law, out):
     """Fill the crank's length and its rate, the rod's angle and the groove at one node of each lane."""
     back, steady = law >= FIRST_LAW_BACK, law % FIRST_LAW_BACK == STEADY_LAW

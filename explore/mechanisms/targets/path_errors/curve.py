@@ -35,7 +35,7 @@ def fill_corners(curve, shape, rays, count, out, xs, ys):
     return 0.125 * height / count
 
 
-@subroutine(fast=True, apart=True)
+@subroutine(fast=True, no_alias=True)
 def _fill_row(x, y, weight, xs, ys, count, row):
     for k in range(count):
         ex, ey = x - xs[k], y - ys[k]

@@ -14,7 +14,7 @@ from explore.mechanisms.targets.path_errors.curve import MANY_CHORDS
 MOST_WAITING = MANY_CHORDS + 2
 
 
-@subroutine(apart=True)
+@subroutine(no_alias=True)
 def _sum_four(first, second, third, fourth, before, start, length, sums):
     """Fill four rows of sums from the row before: each the least up to its chord of its distance and the row's sum."""
     a, b, c, d = math.inf, math.inf, math.inf, math.inf
@@ -26,7 +26,7 @@ def _sum_four(first, second, third, fourth, before, start, length, sums):
         sums[0, k], sums[1, k], sums[2, k], sums[3, k] = a, b, c, d
 
 
-@subroutine(apart=True)
+@subroutine(no_alias=True)
 def _sum_one(row, before, start, length, sums):
     least = math.inf
     for k in range(length):
