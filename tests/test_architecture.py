@@ -1,6 +1,8 @@
-"""The architecture: no import cycle, and a diagram in the documentation that shows the code as it is."""
+"""The architecture: no import cycle, a diagram that is up to date, and comments that say what constants are."""
 
+import ast
 import importlib.util
+import re
 from graphlib import TopologicalSorter
 from pathlib import Path
 
@@ -28,3 +30,44 @@ def test_the_diagram_is_that_of_the_code(drawing):
     assert drawing.DIAGRAM.read_text(encoding="utf-8") == drawing.diagram(ROOT / "explore"), (
         "run `python docs/architecture_diagram.py`"
     )
+
+
+#: Rooms whose comments of constants are checked.
+ROOMS = ("base", "model")
+#: First words of comments that do not say what a constant is.
+NO_NOUNS = {
+    "adding", "all", "as", "by", "called", "fewest", "for", "from", "how", "if", "in", "most", "of", "one", "run",
+    "takes", "that", "these", "those", "to", "what", "when", "where", "whether", "which", "why",
+}  # fmt: skip
+
+
+def _comments_of_constants(source: str):
+    """Line and problem of each `#:` comment that is no line of its own above one constant, with a noun first."""
+    lines = source.split("\n")
+    ends, statements = {}, {}
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, ast.Assign | ast.AnnAssign):
+            targets = node.targets if isinstance(node, ast.Assign) else [node.target]
+            ends[node.lineno] = node.end_lineno
+            statements[node.lineno] = len(targets) == 1 and isinstance(targets[0], ast.Name)
+    for number, line in enumerate(lines, 1):
+        if not line.lstrip().startswith("#: "):
+            continue
+        words = re.findall(r"\w+", line.lower())
+        if words[0] in NO_NOUNS or "those" in words:
+            yield number, "begins with no noun, or has the word 'those'"
+        if not statements.get(number + 1):
+            yield number, "is not followed by one constant"
+        elif ends[number + 1] + 1 in statements:
+            yield number, "is followed by a second constant without a comment or an empty line"
+
+
+@pytest.mark.parametrize("room", ROOMS)
+def test_a_comment_says_what_one_constant_is(room):
+    problems = [
+        f"{path.relative_to(ROOT)}:{number} {problem}"
+        for path in sorted((ROOT / "explore" / room).rglob("*.py"))
+        for number, problem in _comments_of_constants(path.read_text(encoding="utf-8"))
+    ]
+
+    assert not problems, "\n".join(problems)

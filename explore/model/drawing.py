@@ -18,7 +18,7 @@ from explore.model.quantities import FloatArray, Signal
 INPUT = "input"
 #: Parameters that say where the linkage lies in its plane: its origin, mm, and its x axis, deg.
 PLACE = ("crank_pivot_x", "crank_pivot_y", "ground_angle")
-#: A joint's path, the output's path to and fro, the path of a point of interest.
+#: Role of a path: that of a joint, of the output to and fro, or of a point of interest.
 PathRole = Literal["joint", "output", "point"]
 
 

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 
-#: The functions of a formula, with their smallest and largest number of values; None for any number.
-#: Angles are in degrees, as in all columns.
+# Angles are in degrees, as in all columns.
+#: Smallest and largest number of values of each function of a formula; None for any number.
 FUNCTIONS: Mapping[str, tuple[int, int | None]] = MappingProxyType(
     {
         "abs": (1, 1), "sqrt": (1, 1), "min": (2, None), "max": (2, None), "log": (1, 1), "exp": (1, 1),

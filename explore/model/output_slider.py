@@ -11,10 +11,13 @@ from explore.model.drawing import Drawing, Guide, Link, Panel, Path, Pose, Vecto
 from explore.model.points import drawn_name
 from explore.model.quantities import FloatArray, Signal
 
-#: Name of the slider as a point of a drawing, and of its travel as a signal.
-SLIDER, TRAVEL = "slider", "slider_travel"
-#: Columns of results that describe a slider: where it rests, mm, its guide, deg, its link, mm, and the dwell, deg.
+#: Name of the slider as a point of a drawing.
+SLIDER = "slider"
+#: Name of the slider's travel as a signal.
+TRAVEL = "slider_travel"
+#: Columns of results that describe a slider: its rest, mm, its guide, deg, its link, mm, and the dwell, deg.
 COLUMNS = ("rest_x", "rest_y", "guide_angle", "slider_link", "dwell_start", "dwell_angle")
+
 TRAVEL_SIGNAL = Signal(TRAVEL, "mm", "travel of the slider along its guide from where it rests", row=-1, needs=0)
 TRAVEL_PANEL = Panel("travel of the slider", (TRAVEL,))
 

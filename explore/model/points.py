@@ -17,17 +17,18 @@ from explore.model.drawing import Drawing, Link, Panel, Path, Vector
 from explore.model.quantities import FloatArray, Formula, Parameter, Signal
 
 Number = TypeVar("Number")
-#: Most points of one mechanism: the rows of the kernels are for so many.
+#: Largest number of points of one mechanism: the rows of the kernels are for so many.
 MOST_POINTS = 4
-#: The coordinates of a point, in the order of the kernel's parameters, and how many numbers they are of all points.
+#: Coordinates of a point, in the order of the kernel's parameters.
 COORDINATES = ("along", "across")
+#: Number of the coordinates of all points.
 PLACES_SIZE = len(COORDINATES) * MOST_POINTS
 # Rows of one point: position, velocity and acceleration, each with the square of its magnitude but for the position;
 # curvature of the path; sizes of the terms that these are sums of.
 X, Y, VELOCITY_X, VELOCITY_Y, VELOCITY_SQUARE, ACCELERATION_X, ACCELERATION_Y, ACCELERATION_SQUARE, CURVATURE = range(9)
 POSITION_TERMS, VELOCITY_TERMS, ACCELERATION_TERMS, CURVATURE_TERMS = range(9, 13)
 POINT_ROWS = 13
-#: The bits of the rates of all points, over the first bit of points.
+#: Bits of the rates of all points, over the first bit of points.
 RATES = sum(2 << 2 * number for number in range(MOST_POINTS))
 
 

@@ -4,5 +4,5 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-#: Called with the number of items that are done and the number of all items.
+#: Function of the number of items that are done and the number of all items.
 ReportProgress = Callable[[int, int], None]

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-#: Most singularities that a mechanism declares.
+#: Largest number of singularities that a mechanism declares.
 MOST_SINGULARITIES = 3
 #: Largest number of breaks, for which the buffers of panels are large enough.
 MOST_BREAKS = 6

@@ -20,12 +20,12 @@ STATISTICS = ("mean", "variance", "std", "cv", "min", "max", "peak", "rms", "pea
 MOMENT_STATISTICS = ("mean", "variance", "std", "cv", "rms")
 #: Statistics that follow from the smallest and the largest value; "peak" is the largest magnitude.
 EXTREME_STATISTICS = ("min", "max", "peak", "peak_to_peak")
-#: Statistics that are names of metrics by themselves: those of the mechanism's output.
+#: Statistics of the mechanism's output whose metrics have no name of a signal.
 OUTPUT_STATISTICS = ("mean", "variance", "cv")
 #: Statistics of a magnitude. "power_mean" is (mean |x|^(10/3))^(3/10), by which roller bearings are sized.
 MAGNITUDE_STATISTICS = ("mean", "max", "rms", "power_mean")
 
-#: A `zero_meaning`: 0 stands for "not given", and metrics that need the parameter are not computed.
+#: The `zero_meaning` of a parameter without which the metrics that need it are not computed.
 OMITTED = "not given"
 
 

@@ -27,7 +27,7 @@ class Status(IntEnum):
         return _STATUS_SENTENCES[self]
 
 
-#: Codes that a mechanism can declare; the first four are those of four-bars in files.
+#: Codes that a mechanism can declare; files of four-bars have the first four.
 OWN_CODES = (*range(2, 6), *range(20, 128))
 
 

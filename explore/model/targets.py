@@ -17,26 +17,27 @@ _MEANINGS = (
     ("mm", "y of the crank's pivot in the plane of the target"),
     ("deg", "angle of the linkage's own x axis in the plane of the target"),
 )
-#: The pose of the linkage in the plane of the target, as parameters: designs that differ only in it share a motion.
+#: Parameters of the linkage's pose in the plane of the target: designs that differ only in them share a motion.
 POSE = tuple(
     Parameter(name, unit, meaning, 0.0, -float("inf"), affects="target")
     for name, (unit, meaning) in zip(PLACE, _MEANINGS, strict=True)
 )
-#: The same, and how the body of poses is turned from the link that carries it.
+#: Parameters of `POSE`, and the angle of the body of poses from the link that carries it.
 BODY_POSE = (
     *POSE,
     Parameter("body_angle", "deg", "angle of the body from the link that carries it", 0.0, -float("inf"),
               affects="target"),
 )  # fmt: skip
-#: Where a function begins, as parameters: designs that differ only in it share a motion.
+#: Parameters of the start of a function: designs that differ only in them share a motion.
 STARTS = tuple(
     Parameter(name, "deg", f"{side} angle at the start of the function, from the ground", 0.0, -float("inf"),
               affects="target")
     for name, side in (("input_start", "input"), ("output_start", "output"))
 )  # fmt: skip
+
 AnglesFrom = Literal["free", "frame"]
 PoseOrder = Literal["given", "any"]
-#: Most points of a target: an attribute of a results file holds them.
+#: Largest number of points of a target: an attribute of a results file holds them.
 MOST_TARGET_POINTS = 500
 
 
