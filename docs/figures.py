@@ -1,9 +1,9 @@
 """Make the pictures of the documentation from real runs: ``python docs/figures.py`` in the repository's root.
 
 Needs the results of ``explore sweep`` of configs/grid.toml, optimum.toml, published.toml, slider_crank.toml,
-variable_crank.toml, straight_line.toml, rig_20deg.toml and of wiper.toml in docs/tutorials.md, of ``explore synthesize``
-with the tasks that ``explore init NAME.toml --task NAME`` writes of path, motion and dwell, and those of
-``explore precision`` and of ``explore stability`` with crank-rocker, with variable-crank and with gears.
+variable_crank.toml, straight_line.toml, rig_20deg.toml and of wiper.toml in docs/tutorials.md, of
+``explore synthesize`` with the tasks that ``explore init NAME.toml --task NAME`` writes of path, motion and dwell, and
+those of ``explore precision`` and of ``explore stability`` with crank-rocker, with variable-crank and with gears.
 """
 
 import io
