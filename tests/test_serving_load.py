@@ -271,7 +271,7 @@ def test_a_stop_does_not_wait_for_watchers_that_read_nothing(tmp_path):
         with server.client() as client:
             client.post("/api/studies", json={"name": "good", "study": GOOD}).raise_for_status()
             assert wait_settled(client, "good")["state"] == "done"
-            assert "explore_watchers 20" in client.get("/metrics").text.splitlines()
+            assert "explore_watchers 20.0" in client.get("/metrics").text.splitlines()
         start = time.monotonic()
         assert server.stop() == 0
         assert time.monotonic() - start < 4  # 0.5 s on a free machine; waiting for the next sign of life takes 5 s

@@ -6,7 +6,7 @@ from synthesis_cases import case
 
 from explore.base.errors import RequestError
 from explore.synthesis.function_search import FunctionTask, find_generators
-from explore.synthesis.functions import FourBarGenerator, fit_four_bar, fit_slider_crank, output_angles, wrapped
+from explore.synthesis.functions import FourBarGenerator, fit_four_bar, output_angles, wrapped
 from explore.synthesis.linkages import FourBar
 
 LAWS = {"log10": np.log10, "x^1.5": lambda x: x**1.5}
@@ -46,27 +46,6 @@ def test_least_squares_of_the_equation(name, law):
     assert [generator.crank, generator.coupler, generator.rocker] == pytest.approx(expected, rel=1e-12)
     error = np.degrees(np.abs(wrapped(generator.outputs(phi) - psi)).max())
     assert error == pytest.approx(float(outputs["max_output_error_deg"]), rel=1e-11)
-
-
-def test_slider_crank_of_a_linear_law():
-    inputs, outputs = case("funcgen_slider_LS")
-    phi, s = np.radians(inputs["phi_deg"]), np.array(inputs["s_mm"], dtype=float)
-    generator = fit_slider_crank(phi, s)
-    expected = [float(outputs[key]) for key in ("a", "b", "e")]
-    assert [generator.crank, generator.rod, generator.offset] == pytest.approx(expected, rel=1e-13)
-    assert np.abs(generator.outputs(phi) - s).max() == pytest.approx(float(outputs["max_slider_error_mm"]), rel=1e-12)
-
-
-def test_exact_data_give_the_slider_crank_back():
-    rng = np.random.default_rng(5)
-    for _ in range(1000):
-        crank, offset = rng.uniform(1, 50), rng.uniform(-30, 30)
-        rod = crank + abs(offset) + rng.uniform(1, 200)
-        phi = rng.uniform(0, 2 * np.pi) + np.sort(rng.uniform(0, 3, 6)) + np.arange(6) * 0.1
-        s = crank * np.cos(phi) + np.sqrt(rod**2 - (crank * np.sin(phi) - offset) ** 2)
-        found = fit_slider_crank(phi, s)
-        # The equations' condition: up to 1e5 for a rod much longer than the crank.
-        assert [found.crank, found.rod, found.offset] == pytest.approx([crank, rod, offset], rel=1e-8, abs=1e-8 * rod)
 
 
 def test_exact_data_give_the_four_bar_back():
@@ -138,11 +117,6 @@ def test_outputs_are_those_of_the_linkage():
 def test_pairs_that_determine_no_four_bar(inputs, outputs, message):
     with pytest.raises(RequestError, match=message):
         fit_four_bar(np.array(inputs), np.array(outputs))
-
-
-def test_a_slider_that_stays_needs_no_crank():
-    with pytest.raises(RequestError, match="crank would have no length"):
-        fit_slider_crank(np.array([0.1, 0.5, 0.9, 1.2]), np.full(4, 70.0) + np.array([0.0, 1e-12, 0.0, 0.0]))
 
 
 def test_a_range_without_a_linkage():

@@ -18,10 +18,16 @@ from urllib.parse import urlsplit
 
 from explore.base.files import new_file
 
-#: Largest numbers of sessions and of links that were not followed yet; the oldest ends for a newer one.
-_MOST_SESSIONS, _MOST_LINKS = 1000, 100
-#: Seconds after which a session ends, and a link that was not followed.
-_SESSION_SECONDS, _LINK_SECONDS = 30 * 86_400.0, 86_400.0
+#: Largest number of sessions; the oldest ends for a newer one.
+_MOST_SESSIONS = 1000
+#: Largest number of links that were not followed yet; the oldest ends for a newer one.
+_MOST_LINKS = 100
+#: Life of a session, s.
+_SESSION_SECONDS = 30 * 86_400.0
+#: Life of a link that is not followed, s.
+_LINK_SECONDS = 86_400.0
+#: Names of this machine in the header Host.
+_LOOPBACK = ("127.0.0.1", "localhost", "[::1]")
 
 
 class Right(StrEnum):
@@ -136,9 +142,6 @@ class Access:
             place[_hash(token)] = (right, name, time.monotonic() + seconds)
             while len(place) > most:
                 place.popitem(last=False)
-
-
-_LOOPBACK = ("127.0.0.1", "localhost", "[::1]")
 
 
 def _token_files(folder: Path) -> tuple[tuple[Path, Right], ...]:

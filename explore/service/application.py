@@ -23,7 +23,7 @@ from explore.service.requests import AccessOf, LinkRequest, Login, StationOf
 from explore.service.station import Station
 
 _PAGE = Path(__file__).parent / "page"
-#: The line of a problem of a study.
+#: File name and line number at the start of a problem of a study.
 _LINE = re.compile(r"[a-z0-9_-]+\.toml:(\d+): ")
 
 router = APIRouter()

@@ -1,4 +1,8 @@
-"""Calls that may take long, each in a process that is killed when its time is over."""
+"""Calls that may take long, each in a process that is killed when its time is over.
+
+The pools of the standard library cannot kill one call; workers of anyio and Pebble would end
+theirs although the service was killed.
+"""
 
 from __future__ import annotations
 

@@ -19,8 +19,9 @@ from explore.service.requests import JobName, StationOf
 from explore.service.results_views import with_mechanism
 from explore.service.turns import Turns
 
-#: Counts: each keeps the processors busy.
+#: Turns of requests that count, each of which keeps the processors busy.
 _COUNTS = Turns(at_a_time=2, waiting=8)
+
 _Name = Annotated[str, Query(max_length=200)]
 _Where = Annotated[
     list[Annotated[str, Query(max_length=1000)]], Query(max_length=40, description='Such as "swing_angle > 20".')

@@ -21,9 +21,14 @@ from explore.results.ranking.rankings import rankable_names
 from explore.results.store.results import Results
 from explore.service.indexes import Browsed
 
+#: Roles of the columns that are browsed.
 _KINDS = ("parameter", "metric", "margin")
-#: Bins of the axes of a density where they are free to choose, and values of a grid that have one each.
-_BINS_X, _BINS_Y, _MOST_SINGLE = 160, 120, 320
+#: Number of bins of the x axis of a density, unless values or the request choose it.
+_BINS_X = 160
+#: Number of bins of the y axis of a density, unless values or the request choose it.
+_BINS_Y = 120
+#: Largest number of values of a grid that have a bin each in a density.
+_MOST_SINGLE = 320
 
 
 @dataclass(frozen=True)

@@ -21,9 +21,9 @@ if TYPE_CHECKING:
     from explore.studies.config.study import Study
     from explore.synthesis.tasks.task_files import TaskFile
 
-#: Seconds between two looks at a job.
+#: Time between two looks at a job, s.
 _INTERVAL = 0.3
-#: Seconds that a server may be away while a job is waited for, such as for a restart.
+#: Longest absence of a server while a job is waited for, such as for a restart, s.
 _MOST_AWAY = 60.0
 
 

@@ -6,11 +6,11 @@ import asyncio
 
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
-#: Seconds in which the head of a request has to arrive.
+#: Time in which the head of a request has to arrive, s.
 _HEAD_SECONDS = 20.0
-#: Seconds in which a client has to take what was written to it, beyond what the system keeps for it.
+#: Time in which a client has to take what was written to it beyond the buffers of the system, s.
 _TAKE_SECONDS = 60.0
-#: Connections at a time, so that files are left to open for the service itself; others give way to one more.
+#: Largest number of connections, so that files are left to open for the service itself; others give way to one more.
 _MOST_CONNECTIONS = 500
 
 
@@ -22,10 +22,16 @@ class Connection(H11Protocol):
     have shown one, the oldest that waits for a request. So nobody without a right can keep out those who have one.
     """
 
-    #: When it began to wait for a request, by the clock of the loop, and whether a request on it had a right.
+    # No setting of uvicorn does this: `timeout_keep_alive` begins after the first answer, `limit_concurrency` refuses
+    # who comes last. A proxy has such deadlines, but knows no rights, and `explore serve` is used without one too.
+
+    #: Start of the wait for a request, by the clock of the loop, s.
     _since = 0.0
+    #: Whether a request on it had a right.
     _is_known = False
+    #: Timer of the head of a request.
     _deadline: asyncio.TimerHandle | None = None
+    #: Timer of what was written.
     _take_deadline: asyncio.TimerHandle | None = None
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]  # as uvicorn has it

@@ -16,9 +16,9 @@ from explore.service.job_files import Refinement, read_job_file
 from explore.service.plans import Plan
 from explore.studies.config.study import Study
 
-#: Seconds after which a measurement is given up; what compiles is not waited for.
+#: Time after which a measurement is given up, s; what compiles is not waited for.
 _PATIENCE = 120.0
-#: Said in place of a time.
+#: Note in place of a time while kernels are compiled.
 COMPILING = "the kernels are being compiled, once per machine, up to a minute; ask again then for the time"
 
 
@@ -98,7 +98,7 @@ class _Measurement(threading.Thread):
         return self._answer
 
 
-#: The measurement under way in this process, which compiles.
+#: Measurement under way in this process, at most one, which compiles.
 _running: list[_Measurement] = []
 
 

@@ -1,4 +1,8 @@
-"""Events of the jobs for clients that watch: numbered, kept for a while, and sent to each from where it was."""
+"""Events of the jobs for clients that watch: numbered, kept for a while, and sent to each from where it was.
+
+FastAPI's own streams of events and sse-starlette write each event anew for each watcher, and keep none for one that
+comes back; here its text is made once.
+"""
 
 from __future__ import annotations
 
@@ -14,9 +18,9 @@ from typing import Any
 
 from explore.service.jobs import Job
 
-#: Events that are kept for clients that come back.
+#: Number of events that are kept for clients that come back.
 MOST_KEPT = 4096
-#: Events that a watcher takes at a time, so that one that reads slowly holds few that are not kept any more.
+#: Number of events that a watcher takes at a time, so that a slow one holds few that are not kept any more.
 _MOST_TAKEN = 64
 
 

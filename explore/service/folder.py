@@ -26,11 +26,13 @@ from explore.base.errors import RequestError, ResultsError
 from explore.base.files import check_regular, new_file, open_regular, remove_unfinished, sync_folder
 from explore.results.store.locking import LockedError, LockFile
 
-#: Names of jobs: they are names of files too, so no path, no hidden file and no ending can be made of one.
+#: Pattern of names of jobs: they are names of files too, so no path, no hidden file and no ending can be made of one.
 NAME = re.compile(r"[a-z0-9](?:[a-z0-9_-]{0,62}[a-z0-9])?")
-#: No name of a job: its log would be the service's own.
+#: Name that no job may have, because its log would be the service's own.
 _OWN_NAME = "server"
+#: Pattern of the files of jobs that wait: priority, number, name.
 _QUEUED = re.compile(rf"([1-9])-(\d{{6,}})-({NAME.pattern})\.toml")
+#: Pattern of the files of other jobs: name.
 _SETTLED = re.compile(rf"({NAME.pattern})\.toml")
 
 

@@ -1,4 +1,7 @@
-"""What every request passes before any route: host, origin, rights, size and time; and headers of every answer."""
+"""What every request passes before any route: host, origin, rights, size and time; and headers of every answer.
+
+Starlette checks hosts alone, and no well-kept library bounds the size and the time of a body by who sends it.
+"""
 
 from __future__ import annotations
 
@@ -14,22 +17,26 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from explore.service.access import Access, Right
 
-#: Largest body in bytes: a study of the largest size, escaped as JSON.
+#: Largest body, that of a study of the largest size escaped as JSON, bytes.
 MOST_BODY_BYTES = 5 << 20
-#: Requests with a right at a time; others are answered 503. Those without one are as many as there are connections.
+#: Largest number of requests with a right at a time; those without one are bounded by the number of connections.
 _MOST_REQUESTS = 400
-#: Largest body in bytes of a client without a right: the token of a link.
+#: Largest body of a client without a right, that of a login with the token of a link, bytes.
 _MOST_LOGIN_BYTES = 1 << 12
-#: Seconds in which a body has to arrive.
+#: Time in which a body has to arrive, s.
 _BODY_SECONDS = 30.0
-#: Addresses that need no right: the page without data, its session, and whether the service lives.
+#: Requests that need no right: the page without data, its session, and whether the service lives.
 _OPEN = frozenset({("GET", "/"), ("HEAD", "/"), ("POST", "/api/session"), ("GET", "/healthz"), ("HEAD", "/healthz")})
+#: Folder whose files need no right: those of the page.
 _OPEN_FOLDER = "/page/"
+#: Methods that change nothing.
 _SAFE = ("GET", "HEAD", "OPTIONS")
+#: Content security policy of every answer.
 _POLICY = (
     b"default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:; connect-src 'self'; "
     b"base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
 )
+#: Headers of every answer that does not set them itself.
 _HEADERS = [
     (b"content-security-policy", _POLICY),
     (b"x-content-type-options", b"nosniff"),
@@ -39,7 +46,7 @@ _HEADERS = [
     (b"cross-origin-resource-policy", b"same-origin"),
 ]
 
-#: Called with the method, path, status, seconds and right of each request.
+#: Function that is told of each request: method, path, status, seconds and right.
 NoteRequest = Callable[[str, str, int, float, str], None]
 
 

@@ -21,13 +21,13 @@ from explore.service.jobs import append_event
 from explore.service.queue import Jobs, StateError
 from explore.service.results_views import open_shown
 
-#: Indexes that stay open; another is opened anew.
+#: Largest number of indexes that stay open.
 _MOST_OPEN = 8
-#: Densities of all designs that stay known for each.
+#: Largest number of densities of all designs that are kept for each index.
 _MOST_DENSITIES = 32
-#: Selections that stay known for each, a byte for each design.
+#: Largest number of selections that are kept for each index, a byte for each design.
 _MOST_SELECTIONS = 2
-#: Indexes that wait to be made.
+#: Largest number of indexes that wait to be made.
 _MOST_WAITING = 16
 
 

@@ -13,8 +13,11 @@ from explore.studies.config.study_file import parse_study
 from explore.studies.config.toml_text import format_toml
 from explore.synthesis.tasks.task_files import TaskFile, parse_task
 
-#: The key of a target that names a file, and what targets have in its place.
-_KEY, _PATH = ("target", "file"), ("points", "crank_angles")
+#: Key of a target that names a file.
+_KEY = ("target", "file")
+#: Keys of a path in place of its file.
+_PATH = ("points", "crank_angles")
+#: Keys of any target in place of its file.
 _GIVEN = (*_PATH, "poses", "table")
 
 

@@ -16,7 +16,7 @@ from explore.studies.config.study import Study
 from explore.studies.config.study_file import parse_study
 from explore.synthesis.tasks.task_files import TaskFile, parse_task
 
-#: Largest file in bytes, as on the command line.
+#: Largest file of a job, as on the command line, bytes.
 MOST_FILE_BYTES = 1 << 21
 
 

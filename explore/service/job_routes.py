@@ -27,14 +27,14 @@ from explore.service.turns import Turns
 
 #: Largest number of clients that watch at a time.
 MOST_WATCHERS = 200
-#: Seconds without an event after which a comment is sent, so that proxies do not close the connection.
+#: Time without an event after which a comment is sent, so that proxies do not close the connection, s.
 _HEARTBEAT = 15.0
-#: Seconds after which a stream ends and a client comes back for the rest, so that one whose right has ended does not.
+#: Longest stream, s; its client comes back for the rest, unless its right has ended.
 _STREAM_SECONDS = 3600.0
 
 _LastEventId = Annotated[str | None, Header(max_length=100)]
 
-#: Files of jobs that are read: a large one takes seconds, and its estimate a process.
+#: Turns of requests that read the file of a job: a large one takes seconds, and its estimate a process.
 _PLANS = Turns(at_a_time=2, waiting=8)
 
 router = APIRouter(prefix="/api", tags=["jobs"])

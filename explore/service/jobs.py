@@ -14,10 +14,10 @@ from explore.base.files import open_regular
 from explore.service.folder import State, own_file, read_regular
 from explore.service.job_files import Kind
 
-#: What a job reports while it runs; logged when it has ended.
+#: Facts that a job reports while it runs; logged when it has ended.
 PROGRESS = ("done", "feasible", "computed", "seconds", "steps_done", "steps")
 
-#: The words that these fields have.
+#: Words that a field of a log may have.
 _WORDS: dict[str, tuple[str, ...]] = {"keep": ("all", "front"), "kind": tuple(Kind)}
 
 

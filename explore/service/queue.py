@@ -14,11 +14,11 @@ from explore.service.job_files import JobFile, Kind, Refinement, read_job_file
 from explore.service.jobs import PROGRESS, Job, append_event, now, read_events
 from explore.service.plans import Limits, Plan, check_limits, make_plan
 
-#: Called with a job after each change, and with None for the job and its name after it was deleted.
+#: Function that is told the name and the job after each change; None for a job that was deleted.
 Listener = Callable[[str, Job | None], None]
-#: Makes the plan of a job, of which designs to keep, and of the folder of the results that a refinement starts from.
+#: Function that makes the plan of a job from its file, which designs to keep, and the folder of results to refine.
 MakePlan = Callable[[JobFile, str, Path], Plan]
-#: Where a job is looked for when the service starts; a name that a person copied to a second place counts once.
+#: States whose folders are read at the start, in this order; a name that stands in several counts once.
 _ORDER = (State.running, State.queued, State.failed, State.cancelled, State.done)
 
 

@@ -13,9 +13,9 @@ from urllib.parse import urlsplit
 
 from explore.base.errors import ConfigError, ExploreError, RequestError
 
-#: Where the token is looked for when none is given.
+#: Environment variable of the token, for clients that give none.
 TOKEN_VARIABLE = "EXPLORE_TOKEN"  # noqa: S105 -- the name of a variable
-#: Seconds that a request may take.
+#: Longest time of a request, s.
 _TIMEOUT = 180.0
 
 

@@ -18,7 +18,7 @@ from explore.service.results_views import show as show_results
 from explore.service.station import Station
 from explore.service.turns import Turns
 
-#: Rankings and exports: each keeps a processor busy and reads a file.
+#: Turns of rankings and exports, each of which keeps a processor busy and reads a file.
 _RANKINGS = Turns(at_a_time=2, waiting=8)
 
 

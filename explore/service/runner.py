@@ -14,11 +14,11 @@ from explore.service.job_files import Kind
 from explore.service.jobs import Job
 from explore.service.queue import Jobs, UnknownJobError
 
-#: Seconds that an interrupted sweep has to end by itself; then it is killed, which the results survive.
+#: Time that an interrupted sweep has to end by itself, s; then it is killed, which the results survive.
 _PATIENCE = 20.0
-#: Seconds between two looks at a queue that is empty, or at a folder that could not be written.
+#: Time between two looks at an empty queue, or at a folder that could not be written, s.
 _WAIT = 1.0
-#: How often in a row the process of a sweep may be killed without progress before its job has failed.
+#: Number of kills of a sweep's process in a row without progress after which its job has failed.
 _MOST_KILLS = 3
 
 

@@ -30,11 +30,13 @@ from explore.service.plans import Limits
 from explore.service.runner import Work
 from explore.service.station import open_station
 
-#: Bytes of a log, and the number of older ones that are kept.
-_LOG_BYTES, _OLDER_LOGS = 10_000_000, 4
-#: Seconds that requests have to end when the service stops.
+#: Size at which a log is closed and a new one begun, bytes.
+_LOG_BYTES = 10_000_000
+#: Number of older logs that are kept.
+_OLDER_LOGS = 4
+#: Time that requests have to end when the service stops, s.
 _PATIENCE = 5
-#: Files and connections that may be open at a time, where the system allows so many.
+#: Number of files and connections to allow at a time, where the system lets it.
 _MOST_OPEN = 65_536
 
 

@@ -17,7 +17,7 @@ from explore.service.plans import Limits, Plan, make_plan
 from explore.service.queue import Jobs
 from explore.service.runner import Runner, Work
 
-#: Seconds that a ranking may take, for itself or for the plan of a refinement.
+#: Longest time of a ranking, for itself or for the plan of a refinement, s.
 _CALL_SECONDS = 60.0
 
 

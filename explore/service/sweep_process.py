@@ -29,11 +29,11 @@ if TYPE_CHECKING:
     from explore.studies.config.study import Study
     from explore.synthesis.tasks.task_files import TaskFile
 
-#: Seconds between two lines of progress.
+#: Least time between two lines of progress, s.
 _INTERVAL = 0.1
-#: Said until workers of another scheduler have computed something: they are quick, or compile for a while.
+#: Note until workers of another scheduler have computed something: they are quick, or compile for a while.
 _FIRST_DESIGNS = "waiting for the first designs; workers compile the kernels before, once per machine, up to a minute"
-#: Seconds to wait for the process of a service that was killed to let go of the folder.
+#: Time to wait for the sweep of a service that was killed to let go of the folder, s.
 _PATIENCE = 60.0
 
 
@@ -61,7 +61,7 @@ def _run(file: Path, results: Path, options: Mapping[str, Any]) -> int:
     from explore.synthesis.tasks.task_files import TaskFile
 
     job_file = read_job_file(file.stem, read_regular(file))
-    with _alone(results.parent.parent / "log" / "sweep"):
+    with _only_sweep(results.parent.parent / "log" / "sweep"):
         announce_compilation(lambda: _print("note", reason="compiling the kernels, once per machine"))
         if isinstance(job_file, TaskFile):
             return _synthesize(job_file, results)
@@ -127,7 +127,7 @@ def _workers(options: Mapping[str, Any], study: Study) -> AbstractContextManager
 
 
 @contextmanager
-def _alone(path: Path) -> Iterator[None]:
+def _only_sweep(path: Path) -> Iterator[None]:
     """Hold the lock of all sweeps of a folder: the sweep of a service that was killed may still be ending."""
     end = time.monotonic() + _PATIENCE
     with ExitStack() as stack:

@@ -1,4 +1,7 @@
-"""Turns of requests that keep a processor busy: few work, some wait, and others are refused at once."""
+"""Turns of requests that keep a processor busy: few work, some wait, and others are refused at once.
+
+The routes run in threads, so these are semaphores: anyio's limiter would need every route to be asynchronous.
+"""
 
 from __future__ import annotations
 
@@ -8,8 +11,9 @@ from contextlib import contextmanager
 
 from fastapi import HTTPException
 
-#: Seconds that a request waits for its turn.
+#: Longest wait of a request for its turn, s.
 _PATIENCE = 30.0
+#: Reason of a refusal.
 _BUSY = "the server is busy with other requests of this kind; try again later"
 
 

@@ -1,17 +1,13 @@
-"""Function generators: linkages whose output follows a function of their input.
+"""Function generators: four-bars whose output follows a function of their input.
 
-Four-bar, with input and output angles phi and psi from the line of the pivots (F. Freudenstein, Approximate synthesis
+With input and output angles phi and psi from the line of the pivots (F. Freudenstein, Approximate synthesis
 of four-bar linkages, Trans. ASME 77 (1955) 853-861)::
 
     K1 cos(phi) + K2 cos(psi) + K3 = cos(phi - psi)
     K1 = -ground/rocker,   K2 = ground/crank,   K3 = (crank^2 + rocker^2 + ground^2 - coupler^2) / (2 crank rocker)
 
-Slider-crank, with the crank's angle phi from the line through its pivot along the guide and the slider at distance s::
-
-    K1 s cos(phi) + K2 sin(phi) + K3 = s^2,   K1 = 2 crank,   K2 = 2 crank offset,   K3 = rod^2 - crank^2 - offset^2
-
-Both are linear in K1, K2, K3: three positions are met exactly. More are met in the least-squares sense of these
-equations, which is not that of the output; `refine_generator` goes on from there to the true error of the output.
+It is linear in K1, K2, K3: three positions are met exactly. More are met in the least-squares sense of this equation,
+which is not that of the output; `function_search` goes on from there to the true error of the output.
 """
 
 from __future__ import annotations
@@ -95,56 +91,6 @@ def _branch_of(lengths: FloatArray, inputs: FloatArray, outputs: FloatArray) -> 
 def wrapped(angles: FloatArray) -> FloatArray:
     """Angles within -pi … pi that differ from the given by whole turns."""
     return np.asarray((np.asarray(angles) + np.pi) % (2.0 * np.pi) - np.pi)
-
-
-@dataclass(frozen=True)
-class SliderCrankGenerator:
-    """A slider-crank whose slider follows a function of the angle of its crank.
-
-    Attributes
-    ----------
-    crank, rod
-        Lengths.
-    offset
-        Of the guide from the pivot of the crank, positive on the side of positive angles.
-    """
-
-    crank: float
-    rod: float
-    offset: float
-
-    def outputs(self, inputs: FloatArray) -> FloatArray:
-        """Distances of the slider along the guide, shape (n,); NaN where the linkage cannot be assembled."""
-        inputs = np.asarray(inputs)
-        with np.errstate(invalid="ignore"):
-            along = np.sqrt(self.rod**2 - (self.crank * np.sin(inputs) - self.offset) ** 2)
-        return np.asarray(self.crank * np.cos(inputs) + along)
-
-
-def fit_slider_crank(inputs: FloatArray, outputs: FloatArray) -> SliderCrankGenerator:
-    """The slider-crank that meets three pairs exactly, or more in the least-squares sense of its equation.
-
-    Parameters
-    ----------
-    inputs
-        Angles of the crank from the direction of the guide, rad, shape (n,), n at least 3.
-    outputs
-        Distances of the slider from the crank's pivot along the guide, shape (n,).
-
-    Raises
-    ------
-    RequestError
-        If the pairs determine no linkage of finite, real lengths.
-    """
-    inputs, outputs = np.asarray(inputs, dtype=np.float64), np.asarray(outputs, dtype=np.float64)
-    matrix = np.column_stack([outputs * np.cos(inputs), np.sin(inputs), np.ones_like(inputs)])
-    k1, k2, k3 = _solve(matrix, outputs**2)
-    crank = k1 / 2.0
-    if abs(crank) <= 1e-12 * np.abs(outputs).max():
-        raise RequestError("no slider-crank meets these pairs: its crank would have no length")
-    offset = k2 / k1
-    square = k3 + crank**2 + offset**2  # the mean square distance of crank pin and slider
-    return SliderCrankGenerator(crank, float(np.sqrt(square)), offset)
 
 
 def _solve(matrix: FloatArray, right: FloatArray) -> tuple[float, float, float]:

@@ -44,8 +44,8 @@ def serve(
     max_hours: Annotated[float | None, typer.Option(min=0.0, help="Most hours of a sweep.")] = None,
 ) -> None:
     """Take studies over HTTP, sweep them one after the other, and show the results; Ctrl-C stops."""
-    if missing := [name for name in ("fastapi", "uvicorn") if find_spec(name) is None]:
-        raise RequestError(f'explore serve needs {" and ".join(missing)}: pip install "linkage-explore[serve]"')
+    if missing := [name for name in ("fastapi", "prometheus_client", "uvicorn") if find_spec(name) is None]:
+        raise RequestError(f'explore serve needs {", ".join(missing)}: pip install "linkage-explore[serve]"')
     if scheduler is not None and (workers is not None or processes):
         raise RequestError("--scheduler brings its own workers; leave out --workers and --processes")
     _check_folder(folder)
