@@ -204,7 +204,7 @@ def test_formulas_of_sweeps_are_true(tmp_path, monkeypatch):
         study = study.replace(right, wrong)
     (tmp_path / "own.toml").write_text(study)
     code, _, err = call("sweep", "own.toml")
-    assert (code, err.removeprefix("error: ")) == (2, section.split("```text\n")[2].split("```")[0])
+    assert (code, err.removeprefix("error: ")) == (2, section.split("```text\n")[1].split("```")[0])
 
 
 def test_test_rig_is_true(tmp_path, monkeypatch, capsys):
