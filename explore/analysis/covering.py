@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 
-#: Distance to keep from a change point, relative to the lengths: the motion is undefined there, the swing has a limit.
+#: Distance to keep from a change point, where the motion is undefined and the swing has a limit, over the lengths.
 _CLEARANCE = 2e-15
 
 

@@ -13,9 +13,9 @@ from typing import TypeVar
 
 from flint import arb, ctx, fmpq
 
-#: Precisions in bits, tried in turn.
+#: Precisions that are tried in turn, bits.
 PRECISIONS = (128, 256, 512, 1024)
-#: An enclosure is narrow if its radius is at most this share of its scale: a 2048th of the rounding of a double.
+#: Largest radius of a narrow enclosure over its scale: a 2048th of the rounding of a double.
 _NARROW = 2.0**-64
 
 _Value = TypeVar("_Value")

@@ -31,5 +31,5 @@ class Certificate(Protocol):
         """
 
 
-#: Makes the certificate of a design from its parameters, those that a study leaves out at their defaults.
+#: Function that makes the certificate of a design from its given parameters and the request.
 MakeCertificate = Callable[[Mapping[str, float], Request], Certificate]

@@ -26,7 +26,7 @@ _STATUSES = {
     four_bar.CHANGE_POINT: rocking.CHANGE_POINT,
     four_bar.CANNOT_ASSEMBLE: rocking.CANNOT_ASSEMBLE,
 }
-#: Link and order of the derivative of its angle, of the signals that have them.
+#: Link and order of the derivative of its angle for signals that are one.
 _MOTIONS = {
     "coupler_angle": (COUPLER, 0),
     "rocker_angle": (ROCKER, 0),
@@ -220,5 +220,5 @@ class CrankRocker:
         return linkage.stroke(through_zero=is_first == (self._branch > 0))
 
 
-#: The maker that the registry names.
+#: Maker that the registry names.
 certify = CrankRocker

@@ -10,7 +10,7 @@ from explore.analysis.certifying.four_bar_motion import Linkage, State
 from explore.analysis.certifying.integration import arctangent, integrate_over
 from explore.analysis.certifying.positions import Arc
 
-#: Takes a state and whether it must be analytic there, and returns the signal.
+#: Function that takes a state, and whether it must be analytic there, and returns the signal.
 Integrand = Callable[[State, bool], acb]
 
 

@@ -20,8 +20,10 @@ from flint import arb
 from explore.analysis.certifying.balls import exact, positive
 from explore.analysis.certifying.positions import Arc, Position
 
-#: The kappa of both links.
-COUPLER, ROCKER = -1, 1
+#: Sign of the equations (kappa) of the coupler.
+COUPLER = -1
+#: Sign of the equations (kappa) of the rocker.
+ROCKER = 1
 
 
 @dataclass(frozen=True)

@@ -21,7 +21,7 @@ from explore.evaluation.kinematics import speed_power
 from explore.model.quantities import FloatArray
 from explore.model.request import Objective
 
-#: Designs that are compared with all others at once.
+#: Number of designs that are compared with all others at once.
 _CHUNK = 256
 
 

@@ -17,10 +17,11 @@ from explore.model.request import Constraint
 from explore.model.status import Status
 
 Verdict = Literal["proved", "open", "refuted"]
-#: Rounding of a number that is not sampled, and of the change to other units and speeds, relative to its scale.
+#: Rounding of a number in closed form and of the change to other units and speeds, relative to its scale.
 ROUNDING = 2e-15
-#: A bound that is kept by fewer units in its last place is kept by rounding: the next double might not keep it.
+#: Least distance from a bound that is kept for certain, in units of its last place.
 _ROOM = 2.0
+#: Statuses of designs that have no numbers to certify.
 _NOT_COMPUTED = (Status.PENDING, Status.NOT_FINITE, Status.FAILED, Status.NOT_GIVEN, Status.UNREACHABLE)
 
 

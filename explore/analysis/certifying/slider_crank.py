@@ -28,7 +28,7 @@ from explore.model.request import Request
 from explore.model.status import Status
 
 _SINE = fmpq_poly([0, 1])
-#: Signals, and the signal that each is the rate of.
+#: Signal whose rate each signal is; empty for a position and an angle.
 _RATE_OF = {
     "slider_position": "",
     "slider_velocity": "slider_position",
@@ -251,5 +251,5 @@ class SliderCrank:
         return Arc(inner, outer.later(1)) if number else Arc(outer, inner)
 
 
-#: The maker that the registry names.
+#: Maker that the registry names.
 certify = SliderCrank

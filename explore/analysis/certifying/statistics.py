@@ -9,7 +9,7 @@ from explore.evaluation.quadrature.windows import TIE
 from explore.model.quantities import SampledMetric
 from explore.model.request import Request
 
-#: Rounding of the product of half-tangents by which the program tells the slow stroke, relative.
+#: Relative rounding of the product of half-tangents by which the program tells the slow stroke.
 _ROUNDING = 4e-15
 
 

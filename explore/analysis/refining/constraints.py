@@ -10,9 +10,9 @@ import numpy.typing as npt
 from explore.analysis.refining.members import Members, Rows
 from explore.model.quantities import FloatArray
 
-#: How many times a design may come back.
+#: Number of times that a design may come back.
 RETURNS = 2
-#: A returning design stays behind the constraint by a share of the way, 10 to a power between these.
+#: Range of the power of 10 that is the share of its way by which a returning design stays behind the constraint.
 BEHIND_POWERS = (-6.0, -3.0)
 
 

@@ -25,15 +25,19 @@ from explore.model.quantities import FloatArray
 from explore.model.request import Objective
 from explore.results.ranking.pareto import objectives_to_minimise
 
-#: Column of a design's parent, and its value for a design of the start.
-PARENT, NO_PARENT = "parent", -1
-#: Members of the front that parents are chosen among.
+#: Column with the number of a design's parent.
+PARENT = "parent"
+#: Parent of a design of the start.
+NO_PARENT = -1
+#: Largest number of members of the front that parents are chosen among.
 MOST_MEMBERS = 8192
-#: Members in place of the front while no design is feasible.
+#: Largest number of members while no design is feasible.
 MOST_NEAREST = 256
-#: A step is as long as the distance to this neighbour among the parents, times 10 to a power between these.
-NEIGHBOUR, STEP_POWERS = 8, (-1.5, 0.3)
-#: The distance in its place where all parents are at the same position.
+#: Neighbour among the parents whose distance is the length of a step, times a power of 10.
+NEIGHBOUR = 8
+#: Range of the power of 10 on the length of a step.
+STEP_POWERS = (-1.5, 0.3)
+#: Length of a step, in place of a distance, where all parents are at one position.
 FIRST_DISTANCE = 0.1
 #: Share of the steps that run along constraints near by.
 ALONG = 0.8

@@ -13,7 +13,7 @@ from explore.results.ranking.pareto import is_nondominated
 from explore.results.ranking.quality import REFERENCE_OFFSET, scale_to_unit_range
 
 Rows = npt.NDArray[np.intp] | npt.NDArray[np.bool_] | slice
-#: The finest grid that thins a front, cells along one objective.
+#: Number of cells along one objective of the finest grid that thins a front.
 _FINEST = 4096
 
 

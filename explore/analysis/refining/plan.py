@@ -31,9 +31,13 @@ if TYPE_CHECKING:
 
 #: Number of designs of a refinement without a choice of the user.
 EVALUATIONS = 262_144
-#: Smallest and largest number of designs of a generation; between them as many as make `_GENERATIONS` of all.
-_SMALLEST, _LARGEST, _GENERATIONS = 256, 8192, 16
-#: Renewed when generations are drawn in another way, so that no file is continued in two ways.
+#: Smallest number of designs of a generation.
+_SMALLEST = 256
+#: Largest number of designs of a generation.
+_LARGEST = 8192
+#: Number of generations, where that makes generations of neither too few nor too many designs.
+_GENERATIONS = 16
+#: Version of how generations are drawn, raised by every change, so that no file is continued in two ways.
 _VERSION = 1
 
 

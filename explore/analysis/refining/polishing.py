@@ -9,17 +9,17 @@ import numpy as np
 
 from explore.model.quantities import FloatArray
 
-#: Values to minimise, shape (n,), and margins, shape (n, k), at positions of shape (n, d); NaN where undefined.
+#: Function from positions, shape (n, d), to values to minimise, (n,), and margins, (n, k); NaN where undefined.
 Evaluate = Callable[[FloatArray], tuple[FloatArray, FloatArray]]
 #: Half the distance of two positions whose difference gives a derivative.
 _STEP = 1e-7
-#: A difference this many times larger than that on the other side is a jump.
+#: Ratio of the differences on both sides from which on the metric jumps.
 _JUMP = 2.0
-#: In place of an undefined value.
+#: Value in place of an undefined one.
 _UNDEFINED = 1e3
-#: How far inside the constraints the search stays, of a step of 1: more if less ends outside by rounding.
+#: Distances inside the constraints that the search keeps, of a step of 1: more if less ends outside by rounding.
 _INSIDE = (1e-10, 1e-8, 1e-6)
-#: Searches that each start where the one before ended.
+#: Largest number of searches, each from where the one before ended.
 _MOST_SEARCHES = 4
 
 

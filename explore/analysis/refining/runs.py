@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
     from explore.studies.designs.spaces import DesignSpace
 
-#: Designs of a part of a generation, the task of one worker; no result depends on it.
+#: Number of designs that one worker computes at a time; no result depends on it.
 PART_SIZE = 2048
 
 

@@ -26,9 +26,10 @@ from explore.studies.designs.spaces import Axis, DesignSpace, values_at_fraction
 if TYPE_CHECKING:
     from distributed import Client, Future
 
-#: Without a choice of the user as many designs are drawn as the study has, within these limits: a study of slow designs
-#: has few of them.
-_FEWEST, _MOST = 2**16, 2**20
+#: Least number of designs that are drawn where the user does not choose it: more than a study of slow designs has.
+_FEWEST = 2**16
+#: Largest number of designs that are drawn where the user does not choose it.
+_MOST = 2**20
 
 
 @dataclass(frozen=True)

@@ -20,17 +20,17 @@ import numpy.typing as npt
 from explore.analysis.sensitivity.jackknife import half_width
 from explore.model.quantities import FloatArray
 
-#: How evenly designs fill the ranges: at random, more evenly, or with every combination of listed values.
+#: Ways in which designs fill the ranges: at random, more evenly, or with every combination of listed values.
 Filling = Literal["random", "even", "complete"]
 #: Least number of designs, except of a full grid.
 LEAST_DESIGNS = 256
-#: An index has converged when half the bins change it by no more than this.
+#: Largest change of a converged index when the number of bins is halved.
 CONVERGED = 0.01
-#: Fewest designs for each value of a parameter with which each value has its own bin.
+#: Least number of designs for each value of a parameter with which each value has its own bin.
 _DESIGNS_PER_VALUE = 16
-#: Groups that the designs are divided into at random, to leave out one at a time.
+#: Number of groups that the designs are divided into at random, to leave out one at a time.
 _GROUPS = 16
-#: A bin whose values of the parameter spread less than this, relative to their size, has no line.
+#: Spread of the parameter in a bin, relative to its size, below which the bin has no line.
 _LEAST_SPREAD = 1e-9
 
 

@@ -21,8 +21,10 @@ from explore.model.quantities import FloatArray
 from explore.studies.designs.samplers import sobol
 from explore.studies.designs.spaces import BLOCK_SIZE
 
-#: Least number of scrambles, from whose spread the intervals follow, and least number of points of each.
-LEAST_REPLICATES, LEAST_SIZE = 16, 64
+#: Least number of scrambles, from whose spread the intervals follow.
+LEAST_REPLICATES = 16
+#: Least number of points of a scramble.
+LEAST_SIZE = 64
 
 
 @dataclass(frozen=True)

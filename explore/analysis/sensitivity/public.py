@@ -31,9 +31,9 @@ if TYPE_CHECKING:
     import pandas as pd
     from distributed import Client
 
-#: The output that is 1 for feasible designs and 0 for all others.
+#: Name of the output that is 1 for feasible designs and 0 for all others.
 FEASIBLE = "feasible"
-#: How evenly the sampling methods fill the ranges; those that are not listed at random.
+#: Filling of the ranges by sampling methods that do not fill them at random.
 _FILLINGS: dict[object, Filling] = {"sobol": "even", "grid": "complete"}
 
 

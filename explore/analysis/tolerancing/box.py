@@ -16,11 +16,15 @@ from explore.analysis.tolerancing.outcomes import Outcomes, TolerancedRequest
 from explore.model.columns import Arrays
 from explore.model.quantities import FloatArray
 
-#: Points inside the box, points of each round around an extreme, and rounds, each half as wide as the one before.
-_N_INSIDE, _N_ROUND, _N_ROUNDS = 2048, 64, 24
-#: With more dimensions so many corners are drawn at random.
+#: Number of points drawn inside the box.
+_N_INSIDE = 2048
+#: Number of points of each round around an extreme.
+_N_ROUND = 64
+#: Number of rounds, each half as wide as the one before.
+_N_ROUNDS = 24
+#: Number of corners drawn at random where the box has more.
 _MOST_CORNERS = 1 << 12
-#: A value beyond that of the corner by less than this share of the range over the box is the corner's.
+#: Excess over the value at a corner, as a share of the range over the box, up to which the corner is the extreme.
 _SAME = 1e-9
 
 

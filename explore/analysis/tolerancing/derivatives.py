@@ -17,16 +17,22 @@ from explore.analysis.tolerancing.outcomes import TolerancedRequest
 from explore.model.mechanism import Mechanism
 from explore.model.quantities import FloatArray
 
-#: Nodes on each side of the design, and the number of steps.
-_N_SIDE, _N_STEPS = 8, 26
+#: Number of nodes on each side of the design.
+_N_SIDE = 8
+#: Number of steps, each half as long as the one before.
+_N_STEPS = 26
+#: Distance of 1 from the next double.
 _EPSILON = 2.0**-52
-#: A fold of the metric at the design counts where the jumps of the slope over so many steps agree to this factor, which
-#: rounding and smooth metrics do not over a range of sixteen, and are this much above the rounding of the values.
-_N_EQUAL, _EQUAL, _CERTAIN = 5, 1.2, 1e2
+#: Number of steps in a row, a range of sixteen, over which the jump of the slope must agree to be a fold.
+_N_EQUAL = 5
+#: Factor to which the jumps of the slope agree at a fold, as rounding and smooth metrics do not.
+_EQUAL = 1.2
+#: Least size of the jumps of the slope at a fold, over the rounding of the values.
+_CERTAIN = 1e2
 
-#: Errors are up to 8 times their estimates without it, in 56,000 derivatives of random designs; 1 in 4,000 is above 3.
+#: Factor on estimates of errors: in 56,000 derivatives of random designs errors were up to 8 times as large.
 _SAFETY = 10.0
-#: An error that is a larger share of the derivative, and of the metric over the parameter, means that the metric jumps.
+#: Largest error of a derivative, relative to it and to metric over parameter; beyond it the metric jumps.
 _LARGEST = 0.1
 
 

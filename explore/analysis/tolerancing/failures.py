@@ -20,18 +20,30 @@ from explore.model.quantities import FloatArray
 
 #: Probability that an interval holds the true value.
 CONFIDENCE = 0.95
-#: Failures among the parts that give a probability to 3 %, so that nothing better is needed.
+#: Number of failures among the parts that gives their probability to 3 %, so that nothing better is needed.
 ENOUGH = 1000
-#: Draws of importance sampling, and those that look for failures with each of these spreads.
-N_WEIGHTED, _N_LOOK, _SPREADS = 1 << 17, 1 << 13, (1.5, 2.5, 4.0)
-#: Most points to draw around, smallest cosine of the angle between two that are the same, and rounds of the descent.
-_MOST_POINTS, _SAME_DIRECTION, _N_ROUNDS, _N_STEPS = 6, 0.8, 14, 256
-#: Share of the draws with the spread of the parts, with the larger one, and around the points.
+#: Number of draws of importance sampling.
+N_WEIGHTED = 1 << 17
+#: Number of draws that look for failures with each spread.
+_N_LOOK = 1 << 13
+#: Spreads of the draws that look for failures, in standard deviations.
+_SPREADS = (1.5, 2.5, 4.0)
+#: Largest number of failing points to draw around.
+_MOST_POINTS = 6
+#: Cosine of the angle between two failing points from which on they are the same.
+_SAME_DIRECTION = 0.8
+#: Number of rounds of the descent to the nearest failing points.
+_N_ROUNDS = 14
+#: Number of steps tried from each point in a round of the descent.
+_N_STEPS = 256
+#: Shares of the draws with the spread of the parts, with a larger one, and around the failing points.
 _SHARES = (0.1, 0.2, 0.7)
-#: Points this much farther than the nearest hold no share of the probability that counts.
+#: Distance beyond the nearest failing point from which on points hold no share of the probability that counts.
 _FARTHEST = 3.0
-#: Fewest weighted failures, and largest share of one of them in the sum, of an estimate that is believed.
-_FEWEST, _LARGEST_SHARE = 200, 0.05
+#: Least number of weighted failures of an estimate that is believed.
+_FEWEST = 200
+#: Largest share of one failure in the sum of an estimate that is believed.
+_LARGEST_SHARE = 0.05
 
 Fails = Callable[[FloatArray], BoolArray]
 

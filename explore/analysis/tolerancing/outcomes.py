@@ -23,8 +23,11 @@ from explore.studies.request.requests import TOLERANCES
 from explore.studies.request.tolerances import Tolerance
 
 BoolArray = npt.NDArray[np.bool_]
-#: Parts that are evaluated at once where somebody watches, at first and at least, and seconds that this is to take.
-_LEAST_SLICE, _SLICE_SECONDS = 16, 0.25
+#: Number of parts that are evaluated at once, at first and at least, where somebody watches.
+_LEAST_SLICE = 16
+#: Time that the parts evaluated at once are to take where somebody watches, s.
+_SLICE_SECONDS = 0.25
+#: Function that is told how many parts are evaluated.
 _WATCH: ContextVar[Callable[[int], None] | None] = ContextVar("watch", default=None)
 
 

@@ -25,7 +25,7 @@ from explore.studies.request.tolerances import make_tolerances
 if TYPE_CHECKING:
     from distributed import Client
 
-#: Parts that are drawn of each design without a choice of the user.
+#: Number of parts that are drawn of each design where the user does not choose it.
 DRAWS = 1 << 18
 
 

@@ -27,9 +27,11 @@ if TYPE_CHECKING:
     import pandas as pd
 
 
-#: Columns of `Robustness.metrics` in the unit of the metric, and of `Robustness.derivatives` in that over another one.
-_AMOUNTS, _SLOPES = ["nominal", "mean", "std", "std_first_order", "low", "high"], ["derivative", "error"]
-#: With more designs derivatives of integrals, which take up to seconds in ball arithmetic, are differences.
+#: Columns of `Robustness.metrics` in the unit of the metric.
+_AMOUNTS = ["nominal", "mean", "std", "std_first_order", "low", "high"]
+#: Columns of `Robustness.derivatives` in the unit of the metric over that of the parameter.
+_SLOPES = ["derivative", "error"]
+#: Number of designs beyond which derivatives of integrals are differences, as ball arithmetic takes seconds for each.
 MOST_INTEGRATED = 16
 
 

@@ -39,14 +39,14 @@ if TYPE_CHECKING:
     import pandas as pd
     from distributed import Client, Future
 
-#: Attributes of results that results with tolerances have too.
+#: Attributes that results with tolerances take over from the results they belong to.
 _KEPT = (
     "config", "mechanism", "kernel", "seed", "speed", "speed_powers", "status_sentences", "label_sentences",
     "explore_version", "numpy_version", "scipy_version", "numba_version", "h5py_version", "hdf5_version", "machine",
 )  # fmt: skip
-#: Renewed when parts are drawn or analysed in another way.
+#: Version of how parts are drawn and analysed, raised by every change.
 _VERSION = 1
-#: How the designs of these results were chosen, an attribute of the file.
+#: Attribute of the file that says how its designs were chosen.
 _SAMPLER = "tolerances"
 
 _Task = Callable[[], Any]

@@ -21,10 +21,14 @@ from explore.analysis.tolerancing.derivatives import Derivatives, parameter_scal
 from explore.analysis.tolerancing.outcomes import TolerancedRequest
 from explore.model.quantities import AnyMetric
 
-#: The step over the magnitude of the parameter, and precisions in bits.
-_STEP, _PRECISIONS = fmpq(1, 1 << 48), (128, 256, 512, 1024)
-#: Rounding of a double, the share of it that balls may be wide, and bends over slopes that are folds.
-_ROUNDING, _NARROW, _FOLD = 2.0**-53, 2.0**-57, 2.0**-20
+#: Step over the magnitude of the parameter.
+_STEP = fmpq(1, 1 << 48)
+#: Rounding of a double, relative.
+_ROUNDING = 2.0**-53
+#: Largest radius and bend of a slope over its usual size: a sixteenth of the rounding of a double.
+_NARROW = 2.0**-57
+#: Bend over slope from which on the metric has a fold.
+_FOLD = 2.0**-20
 
 
 def sharpen(derivatives: Derivatives, request: TolerancedRequest, nominal: Mapping[str, float]) -> Derivatives:
@@ -68,7 +72,7 @@ def sharpen(derivatives: Derivatives, request: TolerancedRequest, nominal: Mappi
 
 def _slope(metric: AnyMetric, step: fmpq, designs: list[Design]) -> tuple[float, float]:
     """The derivative of a metric and its error, from a design between two others; NaN where there is none."""
-    return with_more_bits(partial(_difference, metric, step, designs), f"the slope of {metric.name}", _PRECISIONS)
+    return with_more_bits(partial(_difference, metric, step, designs), f"the slope of {metric.name}")
 
 
 def _difference(metric: AnyMetric, step: fmpq, designs: list[Design], bits: int) -> tuple[float, float] | None:

@@ -15,9 +15,9 @@ import numpy as np
 from explore.analysis.tolerancing.outcomes import TolerancedRequest
 from explore.model.quantities import FloatArray
 
-#: Parts that are drawn and evaluated together: as many as the designs of a block of a sweep.
+#: Number of parts that are drawn and evaluated together, that of the designs of a block of a sweep.
 CHUNK = 1 << 16
-#: Parts of a piece, the task of one worker.
+#: Number of parts that one worker computes at a time.
 PIECE = 1 << 18
 
 

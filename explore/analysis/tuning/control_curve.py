@@ -26,11 +26,11 @@ from explore.studies.request.targets import TargetOrSection
 if TYPE_CHECKING:
     import pandas as pd
 
-#: The range that is searched reaches to this multiple of the largest parameter of the design with the same unit.
+#: Largest value that is searched, over the largest parameter of the design with the same unit.
 _WIDEST = 10.0
-#: The smallest positive value that is searched, as a share of the largest.
+#: Smallest positive value that is searched, over the largest.
 _NARROWEST = 1e-6
-#: Rows of the curve that are evenly spread over the intervals.
+#: Number of rows of the curve that are evenly spread over the intervals.
 _N_EVEN = 101
 
 

@@ -14,11 +14,11 @@ from explore.model.quantities import FloatArray
 from explore.model.request import Request
 from explore.model.status import Status
 
-#: Points in each scan: over the range evenly, and over positive ranges also in equal ratios; then over each run.
+#: Number of points of a scan: over the range evenly, over positive ranges also in equal ratios, then over each run.
 _N_SCAN = 257
-#: Points between a value with the metric and one without, in each step to the end of a run.
+#: Number of points between a value with the metric and one without, in each step to the end of a run.
 _N_STEP = 64
-#: Difference of neighbours, relative to the largest value, that may be rounding and makes no extreme.
+#: Difference of neighbours, relative to the largest value, up to which it may be rounding and makes no extreme.
 _NOISE = 1e-12
 #: Statuses of designs with values.
 _WITH_VALUES = (int(Status.OK), int(Status.TOLERANCE_NOT_MET))

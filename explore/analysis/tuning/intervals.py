@@ -10,7 +10,7 @@ import numpy as np
 
 from explore.analysis.tuning.curves import MetricOfParameter, Run
 
-#: The metric jumps across a bound if it misses it there by more than this share of its range.
+#: Distance from a bound at its crossing, relative to the range of the metric, from which on the metric jumps.
 _JUMP = 1e-6
 #: Cause of the end of an interval where the metric jumps across its bound.
 JUMP = "jump"
