@@ -19,9 +19,11 @@ from explore.comparison.methods.runge_kutta import RungeKutta4
 from explore.comparison.orders import fit_order
 from explore.model.quantities import FloatArray
 
-#: A crank-rocker far from its change point.
+#: Crank-rocker far from its change point: crank, coupler, rocker, ground, mm.
 LENGTHS = np.array([[20.0, 50.0, 45.0, 40.0]])
+#: Crank angle to which methods integrate, rad.
 _END = 4.0
+#: Steps per turn of the Runge-Kutta method.
 _RK4_STEPS = (12, 18, 24, 36, 48, 72, 96, 144, 192, 288, 384, 768)
 #: Theoretical order, and step counts from the start of the asymptotic range to where rounding dominates.
 _EXPLICIT = {

@@ -24,18 +24,23 @@ from explore.mechanisms.gears.declaration import GEARS
 from explore.model.quantities import FloatArray
 from explore.studies.request.requests import make_request
 
-#: Growth (1/rad) and sector (rad) of the published pair.
-GROWTH, SECTOR = 1.5, 4.2
-#: Number of starts, and the box from which they are drawn: k, C0, C1, C2, C3. It holds the constants of three branches.
+#: Growth of the published pair, 1/rad.
+GROWTH = 1.5
+#: Sector of the published pair, rad.
+SECTOR = 4.2
+#: Number of starts.
 START_COUNT = 2000
+#: Box from which starts are drawn, k, C0, C1, C2, C3; it holds the constants of three branches.
 START_BOX = np.array([[0.1, 3.0], [0.1, 3.0], [0.1, 8.0], [0.0, 2.0 * math.pi], [0.1, 3.0]])
-#: Branches whose constants are known.
+#: Number of branches whose constants are known.
 _BRANCHES = 12
-#: Outcomes in the order of tables; the last but one is a success that the solver reports away from all branches.
+#: Outcomes in the order of tables; "inaccurate" is a success that the solver reports away from all branches.
 OUTCOMES = ("branch 1", "branch 2", "branch 3", "higher branches", "inaccurate", "reported failure")
+
 _HIGHER, _INACCURATE, _FAILED = OUTCOMES[3:]
+#: Metrics of a gear pair that are the constants k, C0, C1, C2, C3.
 _CONSTANTS = ("law_constant", "return_amplitude", "return_frequency", "return_shift", "return_mean")
-#: Gauss-Legendre rule for the integral: with 48 nodes the third branch would have five digits.
+# Gauss-Legendre rule for the integral: with 48 nodes the third branch would have five digits.
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(128)
 
 

@@ -20,12 +20,15 @@ from explore.comparison.timing import measure_cpu_seconds
 from explore.comparison.verdicts import SILENTLY_WRONG, Verdict, judge
 from explore.model.quantities import FloatArray
 
-#: Crank angles of a full turn from 90 deg, as in the published simulation.
+#: Number of crank angles of a full turn from 90 deg, as in the published simulation.
 ANGLE_COUNT = 73
-#: Designs timed by batched methods, and the most designs timed one by one.
-BATCH_SIZE, SERIAL_DESIGNS = 64, 8
-#: A motion with an error above this, in the norms of `Judgement`, counts as failed; silently, if it is reported as OK.
+#: Number of designs timed by batched methods.
+BATCH_SIZE = 64
+#: Largest number of designs timed one by one.
+SERIAL_DESIGNS = 8
+#: Error above which a motion counts as failed, in the norms of `Judgement`; silently, if it is reported as OK.
 FAILURE_ERROR = 0.1
+#: Names of the levels in columns of errors.
 _LEVELS = ("position", "velocity", "acceleration")
 
 

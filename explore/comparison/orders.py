@@ -9,9 +9,9 @@ import numpy.typing as npt
 
 from explore.model.quantities import FloatArray
 
-#: Errors within this factor of the smallest are rounding-dominated.
+#: Factor on the smallest error within which errors are rounding.
 _ROUNDING_FACTOR = 30.0
-#: Fewest points for a slope and its standard error.
+#: Least number of points for a slope and its standard error.
 _MIN_POINTS = 4
 
 

@@ -18,17 +18,18 @@ from explore.comparison.methods.contract import Outcome
 from explore.comparison.methods.geometry import geometric_outcome
 from explore.model.quantities import FloatArray
 
-#: Signals and statistics of `exact_statistics`.
+#: Signals of `exact_statistics`.
 REFERENCE_SIGNALS = ("rocker_angle", "rocker_velocity", "rocker_acceleration")
+#: Statistics of `exact_statistics`.
 REFERENCE_STATISTICS = ("mean", "variance", "cv", "min", "max")
 #: Windows of `exact_statistics`: the slower stroke and the full turn.
 REFERENCE_WINDOWS = ("drive", "cycle")
 
-#: Close to a change point 30 of these digits cancel.
+#: Number of digits, of which 30 cancel close to a change point.
 _DIGITS = 80
 #: Relative difference up to which two strokes are equally long in doubles: the one through pi is then the drive stroke.
 _TIE = 1e-15
-#: Absolute values below this are rounding of an exact 0, such as the velocity at a limit position.
+#: Magnitude below which a value is the rounding of an exact 0, such as the velocity at a limit position.
 _ZERO = 1e-60
 
 

@@ -18,9 +18,11 @@ from explore.comparison.scenes import Scene
 from explore.comparison.timing import measure_cpu_seconds
 from explore.model.quantities import FloatArray
 
-#: Most designs of a scene: the exact statistics of one take half a second.
+#: Largest number of designs of a scene: the exact statistics of one take half a second.
 MAX_RULE_DESIGNS = 8
+#: Statistics whose errors are measured; extremes stand for the larger error of both.
 _STATISTICS = ("mean", "variance", "cv", "extremes")
+#: Levels that signals need; other signals need accelerations.
 _LEVELS = {"rocker_angle": Level.POSITIONS, "rocker_velocity": Level.VELOCITIES}
 
 

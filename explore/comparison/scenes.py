@@ -18,7 +18,7 @@ from explore.model.quantities import FloatArray
 from explore.studies.config.study import Study
 from explore.studies.config.study_file import load_study
 
-#: Most designs of a scene: the multiple-precision reference is slow.
+#: Largest number of designs of a scene: the multiple-precision reference is slow.
 MAX_SCENE_DESIGNS = 10_000
 
 

@@ -16,8 +16,9 @@ from explore.comparison.stability_cases import StabilityCase
 from explore.comparison.verdicts import Verdict, judge, signal_errors
 from explore.model.quantities import FloatArray
 
-#: Crank angles per turn of a task, which are the steps of the methods that go from one to the next.
+#: Numbers of crank angles per turn, which are the steps of methods that go from one to the next.
 STEP_COUNTS = (24, 72, 360)
+#: Number of crank angles per turn for methods whose steps are their own.
 DEFAULT_STEP_COUNT = 72
 #: Number of the design of a case whose turn is traced: neither far from the singular position nor next to it.
 TRACED_DESIGN = 4

@@ -16,15 +16,17 @@ from explore.comparison.methods.variable_crank_loop import VARIABLE_CRANK, regul
 from explore.comparison.methods.vector_loop import VectorLoop
 from explore.model.quantities import FloatArray
 
-#: Exponents of the powers of two that are added to a link (mm), 64 mm to 9e-13 mm in steps of nearly a decade, and
-#: subtracted from it, so that the crank is blocked.
-_MARGIN_EXPONENTS, _GAP_EXPONENTS = (*range(6, -41, -3),), (2, -8, -20, -32)
-#: Dyadic lengths (mm) with exact sums and margin 0: crank, coupler, rocker, ground with all links collinear at crank
-#: angle 0; crank, rod, offset with crank and rod perpendicular to the slider's line at 270 degrees.
-_CHANGE_POINT, _SLIDER_CHANGE_POINT = (150.0, 1083.5, 541.75, 691.75), (150.0, 200.0, 50.0)
-#: A slicer: rod (mm), slider's speed (mm/s), crank's speed, 100 revolutions per minute, reversal time (s), blend order.
+#: Exponents of the powers of two that are added to a link, 64 mm to 9e-13 mm in steps of nearly a decade.
+_MARGIN_EXPONENTS = (*range(6, -41, -3),)
+#: Exponents of the powers of two that are subtracted from a link, mm, so that the crank is blocked.
+_GAP_EXPONENTS = (2, -8, -20, -32)
+#: Crank, coupler, rocker and ground, mm, that add up exactly: all links are collinear at crank angle 0.
+_CHANGE_POINT = (150.0, 1083.5, 541.75, 691.75)
+#: Crank, rod and offset, mm, that add up exactly: both are perpendicular to the guide at 270 deg.
+_SLIDER_CHANGE_POINT = (150.0, 200.0, 50.0)
+#: Slicer: rod, mm; slider's speed, mm/s; 100 revolutions per minute, rad/s; reversal time, s; blend order.
 _SLICER = (500.0, 800.0, 100.0 * np.pi / 30.0, 0.1, 2.0)
-#: Distances of a crank angle from the singular one, deg; the last but one is that of eight numbers of this size.
+#: Distances of a crank angle from the singular one, deg.
 _DISTANCES = (0.5, *(10.0**-k for k in range(1, 14)), 0.0)
 
 

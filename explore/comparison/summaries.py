@@ -10,8 +10,9 @@ from typing import Any
 Row = dict[str, Any]
 #: Accuracies at which the fastest method is listed.
 ACCURACIES = (1e-3, 1e-6, 1e-9, 1e-12)
+#: Name of the method that the others are compared with.
 CLOSED_FORM = "closed-form"
-#: Errors up to this are rounding, and equal for a comparison.
+#: Largest error that is rounding; errors up to it are equal in a comparison.
 ROUNDING_ERROR = 1e-13
 
 

@@ -9,8 +9,10 @@ from collections.abc import Callable
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
-#: Runs stop at this number or after this total CPU time, s.
-_MAX_RUNS, _MAX_SECONDS = 7, 0.15
+#: Number of runs after which a measurement ends.
+_MAX_RUNS = 7
+#: CPU time after which a measurement ends, s.
+_MAX_SECONDS = 0.15
 
 
 def measure_cpu_seconds(run: Callable[[], object]) -> float:

@@ -13,7 +13,7 @@ from explore.comparison.methods.geometry import geometric_outcome
 from explore.comparison.methods.vector_loop import UnknownLength
 from explore.model.quantities import FloatArray
 
-#: A motion is on the other branch where it is closer to that branch than to its own by this factor.
+#: Ratio of the distances to its own and to the other branch from which on a motion is on the other one.
 _BRANCH_FACTOR = 10.0
 
 

@@ -14,7 +14,7 @@ from explore.comparison.methods.closed_form import initial_guess
 from explore.comparison.methods.contract import Capability, Motion, Outcome, Task
 from explore.model.quantities import FloatArray
 
-#: Largest difference (rad) between equal steps of the crank: the rounding of angles of a few turns.
+#: Largest difference between equal steps of the crank, the rounding of angles of a few turns, rad.
 _EQUAL_STEPS = 1e-14
 
 

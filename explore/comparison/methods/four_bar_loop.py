@@ -14,8 +14,9 @@ from explore.mechanisms.crank_rocker.declaration import CRANK_ROCKER
 from explore.model.quantities import FloatArray
 from explore.model.status import Status
 
-#: Status by linkage class: 2 cannot be assembled, 3 the crank is blocked, 4 a change point.
+#: Status by linkage class; 3 (the crank is blocked) where nothing else is set.
 _STATUSES = np.full(7, 3, dtype=np.int8)
+
 _STATUSES[[four_bar.CRANK_ROCKER, four_bar.DOUBLE_CRANK]] = Status.OK
 _STATUSES[four_bar.CHANGE_POINT] = 4
 _STATUSES[four_bar.CANNOT_ASSEMBLE] = 2

@@ -10,7 +10,7 @@ from explore.comparison.methods.four_bar_loop import FOUR_BAR
 from explore.comparison.methods.vector_loop import VectorLoop
 from explore.model.quantities import FloatArray
 
-#: Outcome by status code; mechanisms declare others for designs without a motion.
+#: Outcome by status code; codes that mechanisms declare are designs without a motion.
 _OUTCOMES = np.full(128, Outcome.NO_MOTION, dtype=np.int8)
 for _outcome in (Outcome.OK, Outcome.CANNOT_ASSEMBLE, Outcome.CRANK_BLOCKED, Outcome.CHANGE_POINT, Outcome.NOT_FINITE):
     _OUTCOMES[_outcome] = _outcome

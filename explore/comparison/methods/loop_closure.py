@@ -9,10 +9,9 @@ from explore.comparison.methods.contract import Motion, Outcome, Task
 from explore.comparison.methods.vector_loop import VectorLoop
 from explore.model.quantities import FloatArray
 
-#: Size of a correction (rad, or over the longest link) after which the next, Newton's iteration being quadratic, is
-#: below rounding.
+#: Size of a correction after which the next is below rounding, rad or over the longest link.
 _LAST_CORRECTION = 1e-8
-#: From the values of an accepted step one to three corrections suffice; this bound ends a diverging iteration.
+#: Largest number of corrections; from the values of an accepted step one to three suffice.
 _MAX_CORRECTIONS = 6
 
 

@@ -16,8 +16,12 @@ from explore.comparison.methods.vector_loop import UnknownAngle, UnknownLength
 from explore.model.quantities import FloatArray
 
 _OK, _NOT_CONVERGED, _WRONG_BRANCH = int(Outcome.OK), int(Outcome.NOT_CONVERGED), int(Outcome.WRONG_BRANCH)
-#: Kinds of the vector of an unknown: a link of unknown angle, a length along the x axis, a length along the input link.
-_ANGLE, _ALONG_X, _ALONG_INPUT = range(3)
+#: Kind of an unknown: a link of unknown angle.
+_ANGLE = 0
+#: Kind of an unknown: a length along the x axis.
+_ALONG_X = 1
+#: Kind of an unknown: a length along the input link.
+_ALONG_INPUT = 2
 
 
 @dataclass(frozen=True)

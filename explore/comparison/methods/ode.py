@@ -17,9 +17,9 @@ from explore.model.quantities import FloatArray
 
 #: Names of the solvers.
 AdaptiveSolver = Literal["RK45", "DOP853", "Radau"]
+#: Solvers of SciPy by name.
 _SOLVERS: dict[AdaptiveSolver, Any] = {"RK45": RK45, "DOP853": DOP853, "Radau": Radau}
-#: Absolute over relative tolerance, as in SciPy's defaults of 1e-6 and 1e-3. At a constant 1e-6 the absolute tolerance
-#: would dominate all finer relative ones, because the angles are of size 1. Lengths are over the longest link.
+#: Absolute over relative tolerance, as SciPy's defaults; a constant one of 1e-6 would dominate finer ones.
 _ATOL_BY_RTOL = 1e-3
 
 

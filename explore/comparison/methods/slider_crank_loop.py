@@ -13,10 +13,12 @@ from explore.mechanisms.slider_crank import columns
 from explore.mechanisms.slider_crank.declaration import SLIDER_CRANK as MECHANISM
 from explore.model.quantities import FloatArray
 
-#: Rows of the kernel in the order of a motion, and the needs of each number of them.
+#: Rows of the kernel in the order of a motion.
 _ROWS = [columns.POSITION, columns.ROD_ANGLE, columns.VELOCITY, columns.ROD_VELOCITY, columns.ACCELERATION,
          columns.ROD_ACCELERATION]  # fmt: skip
+#: Needs of a motion of positions.
 _POSITIONS = columns.SLIDER | columns.ANGLE
+#: Needs of each number of rows of a motion.
 _NEEDS = {
     2: _POSITIONS,
     4: _POSITIONS | columns.ROD_RATES,
