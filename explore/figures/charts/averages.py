@@ -11,8 +11,11 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-#: Smallest and largest error on the axis.
-FLOOR, CEILING = 1e-17, 1e2
+#: Smallest error on the axis.
+FLOOR = 1e-17
+#: Largest error on the axis.
+CEILING = 1e2
+#: Looks of the lines of the rules.
 _RULES = {
     "graded": LineStyle(INK, "*"),
     "gauss": LineStyle(BLUE, "o"),
@@ -21,6 +24,7 @@ _RULES = {
     "one-pass": LineStyle(ORANGE, "^", "--", filled=False),
     "published": LineStyle(RED, "D"),
 }
+
 _OTHER_RULE = LineStyle(BROWN, "h")
 #: Heading of each column of panels by error and window.
 _COLUMNS = {

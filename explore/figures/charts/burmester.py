@@ -25,11 +25,22 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _N_POSES = 4
-#: Turns of the link at which the curves are first computed, and how often parts between them are halved.
-_N_TURNS, _N_HALVINGS = 720, 24
-#: Width of the view over its height, and shares of its height: the box of poses and links, that of poses alone, the
-#: largest gap in a curve, the sizes of a pose, smaller where poses lie close together.
-_RATIO, _LINK_BOX, _POSE_BOX, _GAP, _LEAST_POSE, _POSE = 1.4, 0.5, 0.35, 0.01, 0.055, 0.1
+#: Number of turns of the link at which the curves are first computed.
+_N_TURNS = 720
+#: Number of times that parts of a curve are halved.
+_N_HALVINGS = 24
+#: Width of the view over its height.
+_RATIO = 1.4
+#: Height of the box of poses and links over that of the view.
+_LINK_BOX = 0.5
+#: Height of the box of poses without links over that of the view.
+_POSE_BOX = 0.35
+#: Largest gap in a curve over the height of the view.
+_GAP = 0.01
+#: Smallest size of a pose over the height of the view, where poses lie close together.
+_LEAST_POSE = 0.055
+#: Largest size of a pose over the height of the view.
+_POSE = 0.1
 
 
 @dataclass(frozen=True)

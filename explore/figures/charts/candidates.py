@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 #: Marks of the kinds in the order of their codes' labels; more kinds share the last.
 _MARKS = (("o", INK), ("^", ORANGE), ("s", PURPLE), ("D", BROWN), ("v", SKY))
-#: What the column of cognates says.
+#: Words of the column of cognates.
 _COGNATES = {0: "0, as found", 1: "1", 2: "2"}
 #: Columns with labels that every results file has.
 _OF_ALL = ("feasible", "status")

@@ -9,11 +9,13 @@ import numpy.typing as npt
 
 from explore.model.quantities import FloatArray, Sense
 
-#: A parameter with at most this many different values is a grid: each value has its own cells.
+#: Largest number of values of a parameter that is a grid, where each value has its own cells.
 _MAX_GRID_VALUES = 200
-#: For parameters with more values: the most cells, and the intended designs per row of cells.
-_MAX_CELLS, _DESIGNS_PER_CELL = 90, 6
-#: Cells along an axis are not made fewer than this, however unevenly the designs are spread.
+#: Largest number of cells of a parameter that is no grid.
+_MAX_CELLS = 90
+#: Intended number of designs in a row of cells of a parameter that is no grid.
+_DESIGNS_PER_CELL = 6
+#: Least number of cells along an axis, however unevenly the designs are spread.
 _FEW_CELLS = 12
 
 

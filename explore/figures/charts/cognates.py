@@ -26,11 +26,11 @@ if TYPE_CHECKING:
 
 _COLOURS = (BLUE, ORANGE, GREEN)
 _NAMES = ("linkage", "cognate 1", "cognate 2")
-#: Crank angles of a dash of the path; the dashes of the three linkages follow each other.
+#: Number of crank angles of a dash of the path; the dashes of the three linkages follow each other.
 _DASH = 12
-#: Crank angles among which the clearest position is chosen.
+#: Number of crank angles among which the clearest position is chosen.
 _N_TRIED = 48
-#: Input angle, deg, at which a linkage is measured: any at which it is no straight line.
+#: Input angle at which a linkage is measured, any at which it is no straight line, deg.
 _ANGLE = 60.0
 
 

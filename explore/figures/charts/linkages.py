@@ -17,7 +17,7 @@ from explore.synthesis.linkages import FourBar
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-#: Crank angles at which a path is drawn.
+#: Number of crank angles at which a path is drawn.
 _N_ANGLES = 721
 
 

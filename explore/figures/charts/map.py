@@ -34,8 +34,11 @@ if TYPE_CHECKING:
     from matplotlib.patches import Patch
 
 _AGGREGATES: dict[Sense | None, str] = {"min": "smallest", "max": "largest", None: "mean"}
-#: Opacity of the shade of a cell whose nearest design is just infeasible, and the violation that halves it.
-_DARKEST, _HALF_SHADE = 0.3, 0.2
+#: Opacity of the shade of a cell whose nearest design is just infeasible.
+_DARKEST = 0.3
+#: Violation that halves the opacity of a shade.
+_HALF_SHADE = 0.2
+#: Ends of the colour bar by whether values lie below and above it.
 _EXTENDS = {(False, False): "neither", (True, False): "min", (False, True): "max", (True, True): "both"}
 
 

@@ -21,14 +21,15 @@ if TYPE_CHECKING:
 
 #: Colour, line and mark of each position that is drawn, in the order of the marks.
 _POSITIONS = ((BLUE, "-", "o"), (ORANGE, "--", "s"))
-#: Lines of paths: those of joints, the output's to and fro, those of points of interest.
+#: Lines of the paths of joints, of the output to and fro, and of points of interest.
 _PATHS: dict[str, dict[str, Any]] = {
     "joint": {"color": MUTED, "lw": 1.1},
     "output": {"color": MUTED, "lw": 4.5, "alpha": 0.6, "solid_capstyle": "butt"},
     "point": {"color": PURPLE, "lw": 1.4},
 }
-#: Of paths of points of interest, by their place: a groove and up to four points.
+#: Dashes of the paths of points of interest, by their place: a groove and up to four points.
 _POINT_LINES = ("-.", ":", (0, (6, 2)), (0, (2, 1)), (0, (8, 2, 1, 2, 1, 2)))
+#: Colours of profiles, by their place.
 _PROFILES = (GREEN, BLUE)
 
 

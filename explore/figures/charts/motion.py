@@ -20,12 +20,13 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-#: A mean below this share of the largest value is the error of the sum over input angles, and is written as 0.
+#: Mean over the largest value below which it is the error of the sum over input angles, and written as 0.
 _ROUNDING = 1e-6
 #: Colours of panels with one curve, in turn.
 _SINGLE = (GREEN, PURPLE, BLUE, ORANGE, INK)
-#: Colour, line and width of curves that share a panel: of two, and of more, which may coincide. Bounds are red.
+#: Colour, line and width of two curves that share a panel. Bounds are red.
 _PAIR = ((ORANGE, "--", 1.8), (BLUE, "-", 1.8))
+#: Colour, line and width of more curves that share a panel, which may coincide.
 _SEVERAL = (
     (ORANGE, "-", 3.6),
     (SKY, "-", 2.6),

@@ -21,10 +21,14 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-#: Largest number of lines of the Pareto set and of the other feasible designs.
-_MAX_OPTIMAL, _MAX_OTHERS = 1000, 300
-#: Number of lines whose opacities add up to one, of the Pareto set and of the other feasible designs.
-_OPAQUE_OPTIMAL, _OPAQUE_OTHERS = 150.0, 60.0
+#: Largest number of lines of the Pareto set.
+_MAX_OPTIMAL = 1000
+#: Largest number of lines of the other feasible designs.
+_MAX_OTHERS = 300
+#: Number of lines of the Pareto set whose opacities add up to one.
+_OPAQUE_OPTIMAL = 150.0
+#: Number of lines of the other feasible designs whose opacities add up to one.
+_OPAQUE_OTHERS = 60.0
 #: Share of the other designs beyond each end of an axis; their lines leave the picture.
 _OUTSIDE = 0.01
 #: Line under the name of an objective.

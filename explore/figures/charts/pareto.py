@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-#: From this many feasible designs on, a density takes the place of the dots, which would merge into a black area.
+#: Number of feasible designs from which on a density takes the place of dots, which would merge.
 DENSITY_THRESHOLD = 100_000
 #: Columns and rows of the cells of a density.
 _DENSITY_CELLS = (240, 160)
@@ -34,7 +34,7 @@ _CROSS_CELLS = (72, 48)
 _OPACITIES = ((0.1, 0.48), (0.5, INFEASIBLE_OPACITY), (np.inf, 0.2))
 #: Smallest size of a mark in the legend, points.
 LEGEND_MARK = 6.0
-#: Most feasible designs whose kinds are told apart: the marks are large.
+#: Largest number of feasible designs whose kinds are told apart, as the marks are large.
 _MOST_CANDIDATES = 500
 #: Size of a ring about such a mark, points.
 _RING = 9.0

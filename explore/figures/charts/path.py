@@ -23,8 +23,7 @@ if TYPE_CHECKING:
 _LINKS = (GREEN, ORANGE, BLUE, PURPLE)
 #: Signal of the quality of the motion, drawn where the mechanism has it.
 _TRANSMISSION = "transmission_angle"
-#: Largest value of the axis of distances over the largest at a given point, for open targets: beyond its ends the path
-#: goes where it likes.
+#: Top of the axis of distances over the largest at a given point, for open targets, whose ends the path leaves.
 _BEYOND = 3.0
 
 

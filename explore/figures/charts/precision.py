@@ -12,24 +12,32 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-#: Errors below this value, which rounding makes meaningless, are drawn at it.
+#: Height at which smaller errors are drawn, which rounding makes meaningless.
 FLOOR = 1e-17
-#: Heights at which failures are drawn, above all errors: those that the method reports, and silent ones.
-REPORTED_FAILURE, SILENT_FAILURE = 3.0, 100.0
+#: Height above all errors at which failures are drawn that the method reports.
+REPORTED_FAILURE = 3.0
+#: Height above all errors at which silent failures are drawn.
+SILENT_FAILURE = 100.0
+#: Verdict on designs without a motion that a method rejects.
 REJECTED = "correctly rejected"
+#: Titles of panels by their column of errors.
 _ERRORS = {
     "position_error_max": "positions [rad, over the link]",
     "velocity_error_max": "velocities, over the peak",
     "acceleration_error_max": "accelerations, over the peak",
     "cv_error": "cv of the stroke, relative",
 }
+
 _COSTS = {"cpu_seconds": "CPU time per design [s]", "evaluations": "evaluations per design"}
-#: Width and height of a panel and of the frame around all panels, inches: small, so that texts stay readable in a page
-#: that shows the figure at half its size.
-_PANEL, _FRAME = (2.5, 2.2), (0.9, 1.5)
+#: Width and height of a panel, inches: small, so that texts stay readable at half the size in a page.
+_PANEL = (2.5, 2.2)
+#: Width and height of the frame around all panels, inches.
+_FRAME = (0.9, 1.5)
+#: Number of columns of the legend.
 _LEGEND_COLUMNS = 6
+#: Errors with a label on the axis.
 _TICKS = [10.0**exponent for exponent in range(-17, 0, 4)]
-#: Labels of the failures that a method reports, and of those that it does not.
+#: Labels of failures that the method reports, and of silent ones.
 _FAILURES = ("reported failure", "silently wrong")
 
 

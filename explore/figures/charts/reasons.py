@@ -15,8 +15,9 @@ if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.patches import Patch
 
-#: Pale and dense alternate, so that neighbours differ in more than the direction of their lines.
+#: Hatches of regions in turn; pale and dense alternate, so that neighbours differ in more than direction.
 _HATCHES = ("///", "\\\\\\\\", "...", "xxx", "--", "||", "oo", "++")
+#: Background colours of regions in turn.
 _TINTS = ("#e3e6ea", "#fbe3d3", "#dcecf7", "#f6e3ee", "#e0f1ea", "#fdf3d9", "#efe6df", "#ffffff")
 #: Colour of the hatches, paler than the marks of feasible designs.
 HATCH_COLOUR = "#a3abb3"

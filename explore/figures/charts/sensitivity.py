@@ -13,8 +13,12 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-#: Height for each bar and around those of a panel, inches; half the thickness of a bar where parameters are 1 apart.
-_BAR_HEIGHT, _REST_HEIGHT, _HALF_BAR = 0.28, 0.5, 0.2
+#: Height for each bar, inches.
+_BAR_HEIGHT = 0.28
+#: Height around the bars of a panel, inches.
+_REST_HEIGHT = 0.5
+#: Half the thickness of a bar, where parameters are 1 apart.
+_HALF_BAR = 0.2
 
 
 def sensitivity_chart(table: pd.DataFrame) -> Figure:

@@ -38,17 +38,28 @@ VERDICTS = {
     "false success": (BROWN, "!"),
     "wrong branch": (RED, "B"),
 }
-#: Letters of a line of a panel's label.
+#: Number of letters of a line of a panel's label.
 _LABEL_WIDTH = 75
 #: Panel of the methods that have one setting each.
 _SHARED_PANEL = "methods of one setting"
-#: Inches: height of the heading of a panel and of each of its lines, of the frame above and below all panels; left edge
-#: of both columns, width of their panels and of the figure.
-_HEADING_HEIGHT, _LINE_HEIGHT = 0.3, 0.17
-_ABOVE, _BELOW = 0.45, 0.8
-_LEFT_EDGES, _PANEL_WIDTH, _WIDTH = (1.5, 6.95), 3.95, 11.0
-#: Errors over a turn are drawn between these.
-_SMALLEST_ERROR, _TOP_ERROR = 1e-17, 10.0
+#: Height of the heading of a panel, inches.
+_HEADING_HEIGHT = 0.3
+#: Height of a line of a panel, inches.
+_LINE_HEIGHT = 0.17
+#: Height of the frame above all panels, inches.
+_ABOVE = 0.45
+#: Height of the frame below all panels, inches.
+_BELOW = 0.8
+#: Left edges of both columns, inches.
+_LEFT_EDGES = (1.5, 6.95)
+#: Width of a panel, inches.
+_PANEL_WIDTH = 3.95
+#: Width of the figure, inches.
+_WIDTH = 11.0
+#: Smallest error over a turn that is drawn.
+_SMALLEST_ERROR = 1e-17
+#: Largest error over a turn that is drawn.
+_TOP_ERROR = 10.0
 
 
 def stability_chart(rows: pd.DataFrame, goal: float, distance: str, beyond: str) -> Figure:

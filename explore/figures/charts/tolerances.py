@@ -35,10 +35,15 @@ if TYPE_CHECKING:
     from explore.model.quantities import FloatArray
     from explore.studies.request.tolerances import Tolerance
 
-#: Height of a row, and of what is around them, inches.
-_ROW_HEIGHT, _REST_HEIGHT = 1.25, 1.5
+#: Height of a row, inches.
+_ROW_HEIGHT = 1.25
+#: Height around the rows, inches.
+_REST_HEIGHT = 1.5
+#: Number of bins of a histogram.
 _N_BINS = 60
+#: Colours of parameters in turn.
 _COLOURS = (BLUE, ORANGE, GREEN, PURPLE, SKY, BROWN, YELLOW, MUTED)
+#: Colours on which text is white.
 _DARK = (BLUE, GREEN, BROWN)
 
 

@@ -14,9 +14,11 @@ if TYPE_CHECKING:
 
     from explore.analysis.tuning.control_curve import Tuning
 
-#: Height of a panel, and of what is around them, inches.
-_PANEL_HEIGHT, _REST_HEIGHT = 2.2, 1.6
-#: Share of the lowest and of the highest values that may lie outside the axis: some metrics grow without bound.
+#: Height of a panel, inches.
+_PANEL_HEIGHT = 2.2
+#: Height around the panels, inches.
+_REST_HEIGHT = 1.6
+#: Share of the lowest and of the highest values outside the axis: some metrics grow without bound.
 _OUTSIDE = 0.01
 
 

@@ -14,7 +14,7 @@ from explore.figures.exporting.symbols import JOINT
 from explore.figures.simulation import SimulatedDesign
 from explore.model.quantities import FloatArray
 
-#: Positions of a turn, between which points move straight: on a circle this shortens a link by 0.02 %.
+#: Number of positions of a turn, between which points move straight: this shortens a link by 0.02 %.
 _POSITIONS = 180
 
 

@@ -25,7 +25,7 @@ from explore.studies.config.toml_text import format_toml
 from explore.studies.request.names import find_mechanism
 from explore.studies.request.parameters import parameter_columns
 
-#: Sections of a study of many designs that one design has its own of, or has none.
+#: Sections of a study of many designs that the study of one design does not take over.
 _OF_MANY = ("mechanism", "parameters", "points", "target", "sampling", "rank", "scene")
 
 

@@ -18,11 +18,13 @@ from explore.model.quantities import FloatArray
 
 #: Distance of a dimension line from what it measures, in heights of text.
 _OFFSET = 2.5
-#: Steps, in heights of text, by which a dimension goes farther out while its text meets another one, and their number.
-_STEP, _STEPS = 1.0, 50
-#: How much farther out a dimension is whose text is wider than its line and on the side of what it measures.
+#: Distance by which a dimension goes farther out while its text meets another one, in heights of text.
+_STEP = 1.0
+#: Largest number of such steps.
+_STEPS = 50
+#: Distance by which a dimension goes farther out whose text is wider than its line, in heights of text.
 _ASIDE = 2.0
-#: A length that changes by less than this share of the largest is constant, and below it is none.
+#: Change of a length, as a share of the largest length, up to which it is constant, or no length at all.
 _ROUNDING = 1e-9
 
 

@@ -25,7 +25,7 @@ _LOOKS = {
     "dimensions": (1, 18, "CONTINUOUS"),
     "text": (7, 25, "CONTINUOUS"),
 }
-#: Of a linetype with two dots, of extreme positions after ISO 128: dash, gaps and dots in heights of text.
+#: Pattern of the linetype with two dots of extreme positions (ISO 128): dash, gaps and dots, in heights of text.
 _DIVIDE = (4.0, -0.7, 0.0, -0.7, 0.0, -0.7)
 #: Bits of a spline: closed, planar.
 _CLOSED_PLANE = 1 | 8

@@ -18,7 +18,7 @@ from explore.results.store.outputs import new_output
 from explore.results.store.results import Results
 
 Design = DesignOfResults | DesignOfParameters
-#: What writes each format; a longer ending is looked for first. Not .h5, which results have.
+#: Writers by ending; a longer ending is looked for first. Not .h5, which results have.
 _WRITERS: dict[str, Callable[[Design, Path], object]] = {
     ".animated.svg": lambda design, path: write_animated_svg(design.simulated, path),
     ".toml": lambda design, path: path.write_text(design.study, encoding="utf-8"),

@@ -21,12 +21,18 @@ if TYPE_CHECKING:
     from PIL.Image import Image as Picture
     from PIL.ImageDraw import ImageDraw
 
-#: Positions of a turn, one picture each.
+#: Number of positions of a turn, one picture each.
 POSITIONS = 100
-#: Larger side of a picture, and how much larger it is drawn to smooth its lines, px.
+#: Larger side of a picture, px.
 _SIDE = 640
+#: Factor by which a picture is drawn larger to smooth its lines.
 _SMOOTHING = 3
-_INK, _PATH, _BODY = "#222222", "#0072b2", "#009e73"
+#: Colour of links and joints.
+_INK = "#222222"
+#: Colour of paths.
+_PATH = "#0072b2"
+#: Colour of profiles.
+_BODY = "#009e73"
 
 
 def write_gif(simulated: SimulatedDesign, path: Path) -> None:

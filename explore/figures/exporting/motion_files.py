@@ -18,7 +18,7 @@ from explore.model.points import coordinates
 from explore.model.quantities import FloatArray, Parameter, Signal
 from explore.running.public import simulate
 
-#: Rows of a motion, evenly spaced input angles of a turn from 0.
+#: Number of rows of a motion, evenly spaced input angles of a turn from 0.
 ROWS = 360
 #: Longest name of a field in a MATLAB file of version 5.
 _LONGEST_NAME = 63

@@ -28,13 +28,15 @@ from explore.figures.simulation import SimulatedDesign
 from explore.model.drawing import Drawing, Pose, Profile
 from explore.model.quantities import FloatArray
 
-#: Heights of texts are 2.5 mm times powers of the square root of 2, as of ISO 3098, at least this share of the extent.
+#: Smallest height of texts, mm; larger ones are powers of the square root of 2 times this, as in ISO 3098.
 _SMALLEST_HEIGHT = 2.5
+#: Least height of texts over the extent of the drawing.
 _HEIGHT_SHARE = 1.0 / 55.0
-#: Input angle, deg, of a mechanism without limit positions.
+#: Input angle of a mechanism without limit positions, deg.
 _ANGLE = 60.0
-#: Heights of a line of notes, and lines of a column of them.
+#: Height of a line of notes, in heights of text.
 _LEADING = 1.7
+#: Number of lines of a column of notes.
 _LINES = 8
 
 

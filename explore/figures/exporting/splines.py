@@ -14,19 +14,21 @@ from explore.model.quantities import FloatArray
 if TYPE_CHECKING:
     from scipy.interpolate import BSpline
 
-#: Largest deviation of a spline from its curve, mm, and as a share of its extent, which holds for small curves.
+#: Largest deviation of a spline from its curve, mm.
 DEVIATION = 1e-3
+#: Largest deviation of a spline from its curve as a share of its extent, which holds for small curves.
 _RELATIVE_DEVIATION = 1e-5
-#: The spline aims at this share of the deviation, because it is measured at a few places only.
+#: Share of the deviation that the spline aims at, because it is measured at a few places only.
 _MARGIN = 0.5
+#: Number of intervals of a turn at first.
 _FIRST_INTERVALS = 32
+#: Least number of intervals of a part of a turn at first.
 _LEAST_INTERVALS = 4
-#: Intervals are halved at most so often: their length is then that of rounding errors of angles.
+#: Largest number of halvings of an interval, whose length is then that of rounding errors of angles.
 _ROUNDS = 24
-#: Step of the difference quotient for slopes, deg: a jump of curvature changes them by less than a thousandth of it,
-#: rounding errors by 1e-11.
+#: Step of the difference quotient for slopes, deg: jumps of curvature change them by less than its thousandth.
 _STEP = 1e-3
-#: Where the deviation is measured, as shares of the way between two points.
+#: Places where the deviation is measured, as shares of the way between two points.
 _PLACES = np.array([0.25, 0.5, 0.75])
 
 

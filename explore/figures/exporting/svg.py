@@ -23,7 +23,7 @@ from explore.figures.exporting.shapes import (
 from explore.figures.exporting.texts import readable
 from explore.model.quantities import FloatArray
 
-#: Looks of layers; lengths are in heights of text.
+#: Looks of layers, lengths in heights of text.
 LOOKS = {
     "paths": "stroke:#0072b2;stroke-width:.08",
     "limit positions": "stroke:#8a949e;stroke-width:.08;stroke-dasharray:1.6 .3 .12 .3 .12 .3",
@@ -36,7 +36,7 @@ LOOKS = {
 }
 #: Length and half width of arrows, in heights of text.
 _ARROW = (0.9, 0.17)
-#: Digits after the point of coordinates in mm: a nanometre.
+#: Number of digits after the point of coordinates in mm: a nanometre.
 _DIGITS = 6
 
 

@@ -9,10 +9,13 @@ import numpy as np
 from explore.figures.exporting.shapes import Circle, Polyline, arc_points
 from explore.model.quantities import FloatArray
 
-#: Sizes in heights of text.
+#: Radius of a joint, in heights of text.
 JOINT = 0.45
+#: Half the width of a pivot's ground line, in heights of text.
 PIVOT = 1.5
+#: Half the length and half the height of a slider, in heights of text.
 SLIDER = (1.3, 0.7)
+#: Number of hatches of a pivot's ground.
 _HATCHES = 6
 
 

@@ -12,11 +12,11 @@ from explore.figures.simulation import SimulatedDesign
 from explore.model.drawing import Vector
 from explore.model.quantities import FloatArray
 
-#: Extremes of a coordinate are looked for in so many rounds, each in a finer grid about the one before: to the last
-#: digits, because the error is the square of the last step, 0.5 deg / 32^4.
+#: Number of rounds that look for an extreme of a coordinate, each in a finer grid about the one before.
 _ROUNDS = 4
+#: Factor by which each grid is finer: the error is the square of the last step, 0.5 deg / 32^4.
 _REFINEMENT = 32
-#: An arc of more than this is a circle, deg; it is far above the rounding errors of a full turn.
+#: Arc from which on it is a circle, far above the rounding errors of a full turn, deg.
 _FULL = 360.0 - 1e-9
 
 

@@ -32,9 +32,10 @@ _HIDDEN_ATTRIBUTES = frozenset(
     ["config", "determines", "senses", "speed", "speed_powers", "status_sentences", "label_sentences",
      "objectives", "tally", "studied_counts", "n_designs", "block_size", "task"]
 )  # fmt: skip
+#: Words of the column `feasible`.
 _BOOLEAN_LABELS = {0: "no", 1: "yes"}
 
-#: Called at the start of each step with its name.
+#: Function that is told the name of each step at its start.
 ReportStep = Callable[[str], None]
 
 

@@ -11,8 +11,11 @@ from explore.base.errors import MotionError, RequestError
 from explore.model.output_slider import COLUMNS
 from explore.results.store.results import Results
 
-#: Column that the candidates of a task have, by what can be drawn of them.
-_COGNATE, _BODY_ANGLE = "cognate", "body_angle"
+#: Column of candidates that have cognates to draw.
+_COGNATE = "cognate"
+#: Column of candidates that guide a body.
+_BODY_ANGLE = "body_angle"
+#: Number of poses that have curves to draw.
 _N_BURMESTER_POSES = 4
 
 

@@ -21,12 +21,13 @@ import numpy as np
 
 from explore.base.lanes import elementary
 
-#: Functions whose Python source reads the bits of numbers, by those of JavaScript that have the same values.
+#: Words of JavaScript for functions whose Python source reads the bits of numbers.
 _NATIVE: dict[Any, str] = {
     elementary.exponential: "Math.exp",
     elementary.logarithm: "Math.log",
     elementary.spacing: "$spacing",
 }
+
 _PRELUDE = """const $spacing = (x) => {
   const view = new DataView(new ArrayBuffer(8));
   view.setFloat64(0, Math.abs(x));
@@ -51,7 +52,7 @@ _OPERATORS: dict[type[ast.AST], str] = {
     ast.And: "&&", ast.Or: "||", ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">=",
     ast.Eq: "==", ast.NotEq: "!=",  # not ===: a comparison joined by & is a number there
 }  # fmt: skip
-#: Names of Python's that are words of JavaScript.
+#: Names in Python that are words of JavaScript.
 _RESERVED = frozenset(
     ("arguments", "case", "catch", "const", "debugger", "default", "delete", "do", "enum", "export", "extends", "eval",
      "function", "implements", "instanceof", "interface", "let", "new", "null", "package", "private", "protected",

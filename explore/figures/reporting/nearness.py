@@ -9,8 +9,10 @@ from explore.results.labels import unit_text
 from explore.results.ranking.nearest import find_nearest, is_little
 from explore.results.store.results import Results
 
-#: Designs, and combinations of constraints, that a page lists.
-_MOST_DESIGNS, _MOST_COMBINATIONS = 10, 5
+#: Largest number of designs that a page lists.
+_MOST_DESIGNS = 10
+#: Largest number of combinations of constraints that a page lists.
+_MOST_COMBINATIONS = 5
 #: Numbers of designs to let in by relaxing a constraint.
 _LET_IN = (1, 10, 100)
 

@@ -12,9 +12,13 @@ from explore.results.store.results import Results
 
 #: Largest number of designs of which a page holds all.
 MAX_DESIGNS = 100_000
-#: Of larger files: largest numbers of Pareto-optimal, other feasible and infeasible designs.
-MAX_FRONT, MAX_FEASIBLE, MAX_INFEASIBLE = 50_000, 40_000, 10_000
-#: Fixed, so that the same file gives the same page.
+#: Largest number of Pareto-optimal designs of a larger file.
+MAX_FRONT = 50_000
+#: Largest number of other feasible designs of a larger file.
+MAX_FEASIBLE = 40_000
+#: Largest number of infeasible designs of a larger file.
+MAX_INFEASIBLE = 10_000
+#: Seed of the draw, fixed so that the same file gives the same page.
 _SEED = 1
 
 INFEASIBLE, FEASIBLE, FRONT = range(3)
