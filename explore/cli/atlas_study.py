@@ -2,7 +2,7 @@
 
 from importlib.resources import files
 
-#: The line of the study with the number of curves.
+#: Line of the study with the number of curves.
 _COUNT = "count = 65536"
 
 

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from explore.results.ranking.nearest import Nearness
     from explore.results.store.results import Results
 
-#: Designs, and combinations of constraints, that a summary in lines names.
+#: Number of designs, and of combinations of constraints, that a summary names.
 _MOST_NAMED = 3
 #: Numbers of designs to let in by relaxing a constraint.
 _LET_IN = (1, 10, 100)

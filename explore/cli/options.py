@@ -20,7 +20,7 @@ class KeepOption(StrEnum):
     front = "front"
 
 
-#: Arguments of Python functions as the library's errors quote them, and the options in their place.
+#: Options in place of arguments of Python functions, as the library's errors quote them.
 _OPTIONS = {
     "path": "-o",
     "objectives": "--metric",

@@ -11,6 +11,7 @@ from explore.cli.output import say
 
 #: Formats of figures.
 FIGURE_ENDINGS = (".png", ".svg", ".pdf")
+#: Ending of results that `explore pack` packed.
 _PACKED = ".packed.h5"
 
 

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from explore.running.runs import Progress
     from explore.service.client import JobProgress
 
-#: Seconds between progress lines where there is no terminal.
+#: Time between progress lines where there is no terminal, s.
 LINE_INTERVAL = 5.0
 
 

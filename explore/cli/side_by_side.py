@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 #: Roles of the columns whose differences mean something.
 _COMPARED_ROLES = ("parameter", "metric", "margin")
 
-#: The value of each column of a design, codes in words.
+#: Value of each column of a design, codes in words.
 Record = dict[str, Any]
 
 

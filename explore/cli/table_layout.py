@@ -7,12 +7,13 @@ from dataclasses import dataclass, replace
 
 #: Characters of numbers, and of lists and ranges of numbers.
 _NUMERIC = frozenset("0123456789+-–.,e… ")
-#: Blanks between columns.
+#: Number of blanks between columns.
 _GAP = 3
+#: Number of blanks between columns of a table that would else be too wide.
 _NARROW_GAP = 2
 #: Largest number of rows that are shown as columns.
 _MOST_TRANSPOSED_ROWS = 10
-#: Letters; a longer word, such as a path, may be cut.
+#: Number of letters from which on a word, such as a path, may be cut.
 _LONGEST_WORD = 40
 
 

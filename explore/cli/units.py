@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
 #: Entry of --units that leaves out the choices of the study.
 _DECLARED = "declared"
+#: Quantities that --units takes.
 _QUANTITIES = ("length", "angle", "speed", "velocity", "acceleration", "force", "torque", "mass", "power")
 
 

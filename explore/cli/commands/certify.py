@@ -21,9 +21,9 @@ if TYPE_CHECKING:
 
     from explore.results.store.results import Results
 
-#: The verdicts in the order in which the table lists them, with their colours.
+#: Colours of the verdicts, in the order in which the table lists them.
 _VERDICTS = {"refuted": "red", "open": "yellow", "proved": "green"}
-#: Lines of the table; -o and --json have all designs.
+#: Number of lines of the table; -o and --json have all designs.
 _N_LINES = 20
 
 

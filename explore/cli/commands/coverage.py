@@ -22,8 +22,9 @@ if TYPE_CHECKING:
     from explore.model.request import Constraint
     from explore.studies.config.study import Study
 
-#: Largest number of values of a length; a longer table is not readable.
+#: Largest number of values of a length in a readable table.
 _MOST_LENGTHS = 1000
+#: Names of the lengths.
 _LENGTHS = ("crank", "coupler", "rocker", "ground")
 
 

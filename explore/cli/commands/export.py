@@ -15,7 +15,7 @@ from explore.cli.settings import list_settings, parse_points, parse_settings
 
 #: Formats of solids, which a planar mechanism is not.
 _SOLIDS = (".step", ".stp", ".iges", ".igs", ".stl")
-#: Formats, by the endings of names.
+#: Endings of names, which are formats.
 ENDINGS = (".toml", ".csv", ".hdf5", ".mat", ".dxf", ".svg", ".gif", ".mp4")
 
 

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from explore.model.points import FloatingLink
     from explore.model.quantities import Formula, Metric, Parameter, Signal
 
-#: Of more values, if they count up, the first two and the last are shown.
+#: Number of values up to which all are listed; of more that count up, the first two and the last are.
 _MOST_CHOICES = 4
 
 

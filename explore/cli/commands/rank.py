@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 #: Columns that --quality adds.
 QUALITY = ("knee", "crowding", "hypervolume_share")
-#: Lines of the table without --top.
+#: Number of lines of the table without --top.
 DEFAULT_LINES = 10
 
 

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from explore.analysis.sensitivity.public import SensitivityPlan
 
 
-#: What holds for all metrics.
+#: Sentence on results whose parameters depend on each other.
 _DEPENDENT = "the parameters of feasible designs depend on each other: shares overlap, and there is no total index"
 
 

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 #: Formats of a table with numbers and words in one column, which Parquet does not hold.
 _ENDINGS = (".csv", ".json", ".md")
-#: The command that continues unfinished results, by how their designs were chosen; of others it is `sweep`.
+#: Command that continues unfinished results, by how their designs were chosen; `sweep` for others.
 _COMMANDS = {"refinement": "refine", "tolerances": "tolerance", "synthesis": "synthesize"}
 
 

@@ -16,7 +16,7 @@ from explore.cli.output import count_of, print_json, say
 if TYPE_CHECKING:
     from explore.service.client import JobHandle, Service
 
-#: A line that may name a file of points.
+#: Pattern of a line that may name a file of points.
 _NAMES_A_FILE = re.compile(r"^\s*file\s*=", re.MULTILINE)
 
 

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from explore.synthesis.candidates import Candidates
     from explore.synthesis.tasks.task_files import TaskFile
 
-#: Lines of the table of candidates.
+#: Number of lines of the table of candidates.
 _N_LINES = 10
 #: Status of a design that misses a constraint.
 _SCREENED = "screened"

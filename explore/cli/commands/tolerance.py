@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from explore.results.store.results import Results
 
 _RESULTS_ENDING = ".h5"
-#: Rows of the printed yield front.
+#: Number of lines of the printed yield front.
 _N_LINES = 20
 
 

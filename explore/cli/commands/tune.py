@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from explore.base.units.shown import Scale, ShownUnits
     from explore.results.store.results import Results
 
-#: Lines of the printed table.
+#: Number of lines of the printed table.
 _N_LINES = 11
 
 
