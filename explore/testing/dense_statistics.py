@@ -16,35 +16,40 @@ from numpy.polynomial import legendre
 
 from explore.model.quantities import FloatArray
 
-#: Gives the signals at input angles in degrees, shape (s, t).
+#: Function that gives the signals at input angles in degrees, shape (s, t).
 Motion = Callable[[FloatArray], FloatArray]
 
 _NODES = 32
 _FIRST_PANELS = 8
-#: Halvings of a panel at most: beside a jump, a panel of 360 deg / (8 * 2^42) is as good as none.
+#: Largest number of halvings of a panel: beside a jump, 360 deg / (8 * 2^42) is as good as none.
 _MOST_HALVINGS = 42
-#: Panels at most, of which a motion that is not smooth anywhere would need any number.
+#: Largest number of panels, of which a motion that is smooth nowhere would need any number.
 _MOST_PANELS = 2_000
-#: Largest tail of a resolved series, the sum of its last coefficients, relative to the signal.
-_RESOLVED, _TAIL = 1e-14, 4
-#: A tail below this that halving does not lower consists of rounding.
+#: Largest tail of a resolved series, relative to the signal.
+_RESOLVED = 1e-14
+#: Number of the last coefficients whose sum is the tail of a series.
+_TAIL = 4
+#: Tail below which it is rounding if halving does not lower it.
 _ROUNDING_TAIL = 1e-8
-#: Tails above this belong to jumps, beside which a series overshoots.
+#: Tail above which it belongs to a jump, beside which a series overshoots.
 _JUMP = 1e-6
+#: Nodes of a panel, from -1 to 1.
 _X: FloatArray = np.asarray(legendre.leggauss(_NODES)[0], dtype=np.float64)
-#: From samples to coefficients; the weights that NumPy gives with the nodes err by 1e-13 at the ends of a series.
+#: Matrix from samples to coefficients; the weights that NumPy gives with the nodes err by 1e-13 at the ends.
 _TRANSFORM = np.linalg.inv(legendre.legvander(_X, _NODES - 1))
 #: Weights of the nodes in a mean over their panel: the coefficient of order 0.
 _WEIGHTS = _TRANSFORM[0]
 #: Points of a panel at which extremes are looked for, both ends among them.
 _GRID = -np.cos(np.linspace(0.0, np.pi, 4 * _NODES + 1))
+#: Polynomials at the points of the grid.
 _ON_GRID = legendre.legvander(_GRID, _NODES - 1)
-#: From coefficients to those of the derivative, by the row.
+#: Matrix from coefficients to coefficients of the derivative, by the row.
 _SLOPE = np.array([np.append(legendre.legder(row), 0.0) for row in np.eye(_NODES)])
-#: Panels of which an extreme is refined, best first.
+#: Number of the best panels in which an extreme is refined.
 _REFINED = 3
 #: Factor from the change of a statistic in the last halving to the bound of its error.
 _SAFETY = 4.0
+#: Rounding of a statistic, relative to the size of its terms.
 _ROUNDING = 1e-15
 
 

@@ -10,8 +10,7 @@ from explore.model.quantities import FloatArray, Signal
 from explore.testing.dense_statistics import Panels, sample
 from explore.testing.subject import Subject
 
-#: Largest difference between an integral and a change, relative to the size of both; wrong derivatives differ by more,
-#: and sampling and rounding by less.
+#: Largest difference between an integral and a change, relative to both; wrong derivatives differ by more.
 _TOLERANCE = 1e-9
 
 

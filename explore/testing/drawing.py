@@ -10,7 +10,7 @@ from explore.model.drawing import Pose
 from explore.testing.subject import Subject
 
 _INPUT_ANGLES = np.linspace(-180.0, 540.0, 49)
-#: Bound of the difference over the size of the drawing: rounding of a few sums, with angles in degrees up to 540.
+#: Largest difference over the size of the drawing: rounding of a few sums, with angles up to 540 deg.
 _TOLERANCE = 1e-12
 
 

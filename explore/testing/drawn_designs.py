@@ -9,7 +9,7 @@ from explore.model.quantities import FloatArray, Parameter
 from explore.studies.config.study import Study
 from explore.studies.designs.spaces import BLOCK_SIZE
 
-#: Values are drawn between the study's smallest over this and its largest times this.
+#: Factor by which the range of drawn values exceeds the study's at each end.
 _WIDENING = 3.0
 
 

@@ -11,14 +11,16 @@ from explore.model.columns import Arrays
 from explore.model.quantities import Signal
 from explore.testing.subject import COMPUTED, Subject
 
-#: How often each mark is an extreme at least, and how many times as many designs are drawn for that at most.
-_OFTEN, _MOST_DRAWS = 10, 40
+#: Least number of designs in which each mark must be an extreme.
+_OFTEN = 10
+#: Largest number of draws to find these designs.
+_MOST_DRAWS = 40
 #: Samples of a turn, deg.
 _ANGLES = np.arange(0.0, 360.0, 0.5)
-#: A value is that of an extreme within this share of the largest magnitude of the signal.
+#: Distance from an extreme, as a share of the signal's largest magnitude, within which a value is the extreme.
 _ROUNDING = 1e-9
 
-#: Draws as many designs as the subject has, by a number that is not 0.
+#: Function that draws as many designs as the subject has, by a number that is not 0.
 Draw = Callable[[int], Arrays]
 
 

@@ -28,21 +28,29 @@ class _Units:
         return float(np.prod(np.power(self.factors, dimension(unit))))
 
 
-#: Powers of 2 commute with all roundings but those of powers; a factor of 1000 rounds every length anew.
+#: Changes of units: powers of 2 commute with all roundings but of powers, 1000 rounds every length anew.
 _UNITS = (
     _Units("a unit of length that is 1024 times smaller", (2.0**10, 1.0, 1.0)),
     _Units("a unit of time that is 8 times greater", (1.0, 2.0**-3, 1.0)),
     _Units("a unit of mass that is 32 times smaller", (1.0, 1.0, 2.0**5)),
     _Units("a unit of length that is 1000 times smaller", (1000.0, 1.0, 1.0), is_exact=False),
 )
-#: Largest relative change by exact factors, of metrics with powers, of which there may be many, and by other factors.
-_EXACT, _POWERS, _ROUNDED = 2e-15, 1e-12, 1e-9
-#: Bounds may change by rounding and, where they are differences of rounded values, to a multiple.
-_ROUNDING, _GREATER = 1e-13, 10.0
+#: Largest relative change of metrics by exact factors.
+_EXACT = 2e-15
+#: Largest relative change by exact factors of metrics with powers, of which there may be many.
+_POWERS = 1e-12
+#: Largest relative change by other factors.
+_ROUNDED = 1e-9
+#: Largest relative change of a bound by rounding.
+_ROUNDING = 1e-13
+#: Largest factor on a bound that is a difference of rounded values.
+_GREATER = 10.0
 #: Factor on the speed of half of the designs.
 _FASTER = 1.7
-#: Numbers of designs of a block, and how many blocks are evaluated.
-_BLOCK_SIZES, _BLOCK_COUNT = (1, 7), 6
+#: Numbers of designs of a block.
+_BLOCK_SIZES = (1, 7)
+#: Number of blocks that are evaluated.
+_BLOCK_COUNT = 6
 
 
 def changes_with_units(subject: Subject) -> Iterator[str]:

@@ -14,13 +14,15 @@ from explore.testing.dense_statistics import Statistics
 from explore.testing.subject import COMPUTED, Subject, WindowArgument, name_of
 
 _TOLERANCES = (1e-9, 1e-12)
-#: Relative error that dense sampling must not exceed to tell anything; and the share of statistics that it must tell.
-_DECISIVE, _DECISIVE_SHARE = 1e-9, 0.9
+#: Largest relative error of dense sampling that tells anything.
+_DECISIVE = 1e-9
+#: Least share of the statistics that dense sampling must tell.
+_DECISIVE_SHARE = 0.9
 #: Bound of a metric in closed form, relative: rounding, which a nearly flat linkage amplifies.
 _CLOSED_FORM = 1e-10
-#: A mean of 0 is at most this, relative to the rms.
+#: Largest mean, relative to the rms, that is 0.
 _NO_MEAN = 1e-6
-#: A cv is undefined where the mean is below this, times the tolerance, times the rms.
+#: Mean, over the tolerance times the rms, below which a cv is undefined.
 _CV_LIMIT = 1e3
 
 

@@ -10,8 +10,9 @@ from explore.model.quantities import SampledMetric
 from explore.model.status import Status
 from explore.testing.subject import COMPUTED, Subject, WindowArgument, name_of
 
-#: Share of drawn designs that are computed at least, so that the other checks see something.
+#: Least share of drawn designs that must be computed, so that the other checks see something.
 _SHARE = 0.1
+#: Tolerance of the evaluations.
 _TOLERANCE = 1e-9
 
 

@@ -21,7 +21,7 @@ from explore.running.motions import mark_angles, motion_signals, window_limits
 from explore.studies.request.names import find_metric, make_window
 from explore.studies.request.requests import make_request
 
-#: Explicit intervals that are tried where a mechanism has them, deg: short, across input angle 0, almost a turn.
+#: Explicit intervals that are tried, deg: short, across input angle 0, almost a turn.
 _INTERVALS = ((31.0, 47.0), (-40.0, 75.0), (10.0, 365.0))
 #: Statuses of designs whose metrics are computed.
 COMPUTED = (Status.OK, Status.TOLERANCE_NOT_MET)
