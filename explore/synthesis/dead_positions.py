@@ -25,9 +25,9 @@ import numpy.typing as npt
 from explore.base.errors import RequestError
 from explore.model.quantities import FloatArray
 
-#: Numbers of the scan over each family.
+#: Number of points of the scan over each family.
 _N_SCAN = 4001
-#: Step of derivatives in the complex plane: nothing cancels, so that it can be this small.
+#: Step of derivatives in the complex plane, this small because nothing cancels.
 _STEP = 1e-30
 
 

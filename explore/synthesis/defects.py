@@ -14,10 +14,17 @@ import numpy as np
 from explore.model.quantities import FloatArray
 from explore.synthesis.linkages import ComplexArray, FourBar
 
-#: Fates of a linkage, from the best to the worst.
-PASSES, WRONG_ORDER, OTHER_BRANCH, OTHER_CIRCUIT, MISSES = (
-    "passes", "wrong_order", "other_branch", "other_circuit", "misses",
-)  # fmt: skip
+#: Fate of a linkage that passes all points in order.
+PASSES = "passes"
+#: Fate of a linkage that passes all points in another order.
+WRONG_ORDER = "wrong_order"
+#: Fate of a linkage with a dead point between the points.
+OTHER_BRANCH = "other_branch"
+#: Fate of a linkage whose points lie on two circuits.
+OTHER_CIRCUIT = "other_circuit"
+#: Fate of a linkage that does not pass all points.
+MISSES = "misses"
+#: Sentences on the fates, from the best to the worst.
 SENTENCES = {
     PASSES: "the crank takes the coupler point through all points in their order",
     WRONG_ORDER: "the coupler point passes all points, but in another order",
@@ -25,7 +32,7 @@ SENTENCES = {
     OTHER_CIRCUIT: "the linkage would have to be taken apart between the points",
     MISSES: "the coupler point does not pass all points",
 }
-#: Largest distance of a point that is passed, relative to the largest link.
+#: Largest distance of a point that is passed, over the largest link.
 _NEAR = 1e-6
 
 

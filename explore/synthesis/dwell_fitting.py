@@ -25,9 +25,11 @@ from explore.synthesis.dwell_motions import (
 )
 from explore.synthesis.levenberg_marquardt import Kept, Rows, Stepped, gauss_newton, improve
 
-#: Crank angles over the dwell and over the turn.
-_N_DWELL, _N_TURN = 25, 48
-#: Damping that is added to that of each number, as a share of that of the most influential one.
+#: Number of crank angles over the dwell.
+_N_DWELL = 25
+#: Number of crank angles over the turn.
+_N_TURN = 48
+#: Damping added to that of each number, as a share of the damping of the most influential one.
 _FLOOR = 1e-3
 #: Relative gain of a step that counts as little.
 _LITTLE = 1e-9

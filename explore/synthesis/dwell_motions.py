@@ -17,7 +17,7 @@ from explore.synthesis.dwell_points import couplers
 
 COUPLER, ROCKER, GROUND, ALONG, ACROSS, START, DIRECTION, LINK, OFFSET = range(9)
 N_NUMBERS = 9
-#: Least square of the cosine of the pressure angle, below which the link does not reach the guide.
+#: Square of the cosine of the pressure angle below which the link does not reach the guide.
 _LEAST_REACH = 1e-4
 
 

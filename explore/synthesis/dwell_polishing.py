@@ -14,16 +14,23 @@ from explore.model.quantities import FloatArray
 from explore.synthesis.dwell_fitting import DwellTask, excesses_of_lengths
 from explore.synthesis.dwell_motions import N_NUMBERS, Motions, slider_motions
 
-#: Price of what misses a limit by 1, in lengths of the crank that the slider moves.
+#: Price of missing a limit by 1, in lengths of the crank that the slider moves.
 _PRICE = 3.0
-#: Crank angles over the dwell and over the turn.
-_N_DWELL, _N_TURN = 73, 180
+#: Number of crank angles over the dwell.
+_N_DWELL = 73
+#: Number of crank angles over the turn.
+_N_TURN = 180
+#: Largest number of steps.
 _MOST_STEPS = 20
-#: Half the box of trust at first, and where the search ends; least share of the expected progress for a step.
-_FIRST_BOX, _LEAST_BOX, _LEAST_SHARE = 0.1, 1e-6, 0.1
-#: Progress over the cost that ends the search.
+#: Half the box of trust at first.
+_FIRST_BOX = 0.1
+#: Half the box of trust at which the search ends.
+_LEAST_BOX = 1e-6
+#: Least share of the expected progress for which a step is taken.
+_LEAST_SHARE = 0.1
+#: Expected progress over the cost that ends the search.
 _LITTLE = 1e-3
-#: Sines from which on, as a share of their limit, they are in the programme.
+#: Share of the limit from which on sines of pressure angles are in the programme.
 _NEAR = 0.7
 
 

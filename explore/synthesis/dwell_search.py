@@ -20,22 +20,33 @@ from explore.synthesis.dwell_polishing import Polished, polish
 from explore.synthesis.dwells import Dwell, fit_circles, measure_slider
 from explore.synthesis.linkages import ComplexArray, FourBar
 
-#: Crank-rockers that are drawn, in rounds until there are enough, and directions of guides tried with each point.
-N_DRAWN, _N_ROUNDS, _N_DIRECTIONS = 8_000, 4, 16
-#: Cosine of the transmission angle up to which crank-rockers are drawn: those that nearly lock are endless.
+#: Number of crank-rockers that are drawn.
+N_DRAWN = 8_000
+#: Largest number of rounds of drawing.
+_N_ROUNDS = 4
+#: Number of directions of guides tried with each point.
+_N_DIRECTIONS = 16
+#: Cosine of the transmission angle of the drawn crank-rockers nearest to locking, of which there is no end.
 _LARGEST_COSINE = float(np.cos(np.radians(10.0)))
-#: Crank angles over the dwell and over the turn at which starts are compared.
-_N_DWELL, _N_TURN = 13, 24
-#: Of a start, the price of what misses a limit, over the travel in the dwell.
+#: Number of crank angles over the dwell at which starts are compared.
+_N_DWELL = 13
+#: Number of crank angles over the turn at which starts are compared.
+_N_TURN = 24
+#: Penalty per unit of constraint violation when starts are ranked, in travels over the dwell.
 _PRICE = 0.5
-#: Starts that are fitted, and more for each linkage that is asked for; how many more go on from each stage.
-N_STARTS, _PER_LINKAGE, _MORE = 300, 10, 2
-#: Steps of each stage of the fit, weight of what misses a limit, and how many go on. With limits that count for little
-#: at first more starts come to where the best are.
+#: Number of starts that are fitted.
+N_STARTS = 300
+#: Number of starts for each linkage that is asked for, beside `N_STARTS`.
+_PER_LINKAGE = 10
+#: Number of starts for each linkage that is asked for that go on from each stage, beside the stage's own.
+_MORE = 2
+#: Steps, weight of limits, and starts that go on of each stage; light limits at first bring more to where the best are.
 _STAGES = ((20, 0.1, 70), (60, 0.1, 20), (60, 0.5, 4))
-#: Points of starts in one cell of this size, in cranks, and on one side of the slider are alike; share of unlike ones.
-_CELL, _UNLIKE = 0.6, 0.7
-#: Linkages whose numbers differ by less are the same.
+#: Size of the cells in which starts are alike, in cranks.
+_CELL = 0.6
+#: Share of the starts that are taken from different cells.
+_UNLIKE = 0.7
+#: Difference of numbers below which linkages are the same.
 _SAME = 1e-3
 
 

@@ -15,9 +15,11 @@ from explore.base.errors import RequestError
 from explore.model.quantities import FloatArray
 from explore.synthesis.linkages import ComplexArray, FourBar
 
-#: Crank angles over the dwell and over the turn at which motions are measured.
-_N_DWELL, _N_TURN = 740, 7400
-#: Steps of Gauss and Newton's method from the algebraic fit of a circle.
+#: Number of crank angles over the dwell at which motions are measured.
+_N_DWELL = 740
+#: Number of crank angles over the turn at which motions are measured.
+_N_TURN = 7400
+#: Number of Gauss and Newton's steps from the algebraic fit of a circle.
 _N_STEPS = 5
 
 

@@ -11,13 +11,13 @@ from explore.base.errors import RequestError
 from explore.model.quantities import FloatArray
 from explore.synthesis.functions import FourBarGenerator, fit_four_bar, output_angles, wrapped
 
-#: Initial angles of input and output that are tried, evenly over the turn.
+#: Number of initial angles of input and output that are tried, evenly over the turn.
 _N_ANGLES = 36
-#: Starts that are improved, the best of all that were tried.
+#: Number of starts that are improved, the best of all that were tried.
 _N_STARTS = 24
 #: Residual in place of one where the linkage cannot be assembled, rad.
 _NOT_ASSEMBLED = 1.0
-#: Linkages of nearly equal parameters are the same.
+#: Difference of parameters below which linkages are the same.
 _SAME = 1e-3
 
 

@@ -20,8 +20,12 @@ from explore.synthesis.poses import Poses, burmester_curves, find_dyads, fixed_p
 
 BoolArray = npt.NDArray[np.bool_]
 
-#: Moving pivots that are tried for three poses, angles of the first link for four, and pairs that are looked at.
-_N_PIVOTS, _N_ANGLES, _MOST_DYADS = 4096, 720, 700
+#: Number of moving pivots that are tried for three poses.
+_N_PIVOTS = 4096
+#: Number of angles of the first link that are tried for four poses.
+_N_ANGLES = 720
+#: Largest number of dyads whose pairs are looked at.
+_MOST_DYADS = 700
 
 
 @dataclass(frozen=True)
@@ -53,7 +57,7 @@ class PivotBox:
         return np.asarray(x + 1j * y)
 
 
-#: The boxes of the pivots of crank and rocker.
+#: Boxes of the pivots of crank and rocker without bounds.
 ANYWHERE = (PivotBox(), PivotBox())
 
 

@@ -13,9 +13,9 @@ from explore.model.expressions import FUNCTIONS, Expression
 from explore.model.quantities import FloatArray
 from explore.studies.request.formula_text import ANGULAR, parse_formula
 
-#: Values of x at which a function is tested before it is used.
+#: Number of values of x at which a function is tested before it is used.
 _N_TESTED = 401
-#: Range of an angle, deg, below which its sine is nearly a straight line: it may be meant in rad.
+#: Range of an angle below which its sine is nearly a straight line, so that it may be meant in rad, deg.
 _NARROW = 10.0
 
 

@@ -31,10 +31,16 @@ Evaluate = Callable[[FloatArray, Rows], tuple[FloatArray, Kept]]
 #: Function from values, what is kept of them, rows and damping to new values.
 Step = Callable[[FloatArray, Kept, Rows, FloatArray], Stepped]
 
-#: Damping of the first step, and its limits: a start whose damping reaches the upper one ends.
-FIRST_DAMPING, LEAST_DAMPING, LARGEST_DAMPING = 1e-2, 1e-12, 1e8
-#: Factors of the damping after a step that improves, and after one that does not.
-LOWER, RAISE = 0.2, 4.0
+#: Damping of the first step.
+FIRST_DAMPING = 1e-2
+#: Least damping.
+LEAST_DAMPING = 1e-12
+#: Damping at which a start ends.
+LARGEST_DAMPING = 1e8
+#: Factor on the damping after a step that improves.
+LOWER = 0.2
+#: Factor on the damping after a step that does not improve.
+RAISE = 4.0
 #: Number of steps of little gain in a row that end a start.
 MOST_SLOW = 3
 #: Least diagonal element of the normal equations.

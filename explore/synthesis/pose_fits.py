@@ -16,8 +16,10 @@ from explore.synthesis.functions import wrapped
 from explore.synthesis.linkages import FourBar
 from explore.synthesis.poses import Poses
 
-#: Fewest poses, and starts of the search.
-_FEWEST, _N_STARTS = 5, 2048
+#: Least number of poses.
+_FEWEST = 5
+#: Number of starts of the search.
+_N_STARTS = 2048
 #: Shortest link over the size of the poses' points.
 _SHORTEST = 1e-3
 

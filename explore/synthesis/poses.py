@@ -19,11 +19,13 @@ from explore.base.errors import RequestError
 from explore.model.quantities import FloatArray
 from explore.synthesis.linkages import ComplexArray
 
-#: Relative imaginary part of a real root, and relative residual of a root that is one.
-_REAL, _RESIDUAL = 1e-6, 1e-9
-#: Poses, or moving pivots, that are closer than this relative to the task are the same.
+#: Largest relative imaginary part of a real root.
+_REAL = 1e-6
+#: Largest relative residual of a root.
+_RESIDUAL = 1e-9
+#: Distance of poses, or of moving pivots, up to which they are the same, relative to the task.
 _SAME = 1e-7
-#: Steps of Newton's method on roots that are already close.
+#: Number of Newton's steps on roots that are already close.
 _N_STEPS = 8
 
 

@@ -11,9 +11,11 @@ from explore.studies.request.names import find_mechanism
 from explore.synthesis.candidates import Candidates
 from explore.synthesis.tasks.contract import Task
 
-#: A range ends beyond the candidates by this share of a length, or of what a signed value spans, or these degrees.
-_BEYOND, _DEGREES = 0.1, 10.0
-#: Stands for a range that is not known before there are candidates.
+#: Share of a length, or of what a signed value spans, by which a range exceeds the candidates.
+_BEYOND = 0.1
+#: Angle by which a range exceeds the candidates, deg.
+_DEGREES = 10.0
+#: Range in place of one that is not known before there are candidates.
 _ANY_RANGE = {"min": 1.0, "max": 2.0}
 
 

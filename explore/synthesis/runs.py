@@ -20,7 +20,7 @@ from explore.running.collectors import results_columns, study_attributes
 from explore.studies.config.study import Study
 from explore.studies.designs.spaces import BLOCK_SIZE
 
-#: Renewed when candidates are written in another way.
+#: Version of how candidates are written, raised by every change.
 _VERSION = 2
 
 

@@ -24,12 +24,15 @@ from explore.synthesis.pooling import bring_in_order
 
 PIVOT_X, PIVOT_Y, DIRECTION, LOG_ROD, LEAST, LARGEST, ALONG, ACROSS = range(8)
 N_NUMBERS = 8
-#: Least difference of the two angles of the rod.
+#: Least difference of the two angles of the rod, rad.
 _LEAST_GAP = 1e-3
-#: Largest change of an angle, and of the numbers that are angles or logarithms, in one step.
-_LARGEST_TURN, _LARGEST_CHANGE = 0.5, 1.0
-#: Mean squared distance, in units of the path, at which points are met.
+#: Largest change of an angle in one step, rad.
+_LARGEST_TURN = 0.5
+#: Largest change of a number that is an angle or a logarithm in one step.
+_LARGEST_CHANGE = 1.0
+#: Mean squared distance at which points are met, in units of the path.
 _MET = 1e-20
+#: Number that keeps quotients finite.
 _TINY = 1e-300
 
 BoolArray = npt.NDArray[np.bool_]

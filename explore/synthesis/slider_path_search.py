@@ -33,23 +33,32 @@ from explore.synthesis.slider_path_fitting import (
     fit,
 )
 
-#: Ends of the range of the rod's angle, as shares of the largest pressure angle, that starts have.
+#: Ranges of the rod's angle of starts, as shares of the largest pressure angle.
 _RANGES = tuple((a, b) for a in (-0.95, -0.6, -0.2, 0.2, 0.6) for b in (-0.2, 0.2, 0.6, 0.95) if b - a > 0.3)
-#: First crank angles of starts, and how unevenly the crank turns along the path: amplitudes and places.
-_N_PHASES, _AMPLITUDES, _N_PLACES = 24, (0.0, 0.6), 4
-#: Angles that the crank turns over an open path.
+#: Number of first crank angles of starts.
+_N_PHASES = 24
+#: Amplitudes of how unevenly the crank turns along the path.
+_AMPLITUDES = (0.0, 0.6)
+#: Number of places where the crank turns fastest.
+_N_PLACES = 4
+#: Angles that the crank turns over an open path, rad.
 _SPANS = tuple(np.radians([45.0, 90.0, 150.0, 240.0]).tolist())
-#: Starts that are improved, the best of all; steps of each stage, and how many go on to the next.
+#: Number of starts that are improved, the best of all.
 _N_STARTS = 3000
+#: Steps of each stage, and how many starts go on to the next.
 _STAGES = ((6, 360), (25, 60), (200, 24), (1000, 12))
+#: Number of steps from which on a stage is fine.
 _FINE = 200
-#: Points of the path that starts are fitted to.
+#: Number of points of the path that starts are fitted to.
 _N_START_POINTS = 48
-#: Linkages whose pivots and lengths differ by less, relatively, are the same.
+#: Relative difference of pivots and lengths up to which linkages are the same.
 _SAME = 1e-3
-#: The default box of the pivot exceeds that of the points by so many of their sizes on each side.
+#: Distance from the points up to which the pivot lies by default, in sizes of the path.
 _BOX = 2.0
-_LEAST_POINTS, _MOST_POINTS = 5, 2000
+#: Least number of points of a path.
+_LEAST_POINTS = 5
+#: Largest number of points of a path.
+_MOST_POINTS = 2000
 
 
 @dataclass(frozen=True)

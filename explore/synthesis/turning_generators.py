@@ -22,18 +22,31 @@ from explore.synthesis.levenberg_marquardt import Kept, Rows, Stepped, gauss_new
 
 LOG_RATIO, LEAST, LARGEST, START = range(4)
 _N_NUMBERS = 4
-#: Shapes that are tried, by Sobol's sequence, first crank angles of each, and values of the function.
-_N_SHAPES, _N_ANGLES, _N_VALUES = 1024, 36, 24
-#: Starts that are improved of each of the four kinds of linkage, and steps; then of all, and steps to the last digits.
-_COARSE, _FINE = (32, 15), (40, 200)
-#: Step of the differences, rad; by how much bounds are kept, rad; and relative gain of a step that counts as little.
-_STEP, _WITHIN, _GAIN = 1e-7, 1e-9, 1e-12
-#: Mean squared error, rad, at which a function is met.
+#: Number of shapes that are tried, by Sobol's sequence.
+_N_SHAPES = 1024
+#: Number of first crank angles of each shape.
+_N_ANGLES = 36
+#: Number of values of the function that shapes are compared at.
+_N_VALUES = 24
+#: Number of starts that are improved of each of the four kinds of linkage, and of their steps.
+_COARSE = (32, 15)
+#: Number of starts that are improved of all kinds, and of their steps.
+_FINE = (40, 200)
+#: Step of the differences, rad.
+_STEP = 1e-7
+#: Angle by which bounds are kept, rad.
+_WITHIN = 1e-9
+#: Relative gain of a step that counts as little.
+_GAIN = 1e-12
+#: Mean squared error at which a function is met, rad^2.
 _MET = 1e-20
-#: Weight of a missed bound on the ratio of links, and by which share of it the search stays within.
-_WEIGHT, _INSIDE = 100.0, 1e-3
+#: Weight of a missed bound on the ratio of links.
+_WEIGHT = 100.0
+#: Share by which the search stays within the bound on the ratio of links.
+_INSIDE = 1e-3
+#: Number that keeps quotients finite.
 _TINY = 1e-12
-#: Linkages of nearly equal numbers are the same.
+#: Difference of numbers up to which linkages are the same.
 _SAME = 1e-3
 
 

@@ -13,8 +13,9 @@ from explore.synthesis.nine_points.discs import EPSILON
 from explore.synthesis.nine_points.equations import HATS, N_POINTS, N_UNKNOWNS, NEARLY_REAL
 from explore.synthesis.nine_points.regularity import evaluate
 
-#: Bits, at the first and at further attempts; Newton's corrections before the test.
+#: Precisions of the first and of further attempts, bits.
 _PRECISIONS = (160, 320)
+#: Number of Newton's corrections before the test.
 _N_CORRECTIONS = 6
 
 

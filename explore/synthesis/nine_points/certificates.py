@@ -29,6 +29,7 @@ from explore.synthesis.nine_points.regularity import evaluate
 Bools = npt.NDArray[np.bool_]
 #: Radii of polydiscs, in units of the last correction by Newton's method.
 _RADII = (2.0, 16.0)
+#: Number of Newton's corrections before the test.
 _N_CORRECTIONS = 3
 
 

@@ -9,10 +9,9 @@ from explore.model.quantities import FloatArray
 from explore.synthesis.linkages import ComplexArray
 from explore.synthesis.nine_points.equations import N_POINTS
 
-#: The number of classes of nine points in general position (Wampler, Morgan, Sommese 1992).
+#: Number of classes of nine points in general position (Wampler, Morgan, Sommese 1992).
 N_CLASSES = 1442
-#: Distance of keys that are of one class. Keys of ill-conditioned solutions are off by 1e-7, and solutions that meet by
-#: the root of rounding; those of different classes were 5e-3 apart and more.
+#: Distance of keys of one class; ill-conditioned keys are off by 1e-7, different classes were 5e-3 apart and more.
 SAME = 1e-5
 
 

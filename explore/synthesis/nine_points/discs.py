@@ -17,9 +17,9 @@ from explore.model.quantities import FloatArray
 from explore.synthesis.linkages import ComplexArray
 
 EPSILON = float(np.finfo(np.float64).eps)
-#: What enlarges a sum of a few nonnegative numbers beyond the rounding of sums, products and magnitudes.
+#: Factor that enlarges a sum of a few nonnegative numbers beyond its rounding.
 _UP = 1.0 + 32.0 * EPSILON
-#: Above all that underflow can lose.
+#: Bound of all that underflow can lose.
 _TINY = 1e-290
 
 

@@ -23,18 +23,35 @@ from explore.synthesis.linkages import ComplexArray
 from explore.synthesis.nine_points.equations import N_UNKNOWNS
 from explore.synthesis.nine_points.tracking import N_SIDES, circle
 
-#: Where a solution goes: to a linkage, to one where several meet, to one with a link that is a point, to infinity.
-REGULAR, SINGULAR, DEGENERATE, INFINITE, LOST = range(5)
-#: Radii of the circles shrink by this from one to the next, at the first and at a second attempt; the least share of
-#: the first radius; the most turns.
-SHRINKAGES, _LEAST_RADIUS, _MOST_TURNS = (0.3, 0.55), 1e-5, 8
+#: Fate of a solution that goes to a linkage.
+REGULAR = 0
+#: Fate of a solution that goes to a linkage where several meet.
+SINGULAR = 1
+#: Fate of a solution that goes to a linkage with a link that is a point.
+DEGENERATE = 2
+#: Fate of a solution that goes to infinity.
+INFINITE = 3
+#: Fate of a solution that was lost.
+LOST = 4
+#: Ratios of the radii of one circle and the next, at the first and at a second attempt.
+SHRINKAGES = (0.3, 0.55)
+#: Least share of the first radius.
+_LEAST_RADIUS = 1e-5
+#: Largest number of turns.
+_MOST_TURNS = 8
+#: Error of the predictor.
 _WANTED = 1e-6
-#: Largest difference of the limits by two circles, relative, and at infinity, where digits are lost.
-_AGREED, _AGREED_AT_INFINITY = 1e-6, 1e-4
-#: Most of its size on a circle that may be left of a length that is counted as zero; most that the reciprocal of an
-#: infinite unknown may be, 1e-13 where it was, and 1e-6 at the largest solutions of generic points.
-_ZERO, _ZERO_AT_INFINITY = 1e-3, 1e-9
+#: Largest relative difference of the limits by two circles.
+_AGREED = 1e-6
+#: Largest relative difference of the limits by two circles at infinity, where digits are lost.
+_AGREED_AT_INFINITY = 1e-4
+#: A length counts as zero below this fraction of its value on the circle.
+_ZERO = 1e-3
+#: Reciprocal of an infinite unknown: it was 1e-13, and 1e-6 at the largest solutions of generic points.
+_ZERO_AT_INFINITY = 1e-9
+#: Number of solutions of one task of a thread.
 _CHUNK = 4
+#: Function that follows solutions from one set of parameters to another.
 Follow = Callable[[ComplexArray, ComplexArray, ComplexArray], tuple[ComplexArray, npt.NDArray[np.bool_]]]
 
 

@@ -18,12 +18,15 @@ import numpy as np
 from explore.base.subroutines import subroutine
 
 N_UNKNOWNS, N_POINTS, N_PARAMETERS = 8, 8, 16
-#: The exchange of each unknown and its hat.
+#: Exchange of each unknown and its hat.
 HATS = [1, 0, 3, 2, 5, 4, 7, 6]
 #: Largest relative distance of hats from conjugates in candidates for real solutions.
 NEARLY_REAL = 1e-6
-#: Places of the pivots among the unknowns.
-A, B = 2, 6
+#: Place of the crank's pivot among the unknowns.
+A = 2
+#: Place of the rocker's pivot among the unknowns.
+B = 6
+#: Smallest size of the terms of an equation.
 _TINY = 1e-300
 
 

@@ -36,8 +36,9 @@ from explore.synthesis.nine_points.equations import N_POINTS
 from explore.synthesis.nine_points.regularity import is_regular
 from explore.synthesis.nine_points.tracking import ARRIVED, FATE, N_FACTS, track
 
-#: An attempt at a path: error of the predictor, which cognate is followed, most steps, and least step.
+#: Attempt at a path: error of the predictor, which cognate is followed, most steps, and least step.
 _Attempt = tuple[float, int, int, float]
+#: Attempts at a path up to its last share.
 _ATTEMPTS: tuple[_Attempt, ...] = (
     (1e-4, 0, 5_000, 1e-12),
     (1e-5, 1, 10_000, 1e-14),
@@ -48,19 +49,19 @@ _ATTEMPTS: tuple[_Attempt, ...] = (
     (1e-7, 0, 60_000, 1e-15),
     (1e-7, 2, 60_000, 1e-15),
 )
-#: Those at the last share of a path.
+#: Last share of a path.
 _NEAR = 0.05
+#: Attempts at the last share of a path.
 _LAST_ATTEMPTS: tuple[_Attempt, ...] = tuple(
     (wanted, member, 1_200, 1e-15) for wanted, member in ((1e-4, 0), (1e-5, 1), (1e-5, 2), (1e-5, 0))
 )
-#: Those of paths that neither arrived nor were classified there: in generic problems, to solutions beyond 1e5.
+#: Attempts at paths that neither arrived nor were classified: in generic problems, to solutions beyond 1e5.
 _PATIENT_ATTEMPTS: tuple[_Attempt, ...] = tuple(
     (wanted, member, 4_000, 1e-18) for wanted in (1e-6, 3e-5, 1e-3, 1e-4) for member in (0, 1, 2)
 )
-#: Most paths that are followed with more digits, a second or two for each: of a parabola 56. Points of a short arc
-#: leave more, most of which end nowhere with more digits too.
+#: Largest number of paths that are followed with more digits, a second or two for each: of a parabola 56.
 _MOST_PRECISE = 60
-#: Paths of one task of a thread.
+#: Number of paths of one task of a thread.
 _CHUNK = 32
 #: Largest relative residual of a solution.
 _RESIDUAL = 1e-5

@@ -22,8 +22,10 @@ from explore.synthesis.nine_points.tracking import ARRIVED, FATE
 
 #: Attempts at a path: error of the predictor and most steps.
 _ATTEMPTS = ((1e-4, 5_000), (1e-6, 20_000), (1e-7, 60_000))
-#: Largest relative distance of one solution found twice, and of hats from conjugates in real ones.
-_SAME, _REAL = 1e-6, 1e-6
+#: Largest relative distance of one solution found twice.
+_SAME = 1e-6
+#: Largest relative distance of hats from conjugates in real solutions.
+_REAL = 1e-6
 
 
 @dataclass(frozen=True)

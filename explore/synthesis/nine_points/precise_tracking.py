@@ -19,23 +19,35 @@ from explore.synthesis.linkages import ComplexArray
 from explore.synthesis.nine_points.equations import N_POINTS, N_UNKNOWNS
 from explore.synthesis.nine_points.regularity import determinant_terms, evaluate
 
-#: Bits of all numbers: 96 digits, of which the largest solutions lose more than thirty.
+#: Precision of all numbers, 96 digits, of which the largest solutions lose more than thirty, bits.
 PRECISION = 320
-#: Solutions that the predictor's polynomial passes at most.
+#: Largest number of solutions that the predictor's polynomial passes.
 _MOST_KNOTS = 9
-#: Largest first correction of a step, relative, and the one that ends its corrections.
-_WANTED, _CONVERGED = 1e-8, 1e-26
+#: Largest first correction of a step, relative.
+_WANTED = 1e-8
+#: Correction that ends the corrections of a step, relative.
+_CONVERGED = 1e-26
+#: Largest number of corrections of a step.
 _N_CORRECTIONS = 4
-_FIRST_STEP, _LEAST_STEP, _MOST_STEPS = 1e-4, 1e-20, 3_000
-#: What is left of a path where it ends, a few hundred roundings of the points, and where growth is measured from.
-_LEFT, _LEFT_BEFORE = 2.0**-40, 2.0**-30
-#: Growth between them of a solution that goes to infinity: one of the power 1 / 8 grows by 2.4.
+#: First step along a path.
+_FIRST_STEP = 1e-4
+#: Least step along a path.
+_LEAST_STEP = 1e-20
+#: Largest number of steps along a path.
+_MOST_STEPS = 3_000
+#: Share of a path that is left where it ends, a few hundred roundings of the points.
+_LEFT = 2.0**-40
+#: Share of a path that is left where growth is measured from.
+_LEFT_BEFORE = 2.0**-30
+#: Least growth of a solution that goes to infinity; one of the power 1 / 8 grows by 2.4.
 _GROWTH = 1.5
-#: Most that what is left may change a solution, relative, for its limit to be known.
+#: Largest relative change of a solution over the rest of the path for its limit to be known.
 _KNOWN = 1e-2
-#: At the end: corrections at most, and the relative size of the last one, which singular solutions do not reach.
-_N_LAST_CORRECTIONS, _EXACT = 12, 1e-45
-#: A Cramer determinant over its terms that is none of a linkage at a dead point.
+#: Largest number of corrections at the end.
+_N_LAST_CORRECTIONS = 12
+#: Relative size of the last correction at the end, which singular solutions do not reach.
+_EXACT = 1e-45
+#: Largest Cramer determinant over its terms of a linkage at a dead point.
 _DEAD = 1e-20
 
 

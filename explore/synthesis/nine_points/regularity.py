@@ -10,10 +10,9 @@ import numpy.typing as npt
 from explore.synthesis.linkages import ComplexArray
 from explore.synthesis.nine_points.equations import N_POINTS, N_UNKNOWNS
 
-#: Ratios of the least and the largest singular value of the scaled derivatives are 1e-15 and less at singular solutions
-#: of symmetric points, and 2e-9 and more at regular ones of generic points, but near 1e-13 where these are beyond 1e5.
+#: Least over largest singular value of singular solutions; 1e-15 in symmetric points, 1e-13 at regular ones beyond 1e5.
 _SINGULAR = 1e-14
-#: The same for a Cramer determinant over its terms.
+#: Largest Cramer determinant over its terms of a linkage at a dead point.
 _DEAD = 1e-9
 
 

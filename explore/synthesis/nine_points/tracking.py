@@ -12,21 +12,42 @@ from explore.synthesis.nine_points.equations import N_PARAMETERS, N_POINTS, N_UN
 
 # What became of a path.
 ARRIVED, TOO_MANY_STEPS, STEP_TOO_SMALL, NOT_CONVERGED = range(4)
-#: Columns of what is reported of a path: its fate, the parameter reached, steps, the ratio of pivots at the end.
-FATE, REACHED, STEPS, PIVOTS = range(4)
+#: Column of the facts of a path with its fate.
+FATE = 0
+#: Column of the facts of a path with the parameter it reached.
+REACHED = 1
+#: Column of the facts of a path with its number of steps.
+STEPS = 2
+#: Column of the facts of a path with the ratio of pivots at its end.
+PIVOTS = 3
+#: Number of facts of a path.
 N_FACTS = 4
+#: First step along a path.
 _FIRST_STEP = 0.02
-#: Error of a predictor, over the wanted one, beyond which a step is rejected at once or after its correction.
-_HOPELESS, _TOO_LARGE = 20.0, 5.0
-#: A correction below the first is the last, and so is one whose square, times 100, is below the second.
-_CONVERGED, _ROUNDING = 1e-9, 1e-11
+#: Error of the predictor over the wanted one beyond which a step is rejected at once.
+_HOPELESS = 20.0
+#: Error of the predictor over the wanted one beyond which a step is rejected after its correction.
+_TOO_LARGE = 5.0
+#: Correction below which it is the last.
+_CONVERGED = 1e-9
+#: Correction whose square, times 100, is below it is the last; larger ones must shrink.
+_ROUNDING = 1e-11
+#: Largest number of corrections of a step.
 _N_CORRECTIONS = 3
+#: Error of a predictor that fails.
 _INFINITE = 1e10
-#: Sides of the polygon around the target's parameters, and steps along each.
+#: Number of sides of the polygon around the target's parameters.
 N_SIDES = 16
-_FIRST_STEP_OF_SIDE, _MOST_STEPS_OF_SIDE, _LEAST_STEP_OF_SIDE = 0.5, 500, 1e-6
-#: A solution has come back if it differs by less of each unknown, and of the largest unknown.
-_BACK, _BACK_IN_GROUP = 1e-5, 1e-8
+#: First step along a side.
+_FIRST_STEP_OF_SIDE = 0.5
+#: Largest number of steps along a side.
+_MOST_STEPS_OF_SIDE = 500
+#: Least step along a side.
+_LEAST_STEP_OF_SIDE = 1e-6
+#: Largest difference of each unknown of a solution that has come back, relative to the unknown.
+_BACK = 1e-5
+#: Largest difference of each unknown of a solution that has come back, relative to the largest unknown.
+_BACK_IN_GROUP = 1e-8
 
 
 @subroutine()

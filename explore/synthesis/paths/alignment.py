@@ -12,11 +12,15 @@ from explore.synthesis.linkages import ComplexArray
 from explore.synthesis.paths.atlas import N_ANGLES, N_STEPS, IntArray, even_points
 from explore.synthesis.paths.curves import lay_at_angles, lay_parts
 
-#: Dense points of the path between two of its given ones.
+#: Number of dense points of the path between two of its given ones.
 _N_BETWEEN = 40
-#: Parts of a curve that an open path is laid over: shares of its length, starts, and points of each.
-_SHARES, _N_STARTS, _N_POINTS = (0.08, 0.12, 0.18, 0.27, 0.4, 0.6, 0.8, 0.95), 32, 32
-#: First crank angles that timed points are tried at.
+#: Parts of a curve that an open path is laid over, as shares of its length.
+_SHARES = (0.08, 0.12, 0.18, 0.27, 0.4, 0.6, 0.8, 0.95)
+#: Number of places on a curve where its parts start.
+_N_STARTS = 32
+#: Number of points of a part.
+_N_POINTS = 32
+#: Number of first crank angles that timed points are tried at.
 _N_PHASES = 48
 #: Signs of the columns of a shape in the mirror.
 _MIRRORED = np.array([1.0, 1.0, 1.0, 1.0, 1.0, -1.0])

@@ -18,12 +18,20 @@ from explore.synthesis.paths.curves import step_paths
 
 IntArray = npt.NDArray[np.intp]
 
-#: Crank angles of a curve, points at equal steps of its length, and harmonics that describe it.
-N_ANGLES, N_STEPS, N_HARMONICS = 128, 64, 5
-#: Range of the Grashof sums less twice the longest and shortest link, over the crank.
-_LEAST_SUM, _LARGEST_SUM = 0.02, 30.0
-#: Distance of the coupler point from the crank's pin, over the mean of crank and coupler.
-_LEAST_DISTANCE, _LARGEST_DISTANCE = 0.1, 10.0
+#: Number of crank angles of a curve.
+N_ANGLES = 128
+#: Number of points of a curve at equal steps of its length.
+N_STEPS = 64
+#: Number of harmonics that describe a curve.
+N_HARMONICS = 5
+#: Least Grashof sum less twice the longest and shortest link, in cranks.
+_LEAST_SUM = 0.02
+#: Largest Grashof sum less twice the longest and shortest link, in cranks.
+_LARGEST_SUM = 30.0
+#: Least distance of the coupler point from the crank's pin over the mean of crank and coupler.
+_LEAST_DISTANCE = 0.1
+#: Largest distance of the coupler point from the crank's pin over the mean of crank and coupler.
+_LARGEST_DISTANCE = 10.0
 
 
 def draw_shapes(count: int, seed: int = 0, *, is_ground_longer: bool = True) -> FloatArray:

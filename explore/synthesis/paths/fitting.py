@@ -52,10 +52,19 @@ from explore.synthesis.pooling import pool
 
 IntArray = npt.NDArray[np.int64]
 
-#: How the angles may move: each, in order; not at all; all by the same; or each, in any order.
-ORDERED, TIMED, SHIFTED, UNORDERED = 0, 1, 2, 3
-#: Largest change of an angle, and of the numbers that are angles or logarithms, in one step.
-_LARGEST_TURN, _LARGEST_CHANGE = 0.5, 1.0
+#: Mode of a task whose angles move each, in order.
+ORDERED = 0
+#: Mode of a task whose angles do not move.
+TIMED = 1
+#: Mode of a task whose angles move all by the same.
+SHIFTED = 2
+#: Mode of a task whose angles move each, in any order.
+UNORDERED = 3
+#: Largest change of an angle in one step, rad.
+_LARGEST_TURN = 0.5
+#: Largest change of a number that is an angle or a logarithm in one step.
+_LARGEST_CHANGE = 1.0
+#: Number that keeps quotients finite.
 _TINY = 1e-300
 
 

@@ -16,15 +16,27 @@ from explore.synthesis.paths.ordering import order_angles
 
 #: Steps of each stage of a group, and the share of its linkages that goes on.
 _STAGES = ((8, 0.15), (30, 0.15), (400, 1.0))
-#: Linkages that are improved together, and the least number of them that goes on.
-_GROUP, _LEAST = 512, 4
-#: Steps of the last stage, for so many more linkages than are asked for; tolerances before it and in it.
-_MOST_STEPS, _MORE = 4000, 14
-_COARSE, _FINE = 1e-7, 1e-10
-#: Samples of a turn, and of them between two that the first point is sought from, when angles are chosen anew: for all
-#: starts, for the best of a group, and for the best of all, which is repeated.
-_OF_ALL, _OF_GROUP, _OF_BEST, _REPETITIONS = (64, 8), (128, 4), (256, 4), 3
-#: Errors that differ by less, relatively, are the same linkage.
+#: Number of linkages that are improved together.
+_GROUP = 512
+#: Least number of linkages of a group that goes on.
+_LEAST = 4
+#: Largest number of steps of the last stage.
+_MOST_STEPS = 4000
+#: Number of linkages of the last stage beside the ones asked for.
+_MORE = 14
+#: Relative gain that counts as little before the last stage.
+_COARSE = 1e-7
+#: Relative gain that counts as little in the last stage.
+_FINE = 1e-10
+#: Samples of a turn, and between two of them, when the angles of all starts are chosen.
+_OF_ALL = (64, 8)
+#: Samples of a turn, and between two of them, when the angles of the best of a group are chosen anew.
+_OF_GROUP = (128, 4)
+#: Samples of a turn, and between two of them, when the angles of the best of all are chosen anew.
+_OF_BEST = (256, 4)
+#: Number of times that the angles of the best of all are chosen anew.
+_REPETITIONS = 3
+#: Relative difference of errors up to which linkages are the same.
 _SAME = 1e-4
 
 

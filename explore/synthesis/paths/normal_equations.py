@@ -5,8 +5,9 @@ import math
 from explore.base.subroutines import subroutine
 from explore.synthesis.paths.numbers import LARGEST, LEAST, LOG_COUPLER, LOG_ROCKER, N_NUMBERS, longer_and_shorter
 
-#: Least difference of the two transmission angles.
+#: Least difference of the two transmission angles, rad.
 _LEAST_GAP = 1e-3
+#: Number that keeps quotients finite.
 _TINY = 1e-300
 
 

@@ -26,7 +26,7 @@ SHORT_BY, LONG_BY = 4, 7
 N_CONSTANTS = 10
 #: Least size of the sine between coupler and rocker that derivatives are divided by.
 _LEAST_SINE = 1e-9
-#: A link is at its bound if it is so near, relatively.
+#: Relative distance from its bound up to which a link is at it.
 _NEAR = 1e-12
 
 

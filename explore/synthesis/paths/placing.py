@@ -14,14 +14,23 @@ import numpy as np
 from explore.model.quantities import FloatArray
 from explore.synthesis.linkages import ComplexArray
 
-#: Four-bars drawn of each kind and branch, samples of a turn, first crank angles, and points that are compared.
-_N_DRAWN, _N_SAMPLES, _N_FIRSTS, _N_POINTS = 1024, 192, 24, 16
+#: Number of four-bars drawn of each kind and branch.
+_N_DRAWN = 1024
+#: Number of samples of a turn.
+_N_SAMPLES = 192
+#: Number of first crank angles.
+_N_FIRSTS = 24
+#: Number of points that are compared.
+_N_POINTS = 16
 #: Angles that the crank turns over an open path, rad.
 _SPANS = tuple(np.radians([25.0, 45.0, 75.0, 120.0, 180.0, 250.0, 330.0]).tolist())
-#: Largest absolute logarithm of rocker over coupler, and of a link over another, of those that are drawn.
-_LARGEST_RATIO, _LARGEST_LINKS = np.log(6.0), np.log(30.0)
-#: Four-bars whose windows are compared together.
+#: Largest absolute logarithm of rocker over coupler that is drawn.
+_LARGEST_RATIO = np.log(6.0)
+#: Largest logarithm of one link over another that is drawn.
+_LARGEST_LINKS = np.log(30.0)
+#: Number of four-bars whose windows are compared together.
 _CHUNK = 256
+#: Number that keeps quotients finite.
 _TINY = 1e-300
 
 

@@ -35,13 +35,19 @@ from explore.synthesis.paths.numbers import (
 from explore.synthesis.paths.placed_pivots import LOG_RATIO, OTHER_X, OTHER_Y
 from explore.synthesis.paths.placing import Drawn, Goal, draw_four_bars, lay
 
-#: Shapes of the atlas, those of them that are laid over a closed path, and shapes that are tried for other paths.
-_N_ATLAS, _N_NEAREST, _N_TRIED = 100_000, 3000, 8192
-#: One double crank is tried for so many crank-rockers.
+#: Number of shapes of the atlas.
+_N_ATLAS = 100_000
+#: Number of shapes of the atlas that are laid over a closed path.
+_N_NEAREST = 3000
+#: Number of shapes that are tried for other paths.
+_N_TRIED = 8192
+#: Number of crank-rockers that are tried for each double crank.
 _DOUBLE = 4
-#: Price of a limit of lengths that is missed, over the size of the path, and by how much the search stays within it.
-_PRICE, _INSIDE = 30.0, 1e-4
-#: Pivots without a bound are drawn up to so many sizes of the path from its box.
+#: Price of a limit of lengths that is missed, over the size of the path.
+_PRICE = 30.0
+#: Share by which the search stays within limits of lengths.
+_INSIDE = 1e-4
+#: Distance from the path's box up to which pivots without a bound are drawn, in sizes of the path.
 _MARGIN = 2.0
 
 

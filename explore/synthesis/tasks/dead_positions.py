@@ -29,7 +29,7 @@ _SENTENCES = {
 _ENDS = 1e-9
 
 
-#: A range of a family.
+#: Family of linkages and a range of its number.
 _Range = tuple[Family, tuple[float, float]]
 
 

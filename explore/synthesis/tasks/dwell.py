@@ -18,9 +18,10 @@ from explore.synthesis.tasks.four_bars import FORMULAS, LENGTHS, FourBarBounds
 
 POINT = "M"
 _MOST_CANDIDATES = 100
-#: By which share the search stays within the bounds on the slider, which it measures at fewer angles, and within the
-#: others, which it meets up to rounding.
-_WITHIN, _ROUNDING = 1e-3, 1e-6
+#: Share by which the search stays within the bounds on the slider, which it measures at fewer angles.
+_WITHIN = 1e-3
+#: Share by which the search stays within the other bounds, which it meets up to rounding.
+_ROUNDING = 1e-6
 
 
 def _column(name: str, unit: str, meaning: str, role: str = "bookkeeping") -> Column:

@@ -10,8 +10,7 @@ import numpy as np
 from explore.synthesis.tasks.sections import SectionReader
 
 LENGTHS = ("crank", "coupler", "rocker", "ground")
-#: Metrics of the studies of four-bars. The first is what a bound on the transmission angle is about: far from 90 deg
-#: to either side it is equally bad.
+#: Metrics of the studies of four-bars; a transmission angle far from 90 deg is equally bad on either side.
 FORMULAS = {
     "transmission_angle_worst": {
         "formula": "min(transmission_angle_min, 180 - transmission_angle_max)",

@@ -26,17 +26,23 @@ from explore.synthesis.tasks.four_bars import FORMULAS, LENGTHS, FourBarBounds
 from explore.synthesis.tasks.sections import SectionReader
 from explore.synthesis.turning_generators import find_turning_generators, is_same
 
-#: Values of x over which the search takes its mean, and at which the target asks for the output.
-_N_SEARCHED, _N_ASKED = 101, 401
+#: Number of values of x over which the search takes its mean.
+_N_SEARCHED = 101
+#: Number of values of x at which the target asks for the output.
+_N_ASKED = 401
+#: Largest number of precision points.
 _MOST_POINTS = 100
 #: Columns of a file of pairs.
 _COLUMNS = (FileColumn("x", "1"), FileColumn("y", "1"))
-#: Bounds on the transmission angle, deg, that are searched beside the one asked for, where they are larger.
+#: Bounds on the transmission angle that are searched beside a smaller one that is asked for, deg.
 _FLOORS = (30.0, 40.0, 50.0)
+#: Column with the way in which a linkage was found.
 _METHOD = Column(
     "method", "", "how the linkage was found", "bookkeeping", "|i1", {1: "precision_points", 2: "least_error"}
 )
+#: Names of the initial angles.
 _STARTS = tuple(parameter.name for parameter in STARTS)
+#: Sentences on the ways in which linkages are found.
 _SENTENCES = {
     "precision_points": "Freudenstein's equation holds at the precision points, or nearly at more than three",
     "least_error": "the error of the output itself is least in the mean, among linkages nearby; its starts are free",

@@ -31,18 +31,26 @@ from explore.synthesis.tasks.placed_four_bars import (
     read_passage,
 )
 
-#: Fewest and most poses, those that are met exactly, and candidates.
-_FEWEST, _MOST, _EXACT, _MOST_CANDIDATES = 3, 100, 5, 500
+#: Least number of poses.
+_FEWEST = 3
+#: Largest number of poses.
+_MOST = 100
+#: Largest number of poses that are met exactly.
+_EXACT = 5
+#: Largest number of candidates.
+_MOST_CANDIDATES = 500
+#: Sentences on the fates of a body.
 _SENTENCES = {
     defects.PASSES: "the crank takes the body through all poses in their order",
     defects.WRONG_ORDER: "the body passes all poses, but in another order",
     defects.OTHER_BRANCH: "the crank would have to pass a dead point between the poses",
     defects.OTHER_CIRCUIT: "the linkage would have to be taken apart between the poses",
 }
+
 _ADDED = (SOLUTION, replace(PASSAGE, long_name="whether the crank takes the body through all poses in their order"))
-#: Share of the poses' size by which an exact candidate may miss a place, and rad by which an angle, from rounding.
+#: Rounding by which an exact candidate may miss, over the size of the poses and in rad.
 _ROUNDING = 1e-6
-#: Candidates whose pivots are nearer than this share of the poses' size are alike: one of them is enough.
+#: Distance of pivots over the size of the poses up to which candidates are alike and one of them is enough.
 _ALIKE = 0.1
 
 

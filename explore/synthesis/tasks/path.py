@@ -21,11 +21,13 @@ from explore.synthesis.tasks.pivot_boxes import pivot_bounds, read_box
 from explore.synthesis.tasks.placed_four_bars import PARAMETERS, POINT, read_passage
 from explore.synthesis.tasks.sections import SectionReader
 
-#: Largest number of candidates before their cognates, and of points that all linkages are found through.
-_MOST, _NINE = 200, 9
-#: A linkage passes nine points exactly if it misses them by less than this share of the path's size.
+#: Largest number of candidates before their cognates.
+_MOST = 200
+#: Number of points that all linkages are found through.
+_NINE = 9
+#: Distance over the size of the path up to which a linkage passes nine points exactly.
 _ROUNDING = 1e-6
-#: The longest link; the arm of the coupler from the crank's pin to the point is one.
+#: Formula of the longest link; the arm of the coupler from the crank's pin to the point is one.
 _LONGEST = f"max({', '.join(LENGTHS)}, hypot({POINT}_along, {POINT}_across))"
 
 

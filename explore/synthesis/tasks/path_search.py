@@ -23,13 +23,16 @@ from explore.synthesis.tasks.timed_errors import find_timed_errors
 if TYPE_CHECKING:
     from explore.synthesis.paths.search import PathSolution
 
-#: Bounds on the transmission angle, deg, that are searched beside the one asked for, where they are larger.
+#: Bounds on the transmission angle that are searched beside a smaller one that is asked for, deg.
 _FLOORS = (30.0, 40.0, 50.0)
-#: Curves that are laid over the path with these.
+#: Number of curves that are laid over the path with these bounds.
 _FEWER = 1000
-#: Found linkages that differ by less of their longest link are the same, as their last digits are those of a flat sum
-#: of squares; computed ones that differ by less; crank angles, rad, that differ by less.
-_SAME, _SAME_ROUNDED, _SAME_ANGLE = 1e-3, 1e-9, 1e-6
+#: Difference over the longest link up to which found linkages, whose sum of squares is flat, are the same.
+_SAME = 1e-3
+#: Difference over the longest link up to which computed linkages are the same.
+_SAME_ROUNDED = 1e-9
+#: Difference up to which crank angles are the same, rad.
+_SAME_ANGLE = 1e-6
 
 
 @dataclass(frozen=True)

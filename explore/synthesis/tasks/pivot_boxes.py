@@ -10,10 +10,10 @@ from explore.base.suggest import format_value
 from explore.base.units.quantities import quantity
 from explore.synthesis.tasks.sections import SectionReader
 
-#: Boxes are met if they are missed by less than this share of the task's size: a given pivot is rounded.
+#: Distance over the size of the task up to which a box is met, as a given pivot is rounded.
 _ROUNDING = 1e-6
 
-#: Ranges of the coordinates of a pivot; those that are missing are open.
+#: Ranges of the coordinates of a pivot; missing ones are open.
 Box = Mapping[str, tuple[float, float]]
 
 

@@ -15,16 +15,20 @@ from explore.synthesis.linkages import FourBar
 from explore.synthesis.tasks.four_bars import LENGTHS
 from explore.synthesis.tasks.sections import SectionReader
 
-#: Name of the point, and of the parameters of the candidates.
+#: Name of the point.
 POINT = "M"
+#: Parameters of the candidates.
 PARAMETERS = (
     *LENGTHS, "branch", f"{POINT}_along", f"{POINT}_across", "crank_pivot_x", "crank_pivot_y", "ground_angle",
 )  # fmt: skip
+#: Column with the number of a cognate.
 _COGNATE = Column("cognate", "", "0: as found; 1, 2: its cognates, which draw the same path", "bookkeeping", "|i1")
+#: Column with the fate of a linkage.
 PASSAGE = Column(
     "passage", "", "whether the crank takes the point through all points in their order", "bookkeeping", "|i1",
     dict(enumerate(SENTENCES)),
 )  # fmt: skip
+
 _PROVED = Column("proved", "", "whether it is proved to exist", "bookkeeping", "|i1", {0: "not_proved", 1: "proved"})
 _TIMED = (
     Column("timed_error_rms", "mm", "rms distance of the points to the path at their crank angles", "metric"),

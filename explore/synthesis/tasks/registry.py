@@ -5,7 +5,7 @@ from explore.base.suggest import format_value, suggestion
 from explore.synthesis.tasks import dead_positions, dwell, function, motion, path, slider_path
 from explore.synthesis.tasks.contract import TaskType
 
-#: The types by name, in the order in which they are listed. A new one is a line here, and its name in `explore init`.
+#: Types of tasks in the order in which they are listed; a new one is a line here, and its name in `explore init`.
 TASK_TYPES = {
     each.name: each
     for each in (
@@ -17,7 +17,7 @@ TASK_TYPES = {
         dwell.TYPE,
     )
 }  # fmt: skip
-#: Other names of types, after what a user gives.
+#: Types by other names, after what a user gives.
 _ALIASES = {"poses": motion.TYPE, "swing": dead_positions.TYPE}
 
 

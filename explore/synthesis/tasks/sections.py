@@ -10,7 +10,7 @@ from explore.base.errors import KeyPath, Problems, RequestError
 from explore.base.suggest import closest_name, format_value, suggestion
 from explore.base.units.quantities import quantity
 
-#: Stands for a number that is missing or wrong; the problem is noted.
+#: Number in place of one that is missing or wrong; the problem is noted.
 _NO_NUMBER = math.nan
 
 
@@ -30,7 +30,7 @@ class SectionReader:
     def __init__(self, name: str, content: object, problems: Problems) -> None:
         self._name, self._problems = name, problems
         self._known: list[str] = []
-        #: Keys that were read as numbers, with their entries and units.
+        # Keys that were read as numbers, with their entries and units.
         self.numbers: list[tuple[KeyPath, Any, str]] = []
         self._content: Mapping[str, Any] = content if isinstance(content, Mapping) else {}
         if not isinstance(content, Mapping):

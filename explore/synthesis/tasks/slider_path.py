@@ -33,9 +33,9 @@ _SENTENCES = {
     "guide_offset": "at the pivot of the best one, the guide-offset error is least: a surrogate of the distances",
 }
 _MOST_CANDIDATES = 200
-#: Bounds on the pressure angle, deg, that are searched beside the one asked for, where they are smaller.
+#: Bounds on the pressure angle that are searched beside a larger one that is asked for, deg.
 _CEILINGS = (40.0, 30.0)
-#: Points of the spline between two of the path, for the guide-offset error.
+#: Number of points of the spline between two of the path, for the guide-offset error.
 _PER_CHORD = 10
 
 

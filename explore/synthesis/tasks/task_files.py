@@ -32,7 +32,7 @@ from explore.synthesis.tasks.objectives import (
 from explore.synthesis.tasks.registry import TASK_TYPES, task_type
 from explore.synthesis.tasks.sections import SectionReader
 
-#: What makes a task file shorter that is too large.
+#: Advice when a task file is too large.
 _SHORTEN = f"thin the points: a path has at most {MOST_TARGET_POINTS}"
 #: Sections that a task's type reads.
 _OWN = ("target", "bounds", "search")

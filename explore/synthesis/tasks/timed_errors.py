@@ -7,7 +7,7 @@ import numpy as np
 from explore.model.quantities import FloatArray
 from explore.synthesis.linkages import ComplexArray, FourBar
 
-#: Directions of the angle 0 that are tried where it is free, before the best of them is improved.
+#: Number of directions of the angle 0 that are tried where it is free, before the best is improved.
 _N_SHIFTS = 720
 
 
