@@ -33,7 +33,9 @@ def test_the_diagram_is_that_of_the_code(drawing):
 
 
 #: Rooms whose comments of constants are checked.
-ROOMS = ("base", "model")
+ROOMS = (
+    "base", "model", "analysis", "synthesis", "comparison", "figures", "service", "cli", "testing",
+)  # fmt: skip
 #: First words of comments that do not say what a constant is.
 NO_NOUNS = {
     "adding", "all", "as", "by", "called", "fewest", "for", "from", "how", "if", "in", "most", "of", "one", "run",

@@ -27,7 +27,7 @@ class Connection(H11Protocol):
 
     #: Start of the wait for a request, by the clock of the loop, s.
     _since = 0.0
-    #: Whether a request on it had a right.
+    #: Mark of a connection on which a request had a right.
     _is_known = False
     #: Timer of the head of a request.
     _deadline: asyncio.TimerHandle | None = None

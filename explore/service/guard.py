@@ -19,7 +19,7 @@ from explore.service.access import Access, Right
 
 #: Largest body, that of a study of the largest size escaped as JSON, bytes.
 MOST_BODY_BYTES = 5 << 20
-#: Largest number of requests with a right at a time; those without one are bounded by the number of connections.
+#: Largest number of requests with a right at a time; connections bound the number of requests without one.
 _MOST_REQUESTS = 400
 #: Largest body of a client without a right, that of a login with the token of a link, bytes.
 _MOST_LOGIN_BYTES = 1 << 12
@@ -27,7 +27,7 @@ _MOST_LOGIN_BYTES = 1 << 12
 _BODY_SECONDS = 30.0
 #: Requests that need no right: the page without data, its session, and whether the service lives.
 _OPEN = frozenset({("GET", "/"), ("HEAD", "/"), ("POST", "/api/session"), ("GET", "/healthz"), ("HEAD", "/healthz")})
-#: Folder whose files need no right: those of the page.
+#: Folder whose files need no right, as they are the page's.
 _OPEN_FOLDER = "/page/"
 #: Methods that change nothing.
 _SAFE = ("GET", "HEAD", "OPTIONS")
