@@ -9,7 +9,7 @@ from functools import cache
 from importlib.metadata import EntryPoint, entry_points
 
 GROUP = "explore.mechanisms"
-#: The mechanisms of this package; a new one adds a line here.
+#: Mechanisms of this package; a new one adds a line here.
 _OWN = {
     "crank-rocker": "explore.mechanisms.crank_rocker.declaration:CRANK_ROCKER",
     "slider-crank": "explore.mechanisms.slider_crank.declaration:SLIDER_CRANK",

@@ -67,6 +67,8 @@ class Load(IntEnum):
     VARIANT = auto()
 
 
+#: Names of the rows of the load that are parameters, with the speed.
+LOAD_ROWS = tuple(row.name for row in Load if row <= Load.SPEED)
 #: Number of the constants of a four-bar under load.
 LOADED_SIZE = max(Load) + 1
 
@@ -82,14 +84,14 @@ ROCKER_FORCE, ROCKER_MOMENT, POSITIVE_TORQUE, FRICTION_TORQUE = range(
     four_bar.SIGNAL_ROWS + 8, four_bar.SIGNAL_ROWS + 12
 )
 LOADED_SIGNAL_ROWS = four_bar.SIGNAL_ROWS + 12
-#: Bits of the needs beside those of the four-bar.
+# Bits of the needs after the four-bar's.
 FORCES, TORQUE = 16, 32
-#: Number of the law that holds on the stroke from the overlapped to the extended position, where the rocker turns
-#: clockwise on branch 1.
-OVERLAPPED_TO_EXTENDED = 0
 
+#: Number of the law on the stroke from overlapped to extended, where the rocker turns clockwise on branch 1.
+OVERLAPPED_TO_EXTENDED = 0
 #: Rounding of a torque, relative to its terms.
 _ROUNDING = 1e-14
+
 _MOTION = four_bar.VELOCITIES | four_bar.ACCELERATIONS | four_bar.ANGLES | four_bar.TRANSMISSION
 
 

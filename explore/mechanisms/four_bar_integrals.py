@@ -44,13 +44,13 @@ from explore.mechanisms.four_bar import (
     SQUARES,
 )
 
-#: The rows of the signals, in the order of the integrals.
+#: Rows of the signals, in the order of the integrals.
 ROWS = (COUPLER_VELOCITY, ROCKER_VELOCITY)
 #: Rounding of the terms and of the lengths in them, relative to the sum of their magnitudes.
 _ROUNDING = 2e-15
-#: What the rounding of the ends of a window changes, relative to the rms.
+#: Change of a mean by the rounding of the ends of its window, relative to the rms.
 _ROUNDING_OF_ENDS = 4e-15
-#: Squares below which the series of W is used; the first term that it leaves out is then below 1e-17.
+#: Bound of v^2 for the series of W, whose first term that is left out is then below 1e-17.
 _SMALL = 0.09
 
 

@@ -36,9 +36,9 @@ _LINKS = (
     Parameter("gravity", "m/s^2", "acceleration of free fall, across the line of the ground pivots", 9.80665,
               affects="load", zero_meaning="none"),
 )  # fmt: skip
-#: The parameters of the load, in the order of `four_bar_forces.Load`, which has the speed after them.
+#: Parameters of the load, in the order of `four_bar_forces.Load`, which has the speed after them.
 LOADS = (*_TORQUES, *_LINKS)
-#: One of these must not be 0 where a force is requested.
+#: Loads of which a design gives at least one where a force is requested.
 _REQUIRED_LOADS = (
     *(p.name for p in _TORQUES),
     "crank_mass",
@@ -110,7 +110,7 @@ LOAD_FORMULAS = (
     *WORK_FORMULAS,
 )  # fmt: skip
 
-#: Forces of a hand-sized machine; heavier ones have panels in kN of their own.
+#: Panels of a machine of a hand's size; heavier ones have panels in kN.
 LOAD_PANELS = (
     Panel("drive torque", ("drive_torque",), shows_mean=True),
     Panel("pin forces", tuple(f"pin_force_{pin}" for pin in _PINS)),

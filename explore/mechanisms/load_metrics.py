@@ -17,7 +17,8 @@ def _work(mean_power: FloatArray, speed: FloatArray) -> FloatArray:
     return mean_power * (2.0 * math.pi / speed)
 
 
-#: Of mechanisms with the signals "positive_power" and "friction_power", the window "cycle" and the parameter "speed".
+# A mechanism has the signals "positive_power" and "friction_power", the window "cycle" and the parameter "speed".
+#: Metrics of the work of the drive in a turn.
 WORK_FORMULAS = (
     Formula("positive_work", "N m", "work of the drive in a turn where it drives", "min",
             ("positive_power_mean_cycle", "speed"), _work),

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 from explore.model.quantities import FloatArray, Formula
 
-#: Takes one array of shape (n,) for each input and returns a side of the box, mm, shape (n,).
+#: Function of one array of shape (n,) for each input that returns a side of the box, mm, shape (n,).
 Side = Callable[..., FloatArray]
 
 

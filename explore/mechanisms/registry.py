@@ -13,7 +13,7 @@ from explore.mechanisms.entry_points import registered_entries, source_of
 from explore.model.mechanism import Mechanism
 from explore.model.targets import Target
 
-#: Time after which a package is named whose module is still being imported, s.
+#: Time after which a package whose module is still being imported is named, s.
 _PATIENCE = 5.0
 
 
@@ -96,7 +96,7 @@ def mechanism_by_name(name: str, points: tuple[str, ...] = (), target: Target | 
 
 
 def _extended_by_name(name: str, points: tuple[str, ...], target: Target | None) -> Mechanism:
-    """The extended mechanism of that of that name, or this where one kernel fills all signals."""
+    """The extended mechanism of the mechanism of that name, or this where one kernel fills all signals."""
     mechanism = mechanism_by_name(name, points, target)
     return mechanism.extended or mechanism
 

@@ -21,7 +21,7 @@ from explore.model.status import OwnStatus, Status
 EXTENDED, OVERLAPPED, SINGULAR_P, SINGULAR_Q, SINGULAR_D, NOISE = range(FOUR_BAR_SIZE, FOUR_BAR_SIZE + 6)
 ROCKING_SIZE = FOUR_BAR_SIZE + 6
 
-#: Codes of the statuses of designs whose crank does not turn or whose rocker does not swing.
+# Codes of the statuses of designs whose crank does not turn or whose rocker does not swing.
 CANNOT_ASSEMBLE, CRANK_BLOCKED, CHANGE_POINT, NO_STROKE = 2, 3, 4, 5
 STATUSES = {
     CANNOT_ASSEMBLE: OwnStatus(

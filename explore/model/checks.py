@@ -10,7 +10,7 @@ from typing import TypeVar
 
 from explore.model.declaration import ANCHORS, Declaration
 from explore.model.drawing_checks import check_drawing
-from explore.model.points import MOST_POINTS, POINT_ROWS, slot_names
+from explore.model.points import MOST_POINTS, POINT_ROWS, SLOT_ROWS
 from explore.model.quadrature import MOST_BREAKS, MOST_SINGULARITIES, Adaptive
 from explore.model.status import OWN_CODES, Status
 
@@ -108,7 +108,7 @@ def _columns(declaration: Declaration) -> Iterator[str]:
     has_slots = declaration.floating_link is not None and declaration.extended is None
     names = [
         *(parameter.name for parameter in declaration.kernel_parameters if parameter.affects != "point"),
-        *(slot_names() if has_slots else ()),
+        *(map(str.lower, SLOT_ROWS) if has_slots else ()),
         *(metric.name for metric in declaration.metrics),
     ]
     for position, name in enumerate(names, declaration.n_constants + 1):

@@ -98,7 +98,7 @@ class Declaration:
         that name such a signal. None where one kernel fills all signals.
     floating_link
         The link whose points a user can name; None where there is none. The kernel without an extended one has rows for
-        `MOST_POINTS` of them: parameters of the names of `slot_names` behind the others, and signals.
+        `MOST_POINTS` of them: parameters of the names of `SLOT_ROWS` behind the others, and signals.
     points
         Names of the points, whose parameters, signals and drawing `Mechanism.with_points` adds.
     targets

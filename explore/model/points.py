@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from enum import IntEnum
-from typing import Literal, TypeVar
+from typing import Any, Literal, TypeVar
 
 import numpy as np
 
@@ -23,6 +23,10 @@ MOST_POINTS = 4
 COORDINATES = ("along", "across")
 #: Number of the coordinates of all points.
 PLACES_SIZE = len(COORDINATES) * MOST_POINTS
+#: Names of the rows of the kernel's parameters for points.
+SLOT_ROWS = tuple(f"POINT_{k + 1}_{coordinate.upper()}" for k in range(MOST_POINTS) for coordinate in COORDINATES)
+#: Names of the rows of the constants that hold these parameters for `fill`.
+PLACE_ROWS = ("PLACES", *(f"PLACES_{k}" for k in range(1, PLACES_SIZE)))
 # Rows of one point: position, velocity and acceleration, each with the square of its magnitude but for the position;
 # curvature of the path; sizes of the terms that these are sums of.
 X, Y, VELOCITY_X, VELOCITY_Y, VELOCITY_SQUARE, ACCELERATION_X, ACCELERATION_Y, ACCELERATION_SQUARE, CURVATURE = range(9)
@@ -96,24 +100,9 @@ def include_points(formula: Formula, points: tuple[str, ...], turn: str) -> Form
     return replace(formula, inputs=(*formula.inputs, *extremes), function=replace(extent, points=len(points)))
 
 
-def slot_names() -> tuple[str, ...]:
-    """Names of the kernel's parameters for points, in the order of their rows."""
-    return tuple(f"point_{k + 1}_{coordinate}" for k in range(MOST_POINTS) for coordinate in COORDINATES)
-
-
-def rows_with_points(rows: type[IntEnum], first_metric: int) -> type[IntEnum]:
-    """Rows of a record with points: their places follow the constants, their parameters the others.
-
-    Parameters
-    ----------
-    rows
-        Rows without points: constants, status, parameters, metrics.
-    first_metric
-        The first of the metrics.
-    """
-    shifted = {row.name: row + PLACES_SIZE * ((row >= rows["STATUS"]) + (row >= first_metric)) for row in rows}
-    slots = {name.upper(): first_metric + PLACES_SIZE + k for k, name in enumerate(slot_names())}
-    return IntEnum("ExtendedRow", {**shifted, **slots})  # type: ignore[return-value]  # not a member, a type
+def record_rows(name: str, rows: Iterable[str], first: int, module: str) -> Any:
+    """Rows of a record from the number `first` on, by their names; Numba's cache finds them by `name` in `module`."""
+    return IntEnum(name, list(rows), start=first, module=module)
 
 
 def point_parameters(link: FloatingLink, points: tuple[str, ...]) -> tuple[Parameter, ...]:

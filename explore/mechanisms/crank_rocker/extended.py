@@ -8,8 +8,10 @@ from explore.mechanisms.floating_link import fill_places
 from explore.mechanisms.four_bar_forces import FORCES, TORQUE, Load
 from explore.mechanisms.four_bar_points import fill_points, motion_needs
 
-#: How much further down than in `Row` the parameters and the metrics are.
-_PARAMETERS, _METRICS = ExtendedRow.CRANK - Row.CRANK, ExtendedRow.LINKAGE_CLASS - Row.LINKAGE_CLASS
+#: Number of rows by which the parameters are further down than in `Row`.
+_PARAMETERS = ExtendedRow.CRANK - Row.CRANK
+#: Number of rows by which the metrics are further down than in `Row`.
+_METRICS = ExtendedRow.LINKAGE_CLASS - Row.LINKAGE_CLASS
 
 
 @compiled(CLOSE_SIGNATURE, contract=True)

@@ -13,7 +13,7 @@ import numpy as np
 from explore.model.quantities import FloatArray, Formula
 
 _N_SAMPLES = 50
-#: Designs whose samples are held at once.
+#: Number of designs whose samples are held at once.
 _CHUNK = 4096
 
 

@@ -1,6 +1,6 @@
 """Rows of the record and of the signals of a gear pair, and the bits of `needs`."""
 
-from enum import IntEnum
+from explore.model.points import record_rows
 
 # Constants of both laws: ln m, the sector b, the law constant k, the ratio at 0, the driven angle at b, and the order
 # of the return law; of the sine law: C1, C0, C3 - C0, the angle of the lowest ratio before the joint, and the
@@ -21,31 +21,15 @@ SIGNAL_ROWS = 16
 RATIOS, ANGLES, PITCH_CURVES, TRAIN, DRIVE = 1, 2, 4, 8, 16
 
 
-class Row(IntEnum):
-    """Rows of a tile of designs after the constants: status, parameters, metrics."""
-
-    STATUS = GEARS_SIZE
-    GROWTH = GEARS_SIZE + 1
-    SECTOR = GEARS_SIZE + 2
-    CENTRE_DISTANCE = GEARS_SIZE + 3
-    RETURN_ORDER = GEARS_SIZE + 4
-    BRANCH = GEARS_SIZE + 5
-    TRAINS = GEARS_SIZE + 6
-    PHASE_SHIFT = GEARS_SIZE + 7
-    LAW_CONSTANT = GEARS_SIZE + 8
-    RETURN_AMPLITUDE = GEARS_SIZE + 9
-    RETURN_FREQUENCY = GEARS_SIZE + 10
-    RETURN_SHIFT = GEARS_SIZE + 11
-    RETURN_MEAN = GEARS_SIZE + 12
-    RATIO_START = GEARS_SIZE + 13
-    RATIO_END = GEARS_SIZE + 14
-    RATIO_MIN = GEARS_SIZE + 15
-    RATIO_MAX = GEARS_SIZE + 16
-    DRIVEN_SECTOR = GEARS_SIZE + 17
-    CONVEXITY_DRIVER = GEARS_SIZE + 18
-    CONVEXITY_DRIVEN = GEARS_SIZE + 19
-    TANGENT_TILT_MAX = GEARS_SIZE + 20
-    CURVATURE_JUMP = GEARS_SIZE + 21
-    PHASE_SHIFT_MAX = GEARS_SIZE + 22
-    DRIVE_RATIO_MAX = GEARS_SIZE + 23
-    RIPPLE = GEARS_SIZE + 24
+#: Rows of a tile of designs after the constants: status, parameters, metrics.
+Row = record_rows(
+    "Row",
+    (
+        "STATUS", "GROWTH", "SECTOR", "CENTRE_DISTANCE", "RETURN_ORDER", "BRANCH", "TRAINS", "PHASE_SHIFT",
+        "LAW_CONSTANT", "RETURN_AMPLITUDE", "RETURN_FREQUENCY", "RETURN_SHIFT", "RETURN_MEAN", "RATIO_START",
+        "RATIO_END", "RATIO_MIN", "RATIO_MAX", "DRIVEN_SECTOR", "CONVEXITY_DRIVER", "CONVEXITY_DRIVEN",
+        "TANGENT_TILT_MAX", "CURVATURE_JUMP", "PHASE_SHIFT_MAX", "DRIVE_RATIO_MAX", "RIPPLE",
+    ),
+    GEARS_SIZE,
+    __name__,
+)  # fmt: skip

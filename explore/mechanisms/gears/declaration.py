@@ -90,7 +90,7 @@ _DEFAULT_METRICS = (
     "tangent_tilt_max", "curvature_jump", "phase_shift_max", "drive_ratio_max",
 )  # fmt: skip
 
-#: Both pitch curves in mesh: the pitch point of an angle of gear 1 is on the line of centres at that angle.
+#: Drawing of both pitch curves in mesh: the pitch point of an angle of gear 1 is on the line of centres at that angle.
 _DRAWING = Drawing(
     points={
         "driver axis": (),

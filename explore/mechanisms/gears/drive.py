@@ -16,8 +16,10 @@ from explore.mechanisms.gears.columns import CONSTANT, LOG_GROWTH, N_TRAINS, SEC
 from explore.mechanisms.gears.golden import narrowed, sections
 from explore.mechanisms.gears.law import driven_angle_at, driver_angle_at, ratio_in_turn
 
-#: Angles of each train among which the lowest ratio is looked for, and steps of its refinement.
-_GRID, _MOST_STEPS = 32, 75
+#: Number of steps of the grid of each train's angles on which the lowest ratio is looked for.
+_GRID = 32
+#: Number of golden sections about a lowest angle of the grid.
+_SECTIONS = 75
 
 
 @subroutine()
@@ -102,7 +104,7 @@ def _least(constants, lane, start, stop, of_one):
 def _refine(constants, lane, low, high, of_one):
     """The least `_value` on a short interval; golden sections converge also onto the corner between two trains."""
     least = math.inf
-    for _ in range(_MOST_STEPS):
+    for _ in range(_SECTIONS):
         left, right = sections(low, high)
         at_left, at_right = _value(constants, lane, left, of_one), _value(constants, lane, right, of_one)
         least = min(least, min(at_left, at_right))

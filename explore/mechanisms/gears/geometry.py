@@ -25,9 +25,13 @@ from explore.mechanisms.gears.golden import narrowed, sections
 from explore.mechanisms.gears.law import ratio_at
 from explore.mechanisms.gears.smoothstep_law import steepness
 
-#: What `_least_in_return` searches: the convexities of both gears, and minus the tilt's tangent's magnitude.
-_DRIVER, _DRIVEN, _TILT = 0, 1, 2
-_GRID, _MOST_STEPS = 64, 50
+# Quantities that `_least_in_return` searches: the convexities of both gears, and minus the tangent of the tilt.
+_DRIVER, _DRIVEN, _TILT = range(3)
+
+#: Number of steps of the grid over the return sector.
+_GRID = 64
+#: Number of golden sections about the lowest angle of the grid.
+_SECTIONS = 50
 
 
 @subroutine()
@@ -105,7 +109,7 @@ def _least_in_return(constants, lane, quantity):
         value = _measure(constants, lane, sector + j * step, quantity)
         best, least = (j, value) if value < least else (best, least)
     low, high = sector + max(best - 1, 0) * step, sector + min(best + 1, _GRID) * step
-    for _ in range(_MOST_STEPS):
+    for _ in range(_SECTIONS):
         left, right = sections(low, high)
         at_left, at_right = _measure(constants, lane, left, quantity), _measure(constants, lane, right, quantity)
         least = min(least, min(at_left, at_right))

@@ -20,6 +20,7 @@ from explore.model.status import OwnStatus, Status
 
 #: Largest ln m^b: the ratio grows by a factor of 1e100, and products of ratios stay finite.
 _LARGEST_LOGARITHM = 100.0 * math.log(10.0)
+
 _DEGREES = 180.0 / math.pi
 _OK, _FIRST_METRIC, _LAST_METRIC = int(Status.OK), int(Row.LAW_CONSTANT), int(Row.RIPPLE)
 

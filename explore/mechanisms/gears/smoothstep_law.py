@@ -16,8 +16,11 @@ from explore.base.compiling import LANES
 from explore.base.subroutines import subroutine
 from explore.mechanisms.gears.columns import CONSTANT, DRIVEN_SECTOR, LOG_GROWTH, ORDER, SECTOR_ANGLE, START
 
-#: Panels of 16 nodes over the whole return: enough for the sharpest ratio, m^b = 1e100.
-_PANELS, _NODES = 8, 16
+#: Number of panels over the whole return: enough for the sharpest ratio, m^b = 1e100.
+_PANELS = 8
+#: Number of Gauss-Legendre nodes of a panel.
+_NODES = 16
+
 _X, _WEIGHTS = (tuple(map(float, values)) for values in np.polynomial.legendre.leggauss(_NODES))
 _MOST_STEPS = 60
 

@@ -7,7 +7,7 @@ from explore.mechanisms.four_bar_forces import Load
 from explore.mechanisms.four_bar_loads import LOAD_SIGNALS, LOADS
 from explore.mechanisms.four_bar_size import declare_four_bar_size
 from explore.mechanisms.rig import columns, extended, kernel
-from explore.mechanisms.rig.columns import EXTENDED_ROWS, Row
+from explore.mechanisms.rig.columns import ExtendedRow, Row
 from explore.mechanisms.rig.formulas import FORMULAS, SIZING_PARAMETERS
 from explore.model.drawing import Panel
 from explore.model.mechanism import Mechanism
@@ -95,8 +95,8 @@ _EXTENDED = Mechanism(
     default_metrics={"": (*(metric.name for metric in _METRICS), *_SAMPLED_DEFAULTS)},
     objectives=("pin_force_peak", "velocity_thd", "size"),
     kernel_version="3",
-    n_constants=EXTENDED_ROWS["STATUS"],
-    rows=EXTENDED_ROWS,
+    n_constants=ExtendedRow.STATUS,
+    rows=ExtendedRow,
     signal_rows=columns.EXTENDED_SIGNAL_ROWS,
     close=extended.close,
     fill=extended.fill,

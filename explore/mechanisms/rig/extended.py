@@ -5,12 +5,8 @@ from explore.mechanisms import four_bar, four_bar_forces
 from explore.mechanisms.floating_link import fill_places
 from explore.mechanisms.four_bar_points import fill_points, motion_needs
 from explore.mechanisms.rig import kernel
-from explore.mechanisms.rig.columns import EXTENDED_SIGNAL_ROWS, PLACES, POINTS, SIGNAL_ROWS, Row
+from explore.mechanisms.rig.columns import EXTENDED_SIGNAL_ROWS, POINTS, SIGNAL_ROWS, ExtendedRow
 from explore.model.points import PLACES_SIZE
-
-#: Rows of the extended kernel's parameters and metrics that are further down than in `Row`.
-_CRANK, _CONSTANT_TORQUE, _SPEED = (row + PLACES_SIZE for row in (Row.CRANK, Row.CONSTANT_TORQUE, Row.SPEED))
-_FIRST_POINT, _LINKAGE_CLASS = Row.LINKAGE_CLASS + PLACES_SIZE, Row.LINKAGE_CLASS + 2 * PLACES_SIZE
 
 
 @compiled(CLOSE_SIGNATURE)
@@ -20,9 +16,11 @@ def close(record):
     for lane in range(LANES):
         kernel.fill_closed_form(record, parameters, metrics, lane)
     for lane in range(LANES):
-        rocks = record[_LINKAGE_CLASS * LANES + lane] == four_bar.CRANK_ROCKER
-        four_bar_forces.fill_load_constants(record, lane, _CRANK, _CONSTANT_TORQUE, _SPEED, rocks)
-        fill_places(record, lane, PLACES, _FIRST_POINT)
+        rocks = record[ExtendedRow.LINKAGE_CLASS * LANES + lane] == four_bar.CRANK_ROCKER
+        four_bar_forces.fill_load_constants(
+            record, lane, ExtendedRow.CRANK, ExtendedRow.CONSTANT_TORQUE, ExtendedRow.SPEED, rocks
+        )
+        fill_places(record, lane, ExtendedRow.PLACES, ExtendedRow.POINT_1_ALONG)
 
 
 @compiled(FILL_SIGNATURE)
@@ -33,4 +31,6 @@ def fill(constants, tangents, anchor, law, variant, count, needs, out):
     if needs >= POINTS:
         for j in range(count):
             signals = out[j * EXTENDED_SIGNAL_ROWS * LANES :]
-            fill_points(constants, tangents[j * LANES :], anchor, needs, POINTS, PLACES, SIGNAL_ROWS, signals)
+            fill_points(
+                constants, tangents[j * LANES :], anchor, needs, POINTS, ExtendedRow.PLACES, SIGNAL_ROWS, signals
+            )

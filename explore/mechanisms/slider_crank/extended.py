@@ -18,8 +18,11 @@ from explore.mechanisms.slider_crank.points import fill_points
 from explore.model.points import RATES
 from explore.model.status import Status
 
-#: How much further down than in `Row` the lengths and the metrics are.
-_LENGTHS, _METRICS = ExtendedRow.CRANK - Row.CRANK, ExtendedRow.STROKE - Row.STROKE
+#: Number of rows by which the lengths are further down than in `Row`.
+_LENGTHS = ExtendedRow.CRANK - Row.CRANK
+#: Number of rows by which the metrics are further down than in `Row`.
+_METRICS = ExtendedRow.STROKE - Row.STROKE
+
 _OK = float(Status.OK)
 
 

@@ -51,7 +51,7 @@ from explore.mechanisms.slider_crank.columns import (
 )
 from explore.model.status import OwnStatus, Status
 
-#: Codes of the statuses of designs whose crank does not turn; the last is of designs under load alone.
+# Codes of the statuses of designs whose crank does not turn, and of designs under load whose slider locks.
 CANNOT_ASSEMBLE, CRANK_BLOCKED, CHANGE_POINT, GUIDE_LOCKED = 2, 3, 4, 20
 STATUSES = {
     CANNOT_ASSEMBLE: OwnStatus("cannot_assemble", "the offset is out of reach: longer than crank and rod together"),

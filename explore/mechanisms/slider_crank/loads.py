@@ -7,7 +7,7 @@ from explore.mechanisms.slider_crank import columns
 from explore.model.drawing import Panel
 from explore.model.quantities import Formula, Parameter, Signal
 
-#: In the order of `columns.ExtendedRow`, which has the speed after them.
+#: Parameters of the load, in the order of `columns.ExtendedRow`, which has the speed after them.
 PARAMETERS = (
     Parameter("constant_force", "N", "force on the slider, outward positive", 0.0, -math.inf,
               affects="load", zero_meaning="none"),
@@ -30,7 +30,7 @@ PARAMETERS = (
     Parameter("rod_inertia", "kg m^2", "moment of inertia of the rod about its centroid", 0.0,
               affects="load", zero_meaning="none", is_dynamic=True),
 )  # fmt: skip
-#: One of these must not be 0 where a force is requested.
+#: Loads of which a design gives at least one where a force is requested.
 _REQUIRED_LOADS = (
     "constant_force", "opposing_force", "stiffness", "damping", "mass", "crank_mass", "rod_mass", "rod_inertia",
 )  # fmt: skip

@@ -11,7 +11,7 @@ import numpy as np
 
 from explore.model.quantities import FloatArray
 
-#: Gives a compiled function of a mechanism; a function of a module, so that a worker finds it by name.
+#: Function of a module that gives a compiled function of a mechanism: a worker finds it by its name.
 FindFunction = Callable[[], Any]
 #: Measures of designs, shape (n, k), then their input angles from the frame at the places of a target, rad, (n, m).
 Measures = tuple[FloatArray, ...]

@@ -14,7 +14,7 @@ from explore.model.quantities import FloatArray, Formula, Metric, Parameter, Sig
 _STROKES = ("outer_to_inner", "inner_to_outer")
 
 
-#: Loads beside the slider's mass and friction: forces on it, and the masses of the other parts.
+#: Loads beside the slider's mass and friction: forces on the slider, and the masses of the other parts.
 _LOADS = (
     Parameter("constant_force", "N", "force on the slider, outward positive", 0.0, -math.inf, affects="load",
               zero_meaning="none"),
@@ -33,7 +33,7 @@ _LOADS = (
     Parameter("disc_centroid", "mm", "centroid of the disc, from its pivot along the slot", 0.0, -math.inf,
               affects="load", zero_meaning="at the pivot"),
 )  # fmt: skip
-#: One of these must not be 0 where a force is requested.
+#: Loads of which a design gives at least one where a force is requested.
 _REQUIRED_LOADS = (
     "mass", "constant_force", "opposing_force", "stiffness", "damping", "rod_mass", "rod_inertia", "pin_mass",
     "disc_mass",

@@ -21,7 +21,7 @@ import numpy.typing as npt
 
 from explore.model.quantities import FloatArray, Formula
 
-#: Halvings of an interval shorter than pi until its length is a rounding of it.
+#: Number of halvings of an interval shorter than pi until its length is a rounding of it.
 _HALVINGS = 54
 
 

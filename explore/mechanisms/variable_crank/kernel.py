@@ -23,7 +23,7 @@ from explore.mechanisms.variable_crank.blend import lag_of, shares, slope_of
 from explore.mechanisms.variable_crank.columns import LOAD_SIZE, Row
 from explore.model.status import OwnStatus, Status
 
-#: Codes of the statuses of designs without a motion.
+# Codes of the statuses of designs without a motion.
 REVERSAL_TOO_LONG, SHAFT_REACHED = 20, 21
 STATUSES = {
     REVERSAL_TOO_LONG: OwnStatus(
@@ -37,6 +37,7 @@ _OK, _NOT_FINITE = float(Status.OK), float(Status.NOT_FINITE)
 _SHORTEST_REVERSAL = 1e-11
 #: Half-tangent of half a turn: its square is a double.
 _HALF_TURN = 1e150
+
 _DEGREES = 180.0 / math.pi
 _NAN = math.nan
 

@@ -11,8 +11,8 @@ import math
 
 from explore.base.subroutines import subroutine
 
-#: Coefficients of sin(d)/d and of (1 - cos d)/d^2 in powers of -d^2, the highest first: up to d = 3 the rest is below
-#: 1e-16 of the first.
+# Coefficients of sin(d)/d and of (1 - cos d)/d^2 in powers of -d^2, the highest first: up to d = 3 the rest is below
+# 1e-16 of the first.
 _SINE = tuple(1.0 / math.factorial(2 * k + 1) for k in reversed(range(16)))
 _COSINE = tuple(1.0 / math.factorial(2 * k + 2) for k in reversed(range(16)))
 

@@ -6,15 +6,20 @@ from numba import types
 
 from explore.base.compiling import compiled, function_type
 
-#: Signature of the output of a mechanism: ``output(shape, cosine, sine)`` is its angle, rad, at a crank angle, both in
-#: the frame of the linkage; NaN where the linkage cannot be assembled.
+# ``output(shape, cosine, sine)`` is the angle, rad, at a crank angle, both in the frame of the linkage; NaN where the
+# linkage cannot be assembled.
+#: Signature of the output of a mechanism.
 OUTPUT_SIGNATURE = "float64(float64[::1], float64, float64)"
+#: Type of the output of a mechanism.
 OUTPUT = function_type(OUTPUT_SIGNATURE)
-#: What is measured of a design: the root mean square error and the largest one, rad.
+
+# Measures of a design: the root mean square error and the largest one, rad.
 RMS, LARGEST = range(2)
 N_MEASURES = 2
-#: Numbers that end each column of designs: angles of input and output at the start of the function, rad.
+
+#: Number of the starts, of input and output, rad, that end a row of designs.
 STARTS_SIZE = 2
+
 _TURN = 2.0 * math.pi
 _F1, _F2 = types.float64[::1], types.float64[:, ::1]
 

@@ -5,14 +5,19 @@ import math
 from explore.base.compiling import function_type
 from explore.base.subroutines import subroutine
 
-#: Signature of the curve of a mechanism: ``curve(shape, cosine, sine, out)`` fills the point at a crank angle and both
-#: derivatives by it, ``x, y, x', y', x'', y''``, in the frame of the linkage.
+# ``curve(shape, cosine, sine, out)`` fills the point at a crank angle and both derivatives by it, ``x, y, x', y', x'',
+# y''``, in the frame of the linkage.
+#: Signature of the curve of a mechanism.
 CURVE_SIGNATURE = "void(float64[::1], float64, float64, float64[::1])"
+#: Type of the curve of a mechanism.
 CURVE = function_type(CURVE_SIGNATURE)
-#: Numbers that a curve fills.
+#: Number of the numbers that a curve fills.
 CURVE_SIZE = 6
-#: Chords of a curve: at first, and where these do not settle the order of the points.
-FEW_CHORDS, MANY_CHORDS = 128, 512
+#: Number of chords of a curve at first.
+FEW_CHORDS = 128
+#: Number of chords where fewer do not settle the order of the points.
+MANY_CHORDS = 512
+
 TURN = 2.0 * math.pi
 _TINY = 1e-300
 

@@ -25,11 +25,13 @@ from explore.model.quantities import FloatArray
 
 IntArray = npt.NDArray[np.int64]
 
-#: What is measured of a design: weighted rms distance, largest distance, and the turn of the crank, rad.
+# Measures of a design: weighted rms distance, largest distance, and the turn of the crank, rad.
 RMS, LARGEST, SPAN = range(3)
 N_MEASURES = 3
-#: Numbers that end each column of designs: place and angle of the linkage in the plane, mm and deg.
+
+#: Number of coordinates, mm, and angle, deg, of the linkage in the plane that end a row of designs.
 POSE_SIZE = 3
+
 _F1, _F2 = types.float64[::1], types.float64[:, ::1]
 
 
@@ -55,7 +57,7 @@ def measure(curve, shape, points, weights, angles, out, measures):
     measures[RMS], measures[LARGEST] = math.sqrt(total / weight), math.sqrt(largest)
 
 
-class _Work(NamedTuple):
+class _Buffers(NamedTuple):
     """Arrays for one design after another: of chords, of the search for their order, and of the angles."""
 
     xs: FloatArray
@@ -76,8 +78,8 @@ class _Work(NamedTuple):
 
 
 @subroutine(allocates=True)
-def _make_work(n):
-    return _Work(
+def _allocate_buffers(n):
+    return _Buffers(
         np.empty(MANY_CHORDS + 1), np.empty(MANY_CHORDS + 1), np.empty(CURVE_SIZE), np.empty((n, 2 * MANY_CHORDS)),
         np.empty((n + 1, 2 * MANY_CHORDS)), np.empty((MOST_WAITING, 2), np.int64), np.empty((3, n), np.int64),
         np.arange(n), np.arange(n)[::-1].copy(), np.empty(n, np.int64), np.empty(n), np.empty(n + 1, np.int64),
@@ -86,27 +88,29 @@ def _make_work(n):
 
 
 @subroutine(allocates=True)
-def _order_points(curve, shape, points, weights, rays, count, work, own):
+def _order_points(curve, shape, points, weights, rays, count, buffers, own):
     """Fill the best crank angles of points; return the sense, their sum, that of the chords, and the arcs' height."""
-    n, xs, ys = len(points), work.xs, work.ys
-    height = fill_corners(curve, shape, rays, count, work.out, xs, ys)
-    fill_distances(points, weights, xs, ys, count, work.distances)
-    is_forwards = follows_forwards(work.distances, count)
-    first, second = (work.forwards, work.backwards) if is_forwards else (work.backwards, work.forwards)
+    n, xs, ys = len(points), buffers.xs, buffers.ys
+    height = fill_corners(curve, shape, rays, count, buffers.out, xs, ys)
+    fill_distances(points, weights, xs, ys, count, buffers.distances)
+    is_forwards = follows_forwards(buffers.distances, count)
+    first, second = (buffers.forwards, buffers.backwards) if is_forwards else (buffers.backwards, buffers.forwards)
     total = search_order(
-        work.distances, count, first, math.inf, work.sums, work.waiting, work.chords[0], work.chords[1]
+        buffers.distances, count, first, math.inf, buffers.sums, buffers.waiting, buffers.chords[0], buffers.chords[1]
     )
-    other = search_order(work.distances, count, second, total, work.sums, work.waiting, work.chords[0], work.chords[2])
+    other = search_order(
+        buffers.distances, count, second, total, buffers.sums, buffers.waiting, buffers.chords[0], buffers.chords[2]
+    )
     is_first = total <= other
-    order, angles, chosen = work.order, work.angles, work.chords[1] if is_first else work.chords[2]
+    order, angles, chosen = buffers.order, buffers.angles, buffers.chords[1] if is_first else buffers.chords[2]
     for i in range(n):
         order[i] = first[i] if is_first else second[i]
         p = order[i]
         angles[i] = place_on_chord(points[p, 0], points[p, 1], xs, ys, count, chosen[i])
     leader = order[0]
     polish(
-        curve, shape, points, weights, order, angles, work.starts, work.spare_order, work.spare_angles, work.mean,
-        work.out,
+        curve, shape, points, weights, order, angles, buffers.starts, buffers.spare_order, buffers.spare_angles,
+        buffers.mean, buffers.out,
     )  # fmt: skip
     # the order may have been rotated: ascend from the point that it began with
     begin = 0
@@ -117,8 +121,8 @@ def _order_points(curve, shape, points, weights, rays, count, work, own):
         own[order[place % n]] = angles[place] if place < n else angles[place - n] + TURN
     cost = 0.0
     for i in range(n):
-        curve(shape, math.cos(own[i]), math.sin(own[i]), work.out)
-        dx, dy = work.out[0] - points[i, 0], work.out[1] - points[i, 1]
+        curve(shape, math.cos(own[i]), math.sin(own[i]), buffers.out)
+        dx, dy = buffers.out[0] - points[i, 0], buffers.out[1] - points[i, 1]
         cost += weights[i] * (dx * dx + dy * dy)
     return 1.0 if is_first == is_forwards else -1.0, cost, min(total, other), height
 
@@ -142,7 +146,7 @@ def measure_ordered(curve, designs, points, weights, is_closed, rays, measures, 
     measures : (n, N_MEASURES), angles : (n, m)
         Filled; the crank angles are those from the frame, rad, and ascend or descend.
     """
-    m, work, placed = len(points), _make_work(len(points)), np.empty((len(points), 2))
+    m, buffers, placed = len(points), _allocate_buffers(len(points)), np.empty((len(points), 2))
     finer, weight = np.empty(m), weights.sum()
     for k in range(len(designs)):
         own = angles[k]
@@ -151,10 +155,10 @@ def measure_ordered(curve, designs, points, weights, is_closed, rays, measures, 
             continue
         shape = designs[k, : designs.shape[1] - POSE_SIZE]
         place_points(points, designs[k, designs.shape[1] - POSE_SIZE :], placed)
-        sense, cost, bound, height = _order_points(curve, shape, placed, weights, rays, FEW_CHORDS, work, own)
+        sense, cost, bound, height = _order_points(curve, shape, placed, weights, rays, FEW_CHORDS, buffers, own)
         if math.sqrt(cost) - math.sqrt(bound) > height * math.sqrt(weight):
-            other_sense, other, _, _ = _order_points(curve, shape, placed, weights, rays, MANY_CHORDS, work, finer)
+            other_sense, other, _, _ = _order_points(curve, shape, placed, weights, rays, MANY_CHORDS, buffers, finer)
             if other < cost:
                 sense, own[:] = other_sense, finer
-        measure(curve, shape, placed, weights, own, work.out, measures[k])
+        measure(curve, shape, placed, weights, own, buffers.out, measures[k])
         measures[k, SPAN] = TURN if is_closed else sense * (own[m - 1] - own[0])

@@ -10,7 +10,7 @@ import math
 from explore.base.subroutines import subroutine
 from explore.mechanisms.targets.path_errors.curve import MANY_CHORDS
 
-#: Intervals of starts that wait at most: each division adds one, and no interval is divided oftener than it is long.
+#: Largest number of waiting intervals: each division adds one, and an interval is divided less often than it is long.
 MOST_WAITING = MANY_CHORDS + 2
 
 

@@ -11,14 +11,17 @@ import math
 from explore.base.subroutines import subroutine
 from explore.mechanisms.targets.path_errors.curve import FEW_CHORDS, TURN
 
-#: Newton's steps of a block, and rounds of moving, joining and dividing.
-_MOST_STEPS, _MOST_ROUNDS = 40, 60
-#: A step that is this short, rad, is the last: the next one would be its square.
+#: Largest number of Newton's steps of a block.
+_MOST_STEPS = 40
+#: Largest number of rounds of moving, joining and dividing.
+_MOST_ROUNDS = 60
+#: Longest step that is the last, because the next would be of the size of its square, rad.
 _SHORT = 1e-8
-#: The pull by which a block is divided, relative to what its points pull in all.
+#: Least pull by which a block is divided, relative to the pulls of all its points.
 _PULL = 1e-9
-#: Longest step of a block.
+#: Longest step of a block, rad.
 _STEP = TURN / FEW_CHORDS
+
 _TINY = 1e-300
 
 
@@ -64,7 +67,7 @@ def _fill_mean(order, points, weights, first, stop, sums):
 
 
 @subroutine()
-def _rotate(order, angles, count, spare_order, spare_angles):
+def rotate(order, angles, count, spare_order, spare_angles):
     """Move the last `count` points to the front of the order, a turn back."""
     n = len(order)
     for i in range(n):
@@ -143,7 +146,7 @@ def polish(curve, shape, points, weights, order, angles, starts, spare_order, sp
         m = _bring_in_order(order, weights, angles, starts)
         is_changed = False
         while m > 1 and angles[n - 1] >= angles[0] + TURN:  # the ends meet
-            _rotate(order, angles, n - starts[m - 1], spare_order, spare_angles)
+            rotate(order, angles, n - starts[m - 1], spare_order, spare_angles)
             m = _bring_in_order(order, weights, angles, starts)
         for block in range(m):
             first, stop = starts[block], starts[block + 1]

@@ -15,11 +15,13 @@ from explore.base.subroutines import subroutine
 from explore.mechanisms.targets.path_errors.curve import CURVE, CURVE_SIZE, TURN
 from explore.mechanisms.targets.path_errors.measuring import POSE_SIZE, place_points
 
-#: The largest distance of either line from the other, and half the sum of the two mean distances.
+# Measures: the largest distance of either line from the other, and half the sum of the two mean distances.
 HAUSDORFF, CHAMFER = range(2)
 N_SHAPES = 2
-#: Chords of the curve, and of the polygon at least.
+
+#: Number of chords of the curve, and of the polygon at least.
 N_PARTS = 256
+
 _TINY = 1e-300
 _F1, _F2 = types.float64[::1], types.float64[:, ::1]
 

@@ -10,9 +10,13 @@ from explore.base.subroutines import subroutine
 from explore.mechanisms.targets.path_errors.curve import CURVE, CURVE_SIZE, TURN
 from explore.mechanisms.targets.path_errors.measuring import POSE_SIZE, SPAN, measure, place_points
 
-#: Shifts of all angles that are tried, and Newton's steps from the best of their neighbours.
-_N_SHIFTS, _MOST_STEPS = 96, 40
+#: Number of evenly spread shifts of all angles that are tried.
+_N_SHIFTS = 96
+#: Largest number of Newton's steps from a shift that is better than its neighbours.
+_MOST_STEPS = 40
+#: Longest step that is the last, because the next would be of the size of its square, rad.
 _SHORT = 1e-9
+
 _F1, _F2 = types.float64[::1], types.float64[:, ::1]
 
 

@@ -5,7 +5,7 @@ import math
 from explore.base.subroutines import subroutine
 from explore.mechanisms.targets.path_errors.curve import TURN
 
-#: Rows of what is filled: the point and both of its derivatives by the crank angle, then the same of the angle, rad.
+# Rows of a pose: the point and both of its derivatives by the crank angle, then the same of the angle, rad.
 X, Y, X_1, Y_1, X_2, Y_2, ANGLE, ANGLE_1, ANGLE_2 = range(9)
 LINK_SIZE = 9
 

@@ -12,24 +12,26 @@ from explore.base.subroutines import subroutine
 from explore.mechanisms.targets.path_errors.curve import CURVE, CURVE_SIZE, TURN
 from explore.mechanisms.targets.path_errors.ordering import MOST_WAITING, search_order
 from explore.mechanisms.targets.pose_errors.link import ANGLE, LINK_SIZE, X, Y, fill_link, wrap
-from explore.mechanisms.targets.pose_errors.polishing import polish_each, polish_in_order, weigh
+from explore.mechanisms.targets.pose_errors.polishing import polish_each, polish_in_order, sum_of_squares
 from explore.model.quantities import FloatArray
 
 IntArray = npt.NDArray[np.int64]
 
-#: What is measured of a design: largest distance, largest error of the angle, rad, the root mean square of distances
-#: and angles at the lever, and the turn of the crank, rad.
+# Measures of a design: largest distance, largest error of the angle, rad, the root mean square of distances and angles
+# at the lever, and the turn of the crank, rad.
 PLACE, TURNED, RMS, SPAN = range(4)
 N_MEASURES = 4
-#: Numbers that end each column of designs: place and angle of the linkage, and the body's angle from the link, deg.
+
+#: Number of coordinates, mm, and angles, deg, of the linkage and of the body on its link, that end a row of designs.
 POSE_SIZE = 4
-#: Chords of the motion of the link.
+#: Number of chords of the motion of the link.
 N_CHORDS = 256
+
 _TINY = 1e-300
 _F1, _F2 = types.float64[::1], types.float64[:, ::1]
 
 
-class _Work(NamedTuple):
+class _Buffers(NamedTuple):
     """Arrays for one design after another: of the link, of chords, of the search for the order, and of the angles."""
 
     room: FloatArray
@@ -52,8 +54,8 @@ class _Work(NamedTuple):
 
 
 @subroutine(allocates=True)
-def _make_work(n, size):
-    return _Work(
+def _allocate_buffers(n, size):
+    return _Buffers(
         np.empty(size), np.empty(CURVE_SIZE), np.empty(CURVE_SIZE), np.empty(LINK_SIZE), np.empty(3),
         np.empty((N_CHORDS + 1, 3)), np.empty((n, 2 * N_CHORDS)), np.empty((n + 1, 2 * N_CHORDS)),
         np.empty((MOST_WAITING, 2), np.int64), np.empty((3, n), np.int64), np.arange(n), np.arange(n)[::-1].copy(),
@@ -86,61 +88,74 @@ def _find_part(pose, lever, corners, k):
 
 
 @subroutine()
-def _fill_chords(curve, shape, poses, lever, work):
+def _fill_chords(curve, shape, poses, lever, buffers):
     """Fill the corners of the chords, and the squared distances of the poses to these, of two turns."""
     for k in range(N_CHORDS + 1):
-        fill_link(curve, shape, work.room, k * (TURN / N_CHORDS), work.pin, work.end, work.link)
-        work.corners[k, 0], work.corners[k, 1], work.corners[k, 2] = work.link[X], work.link[Y], work.link[ANGLE]
+        fill_link(curve, shape, buffers.room, k * (TURN / N_CHORDS), buffers.pin, buffers.end, buffers.link)
+        buffers.corners[k, 0], buffers.corners[k, 1], buffers.corners[k, 2] = (
+            buffers.link[X],
+            buffers.link[Y],
+            buffers.link[ANGLE],
+        )
     for i in range(len(poses)):
         for k in range(N_CHORDS):
-            square = _find_part(poses[i], lever, work.corners, k)[1]
-            work.distances[i, k], work.distances[i, N_CHORDS + k] = square, square
+            square = _find_part(poses[i], lever, buffers.corners, k)[1]
+            buffers.distances[i, k], buffers.distances[i, N_CHORDS + k] = square, square
 
 
 @subroutine()
-def _choose_chords(is_ordered, work):
+def _choose_chords(is_ordered, buffers):
     """Fill the order of the poses and their chords: the best in either sense, or of each pose alone."""
-    n, forwards, backwards, best = len(work.order), work.forwards, work.backwards, work.chords[0]
+    n, forwards, backwards, best = len(buffers.order), buffers.forwards, buffers.backwards, buffers.chords[0]
     for i in range(n):
-        work.order[i] = i
+        buffers.order[i] = i
     if not is_ordered:
         for i in range(n):
             nearest = 0
             for k in range(1, N_CHORDS):
-                if work.distances[i, k] < work.distances[i, nearest]:
+                if buffers.distances[i, k] < buffers.distances[i, nearest]:
                     nearest = k
             best[i] = nearest
         return
-    total = search_order(work.distances, N_CHORDS, forwards, math.inf, work.sums, work.waiting, work.chords[2], best)
+    total = search_order(
+        buffers.distances, N_CHORDS, forwards, math.inf, buffers.sums, buffers.waiting, buffers.chords[2], best
+    )
     other = search_order(
-        work.distances, N_CHORDS, backwards, total, work.sums, work.waiting, work.chords[2], work.chords[1]
+        buffers.distances,
+        N_CHORDS,
+        backwards,
+        total,
+        buffers.sums,
+        buffers.waiting,
+        buffers.chords[2],
+        buffers.chords[1],
     )
     if other < total:
         for i in range(n):
-            work.order[i], best[i] = backwards[i], work.chords[1, i]
+            buffers.order[i], best[i] = backwards[i], buffers.chords[1, i]
 
 
 @subroutine()
-def _find_angles(curve, shape, poses, lever, is_ordered, work, own):
+def _find_angles(curve, shape, poses, lever, is_ordered, buffers, own):
     """Fill the best crank angles of poses, by their numbers."""
     n = len(poses)
-    _fill_chords(curve, shape, poses, lever, work)
-    _choose_chords(is_ordered, work)
+    _fill_chords(curve, shape, poses, lever, buffers)
+    _choose_chords(is_ordered, buffers)
     for i in range(n):
-        chord = work.chords[0, i]
-        part = _find_part(poses[work.order[i]], lever, work.corners, chord % N_CHORDS)[0]
-        work.angles[i] = (chord + part) * (TURN / N_CHORDS)
-    begin, leader = 0, work.order[0]
+        chord = buffers.chords[0, i]
+        part = _find_part(poses[buffers.order[i]], lever, buffers.corners, chord % N_CHORDS)[0]
+        buffers.angles[i] = (chord + part) * (TURN / N_CHORDS)
+    begin, leader = 0, buffers.order[0]
     if not is_ordered:
-        polish_each(curve, shape, poses, lever, work.order, work.angles, work)
+        polish_each(curve, shape, poses, lever, buffers.order, buffers.angles, buffers)
     else:
-        polish_in_order(curve, shape, poses, lever, work.order, work.angles, work)
+        polish_in_order(curve, shape, poses, lever, buffers.order, buffers.angles, buffers)
     # the order may have been rotated: ascend from the pose that it began with
-    while work.order[begin] != leader:
+    while buffers.order[begin] != leader:
         begin += 1
     for i in range(n):
         place = (begin + i) % n
-        own[work.order[place]] = work.angles[place] + (TURN if begin + i >= n else 0.0)
+        own[buffers.order[place]] = buffers.angles[place] + (TURN if begin + i >= n else 0.0)
 
 
 @compiled(types.void(CURVE, _F2, _F2, types.float64, types.boolean, _F2, _F2), allocates=True)
@@ -163,7 +178,7 @@ def measure_poses(curve, designs, poses, lever, is_ordered, measures, angles):
         Filled; the crank angles are those from the frame, rad, of the least sum of squares.
     """
     m, size = len(poses), designs.shape[1] - POSE_SIZE
-    work, placed = _make_work(m, size), np.empty((m, 3))
+    buffers, placed = _allocate_buffers(m, size), np.empty((m, 3))
     for k in range(len(designs)):
         own = angles[k]
         if math.isnan(designs[k, 0]):
@@ -171,12 +186,12 @@ def measure_poses(curve, designs, poses, lever, is_ordered, measures, angles):
             continue
         shape = designs[k, :size]
         _place_poses(poses, designs[k, size:], placed)
-        _find_angles(curve, shape, placed, lever, is_ordered, work, own)
+        _find_angles(curve, shape, placed, lever, is_ordered, buffers, own)
         total, far, turned = 0.0, 0.0, 0.0
         for i in range(m):
-            fill_link(curve, shape, work.room, own[i], work.pin, work.end, work.link)
-            total += weigh(work.link, placed, lever, work.forwards, i, i + 1, work.slopes)
-            far = max(far, math.hypot(work.link[X] - placed[i, 0], work.link[Y] - placed[i, 1]))
-            turned = max(turned, abs(wrap(work.link[ANGLE] - placed[i, 2])))
+            fill_link(curve, shape, buffers.room, own[i], buffers.pin, buffers.end, buffers.link)
+            total += sum_of_squares(buffers.link, placed, lever, buffers.forwards, i, i + 1, buffers.slopes)
+            far = max(far, math.hypot(buffers.link[X] - placed[i, 0], buffers.link[Y] - placed[i, 1]))
+            turned = max(turned, abs(wrap(buffers.link[ANGLE] - placed[i, 2])))
         measures[k, PLACE], measures[k, TURNED], measures[k, RMS] = far, turned, math.sqrt(total / m)
         measures[k, SPAN] = own.max() - own.min()

@@ -20,7 +20,7 @@ _ABOUT = {
     "angle_error_max": ("deg", "largest error of the body's angle at the poses", TURNED, _DEGREES),
     "pose_error_rms": ("mm", "rms of the distances of {} and of the errors of the angle at the lever", RMS, 1.0),
 }
-#: Exists only where the poses have an order.
+#: Metric that exists only where the poses have an order.
 _ABOUT_SPAN = {"pose_crank_span": ("deg", "turn of the crank from the first to the last pose", SPAN, _DEGREES)}
 
 

@@ -8,6 +8,7 @@ import math
 
 from explore.base.subroutines import subroutine
 from explore.mechanisms.targets.path_errors.curve import TURN
+from explore.mechanisms.targets.path_errors.polishing import rotate
 from explore.mechanisms.targets.pose_errors.link import (
     ANGLE,
     ANGLE_1,
@@ -22,14 +23,18 @@ from explore.mechanisms.targets.pose_errors.link import (
     wrap,
 )
 
+#: Largest number of Newton's steps.
 _MOST_STEPS = 40
-#: Longest step, and one that is the last because the next would be its square, rad.
-_STEP, _SHORT = TURN / 256, 1e-8
+#: Longest step, rad.
+_STEP = TURN / 256
+#: Longest step that is the last, because the next would be of the size of its square, rad.
+_SHORT = 1e-8
+
 _TINY = 1e-300
 
 
 @subroutine()
-def weigh(link, poses, lever, order, first, stop, slopes):
+def sum_of_squares(link, poses, lever, order, first, stop, slopes):
     """The sum of squares of a block of poses where the link is; `slopes` receives halves of its derivatives.
 
     They are the first one, the second one, and the part of the second that is never negative.
@@ -47,18 +52,18 @@ def weigh(link, poses, lever, order, first, stop, slopes):
 
 
 @subroutine()
-def _move(curve, shape, poses, lever, order, first, stop, angle, work):
+def _move(curve, shape, poses, lever, order, first, stop, angle, buffers):
     """The angle near a given one that is best for a block."""
-    fill_link(curve, shape, work.room, angle, work.pin, work.end, work.link)
-    least = weigh(work.link, poses, lever, order, first, stop, work.slopes)
+    fill_link(curve, shape, buffers.room, angle, buffers.pin, buffers.end, buffers.link)
+    least = sum_of_squares(buffers.link, poses, lever, order, first, stop, buffers.slopes)
     for _ in range(_MOST_STEPS):
-        slope, bend, speed = work.slopes[0], work.slopes[1], work.slopes[2]
+        slope, bend, speed = buffers.slopes[0], buffers.slopes[1], buffers.slopes[2]
         step = -slope / (bend if bend > 0.1 * speed else speed)
         step = min(max(step, -_STEP), _STEP)
         found = math.inf
         while True:
-            fill_link(curve, shape, work.room, angle + step, work.pin, work.end, work.link)
-            found = weigh(work.link, poses, lever, order, first, stop, work.slopes)
+            fill_link(curve, shape, buffers.room, angle + step, buffers.pin, buffers.end, buffers.link)
+            found = sum_of_squares(buffers.link, poses, lever, order, first, stop, buffers.slopes)
             if found <= least or not abs(step) > _SHORT:
                 break
             step *= 0.25
@@ -71,17 +76,17 @@ def _move(curve, shape, poses, lever, order, first, stop, angle, work):
 
 
 @subroutine()
-def _pool(curve, shape, poses, lever, order, angles, work):
+def _pool(curve, shape, poses, lever, order, angles, buffers):
     """Move all blocks, joined where they would pass each other; return their count."""
-    m, starts = 0, work.starts
+    m, starts = 0, buffers.starts
     for i in range(len(order)):
-        first, angle = i, _move(curve, shape, poses, lever, order, i, i + 1, angles[i], work)
+        first, angle = i, _move(curve, shape, poses, lever, order, i, i + 1, angles[i], buffers)
         while m > 0 and angles[starts[m - 1]] > angle:
             m -= 1
             before, own = first - starts[m], i + 1 - first
             mean = (before * angles[starts[m]] + own * angle) / (before + own)
             first = starts[m]
-            angle = _move(curve, shape, poses, lever, order, first, i + 1, mean, work)
+            angle = _move(curve, shape, poses, lever, order, first, i + 1, mean, buffers)
         starts[m] = first
         m += 1
         for k in range(first, i + 1):
@@ -90,24 +95,19 @@ def _pool(curve, shape, poses, lever, order, angles, work):
 
 
 @subroutine()
-def polish_in_order(curve, shape, poses, lever, order, angles, work):
+def polish_in_order(curve, shape, poses, lever, order, angles, buffers):
     """Improve the angles of poses in an order, both in place; the order may be rotated, a turn back."""
     n = len(order)
     for _ in range(n):
-        m = _pool(curve, shape, poses, lever, order, angles, work)
+        m = _pool(curve, shape, poses, lever, order, angles, buffers)
         if m < 2 or angles[n - 1] <= angles[0] + TURN:
             break
-        count = n - work.starts[m - 1]  # the ends meet: the last block goes before the first
-        for i in range(n):
-            work.spare_order[i], work.spare_angles[i] = order[i], angles[i]
-        for i in range(n):
-            k = i - count
-            order[i] = work.spare_order[k]
-            angles[i] = work.spare_angles[k] - (TURN if k < 0 else 0.0)
+        # the ends meet: the last block goes before the first
+        rotate(order, angles, n - buffers.starts[m - 1], buffers.spare_order, buffers.spare_angles)
 
 
 @subroutine()
-def polish_each(curve, shape, poses, lever, order, angles, work):
+def polish_each(curve, shape, poses, lever, order, angles, buffers):
     """Improve the angle of each pose, in place, in any order."""
     for i in range(len(order)):
-        angles[i] = _move(curve, shape, poses, lever, order, i, i + 1, angles[i], work)
+        angles[i] = _move(curve, shape, poses, lever, order, i, i + 1, angles[i], buffers)
