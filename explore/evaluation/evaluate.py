@@ -32,9 +32,12 @@ from explore.model.quantities import AnyMetric, FloatArray, Metric
 from explore.model.request import Request
 from explore.model.status import Status
 
-#: Parameters of other magnitudes are not usable, because products of four of them would leave the range of doubles.
-SMALLEST_PARAMETER, LARGEST_PARAMETER = 1e-30, 1e30
-#: glibc's largest size, with its header, of a block that changes its limits.
+# Products of four parameters of other magnitudes would leave the range of doubles.
+#: Smallest magnitude of a usable parameter that is not 0.
+SMALLEST_PARAMETER = 1e-30
+#: Largest magnitude of a usable parameter.
+LARGEST_PARAMETER = 1e30
+#: Size of the largest block that changes glibc's limits, with its header, bytes.
 _LARGEST_KEPT = 2**25 - 2**16
 
 
@@ -112,8 +115,8 @@ def evaluate_columns(request: Request, parameters: Arrays) -> Evaluation:
         has_parameters = has_required_parameters(request, inputs)
         status[~has_parameters & np.isin(status, (Status.OK, Status.TOLERANCE_NOT_MET))] = Status.NOT_GIVEN
     status[~usable] = Status.NOT_FINITE
-    work: Arrays = {"nodes": kinematics.nodes.astype(np.int32), "error": error}
-    return Evaluation(_assemble(request, parameters, values, work, status, usable), kinematics.evaluations)
+    bookkeeping: Arrays = {"nodes": kinematics.nodes.astype(np.int32), "error": error}
+    return Evaluation(_assemble(request, parameters, values, bookkeeping, status, usable), kinematics.evaluations)
 
 
 def compile_kernels(request: Request) -> None:
@@ -225,11 +228,11 @@ def _assemble(
     request: Request,
     parameters: Arrays,
     values: dict[str, FloatArray],
-    work: Arrays,
+    bookkeeping: Arrays,
     status: npt.NDArray[np.int8],
     usable: npt.NDArray[np.bool_],
 ) -> Arrays:
-    """Assemble the columns in the order and with the types of `output_columns`; `work` has nodes and error."""
+    """Assemble the columns in the order and with the types of `output_columns`; `bookkeeping` has nodes and error."""
     if not usable.all():
         values = {name: np.where(usable, column, np.nan) for name, column in values.items()}
     feasible = status == Status.OK
@@ -247,4 +250,4 @@ def _assemble(
         margins = constraints.margin(constraint, values[constraint.metric.name])
         feasible &= constraints.is_satisfied(margins)
         columns[f"{constraint.metric.name}_margin"] = margins
-    return columns | work | {"feasible": feasible.astype(np.int8), "status": status}
+    return columns | bookkeeping | {"feasible": feasible.astype(np.int8), "status": status}

@@ -8,7 +8,7 @@ import numpy as np
 
 from explore.base.compiling import INTEGRALS
 from explore.evaluation.quadrature.integrals import integrate
-from explore.evaluation.sampled import moment_statistic
+from explore.evaluation.statistics import moment_statistic
 from explore.evaluation.windows import interval_half_tangents, specify_window
 from explore.model.mechanism import Mechanism
 from explore.model.quantities import FloatArray, Window

@@ -16,7 +16,8 @@ import numpy.typing as npt
 from explore.evaluation.integrals import from_moments, integrate_window
 from explore.evaluation.positions import Position, WindowPositions
 from explore.evaluation.quadrature.bounds import ROUNDING
-from explore.evaluation.sampled import statistics_tolerance, unit_factor
+from explore.evaluation.sampled import statistics_tolerance
+from explore.evaluation.statistics import unit_factor
 from explore.model.mechanism import Mechanism
 from explore.model.quantities import EXTREME_STATISTICS, MOMENT_STATISTICS, FloatArray, SampledMetric, Signal
 from explore.model.request import Request
@@ -66,7 +67,7 @@ def _is_known(request: Request, metric: SampledMetric) -> bool:
         return False
     if metric.statistic == "mean":
         antiderivative = mechanism.signal(signal.derivative_of) if signal.derivative_of else None
-        # Terms that add up to a signal bound its rounding, but `_Work._at` does not compute them.
+        # Terms that add up to a signal bound its rounding, but `_KnownSources._at` does not compute them.
         return antiderivative is not None and not antiderivative.depends_on_load and antiderivative.terms_row < 0
     return metric.statistic in EXTREME_STATISTICS and bool(signal.extremes_at)
 
@@ -101,11 +102,11 @@ def evaluate_known(
     if not metrics:
         return result
     designs = slice(None) if active.all() else np.flatnonzero(active)
-    work = _Work(request, metrics, np.ascontiguousarray(parameters[:, designs]), has_stroke[designs])
+    sources = _KnownSources(request, metrics, np.ascontiguousarray(parameters[:, designs]), has_stroke[designs])
     tolerance = statistics_tolerance(request)
-    worst, is_known = np.zeros(work.count), np.ones(work.count, dtype=np.bool_)
+    worst, is_known = np.zeros(sources.count), np.ones(sources.count, dtype=np.bool_)
     for metric in metrics:
-        value, bound, scale = work.statistic(metric)
+        value, bound, scale = sources.statistic(metric)
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             error = np.where(bound == 0.0, 0.0, bound / np.abs(scale))
         is_met = error <= tolerance  # not where a bound is NaN
@@ -130,7 +131,7 @@ def _spread(column: FloatArray, designs: slice | npt.NDArray[np.intp], count: in
 
 
 @dataclass
-class _Work:
+class _KnownSources:
     """Integrals, and signals at the ends of windows and at the angles of extremes, of d designs."""
 
     request: Request

@@ -15,7 +15,7 @@ from explore.model.declaration import ANCHORS
 from explore.model.mechanism import Mechanism
 from explore.model.quantities import FloatArray, Signal, Window
 
-#: Angles (rad) beyond the end of a window that count as inside: at an extreme the signal is stationary.
+#: Angle beyond the end of a window that counts as inside, because a signal is stationary at an extreme, rad.
 _SAME = 1e-12
 
 

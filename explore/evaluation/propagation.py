@@ -21,18 +21,19 @@ import numpy as np
 from explore.model.expressions import Expression
 from explore.model.quantities import FloatArray
 
-#: Half the distance of 1 from the next double: relative rounding of an exact operation.
+#: Relative rounding of an exact operation: half the distance of 1 from the next double.
 _UNIT = 2.0**-53
-#: Rounding of NumPy's elementary functions, relative: at most 4 units in the last place.
+#: Relative rounding of NumPy's elementary functions: at most 4 units in the last place.
 _ELEMENTARY = 2.0**-50
 #: Smallest normal double: bound of the error of a product or a function that is too small for one.
 _TINY = 2.0**-1022
-#: The bounds are computed in doubles themselves, by a few operations for each of a thousand steps.
+#: Factor for the rounding of the bounds themselves: a few operations for each of a thousand steps.
 _OWN_ROUNDING = 1.0 + 1e-11
 #: Largest whole exponent of a power that is computed by multiplications.
 _LARGEST_EXPONENT = 64
-#: Designs that are evaluated at once: 128 kB for each intermediate result.
+#: Number of designs that are evaluated at once: 128 kB for each intermediate result.
 _PIECE = 16_384
+
 _RADIAN = math.pi / 180.0
 
 

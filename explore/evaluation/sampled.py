@@ -1,4 +1,4 @@
-"""Sampled metrics: the arguments of the compiled loop, and its statistics in the units of the signals."""
+"""Sampled metrics: the arguments of the compiled loop, and the designs that each quadrature samples."""
 
 from __future__ import annotations
 
@@ -19,22 +19,14 @@ from explore.evaluation.quadrature.bounds import (
 )
 from explore.evaluation.quadrature.loop import sample
 from explore.evaluation.quadrature.rules import gauss_legendre_rules
-from explore.evaluation.quadrature.slots import (
-    BOUND,
-    MAXIMUM,
-    MEAN,
-    MINIMUM,
-    N_STATISTICS,
-    ROOT_MEAN,
-    ROOT_POWER_MEAN,
-    VARIANCE,
-)
+from explore.evaluation.quadrature.slots import BOUND, MEAN, N_STATISTICS, VARIANCE
 from explore.evaluation.quadrature.tails import LARGEST_EXCESS
 from explore.evaluation.quadrature.work_space import Sizes, Tables, make_work_space
+from explore.evaluation.statistics import Indices, error_of, statistic_of, statistics_beside_moments
 from explore.evaluation.windows import interval_place, specify_window
 from explore.model.mechanism import Mechanism
 from explore.model.quadrature import MOST_SINGULARITIES, Adaptive, Quadrature
-from explore.model.quantities import MOMENT_STATISTICS, FloatArray, SampledMetric, Signal, Window
+from explore.model.quantities import FloatArray, SampledMetric, Window
 from explore.model.request import Request
 from explore.model.status import Status
 
@@ -46,14 +38,8 @@ _FLAGS = {
     "peak": FLAG_EXTREMES,
     "peak_to_peak": FLAG_EXTREMES,
 }
-_BOTH_EXTREMES = (MINIMUM, MAXIMUM)
-_EXTREMES = {"min": (MINIMUM,), "max": (MAXIMUM,), "peak": _BOTH_EXTREMES, "peak_to_peak": _BOTH_EXTREMES}
-_POWERS = {"mean": ROOT_MEAN, "power_mean": ROOT_POWER_MEAN}
-_DEGREES = 180.0 / np.pi
 #: Factor on the tolerance of the inputs of derived metrics: formulas multiply errors, a bearing life by 10/3.
 _INPUT_TOLERANCE_FACTOR = 0.02
-
-Indices = npt.NDArray[np.int64]
 
 
 @dataclass
@@ -190,9 +176,9 @@ def _sample(
     status[active & ~np.isfinite(statistics).all(axis=0)] = Status.NOT_FINITE
     for metric in metrics:
         slots = tables.slots_of(metric)
-        result.values[metric.name] = _statistic(metric, statistics, slots, request.tolerance)
+        result.values[metric.name] = statistic_of(metric, statistics, slots, request.tolerance)
         if metric in bounded:
-            result.errors[metric.name] = _error(metric, statistics, slots, result.values[metric.name])
+            result.errors[metric.name] = error_of(metric, statistics, slots, result.values[metric.name])
     return result
 
 
@@ -266,7 +252,7 @@ def _make_tables(mechanism: Mechanism, metrics: tuple[SampledMetric, ...], bound
         if signal.terms_row >= 0:
             flags[w, signal.terms_row] |= FLAG_TERMS
         own_bound = (BOUND,) if metric in bounded else ()
-        for k in (MEAN, VARIANCE, *_statistics_beside_moments(metric), *own_bound):
+        for k in (MEAN, VARIANCE, *statistics_beside_moments(metric), *own_bound):
             if slots[w, signal.row, k] < 0:
                 slots[w, signal.row, k], slot_count = slot_count, slot_count + 1
     return _LoopTables(windows, needs, flags, orders, term_rows, references, slots)
@@ -277,90 +263,3 @@ def _flags_of(metric: SampledMetric) -> int:
     if not metric.signal.is_magnitude:
         return _FLAGS.get(metric.statistic, 0) | (FLAG_RESIDUAL if metric.signal.is_residual else 0)
     return FLAG_SQUARES | (FLAG_EXTREMES if metric.statistic == "max" else 0)
-
-
-def _statistics_beside_moments(metric: SampledMetric) -> tuple[int, ...]:
-    """Statistics that a metric needs beside the moments; both extremes of a rectified signal, which may swap."""
-    if metric.signal.is_magnitude and metric.statistic in _POWERS:
-        return (_POWERS[metric.statistic],)
-    extremes: tuple[int, ...] = _EXTREMES.get(metric.statistic, ())
-    return _BOTH_EXTREMES if metric.signal.is_rectified and extremes else extremes
-
-
-def _statistic(metric: SampledMetric, statistics: FloatArray, slots: Indices, tolerance: float) -> FloatArray:
-    """A statistic for unit speed in the signal's unit, shape (u,), from ``statistics[slots]``."""
-    mean, variance, factor = statistics[slots[MEAN]], statistics[slots[VARIANCE]], unit_factor(metric.signal)
-    value: FloatArray
-    if metric.signal.is_magnitude:
-        return _magnitude_statistic(metric.statistic, statistics, slots)
-    match metric.statistic:
-        case "mean" if metric.signal.is_rectified:
-            value = np.abs(mean)
-        case "variance":
-            value, factor = variance, factor**2
-        case "cv":
-            value, factor = moment_statistic("cv", mean, variance, tolerance), 1.0
-        case statistic if statistic in MOMENT_STATISTICS:
-            value = moment_statistic(statistic, mean, variance, tolerance)
-        case "min" | "max" if not metric.signal.is_rectified:
-            value = statistics[slots[_EXTREMES[metric.statistic][0]]]
-        case _:
-            low, high = statistics[slots[MINIMUM]], statistics[slots[MAXIMUM]]
-            if metric.signal.is_rectified:
-                low, high = np.where(mean < 0.0, -high, low), np.where(mean < 0.0, -low, high)
-                low = np.maximum(low, 0.0)
-            largest = np.maximum(np.abs(low), np.abs(high))
-            value = {"min": low, "max": high, "peak": largest, "peak_to_peak": high - low}[metric.statistic]
-    return value if factor == 1.0 else value * factor
-
-
-def moment_statistic(statistic: str, mean: FloatArray, variance: FloatArray, tolerance: float) -> FloatArray:
-    """One of MOMENT_STATISTICS, shape (u,); a cv is NaN where the mean is too small for one."""
-    match statistic:
-        case "mean":
-            return mean
-        case "variance":
-            return variance
-        case "std":
-            return np.asarray(np.sqrt(variance))
-        case "rms":
-            return np.asarray(np.sqrt(mean * mean + variance))
-    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        ratio = mean * mean
-        np.divide(variance, ratio, out=ratio)
-        # A mean that its error bound cannot distinguish from 0 would give a meaningless quotient.
-        is_defined = ratio <= (1e3 * tolerance) ** -2 - 1.0
-        result = np.sqrt(ratio, out=ratio)
-    return result if is_defined.all() else np.where(is_defined, result, np.nan)
-
-
-def _magnitude_statistic(statistic: str, statistics: FloatArray, slots: Indices) -> FloatArray:
-    """A statistic of a magnitude, from the moments and the maximum of its square."""
-    match statistic:
-        case "mean":
-            value = statistics[slots[ROOT_MEAN]]
-        case "power_mean":
-            value = statistics[slots[ROOT_POWER_MEAN]] ** 0.3
-        case "max":
-            value = np.sqrt(statistics[slots[MAXIMUM]])
-        case _:
-            value = np.sqrt(statistics[slots[MEAN]])
-    return np.asarray(value)
-
-
-def _error(metric: SampledMetric, statistics: FloatArray, slots: Indices, value: FloatArray) -> FloatArray:
-    """Bound of the absolute error of a metric for unit speed: its relative bound times its scale."""
-    bound, mean, variance = (statistics[slots[k]] for k in (BOUND, MEAN, VARIANCE))
-    factor = unit_factor(metric.signal)
-    if metric.signal.is_magnitude or metric.statistic == "cv":
-        return np.asarray(bound * np.abs(value))
-    rms = np.sqrt(mean * mean + variance)
-    if metric.statistic == "variance":
-        return np.asarray(bound * (rms * factor) ** 2)
-    # The scale is the largest magnitude of the signal, which is at least the rms and at least this value.
-    return np.asarray(bound * np.maximum(rms * factor, np.abs(value)))
-
-
-def unit_factor(signal: Signal) -> float:
-    """Factor from the kernel's radians to the signal's unit."""
-    return float(_DEGREES) if signal.unit == "deg" else 1.0

@@ -23,16 +23,19 @@ from explore.evaluation.quadrature.panels import (
     VARIANT,
 )
 
-#: Nodes of each panel beside its two ends.
+#: Number of nodes of each panel beside its two ends.
 ADAPTIVE_NODES = 16
-#: Most panels of one design and window; most times that panels are halved.
+#: Largest number of panels of one design and window.
 MOST_PIECES = 2048
+#: Largest number of rounds that halve panels.
 MOST_HALVINGS = 48
-#: Shortest half length of a panel in t, relative to 1 + |t|: below, rounding moves the nodes.
+#: Smallest half length of a panel in t, relative to 1 + |t|: below, rounding moves the nodes.
 _SHORTEST = 1e-12
-#: A tail below this, relative to the size of the signal on the panel, that halving hardly lowers consists of rounding.
-_ROUNDING_TAIL, _HARDLY = 1e-9, 0.25
-#: Part of what is allowed that the panels that are not halved may use up.
+#: Largest tail that may be rounding, relative to the size of the signal on the panel.
+_ROUNDING_TAIL = 1e-9
+#: Share of its earlier tail that a panel's tail exceeds where halving hardly lowers it, because it is rounding.
+_HARDLY = 0.25
+#: Share of the error budget left to accepted panels.
 _SHARE = 0.5
 
 

@@ -7,17 +7,18 @@ import math
 
 from explore.base.subroutines import subroutine
 
-#: Designs of one chunk.
+#: Number of designs of one chunk.
 CHUNK = 2048
 #: Rounding error of one statistic relative to the rms of its signal, from the accuracy campaign.
 ROUNDING = 4e-15
-#: Window (rad) below which rounding hides how a signal varies that all samples show as constant, and the least standard
-#: deviation that they can show, relative to the rms.
-_SHORT, _LEAST_DEVIATION = 1e-3, 1e-16
+#: Length of a window below which a signal that varies may have samples that are all equal, rad.
+_SHORT = 1e-3
+#: Smallest standard deviation that samples can show, relative to the rms.
+_LEAST_DEVIATION = 1e-16
 
-#: Flags of a row, or-ed: its moments are computed; its error bound includes that of the cv, or of the standard
-#: deviation; its extremes are computed; it holds squares; it only bounds the errors of another row; it is small beside
-#: its terms and has their singularities.
+# Flags of a row, or-ed: its moments are computed; its error bound includes that of the cv, or of the standard
+# deviation; its extremes are computed; it holds squares; it only bounds the errors of another row; it is small beside
+# its terms and has their singularities.
 FLAG_MOMENTS, FLAG_CV, FLAG_STD, FLAG_EXTREMES, FLAG_SQUARES, FLAG_TERMS, FLAG_RESIDUAL = 1, 2, 4, 8, 16, 32, 64
 
 # Rows: moments, rms and bound of the row at hand, its part by rounding, rounding of one statistic, size of the terms,

@@ -14,12 +14,12 @@ from explore.evaluation.quadrature.tiles import TILE_RESOLUTION, TILE_SCALE
 
 _GOLDEN = 0.5 * (3.0 - math.sqrt(5.0))
 _MOST_STEPS = 60
-#: Last step, relative to 1 + |t| and the resolution of the tile.
+#: Largest last step, relative to 1 + |t| and the resolution of the tile.
 _LAST_STEP = 3e-8
-#: Largest product of the distances of the best point from the other two at the last step, over the square of the
-#: resolution: a vertex errs by it times third over second derivative, and far points may give a small step by chance.
+# A vertex errs by the product times third over second derivative, and far points may give a small step by chance.
+#: Largest product of the best point's distances from the other two at the last step, over the resolution's square.
 _NEAREST = 3e-7
-#: Steps shrink by no more than this factor, of order 1.3 from one of 0.1.
+#: Smallest ratio of a step to the one before: a vertex that is nearer to the best point is a coincidence.
 _SHRINKAGE = 1e-4
 
 # Rows of the state: bracket, the three best points and their values, this step and the one before, trial point, whether
@@ -62,7 +62,6 @@ def _propose(state, resolutions):
         is_parabola = (abs(previous) > tolerance) & (abs(p) < abs(0.5 * q * previous)) & is_inside
         larger_part = (low if best >= 0.5 * (low + high) else high) - best
         step, before = (p / q, state[STEP + lane]) if is_parabola else (_GOLDEN * larger_part, larger_part)
-        # A vertex much nearer to the best point than steps shrink is a coincidence.
         shrunk, finest = _SHRINKAGE * abs(before), 0.1 * tolerance
         least = shrunk if shrunk > finest else finest
         least_step = least if step > 0.0 else -least
@@ -87,8 +86,8 @@ def _accept(state, signal, sign, resolutions):
         at_best, at_second, at_third = state[AT_BEST + lane], state[AT_SECOND + lane], state[AT_THIRD + lane]
         is_active = state[ACTIVE + lane] != 0.0
         is_last = is_active & (abs(trial - best) <= _LAST_STEP * resolutions[lane] * (1.0 + abs(best)))
-        apart = abs(second - best) * abs(third - best)
-        is_last = is_last & (apart <= _NEAREST * resolutions[lane] * resolutions[lane])
+        distances = abs(second - best) * abs(third - best)
+        is_last = is_last & (distances <= _NEAREST * resolutions[lane] * resolutions[lane])
         goes_on = is_active & (not is_last)
         is_better, is_right = value <= at_best, trial >= best
         inner = best if is_better else trial

@@ -34,10 +34,11 @@ from explore.evaluation.quadrature.windows import (
 )
 from explore.model.quadrature import MOST_SINGULARITIES
 
-#: Most panels of one design and window: three for each part between `MOST_BREAKS` breaks and the ends, rounded up.
+#: Largest number of panels of one design and window: three for each part between `MOST_BREAKS` breaks and the ends.
 MOST_PANELS = 24
-#: Most combinations of variant, law, anchor and kind of nodes in one chunk: each panel may have its own.
+#: Largest number of combinations of variant, law, anchor and kind of nodes in one chunk: each panel may have its own.
 MOST_KINDS = PANEL_CAPACITY
+
 CODES = LARGEST_NODE_COUNT + 1
 
 CLOSE_TYPE = function_type(CLOSE_SIGNATURE)

@@ -33,14 +33,19 @@ from explore.evaluation.quadrature.panels import (
 )
 from explore.evaluation.quadrature.rules import LARGEST_NODE_COUNT
 
-#: Natural logarithm of C for pole order 2, and for higher ones; calibrated by benchmarks/calibrate_error.py.
-LOG_CONSTANT_2, LOG_CONSTANT_4 = 0.3, -1.2
-#: Fewest nodes, between which extremes are looked for; most, from which on later rounds still find more.
-FEWEST_NODES, MOST_NODES = 8, 160
-#: Equispaced nodes that take as long as one graded node: they need no exponentials, and one panel instead of two.
+#: Natural logarithm of C for pole order 2, from benchmarks/calibrate_error.py.
+LOG_CONSTANT_2 = 0.3
+#: Natural logarithm of C for higher pole orders, from benchmarks/calibrate_error.py.
+LOG_CONSTANT_4 = -1.2
+#: Smallest number of nodes, between which extremes are looked for.
+FEWEST_NODES = 8
+#: Largest number of nodes that is chosen, so that later rounds still find more.
+MOST_NODES = 160
+#: Number of equispaced nodes that take as long as a graded one: they need no exponentials, and one panel, not two.
 WORTH = 1.1
-#: Largest half-tangent of a singularity's distance, beyond which fewer nodes than the fewest would do.
+#: Largest half-tangent of a singularity's distance that counts: beyond it fewer than FEWEST_NODES would do.
 _FARTHEST = 0.99
+
 _FACTOR_4 = math.exp(LOG_CONSTANT_4 - LOG_CONSTANT_2)
 
 

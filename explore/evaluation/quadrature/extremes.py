@@ -19,13 +19,13 @@ from explore.evaluation.quadrature.brent import (
 from explore.evaluation.quadrature.equispaced import abscissa
 from explore.evaluation.quadrature.tiles import TILE_CENTRE, TILE_HALF, TILE_SCALE
 
-#: A local minimum can win if its parabola's drop below the sample, times this, reaches below the least sample.
+#: Factor on the drop of a parabola below a local minimum, which may win if this reaches the least sample.
 _DROP_MARGIN = 8.0
-
-#: A slope at an end, over the curvature times the distance to the next sample, below which the extreme may be inside.
+#: Slope at an end, over curvature times distance to the next sample, below which the extreme may be inside.
 _DOUBTFUL = 0.1
-#: The two looks inside, over that distance; then, where an extreme is nearer to the end, over this part of it.
+#: Distance of a look inside from the end, over the distance to the next sample, at first.
 _LOOK = 0.02
+#: Distances of looks inside, one after the other, for extremes that are ever nearer to the end.
 _LOOKS = (_LOOK, _LOOK * _LOOK)
 #: Value of ACTIVE of a lane whose candidate is an end of the panel.
 AT_END = 2.0

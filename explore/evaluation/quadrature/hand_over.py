@@ -11,8 +11,10 @@ from explore.base.lanes.elementary import exponential, inverse_sinh
 from explore.base.subroutines import subroutine
 
 _MOST_STEPS = 100
-#: A step of Newton's method relative to 1 + |t| whose square is below rounding; one of halving that is rounding.
-_LAST_STEP, _LEAST_STEP = 1e-9, 4e-16
+#: Largest last step of Newton's method, whose square is below rounding, relative to 1 + |t|.
+_LAST_STEP = 1e-9
+#: Largest last step of halving, which is rounding, relative to 1 + |t|.
+_LEAST_STEP = 4e-16
 
 # Rows of the state. Of a stroke: half-tangents of its ends, T, 1 where the magnitude of the rate is that of a positive
 # rate and -1 of a negative one, period (rad). Of the search: sine and cosine of half the shift, sign of the difference,

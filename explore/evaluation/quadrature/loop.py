@@ -40,10 +40,11 @@ from explore.evaluation.quadrature.work_space import (
 )
 from explore.evaluation.quadrature.zeros import cut_at_zeros
 
-#: Natural logarithm of the tolerance over the modelled error at the first node count, which leaves room for rounding;
-#: the same where a std or a cv is requested, which multiply the error by a few.
-HEADROOM, HEADROOM_OF_CV = 0.5, 1.5
-#: Most node counts that are tried for one design and window.
+#: Natural logarithm of the tolerance over the modelled error at the first node count: room for rounding.
+HEADROOM = 0.5
+#: `HEADROOM` where a std or a cv is requested, which multiply the error by a few.
+HEADROOM_OF_CV = 1.5
+#: Largest number of node counts that are tried for one design and window.
 MOST_ROUNDS = 4
 
 _F1, _F2, _I1 = types.float64[::1], types.float64[:, ::1], types.int64[::1]

@@ -29,12 +29,15 @@ from explore.evaluation.quadrature.tiles import SHAPE_SIZE, TILE_RESOLUTION, TIL
 
 #: Number of powers: power 0 has the exponent 1, power 1 the exponent 10/3.
 POWERS = 2
-_FEWEST_NODES, _ROUNDS = 20, 5
-#: Samples of a panel from which its local minima are refined.
+#: Number of nodes of the first rule.
+_FEWEST_NODES = 20
+#: Number of rules, each of twice as many nodes as the one before.
+_ROUNDS = 5
+#: Number of samples of a panel from which its local minima are refined.
 _SEARCH_NODES = 96
-#: Most pieces of a panel, one for each lane. A magnitude has few minima; the error bound includes further ones, which
-#: are not cut at.
+#: Largest number of cuts of a panel, one for each lane; the error bound includes further minima, which are rare.
 _MOST_CUTS = LANES
+
 _NODE_CAPACITY = LARGEST_NODE_COUNT + LANES
 
 

@@ -24,15 +24,18 @@ from explore.base.subroutines import subroutine
 from explore.evaluation.quadrature.rules import LARGEST_NODE_COUNT
 from explore.model.quadrature import MOST_SINGULARITIES
 
-#: Natural logarithm of the factor C in the error model C ((2N + 1)/h)^order rho^(-2N), h half the panel's length in t;
-#: order is the pole order of the signal: 2 (angles, velocities), 4 (accelerations) or 6 (inertia forces). Calibrated
-#: by benchmarks/calibrate_error.py: 2 for pole order 2, the others for higher ones.
-LOG_CONSTANT_2, LOG_CONSTANT_4 = 3.5, 5.3
+# The error model is C ((2N + 1)/h)^order rho^(-2N), h half the panel's length in t; order is the pole order of the
+# signal: 2 (angles, velocities), 4 (accelerations) or 6 (inertia forces).
+#: Natural logarithm of C for pole order 2, from benchmarks/calibrate_error.py.
+LOG_CONSTANT_2 = 3.5
+#: Natural logarithm of C for higher pole orders, from benchmarks/calibrate_error.py.
+LOG_CONSTANT_4 = 5.3
 #: Largest T: at 1 all singularities that are far away fall together with theta = +-i infinity.
 LARGEST_SCALE = 0.9
-_FACTOR_4 = math.exp(LOG_CONSTANT_4 - LOG_CONSTANT_2)
-#: Most panels at once.
+#: Largest number of panels at once.
 PANEL_CAPACITY = 4096
+
+_FACTOR_4 = math.exp(LOG_CONSTANT_4 - LOG_CONSTANT_2)
 
 # Rows of the panels' buffer: anchor (0, or 1 for its opposite), half-tangents of the ends from the anchor, number of
 # the law that holds between two breaks, variant of the design; centre and half length in t, T (0: equispaced nodes),

@@ -8,6 +8,7 @@ import numpy.typing as npt
 
 #: Node counts that have a rule. Rounding up to the next one adds at most 10 % of nodes.
 NODE_COUNTS = (*range(4, 41), *range(44, 81, 4), *range(88, 161, 8), *range(176, 321, 16))
+
 LARGEST_NODE_COUNT = NODE_COUNTS[-1]
 
 

@@ -18,11 +18,12 @@ from explore.evaluation.quadrature import bounds
 from explore.evaluation.quadrature.bounds import CHUNK, FLAG_RESIDUAL, FLAG_SQUARES, FLAG_TERMS, ROUNDING
 from explore.evaluation.quadrature.panels import PANEL_CAPACITY
 
-#: Largest excess of the shares of tails over the error model. Of 200,000 crank-rockers, among them near kites,
-#: slider-like ones and tiny cranks, over all windows and with three tolerances, none exceeds 0.06. Where a wrong
-#: declaration leads to an error beyond ten times the bound, the excess is at least 0.17.
+# Of 200,000 crank-rockers, among them near kites, slider-like ones and tiny cranks, over all windows and with three
+# tolerances, none exceeds 0.06. Where a wrong declaration leads to an error beyond ten times the bound, the excess is
+# at least 0.17.
+#: Largest excess of the shares of tails over the error model that a right declaration has.
 LARGEST_EXCESS = 0.1
-#: Part of the excess that counts where a row holds squares: only their mean is used, not its mean square.
+#: Share of the excess that counts where a row holds squares: only their mean is used, not its mean square.
 _OF_SQUARES = 1e-3
 
 

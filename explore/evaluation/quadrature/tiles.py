@@ -7,7 +7,7 @@ from explore.evaluation.quadrature.panels import CENTRE, DECAY, HALF, SCALE
 from explore.evaluation.quadrature.rules import LARGEST_NODE_COUNT
 
 FILL_TYPE = function_type(FILL_SIGNATURE)
-#: Most nodes of a tile, a rule and the two ends of the panel, rounded up to a multiple of four.
+#: Largest number of nodes of a tile, a rule and the two ends of the panel, rounded up to a multiple of four.
 NODE_CAPACITY = LARGEST_NODE_COUNT + 4
 
 # Rows of a tile's shape: half length in t, T e^c/2 and T e^-c/2 (c the centre), centre, T, how finely extremes are
@@ -17,7 +17,7 @@ SHAPE_SIZE = 7 * LANES
 # Rows of the sums over a tile's nodes of one signal: integrals, mean, the two parts of its tail.
 INTEGRAL, DEVIATIONS, _MEAN, FIRST_TAIL, SECOND_TAIL = (row * LANES for row in range(5))
 SUMS_SIZE = 5 * LANES
-#: Least resolution: rounding hides finer steps.
+#: Smallest resolution: rounding hides finer steps.
 _FINEST = 1e-8
 
 

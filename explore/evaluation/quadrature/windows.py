@@ -10,18 +10,19 @@ from explore.base.compiling import compiled
 from explore.base.subroutines import subroutine
 from explore.evaluation.quadrature.panels import ANCHOR, FIRST, LAST, LAW, SPREAD
 
-#: Kinds of windows: the full turn; from one mark to another; the longer or shorter of that and its complement; a fixed
-#: interval of angles.
+# Kinds of windows: the full turn; from one mark to another; the longer or shorter of that and its complement; a fixed
+# interval of angles.
 TURN, ARC, LONGER, SHORTER, INTERVAL = range(5)
-#: A stroke is the longer one if it exceeds half a turn by more than the rounding of its ends.
+
+#: Excess over 1, by rounding, of the product of the half-tangents of the ends of half a turn.
 TIE = 1e-14
-#: Angles (rad) that differ by less are equal: a few roundings of an angle of a turn.
+#: Smallest difference of unequal angles, a few roundings of an angle of a turn, rad.
 _SAME = 4e-15
-#: Largest angle (rad) between an anchor and an end of a panel of an interval.
+#: Largest angle between an anchor and an end of a panel of an interval, rad.
 _REACH = 0.9 * math.pi
-#: Half-tangent (and its inverse) below which an arc comes near an anchor (and its opposite): it is cut between them.
+#: Largest half-tangent near the anchor; an arc from there to beyond its inverse, near the opposite, is cut between.
 _NEAR = 0.1
-#: Half-tangents beyond which a panel would reach the opposite of its anchor: from infinity, a node has no offset.
+#: Largest half-tangent of an end of a panel: from infinity, at the opposite of its anchor, a node has no offset.
 LARGEST_TANGENT = 1e15
 
 

@@ -17,13 +17,15 @@ from explore.evaluation.quadrature.chunks import gather_constants
 from explore.evaluation.quadrature.panels import ANCHOR, CENTRE, HALF, LAW, LENGTH, SCALE, VARIANT
 from explore.evaluation.quadrature.tiles import NODE_CAPACITY
 
-#: Tiles of samples of a panel at least, and per length in t: all singularities are at least pi/2 off the real axis.
-_FEWEST_TILES, _TILES_PER_LENGTH = 16, 2.0
-#: Most zeros of one panel; a signal with more is rounding.
+#: Smallest number of tiles of samples of a panel.
+_FEWEST_TILES = 16
+#: Number of tiles of samples per length in t, where all singularities are at least pi/2 off the real axis.
+_TILES_PER_LENGTH = 2.0
+#: Largest number of zeros of one panel; a signal with more is rounding.
 _MOST_ZEROS = 64
-#: Times that a bracket is cut, from 1 to below rounding.
+#: Number of cuts of a bracket from a length of 1 to below rounding.
 _MOST_CUTS = 14
-#: Parts of a panel, in t relative to 1 + |t|, below which zeros are not told apart from each other and from its ends.
+#: Smallest distance of a zero from other zeros and from the ends of a panel, in t relative to 1 + |t|.
 _SHORTEST = 1e-13
 
 
