@@ -20,10 +20,10 @@ from explore.results.browsing.index_files import BLOCK, ColumnFacts, column_path
 from explore.results.browsing.kernels import assign_cells
 from explore.results.store.results import Results
 
-#: Values of a column that the widths of its cells are chosen from, about.
+#: Approximate number of values of a column from which the widths of its cells are chosen.
 _SAMPLE = 1 << 18
 
-#: Called with the share that is done; may raise to give up.
+#: Function of the share that is done; it may raise to give up.
 ReportShare = Callable[[float], None]
 
 

@@ -11,9 +11,12 @@ from explore.model.quantities import FloatArray
 from explore.results.browsing.kernels import FAILS, MEETS, UNSURE
 from explore.results.ranking.conditions import Condition
 
-#: Distinct values of a column up to which each has a cell of its own; else cells of equal width, which bins of equal
-#: width have few edges within (a multiple of the usual 64, 120 and 160 bins), and cells of equal numbers of designs.
-MOST_DISTINCT, _EQUAL_WIDTHS, _EQUAL_NUMBERS = 4096, 3840, 4096
+#: Largest number of distinct values of a column that have a cell each.
+MOST_DISTINCT = 4096
+#: Number of cells of equal width, a multiple of the usual 64, 120 and 160 bins, so that few edges of bins are in one.
+_EQUAL_WIDTHS = 3840
+#: Number of cells of equally many designs.
+_EQUAL_NUMBERS = 4096
 
 
 @dataclass(frozen=True)

@@ -21,8 +21,9 @@ from explore.results.browsing.selections import Selection
 
 Counts = npt.NDArray[np.int64]
 _Part = TypeVar("_Part")
-#: Designs that are counted at once: the fewer tiles, the less do threads wait for the interpreter's lock.
+#: Number of designs that are counted at once: the fewer tiles, the less do threads wait for the interpreter's lock.
 _TILE = 1 << 18
+#: Largest number of threads that share a count.
 _MOST_THREADS = 8
 
 

@@ -14,8 +14,10 @@ from explore.results.browsing.cells import find_bins
 from explore.results.browsing.counting import Range, whole_range
 from explore.results.browsing.index_files import IndexedColumn
 
-#: The least and the largest number of bins near the usual one, over it.
-_LEAST, _LARGEST = 0.75, 2.0
+#: Smallest number of bins near the usual one, over it.
+_LEAST = 0.75
+#: Largest number of bins near the usual one, over it.
+_LARGEST = 2.0
 #: Largest deviation of a step of a grid from its mean, over the mean: a list of values that a person wrote is rounded.
 _UNEVEN = 1e-3
 

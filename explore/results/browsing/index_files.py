@@ -33,10 +33,11 @@ from explore.base.files import sync_folder, unfinished_name
 from explore.model.quantities import FloatArray
 from explore.results.browsing.cells import Cells
 
-#: Changes when the files change, so that older ones are made anew.
+#: Version of the files; older ones are made anew.
 _FORMAT = 2
-#: Values of a file that have a checksum.
+#: Number of values of a file that have one checksum.
 BLOCK = 1 << 18
+
 _FACTS = "facts.json"
 
 

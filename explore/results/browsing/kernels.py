@@ -9,9 +9,10 @@ from __future__ import annotations
 
 from explore.base.compiling import compiled
 
-#: What `failed` is for designs that fail the conditions of several groups.
+#: Value in `failed` of a design that fails the conditions of several groups.
 SEVERAL = 255
-#: What a table says of a cell: its designs meet the conditions, fail them, or have to be looked at.
+
+# Outcomes of a cell in a table: its designs meet the conditions, fail them, or have to be looked at.
 MEETS, FAILS, UNSURE = 0, 1, 2
 
 

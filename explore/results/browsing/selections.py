@@ -12,7 +12,7 @@ from explore.results.browsing.kernels import SEVERAL, mark_failed
 from explore.results.ranking.conditions import Condition
 
 Conditions = tuple[Condition, ...]
-#: Most designs of an index of which a selection keeps what it found, a byte for each.
+#: Largest number of designs of an index of which a selection keeps what it found, a byte for each.
 _MOST_KEPT = 1 << 25
 
 

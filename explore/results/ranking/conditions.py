@@ -40,9 +40,10 @@ _SIGNS: dict[str, Callable[[Any, Any], Any]] = {
     "<": operator.lt, "<=": operator.le, ">": operator.gt, ">=": operator.ge, "==": operator.eq, "!=": operator.ne,
 }  # fmt: skip
 _KEYWORDS = ("and", "or", "not")
-#: Notations of other languages, and what to write here.
+#: Notations of other languages, and their replacements.
 _REPLACEMENTS = (("=", "=="), (",", "0.5, not 0,5"), ("&", "and"), ("|", "or"), ("!", "not or !="), ("~", "not"))
-#: A unit after a number: factors such as "mm", "rad/s^2" or "N m", none of them a keyword.
+
+# A unit after a number: factors such as "mm", "rad/s^2" or "N m", none of them a keyword.
 _FACTOR = r"(?!(?i:and|or|not)\b)(?:[^\W\d_]|[°%])+(?:(?:\^|\*\*)-?[1-9])?(?!\w)"
 _UNIT = rf"{_FACTOR}(?:\s*[*/·]\s*{_FACTOR}|\s+{_FACTOR})*"
 _EXPECTED_COMPARISON = "expected a comparison here, such as swing_angle > 20"

@@ -22,7 +22,7 @@ from explore.results.ranking.tallies import Tally
 
 #: Column with the name of the results that a design is from.
 RESULTS_COLUMN = "results"
-#: How the long name of a statistic over a stroke of the drive ends.
+#: Endings of the long names of statistics over a stroke of the drive.
 _STROKES = ("window drive", "window return", "window clutch")
 
 

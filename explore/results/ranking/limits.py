@@ -19,8 +19,8 @@ from explore.model.request import Objective
 
 #: Bounds of the constraints of a study by metric, under "min" and "max"; None or a missing key leaves a side open.
 Bounds = Mapping[str, Mapping[str, float | None]]
-#: Limits by metric: a value for the side that the constraint bounds, or values under "min" and "max". A number is in
-#: the declared unit; a string has a unit, or is a number in the unit in which the metric is shown.
+# A number is in the declared unit; a string has a unit, or is a number in the unit in which the metric is shown.
+#: Limits by metric: a value for the side that the constraint bounds, or values under "min" and "max".
 Limits = Mapping[str, float | str | Mapping[str, float | str]]
 
 _LIMIT_PATTERN = re.compile(r"\s*(?P<name>[^\s<>=]+)\s*(?P<sign><=|>=|=)\s*(?P<value>.*?)\s*")

@@ -23,10 +23,10 @@ from explore.results.ranking.violations import find_margins, find_scales, is_mea
 if TYPE_CHECKING:
     import pandas as pd
 
+_SUFFIX = "_margin"
 #: Column with the total violation.
 VIOLATION = "violation"
-_SUFFIX = "_margin"
-#: Little is feasible if it is less than this share of the designs.
+#: Share of the designs below which few are feasible.
 _LITTLE = 1e-3
 
 

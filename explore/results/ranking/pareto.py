@@ -15,9 +15,9 @@ from explore.model.quantities import FloatArray
 from explore.model.request import Objective
 from explore.results.ranking.tallies import Tally
 
-#: Cells of the grid that finds most dominated rows: more find more, but 32 KiB of minima stay in the first cache.
+#: Number of cells of the grid that finds dominated rows: more find more, but 32 KiB of minima stay in the first cache.
 _CELLS = 4096
-#: Fewer rows than this are sorted as they are.
+#: Number of rows below which they are sorted as they are.
 _FEW_ROWS = 2048
 
 

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 REFERENCE_OFFSET = 0.1
 #: Largest numbers of points for the shares in four, five and more objectives, which take a second for so many.
 MAX_POINTS = (1000, 300, 100)
-#: Distances from the plane up to this are rounding errors of the sum of scaled objectives.
+#: Largest distance from the plane that is a rounding error of the sum of scaled objectives.
 _PLANE_TOLERANCE = 1e-12
 
 

@@ -46,7 +46,7 @@ class RankRequest:
             raise RequestError(f"fronts = {self.fronts}: must be at least 1")
 
 
-#: The objectives and constraints of the study.
+#: Request for the objectives and constraints of the study.
 DEFAULT_REQUEST = RankRequest()
 
 

@@ -16,7 +16,7 @@ from explore.model.columns import Arrays
 from explore.model.status import Status
 
 _OK = int(Status.OK)
-#: Keys of the counts in a results file, with the attributes that hold them.
+#: Attributes of a tally by the keys of their counts in a results file.
 _KEYS = {
     "margins": "margins",
     "ranked": "n_ranked",
@@ -25,6 +25,7 @@ _KEYS = {
     "by_constraint": "by_constraint",
     "undefined": "by_undefined_constraint",
 }
+
 _DAMAGED = "the tally of the designs that were not kept is damaged: {}"
 
 

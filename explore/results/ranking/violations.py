@@ -19,9 +19,9 @@ from explore.results.ranking.limits import Limit
 
 #: Statuses of designs whose constraints were checked.
 CHECKED = (int(Status.OK), int(Status.SCREENED))
-#: Quartiles are those of a sample of about this many designs where there are more.
+#: Approximate number of designs whose quartiles are taken where there are more.
 _LARGEST_SAMPLE = 2**20
-#: Quartiles that differ by less than this share of the largest violation differ by rounding.
+#: Largest distance of quartiles that is rounding, over the largest violation.
 _LEAST_SPREAD = 1e-9
 
 

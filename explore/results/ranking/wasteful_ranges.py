@@ -15,7 +15,7 @@ from explore.results.ranking.rankings import Source
 
 #: Approximate number of intervals into which the range of a parameter is divided.
 _N_INTERVALS = 20
-#: Ranges narrower than this are treated as a single value, mm or the parameter's unit.
+#: Width below which a range is a single value, in the parameter's unit.
 _MIN_WIDTH = 1e-30
 
 _Counts = npt.NDArray[np.int64]

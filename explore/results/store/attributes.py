@@ -10,11 +10,12 @@ from explore.results.store.layout import INDEX
 from explore.results.store.study_record import contains_only, parse_json
 
 _LARGEST_ATTRIBUTE = 65_536
-#: Allowed dtypes of columns, and the dtypes of the columns that every results file has.
-_TYPES = ("<f8", "<i8", "<i4", "|i1")
-_TYPE_OF = {INDEX: "<i8", "status": "|i1", "feasible": "|i1"}
 _ROLES = ("index", "parameter", "metric", "margin", "bookkeeping", "")
-#: Longest texts of a column, letters.
+#: Allowed dtypes of columns.
+_TYPES = ("<f8", "<i8", "<i4", "|i1")
+#: Dtypes of the columns that every results file has.
+_TYPE_OF = {INDEX: "<i8", "status": "|i1", "feasible": "|i1"}
+#: Length of the longest allowed texts of a column, letters.
 _LONGEST = {"units": 100, "long_name": 1000, "role": 20, "labels": _LARGEST_ATTRIBUTE}
 
 

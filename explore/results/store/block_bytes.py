@@ -22,7 +22,7 @@ from explore.results.store.layout import KEEP_FRONT, Layout
 #: Upper half of a commit word; the lower half is the CRC-32 of the block.
 COMMITTED = 1 << 32
 
-#: Commit words read at a time, each with its page.
+#: Number of commit words that are read at a time, each with its page.
 _WORDS = 4096
 #: Word of a page with bytes other than 0 after its commit word; no block has this word.
 _GARBLED = np.uint64(2**64 - 1)

@@ -14,11 +14,11 @@ import numpy as np
 import numpy.typing as npt
 from h5py import h5d, h5p, h5s, h5t, h5z
 
-#: Deflate expands a byte to 1032 at most.
-_LARGEST_EXPANSION = 1100
 _LEVEL = 1
+#: Bound of the bytes to which deflate expands one, 1032.
+_LARGEST_EXPANSION = 1100
 
-#: A row for each chunk: its offset in the file and its stored bytes.
+#: Offset in the file and stored bytes of each chunk, a row for each.
 ChunkTable = npt.NDArray[np.int64]
 
 

@@ -19,7 +19,7 @@ from explore.results.store.layout import Layout
 from explore.results.store.layout_reader import read_layout
 from explore.results.store.memory_file import build_memory_file
 
-#: Values of the index written at a time.
+#: Number of values of the index that are written at a time.
 _CHUNK = 1 << 17
 
 

@@ -15,7 +15,7 @@ _ABSENT = "(not there)"
 _LONGEST_VALUE = 100
 _ADVICE = f"use `restart=True` to start over, or {NAME_ANOTHER_FILE}"
 _HIDDEN = ("determines", "request_sha256")
-#: Ending of the keys of checksums, which are of designs: those of a table, or those that a refinement starts from.
+#: Ending of the keys of checksums of designs, of a table or of the start of a refinement.
 _CHECKSUM = ".sha256"
 
 

@@ -38,7 +38,7 @@ from explore.results.store.records import (
 )
 from explore.results.store.sidecar_files import JOURNAL
 
-#: Bytes copied at a time.
+#: Number of bytes that are copied at a time.
 _PIECE = 1 << 20
 
 

@@ -23,14 +23,14 @@ from explore.results.store.chunks import ChunkTable
 from explore.results.store.study_record import StudyRecord
 
 FORMAT = "explore-results"
-#: Version 1 kept the commit words side by side, next to HDF5's own bytes; version 2 had no checksum of the attributes.
-FORMAT_VERSION = 3
-#: Bytes written after the file was created share no page with any others, because a power cut during a write may garble
-#: whole sectors of the disk.
-PAGE = 4096
 INDEX = "design"
-
-#: The attribute "keep" of a file with the Pareto-optimal designs only; a file without the attribute has all designs.
+# Version 1 kept the commit words side by side, next to HDF5's own bytes; version 2 had no checksum of the attributes.
+#: Version of the format.
+FORMAT_VERSION = 3
+# Bytes written after the file was created share no page with others: a power cut may garble whole sectors of the disk.
+#: Size of a page, bytes.
+PAGE = 4096
+#: Attribute "keep" of a file with the Pareto-optimal designs only; a file without the attribute has all designs.
 KEEP_FRONT = "front"
 
 

@@ -23,10 +23,15 @@ from explore.results.store.study_record import StudyRecord
 
 #: First version of the format whose attributes have a checksum.
 _SEALED_VERSION = 3
-#: Most rows of a block and blocks of a file, which are read as a whole; far above those of any sweep.
-_MOST_ROWS, _MOST_BLOCKS = 1 << 20, 1 << 24
-#: Most bytes of the name of a column, and of all texts too long for an attribute.
-_LONGEST_NAME, _LARGEST_TEXTS = 1000, 1 << 26
+# Far above all that a sweep writes, because these are read as a whole.
+#: Largest number of rows of a block.
+_MOST_ROWS = 1 << 20
+#: Largest number of blocks of a file.
+_MOST_BLOCKS = 1 << 24
+#: Length of the longest name of a column, bytes.
+_LONGEST_NAME = 1000
+#: Size of all texts too long for an attribute, bytes, at most.
+_LARGEST_TEXTS = 1 << 26
 
 
 def read_layout(path: Path) -> Layout:

@@ -16,12 +16,12 @@ from explore.model.columns import Attribute, Column
 from explore.results.store.layout import FORMAT, FORMAT_VERSION, INDEX, KEEP_FRONT, PAGE
 from explore.results.store.sealing import COMMIT_OFFSET, SEAL, seal_text
 
-#: Longest text stored as an attribute, bytes: HDF5 allows 64 KiB with the header. Longer ones are datasets in /study.
+#: Length of the longest text in an attribute, of which HDF5 allows 64 KiB; longer ones are datasets in /study, bytes.
 _LONGEST_ATTRIBUTE = 60_000
-#: Words of 8 bytes on the page of a block's commit word, which is the first of them.
+#: Number of words of 8 bytes on the page of a block's commit word, which is the first of them.
 _WORDS_PER_PAGE = PAGE // 8
 
-#: Makes a column's dataset: (group, name, dtype, length).
+#: Function of group, name, dtype and length that makes a column's dataset.
 DatasetMaker = Callable[[h5py.Group, str, str, int], h5py.Dataset]
 
 

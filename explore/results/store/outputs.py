@@ -17,10 +17,11 @@ from pathlib import Path
 from explore.base.files import new_file, open_binary, real_path, unfinished_versions
 from explore.results.store import system_calls
 
-#: Beginning of the names of unfinished folders, and all of them.
+#: Beginning of the name of an unfinished folder.
 _PREFIX = ".unfinished-"
+#: Pattern of the name of an unfinished folder.
 _FOLDER = re.compile(re.escape(_PREFIX) + r"[a-z0-9_]{8}")
-#: Seconds between attempts at a lock that another run holds while it removes a file.
+#: Pause between attempts at a lock that another run holds while it removes a file, s.
 _PAUSE = 1e-3
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from copy import copy
 from dataclasses import replace
 from functools import cached_property
@@ -18,13 +18,12 @@ import numpy.typing as npt
 
 from explore.base.errors import RequestError
 from explore.base.units.shown import Scale, ShownUnits, in_units, show_bounds
-from explore.model.columns import Attribute, Column
+from explore.model.columns import Column
 from explore.model.progress import ReportProgress
-from explore.model.quantities import Sense
-from explore.model.targets import Target
 from explore.results.store.block_bytes import damaged_blocks
 from explore.results.store.labels import in_words
 from explore.results.store.layout import INDEX, KEEP_FRONT
+from explore.results.store.recorded_study import RecordedStudy
 from explore.results.store.rows import RowReader
 
 if TYPE_CHECKING:
@@ -32,11 +31,11 @@ if TYPE_CHECKING:
     import xarray
 
 
-#: Designs that a notebook shows.
+#: Number of designs that a notebook shows.
 _FIRST = 5
 
 
-class Results:
+class Results(RecordedStudy):
     """The designs that were committed to a results file when it was opened.
 
     `explore.open_results` makes one. No file stays open, and a running sweep is not disturbed: open the file again to
@@ -82,79 +81,9 @@ class Results:
         return self.n_committed
 
     @property
-    def attributes(self) -> Mapping[str, Attribute]:
-        """The attributes of the file: the study's text, seed, versions, hashes and so on."""
-        return dict(self._layout.attributes)
-
-    @property
-    def config(self) -> str:
-        """The study as written, TOML."""
-        return str(self._layout.attributes.get("config", ""))
-
-    @property
-    def mechanism(self) -> str:
-        """Name of the mechanism; empty if the file has none."""
-        return str(self._layout.attributes.get("mechanism", ""))
-
-    @property
-    def speed(self) -> str:
-        """Name of the parameter that is the input speed; empty if the file has none."""
-        return str(self._layout.attributes.get("speed", ""))
-
-    @property
-    def objectives(self) -> tuple[str, ...]:
-        """The study's objectives, such as ``"cv:min"``."""
-        return self._layout.study.objectives
-
-    @property
-    def senses(self) -> dict[str, Sense | None]:
-        """The better side of each metric, "min" or "max"; None where it has none."""
-        return dict(self._layout.study.senses)
-
-    @property
     def constraints(self) -> dict[str, dict[str, float | None]]:
         """The bounds of each constrained metric as "min" and "max", in the metric's unit; None leaves a side open."""
         return show_bounds(self._layout.study.constraints, self.scales)
-
-    @property
-    def window(self) -> str | Mapping[str, float]:
-        """Part of the turn that the statistics run over: a name, or "from" and "to" in degrees; "" if not known."""
-        return self._layout.study.window
-
-    @property
-    def drive(self) -> str:
-        """Stroke that the window "drive" means; empty if the file has none."""
-        return self._layout.study.drive
-
-    @property
-    def points(self) -> tuple[str, ...]:
-        """Names of the points of the floating link, whose coordinates are parameters such as ``knife_along``."""
-        return self._layout.study.points
-
-    @property
-    def target(self) -> Target | None:
-        """What the linkages are to do; None where the study has no target."""
-        return self._layout.study.target
-
-    @property
-    def speed_powers(self) -> dict[str, float | None]:
-        """Power of the input speed that each metric is proportional to; None where there is none."""
-        return dict(self._layout.study.speed_powers)
-
-    @property
-    def status_sentences(self) -> dict[str, str]:
-        """What each status means, by its label."""
-        return dict(self._layout.study.status_sentences)
-
-    @property
-    def label_sentences(self) -> dict[str, str]:
-        """What labels of columns other than the status mean; empty if the file does not say."""
-        return dict(self._layout.study.label_sentences)
-
-    @property
-    def tally(self) -> dict[str, Any]:
-        """Counts of all studied designs by why they are not in the front, if only the front is kept; else empty."""
-        return dict(self._layout.study.tally)
 
     @cached_property
     def columns(self) -> tuple[Column, ...]:
@@ -200,16 +129,6 @@ class Results:
         return in_units(frame, self.scales)
 
     @property
-    def keep(self) -> str:
-        """Which designs of the study are in the file: "all", or "front" for the Pareto-optimal ones."""
-        return str(self._layout.attributes.get("keep", "all"))
-
-    @property
-    def n_designs(self) -> int:
-        """Number of designs of the file, including those not committed yet."""
-        return self._layout.n_designs
-
-    @property
     def n_studied(self) -> int:
         """Number of designs of the study, including those that were not kept."""
         return self._reader.n_studied
@@ -225,23 +144,9 @@ class Results:
         return bool(self._reader.is_committed.all())
 
     @property
-    def is_packed(self) -> bool:
-        """Whether the file is a compressed copy."""
-        return self._layout.is_packed
-
-    @property
-    def n_blocks(self) -> int:
-        """Number of blocks of the file."""
-        return self._layout.n_blocks
-
-    @property
     def committed_blocks(self) -> list[int]:
         """Numbers of the committed blocks, ascending."""
         return np.flatnonzero(self._reader.is_committed).tolist()
-
-    def row_range(self, block: int) -> tuple[int, int]:
-        """First row of a block in the file and the first row after it; rows are designs when all are kept."""
-        return self._layout.row_range(block)
 
     @cached_property
     def counts(self) -> dict[str, int]:

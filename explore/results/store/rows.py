@@ -24,7 +24,7 @@ from explore.results.store.layout_reader import read_layout
 Values = npt.NDArray[Any]
 #: Columns of booleans, stored as 0 and 1 because pandas reads HDF5's booleans as numbers.
 _BOOLEANS = ("feasible",)
-#: Rows between two wanted ones that are read rather than skipped: reading a page takes as long as one of its values.
+#: Largest number of rows between two wanted ones that are read too: a page takes as long to read as one of its values.
 _LARGEST_GAP = 512
 
 

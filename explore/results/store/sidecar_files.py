@@ -8,10 +8,12 @@ from pathlib import Path
 from explore.base.errors import ResultsError
 from explore.base.files import NAME_ANOTHER_FILE, check_regular, remove_unfinished, sync_folder
 
-#: The signature of HDF5 files.
+#: Signature of HDF5 files.
 _HDF5 = b"\x89HDF\r\n\x1a\n"
-#: The signatures of journals: with each record on a new page, and of version 1, without gaps between records.
-JOURNAL, JOURNAL_1 = b"explore journal 2\n", b"explore journal 1\n"
+#: Signature of journals with each record on a new page.
+JOURNAL = b"explore journal 2\n"
+#: Signature of journals of version 1, without gaps between records.
+JOURNAL_1 = b"explore journal 1\n"
 
 
 def journal_name(path: Path) -> Path:

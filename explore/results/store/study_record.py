@@ -14,8 +14,10 @@ from explore.model.columns import Attribute
 from explore.model.quantities import Sense
 from explore.model.targets import Target, target_from_content
 
-#: Keys of the ends of an interval, deg; and those of older files, rad.
-_ENDS, _OLD_ENDS = ("from", "to"), ("start", "stop")
+#: Keys of the ends of an interval, deg.
+_ENDS = ("from", "to")
+#: Keys of the ends of an interval in older files, rad.
+_OLD_ENDS = ("start", "stop")
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ import tomllib
 
 from explore.results.store.results import Results
 
-#: The one unit in which a parameter is shown because its study gives it so.
+#: Unit in which the input speed is shown where its study gives it so.
 _RPM = "rpm"
 
 

@@ -16,7 +16,7 @@ from types import ModuleType
 from explore.base.files import sync_folder
 
 _CHUNK = 1 << 20
-#: The byte that Windows locks, far beyond any content, because others must still read the file's text.
+#: Offset of the byte that Windows locks, far beyond any content, because others must still read the file's text.
 _LOCKED_BYTE = 1 << 30
 
 
