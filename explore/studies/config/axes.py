@@ -17,8 +17,9 @@ from explore.studies.designs.samplers import SAMPLERS
 from explore.studies.designs.spaces import Axis, ContinuousAxis, ListedAxis, SpacedAxis
 from explore.studies.request.parameters import describe_choices, read_value
 
-#: The methods that draw designs, in words.
+#: Methods that draw designs, in words.
 DRAWING_METHODS = " or ".join(f'"{method}"' for method in SAMPLERS)
+#: Largest number of values of an axis, which are distinct in double precision.
 _MOST_VALUES = 2**53
 
 

@@ -30,9 +30,9 @@ from explore.studies.designs.spaces import (
 )
 
 SAMPLING_METHODS = ("grid", *SAMPLERS, "table")
-#: Designs are numbered in 64 bits.
+#: Largest number of designs, which are numbered in 64 bits.
 _MOST_DESIGNS = 2**63 - 1
-#: For each drawing method the largest number of designs, the reason, and advice.
+#: Largest number of designs of each drawing method, the reason, and advice.
 _LIMITS = {
     "sobol": (MOST_SOBOL, "the Sobol' sequence has 30 bits", 'use method = "random"'),
     "latin-hypercube": (

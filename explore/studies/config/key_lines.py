@@ -21,10 +21,12 @@ _STRING = re.compile(
     re.DOTALL,
 )
 _TOKEN = re.compile(rf"{_STRING.pattern}|#[^\n]*|[][{{}}.,=\n\"']", re.DOTALL)
-#: Largest number of parts of a key, and of levels of tables and lists. The time and memory of `tomllib` grow with
-#: their square, and a study needs at most four.
-MOST_PARTS = MOST_NESTED = 16
-#: Longest path whose line is recorded; messages name shorter ones.
+# The time and memory of `tomllib` grow with the square of both, and a study needs at most four.
+#: Largest number of parts of a key.
+MOST_PARTS = 16
+#: Largest number of levels of tables and lists.
+MOST_NESTED = 16
+#: Length of the longest path whose line is recorded; messages name shorter ones.
 _DEEPEST = 8
 
 

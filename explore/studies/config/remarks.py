@@ -15,12 +15,12 @@ from explore.studies.request.path_order import remark_on_order
 
 #: Keys of entries of parameters whose numbers are in no unit, or in that of another column.
 _PLAIN = ("num", "log", "solve", "value")
-#: Units of the numbers of targets, by their key; those of the columns of a row.
+#: Units of the numbers in a row of a target, by the key.
 _TARGET_UNITS: Mapping[str, tuple[str, ...]] = {
     "points": ("mm", "mm"), "poses": ("mm", "mm", "deg"), "crank_angles": ("deg",), "lever": ("mm",),
 }  # fmt: skip
 
-#: A key, its entry, and the unit of its numbers.
+#: Key, entry, and unit of the entry's numbers.
 Entry = tuple[KeyPath, Any, str]
 
 

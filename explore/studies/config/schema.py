@@ -12,10 +12,11 @@ from explore.base.suggest import closest_name, format_value, suggestion
 
 #: Largest number of problems reported for one file: more are usually one mistake made many times.
 MOST_PROBLEMS = 20
-#: An entry that is checked later, with the mechanism.
+#: Entry that is checked later, with the mechanism.
 Unchecked = Any
-#: More parameters, metrics or constraints than any mechanism has.
+#: Largest number of entries of a section: more parameters, metrics or constraints than any mechanism has.
 _MOST = 1000
+
 Entries = Annotated[dict[str, Any], Field(max_length=_MOST)]
 Names = Annotated[list[Unchecked] | None, Field(max_length=_MOST)]
 

@@ -27,12 +27,13 @@ if TYPE_CHECKING:
 
 #: Largest number of rows, because the columns are held in memory.
 MOST_TABLE_ROWS = 10**7
-#: More than any mechanism has parameters.
+#: Largest number of columns: more than any mechanism has parameters.
 _MOST_COLUMNS = 1000
 #: Largest number of characters of a line.
 _LONGEST_LINE = 1 << 20
-# Reading stops after this many rows if there are too many problems.
+#: Number of rows after which reading stops if there are too many problems.
 _ROWS_AT_A_TIME = 4096
+
 _LINE_BREAK = re.compile(r"[\r\n]")
 
 

@@ -18,12 +18,12 @@ from explore.studies.config.key_lines import find_excess_depth, line_of, locate
 from explore.studies.config.schema import MOST_PROBLEMS
 
 _PLACE = re.compile(r" \(at (?:line (\d+), column (\d+)|end of document)\)$")
-#: Largest size of a study file in bytes; a hundred thousand values need at most two million.
-_LARGEST_FILE = 1 << 21
 _HDF5_SIGNATURE = b"\x89HDF\r\n\x1a\n"
+#: Largest size of a study file: a hundred thousand values need at most two million bytes.
+_LARGEST_FILE = 1 << 21
 #: Number of characters of a line that are searched for usual mistakes.
 _LONGEST_LINE = 1000
-# Usual mistakes in TOML, and advice for each.
+#: Patterns of usual mistakes in TOML, with advice.
 _HINTS = (
     (re.compile(r"=\s*[+-]?[\d.]+(?:[eE][+-]?\d+)?\s*[A-Za-z°µ%]"), 'write a number with a unit in quotes, "60 rpm"'),
     (re.compile(r"=\s*[+-]?\d+,\d+\s*(?:#.*)?$"), "write decimals with a point, 541.7118"),

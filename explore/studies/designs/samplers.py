@@ -12,11 +12,11 @@ import numpy.typing as npt
 
 from explore.model.quantities import FloatArray
 
-#: Points that share one stream of random numbers; a power of two, as the Sobol' sequence requires.
+#: Number of points that share one stream of random numbers; a power of two, as the Sobol' sequence requires.
 STRETCH = 65_536
-#: Points of SciPy's Sobol' sequence of 30 bits.
+#: Number of points of SciPy's Sobol' sequence of 30 bits.
 MOST_SOBOL = 2**30
-#: Largest Latin hypercube, which holds a permutation of all its points for each dimension.
+#: Largest number of points of a Latin hypercube, which holds a permutation of all of them for each dimension.
 MOST_LATIN_HYPERCUBE = 10**7
 
 _SOBOL_BITS = 30

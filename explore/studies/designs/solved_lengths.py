@@ -19,17 +19,17 @@ from explore.model.request import Request
 from explore.model.status import Status
 from explore.studies.designs.spaces import DesignSpace, SolvedLength
 
-#: Lengths evaluated between two flattened loops, where a metric has at most one extremum.
+#: Number of lengths evaluated between two flattened loops, where a metric has at most one extremum.
 _SCAN_POINTS = 9
 #: Longest length that is tried where none flattens the loop, in sums of the other lengths.
 _LONGEST = 1e6
 #: Largest error, relative to the prescribed value or to 1, of a metric that touches the value without crossing it.
 _TOUCHING_TOLERANCE = 1e-12
-#: The same where it crosses the value: next to a flattened loop the metric changes this much between two doubles.
+#: Largest relative error where it crosses the value, as it changes from double to double beside a flattened loop.
 _CROSSING_TOLERANCE = 1e-9
 #: Distance to a flattened loop, in units in the last place of the sum of all lengths, that counts as flattened.
 _CLEARANCE = 8.0
-#: To the last bit, so that equal designs get equal lengths whatever the iterations.
+#: Tolerances of the last bit, so that equal designs get equal lengths whatever the iterations.
 _TOLERANCES: Any = {"xatol": 0.0, "xrtol": 4.0 * np.finfo(float).eps, "fatol": 0.0, "frtol": 0.0}
 
 _Indices = npt.NDArray[np.intp]

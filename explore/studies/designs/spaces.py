@@ -14,7 +14,7 @@ from explore.model.columns import Arrays, Block
 from explore.model.quantities import FloatArray, Metric
 from explore.studies.designs.samplers import SAMPLERS
 
-#: Designs per block; constant, because the bytes of a results file must not depend on the machine.
+#: Number of designs of a block; constant, because the bytes of a results file must not depend on the machine.
 BLOCK_SIZE = 65_536
 
 Indices = npt.NDArray[np.int64]
@@ -146,7 +146,7 @@ class SolvedLength:
     has_nonzero = True
 
 
-#: The axes that a study file can define.
+#: Axis that a study file can define.
 Axis = ListedAxis | SpacedAxis | ContinuousAxis
 
 

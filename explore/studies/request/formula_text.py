@@ -23,11 +23,11 @@ from explore.base.grammar import NAME, NUMBER, Descent
 from explore.base.suggest import format_value, suggestion
 from explore.model.expressions import FUNCTIONS, Expression
 
-#: Longest text of a formula.
+#: Length of the longest text of a formula.
 _MOST_CHARACTERS = 1000
 #: Words of the grammars of formulas and of conditions, which are not names of columns.
 RESERVED = (*FUNCTIONS, "pi", "and", "or", "not")
-#: Notations of other languages, and what to write here.
+#: Notations of other languages, and their replacements.
 _REPLACEMENTS = (("^", "**"), ("·", "*"), ("×", "*"), ("÷", "/"), ("−", "-"), (";", "a comma"), ("[", "round brackets"))
 #: Functions of an angle, which is in degrees.
 ANGULAR = ("sin", "cos", "tan")

@@ -18,9 +18,11 @@ from explore.studies.request.user_names import reason_against_name
 
 _KEYS = ("formula", "unit")
 _EXAMPLE = '{ formula = "coupler + ground", unit = "mm" }'
-#: Largest number of steps of a formula with those of the formulas it uses, and of formulas in a row that each use the
-#: next.
-_MOST_STEPS, _MOST_LEVELS = 1000, 50
+#: Largest number of steps of a formula and of the formulas it uses.
+_MOST_STEPS = 1000
+#: Largest number of formulas in a row that each use the next.
+_MOST_LEVELS = 50
+
 _NOTHING = Expression("", (("number", 0.0),))
 
 

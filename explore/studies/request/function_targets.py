@@ -18,8 +18,9 @@ from explore.studies.request.target_files import FileColumn
 _KEYS = ("kind", "table", "file")
 #: Columns of a file of pairs.
 _COLUMNS = (FileColumn("input", "deg"), FileColumn("output", "deg"))
-#: Fewest pairs of a function.
+#: Smallest number of pairs of a function.
 _FEWEST = 3
+
 _EXAMPLE = "[[0, 0], [30, 12], [60, 31]]"
 
 

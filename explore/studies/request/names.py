@@ -28,10 +28,13 @@ from explore.studies.request.points import add_points
 from explore.studies.request.targets import TargetOrSection, add_target
 
 _NO_FORMULAS: Mapping[str, DerivedMetric] = MappingProxyType({})
-#: A full turn, deg, and what the length of one may be off by, relative, that was rounded.
-_TURN, _LENGTH_ROUNDING = 360, Fraction(1, 10**12)
+#: Full turn, deg.
+_TURN = 360
+#: Relative error of the length of a full turn whose ends were rounded.
+_LENGTH_ROUNDING = Fraction(1, 10**12)
 #: Statistics of which smaller values are better.
 _MINIMISED = {"variance", "std", "cv", "max", "peak", "rms", "peak_to_peak", "power_mean"}
+
 _LONG_NAMES = {
     "std": "standard deviation",
     "cv": "coefficient of variation",

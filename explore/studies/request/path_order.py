@@ -17,15 +17,15 @@ from explore.model.targets import PathTarget
 
 _IntArray = npt.NDArray[np.int64]
 _ComplexArray = npt.NDArray[np.complex128]
-#: Fewest points whose order can look wrong.
+#: Smallest number of points whose order can look wrong.
 _FEWEST = 5
-#: Length of a wrong order over that of the tour, at least.
+#: Smallest length of a wrong order, over that of the tour.
 _LONGER = 1.2
-#: Turn of a wrong order over that of the tour, at least.
+#: Smallest turn of a wrong order, over that of the tour.
 _MORE_TURN = 1.25
-#: Mean turn at a point of a wrong order, rad, at least.
+#: Smallest mean turn at a point of a wrong order, rad.
 _MEAN_TURN = math.radians(60.0)
-#: A change of a tour has to shorten it by more than this share of its length, beyond rounding.
+#: Smallest share of the largest distance by which a change shortens a tour, beyond rounding.
 _ROUNDING = 1e-12
 
 

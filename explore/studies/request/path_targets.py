@@ -17,7 +17,7 @@ from explore.studies.request.target_files import FileColumn
 _KEYS = ("kind", "point", "points", "file", "closed", "weights", "crank_angles", "angles_from")
 #: Columns of a file of points.
 _COLUMNS = (FileColumn("x", "mm"), FileColumn("y", "mm"), FileColumn("crank_angle", "deg", is_optional=True))
-#: Fewest points of a path.
+#: Smallest number of points of a path.
 _FEWEST = 3
 
 

@@ -17,8 +17,9 @@ from explore.studies.request.target_files import FileColumn
 _KEYS = ("kind", "point", "poses", "file", "lever", "order")
 #: Columns of a file of poses.
 _COLUMNS = (FileColumn("x", "mm"), FileColumn("y", "mm"), FileColumn("angle", "deg"))
-#: Fewest poses.
+#: Smallest number of poses.
 _FEWEST = 2
+
 _EXAMPLE = "[[0, 0, 0], [10, 5, 20], [20, 0, 45]]"
 
 

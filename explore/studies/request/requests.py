@@ -16,7 +16,7 @@ from explore.results.ranking.objectives import read_objective
 from explore.studies.request.formulas import resolve_formulas
 from explore.studies.request.names import closest_window, find_metric, make_window
 
-#: The smallest and the largest tolerance.
+#: Smallest and largest tolerance.
 TOLERANCES = (1e-13, 1e-4)
 
 

@@ -25,11 +25,11 @@ from explore.model.targets import MOST_TARGET_POINTS
 
 #: Largest size of a file, bytes.
 _LARGEST = 1 << 24
-#: The ends of lines; others, such as a form feed, belong to the cell.
+#: Ends of lines; others, such as a form feed, belong to the cell.
 _LINE_END = re.compile(r"\r\n|\r|\n")
-#: How a cell with a number begins.
+#: Beginning of a cell with a number.
 _NUMBER_LIKE = re.compile(r"[+-]?(?:\.?\d|(?:nan|inf|infinity)$)", re.IGNORECASE)
-#: A number without a unit, also one that is not finite.
+#: Number without a unit, also one that is not finite.
 _PLAIN = re.compile(r"[+-]?(?:(?:\d+\.?\d*|\.\d+)(?:e[+-]?\d+)?|nan|inf|infinity)", re.IGNORECASE | re.ASCII)
 
 

@@ -14,8 +14,9 @@ from explore.studies.request.function_targets import read_function_target
 from explore.studies.request.path_targets import read_path_target
 from explore.studies.request.pose_targets import read_poses_target
 
-#: A target, or the section of a study file that describes one.
+#: Target, or the section of a study file that describes one.
 TargetOrSection = Target | Mapping[str, Any]
+
 _Read = Callable[[Mechanism, Mapping[str, Any], Problems, Path], Target | None]
 _READERS: Mapping[str, _Read] = {
     PathTarget.kind: read_path_target,

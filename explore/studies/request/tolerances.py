@@ -12,7 +12,7 @@ from explore.base.units.quantities import quantity
 from explore.model.mechanism import Mechanism
 
 Distribution = Literal["normal", "uniform"]
-#: Half of the width of a normal tolerance over its standard deviation.
+#: Half the width of a normal tolerance, over its standard deviation.
 SIGMAS = 3.0
 
 

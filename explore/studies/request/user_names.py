@@ -14,8 +14,8 @@ _COLUMNS = (
     "design", "nodes", "error", "feasible", "status", "front", "results", "knee", "crowding", "hypervolume_share",
     "alike",
 )  # fmt: skip
-#: Endings of names of margins of constraints, of the words of codes, and of statistics over an interval. Those of
-#: statistics over other windows are the names of these.
+# Statistics over other windows end with the names of these.
+#: Endings of names of margins of constraints, of words of codes, and of statistics over an interval.
 _ENDINGS = ("margin", "label", "interval")
 
 
