@@ -32,10 +32,6 @@ def test_the_diagram_is_that_of_the_code(drawing):
     )
 
 
-#: Rooms whose comments of constants are checked.
-ROOMS = (
-    "base", "model", "analysis", "synthesis", "comparison", "figures", "service", "cli", "testing",
-)  # fmt: skip
 #: First words of comments that do not say what a constant is.
 NO_NOUNS = {
     "adding", "all", "as", "by", "called", "fewest", "for", "from", "how", "if", "in", "most", "of", "one", "run",
@@ -64,11 +60,10 @@ def _comments_of_constants(source: str):
             yield number, "is followed by a second constant without a comment or an empty line"
 
 
-@pytest.mark.parametrize("room", ROOMS)
-def test_a_comment_says_what_one_constant_is(room):
+def test_a_comment_says_what_one_constant_is():
     problems = [
         f"{path.relative_to(ROOT)}:{number} {problem}"
-        for path in sorted((ROOT / "explore" / room).rglob("*.py"))
+        for path in sorted((ROOT / "explore").rglob("*.py"))
         for number, problem in _comments_of_constants(path.read_text(encoding="utf-8"))
     ]
 

@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Callable
 from typing import Any
 
-#: Attempts before a block is rejected. dask itself retries blocks whose worker died.
+#: Number of attempts before a block is rejected. dask itself retries blocks whose worker died.
 MAX_ATTEMPTS = 2
 
 

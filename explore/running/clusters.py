@@ -18,15 +18,15 @@ if TYPE_CHECKING:
 
     from distributed import Client
 
-#: The form of a scheduler's address.
+#: Form of a scheduler's address.
 _ADDRESS = re.compile(r"(tcp|tls)://[^\s/]+:\d+")
-#: Seconds to wait for an answer of the scheduler or of all its workers.
+#: Timeout for an answer of the scheduler or of all its workers, s.
 CONNECT_TIMEOUT = 10
-#: A timeout longer than any sweep, s.
+#: Timeout longer than any sweep, s.
 _NO_TIMEOUT = 1_000_000_000
-#: A logging level above all others.
+#: Logging level above all others.
 _LOG_NOTHING = logging.CRITICAL + 1
-#: Run by each worker process. Ctrl-C reaches every process of a terminal, but only the client may end the workers.
+#: Code of each worker process: Ctrl-C reaches every process of a terminal, but only the client may end the workers.
 _IGNORE_CTRL_C = "import signal; signal.signal(signal.SIGINT, signal.SIG_IGN)"
 
 

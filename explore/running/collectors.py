@@ -27,9 +27,9 @@ from explore.running.blocks import BlockResult
 from explore.studies.config.study import Study
 from explore.studies.designs.spaces import BLOCK_SIZE
 
-#: Limit of designs when only the front is kept: marks and numbers of all blocks are in memory, 150 MB for this many.
+#: Largest number of designs when only the front is kept: marks and numbers of its blocks take 150 MB of memory.
 MOST_STUDIED = 2**40
-#: Limit of the bytes of all values: HDF5 addresses 2^63 bytes, and a file holds more than its values.
+#: Largest size of all values, bytes: HDF5 addresses 2^63, and a file holds more than its values.
 MOST_BYTES = 2**62
 
 

@@ -18,7 +18,7 @@ from explore.running.watch import LOOK_INTERVAL, Watch, cluster_lost
 if TYPE_CHECKING:
     from distributed import Client, Future
 
-#: The blocks of a silent worker are restarted elsewhere after this many mean block times.
+#: Number of mean block times after which the blocks of a silent worker are restarted elsewhere.
 PATIENCE = 3
 
 

@@ -16,10 +16,10 @@ from typing import Any
 from explore.base.errors import ResultsError
 from explore.base.files import NAME_ANOTHER_FILE, check_regular, open_regular
 
-#: The first bytes of every line.
+#: First bytes of every line.
 _LINE_START = b'{"time": "'
 
-#: Called with the name of an event and its details.
+#: Function of the name of an event and its details.
 Listener = Callable[[str, Mapping[str, Any]], None]
 
 

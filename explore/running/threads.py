@@ -20,11 +20,11 @@ from typing import Any
 
 from explore.running.attempts import Attempts
 
-#: Blocks under way beyond one for each thread: they keep the threads busy while a block is committed.
+#: Number of blocks under way beyond one for each thread: they keep the threads busy while a block is committed.
 SPARE_BLOCKS = 2
-#: Blocks of a graph. dask orders a graph before it starts, which takes 0.2 s for so many.
+#: Number of blocks of a graph: dask orders a graph before it starts, which takes 0.2 s for so many.
 _GRAPH_SIZE = 10_000
-#: Seconds between two calls of `wait`.
+#: Time between two calls of `wait`, s.
 _WAIT = 1.0
 
 #: Function that has another one called in a thread.

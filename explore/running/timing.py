@@ -10,9 +10,11 @@ from explore.evaluation.evaluate import evaluate_columns
 from explore.model.columns import Arrays
 from explore.studies.config.study import Study
 
-#: Designs are timed for the estimate in pieces spread over the study, of more designs as long as they take less time
-#: than this. In a piece, designs that differ only in speed share a motion as in the sweep.
-_PIECES, _PIECE_SIZES = 32, (4, 16, 64)
+#: Number of pieces of a study, spread over it, that are timed.
+_PIECES = 32
+#: Numbers of designs of a piece, in which designs that differ only in speed share a motion as in the sweep.
+_PIECE_SIZES = (4, 16, 64)
+#: Time above which no larger pieces are timed, s.
 _LEAST_SECONDS = 0.1
 
 

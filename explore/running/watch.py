@@ -12,11 +12,11 @@ from explore.base.errors import ClusterError
 if TYPE_CHECKING:
     from distributed import Client
 
-#: Seconds between looks at the cluster.
+#: Time between looks at the cluster, s.
 LOOK_INTERVAL = 1.0
-#: Seconds without a heartbeat or an answer after which a worker or the scheduler counts as silent.
+#: Time without a heartbeat or an answer after which a worker or the scheduler counts as silent, s.
 SILENCE = 10.0
-#: Additional seconds for each worker: dask's heartbeats come twice a second with few workers, every 6 s with 1,000.
+#: Additional time for each worker, s: heartbeats come twice a second with few workers, every 6 s with 1,000.
 SILENCE_PER_WORKER = 0.02
 
 
