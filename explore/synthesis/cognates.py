@@ -21,26 +21,11 @@ def third_pivot(linkage: FourBar) -> complex:
 def find_cognates(linkage: FourBar, angle: float = 0.0) -> tuple[FourBar, FourBar]:
     """The cognates at the pivots of the crank and of the rocker.
 
-    Parameters
-    ----------
-    linkage
-        The given linkage.
-    angle
-        An angle of its crank, rad, at which it can be assembled. The first cognate is driven by a link that need not
-        turn fully, so that its branch may differ between positions; it is that of this one.
-
-    Returns
-    -------
-    tuple
-        The one whose first link turns about `crank_pivot` as the coupler of the given linkage does, and the one whose
-        first link turns about the third pivot as its crank does; their coupler points draw the path of the given
-        linkage.
-
-    Raises
-    ------
-    RequestError
-        If the coupler point is a pin, whose path is a circle: a cognate would have a link without length; or if the
-        linkage cannot be assembled at the angle.
+    The first link of the one turns about the crank's pivot as the coupler of the linkage does, the first link of the
+    other about the third pivot as its crank does; their coupler points draw the path of the linkage. The first link of
+    the first need not turn fully, so that its branch may differ between positions: it is the one at an angle of the
+    crank, rad. Raises `RequestError` if the linkage cannot be assembled there, or the coupler point is a pin, whose
+    path is a circle: a cognate would have a link without length.
     """
     kappa = linkage.point
     if kappa in (0, 1):
@@ -76,20 +61,7 @@ def find_cognates(linkage: FourBar, angle: float = 0.0) -> tuple[FourBar, FourBa
 
 
 def cognate_angles(linkage: FourBar, angles: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Angles of the first links of both cognates in the plane while the crank of the linkage is at given ones.
-
-    Parameters
-    ----------
-    linkage
-        The given linkage.
-    angles
-        Angles of its crank in the plane, rad, shape (n,).
-
-    Returns
-    -------
-    tuple of (n,) arrays
-        In the order of `find_cognates`, rad; NaN where the linkage cannot be assembled.
-    """
+    """Angles of the first links of both cognates in the plane at angles of the crank there, rad; NaN where none are."""
     pins = linkage.crank_pins(angles)
     couplers = linkage.rocker_pins(angles) - pins
     # The first link of one is M - A, that of the other (1 - kappa)(A - A0).

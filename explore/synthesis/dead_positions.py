@@ -33,15 +33,7 @@ _STEP = 1e-30
 
 @dataclass(frozen=True)
 class DeadPositions:
-    """A swing with a time ratio.
-
-    Attributes
-    ----------
-    swing
-        Angle that the rocker swings through, rad, between 0 and pi.
-    time_ratio
-        Ratio of the times of its slow and its fast stroke, at least 1.
-    """
+    """Swing of a rocker, 0 … pi, rad, and the ratio of the times of its slow and its fast stroke, at least 1."""
 
     swing: float
     time_ratio: float
@@ -62,13 +54,8 @@ class DeadPositions:
 class Family:
     """The crank-rockers of one sign of the dead angle, over their free number rho.
 
-    Attributes
-    ----------
-    task
-        Swing and time ratio.
-    sign
-        1 if the crank turns on from its extended to its overlapped dead position in the sense in which the rocker
-        swings, with the dead angle beyond half a turn; else -1.
+    The sign is 1 if the crank turns on from its extended to its overlapped dead position in the sense in which the
+    rocker swings, with the dead angle beyond half a turn; else -1.
     """
 
     task: DeadPositions

@@ -38,14 +38,9 @@ _NEAR = 1e-6
 
 @dataclass(frozen=True)
 class Passage:
-    """How a linkage passes points.
+    """How a linkage passes points: its fate, and the crank's angles there.
 
-    Attributes
-    ----------
-    fate
-        One of the fates of this module.
-    angles
-        Angles of the crank at the points, rad, ascending or descending where it passes; NaN at points that it misses.
+    The angles, rad, ascend or descend where it passes; they are NaN at points that it misses.
     """
 
     fate: str
@@ -69,15 +64,7 @@ class _Position:
 
 
 def find_passage(linkage: FourBar, points: ComplexArray) -> Passage:
-    """How a linkage passes points, in any of its assemblies.
-
-    Parameters
-    ----------
-    linkage
-        The linkage; its own branch does not matter.
-    points
-        Shape (n,).
-    """
+    """How a linkage passes points, shape (n,), in any of its assemblies, whatever its own branch."""
     positions = [_positions_at(linkage, complex(point)) for point in points]
     frame = float(np.angle(linkage.rocker_pivot - linkage.crank_pivot))
     if not all(positions):

@@ -41,16 +41,9 @@ _LEAST_LINK = 0.05
 class DwellTask:
     """A dwell of a slider.
 
-    Attributes
-    ----------
-    span
-        Angle that the crank turns while the slider rests, rad.
-    stroke
-        Least travel of the slider over the length of the crank.
-    transmission_angle_min, pressure_angle_max
-        Limits over the turn, rad.
-    link_ratio_max
-        Largest length of a link, and of the coupler point's distance from the crank's pin, over that of the crank.
+    The crank turns by the span, rad, while the slider rests. Limits over the turn are the least travel of the slider,
+    the angles, rad, and the largest length of a link and of the coupler point's distance from the crank's pin. Lengths
+    are in cranks.
     """
 
     span: float
@@ -77,12 +70,8 @@ class DwellTask:
 class Fits(NamedTuple):
     """Starts, or what became of them.
 
-    Attributes
-    ----------
-    numbers, sides
-        As of `slider_motions`, shape (n, 9) and (n,).
-    errors
-        Mean squares of the slider's motion in the dwell, and of what misses limits, shape (n,).
+    Numbers, (n, 9), and sides, (n,), as of `slider_motions`; errors are mean squares of the slider's motion in the
+    dwell and of missed limits.
     """
 
     numbers: FloatArray

@@ -24,14 +24,8 @@ _LEAST_REACH = 1e-4
 class Motions(NamedTuple):
     """Motions of sliders at k crank angles.
 
-    Attributes
-    ----------
-    positions
-        Along the guides, shape (n, k); as if the link were a little longer where it does not reach the guide.
-    sines
-        Of the angles between link and guide, shape (n, k); beyond 1 where the link does not reach it.
-    position_slopes, sine_slopes
-        By the nine numbers, shape (n, 9, k).
+    Positions along the guides, (n, k), as if the link were a little longer where it does not reach the guide; sines of
+    the angles between link and guide, (n, k), beyond 1 there; slopes of both by the nine numbers, (n, 9, k).
     """
 
     positions: FloatArray

@@ -14,15 +14,7 @@ from explore.synthesis.linkages import ComplexArray
 
 
 class Couplers(NamedTuple):
-    """Places of couplers.
-
-    Attributes
-    ----------
-    pins
-        Of the crank, complex, shape (n, k).
-    directions
-        From there to the pin of the rocker, complex of length 1, shape (n, k).
-    """
+    """Places of couplers: the crank's pins, and unit vectors from there to the rocker's pins, complex, (n, k)."""
 
     pins: ComplexArray
     directions: ComplexArray
@@ -42,25 +34,14 @@ def couplers(lengths: FloatArray, angles: FloatArray) -> Couplers:
 def five_position_points(lengths: FloatArray, angles: FloatArray) -> tuple[ComplexArray, ComplexArray]:
     """The points of each coupler that five positions hold on a circle, beside its two pins.
 
-    Parameters
-    ----------
-    lengths
-        Couplers, rockers and grounds, shape (n, 3).
-    angles
-        Five angles of each crank, rad, shape (n, 5).
+    For couplers, rockers and grounds, (n, 3), and five angles of each crank, rad, (n, 5), it returns the points, from
+    the pin of the crank along and across the coupler, and the centres of their circles, each (n, 2); NaN where they are
+    not real.
 
-    Returns
-    -------
-    tuple of (n, 2) arrays
-        The points, from the pin of the crank along and across the coupler, and the centres of their circles; NaN where
-        they are not real.
-
-    Notes
-    -----
-    The pin A, the direction u, the point q of the coupler and the centre c satisfy |A + u q - c|^2 = R^2, so that
-    Re(A' u q) - Re(A' c) - Re(u' q' c) is the same in all positions: four equations, linear in q, c and w = q' c. They
-    have a plane of solutions, which the pins lie in: q = c = 0, and the coupler with the ground. w = q' c singles out
-    four, of which the pins are two; the imaginary part is linear without them, and the real part quadratic.
+    The pin A, the direction u, the point q of the coupler and the centre c satisfy |A + u q - c|^2 = R^2, so that Re(A'
+    u q) - Re(A' c) - Re(u' q' c) is the same in all positions: four equations, linear in q, c and w = q' c. They have a
+    plane of solutions, which the pins lie in: q = c = 0, and the coupler with the ground. w = q' c singles out four, of
+    which the pins are two; the imaginary part is linear without them, and the real part quadratic.
     """
     place = couplers(lengths, angles)
     turning = place.pins.conj() * place.directions

@@ -72,14 +72,9 @@ def _rows(task: DwellTask, numbers: FloatArray, side: float) -> _Rows:
 
 
 class Polished(NamedTuple):
-    """A linkage with its slider after the search.
+    """A linkage with its slider after the search, as of `slider_motions`.
 
-    Attributes
-    ----------
-    numbers, side
-        As of `slider_motions`.
-    cost
-        Half the travel in the dwell, and the price of what misses a limit.
+    Its cost is half the travel in the dwell, and the price of missed limits.
     """
 
     numbers: FloatArray

@@ -53,15 +53,9 @@ _SAME = 1e-3
 def find_dwells(task: DwellTask, count: int = 5, seed: int = 0) -> list[Dwell]:
     """Dwells of least travel that were found, each a local optimum, best first; the crank is 1.
 
-    `count` is the number that is wanted; all that were found are returned.
-
-    Where no linkage within the limits was found, those that miss them least; none where not even their links reach the
-    guides over the whole turn.
-
-    Raises
-    ------
-    RequestError
-        If no crank-rocker is within the limits of transmission angle and lengths.
+    `count` are wanted; all that were found are returned. Where none is within the limits, they are the ones that miss
+    them least; none where not even their links reach the guides over the whole turn. Raises `RequestError` if no
+    crank-rocker is within the limits of transmission angle and lengths.
     """
     fits = _best(_starts(task, np.random.default_rng(seed)), N_STARTS + _PER_LINKAGE * count)
     for n_steps, weight, n_kept in _STAGES:

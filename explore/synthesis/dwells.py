@@ -25,17 +25,7 @@ _N_STEPS = 5
 
 @dataclass(frozen=True)
 class Circles:
-    """Circles fitted to arcs, least squares of the distances.
-
-    Attributes
-    ----------
-    centres
-        Shape (n,), complex.
-    radii
-        Shape (n,).
-    deviations
-        Largest distance of a point of each arc from its circle, shape (n,).
-    """
+    """Circles fitted to arcs by least squares, and the largest distance of a point of each arc, each (n,)."""
 
     centres: ComplexArray
     radii: FloatArray
@@ -109,24 +99,9 @@ def narrowest_ring(points: ComplexArray) -> tuple[complex, float]:
 class Dwell:
     """A dwell mechanism and what it does.
 
-    Attributes
-    ----------
-    linkage
-        The four-bar.
-    start, span
-        First angle of the crank in the dwell and what it turns there, rad.
-    link
-        Length of the link to the slider.
-    centre
-        Where the slider rests.
-    direction
-        Of the guide through the centre, rad.
-    stroke
-        Travel of the slider over the turn.
-    error
-        Travel of the slider in the dwell.
-    pressure_angle_max
-        Largest angle between link and guide, rad.
+    The dwell begins at the crank angle `start` and lasts for the angle `span`. The slider rests at `centre`, at the end
+    of the link, on a guide in `direction`; `stroke` and `error` are its travels over the turn and in the dwell. All
+    angles are in rad.
     """
 
     linkage: FourBar
@@ -155,13 +130,7 @@ def slider_positions(
 
 
 def measure(linkage: FourBar, start: float, span: float, direction: float) -> Dwell:
-    """Fit the link to the arc, the slider's place to its centre, and measure the slider's motion.
-
-    Raises
-    ------
-    RequestError
-        If the linkage or the slider cannot be assembled over the whole turn.
-    """
+    """Fit the link to the arc, the slider's place to its centre, and measure as `measure_slider`."""
     centre, link = narrowest_ring(linkage.points(start + np.linspace(0.0, span, _N_DWELL)))
     return measure_slider(linkage, start, span, direction, link, centre)
 
@@ -171,10 +140,7 @@ def measure_slider(
 ) -> Dwell:
     """Measure a slider on the guide through a centre, near which it rests.
 
-    Raises
-    ------
-    RequestError
-        If the linkage or the slider cannot be assembled over the whole turn.
+    Raises `RequestError` if the linkage or the slider cannot be assembled over the whole turn.
     """
     dwell = linkage.points(start + np.linspace(0.0, span, _N_DWELL))[None]
     turn = linkage.points(start + np.linspace(0.0, 2.0 * np.pi, _N_TURN))[None]

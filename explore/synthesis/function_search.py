@@ -25,14 +25,8 @@ _SAME = 1e-3
 class FunctionTask:
     """A function between two angles, each counted from an initial angle that is free.
 
-    Attributes
-    ----------
-    inputs, outputs
-        Angles that the crank and the rocker turn from their initial angles, rad, shape (n,): a table of the function.
-    transmission_angle_min
-        The least angle between coupler and rocker, or its supplement, over the range, rad.
-    link_ratio_max
-        The largest ratio of the longest to the shortest link.
+    A table of the angles that crank and rocker turn from there, rad, (n,); the least angle between coupler and rocker,
+    or its supplement, over the range, rad; the largest ratio of the longest to the shortest link.
     """
 
     inputs: FloatArray
@@ -43,17 +37,7 @@ class FunctionTask:
 
 @dataclass(frozen=True)
 class FoundGenerator:
-    """A generator with its initial angles and true errors.
-
-    Attributes
-    ----------
-    generator
-        The linkage.
-    input_start, output_start
-        Initial angles of crank and rocker from the line of the pivots, rad.
-    error_rms, error_max
-        Of the output at the pairs of the task, rad.
-    """
+    """A generator, its initial angles from the line of the pivots, and its errors at the pairs of the task, rad."""
 
     generator: FourBarGenerator
     input_start: float
@@ -65,13 +49,9 @@ class FoundGenerator:
 def find_generators(task: FunctionTask) -> list[FoundGenerator]:
     """Generators of least mean square error of the output, each a local optimum, best first.
 
-    The initial angles start on a grid over the turn, with the lengths that the linear equation gives, and all five
-    are improved by Levenberg and Marquardt's method on the error of the output angle itself.
-
-    Raises
-    ------
-    RequestError
-        If none of the starts leads to a linkage that can be assembled over the whole range.
+    The initial angles start on a grid over the turn, with the lengths that the linear equation gives, and all five are
+    improved by Levenberg and Marquardt's method on the error of the output angle itself. Raises `RequestError` if none
+    of the starts leads to a linkage that can be assembled over the whole range.
     """
     starts = sorted(_starts(task), key=lambda start: start[0])[:_N_STARTS]
     found: list[FoundGenerator] = []

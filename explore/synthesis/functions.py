@@ -22,15 +22,7 @@ from explore.model.quantities import FloatArray
 
 @dataclass(frozen=True)
 class FourBarGenerator:
-    """A four-bar function generator, its ground of length 1.
-
-    Attributes
-    ----------
-    crank, coupler, rocker
-        Lengths; a negative crank or rocker stands for the opposite direction of its angle.
-    branch
-        1 or -1: which of the two output angles, see `outputs`.
-    """
+    """A four-bar generator with a ground of 1; a negative crank or rocker stands for the opposite direction."""
 
     crank: float
     coupler: float
@@ -59,15 +51,8 @@ def output_angles(lengths: FloatArray, inputs: FloatArray, branch: int) -> Float
 def fit_four_bar(inputs: FloatArray, outputs: FloatArray) -> FourBarGenerator:
     """The four-bar that meets three pairs of angles exactly, or more in the least-squares sense of its equation.
 
-    Parameters
-    ----------
-    inputs, outputs
-        Angles of crank and rocker from the line of the pivots, rad, shape (n,), n at least 3.
-
-    Raises
-    ------
-    RequestError
-        If the pairs determine no linkage of finite, real lengths.
+    Angles of crank and rocker from the line of the pivots, rad, (n,). Raises `RequestError` if they determine no
+    linkage of finite, real lengths.
     """
     inputs, outputs = np.asarray(inputs, dtype=np.float64), np.asarray(outputs, dtype=np.float64)
     matrix = np.column_stack([np.cos(inputs), np.cos(outputs), np.ones_like(inputs)])

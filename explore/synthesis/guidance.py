@@ -30,13 +30,7 @@ _MOST_DYADS = 700
 
 @dataclass(frozen=True)
 class PivotBox:
-    """Where a fixed pivot may be.
-
-    Attributes
-    ----------
-    lowest, highest
-        Corners, lower left and upper right; infinite where a side is open.
-    """
+    """Where a fixed pivot may be: corners, lower left and upper right, infinite where a side is open."""
 
     lowest: complex = complex(-np.inf, -np.inf)
     highest: complex = complex(np.inf, np.inf)
@@ -63,20 +57,11 @@ ANYWHERE = (PivotBox(), PivotBox())
 
 @dataclass(frozen=True)
 class Pairs:
-    """Four-bars of pairs of dyads, each array of shape (n,).
+    """Four-bars of pairs of dyads.
 
-    Attributes
-    ----------
-    fixed, moving
-        Pivots of the crank and of the rocker, the moving ones in the first pose, complex (2, n).
-    fates
-        What they do between the poses: fates of `explore.synthesis.defects`.
-    turning
-        Whether the crank turns fully.
-    transmission_angles
-        The least transmission angle, or its supplement, over the turn, rad; NaN for cranks that do not turn.
-    branches
-        In the first pose, 1 or -1, as of `FourBar`.
+    Pivots of crank and rocker, complex (2, n), the moving ones in the first pose; fates between the poses; whether the
+    crank turns fully; the least transmission angle, or its supplement, over the turn, rad, NaN for others; the branch
+    in the first pose, as of `FourBar`; each (n,).
     """
 
     fixed: ComplexArray
@@ -108,18 +93,11 @@ class Pairs:
 
 
 def find_pairs(poses: Poses, length_max: float, seed: int = 0, boxes: tuple[PivotBox, PivotBox] = ANYWHERE) -> Pairs:
-    """All four-bars of five poses; of four and three, those of many dyads with links up to a length.
+    """All four-bars of five poses; of four and three, some of many dyads with links up to a length.
 
-    Parameters
-    ----------
-    poses
-        Three, four or five.
-    length_max
-        Longest link, and farthest moving pivot from the body's point.
-    seed
-        Of the choice among the dyads of three poses, which are a plane of points.
-    boxes
-        Where the pivots of crank and rocker may be; of five poses all are returned, wherever they are.
+    No link is longer than `length_max`, nor any moving pivot farther from the body's point. The seed is that of the
+    choice among the dyads of three poses, which are a plane of points. The boxes bound the pivots of crank and rocker;
+    of five poses all are returned, wherever they are.
     """
     n = len(poses.points)
     if n == 5:

@@ -30,15 +30,7 @@ def chebyshev_points(first: float, last: float, count: int) -> FloatArray:
 
 @dataclass(frozen=True)
 class Law:
-    """A function y of x between two values of x.
-
-    Attributes
-    ----------
-    first, last
-        Ends of the range of x; the input turns from the first to the last.
-    values
-        The values y at x, shape (n,).
-    """
+    """A function y of x, shape (n,), between two values of x, from the first of which the input turns to the last."""
 
     first: float
     last: float
@@ -61,10 +53,7 @@ class Law:
 def formula_law(text: str, first: float, last: float) -> Law:
     """The law of a formula of x; angles of sines and the like are in degrees, as in all formulas.
 
-    Raises
-    ------
-    RequestError
-        If it is no formula of x, or has no finite value, or but one, in the range.
+    Raises `RequestError` if it is no formula of x, or has no finite value, or but one, in the range.
     """
     formula = parse_formula(text)
     others = [name for name in formula.names if name != "x"]
@@ -110,10 +99,7 @@ def _argument(steps: Sequence[tuple[str, float]]) -> tuple[tuple[str, float], ..
 def table_law(x: Sequence[float], y: Sequence[float]) -> Law:
     """The law through pairs, by the monotone cubic interpolation of Fritsch and Butland between them.
 
-    Raises
-    ------
-    RequestError
-        If there are fewer than three pairs, x does not ascend or descend, or all y are one value.
+    Raises `RequestError` for fewer than three pairs, x that does not ascend or descend, or equal y.
     """
     from scipy.interpolate import PchipInterpolator
 

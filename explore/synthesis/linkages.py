@@ -19,17 +19,9 @@ ComplexArray = npt.NDArray[np.complex128]
 class FourBar:
     """A four-bar linkage and a point of its coupler.
 
-    Attributes
-    ----------
-    crank_pivot, rocker_pivot
-        The fixed pivots.
-    crank, coupler, rocker
-        Lengths.
-    point
-        The coupler point, from the pin of the crank, in units of the vector from there to the pin of the rocker: 0 and
-        1 are the pins.
-    branch
-        1 if the pin of the rocker lies left of the line from the pin of the crank to the pivot of the rocker, else -1.
+    The point counts from the pin of the crank in units of the vector from there to the pin of the rocker: 0 and 1 are
+    the pins. The branch is 1 if the pin of the rocker lies left of the line from the pin of the crank to the pivot of
+    the rocker, else -1.
     """
 
     crank_pivot: complex

@@ -28,18 +28,9 @@ _SHORTEST = 1e-3
 class PoseBounds:
     """Bounds on four-bars for poses.
 
-    Attributes
-    ----------
-    transmission_angle_min
-        The least of the transmission angle and its supplement over the turn, rad.
-    size_ratio_max
-        Of the longest link over the size of the poses' points.
-    link_ratio_max
-        Of the longest link over the shortest.
-    crank_pivot, rocker_pivot
-        Ranges of their x and y; those that are missing are open.
-    is_ordered
-        Whether the crank takes the body through the poses in their order.
+    The transmission angle or its supplement over the turn, rad; the longest link over the size of the poses' points,
+    and over the shortest; ranges of x and y of the pivots, missing ones open; whether the crank takes the body through
+    the poses in their order.
     """
 
     transmission_angle_min: float = float(np.radians(5.0))
@@ -54,16 +45,9 @@ class PoseBounds:
 class FittedPoses:
     """A four-bar for poses, and how well it meets them.
 
-    Attributes
-    ----------
-    linkage
-        The four-bar; its coupler point is the point of the poses.
-    body_angle
-        Angle of the body from the coupler, rad.
-    angles
-        Of the crank in the plane at the poses, rad, shape (n,).
-    position_errors, angle_errors
-        Distances of the point from its places, and angles of the body from those of the poses, rad, each (n,).
+    Its coupler point is the point of the poses. Angle of the body from the coupler, and of the crank in the plane at
+    the poses, rad; distances of the point from its places, and angles of the body from those of the poses, rad, each
+    (n,).
     """
 
     linkage: FourBar
@@ -89,12 +73,8 @@ def lever_of(poses: Poses) -> float:
 def fit_poses(poses: Poses, bounds: PoseBounds | None = None, count: int = 20) -> list[FittedPoses]:
     """Four-bars whose crank turns, of least errors within bounds, each a local optimum, best first.
 
-    The sum of the squares of the distances of the points and of the body's angles times `lever_of` is least.
-
-    Raises
-    ------
-    RequestError
-        If there are fewer than five poses.
+    The sum of the squares of the distances of the points and of the body's angles times `lever_of` is least. Raises
+    `RequestError` for fewer than five poses.
     """
     from explore.synthesis.paths.search import PathTask, find_paths, numbers_of_boxes
 

@@ -31,15 +31,7 @@ _N_STEPS = 8
 
 @dataclass(frozen=True)
 class Poses:
-    """Poses of a body in the plane.
-
-    Attributes
-    ----------
-    points
-        Places of a point of the body, shape (n,), complex.
-    angles
-        Angles of the body, rad, shape (n,).
-    """
+    """Poses of a body in the plane: places of a point of it, complex, and angles, rad, each (n,)."""
 
     points: ComplexArray
     angles: FloatArray
@@ -71,19 +63,9 @@ def largest_residual(poses: Poses, dyad: Dyad) -> float:
 
 
 def fixed_pivots(poses: Poses, moving: ComplexArray) -> ComplexArray:
-    """The fixed pivots that moving pivots need for three poses: centres of the circles through three points.
+    """The fixed pivots that moving pivots, (n,), need for three poses: centres of the circles through three points.
 
-    Parameters
-    ----------
-    poses
-        Three poses.
-    moving
-        Pivots on the body in its first pose, shape (n,).
-
-    Returns
-    -------
-    (n,) array
-        NaN where the three points lie on a line.
+    The moving pivots are on the body in its first pose. NaN where the three points lie on a line.
     """
     rotations, shifts = poses.displacements()
     places = rotations[:, None] * moving + shifts[:, None] - moving
@@ -95,26 +77,15 @@ def fixed_pivots(poses: Poses, moving: ComplexArray) -> ComplexArray:
 
 
 def burmester_curves(poses: Poses, angles: FloatArray) -> tuple[ComplexArray, ComplexArray]:
-    """Fixed and moving pivots for four poses: points of the two Burmester curves.
+    """Fixed and moving pivots for four poses, each (2, n): points of the two Burmester curves.
 
-    Parameters
-    ----------
-    poses
-        Four poses.
-    angles
-        Angles that the link turns from pose 1 to pose 2, rad, shape (n,): the free parameter.
+    The angles, (n,), by which the link turns from pose 1 to pose 2, rad, are free; each has two pivots, NaN where there
+    are none.
 
-    Returns
-    -------
-    tuple of (2, n) arrays
-        Fixed and moving pivots; two for each angle, NaN where there are none.
-
-    Notes
-    -----
-    With W the link and Z the vector from its moving pivot to the point of the body, each in pose 1, W (e^{i b_j} - 1)
-    + Z (e^{i t_j} - 1) = P_j - P_1. Three equations for two unknowns: their determinant vanishes, which closes a loop
-    of four vectors like that of a four-bar, with b_2 as its input (G. N. Sandor, A. G. Erdman, Advanced Mechanism
-    Design, 1984, chapter 3).
+    With W the link and Z the vector from its moving pivot to the point of the body, each in pose 1, W (e^{i b_j} - 1) +
+    Z (e^{i t_j} - 1) = P_j - P_1. Three equations for two unknowns: their determinant vanishes, which closes a loop of
+    four vectors like that of a four-bar, with b_2 as its input (G. N. Sandor, A. G. Erdman, Advanced Mechanism Design,
+    1984, chapter 3).
     """
     rotations, _ = poses.displacements()
     moved, turned = poses.points[1:] - poses.points[0], rotations - 1.0

@@ -126,19 +126,7 @@ class CandidateRows:
 def evaluate_candidates(
     study: Study, parameters: Arrays, measured: Measured, task: str, tried: Sequence[str]
 ) -> CandidateRows:
-    """Evaluate candidates by the ordinary request of their study.
-
-    Parameters
-    ----------
-    study
-        Ranges around the candidates, metrics, constraints and objectives.
-    parameters
-        Parameters of the candidates by name, each of shape (n,).
-    measured
-        What the solver says of them.
-    task, tried
-        See `CandidateRows`.
-    """
+    """Evaluate candidates by the ordinary request of their study, which has ranges around them."""
     names = [axis.name for axis in study.space.axes]
     evaluation = evaluate_columns(study.request, {name: parameters[name] for name in names})
     columns = [*results_columns(study), *measured.columns]

@@ -17,19 +17,9 @@ from explore.synthesis.linkages import ComplexArray
 class SliderCrank:
     """A slider-crank and a point of its rod.
 
-    Attributes
-    ----------
-    crank_pivot
-        The fixed pivot.
-    crank, rod
-        Lengths.
-    offset
-        Of the guide from the pivot, positive to the left of its direction.
-    direction
-        Of the guide, from the pivot towards the slider, rad.
-    point
-        The rod's point, from the pin of the crank, in units of the vector from there to the slider: 0 and 1 are the
-        pins.
+    The guide has the offset from the pivot, positive to the left of its direction, which is that from the pivot towards
+    the slider, rad. The point counts from the pin of the crank in units of the vector from there to the slider: 0 and 1
+    are the pins.
     """
 
     crank_pivot: complex

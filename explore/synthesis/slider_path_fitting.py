@@ -42,14 +42,8 @@ IntArray = npt.NDArray[np.int64]
 class Fits(NamedTuple):
     """Starts, or what became of them.
 
-    Attributes
-    ----------
-    numbers
-        Of the slider-cranks, shape (b, 8).
-    angles
-        Of the crank from the guide at the points, rad, nondecreasing, shape (b, n).
-    errors
-        Sums of the weighted squared distances, shape (b,).
+    Numbers, (b, 8); angles of the crank from the guide at the points, rad, nondecreasing, (b, n); sums of the weighted
+    squared distances.
     """
 
     numbers: FloatArray
@@ -64,14 +58,8 @@ class Fits(NamedTuple):
 class Problem(NamedTuple):
     """What is fitted.
 
-    Attributes
-    ----------
-    points
-        Complex, shape (b, n): each start has its own, which may be mirrored.
-    weights
-        Of the squared distances, shape (n,).
-    lower, upper
-        Bounds of the numbers of each start, shape (b, 8).
+    The points of each start, (b, n), which may be mirrored; weights of the squared distances, (n,); bounds of the
+    numbers, (b, 8).
     """
 
     points: ComplexArray

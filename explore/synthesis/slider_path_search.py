@@ -121,18 +121,9 @@ class SliderPathTask:
 class SliderPath:
     """A slider-crank for a path.
 
-    Attributes
-    ----------
-    linkage
-        The slider-crank.
-    angles
-        Angles of the crank in the plane at the points, rad, in one sense of rotation, shape (n,).
-    error_rms, error_max
-        Weighted root mean square, and largest, distance of the points to where the rod's point is at these angles.
-    box
-        The box of the crank's pivot within which it was sought.
-    is_on_edge
-        Whether the pivot lies on the edge of the box: a larger box may hold a better solution.
+    Its crank's angles in the plane at the points, rad, in one sense of rotation; weighted root mean square, and
+    largest, distance of the points to where the rod's point is at these; the box of the crank's pivot, and whether the
+    pivot lies on its edge: a larger box may hold a better solution.
     """
 
     linkage: SliderCrank
@@ -146,10 +137,7 @@ class SliderPath:
 def find_slider_paths(task: SliderPathTask) -> list[SliderPath]:
     """Slider-cranks with the least root mean square distances that were found, each a local optimum, best first.
 
-    Raises
-    ------
-    RequestError
-        If the points are too few, too many or at one place, or the box of the pivot is empty.
+    Raises `RequestError` if the points are too few, too many or at one place, or the box of the pivot is empty.
     """
     task.check()
     middle = complex(np.mean(task.points))

@@ -30,15 +30,7 @@ def closed_spline(points: ComplexArray, per_chord: int) -> ComplexArray:
 
 @dataclass(frozen=True)
 class Followers:
-    """Crank and coupler side that reach from a pivot to all points of a path, and their angles.
-
-    Attributes
-    ----------
-    crank, side
-        Lengths of the crank and of the side of the coupler from its pin to the path.
-    crank_angles, side_angles
-        At the points, rad, shape (n,).
-    """
+    """Crank and side of the coupler that reach from a pivot to all points of a path, and their angles, rad."""
 
     crank: float
     side: float
@@ -53,21 +45,11 @@ class Followers:
 
 
 def reach_path(points: ComplexArray, pivot: complex, sense: int) -> Followers:
-    """The crank and side that reach the points.
+    """The crank and side that reach the points of a path in order.
 
-    Parameters
-    ----------
-    points
-        The path in order, shape (n,).
-    pivot
-        Of the crank.
-    sense
-        1 if the crank turns as the order of the points goes about it, counter-clockwise where they do, else -1.
-
-    Notes
-    -----
-    The triangle of crank, side and distance folds over where the distance is largest and smallest: there its side
-    changes.
+    The sense is 1 if the crank turns as the order of the points goes about its pivot, counter-clockwise where they do,
+    else -1. The triangle of crank, side and distance folds over where the distance is largest and smallest: there its
+    side changes.
     """
     vectors = points - pivot
     distances = np.abs(vectors)
@@ -94,18 +76,10 @@ def _winding(vectors: ComplexArray) -> int:
 
 
 def slider_offsets(followers: Followers, rod: float, beta: float, direction: float) -> FloatArray:
-    """Offsets of the slider's pin from the pivot of the crank, across the direction of the guide, shape (n,).
+    """Offsets of the slider's pin from the crank's pivot, across the direction of the guide, (n,).
 
-    Parameters
-    ----------
-    followers
-        Crank and side of the coupler.
-    rod
-        Distance of the crank's pin and the slider's.
-    beta
-        Angle between both sides of the coupler, rad: the side to the path is ahead of that to the slider.
-    direction
-        Of the guide, rad.
+    The rod is the distance of the crank's pin and the slider's; beta the angle between both sides of the coupler, rad,
+    by which the side to the path is ahead of that to the slider.
     """
     crank, side = followers.crank_angles, followers.side_angles
     return np.asarray(-(followers.crank * np.sin(crank - direction) + rod * np.sin(side - beta - direction)))
@@ -113,15 +87,7 @@ def slider_offsets(followers: Followers, rod: float, beta: float, direction: flo
 
 @dataclass(frozen=True)
 class Guide:
-    """The slider of least guide-offset error for a crank and side.
-
-    Attributes
-    ----------
-    rod, beta, direction, offset
-        As of `slider_offsets`; the offset is the middle of those of the pin.
-    error
-        Largest less smallest offset.
-    """
+    """The slider of least guide-offset error: the range of the offsets, of which `offset` is the middle."""
 
     rod: float
     beta: float
@@ -134,16 +100,8 @@ def find_guide(followers: Followers, rod_max: float, n_directions: int = 180) ->
     """The guide of least error over its direction.
 
     For a direction, the offsets are linear in rod cos(beta) and rod sin(beta): the least range of offsets is a linear
-    programme. Directions are scanned, and the best is improved between its neighbours.
-
-    Parameters
-    ----------
-    followers
-        Crank and side of the coupler.
-    rod_max
-        Largest allowed size of both rod cos(beta) and rod sin(beta); without it the error tends to 0 with the length.
-    n_directions
-        Directions of the scan, over half a turn.
+    programme. So many directions over half a turn are scanned, and the best is improved between its neighbours. The
+    size of both products is at most `rod_max`; without it the error tends to 0 with the length.
     """
     from scipy.optimize import minimize_scalar
 

@@ -82,10 +82,7 @@ class _Batch(NamedTuple):
 def find_turning_generators(task: FunctionTask) -> list[FoundGenerator]:
     """Generators of least mean square error whose crank turns, each a local optimum, best first.
 
-    Raises
-    ------
-    RequestError
-        If none within the bound on the ratio of links was found.
+    Raises `RequestError` if none within the bound on the ratio of links was found.
     """
     some = np.unique(np.linspace(0, len(task.inputs) - 1, _N_VALUES).astype(np.int64))
     coarse = replace(task, inputs=task.inputs[some], outputs=task.outputs[some])

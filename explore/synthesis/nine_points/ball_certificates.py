@@ -22,15 +22,9 @@ _N_CORRECTIONS = 6
 def certify_in_balls(
     solution: ComplexArray, points: ComplexArray, size: float
 ) -> tuple[ComplexArray, FloatArray, bool] | None:
-    """A polydisc that holds exactly one solution, by its centre and radii, and whether it is proved real; None without
-    proof.
+    """Centre and radii of a polydisc that holds exactly one solution, and whether it is real; None without proof.
 
-    Parameters
-    ----------
-    solution
-        Approximate, shape (8,).
-    points, size
-        See `certificates.certify`.
+    The solution is approximate, (8,); points and size as of `certificates.certify`.
     """
     before = ctx.prec
     try:

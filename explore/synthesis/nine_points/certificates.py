@@ -37,17 +37,9 @@ _N_CORRECTIONS = 3
 class Certificates:
     """What is proved of solutions.
 
-    Attributes
-    ----------
-    centres, radii
-        Polydiscs, shape (n, 8), that hold the proved solutions.
-    is_proved
-        Whether it is proved that a solution exists, is alone in a neighbourhood, regular, and one of a linkage: no link
-        is without length and the linkage is at no dead point at the points, shape (n,).
-    is_real, is_not_real
-        Whether that is proved, (n,).
-    is_distinct
-        Whether it is proved to be of another class than all other proved solutions, (n,).
+    A solution is proved that exists in its polydisc, centres and radii (n, 8), alone in a neighbourhood, regular, and
+    one of a linkage: no link is without length, and it is at no dead point at the points. Beside that, (n,): whether it
+    is proved to be real, not to be real, and of another class than all other proved ones.
     """
 
     centres: ComplexArray
@@ -69,17 +61,7 @@ class Certificates:
 
 
 def certify(solutions: ComplexArray, points: ComplexArray, size: float) -> Certificates:
-    """Prove what can be proved of solutions.
-
-    Parameters
-    ----------
-    solutions
-        Approximate, from the first point in units of `size`, shape (n, 8).
-    points
-        The nine points, exactly.
-    size
-        The unit of the solutions.
-    """
+    """Prove what can be proved of approximate solutions, from the first of the exact points in units of `size`."""
     n = len(solutions)
     centres, radii = solutions.copy(), np.full(solutions.shape, np.inf)
     proved, real = np.zeros(n, dtype=bool), np.zeros(n, dtype=bool)

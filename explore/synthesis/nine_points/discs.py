@@ -25,13 +25,7 @@ _TINY = 1e-290
 
 @dataclass(frozen=True)
 class Discs:
-    """Discs of the complex plane, elementwise.
-
-    Attributes
-    ----------
-    centre, radius
-        Arrays of one shape, or of shapes that broadcast.
-    """
+    """Discs of the complex plane, elementwise: arrays of one shape, or of shapes that broadcast."""
 
     centre: ComplexArray
     radius: FloatArray

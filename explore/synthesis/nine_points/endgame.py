@@ -59,14 +59,8 @@ Follow = Callable[[ComplexArray, ComplexArray, ComplexArray], tuple[ComplexArray
 class Limits:
     """Where solutions go.
 
-    Attributes
-    ----------
-    fates
-        One of the fates of this module, shape (n,); `REGULAR` says only that the limit is a linkage and w is 1.
-    windings
-        Winding numbers, 0 where lost, (n,).
-    solutions
-        The limits where all unknowns stay finite, else NaN, (n, 8).
+    Fates of this module, (n,), of which `REGULAR` says only that the limit is a linkage and w is 1; winding numbers, 0
+    where lost, (n,); limits where all unknowns stay finite, else NaN, (n, 8).
     """
 
     fates: npt.NDArray[np.int64]
@@ -79,12 +73,7 @@ def find_limits(
 ) -> Limits:
     """Limits of solutions of the problem `target - rates` as its parameters go straight to `target`.
 
-    Parameters
-    ----------
-    follow
-        Follows solutions from parameters, by rates; returns them and whether each arrived.
-    shrinkage
-        Ratio of the radii of one circle and the one before.
+    The radii of two circles in turn have the ratio `shrinkage`.
     """
     n = len(solutions)
     fates, windings = np.full(n, LOST), np.zeros(n, dtype=np.int64)

@@ -73,16 +73,8 @@ _MEET = 1e-4
 class Ends:
     """Where the paths of one start system lead.
 
-    Attributes
-    ----------
-    solutions
-        The limits, shape (1442, 8); NaN where infinite or lost.
-    fates
-        Fates of `endgame`, shape (1442,).
-    windings
-        How many paths meet at the limit in a cycle, 0 where that is not known, (1442,).
-    is_interrupted
-        Whether the user stopped before all were followed; those that were not are lost.
+    Limits, (1442, 8), NaN where infinite or lost; fates of `endgame`; how many paths meet at the limit in a cycle, 0
+    where that is not known. If the user stopped it, paths that were not followed are lost.
     """
 
     solutions: ComplexArray

@@ -32,13 +32,8 @@ _REAL = 1e-6
 class PivotReport:
     """The linkages through points with given pivots.
 
-    Attributes
-    ----------
-    linkages
-        Those that pass the points in order first, of those the ones with the least ratio of links. With one given
-        pivot, cognates that share it are linkages of their own.
-    n_paths, n_found
-        Number of complex solutions of a generic problem, and of those found.
+    First the ones that pass the points in order, of the least ratio of links. With one given pivot, cognates that share
+    it are linkages of their own. Beside them, the numbers of complex solutions of a generic problem and of those found.
     """
 
     linkages: tuple[FoundLinkage, ...]
@@ -64,19 +59,9 @@ class PivotReport:
 
 
 def find_with_pivots(points: ComplexArray, pivots: Sequence[complex]) -> PivotReport:
-    """All linkages through points with given pivots, each simulated.
+    """All linkages through seven points with one given pivot, or five with both, each simulated.
 
-    Parameters
-    ----------
-    points
-        Shape (7,) with one pivot, (5,) with two.
-    pivots
-        One or both fixed pivots.
-
-    Raises
-    ------
-    RequestError
-        If the numbers of points and pivots do not fit, or two of either are equal.
+    Raises `RequestError` if the numbers of points and pivots do not fit, or two of either are equal.
     """
     vectors, size = _checked(points, pivots)
     n_vectors = len(vectors)

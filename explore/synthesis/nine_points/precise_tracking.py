@@ -55,12 +55,8 @@ _DEAD = 1e-20
 class PreciseEnd:
     """Where a path leads.
 
-    Attributes
-    ----------
-    solution
-        The regular solution, rounded, shape (8,); None if it leads to none or is lost.
-    is_infinite
-        Whether it goes to infinity as far as the digits of the points tell.
+    The regular solution, rounded, (8,), or None, and whether it goes to infinity as far as the digits of the points
+    tell.
     """
 
     solution: ComplexArray | None = None
@@ -68,15 +64,7 @@ class PreciseEnd:
 
 
 def follow_precisely(solution: ComplexArray, start: ComplexArray, rates: ComplexArray) -> PreciseEnd:
-    """Follow a solution from parameters `start` to `start + rates`.
-
-    Parameters
-    ----------
-    solution
-        Of the problem with parameters `start`, shape (8,).
-    start, rates
-        Shape (16,); the parameters are d_1 … d_8 and their hats.
-    """
+    """Follow a solution, (8,), from parameters `start` to `start + rates`, (16,): d_1 … d_8 and their hats."""
     with _precision(PRECISION):
         begin, moves = ([acb(complex(value)) for value in each] for each in (start, rates))
         path = _Path(begin, moves)

@@ -23,18 +23,9 @@ _NEARLY_REAL = 1e-5
 class FoundLinkage:
     """A linkage through the nine points.
 
-    Attributes
-    ----------
-    linkage
-        The linkage; its crank is the link that drives it past the points best, of two the shorter one.
-    solution, cognate
-        Number of the real solution, from 1, and of its cognate, 0 … 2.
-    linkage_class
-        Its class by Grashof, in the words of `explore.mechanisms.four_bar`.
-    passage
-        How it passes the points.
-    is_proved
-        Whether it is proved to exist.
+    Its crank is the link that drives it past the points best, of two the shorter one. Number of its real solution, from
+    1, and of its cognate, 0 … 2; its class by Grashof, in the words of `explore.mechanisms.four_bar`; how it passes the
+    points; whether it is proved to exist.
     """
 
     linkage: FourBar
@@ -47,15 +38,7 @@ class FoundLinkage:
 
 @dataclass(frozen=True)
 class NinePointReport:
-    """All linkages through nine points.
-
-    Attributes
-    ----------
-    linkages
-        Those that pass the points in order first, of those the ones with the least ratio of links.
-    solutions
-        What the paths lead to, complex solutions included.
-    """
+    """All linkages through nine points, the ones that pass them in order first, and the complex solutions."""
 
     linkages: tuple[FoundLinkage, ...]
     solutions: NinePointSolutions
@@ -96,20 +79,7 @@ class NinePointReport:
 
 
 def find_linkages(points: ComplexArray, report: ReportProgress | None = None) -> NinePointReport:
-    """All linkages through nine points, each simulated.
-
-    Parameters
-    ----------
-    points
-        Shape (9,), complex.
-    report
-        As of `find_all`.
-
-    Raises
-    ------
-    RequestError
-        If the points are not nine or two are equal.
-    """
+    """All linkages through nine points, each simulated; see `find_all`."""
     found = find_all(points, report)
     rows = [(found.solutions[row], bool(found.certificates.is_real[row])) for row in found.real]
     rows += [(row, False) for row in found.singular[distance_from_real(found.singular) < _NEARLY_REAL]]

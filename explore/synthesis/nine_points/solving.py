@@ -88,19 +88,10 @@ class NinePointSolutions:
 
 
 def find_all(points: ComplexArray, report: ReportProgress | None = None) -> NinePointSolutions:
-    """All linkages through nine points; those that were found so far, once a path arrived, if the user stops it.
+    """All linkages through nine points, complex; what was found so far, once a path arrived, if the user stops it.
 
-    Parameters
-    ----------
-    points
-        Shape (9,), complex.
-    report
-        Called with the number of paths whose ends are known, of each start system anew.
-
-    Raises
-    ------
-    RequestError
-        If the points are not nine or two are equal.
+    `report` is called with the number of paths whose ends are known, of each start system anew. Raises `RequestError`
+    if the points are not nine or two are equal.
     """
     if len(points) != N_POINTS + 1:
         raise RequestError(f"nine points determine all linkages, not {len(points)}")
@@ -122,15 +113,7 @@ def find_all(points: ComplexArray, report: ReportProgress | None = None) -> Nine
 
 
 def merge(systems: Sequence[Ends], points: ComplexArray, size: float) -> NinePointSolutions:
-    """What start systems say together.
-
-    Parameters
-    ----------
-    systems
-        Where the paths of each lead.
-    points, size
-        As of `NinePointSolutions`.
-    """
+    """What start systems say together of where all paths lead."""
     found = np.concatenate([each.regular for each in systems])
     certificates = certify(found, points, size)
     # The centres of proofs, where Newton's method led: two ends may be of one solution.

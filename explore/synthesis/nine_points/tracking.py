@@ -186,14 +186,8 @@ def _is_back(z, origin):
 def circle(solutions, target, rates, wanted, samples, turns):
     """Lead solutions around the parameters `target`, from `target - rates` and back, until they return to themselves.
 
-    Parameters
-    ----------
-    solutions
-        Of the problem with parameters `target - rates`, shape (n, 8).
-    samples
-        Receives the solutions on the way, at `N_SIDES` corners a turn, shape (n, most turns times `N_SIDES`, 8).
-    turns
-        Receives the number of turns, 0 where the way was lost, -1 where it is longer than `samples`.
+    `solutions` are of the problem `target - rates`, (n, 8). `samples` receives them on the way, at `N_SIDES` corners a
+    turn, and `turns` the number of turns, 0 where the way was lost, -1 where it is longer than `samples`.
     """
     z, facts = np.empty(N_UNKNOWNS, np.complex128), np.empty(N_FACTS)
     corner, side = np.empty(N_PARAMETERS, np.complex128), np.empty(N_PARAMETERS, np.complex128)

@@ -28,15 +28,7 @@ _MIRRORED = np.array([1.0, 1.0, 1.0, 1.0, 1.0, -1.0])
 
 @dataclass(frozen=True)
 class Target:
-    """A closed path through the given points.
-
-    Attributes
-    ----------
-    points
-        At equal steps of its length, shape (N_STEPS,).
-    places
-        Places of the given points, as shares of the length.
-    """
+    """A closed path at equal steps of its length, and the places of its given points as shares of the length."""
 
     points: ComplexArray
     places: FloatArray
@@ -65,20 +57,8 @@ def close_path(points: ComplexArray) -> Target:
 class Starts:
     """Linkages laid over a path.
 
-    Attributes
-    ----------
-    shapes
-        Of the linkages, with their size, shape (n, 6).
-    places
-        Pivots of the crank, complex (n,), and angles of the frame, rad.
-    frames
-        Angles of the frame, rad, (n,).
-    branches, senses
-        1 or -1, (n,).
-    angles
-        Crank angles of the given points, rad, (n, k).
-    errors
-        Share of the path's mean square that the fit leaves, (n,).
+    Shapes with their size, (n, 6); pivots of the crank, complex, and angles of the frame, rad; branches and senses, 1
+    or -1; crank angles of the given points, rad, (n, k); the share of the path's mean square that the fit leaves.
     """
 
     shapes: FloatArray
@@ -141,16 +121,9 @@ def _angles_at(places: FloatArray, lengths: FloatArray) -> FloatArray:
 
 
 def lay_over_parts(points: ComplexArray, shapes: FloatArray, least_span: float) -> Starts:
-    """Lay parts of curves of shapes over an open path, the best part of each.
+    """Lay parts of curves of shapes, (n, 6), over an open path, (k,), the best part of each.
 
-    Parameters
-    ----------
-    points
-        The path, shape (k,).
-    shapes
-        Of the linkages, shape (n, 6).
-    least_span
-        Angle that the crank turns at least over the path, rad.
+    The crank turns at least by `least_span` over the path, rad.
     """
     even, places = _open_path(points)
     curves, lengths = even_points(shapes)
@@ -223,16 +196,9 @@ def fit_similarity(curves: ComplexArray, path: ComplexArray) -> tuple[ComplexArr
 
 
 def lay_timed(points: ComplexArray, angles: FloatArray, shapes: FloatArray, *, is_shift_free: bool) -> Starts:
-    """Lay shapes over points with crank angles, both branches, the best first angle of each.
+    """Lay shapes, (n, 6), over points with crank angles, (k,), both branches, the best first angle of each.
 
-    Parameters
-    ----------
-    points, angles
-        The path and the angles of the crank, rad, shape (k,).
-    shapes
-        Of the linkages, shape (n, 6).
-    is_shift_free
-        Whether the angles count from any angle, or from the frame.
+    The angles, rad, count from any angle if the shift is free, else from the frame.
     """
     shifts = np.arange(_N_PHASES) * (2.0 * np.pi / _N_PHASES) if is_shift_free else np.zeros(1)
     own, branches = np.concatenate([shapes, shapes * _MIRRORED]), np.repeat([1.0, -1.0], len(shapes))

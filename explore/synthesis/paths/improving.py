@@ -44,18 +44,8 @@ _SAME = 1e-4
 class Candidates:
     """Linkages under improvement.
 
-    Attributes
-    ----------
-    branches, senses
-        1.0 or -1.0, shape (n,).
-    are_grounds_longer
-        Whether the ground or the crank is the longer, bool, shape (n,).
-    numbers
-        Shape (n, 10).
-    angles
-        Of the crank from the frame, rad, shape (n, k).
-    errors
-        Weighted sums of squares, shape (n,).
+    Branches and senses, 1.0 or -1.0; whether the ground, or the crank, is the longer of both; numbers, (n, 10); angles
+    of the crank from the frame, rad, (n, k); weighted sums of squares.
     """
 
     branches: FloatArray

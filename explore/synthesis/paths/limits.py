@@ -26,16 +26,8 @@ from explore.synthesis.paths.numbers import (
 class Limits(NamedTuple):
     """Limits of lengths; infinite or zero ones are none.
 
-    Attributes
-    ----------
-    shortest, longest
-        Of the links.
-    arm
-        Longest distance of the coupler point from the pin of the crank.
-    ratio
-        Of the longest link over the shortest.
-    price
-        Of the square of the logarithm by which a limit is missed.
+    Of the links; of the distance of the coupler point from the pin of the crank; of the ratio of the longest link to
+    the shortest; and the price of the square of the logarithm by which a limit is missed.
     """
 
     shortest: float = 0.0

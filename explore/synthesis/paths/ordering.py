@@ -65,16 +65,8 @@ def _choose_each(squares, n_samples, angles):
 def order_angles(task, branches, are_grounds_longer, numbers, n_samples, stride, senses, angles, costs):
     """Fill the senses, angles and sums of squares of linkages that are best among samples of a turn.
 
-    Parameters
-    ----------
-    task
-        A `Task`.
-    branches, are_grounds_longer, numbers
-        Of the linkages, shapes (n,), (n,) and (n, 10).
-    n_samples, stride
-        Samples of a turn, and how many of them lie between two that the first point is sought from.
-    senses, angles, costs
-        Receive the results, shapes (n,), (n, k) and (n,).
+    Of so many samples of a turn, `stride` lie between two that the first point is sought from. The last three arrays
+    receive the results, (n,), (n, k) and (n,).
     """
     n = len(task.points)
     squares, sums = np.empty((n, 2 * n_samples + 1)), np.empty((n, n_samples + 1))

@@ -37,20 +37,9 @@ _TINY = 1e-300
 class Goal(NamedTuple):
     """What windows are compared with.
 
-    Attributes
-    ----------
-    points, weights
-        Shape (n,).
-    directions, lever
-        As of `explore.synthesis.paths.fitting.Task`.
-    is_closed
-        Whether the crank turns once, and does not return.
-    least_span
-        Of the crank over an open path, rad.
-    turned
-        Angles of the crank from its first, where these are given, rad, shape (n,).
-    is_shift_free
-        Whether these count from any angle.
+    Points and weights, (n,); directions and lever as of `fitting.Task`; whether the crank turns once and returns, else
+    how far it turns at least, rad; the angles of the crank from its first, where given, rad, (n,), and whether they
+    count from any angle.
     """
 
     points: ComplexArray
@@ -87,16 +76,8 @@ class Goal(NamedTuple):
 class Drawn(NamedTuple):
     """Four-bars with the longest link of 1.
 
-    Attributes
-    ----------
-    lengths
-        Crank, coupler, rocker and ground, shape (n, 4).
-    angles
-        Transmission angles with the crank along and against the frame, rad, shape (n, 2).
-    pivots
-        Of crank and rocker, complex, shape (n, 2); NaN where they are free.
-    branches
-        1.0 or -1.0, shape (n,).
+    Crank, coupler, rocker and ground, (n, 4); transmission angles with the crank along and against the frame, rad, (n,
+    2); pivots of crank and rocker, (n, 2), NaN where free; branches, 1.0 or -1.0.
     """
 
     lengths: FloatArray
@@ -110,18 +91,10 @@ class Drawn(NamedTuple):
 
 
 class Laid(NamedTuple):
-    """Four-bars laid over the points: those drawn, their windows, and what fits best.
+    """Four-bars laid over the points: rows of those drawn, their windows, and what fits best, each (m,).
 
-    Attributes
-    ----------
-    rows, windows
-        Of each, shape (m,).
-    pivots, frames, arms
-        Crank's pivot, vector of the frame over the ground, and vector of the coupler point over it, complex.
-    bodies
-        Angles of the body from the coupler, rad.
-    errors
-        Weighted sums of squares.
+    Crank's pivot, vector of the frame over the ground, and of the coupler point over it, complex; angles of the body
+    from the coupler, rad; weighted sums of squares.
     """
 
     rows: np.ndarray

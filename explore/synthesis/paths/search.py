@@ -177,19 +177,10 @@ def _laid_over_parts(points: tuple[complex, ...], span_min: float, part: int, is
 
 @dataclass(frozen=True)
 class PathSolution:
-    """A linkage for a path.
+    """A linkage for a path, its crank's angles in the plane at the points, and the body's angle from the coupler, rad.
 
-    Attributes
-    ----------
-    linkage
-        The four-bar.
-    angles
-        Angles of the crank in the plane at the points, rad.
-    error
-        Sum of squared distances of the points to where the linkage is at these angles, and of turns of the body times
-        the lever.
-    body_angle
-        Angle of the body from the coupler, rad.
+    The error is the sum of squared distances of the points to where the linkage is at these angles, and of turns of the
+    body times the lever.
     """
 
     linkage: FourBar
