@@ -67,16 +67,8 @@ def with_more_bits(
 ) -> _Value:
     """The first value that is found with rising precision.
 
-    Parameters
-    ----------
-    find
-        Takes a precision in bits; returns None, or raises UndecidedError, if it is too low.
-    reason
-        What stays open if all are.
-
-    Raises
-    ------
-    UnprovedError
+    `find` takes a precision in bits; it returns None, or raises `UndecidedError`, if that is too low. If all are,
+    `UnprovedError` is raised with the reason.
     """
     for bits in precisions:
         with working_precision(bits):

@@ -20,20 +20,10 @@ def certify_designs(
     is_front: bool,
     report_progress: ReportProgress | None = None,
 ) -> dict[int, tuple[Proof, Design]]:
-    """Certify designs.
+    """Certify designs, the columns of each by its number, by what the study computes.
 
-    Parameters
-    ----------
-    request
-        What the study computes of each design.
-    rows
-        The columns of each design, by its number.
-    objectives
-        Those in which the designs are compared.
-    is_front
-        Whether the designs are said to be Pareto-optimal, so that one that is dominated is refuted.
-    report_progress
-        Called after each design with the designs done and all designs.
+    If they are said to be Pareto-optimal in the objectives, one that is dominated is refuted. `report_progress` is
+    called after each with the designs done and all designs.
     """
     make, proofs = find_certificate(request.mechanism.name), {}
     for done, (number, row) in enumerate(rows.items(), 1):

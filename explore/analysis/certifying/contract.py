@@ -21,13 +21,8 @@ class Certificate(Protocol):
         """Enclose a metric in its unit; None where the design has none, NaN in results.
 
         Derived metrics are those that the mechanism declares; formulas of a study are computed from their inputs.
-
-        Raises
-        ------
-        UnprovedError
-            If there is no rigorous road.
-        UndecidedError
-            If the precision is too low.
+        Raises `UnprovedError` if it cannot be certified: no enclosure is implemented; and `UndecidedError` if the
+        precision is too low.
         """
 
 

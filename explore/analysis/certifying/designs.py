@@ -18,17 +18,7 @@ from explore.model.request import Constraint, Request
 
 
 class Design:
-    """A design of exact parameters.
-
-    Parameters
-    ----------
-    make
-        Makes its certificates.
-    parameters
-        All parameters of the mechanism by name.
-    request
-        What results hold of it.
-    """
+    """A design of exact parameters, all of its mechanism, and what results hold of it."""
 
     def __init__(self, make: MakeCertificate, parameters: Mapping[str, float], request: Request) -> None:
         self.parameters, self.request = dict(parameters), request

@@ -57,12 +57,7 @@ def turning_values(
 ) -> Iterator[tuple[arb, arb]]:
     """Crank angles where a signal may turn, and its values there.
 
-    Parameters
-    ----------
-    signal
-        Its value at a position and the state there.
-    turning
-        Polynomial whose roots include the cosines of all positions where the signal turns.
+    The roots of the polynomial include the cosines of all positions where it turns.
     """
     for cosine in real_roots(turning):
         for position, state in positions_at(linkage, cosine):

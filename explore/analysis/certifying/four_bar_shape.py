@@ -33,10 +33,7 @@ def classify(
 def overall_size(linkage: Linkage, limits: tuple[arb, arb] | None, name: str) -> Enclosure:
     """A side, or the area, of the box around the crank's circle, both ground pivots, and the arc of the rocker's joint.
 
-    Parameters
-    ----------
-    limits
-        Rocker angles of branch 1 in overlapped and extended position; None where the rocker turns.
+    The limits are rocker angles of branch 1 in overlapped and extended position; None where the rocker turns.
     """
     if name not in ("envelope_width", "envelope_height", "footprint"):
         raise UnprovedError(f"{name} is a formula without a rigorous road")

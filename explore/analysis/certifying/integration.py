@@ -34,15 +34,8 @@ def integration_left_out() -> Iterator[None]:
 def integrate_over(arc: Arc, signal: Callable[[acb, int, bool], acb]) -> arb:
     """The integral of a signal over an arc.
 
-    Parameters
-    ----------
-    signal
-        Takes a half-tangent, the multiple of pi that it is from, and whether the signal must be analytic there.
-
-    Raises
-    ------
-    UnprovedError
-        Where integration is left out.
+    The signal takes a half-tangent, the multiple of pi that it is from, and whether it must be analytic there. Raises
+    `UnprovedError` where integration is left out.
     """
     if _is_left_out.get():
         raise UnprovedError("integration is left out")

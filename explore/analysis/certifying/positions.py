@@ -102,15 +102,7 @@ def full_turn() -> Arc:
 
 
 def extremes(ends: Iterable[arb], arc: Arc, turning: Iterable[tuple[arb, arb]]) -> tuple[arb, arb]:
-    """Smallest and largest value of a signal over an arc.
-
-    Parameters
-    ----------
-    ends
-        Its values at the ends of the arc.
-    turning
-        Angles, all those among them where the signal turns, and its values there.
-    """
+    """Smallest and largest value of a signal over an arc, from its values at the ends and where it may turn."""
     first, last = ends
     low, high = first.min(last), first.max(last)
     for angle, value in turning:

@@ -11,13 +11,7 @@ _MODULES = {"crank-rocker": "crank_rocker", "slider-crank": "slider_crank"}
 
 
 def find_certificate(mechanism: str) -> MakeCertificate:
-    """The maker of certificates of a mechanism.
-
-    Raises
-    ------
-    RequestError
-        If the mechanism has none.
-    """
+    """The maker of certificates of a mechanism; `RequestError` if it has none."""
     if mechanism not in _MODULES:
         raise RequestError(
             f"designs of {mechanism} cannot be certified: there is no proof of its numbers yet; "

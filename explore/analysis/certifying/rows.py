@@ -27,15 +27,7 @@ _NOT_COMPUTED = (Status.PENDING, Status.NOT_FINITE, Status.FAILED, Status.NOT_GI
 
 @dataclass
 class Proof:
-    """What is proved of a design.
-
-    Attributes
-    ----------
-    open, refuted
-        Sentences.
-    intervals
-        Doubles below and above each metric, NaN where it is undefined or open.
-    """
+    """Sentences on what is open and what is refuted of a design, and the doubles next to each metric's enclosure."""
 
     open: list[str] = field(default_factory=list)
     refuted: list[str] = field(default_factory=list)
@@ -60,13 +52,7 @@ class Proof:
 
 
 def certify_row(design: Design, row: Mapping[str, float]) -> Proof:
-    """Check all numbers of a row, its status and its feasibility.
-
-    Parameters
-    ----------
-    row
-        The columns of the design.
-    """
+    """Check all numbers of a row, its status and its feasibility."""
     proof = Proof()
     status = int(row["status"])
     if not design.is_usable:

@@ -70,10 +70,7 @@ def time_ratio(stroke: arb) -> Enclosure:
 def stroke_of(request: Request, window: str, product: arb) -> str:
     """Name of the stroke that a window is: a stroke, "drive", "return" or "clutch".
 
-    Parameters
-    ----------
-    product
-        Above 1 where the first stroke is the longer one; `quadrature.windows.orient` compares it with 1.
+    The product is above 1 where the first stroke is the longer one, as in `quadrature.windows.orient`.
     """
     first, second = request.mechanism.strokes
     if window in (first, second):

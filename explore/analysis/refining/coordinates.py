@@ -20,14 +20,8 @@ Choices = npt.NDArray[np.int64]
 class Coordinates:
     """The axes of a study as designs move in them.
 
-    Attributes
-    ----------
-    ranges
-        Parameters that take any value of a range; of a grid, any value between its first and its last.
-    lists
-        Parameters that stay among listed values.
-    fixed
-        The value of each other parameter.
+    Parameters that take any value of a range, of a grid between its first and its last; parameters that stay among
+    listed values; and the value of each other one.
     """
 
     ranges: tuple[ContinuousAxis, ...]

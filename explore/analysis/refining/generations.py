@@ -56,23 +56,9 @@ class Draw:
 class Generations:
     """Draws generations in order: `draw` gives the next one's designs, `include` takes what became of them.
 
-    Parameters
-    ----------
-    coordinates
-        The axes that designs stay in.
-    objectives
-        At least two.
-    margins
-        Names of the columns with the margins of the constraints.
-    scales
-        For each of them the violation that counts as 1 in the sum of all; used only where nothing is feasible.
-    start
-        The columns of the front to refine, or of the designs of least violation: parameters, objectives, margins and
-        ``feasible``; at least one design.
-    n_designs, size
-        Number of all designs, those of the start included, and of each generation; the last may be shorter.
-    seed
-        Seed of the random numbers.
+    `scales` has for each margin the violation that counts as 1 in the sum of all, for a start where nothing is
+    feasible. `start` has the columns of the front to refine, or of the designs of least violation, which count among
+    `n_designs`. The last generation may be shorter than `size`.
     """
 
     def __init__(

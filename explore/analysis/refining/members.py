@@ -21,18 +21,8 @@ _FINEST = 4096
 class Members:
     """Some designs, one in each row.
 
-    Attributes
-    ----------
-    designs
-        Their numbers.
-    positions, choices
-        Their coordinates.
-    values
-        Their objectives, all minimised.
-    margins
-        Their distances to each constraint, negative where it is broken, shape (n, k).
-    gradients
-        Estimated derivatives of the margins by the positions, shape (n, k, ranges).
+    Values are objectives, all minimised; margins distances to each constraint, negative where it is broken, (n, k);
+    gradients estimates of their derivatives by the positions, (n, k, ranges).
     """
 
     designs: npt.NDArray[np.int64]

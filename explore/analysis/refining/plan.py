@@ -45,20 +45,8 @@ _VERSION = 1
 class RefinementPlan:
     """What determines the results of a refinement.
 
-    Attributes
-    ----------
-    study
-        The study of the results to refine.
-    objectives
-        At least two.
-    start
-        All columns of the front to refine, in the order of the design numbers.
-    n_designs
-        Number of designs, those of the start included.
-    seed
-        Seed of the random numbers.
-    scales
-        Where the start has no feasible design, for each constraint the violation that counts as 1.
+    `start` has all columns of the front to refine, in the order of the design numbers, which count among `n_designs`;
+    `scales`, where no design of it is feasible, the violation of each constraint that counts as 1.
     """
 
     study: Study

@@ -24,19 +24,9 @@ _MOST_SEARCHES = 4
 
 
 def polish(evaluate: Evaluate, position: FloatArray) -> FloatArray:
-    """Search for the least value near a position, by SciPy's sequential quadratic programming.
+    """The best of all positions evaluated in a search from a feasible one, by SciPy's sequential quadratic programming.
 
-    Parameters
-    ----------
-    evaluate
-        Evaluates several positions at once.
-    position
-        A feasible position, each coordinate 0 … 1, shape (d,).
-
-    Returns
-    -------
-    (d,) array
-        The feasible position with the least value of all that were evaluated.
+    Each coordinate is 0 … 1; `evaluate` takes several positions at once.
     """
     best = position
     for inside in _INSIDE:
@@ -50,13 +40,7 @@ def polish(evaluate: Evaluate, position: FloatArray) -> FloatArray:
 
 
 class _Local:
-    """Value, margins and their derivatives at one position, scaled, by one evaluation of its neighbours.
-
-    Attributes
-    ----------
-    best
-        The feasible position with the least value so far.
-    """
+    """Value, margins and their derivatives at one position, scaled, from its neighbours; `best` so far."""
 
     def __init__(self, evaluate: Evaluate, position: FloatArray, inside: float) -> None:
         self._evaluate, self._inside = evaluate, inside

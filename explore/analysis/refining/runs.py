@@ -48,14 +48,8 @@ def run_refinement(
 ) -> Summary:
     """Run a refinement into a results file and return a summary; see `explore.refine` for the other arguments.
 
-    Parameters
-    ----------
-    source
-        The file of the results that are refined.
-    cluster
-        Yields threads or a cluster's client; entered only if generations are pending.
-    listener
-        Called with every event that is logged.
+    `source` is the file of the results that are refined; `cluster`, entered only if generations are pending, yields
+    threads or a cluster's client; `listener` is told every event that is logged.
     """
     start = time.monotonic()
     path = Path(path)

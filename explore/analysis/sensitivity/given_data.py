@@ -36,18 +36,10 @@ _LEAST_SPREAD = 1e-9
 
 @dataclass(frozen=True)
 class FirstOrder:
-    """A first-order index.
+    """A first-order index and its interval, NaN where the metric does not vary.
 
-    Attributes
-    ----------
-    value, low, high
-        The index and its interval; NaN where the metric does not vary.
-    n_designs
-        Number of designs with both values.
-    n_bins
-        Number of bins.
-    coarser
-        The index with half the bins; the same where each value of the parameter has its bin.
+    `n_designs` have both values. `coarser` is the index with half the bins, the same where each value of the parameter
+    has its bin.
     """
 
     value: float
@@ -64,17 +56,7 @@ class FirstOrder:
 
 
 def first_order(parameter: FloatArray, metric: FloatArray, filling: Filling, seed: int) -> FirstOrder:
-    """The first-order index of a parameter.
-
-    Parameters
-    ----------
-    parameter, metric
-        Values of the designs, shape (n,). Designs without both values, or with infinite ones, are left out.
-    filling
-        How the designs were drawn.
-    seed
-        Seed of the groups.
-    """
+    """The first-order index of a parameter; designs without both values, or with infinite ones, are left out."""
     is_defined = np.isfinite(parameter) & np.isfinite(metric)
     x, y = parameter[is_defined], metric[is_defined]
     n = len(x)
@@ -124,10 +106,7 @@ def _index(
 def _explained(sums: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Share of the variance that lines in bins explain, as it is and corrected for random designs, each (k,).
 
-    Parameters
-    ----------
-    sums
-        Number of designs and sums of x, y, x^2, x y and y^2 in each bin, shape (6, bins, k).
+    The sums are of 1, x, y, x^2, x y and y^2 in each bin, (6, bins, k).
     """
     n, x, y, xx, xy, yy = sums
     with np.errstate(divide="ignore", invalid="ignore"):

@@ -12,18 +12,7 @@ CONFIDENCE = 0.95
 
 
 def half_width(without: FloatArray) -> FloatArray:
-    """Half the width of the interval of an estimate.
-
-    Parameters
-    ----------
-    without
-        The estimate without each of r replicates, shape (..., r).
-
-    Returns
-    -------
-    (...) array
-        NaN where an estimate without a replicate is undefined.
-    """
+    """Half the width of the interval of an estimate, from it without each of r replicates, shape (..., r)."""
     r = without.shape[-1]
     deviations = without - without.mean(axis=-1, keepdims=True)
     error = np.sqrt((r - 1) / r * (deviations**2).sum(axis=-1))

@@ -38,18 +38,9 @@ class Estimate:
 
 @dataclass(frozen=True)
 class PairedPoints:
-    """The points of the unit cube at which a function is evaluated.
+    """The points of the unit cube at which a function of so many inputs is evaluated.
 
-    Attributes
-    ----------
-    dimensions
-        Number of inputs, d.
-    replicates
-        Number of scrambles.
-    size
-        Number of points A of each scramble, a power of two.
-    seed
-        Seed of the scrambles.
+    Each scramble has `size` points A, a power of two.
     """
 
     dimensions: int
@@ -112,17 +103,9 @@ class PairedPoints:
         return np.array([[_sums(b, values), _sums(a, values), _sums(a, b)] for values in mixed])
 
     def indices(self, moments: FloatArray) -> tuple[Estimate, Estimate]:
-        """First-order and total indices of all inputs.
+        """First-order and total indices of all inputs, from the sums over the parts of each replicate, (r, d, 3, 3).
 
-        Parameters
-        ----------
-        moments
-            The sums over the parts of each replicate, shape (replicates, d, 3, 3).
-
-        Returns
-        -------
-        first_order, total : Estimate
-            NaN where the function does not vary, and bounds that are NaN where it does not without some replicate.
+        NaN where the function does not vary, and bounds that are NaN where it does not without some replicate.
         """
         together = moments.sum(axis=0)
         count = self.size * self.replicates

@@ -102,20 +102,8 @@ def sensitivity(
 class SensitivityPlan:
     """What to apportion, and to which parameters.
 
-    Attributes
-    ----------
-    results
-        The results that the metrics are from.
-    metrics
-        Names of columns; none where the designs of the results are not from all of the ranges.
-    parameters
-        Those that vary.
-    feasibility
-        The designs to draw; None where there are no ranges.
-    notes
-        What is not applicable, in sentences.
-    seed
-        Seed of random numbers.
+    No metrics where the designs of the results are not from all of the ranges; no feasibility where there are no
+    ranges; notes say in sentences what is not applicable.
     """
 
     results: Results

@@ -17,19 +17,7 @@ from explore.model.quantities import FloatArray
 
 @dataclass(frozen=True)
 class Analysis:
-    """The tolerances of one design.
-
-    Attributes
-    ----------
-    parts
-        The parts that were drawn.
-    failure
-        Probability that a part fails.
-    derivatives
-        To first order.
-    worst_case
-        Over the box of the tolerances.
-    """
+    """The tolerances of one design: parts drawn, probability of a failure, first order, worst case over the box."""
 
     parts: PartCounts
     failure: Failure
@@ -47,17 +35,7 @@ def most_analysed(request: TolerancedRequest, parts: PartCounts | None) -> int:
 
 
 def analyse(request: TolerancedRequest, nominal: Mapping[str, float], parts: PartCounts, seed: int) -> Analysis:
-    """Analyse a design whose parts were drawn.
-
-    Parameters
-    ----------
-    nominal
-        Parameters of the design.
-    parts
-        Those that were drawn.
-    seed
-        Of the search of the box and of importance sampling.
-    """
+    """Analyse a design whose parts were drawn; the seed is that of the search of the box and of importance sampling."""
     random = np.random.Generator(np.random.SFC64(np.random.SeedSequence(seed, spawn_key=(2,))))
 
     def fails(scores: FloatArray) -> BoolArray:

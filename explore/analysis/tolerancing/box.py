@@ -32,14 +32,8 @@ _SAME = 1e-9
 class Extreme:
     """An extreme of a metric over the box.
 
-    Attributes
-    ----------
-    value
-        NaN where a part within the tolerances has no motion, or the metric is undefined there.
-    deviations
-        Where it is, (d,), from the design; where a part has no motion, if there is one.
-    is_corner
-        Whether every deviation is at a limit.
+    It is NaN where a part within the tolerances has no motion, at its deviations then, or where the metric is
+    undefined.
     """
 
     value: float

@@ -38,14 +38,10 @@ _LARGEST = 0.1
 
 @dataclass(frozen=True)
 class Derivatives:
-    """Derivatives of metrics by the toleranced parameters.
+    """Derivatives of metrics by the toleranced parameters, each (d,), and estimates of their absolute errors.
 
-    Attributes
-    ----------
-    slopes, errors
-        By metric, each (d,): in the unit of the metric over that of the parameter, and estimates of their absolute
-        errors. NaN where the metric has no derivative: the design does not move, is where motion ends, or the metric
-        has a fold there.
+    NaN where the metric has no derivative: the design does not move, is where motion ends, or the metric has a fold
+    there.
     """
 
     slopes: Mapping[str, FloatArray]

@@ -50,14 +50,9 @@ Fails = Callable[[FloatArray], BoolArray]
 
 @dataclass(frozen=True)
 class Failure:
-    """Probability that a part fails: it has no motion or misses a constraint.
+    """Probability that a part has no motion or misses a constraint, with the interval of `CONFIDENCE`.
 
-    Attributes
-    ----------
-    probability, low, high
-        Estimate and interval that holds the true value with `CONFIDENCE`.
-    method
-        "draws": the share of the parts, and Clopper and Pearson's exact interval; "weighted": importance sampling.
+    By "draws", the share of the parts, and Clopper and Pearson's exact interval; or "weighted", importance sampling.
     """
 
     probability: float
@@ -75,18 +70,9 @@ def share_of(failures: int, count: int, confidence: float = CONFIDENCE) -> Failu
 
 
 def estimate_failure(fails: Fails, dimensions: int, failures: int, count: int, random: np.random.Generator) -> Failure:
-    """The probability of a failure.
+    """The probability of a failure, from failures among parts that were drawn, or by importance sampling.
 
-    Parameters
-    ----------
-    fails
-        Which parts fail whose standard normal scores are given, (d, n).
-    dimensions
-        Number d of toleranced parameters.
-    failures, count
-        Failures among so many parts that were drawn.
-    random
-        For the draws of importance sampling.
+    `fails` takes standard normal scores, (d, n), and tells which parts fail.
     """
     drawn = share_of(failures, count)
     if failures >= ENOUGH:

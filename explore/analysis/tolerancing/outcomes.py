@@ -59,18 +59,10 @@ def _evaluate(request: Request, columns: Arrays, count: int) -> Arrays:
 
 @dataclass(frozen=True)
 class Outcomes:
-    """Metrics of n parts.
+    """Metrics of n parts, NaN where a part has no motion or the metric is undefined.
 
-    Attributes
-    ----------
-    metrics
-        The metrics by name, each (n,), NaN where a part has no motion or the metric is undefined.
-    is_assembled
-        Which of the parts move, so that metrics are computed, (n,).
-    is_feasible
-        Which of them meet all constraints too, (n,).
-    is_missed
-        Which of those that move miss a constraint, (n,), by the metric of the constraint.
+    Which parts move, so that metrics are computed; which of them meet all constraints too; and which of them miss each,
+    by the metric of the constraint.
     """
 
     metrics: Arrays
@@ -83,16 +75,7 @@ class Outcomes:
 class TolerancedRequest:
     """What to compute of parts, and how their parameters deviate.
 
-    Attributes
-    ----------
-    request
-        All metrics of the study, without its constraints: a design that breaks one would not be sampled.
-    constraints
-        Those of the study.
-    tolerances
-        Of the parameters that deviate.
-    senses
-        The better side of the metrics that have one.
+    The request is without constraints: a design that breaks one would not be sampled.
     """
 
     request: Request

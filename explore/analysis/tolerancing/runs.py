@@ -54,19 +54,7 @@ _Task = Callable[[], Any]
 
 @dataclass(frozen=True)
 class ToleranceRun:
-    """What determines the analysis.
-
-    Attributes
-    ----------
-    request
-        Metrics, constraints and tolerances.
-    designs
-        Parameters of each design.
-    draws
-        Number of parts of each design.
-    seed
-        Seed of the draws.
-    """
+    """What determines the analysis: what is computed, the parameters of each design, and the draws."""
 
     request: TolerancedRequest
     designs: tuple[Mapping[str, float], ...]
@@ -111,12 +99,7 @@ class ToleranceRun:
 class _Watch:
     """Counts the parts that are evaluated, and ends the tasks of threads once it is stopped.
 
-    Parameters
-    ----------
-    progress
-        Called with the numbers of parts evaluated and to be evaluated.
-    sizes
-        Parts of each task, at most; one that is finished counts as so many.
+    A task that is finished counts as its size, the parts it has at most.
     """
 
     def __init__(self, progress: ReportProgress | None, sizes: list[int]) -> None:
@@ -217,14 +200,8 @@ def write_toleranced(
 ) -> None:
     """Write designs with their tolerances as a results file, whose designs are numbered from 0.
 
-    Parameters
-    ----------
-    source
-        The results that the designs are from; the column ``parent`` has their numbers there.
-    frame
-        The designs, index "design", with the columns of the source and those added.
-    attributes
-        "senses", "objectives", and "tolerances": what determines the columns that were added.
+    The column ``parent`` has their numbers in the source. The attributes are "senses", "objectives", and "tolerances":
+    what determines the columns that were added.
     """
     parent = Column(PARENT, "", f"design of {source.path.name} that it is", "bookkeeping", "<i8")
     replaced = {column.name for column in (parent, *added)}

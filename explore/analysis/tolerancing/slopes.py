@@ -32,19 +32,9 @@ _FOLD = 2.0**-20
 
 
 def sharpen(derivatives: Derivatives, request: TolerancedRequest, nominal: Mapping[str, float]) -> Derivatives:
-    """The derivatives, those of metrics that have a rigorous road replaced by exact ones.
+    """The derivatives, exact ones in place of those of metrics that can be enclosed.
 
-    Parameters
-    ----------
-    derivatives
-        Those of all metrics, by the toleranced parameters.
-    nominal
-        Parameters of the design, those that are missing at their defaults.
-
-    Raises
-    ------
-    RequestError
-        If designs of the mechanism cannot be certified.
+    Raises `RequestError` if designs of the mechanism cannot be certified.
     """
     make, free = find_certificate(request.request.mechanism.name), request.exact.request
     defaults = {p.name: float("nan" if p.default is None else p.default) for p in free.mechanism.parameters}

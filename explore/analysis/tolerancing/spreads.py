@@ -23,17 +23,7 @@ PIECE = 1 << 18
 
 @dataclass(frozen=True)
 class Spread:
-    """How a metric spreads over parts.
-
-    Attributes
-    ----------
-    count
-        Number of parts in which the metric is defined.
-    mean, squares
-        Mean, and sum of the squares of the distances from it.
-    low, high
-        Smallest and largest value.
-    """
+    """How a metric spreads over the parts that have it; `squares` is the sum of squared distances from the mean."""
 
     count: int = 0
     mean: float = 0.0
@@ -76,17 +66,7 @@ class Spread:
 
 @dataclass(frozen=True)
 class PartCounts:
-    """Parts of one design.
-
-    Attributes
-    ----------
-    count, assembled, feasible
-        Number of parts, of those that move, and of those that meet all constraints too.
-    missed
-        Number of the parts that move and miss a constraint, by its metric.
-    spreads
-        By metric, over the parts that move.
-    """
+    """Numbers of parts of one design: all, moving, feasible, and missing each constraint; spreads of moving ones."""
 
     count: int = 0
     assembled: int = 0

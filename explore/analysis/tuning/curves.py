@@ -32,14 +32,7 @@ UNDEFINED = "undefined"
 class MetricOfParameter:
     """A metric of one design as a function of one of its parameters.
 
-    Attributes
-    ----------
-    request
-        With the metric, and others for `columns`; without constraints, which would leave designs out.
-    design
-        The other parameters by name.
-    parameter, metric
-        Names.
+    The request has no constraints, which would leave designs out.
     """
 
     request: Request
@@ -74,12 +67,7 @@ class MetricOfParameter:
 class Run:
     """Neighbouring values of a parameter at all of which a metric exists, as far as a scan shows.
 
-    Attributes
-    ----------
-    parameters, values
-        Points of the run, ascending in the parameter, and the metric there, each (n,).
-    causes
-        Why it ends at its first and at its last point: the label of a status, or `END_OF_RANGE`.
+    The causes say why it ends at its first and at its last point: the label of a status, or `END_OF_RANGE`.
     """
 
     parameters: FloatArray
@@ -88,19 +76,10 @@ class Run:
 
 
 def find_runs(function: MetricOfParameter, start: float, stop: float, known: Sequence[float] = ()) -> list[Run]:
-    """Find the runs within a range.
+    """Find the runs within a range, looking also at known values of the parameter.
 
     Two scans find runs and extremes that are wider than a 256th of the range, of the run, or in equal ratios of a
     positive range; narrower ones may be missed.
-
-    Parameters
-    ----------
-    function
-        The metric.
-    start, stop
-        Ends of the range.
-    known
-        Values of the parameter to look at besides those of the scans.
     """
     points = [np.linspace(start, stop, _N_SCAN), np.array([value for value in known if start <= value <= stop])]
     if start > 0.0:
