@@ -30,16 +30,7 @@ _ROWS = [MotionRow.ROCKER_ANGLE, MotionRow.ROCKER_VELOCITY, MotionRow.ROCKER_ACC
 
 @dataclass(frozen=True, eq=False)
 class Averages:
-    """Statistics by a rule, and the number of nodes.
-
-    Attributes
-    ----------
-    values : (3, 5, n) array
-        Signals, statistics and designs as in `explore.comparison.reference.exact_statistics`: rad, 1, 1/rad, squared
-        for variances.
-    nodes : (n,) array
-        Number of crank angles at which the motion is solved.
-    """
+    """Statistics, (3, 5, n) as of `reference.exact_statistics`, and the number of crank angles that are solved."""
 
     values: FloatArray
     nodes: npt.NDArray[np.int64]
@@ -77,14 +68,10 @@ class PublishedRule:
 
 @dataclass(frozen=True)
 class TrapezoidalRule:
-    """The trapezoidal rule on equispaced samples.
+    """The trapezoidal rule on so many equispaced samples of the window.
 
-    Attributes
-    ----------
-    samples
-        Number in the window; on a stroke the first and the last lie at its ends and have half the weight.
-    start
-        Crank angle of the first sample of a full turn, in steps.
+    On a stroke the first and the last lie at its ends and have half the weight; on a turn the first is `start` steps
+    from 0.
     """
 
     name: ClassVar[str] = "trapezoid"
@@ -121,13 +108,7 @@ class OnePassRule:
 
 @dataclass(frozen=True)
 class GaussRule:
-    """Gauss-Legendre quadrature in the crank angle, on a stroke or on each quarter of a turn.
-
-    Attributes
-    ----------
-    nodes
-        Number on each piece.
-    """
+    """Gauss-Legendre quadrature in the crank angle, with so many nodes on a stroke or on each quarter of a turn."""
 
     name: ClassVar[str] = "gauss"
     summary: ClassVar[str] = "Gauss-Legendre in the crank angle, on the stroke or on quarters of the turn"
@@ -207,15 +188,9 @@ def _sampled_averages(
     fractions: FloatArray,
     statistics: Callable[[FloatArray, FloatArray], FloatArray],
 ) -> Averages:
-    """Statistics from samples of the closed form.
+    """Statistics from samples of the closed form at fractions of the window: 0 at its first angle, 1 at its last.
 
-    Parameters
-    ----------
-    fractions : (t,) array
-        The place in the window: 0 at its first crank angle, 1 at its last.
-    statistics
-        ``statistics(signals, length)`` maps signals (3, m, t) and window lengths (m,), rad, of the m linkages that
-        rock to statistics (3, 5, m).
+    `statistics` maps signals, (3, m, t), and window lengths, rad, of the m linkages that rock to statistics, (3, 5, m).
     """
     ends = _window_ends(lengths, branch, window)
     rocks = np.isfinite(ends[:, 0])

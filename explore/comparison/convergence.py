@@ -41,10 +41,8 @@ _ADAPTIVE: dict[AdaptiveSolver, tuple[int, FloatArray]] = {
 def measure_orders() -> list[dict[str, Any]]:
     """Measure the order of every integrator, at equal steps and at steps that the solver chooses.
 
-    Returns
-    -------
-    list of dict
-        Keys method, steps ("equal" or "by tolerance"), theory, measured, deviation (its standard error), points.
+    Rows with the keys method, steps ("equal" or "by tolerance"), theory, measured, deviation (its standard error),
+    points.
     """
     rows = [_row("rk4", "equal", 4, *_runge_kutta_errors())]
     for solver, (theory, counts) in _EXPLICIT.items():

@@ -64,17 +64,8 @@ def solve_from_starts(
 ) -> list[dict[str, Any]]:
     """Solve the five equations from random starts by `scipy.optimize.fsolve` at its default tolerance.
 
-    Parameters
-    ----------
-    goal
-        Largest relative difference of constants from those of a branch.
-    progress
-        Called before each start.
-
-    Returns
-    -------
-    list of dict
-        Keys start_k … start_c3 and k … c3 (the starts and what they lead to), outcome (of `OUTCOMES`), evaluations.
+    The goal is the largest relative difference of constants from those of a branch. Rows with the keys start_k …
+    start_c3 and k … c3 (the starts and what they lead to), outcome (of `OUTCOMES`), evaluations.
     """
     low, high = START_BOX.T
     starts = np.random.default_rng(seed).uniform(low, high, (count, len(START_BOX)))

@@ -17,11 +17,8 @@ from explore.comparison.timing import measure_cpu_seconds
 def measure_level_costs(scene: Scene) -> dict[str, Any]:
     """Measure the CPU time per design of each level by the closed form.
 
-    Returns
-    -------
-    dict
-        Keys scene, needs (the level that the question of the scene needs), the names of the levels (s), and
-        full_cost_ratio: the cost of the highest level over that of the needed one.
+    Keys scene, needs (the level that the question of the scene needs), the names of the levels (s), and
+    full_cost_ratio: the cost of the highest level over that of the needed one.
     """
     designs = np.arange(max(BATCH_SIZE, len(scene.parameters))) % len(scene.parameters)
     parameters, branch = scene.parameters[designs], scene.branch[designs]

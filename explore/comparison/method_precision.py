@@ -46,19 +46,9 @@ class _Case:
 def compare_methods(scene: Scene, progress: Callable[[str], None] | None = None) -> list[dict[str, Any]]:
     """Measure error, cost and work of every method at every setting on a scene, a row each.
 
-    Parameters
-    ----------
-    scene
-        Its model is the level of the motion that is solved and compared.
-    progress
-        Called with the label of each method before it is run.
-
-    Returns
-    -------
-    list of dict
-        Keys scene, method, setting, designs, failed and silently_wrong (numbers of designs), verdict (the worst),
-        outcomes, evaluations, iterations and cpu_seconds (per design), and, as far as the model goes, the largest
-        errors of `Judgement` over the accurate designs and error, evaluations and cost of the cv over the stroke.
+    Keys scene, method, setting, designs, failed and silently_wrong (numbers of designs), verdict (the worst), outcomes,
+    evaluations, iterations and cpu_seconds (per design), and, as far as the scene's model goes, the largest errors of
+    `Judgement` over the accurate designs and error, evaluations and cost of the cv over the stroke.
     """
     case = _exact_case(scene)
     rows = []

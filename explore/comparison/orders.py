@@ -17,17 +17,7 @@ _MIN_POINTS = 4
 
 @dataclass(frozen=True)
 class ObservedOrder:
-    """A regression line through log error on log step.
-
-    Attributes
-    ----------
-    slope
-        The observed order.
-    standard_error
-        Standard error of the slope.
-    included : (n,) array
-        Which of the points the line is fitted to.
-    """
+    """A regression line through log error on log step: its slope and standard error, and the points included."""
 
     slope: float
     standard_error: float

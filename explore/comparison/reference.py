@@ -56,21 +56,9 @@ def _gauss() -> list[tuple[Any, Any]]:
 
 
 def exact_motion(lengths: FloatArray, branch: FloatArray, crank_angle: FloatArray) -> FloatArray:
-    """Compute the six signals of `explore.comparison.methods.contract.Motion`, rounded once.
+    """Compute the six signals of `comparison.methods.contract.Motion`, (6, n, t), rounded once.
 
-    Parameters
-    ----------
-    lengths : (n, 4) array
-        Crank, coupler, rocker, ground, taken as exact.
-    branch : (n,) array
-        1 or -1.
-    crank_angle : (n, t) array
-        rad.
-
-    Returns
-    -------
-    (6, n, t) array
-        rad, 1, 1/rad; NaN for a linkage whose crank cannot turn.
+    Lengths, (n, 4), are taken as exact; crank angles, (n, t), in rad. NaN for a linkage whose crank cannot turn.
     """
     signals = np.full((6, *crank_angle.shape), np.nan)
     for i in np.flatnonzero(geometric_outcome(lengths) == Outcome.OK):
@@ -81,22 +69,11 @@ def exact_motion(lengths: FloatArray, branch: FloatArray, crank_angle: FloatArra
 
 
 def exact_statistics(lengths: FloatArray, branch: FloatArray, window: str = "drive") -> FloatArray:
-    """Compute `REFERENCE_STATISTICS` of `REFERENCE_SIGNALS` at a crank speed of 1 rad/s, rounded once.
+    """`REFERENCE_STATISTICS` of `REFERENCE_SIGNALS` at a crank speed of 1 rad/s, (3, 5, n), rounded once.
 
-    Parameters
-    ----------
-    lengths : (n, 4) array
-        Crank, coupler, rocker, ground, taken as exact.
-    branch : (n,) array
-        1 or -1.
-    window
-        One of `REFERENCE_WINDOWS`.
-
-    Returns
-    -------
-    (3, 5, n) array
-        Signals, statistics, designs; population variance. NaN for a linkage that is not a crank-rocker, and for a cv
-        other than that of the velocity over a stroke: the other means are 0 or depend on the datum of the angle.
+    Lengths, (n, 4), are taken as exact; variances are those of a population. NaN for a linkage that is not a
+    crank-rocker, and for a cv other than that of the velocity over a stroke: the other means are 0 or depend on the
+    datum of the angle.
     """
     statistics = np.full((len(REFERENCE_SIGNALS), len(REFERENCE_STATISTICS), len(lengths)), np.nan)
     rocks = (geometric_outcome(lengths) == Outcome.OK) & (lengths[:, 0] < lengths[:, 3])

@@ -29,19 +29,9 @@ _LEVELS = {"rocker_angle": Level.POSITIONS, "rocker_velocity": Level.VELOCITIES}
 def compare_rules(scene: Scene, progress: Callable[[str], None] | None = None) -> list[dict[str, Any]]:
     """Measure the errors and the cost of every averaging rule at every setting, a row for each window.
 
-    Parameters
-    ----------
-    scene
-        Signals above the level of its model are left out; a scene of another mechanism than the crank-rocker has no
-        rows, because the exact averages are of that.
-    progress
-        Called with the label of each rule before it is measured.
-
-    Returns
-    -------
-    list of dict
-        Keys scene, window, rule, setting, designs, nodes (mean), cpu_seconds (per design), and
-        ``<signal>_<statistic>_error``, the largest over the designs.
+    Signals above the level of the scene's model are left out; a scene of another mechanism than the crank-rocker has no
+    rows, because the exact averages are of that. Keys scene, window, rule, setting, designs, nodes (mean), cpu_seconds
+    (per design), and ``<signal>_<statistic>_error``, the largest over the designs.
     """
     chosen = _rocking_designs(scene)[:MAX_RULE_DESIGNS]
     lengths, branch = scene.parameters[chosen], scene.branch[chosen]

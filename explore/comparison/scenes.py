@@ -26,22 +26,9 @@ MAX_SCENE_DESIGNS = 10_000
 class Scene:
     """Designs to compare methods on.
 
-    Attributes
-    ----------
-    name
-        Stem of the file's name.
-    title, about, question
-        Heading, why the scene is included, and the design question that it stands for.
-    model
-        The lowest level of the motion that answers the question.
-    loop
-        The loop of the mechanism.
-    parameters : (n, p) array
-        Those of the loop: of a crank-rocker crank, coupler, rocker, ground (mm).
-    branch : (n,) array
-        1 or -1.
-    study
-        The study that the designs come from.
+    Its name is the stem of the file's; `about` says why it is included, `question` the design question that it stands
+    for, and `model` is the lowest level of the motion that answers it. Parameters, (n, p), are those of the loop, mm;
+    branches 1 or -1.
     """
 
     name: str
@@ -56,13 +43,7 @@ class Scene:
 
 
 def load_scene(path: str | os.PathLike[str]) -> Scene:
-    """Read a study file that has a section [scene].
-
-    Raises
-    ------
-    ConfigError
-        If the study is invalid or too large, or has no such section.
-    """
+    """Read a study file with a section [scene]; `ConfigError` if it is invalid, too large, or has no such section."""
     study = load_study(path)
     table = tomllib.loads(study.to_toml()).get("scene")
     if table is None:

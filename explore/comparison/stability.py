@@ -29,20 +29,8 @@ def map_stability(
 ) -> list[dict[str, Any]]:
     """Judge every method at every setting, number of crank angles and margin, a row each.
 
-    Parameters
-    ----------
-    case
-        The designs.
-    goal
-        Largest error of positions and velocities of an accurate motion, in the norms of
-        `explore.comparison.verdicts.Judgement`.
-    progress
-        Called with the label of each method before it is run.
-
-    Returns
-    -------
-    list of dict
-        Keys method, setting, angles (per turn), margin, verdict, error, evaluations.
+    The goal is the largest error of positions and velocities of an accurate motion, in the norms of `Judgement`. Keys
+    method, setting, angles (per turn), margin, verdict, error, evaluations.
     """
     rows: list[dict[str, Any]] = []
     for steps, methods in groupby(stability_runs(case), key=itemgetter(0)):
@@ -90,11 +78,8 @@ def _verdict_rows(
 def trace_turn(case: StabilityCase) -> list[dict[str, Any]]:
     """The error of every method at its finest setting over a turn, at each degree.
 
-    Returns
-    -------
-    list of dict
-        Keys method, setting, crank_angle (deg), error: that of positions and velocities, the larger, in the norms of
-        `explore.comparison.verdicts.Judgement`, NaN where the method has no solution.
+    Keys method, setting, crank_angle (deg), error: that of positions and velocities, the larger, in the norms of
+    `Judgement`, NaN where the method has no solution.
     """
     task = case.task(360, slice(TRACED_DESIGN, TRACED_DESIGN + 1))
     exact, angles = exact_motion_of(task), np.rad2deg(task.crank_angle[0])
@@ -110,18 +95,10 @@ def trace_turn(case: StabilityCase) -> list[dict[str, Any]]:
 
 
 def safe_margins(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """The smallest margin down to which each method is accurate without exception.
+    """The smallest margin down to which each method is accurate without exception, from the rows of `map_stability`.
 
-    Parameters
-    ----------
-    rows
-        The rows of `map_stability`.
-
-    Returns
-    -------
-    list of dict
-        Keys method, setting, angles, smallest_accurate_margin (NaN if the method is inaccurate at the largest
-        margin), verdict_below (at the next smaller margin), worst_verdict.
+    Keys method, setting, angles, smallest_accurate_margin (NaN if the method is inaccurate at the largest margin),
+    verdict_below (at the next smaller margin), worst_verdict.
     """
     runs: dict[tuple[str, str, int], list[dict[str, Any]]] = {}
     for row in rows:

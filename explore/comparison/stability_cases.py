@@ -34,26 +34,9 @@ _DISTANCES = (0.5, *(10.0**-k for k in range(1, 14)), 0.0)
 class StabilityCase:
     """Designs at several distances from a singular position, and on the other side of it where no full turn exists.
 
-    Attributes
-    ----------
-    loop
-        The loop of the mechanism.
-    distance
-        What the margin is, for tables.
-    beyond
-        What is at margins of 0 and less, for charts.
-    margin : (n,) array
-        Descending; 0 or negative beyond the singular position.
-    parameters : (n, p) array
-        Those of the loop.
-    anchor : (n,) array
-        A crank angle, rad, that is among those of every task.
-    first
-        Where a turn begins at the earliest, rad: before the anchor by less than a turn.
-    singular_angles
-        Crank angles of the singular positions, rad, of the design at margin 0.
-    has_orders
-        Whether the orders of convergence of the integrators are measured on this mechanism.
+    The margin descends, 0 or negative beyond the singular position; `distance` says what it is, `beyond` what is at 0
+    and less. The anchor of each design is a crank angle, rad, of every task, and a turn begins before it at `first` at
+    the earliest. The singular angles, rad, are of the design at margin 0.
     """
 
     loop: VectorLoop
@@ -117,13 +100,7 @@ _CASES: dict[str, Callable[[], StabilityCase]] = {
 
 
 def stability_case(mechanism: str) -> StabilityCase:
-    """The case of a mechanism.
-
-    Raises
-    ------
-    RequestError
-        If there is none.
-    """
+    """The case of a mechanism; `RequestError` if there is none."""
     if mechanism not in _CASES:
         raise RequestError(f"no stability map of {mechanism!r}; {suggestion(mechanism, [*_CASES, 'gears'])}")
     return _CASES[mechanism]()

@@ -18,18 +18,9 @@ _LOG_TOLERANCE = float(np.log(1e-13))
 
 
 def stroke_nodes(lengths: FloatArray, branch: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Nodes and weights of the graded rule over the slow stroke, as many for each design as the hardest one needs.
+    """Nodes, rad, and weights of the graded rule over the slow stroke, as many as the hardest design needs, (n, t).
 
-    Parameters
-    ----------
-    lengths : (n, 4) array
-        Crank, coupler, rocker, ground.
-    branch : (n,) array
-
-    Returns
-    -------
-    crank_angle, weights : (n, t) arrays
-        Ascending, rad. Designs without strokes have the nodes of the first design with strokes.
+    Designs without strokes have the nodes of the first design with strokes.
     """
     n = len(lengths)
     parameters = _parameters(lengths, branch)

@@ -18,17 +18,10 @@ ROUNDING_ERROR = 1e-13
 
 @dataclass(frozen=True)
 class Standing:
-    """Error and cost of the closed form on a scene, against all other settings.
+    """Error and time of the closed form on a scene, against all other settings.
 
-    Attributes
-    ----------
-    error, seconds
-        Error and time of the closed form.
-    next_cost_ratio
-        CPU time of the cheapest other setting that is at least as accurate, over that of the closed form; infinite if
-        there is none.
-    cheaper_settings
-        Settings that are at least as accurate and cost no more; empty if the closed form is Pareto-optimal.
+    `next_cost_ratio` is the time of the cheapest other setting that is at least as accurate over that of the closed
+    form, infinite if there is none; `cheaper_settings` are at least as accurate and cost no more.
     """
 
     error: float

@@ -53,14 +53,9 @@ SILENTLY_WRONG = (Verdict.UNREPORTED_NAN, Verdict.FALSE_SUCCESS, Verdict.WRONG_B
 class Judgement:
     """Verdict and errors of every design.
 
-    Attributes
-    ----------
-    verdict : (n,) array
-        A `Verdict` for each design.
-    max_error, rms_error : (level, n) arrays
-        Errors over the crank angles, a row each for positions (angles in rad, lengths over the longest link),
-        velocities and accelerations (relative to the largest absolute value of the signal in the exact motion); the
-        larger of both unknowns, such as coupler and rocker; NaN without exact motion.
+    The errors over the crank angles, (level, n), of positions (angles in rad, lengths over the longest link),
+    velocities and accelerations (relative to the largest absolute value of the signal in the exact motion), are the
+    larger of both unknowns; NaN without exact motion.
     """
 
     verdict: npt.NDArray[np.int8]
@@ -69,14 +64,9 @@ class Judgement:
 
 
 def judge(task: Task, motion: Motion, exact: FloatArray, goal: float) -> Judgement:
-    """Judge a motion by its errors and its reported outcomes.
+    """Judge a motion by its errors against the exact one, NaN for designs without one, and its reported outcomes.
 
-    Parameters
-    ----------
-    exact : (6, n, t) array
-        The exact motion; NaN for designs without one.
-    goal
-        Largest error of an accurate motion, in the norms of `Judgement`.
+    The goal is the largest error of an accurate motion, in the norms of `Judgement`.
     """
     errors = signal_errors(task, motion.signals, exact)
     pairs = errors.reshape(len(errors) // 2, 2, *errors.shape[1:])

@@ -37,13 +37,7 @@ class PylinkageDyads:
     capabilities: ClassVar[Capability] = Capability.PEER | Capability.FOLLOWS_ANGLES | Capability.FOUR_BAR_ONLY
 
     def solve(self, task: Task) -> Motion:
-        """Solve design by design from the exact position at the first angle.
-
-        Raises
-        ------
-        RequestError
-            If pylinkage is not installed.
-        """
+        """Solve design by design from the exact position at the first angle; `RequestError` without pylinkage."""
         if not is_pylinkage_installed():
             raise RequestError("method pylinkage: pylinkage is not installed; pip install 'linkage-explore[peers]'")
         motion, start = Motion.blank(task), initial_guess(task)

@@ -17,18 +17,9 @@ for _outcome in (Outcome.OK, Outcome.CANNOT_ASSEMBLE, Outcome.CRANK_BLOCKED, Out
 
 
 def geometric_outcome(parameters: FloatArray, loop: VectorLoop = FOUR_BAR) -> npt.NDArray[np.int8]:
-    """Determine whether the crank can make a full turn.
+    """An `Outcome` for each design: whether its crank can make a full turn, NOT_FINITE if a parameter is not usable.
 
-    Parameters
-    ----------
-    parameters : (n, p) array
-        Those of the loop; for a four-bar crank, coupler, rocker, ground, compared by exactly rounded sums.
-
-    Returns
-    -------
-    (n,) array
-        An `Outcome` for each: OK, CANNOT_ASSEMBLE, CRANK_BLOCKED, CHANGE_POINT, NO_MOTION for another reason that the
-        mechanism declares, or NOT_FINITE if a parameter is not usable.
+    The parameters, (n, p), are those of the loop; lengths of a four-bar are compared by exactly rounded sums.
     """
     return np.asarray(_OUTCOMES[loop.status(parameters)])
 

@@ -14,23 +14,10 @@ from explore.model.status import Status
 def kernel_rows(
     mechanism: Mechanism, parameters: FloatArray, angle: FloatArray, laws: npt.NDArray[np.int64], needs: int
 ) -> FloatArray:
-    """Fill the signals of a mechanism whose anchor is at 0 or 90 degrees.
+    """Signals, (n, rows, t), of a mechanism whose anchor is at 0 or 90 degrees, at angles, rad, under laws, (n, t).
 
-    Parameters
-    ----------
-    parameters : (n, p) array
-        The first parameters of the closed form; the others have their defaults.
-    angle : (n, t) array
-        Input angles, rad.
-    laws : (n, t) array
-        Number of the law that holds at each angle.
-    needs
-        Bits of the signals.
-
-    Returns
-    -------
-    (n, rows, t) array
-        Meaningless where the bits exclude a signal, not finite for designs without a motion.
+    The parameters are the first ones of the closed form; others have their defaults. Rows are meaningless where the
+    bits of `needs` exclude a signal, and not finite for designs without a motion.
     """
     constants = np.ascontiguousarray(mechanism.constants(_complete(mechanism, parameters)).T)
     # tan(x/2) = sin x/(1 + cos x): a difference from half a turn would lose the digits beside it

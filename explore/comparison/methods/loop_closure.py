@@ -18,14 +18,9 @@ _MAX_CORRECTIONS = 6
 def project_onto_loop(
     loop: VectorLoop, parameters: FloatArray, crank: FloatArray, unknowns: FloatArray
 ) -> tuple[FloatArray, npt.NDArray[np.int64]]:
-    """Project both unknowns, first axis 2, onto the closed loop by Newton's corrections.
+    """Project both unknowns, first axis 2, onto the closed loop by Newton's corrections, and count these.
 
-    Returns
-    -------
-    unknowns : array as given
-        Meaningless where the iteration diverges, which `mark_failures` detects.
-    corrections : array without the first axis
-        Number for each pair.
+    Unknowns are meaningless where the iteration diverges, which `mark_failures` detects.
     """
     corrections = np.zeros(unknowns.shape[1:], dtype=np.int64)
     active = np.ones(unknowns.shape[1:], dtype=bool)

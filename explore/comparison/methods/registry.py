@@ -55,13 +55,7 @@ def methods_for(loop: VectorLoop) -> dict[str, tuple[Method, ...]]:
 
 
 def find_loop(mechanism: str) -> VectorLoop:
-    """The loop of a mechanism.
-
-    Raises
-    ------
-    RequestError
-        If the methods know no loop of it.
-    """
+    """The loop of a mechanism; `RequestError` if the methods know none."""
     if mechanism not in LOOPS:
         raise RequestError(f"{mechanism} has only the closed form; other methods solve {', '.join(LOOPS)}")
     return LOOPS[mechanism]
@@ -70,10 +64,7 @@ def find_loop(mechanism: str) -> VectorLoop:
 def find_method(name: str) -> Method:
     """The method of a name at its finest setting, or of a name and a setting such as ``rk45(rtol=0.001)``.
 
-    Raises
-    ------
-    RequestError
-        If there is no such method, or its package is not installed.
+    Raises `RequestError` if there is no such method, or its package is not installed.
     """
     if METHODS.get(name):
         return METHODS[name][-1]
@@ -86,13 +77,7 @@ def find_method(name: str) -> Method:
 
 
 def check_method(method: Method, loop: VectorLoop) -> None:
-    """Check that a method solves a loop.
-
-    Raises
-    ------
-    RequestError
-        If it solves four-bar linkages only, and the loop is another.
-    """
+    """Raise `RequestError` if a method solves four-bar linkages only, and the loop is another."""
     if Capability.FOUR_BAR_ONLY in method.capabilities and loop is not FOUR_BAR:
         others = ", ".join(methods_for(loop))
         raise RequestError(f"method {method.name!r} solves four-bar linkages only; {loop.name} is solved by {others}")

@@ -32,15 +32,7 @@ Vector = tuple[Any, Any]
 
 @dataclass(frozen=True)
 class UnknownAngle:
-    """A link of known length whose angle is unknown.
-
-    Attributes
-    ----------
-    length
-        Row of its length among the parameters of the loop.
-    sign
-        -1 for a link that is passed from its end to its start.
-    """
+    """A link of known length whose angle is unknown; the sign is -1 if it is passed from its end to its start."""
 
     length: int
     sign: float = 1.0
@@ -66,15 +58,7 @@ class UnknownAngle:
 
 @dataclass(frozen=True)
 class UnknownLength:
-    """A vector of unknown length along the input link, or along the x axis.
-
-    Attributes
-    ----------
-    sign
-        -1 for a vector that is passed from its end to its start.
-    turns
-        Whether its direction is that of the input link.
-    """
+    """A vector of unknown length along the x axis, or along the input link; the sign is as of `UnknownAngle`."""
 
     sign: float
     turns: bool
