@@ -130,24 +130,7 @@ def drawing_of(simulated: SimulatedDesign) -> Drawing:
 
 
 def simulate_design(results: Results, design: int | None = None) -> SimulatedDesign:
-    """Simulate one design of results, with the drive stroke of its study.
-
-    Parameters
-    ----------
-    results
-        The results of a sweep, finished or not.
-    design
-        Number of the design; the best of the Pareto set unless given.
-
-    Raises
-    ------
-    MotionError
-        If the design has no motion over a full turn.
-    RequestError
-        If no number is given and no design is feasible.
-    ResultsError
-        If the design is not in the file, or the window of the study cannot be read.
-    """
+    """Simulate one design of results, with the drive stroke of its study; arguments and errors as of `motion_chart`."""
     units, results = results.shown_units, results.declared
     mechanism = find_mechanism(results.mechanism, results.points, results.target)
     chosen = choose_design(results, design)

@@ -36,15 +36,7 @@ _COLUMNS = {
 
 
 def averages_chart(rows: pd.DataFrame, titles: dict[str, str]) -> Figure:
-    """Draw a row of panels for each scene and a column for each statistic.
-
-    Parameters
-    ----------
-    rows
-        The rows of `explore.comparison.rule_precision.compare_rules`.
-    titles
-        Titles of the scenes by name.
-    """
+    """Draw a row of panels for each scene, with titles by name, and a column for each statistic of `compare_rules`."""
     from matplotlib.figure import Figure
 
     scenes = [name for name in titles if (rows["scene"] == name).any()]

@@ -28,21 +28,10 @@ _STROKE_KINDS = ("drive", "return", "arc")
 
 @dataclass(frozen=True)
 class SignalBound:
-    """A bound on a signal over a part of the turn.
+    """A bound on a signal, in its unit, over the input angles of `span`, deg.
 
-    Attributes
-    ----------
-    signal
-        Name of the signal.
-    side
-        "min" for a lower bound, "max" for an upper one.
-    value
-        The bound, in the unit of the signal.
-    span
-        First and last input angle where the bound holds, deg.
-    stroke
-        Name of the stroke where the bound holds, empty if it holds over the same input angles in all designs; `span` is
-        the whole turn until those of a design are known.
+    `stroke` names the stroke where it holds, empty if it holds over the same input angles in all designs; the span is
+    the whole turn until those of a design are known.
     """
 
     signal: str
@@ -55,10 +44,7 @@ class SignalBound:
 def drive_of(results: Results, mechanism: Mechanism) -> str:
     """Name of the drive of a study; empty where its mechanism has none.
 
-    Raises
-    ------
-    ResultsError
-        If the mechanism has no drive of the name in the file.
+    Raises `ResultsError` if the mechanism has no drive of the name in the file.
     """
     if mechanism.drives and results.drive not in mechanism.drives:
         name = format_value(results.drive)
@@ -138,16 +124,8 @@ def draw_bounds(
 ) -> None:
     """Draw the bounds on the signals of a panel as lines where they hold, and hatch where a curve violates one.
 
-    Parameters
-    ----------
-    angle
-        Input angles of the curves, deg, shape (t,).
-    curves
-        Signals by name as they are drawn, each of shape (t,).
-    bounds
-        The study's bounds; those on other signals are not drawn.
-    scale
-        Factor from the unit of the signals to that of the axis.
+    The curves are at input angles in deg; bounds on other signals are not drawn. `scale` is the factor from the unit of
+    the signals to that of the axis.
     """
     panel.set_ylim(panel.get_ylim())  # a bound beyond the axis does not move it
     for bound in bounds:

@@ -68,19 +68,15 @@ def burmester_chart(results: ResultsOrPath, *, design: int | None = None) -> Fig
 
     Parameters
     ----------
-    results
-        Results of a study of four-bars whose target has four points, finished or not, or the path of their file.
-    design
-        Number of the design; the best of the Pareto set unless given.
+    results, design
+        As of `motion_chart`.
 
     Raises
     ------
-    MotionError
-        If the design has no motion over a full turn.
+    MotionError, ResultsError
+        As `motion_chart`.
     RequestError
-        If the study has no target of four points, or no number is given and no design is feasible.
-    ResultsError
-        If the design is not in the file.
+        As `motion_chart`, and if the study has no target of four points.
     """
     results = results_of(results)
     number = choose_design(results, design)
@@ -99,25 +95,10 @@ def burmester_chart(results: ResultsOrPath, *, design: int | None = None) -> Fig
 
 
 def burmester_figure(poses: Poses, *, dyads: Sequence[Dyad] = (), unit: str = "mm", title: str = "") -> Figure:
-    """Draw the circle-point and the centre-point curve of four poses.
+    """Draw the circle-point and the centre-point curve of four poses, and dyads that carry the body through them.
 
-    A link between a point of the one curve and its partner on the other carries the body through all poses.
-
-    Parameters
-    ----------
-    poses
-        Four poses.
-    dyads
-        Links to draw: fixed pivot, and moving pivot in the first pose.
-    unit
-        Unit of the lengths.
-    title
-        Heading; none if empty.
-
-    Raises
-    ------
-    RequestError
-        If the poses are not four.
+    A link between a point of the one curve and its partner on the other carries the body through all poses. Raises
+    `RequestError` if the poses are not four.
     """
     if len(poses.points) != _N_POSES:
         raise RequestError(f"four poses have Burmester curves, not {len(poses.points)}")

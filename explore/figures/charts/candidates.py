@@ -34,17 +34,7 @@ def kinds_of_candidates(results: Results) -> Column | None:
 
 
 def draw_kinds(panel: Axes, points: FloatArray, codes: np.ndarray, column: Column) -> None:
-    """Draw feasible designs with a mark for each kind, and their numbers in the legend.
-
-    Parameters
-    ----------
-    points : (n, 2) array
-        Places in the axes.
-    codes : (n,) array
-        Values of the column.
-    column
-        The column, with its labels.
-    """
+    """Draw feasible designs, (n, 2), with a mark for each kind, a code of a column, and their numbers in the legend."""
     for number, (code, label) in enumerate(column.labels.items()):
         marker, colour = _MARKS[min(number, len(_MARKS) - 1)]
         own = points[codes == code]

@@ -21,15 +21,7 @@ _FEW_CELLS = 12
 
 @dataclass(frozen=True)
 class CellAxis:
-    """The cells along one parameter.
-
-    Attributes
-    ----------
-    edges : (k + 1,) array
-        Bounds of the cells, in the unit of the parameter, ascending.
-    cell : (n,) array
-        Number of the cell of each design.
-    """
+    """The cells along one parameter: their ascending edges, and the number of the cell of each design."""
 
     edges: FloatArray
     cell: npt.NDArray[np.int64]
@@ -41,13 +33,7 @@ class CellAxis:
 
 
 def cell_axes(x: FloatArray, y: FloatArray) -> tuple[CellAxis, CellAxis]:
-    """Lay cells along two parameters: one around each value of a grid, else cells so wide that most hold designs.
-
-    Parameters
-    ----------
-    x, y : (n,) arrays
-        At least two values of each differ.
-    """
+    """Lay cells along two parameters: one around each value of a grid, else cells so wide that most hold designs."""
     grids = _grid_axis(x), _grid_axis(y)
     count = int(np.clip(np.sqrt(len(x) / _DESIGNS_PER_CELL), 2, _MAX_CELLS))
     while True:
@@ -83,16 +69,7 @@ def aggregate_cells(
 ) -> FloatArray:
     """The best value of the selected designs in each cell; their mean when a value has no better side.
 
-    Parameters
-    ----------
-    values, selected : (n,) arrays
-    sense
-        The better side, "min" or "max".
-
-    Returns
-    -------
-    (y.count, x.count) array
-        NaN in cells without a selected design.
+    NaN in cells without a selected design, shape (y.count, x.count).
     """
     flat = y.cell[selected] * x.count + x.cell[selected]
     size = x.count * y.count

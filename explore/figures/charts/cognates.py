@@ -42,20 +42,15 @@ def cognates_chart(results: ResultsOrPath, *, design: int | None = None) -> Figu
 
     Parameters
     ----------
-    results
-        Results of a study of four-bars with a point of the coupler, finished or not, or the path of their file.
-    design
-        Number of the design; the best of the Pareto set unless given.
+    results, design
+        As of `motion_chart`.
 
     Raises
     ------
-    MotionError
-        If the design has no motion over a full turn.
+    MotionError, ResultsError
+        As `motion_chart`.
     RequestError
-        If the mechanism is no four-bar or the study has no point of its coupler, or that is a pin, or no number is
-        given and no design is feasible.
-    ResultsError
-        If the design is not in the file.
+        As `motion_chart`, and if the mechanism is no four-bar with a point of its coupler, or that is a pin.
     """
     simulated = simulate_design(results_of(results), design)
     scale = simulated.units.scale("mm")
@@ -103,27 +98,9 @@ def cognates_figure(
 ) -> Figure:  # fmt: skip
     """Draw a linkage and its two cognates in one position, and the path that all three draw.
 
-    Every third dash of the path is computed from the same linkage.
-
-    Parameters
-    ----------
-    linkage
-        The linkage; its coupler point must not be a pin.
-    angle
-        Angle of its crank in the plane, rad; by default where the joints lie farthest apart.
-    target
-        Points of the target, shape (n, 2); none unless given.
-    is_closed
-        Whether the target returns to its first point.
-    unit
-        Unit of the lengths.
-    title
-        Heading; none if empty.
-
-    Raises
-    ------
-    RequestError
-        If the coupler point is a pin, or the linkage cannot be assembled at the angle.
+    Every third dash of the path is computed from the same linkage. The angle is that of its crank in the plane, rad, by
+    default where the joints lie farthest apart. Raises `RequestError` if the coupler point is a pin, or the linkage
+    cannot be assembled at the angle.
     """
     figure = new_figure(9.0, 7.2)
     panel = figure.subplots()

@@ -22,19 +22,15 @@ def dwell_chart(results: ResultsOrPath, *, design: int | None = None) -> Figure:
 
     Parameters
     ----------
-    results
-        Results of a dwell, finished or not, or the path of their file.
-    design
-        Number of the design; the best of the Pareto set unless given.
+    results, design
+        As of `motion_chart`.
 
     Raises
     ------
-    MotionError
-        If the design has no motion over a full turn.
+    MotionError, ResultsError
+        As `motion_chart`.
     RequestError
-        If the results have no slider, or no number is given and no design is feasible.
-    ResultsError
-        If the design is not in the file.
+        As `motion_chart`, and if the results have no slider.
     """
     simulated = simulate_design(results_of(results), design)
     if simulated.slider is None:

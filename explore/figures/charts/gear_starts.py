@@ -22,13 +22,7 @@ _COLOURS = {
 
 
 def starts_chart(starts: pd.DataFrame, counts: pd.DataFrame) -> Figure:
-    """Draw each start at its frequency C1 and amplitude C0, and the shares of the outcomes.
-
-    Parameters
-    ----------
-    starts, counts
-        The rows of `explore.comparison.gear_starts.solve_from_starts` and of `count_outcomes`.
-    """
+    """Draw each start at its frequency C1 and amplitude C0, and the shares of the outcomes of `count_outcomes`."""
     figure = new_figure(10.0, 4.6)
     chart, bars = figure.subplots(1, 2, width_ratios=[1.6, 1.0])
     for outcome in reversed(_COLOURS):

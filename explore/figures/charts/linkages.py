@@ -24,16 +24,7 @@ _N_ANGLES = 721
 def crank_angles(linkage: FourBar, first: float = 0.0) -> FloatArray:
     """Angles of the crank in the plane at which a linkage can be drawn, rad, ascending: a turn, or one arc.
 
-    Parameters
-    ----------
-    linkage
-        The linkage.
-    first
-        Where a turn begins, and an angle of the arc of a crank that does not turn fully, which may have two.
-
-    Returns
-    -------
-    (n,) array
+    `first` is where a turn begins, or an angle of the arc of a crank that does not turn fully, which may have two.
     """
     crank, coupler, rocker, ground = linkage.lengths
     frame = float(np.angle(linkage.rocker_pivot - linkage.crank_pivot))
@@ -58,10 +49,7 @@ def draw_linkage(
 ) -> None:
     """Draw a linkage at an angle of its crank in the plane, rad, its coupler as a triangle.
 
-    Parameters
-    ----------
-    size
-        Size of a pivot in the units of the axes; a share of the linkage's unless given.
+    `size` is that of a pivot in the units of the axes, a share of the linkage's unless given.
     """
     pin, other = complex(linkage.crank_pins(np.array([angle]))[0]), complex(linkage.rocker_pins(np.array([angle]))[0])
     point = pin + linkage.point * (other - pin)

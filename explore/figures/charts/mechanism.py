@@ -41,19 +41,15 @@ def mechanism_chart(results: ResultsOrPath, *, design: int | None = None) -> Fig
 
     Parameters
     ----------
-    results
-        The results of a sweep, finished or not, or the path of their file.
-    design
-        Number of the design; the best of the Pareto set unless given.
+    results, design
+        As of `motion_chart`.
 
     Raises
     ------
-    MotionError
-        If the design has no motion over a full turn.
+    MotionError, ResultsError
+        As `motion_chart`.
     RequestError
-        If no number is given and no design is feasible, or the mechanism declares no drawing.
-    ResultsError
-        If the design is not in the file, or the window of the study cannot be read.
+        As `motion_chart`, and if the mechanism declares no drawing.
     """
     return mechanism_figure(simulate_design(results_of(results), design))
 
@@ -117,19 +113,7 @@ def label_axes(panel: Axes, scale: Scale) -> None:
 
 
 def profile_curve(turn: Pose, now: Pose, profile: Profile, drawing: Drawing) -> FloatArray:
-    """The curve of a body at one input angle, mm.
-
-    Parameters
-    ----------
-    turn
-        The values over a turn, at t input angles.
-    now
-        Those at one input angle.
-
-    Returns
-    -------
-    (t, 2) array
-    """
+    """The curve of a body at one input angle, mm, (t, 2), from its pose there and over a turn."""
     angle = np.deg2rad(profile.sense * now.angle(profile.angle)[0])
     cosine, sine = np.cos(angle), np.sin(angle)
     rotated = turn.sum(profile.vectors) @ np.array([[cosine, sine], [-sine, cosine]])

@@ -91,19 +91,7 @@ def _applies(panel: Panel, simulated: SimulatedDesign) -> bool:
 def clutch_output(simulated: SimulatedDesign, signal: Signal, drive: tuple[float, float], phases: int) -> FloatArray:
     """A rectified signal of equal mechanisms, evenly phased, behind one-way clutches.
 
-    Parameters
-    ----------
-    signal
-        The signal; it is computed from the one whose row it shares.
-    drive
-        Input angles between which the clutches transmit, deg.
-    phases
-        Number of mechanisms.
-
-    Returns
-    -------
-    (t,) array
-        At the input angles of the motion.
+    The clutches transmit between the input angles of the drive, deg. The values are at the input angles of the motion.
     """
     motion = simulated.motion
     angle, values = motion.index.to_numpy(), motion[signal.shares_row_with].to_numpy()

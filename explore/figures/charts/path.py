@@ -35,19 +35,15 @@ def path_chart(results: ResultsOrPath, *, design: int | None = None) -> Figure:
 
     Parameters
     ----------
-    results
-        Results of a study with a target, finished or not, or the path of their file.
-    design
-        Number of the design; the best of the Pareto set unless given.
+    results, design
+        As of `motion_chart`.
 
     Raises
     ------
-    MotionError
-        If the design has no motion over a full turn.
+    MotionError, ResultsError
+        As `motion_chart`.
     RequestError
-        If the study has no target, or no number is given and no design is feasible.
-    ResultsError
-        If the design is not in the file.
+        As `motion_chart`, and if the study has no target.
     """
     simulated = simulate_design(results_of(results), design)
     return path_figure(simulated, target_of(simulated))

@@ -42,15 +42,7 @@ _FAILURES = ("reported failure", "silently wrong")
 
 
 def scene_chart(rows: pd.DataFrame, title: str) -> Figure:
-    """Draw each error in one scene over CPU time (above) and over evaluations (below).
-
-    Parameters
-    ----------
-    rows
-        The rows of `explore.comparison.method_precision.compare_methods`, for one scene.
-    title
-        Heading of the figure.
-    """
+    """Draw each error of `compare_methods` in one scene over CPU time (above) and over evaluations (below)."""
     errors = [name for name in _ERRORS if name in rows and rows[name].notna().any()] or ["position_error_max"]
     figure = _figure(2, max(len(errors), 3))
     axes = figure.subplots(2, len(errors), squeeze=False, sharey=True)
@@ -67,15 +59,7 @@ def scene_chart(rows: pd.DataFrame, title: str) -> Figure:
 
 
 def overview_chart(rows: pd.DataFrame, titles: dict[str, str]) -> Figure:
-    """Draw the error of the velocities over CPU time, of the angles in scenes without velocities: one panel per scene.
-
-    Parameters
-    ----------
-    rows
-        The rows of `explore.comparison.method_precision.compare_methods`, for several scenes.
-    titles
-        Titles of the scenes by name.
-    """
+    """Draw the error of the velocities over CPU time, of the angles in scenes without velocities, a panel a scene."""
     columns = 3
     lines = -(-len(titles) // columns)
     figure = _figure(lines, columns)

@@ -53,15 +53,7 @@ def reason_columns(results: Results) -> list[str]:
 
 
 def reason_masks(results: Results, frame: pd.DataFrame) -> ReasonMasks:
-    """The infeasible designs by reason, such as "crank blocked" or "misses swing_angle"; a design may have several.
-
-    Parameters
-    ----------
-    results
-        The results of the designs.
-    frame
-        n designs with `reason_columns`.
-    """
+    """The infeasible designs by reason, such as "crank blocked" or "misses swing_angle"; a design may have several."""
     labels = next(c.labels for c in results.columns if c.name == "status")
     status = frame["status"].to_numpy()
     masks = {

@@ -65,14 +65,7 @@ _TOP_ERROR = 10.0
 def stability_chart(rows: pd.DataFrame, goal: float, distance: str, beyond: str) -> Figure:
     """Draw a panel per method, with margins as columns and settings as lines; a cell shows the verdict and the digits.
 
-    Parameters
-    ----------
-    rows
-        The rows of `explore.comparison.stability.map_stability`.
-    goal
-        Largest error of a motion that counts as accurate.
-    distance, beyond
-        What the margin is, and what is at margins of 0 and less; see `StabilityCase`.
+    The goal is the largest error of a motion that counts as accurate; for the texts see `StabilityCase`.
     """
     from matplotlib.figure import Figure
     from matplotlib.patches import Patch
@@ -181,17 +174,7 @@ def _margin_text(margin: float) -> str:
 
 
 def turn_chart(rows: pd.DataFrame, singular_angles: Sequence[float], title: str) -> Figure:
-    """Draw the error of every method over a turn on a logarithmic scale, and the singular positions as bars.
-
-    Parameters
-    ----------
-    rows
-        The rows of `explore.comparison.stability.trace_turn`.
-    singular_angles
-        Crank angles, deg.
-    title
-        Heading of the figure.
-    """
+    """Draw the error of every method over a turn on a logarithmic scale, and the singular positions, deg, as bars."""
     figure = new_figure(9.5, 5.0)
     panel = figure.subplots()
     for angle in singular_angles:

@@ -77,10 +77,7 @@ def write_heading(figure: Figure, text: str, width: int) -> None:
 def save_figure(figure: Figure, path: Path) -> None:
     """Write a figure as .png, .svg or .pdf, after the ending of the name; the same figure gives the same bytes.
 
-    Raises
-    ------
-    ResultsError
-        If the file cannot be written; no partial file stays.
+    Raises `ResultsError` if the file cannot be written; no partial file stays.
     """
     content = _content(figure, path.suffix.lower())  # matplotlib stumbles over a full disk
     with new_output(path) as unfinished:

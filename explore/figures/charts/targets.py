@@ -16,21 +16,7 @@ from explore.model.quantities import FloatArray
 
 @dataclass(frozen=True)
 class DrawnTarget:
-    """A target, and where the crank is at its points.
-
-    Attributes
-    ----------
-    name, point
-        Name of the point of the linkage, and as the drawing names it.
-    points
-        The given points, mm, shape (n, 2).
-    weights
-        Of their squared distances, shape (n,).
-    angles
-        Input angles of the design at the points, deg, shape (n,).
-    is_closed
-        Whether the target returns to its first point.
-    """
+    """A target with its point of the linkage: given points, mm, weights, and input angles there, deg."""
 
     name: str
     point: str

@@ -18,14 +18,7 @@ TURN = (0.0, 360.0)
 
 
 def turn_angles(anchor: float = 0.0) -> FloatArray:
-    """Input angles of one turn, deg, ascending: every half degree, denser near the anchor (deg) and its opposite.
-
-    There a motion may be sharp.
-
-    Returns
-    -------
-    (t,) array
-    """
+    """Input angles of one turn, deg, ascending: every half degree, denser near the anchor and its opposite."""
     offsets = 0.5 * 0.75 ** np.arange(100)
     centres = anchor % 180.0 + np.array([-180.0, 0.0, 180.0, 360.0])
     near = [centre + sign * offsets for centre in centres for sign in (-1.0, 1.0)]

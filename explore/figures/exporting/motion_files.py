@@ -26,20 +26,9 @@ _LONGEST_NAME = 63
 
 @dataclass(frozen=True)
 class Motion:
-    """The motion of a design over a turn.
+    """The motion of a design over a turn: the input angle and the signals by name, and points of the drawing, mm.
 
-    Attributes
-    ----------
-    title, mechanism
-        Study, design and parameters in words; name of the mechanism.
-    parameters
-        Of the design, defaults included.
-    signals
-        The input angle and the signals by name, each of shape (t,).
-    points
-        The points of the drawing by name, x and y in mm, each of shape (t, 2).
-    units, long_names
-        Of parameters and signals, by name.
+    The parameters of the design have defaults too.
     """
 
     title: str

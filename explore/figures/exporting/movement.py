@@ -28,24 +28,10 @@ class Body:
 
 @dataclass(frozen=True)
 class Movement:
-    """A mechanism over a turn.
+    """A mechanism over a turn; all symbols are scaled by the height of text, mm.
 
-    Attributes
-    ----------
-    title
-        Study, design and parameters.
-    height
-        Height of text, mm, by which all symbols are scaled.
-    still
-        What does not move.
-    chains
-        Of each link its points, shape (t, n, 2).
-    sliders
-        Of each slider the corners of its block, shape (t, 4, 2).
-    joints
-        Of each joint that moves its place, shape (t, 2).
-    bodies
-        Bodies with a curve.
+    `still` does not move. Of each link the points, (t, n, 2), of each slider the corners of its block, (t, 4, 2), of
+    each joint that moves its place, (t, 2), and bodies with a curve.
     """
 
     title: str

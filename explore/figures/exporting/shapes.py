@@ -52,18 +52,10 @@ class Arc:
 
 @dataclass(frozen=True)
 class Spline:
-    """A closed cubic B-spline.
+    """A closed cubic B-spline of the curve `name`.
 
-    Attributes
-    ----------
-    name
-        What it is the curve of.
-    knots
-        Shape (m + 4,), the first and the last four times.
-    controls
-        Control points, shape (m, 2), the first equal to the last.
-    deviation
-        Largest distance from the exact curve that was measured between the points of the curve that it interpolates.
+    The first and the last knot stand four times, the first control point equals the last; the deviation from the exact
+    curve is the largest that was measured between the points that it interpolates.
     """
 
     layer: str
@@ -107,16 +99,10 @@ class Text:
 
 @dataclass(frozen=True)
 class Distance:
-    """A dimension: the distance of two points.
+    """A dimension: the distance of two points; `name`, which may be empty, is what is measured.
 
-    Attributes
-    ----------
-    start, stop
-        The points.
-    offset
-        From the line between the points to the dimension line, positive to the left of the way from start to stop.
-    name
-        What is measured, may be empty.
+    The dimension line has the offset from the line between the points, positive to the left of the way from start to
+    stop.
     """
 
     layer: str
@@ -181,17 +167,7 @@ AnyShape = TypeVar("AnyShape", bound=Shape)
 
 @dataclass(frozen=True)
 class Sheet:
-    """A drawing at a scale of 1:1.
-
-    Attributes
-    ----------
-    title
-        Study, design and parameters.
-    shapes
-        What it consists of.
-    height
-        Height of its texts, mm, by which all symbols are scaled.
-    """
+    """A drawing at a scale of 1:1; the height of its texts, mm, scales all symbols."""
 
     title: str
     shapes: tuple[Shape, ...]

@@ -35,21 +35,10 @@ _PLACES = np.array([0.25, 0.5, 0.75])
 def fit_closed_curve(
     curve: Callable[[FloatArray], FloatArray], breaks: Sequence[float], layer: str, name: str
 ) -> Spline:
-    """A closed spline of a curve.
+    """A closed spline of a curve, a function from angles, deg, to points, (t, 2).
 
-    Parameters
-    ----------
-    curve
-        Points, shape (t, 2), at angles in deg, shape (t,); the same after 360.
-    breaks
-        Angles, deg, where the curve's law changes: there the spline may have a jump of curvature.
-    layer, name
-        Of the spline.
-
-    Returns
-    -------
-    Spline
-        Its first derivative by the angle is continuous, its second but at the breaks, or where there are none at 0.
+    Its first derivative by the angle is continuous, its second but at the breaks, where the curve's law changes, or
+    where there are none at 0.
     """
     joints = np.unique(np.mod(breaks, 360.0)) if len(breaks) else np.zeros(1)
     ends = np.append(joints, joints[0] + 360.0)

@@ -23,19 +23,9 @@ _FULL = 360.0 - 1e-9
 def track_of(
     simulated: SimulatedDesign, vectors: tuple[Vector, ...], name: str, layer: str = "paths"
 ) -> Circle | Arc | Polyline | Spline | None:
-    """The way of a point over a turn.
+    """The way of a point over a turn, as the drawing declares the point; None for a point that rests.
 
-    Parameters
-    ----------
-    vectors
-        The point, as the drawing of the mechanism declares it.
-    name, layer
-        Of the curve.
-
-    Returns
-    -------
-    Circle, Arc, Polyline, Spline or None
-        A line of two points, the smaller coordinate first; None for a point that rests.
+    A line of two points has the smaller coordinate first.
     """
     turning = [vector for vector in vectors if isinstance(vector.angle, str)]
     changing = [vector for vector in vectors if isinstance(vector.length, str) and vector.length not in
@@ -88,14 +78,9 @@ def _line(simulated: SimulatedDesign, vectors: tuple[Vector, ...], changing: Vec
 
 
 def extremes(values: Callable[[FloatArray], FloatArray], period: float | None = None) -> tuple[float, float]:
-    """Smallest and largest value of a function of the input angle over a turn.
+    """Smallest and largest value of a function of the input angle, deg, over a turn.
 
-    Parameters
-    ----------
-    values
-        Values, shape (t,), at angles in deg, shape (t,).
-    period
-        Of the values, where they are angles, which then go on past it.
+    The period is that of angles, which then go on past it.
     """
     grid = np.linspace(0.0, 360.0, 721)
     start = values(grid)

@@ -43,16 +43,8 @@ ReportStep = Callable[[str], None]
 class Contents:
     """The data of a page.
 
-    Attributes
-    ----------
-    study
-        Facts of the study, and where the columns are among `texts`; can be written as JSON.
-    texts
-        Packed columns, see `ColumnPacker`.
-    kernel
-        The mechanism's functions in JavaScript; empty where the page draws no motion.
-    figures
-        Those of a synthesis.
+    Facts of the study, and where the columns are among the packed `texts`, as JSON; the mechanism's functions in
+    JavaScript, empty where the page draws no motion; figures of a synthesis.
     """
 
     study: dict[str, Any]
@@ -62,23 +54,10 @@ class Contents:
 
 
 def collect_contents(results: Results, mechanism: Mechanism | None, command: str, step: ReportStep) -> Contents:
-    """Collect the data of a page.
+    """Collect the data of a page of results with at least one design, else `RequestError`.
 
-    Parameters
-    ----------
-    results
-        The results of a sweep, finished or not, with at least one design.
-    mechanism
-        The mechanism of the study; None if this version does not know it.
-    command
-        Command that ranks these results; the page shows it.
-    step
-        Called `STEPS` times, at the start of each step with its name.
-
-    Raises
-    ------
-    RequestError
-        If the file holds no designs.
+    The mechanism is None if this version does not know it; the page shows the command, which ranks these results.
+    `step` is called `STEPS` times, at the start of each step with its name.
     """
     if results.n_committed == 0:
         raise RequestError(f"{results.path} holds no designs yet, so there is nothing to report")

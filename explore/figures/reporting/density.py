@@ -28,24 +28,10 @@ _OUTSIDE = 0.002
 def count_densities(
     results: Results, objectives: Sequence[str], frame: pd.DataFrame, rows: ReportRows, packer: ColumnPacker
 ) -> dict[str, Any]:
-    """Count the feasible designs of a file in the cells of pairs of columns.
+    """Count the feasible designs of a file in the cells of pairs of columns, the objectives first.
 
-    Parameters
-    ----------
-    objectives
-        Names of columns that come first.
-    frame
-        The designs of the page, which determine the extent of the cells.
-    rows
-        Their kinds.
-    packer
-        Takes the counts.
-
-    Returns
-    -------
-    dict
-        ``columns``: lower and upper edge of the cells by column; ``pairs``: x, y and the packed counts, shape
-        (CELLS * CELLS,), x varies fastest.
+    The frame determines the extent of the cells. In the answer, ``columns`` has the lower and upper edge of the cells
+    by column, ``pairs`` x, y and the packed counts, (CELLS * CELLS,), x varies fastest.
     """
     edges = _column_limits(results, objectives, frame[rows.kinds != INFEASIBLE])
     pairs = list(combinations(edges, 2))

@@ -31,13 +31,7 @@ def collect_design(results: Results, mechanism: Mechanism, number: int) -> dict[
 
 
 def motion_script(results: Results, mechanism: Mechanism) -> str:
-    """The mechanism's functions as a script that gives them to the page of a report.
-
-    Raises
-    ------
-    RequestError
-        They have no translation.
-    """
+    """The mechanism's functions as a script for the page of a report; `RequestError` without translation."""
     script = translate_functions(design_kernel(results, mechanism))
     if not script:
         raise RequestError(f"the motion of a {mechanism.name} cannot be drawn in a page")

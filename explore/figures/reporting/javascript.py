@@ -67,15 +67,7 @@ class TranslationError(ValueError):
 def translate(**functions: Any) -> str:
     """Translate compiled functions into an expression of JavaScript: an object with the same names.
 
-    Parameters
-    ----------
-    functions
-        Functions decorated by `explore.base.compiling.compiled`.
-
-    Raises
-    ------
-    TranslationError
-        With the place of the first statement that has no translation.
+    Raises `TranslationError` with the place of the first statement that has no translation.
     """
     program = _Program()
     entries = {name: program.name_of(function) for name, function in functions.items()}

@@ -32,20 +32,10 @@ MAX_RESULTS = 6
 def collect_joint_contents(
     sources: Mapping[str, Results], mechanism: Mechanism | None, command: str, step: ReportStep
 ) -> Contents:
-    """Collect the data of a page of several results of one mechanism.
+    """Collect the data of a page of several results of one mechanism, by their names, as `collect_contents`.
 
-    Parameters
-    ----------
-    sources
-        The results by the names of their files, see `open_comparable`.
-    mechanism, command, step
-        As of `collect_contents`.
-
-    Raises
-    ------
-    RequestError
-        If there are more results than a page tells apart, a column has another unit in some of them, or `explore.rank`
-        refuses to rank them together.
+    Raises `RequestError` if there are more results than a page tells apart, a column has another unit in some of them,
+    or `explore.rank` refuses to rank them together.
     """
     if len(sources) > MAX_RESULTS:
         raise RequestError(f"a page of {len(sources)} results has no colours to tell them apart; name {MAX_RESULTS}")

@@ -20,12 +20,7 @@ _LET_IN = (1, 10, 100)
 def describe_nearest(results: Results, n_feasible: int | None) -> dict[str, Any] | None:
     """The designs nearest to feasible and what excludes the others, as JSON; None where enough is feasible.
 
-    Parameters
-    ----------
-    results
-        The results; those of the front alone have no infeasible designs.
-    n_feasible
-        Number of feasible designs; None if not known.
+    Results of the front alone have no infeasible designs.
     """
     if n_feasible is None or results.keep != "all" or not results.constraints:
         return None

@@ -14,13 +14,7 @@ _INTEGER_TYPES = ("u1", "i1", "i4")
 
 
 class ColumnPacker:
-    """Packs columns into the texts of a page; equal columns share one text.
-
-    Attributes
-    ----------
-    texts
-        Packed columns, base64.
-    """
+    """Packs columns into the texts of a page, base64; equal columns share one text."""
 
     def __init__(self) -> None:
         self.texts: list[str] = []

@@ -19,13 +19,7 @@ _PLACEHOLDER = re.compile(r"\{\{([a-z_]+)\}\}")
 
 
 def write_page(contents: Contents, path: Path) -> int:
-    """Write a page and return its size in bytes.
-
-    Raises
-    ------
-    ResultsError
-        If the file cannot be written; no partial file stays.
-    """
+    """Write a page and return its size in bytes; `ResultsError` if that fails, and no partial file stays."""
     with new_output(path) as unfinished, unfinished.open("w", encoding="utf-8", newline="\n") as file:
         for piece in _fill_template(contents):
             file.write(piece)

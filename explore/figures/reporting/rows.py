@@ -35,17 +35,7 @@ class KindCount:
 
 @dataclass(frozen=True)
 class ReportRows:
-    """The designs of a page.
-
-    Attributes
-    ----------
-    numbers
-        Numbers of the designs, ascending, shape (n,).
-    kinds
-        INFEASIBLE, FEASIBLE or FRONT, shape (n,).
-    parts
-        Counts of each kind, in the order of their codes.
-    """
+    """The ascending numbers of the designs of a page, the kind of each, and the counts of each kind."""
 
     numbers: npt.NDArray[np.int64]
     kinds: npt.NDArray[np.uint8]
@@ -55,18 +45,9 @@ class ReportRows:
 def choose_rows(
     results: Results, front: npt.NDArray[np.int64], named: Sequence[int] = (), *, shares: int = 1
 ) -> ReportRows:
-    """Choose the designs of a page.
+    """Choose the designs of a page that so many results share, from the Pareto-optimal ones and the others.
 
-    Parameters
-    ----------
-    results
-        The results, with at least one design.
-    front
-        Numbers of the Pareto-optimal designs.
-    named
-        Numbers of infeasible designs that the page names, which no sample leaves out.
-    shares
-        Number of results that share the page equally.
+    No sample leaves out the infeasible designs that the page names.
     """
     numbers, kinds = _all_kinds(results, front)
     members = [np.flatnonzero(kinds == kind) for kind in (INFEASIBLE, FEASIBLE, FRONT)]
