@@ -21,11 +21,6 @@ class BoundedCalls:
     """Calls functions in processes that are kept for the next call; safe to use from several threads.
 
     A thread cannot be ended, so a request that takes for ever would keep its thread and a processor for ever.
-
-    Parameters
-    ----------
-    seconds
-        Seconds that a call may take.
     """
 
     def __init__(self, seconds: float) -> None:
@@ -36,10 +31,8 @@ class BoundedCalls:
     def call(self, what: str, function: Callable[..., Any], *arguments: Any) -> Any:
         """The value of a function of a module, or its error.
 
-        Raises
-        ------
-        RequestError
-            The call takes too long, or its process was killed; `what` says in words what was called.
+        Raises `RequestError` if the call takes too long, or its process was killed; `what` says in words what was
+        called.
         """
         with self._guard:
             caller = self._idle.pop() if self._idle else None

@@ -25,12 +25,7 @@ COMPILING = "the kernels are being compiled, once per machine, up to a minute; a
 class Estimates:
     """Measures designs for dry runs; safe to use from several threads.
 
-    Parameters
-    ----------
-    results
-        The folder of the results that refinements start from.
-    workers
-        Threads of a sweep; None for one for each processor.
+    Refinements start from results in the folder; workers are the threads of a sweep, None for one for each processor.
     """
 
     def __init__(self, results: Path, workers: int | None) -> None:

@@ -37,10 +37,7 @@ class Event:
 class Events:
     """The events since the service started; safe to use from several threads.
 
-    Attributes
-    ----------
-    epoch
-        Distinguishes the numbers of this service from those before it was restarted.
+    The epoch distinguishes their numbers from those before a restart.
     """
 
     def __init__(self) -> None:

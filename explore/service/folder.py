@@ -59,13 +59,7 @@ def check_name(name: str) -> str:
 
 
 class Folder:
-    """The files of a service; only the process that is inside `locked` changes them.
-
-    Parameters
-    ----------
-    path
-        The folder; made when it is locked.
-    """
+    """The files of a service, whose folder is made when it is locked; only the process inside `locked` changes them."""
 
     def __init__(self, path: Path) -> None:
         self.path = path

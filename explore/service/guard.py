@@ -59,16 +59,9 @@ class _RefusedError(Exception):
 
 
 class Guard:
-    """Wraps an application.
+    """Wraps an application, which finds the right of a request that passes in ``scope["state"]["right"]``.
 
-    Parameters
-    ----------
-    application
-        Called for requests that pass; finds the right in ``scope["state"]["right"]``.
-    access
-        Who may do what.
-    note
-        Told of every request; gets no query, header or body.
+    `note` is told of every request; it gets no query, header or body.
     """
 
     def __init__(self, application: ASGIApp, access: Access, note: NoteRequest) -> None:

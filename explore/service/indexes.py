@@ -71,13 +71,7 @@ class Browsed:
 
 
 class Indexes:
-    """The indexes of a folder that this process holds; safe to use from several threads.
-
-    Parameters
-    ----------
-    jobs, folder
-        The jobs whose results are browsed, and where the indexes are.
-    """
+    """The indexes of the results of jobs, in a folder that this process holds; safe to use from several threads."""
 
     def __init__(self, jobs: Jobs, folder: Folder) -> None:
         self._jobs, self._folder = jobs, folder

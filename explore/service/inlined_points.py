@@ -24,12 +24,8 @@ _GIVEN = (*_PATH, "poses", "table")
 def with_points(text: str, file: Path) -> str:
     """The text with the points in place of the name of their file, or as it is if it names none.
 
-    Raises
-    ------
-    ConfigError
-        With every problem of the study or task, that of the file of points among them.
-    RequestError
-        The points cannot be written in place of the name.
+    Raises `ConfigError` with every problem of the study or task, that of the file of points among them, and
+    `RequestError` if the points cannot be written in place of the name.
     """
     try:
         sections = tomllib.loads(text)

@@ -30,19 +30,7 @@ class Kind(StrEnum):
 
 @dataclass(frozen=True)
 class Refinement:
-    """What `explore refine` is told, with the name of a job in place of a results file.
-
-    Attributes
-    ----------
-    refine
-        Name of the job whose results are refined.
-    metric
-        Objectives in place of the study's; empty for those.
-    evaluations
-        Number of designs of the new results.
-    seed
-        Seed of the random steps.
-    """
+    """What `explore refine` is told, with the name of a job in place of results; without metrics, the study's."""
 
     refine: str
     metric: tuple[str, ...] = ()
@@ -73,10 +61,7 @@ JobFile = Study | TaskFile | Refinement
 def read_job_file(name: str, content: bytes, kind: Kind | None = None) -> JobFile:
     """Read the file of a job, which has to be of a kind if one is given.
 
-    Raises
-    ------
-    ConfigError
-        With one line ``NAME.toml:line: key: reason; suggestion`` for each problem.
+    Raises `ConfigError` with one line ``NAME.toml:line: key: reason; suggestion`` for each problem.
     """
     file = f"{name}.toml"
     if len(content) > MOST_FILE_BYTES:

@@ -28,21 +28,11 @@ class Limits:
 
 @dataclass(frozen=True)
 class Plan:
-    """What a job makes.
+    """What a job makes, and remarks on what may not be meant in its file.
 
-    Attributes
-    ----------
-    kind
-        The kind of its file.
-    mechanism
-        Name of the mechanism.
-    designs, blocks, columns, bytes
-        Of its results. None for a task, whose designs are not known before they are found, at most 10,000; None for
-        the bytes also where only the front is kept.
-    method
-        How the designs are chosen: the sampling of a study, the type of a task, "refinement".
-    remarks
-        What may not be meant in the file.
+    Designs, blocks, columns and bytes are None for a task, whose designs are not known before they are found, at most
+    10,000; bytes also where only the front is kept. The method is the sampling of a study, the type of a task, or
+    "refinement".
     """
 
     kind: Kind
@@ -58,12 +48,8 @@ class Plan:
 def make_plan(job_file: JobFile, keep: str = "all", results: Path = Path()) -> Plan:
     """Count what a job would make; `results` is the folder of the results that a refinement starts from.
 
-    Raises
-    ------
-    RequestError
-        The front alone is to be kept where there is none, or the refinement is not possible.
-    ResultsError
-        The results to refine cannot be read.
+    Raises `RequestError` if the front alone is to be kept where there is none, or the refinement is not possible, and
+    `ResultsError` if the results to refine cannot be read.
     """
     if isinstance(job_file, TaskFile):
         return Plan(Kind.task, job_file.task.mechanism, None, None, None, None, job_file.kind, job_file.remarks)

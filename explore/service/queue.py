@@ -31,20 +31,11 @@ class StateError(RequestError):
 
 
 class Jobs:
-    """The jobs of a folder that this process holds; safe to use from several threads.
+    """The jobs of a locked folder; safe to use from several threads.
 
-    Every change is durable before its method returns: first the log of the job, then the place of its study.
-
-    Parameters
-    ----------
-    folder
-        The folder, locked.
-    limits
-        What is accepted.
-    listener
-        Told of every change, in the order of the changes.
-    plan_refinement
-        Makes the plan of a refinement, which ranks the results that it starts from, as `make_plan` does.
+    Every change is durable before its method returns: first the log of the job, then the place of its study. The
+    listener is told every change in order; `plan_refinement` makes the plan of a refinement as `make_plan` does, but
+    ranks results.
     """
 
     def __init__(
@@ -105,14 +96,9 @@ class Jobs:
     ) -> Job:
         """Queue a study, a task or a refinement.
 
-        Raises
-        ------
-        ConfigError
-            With every problem of the file.
-        RequestError
-            The name, `keep` or `priority` is invalid, the refinement is not possible, or the limits are exceeded.
-        StateError
-            The name is taken, the queue is full, or the job to refine is not done.
+        Raises `ConfigError` with every problem of the file; `RequestError` if the name, `keep` or `priority` is
+        invalid, the refinement is not possible, or the limits are exceeded; `StateError` if the name is taken, the
+        queue is full, or the job to refine is not done.
         """
         check_name(name)
         _check_priority(priority)

@@ -35,17 +35,7 @@ class Work:
 
 
 class Runner(threading.Thread):
-    """The thread that sweeps.
-
-    Parameters
-    ----------
-    jobs, folder
-        What to sweep, and where.
-    work
-        Where sweeps compute.
-    seconds
-        Seconds that the process of a sweep may take; None for any.
-    """
+    """The thread that sweeps; the process of a sweep may take so many seconds, None for any."""
 
     def __init__(self, jobs: Jobs, folder: Folder, work: Work, seconds: float | None = None) -> None:
         super().__init__(name="runner", daemon=True)

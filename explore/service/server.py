@@ -42,18 +42,9 @@ _MOST_OPEN = 65_536
 
 @dataclass(frozen=True)
 class Place:
-    """Where a service listens.
+    """Where a service listens; port 0 is a free one.
 
-    Attributes
-    ----------
-    host, port
-        The address; port 0 is a free one.
-    public_url
-        The address that browsers use, if it is another.
-    certificate, key
-        Files for TLS; None without.
-    is_behind_proxy
-        Whether a reverse proxy, which others reach by TLS, stands before the address.
+    Browsers use the public URL, if it is another address, such as that of a reverse proxy with TLS before this one.
     """
 
     host: str = "127.0.0.1"
@@ -94,17 +85,8 @@ class Place:
 def serve(path: Path, place: Place, limits: Limits, work: Work, announce: Callable[[str, str], None]) -> None:
     """Serve a folder until SIGTERM or Ctrl-C; the sweep under way goes on at the next start.
 
-    Parameters
-    ----------
-    announce
-        Called with a link for everything and one to look, when the service listens.
-
-    Raises
-    ------
-    RequestError
-        The place is not safe, or the port is taken.
-    ResultsError
-        Another process serves the folder.
+    `announce` is called with a link for everything and one to look, when the service listens. Raises `RequestError` if
+    the place is not safe, or the port is taken, and `ResultsError` if another process serves the folder.
     """
     place.check()
     _allow_open_files()

@@ -37,13 +37,7 @@ class Station:
 
 @contextmanager
 def open_station(path: Path, limits: Limits, work: Work) -> Iterator[Station]:
-    """Hold a folder and sweep its jobs, until the block ends.
-
-    Raises
-    ------
-    ResultsError
-        Another process serves the folder.
-    """
+    """Hold a folder and sweep its jobs, until the block ends; `ResultsError` if another process serves the folder."""
     folder = Folder(path)
     with folder.locked():
         events = Events()

@@ -18,14 +18,9 @@ _BUSY = "the server is busy with other requests of this kind; try again later"
 
 
 class Turns:
-    """Turns that so many threads have at a time, for which so many more wait.
+    """Turns that so many threads have at a time, for which so many more wait; `most` are both together.
 
     All kinds of turns together must leave threads of the server free, or requests that need no turn would wait too.
-
-    Attributes
-    ----------
-    most
-        Threads that they take at most.
     """
 
     def __init__(self, at_a_time: int, waiting: int) -> None:
