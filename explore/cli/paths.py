@@ -80,13 +80,7 @@ def newest_results() -> Path:
 
 
 def list_results() -> list[Path]:
-    """The results in the folder `results`, the newest first.
-
-    Raises
-    ------
-    ResultsError
-        If there are none.
-    """
+    """The results in the folder `results`, the newest first; `ResultsError` if there are none."""
     folder = Path("results")
     times = {path: path.stat().st_mtime for path in folder.glob("*.h5") if not _is_packed_copy(path)}
     # A sweep with --keep front has only a journal until it is done.

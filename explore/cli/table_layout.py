@@ -59,17 +59,7 @@ class TableColumn:
 
 @dataclass(frozen=True)
 class TableLayout:
-    """A table as it is printed.
-
-    Attributes
-    ----------
-    columns
-        Those that are shown.
-    gap
-        Blanks between columns.
-    left_out
-        Names of the columns that are not shown.
-    """
+    """A table as it is printed, the blanks between its columns, and the names of columns that are left out."""
 
     columns: tuple[TableColumn, ...]
     gap: int = _GAP
@@ -102,19 +92,10 @@ class TableLayout:
 def lay_out(
     columns: Sequence[tuple[str, str]], rows: Sequence[Sequence[str]], width: int, droppable: Sequence[str]
 ) -> TableLayout:
-    """Lay out a table in the first of these forms that fits: as it is, with folded headings, transposed, with columns
-    left out.
+    """Lay out a table as it is, with folded headings, transposed, or with columns left out: the first that fits.
 
-    Parameters
-    ----------
-    columns
-        Names and units.
-    rows
-        Cells of each row.
-    width
-        Letters of a line.
-    droppable
-        Names of the columns that may be left out, the least important first. Those for which there is room are kept.
+    The names and units of the columns, the cells of each row, and the letters of a line. Droppable columns, the least
+    important first, are kept as far as there is room.
     """
     plain = TableLayout(tuple(
         TableColumn(name, name, unit, tuple(row[place] for row in rows)) for place, (name, unit) in enumerate(columns)

@@ -26,18 +26,8 @@ def print_table(
 ) -> None:
     """Print a table that fits the terminal, or 80 letters where there is none.
 
-    Parameters
-    ----------
-    title, caption
-        Lines above and below it.
-    columns
-        Names and units.
-    rows
-        Cells of each row.
-    droppable
-        Names of columns that may be left out, the least important first; by default all but the first, from the last.
-    hint
-        How to see all columns, printed when some are left out.
+    `droppable` names columns that may be left out, the least important first; by default all but the first, from the
+    last. The hint, how to see all columns, is printed when some are.
     """
     from rich.console import Console
     from rich.text import Text
