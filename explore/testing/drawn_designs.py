@@ -14,16 +14,11 @@ _WIDENING = 3.0
 
 
 def draw_designs(study: Study, count: int, seed: int) -> Arrays:
-    """Draw designs around those of a study.
+    """Draw designs around those of a study, (count,) by parameter.
 
     A parameter with choices takes any of them. One that the study gives is drawn from a third of the study's smallest
     value to three times its largest, uniformly in the logarithm, as far as the declaration allows. All others are at
     their defaults.
-
-    Returns
-    -------
-    dict
-        Parameters by name, each of shape (count,).
     """
     random = np.random.default_rng(seed)
     space = study.space

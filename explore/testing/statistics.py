@@ -30,16 +30,9 @@ _CV_LIMIT = 1e3
 class _Deviation:
     """A statistic beside that of dense sampling.
 
-    Attributes
-    ----------
-    metric, design, value, dense
-        Name, number of the design, and both values.
-    error
-        Their difference, infinite where the value is undefined without reason.
-    scale
-        What the bound is relative to, in the norms of `explore.evaluation.evaluate`.
-    bound, uncertainty
-        The stated relative bound of the value, and the bound of the error of dense sampling.
+    The error is their difference, infinite where the value is undefined without reason; the scale is what the bound is
+    relative to, in the norms of `explore.evaluation.evaluate`; the uncertainty is the bound of the error of dense
+    sampling.
     """
 
     metric: str

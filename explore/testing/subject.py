@@ -31,15 +31,7 @@ WindowArgument = str | Mapping[str, float]
 
 @dataclass(frozen=True)
 class Subject:
-    """A mechanism and designs of it.
-
-    Attributes
-    ----------
-    mechanism
-        The mechanism.
-    designs
-        Parameters by name, each of shape (n,).
-    """
+    """A mechanism and designs of it: parameters by name, each (n,)."""
 
     mechanism: Mechanism
     designs: Arrays
