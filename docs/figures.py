@@ -111,7 +111,6 @@ GALLERY = {
     "map-drawn": ["map", "results/optimum.h5", "--x", "rocker", "--y", "ground"],
     "parallel": ["parallel", "results/grid.h5"],
     "motion": ["motion", "results/grid.h5"],
-    "motion-published": ["motion", "results/published.h5", "--design", "0"],
     "mechanism": ["mechanism", "results/grid.h5"],
     "path": ["path", "results/path.h5"],
     "cognates": ["cognates", "results/path.h5"],
