@@ -10,11 +10,13 @@ import subprocess
 import sys
 import time
 
+import numpy as np
 import pytest
-from numba import types
+from numba import njit, types
 from studies import GOOD
 
-from explore.base.compiler_passes import quick_compilation
+from explore.base import compiler_passes
+from explore.base.compiler_passes import PlainCompiler, quick_compilation
 from explore.mechanisms.registry import MECHANISMS
 
 REPORT = """
@@ -178,6 +180,46 @@ def test_a_failed_compilation_leaves_numba_and_the_garbage_collector_as_they_wer
         fail()
 
     assert gc.isenabled()
+    assert "get_call_type" not in vars(types.Function)
+
+
+def leave_out_lowering(monkeypatch):
+    monkeypatch.setattr(compiler_passes, "_LEFT_OUT", {"NativeLowering"})
+
+
+def fill_managers_otherwise(monkeypatch):
+    monkeypatch.setattr(compiler_passes, "PassManager", lambda name: object())
+
+
+def forget_keys_of_operators(monkeypatch):
+    monkeypatch.setattr(compiler_passes, "_signatures", None)
+
+
+def change_libraries(monkeypatch):
+    monkeypatch.setattr(compiler_passes._Translation, "_finalize_final_module", lambda self, mode: None)
+
+
+@pytest.mark.parametrize(
+    "change", [None, leave_out_lowering, fill_managers_otherwise, forget_keys_of_operators, change_libraries]
+)
+def test_numba_compiles_in_its_own_way_where_its_internals_changed(monkeypatch, change):
+    monkeypatch.setattr(compiler_passes, "_works", None)
+    half = compiler_passes.translated(lambda x: 0.5 * x, {"_nrt": False})
+
+    @njit(pipeline_class=PlainCompiler, _nrt=False)
+    def half_of_all(values):
+        total = 0.0
+        for k in range(len(values)):
+            total += half(values[k])
+        return total
+
+    if change is not None:
+        change(monkeypatch)
+    with quick_compilation():
+        assert half_of_all(np.array([1.0, 6.0])) == 3.5
+        assert "get_call_type" in vars(types.Function)
+
+    assert compiler_passes._works == (change is None)
     assert "get_call_type" not in vars(types.Function)
 
 

@@ -1,67 +1,68 @@
-"""The passes of Numba's compiler that functions of numbers and arrays need, and types that it would find out again.
+"""Numba's compiler without the passes, and without the work, that functions of numbers and arrays do not need.
 
 A first compilation is mostly Numba's own Python code. So passes for closures, array expressions and unrolled loops over
-tuples are left out, what an operator gives for some types is remembered, and nothing is searched for garbage.
+tuples are left out, what an operator gives for some types is remembered, functions that only compiled functions call
+are not assembled by themselves, and nothing is searched for garbage. All of this rests on Numba's internals: the first
+compilation of a process tries it on a small function, and where that fails, Numba compiles in its own way.
 """
 
 from __future__ import annotations
 
 import gc
-from collections.abc import Iterator
+import math
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import partialmethod
 from typing import Any
 
-from numba.core import types
-from numba.core.compiler import CompilerBase
-from numba.core.compiler_machinery import PassManager
-from numba.core.typed_passes import (
-    AnnotateTypes,
-    IRLegalization,
-    NativeLowering,
-    NoPythonBackend,
-    NopythonTypeInference,
-    PreLowerStripPhis,
-)
-from numba.core.untyped_passes import (
-    DeadBranchPrune,
-    FixupArgs,
-    GenericRewrites,
-    IRProcessing,
-    ReconstructSSA,
-    RewriteSemanticConstants,
-    TranslateByteCode,
-)
+import numpy as np
+from numba import njit, types
+from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler import Compiler
+from numba.core.compiler_machinery import LoweringPass, PassManager, register_pass
 
+#: Names of Numba's passes that are left out: for closures, inlined functions, unrolled tuples and array expressions.
+_LEFT_OUT = {
+    "WithLifting", "InlineClosureLikes", "RewriteDynamicRaises", "MakeFunctionToJitFunction", "InlineInlinables",
+    "FindLiterallyCalls", "LiteralUnroll", "LiteralPropagationSubPipelinePass", "InlineOverloads", "NopythonRewrites",
+    "NoPythonSupportedFeatureValidation", "DumpParforDiagnostics",
+}  # fmt: skip
+#: The pass of Numba that fills the library of a function.
+_LOWERING = "NativeLowering"
 #: Remembered signatures of operators, by function and types of the arguments.
 _signatures: dict[tuple[Any, tuple[Any, ...]], Any] = {}
-
-_PASSES = (
-    TranslateByteCode, FixupArgs, IRProcessing, RewriteSemanticConstants, DeadBranchPrune, GenericRewrites,
-    ReconstructSSA, NopythonTypeInference, PreLowerStripPhis, IRLegalization, AnnotateTypes, NativeLowering,
-    NoPythonBackend,
-)  # fmt: skip
+#: Verdict on all this with this version of Numba; None before the first compilation.
+_works: bool | None = None
 
 
-class PlainCompiler(CompilerBase):  # type: ignore[misc]  # Numba has no types
+class PlainCompiler(Compiler):  # type: ignore[misc]  # Numba has no types
     """Numba's compiler with few passes.
 
     Attributes
     ----------
     no_alias
         Whether the arrays that the function is called with share no memory, so that loops need not test for that.
+    only_translates
+        Whether the function is translated for compiled functions that call it, and nothing else.
     """
 
-    passes: tuple[Any, ...] = _PASSES
     no_alias = False
+    only_translates = False
 
     def define_pipelines(self) -> list[PassManager]:
-        """One pipeline, of `passes`."""
-        manager = PassManager("plain")
-        for each in self.passes:
-            manager.add_pass(each)
-        manager.finalize()
+        """Numba's pipeline, each pass once, without those that are left out."""
         self.state.flags.noalias = self.no_alias
+        pipelines: list[PassManager] = super().define_pipelines()
+        if not _shortcuts_work():
+            return pipelines
+        manager, known = PassManager("plain"), set(_LEFT_OUT)
+        for each, description in pipelines[0].passes:
+            if each.__name__ == _LOWERING and self.only_translates:
+                manager.add_pass(_TranslateOnly, "choose the kind of library")
+            if each.__name__ not in known:
+                manager.add_pass(each, description)
+                known.add(each.__name__)
+        manager.finalize()
         return [manager]
 
 
@@ -69,6 +70,80 @@ class NoAliasCompiler(PlainCompiler):
     """The compiler of functions whose arrays share no memory."""
 
     no_alias = True
+
+
+class TranslatingCompiler(PlainCompiler):
+    """The compiler of functions that only compiled functions call."""
+
+    only_translates = True
+
+
+class NoAliasTranslatingCompiler(TranslatingCompiler):
+    """The same for functions whose arrays share no memory."""
+
+    no_alias = True
+
+
+def translated(function: Callable[..., Any], settings: dict[str, Any], *, no_alias: bool = False) -> Any:
+    """A dispatcher that gives compiled functions the translation of a function, without an entry for Python."""
+    compiler = NoAliasTranslatingCompiler if no_alias else TranslatingCompiler
+    dispatcher = njit(pipeline_class=compiler, no_cpython_wrapper=True, no_cfunc_wrapper=True, **settings)(function)
+    dispatcher._insert = _skip
+    return dispatcher
+
+
+def _skip(*_: object) -> None:
+    """Do nothing."""
+
+
+class _Translation(JITCodeLibrary):  # type: ignore[misc]  # likewise
+    """The translation of a function and of what it calls, neither optimised nor assembled."""
+
+    def _optimize_functions(self, module: Any) -> None:
+        module.data_layout = self._codegen._data_layout
+
+    def _optimize_final_module(self) -> None:
+        """Leave the optimisation to the callers."""
+
+    def _finalize_final_module(self) -> None:
+        self._finalize_dynamic_globals()
+        self._verify_declare_only_symbols()
+        self._finalized = True
+
+    def get_pointer_to_function(self, name: str) -> int:  # noqa: ARG002  (the signature is Numba's)
+        """Return 0, which means that there is no such function."""
+        return 0
+
+    @property
+    def codegen(self) -> Any:
+        return _CodeGeneratorWithoutEnvironments(self._codegen)
+
+
+class _CodeGeneratorWithoutEnvironments:
+    """A code generator that sets no environment, the Python objects of a function, because there is no function."""
+
+    def __init__(self, generator: Any) -> None:
+        self._generator = generator
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._generator, name)
+
+    def set_env(self, *_: object) -> None:
+        """Do nothing."""
+
+
+@register_pass(mutates_CFG=False, analysis_only=True)
+class _TranslateOnly(LoweringPass):  # type: ignore[misc]  # likewise
+    """Choose the kind of library that the function is translated into."""
+
+    _name = "translate_only"
+
+    def __init__(self) -> None:
+        LoweringPass.__init__(self)
+
+    def run_pass(self, state: Any) -> bool:
+        state.library = _Translation(state.targetctx.codegen(), state.func_id.func_qualname)
+        return True
 
 
 @contextmanager
@@ -79,6 +154,9 @@ def quick_compilation() -> Iterator[None]:
     garbage takes a tenth of its time.
     """
     function_type: Any = types.Function
+    if "get_call_type" in vars(function_type):  # by an outer call
+        yield
+        return
     was_enabled, original = gc.isenabled(), function_type.get_call_type
     gc.disable()
     function_type.get_call_type = partialmethod(_remembered_signature, original)
@@ -95,11 +173,41 @@ def _remembered_signature(function: Any, original: Any, context: Any, arguments:
 
     Those of functions that Numba has in Python are not: which version serves depends on the options of the caller.
     """
-    known = None if keywords else _signatures.get((function, arguments))
+    if keywords or not _shortcuts_work():
+        return original(function, context, arguments, keywords)
+    known = _signatures.get((function, arguments))
     if known is not None:
         function._impl_keys[known.args] = function.typing_key
         return known
     signature = original(function, context, arguments, keywords)
-    if not keywords and function._impl_keys[signature.args] is function.typing_key:
+    if function._impl_keys[signature.args] is function.typing_key:
         _signatures[function, arguments] = signature
     return signature
+
+
+def _shortcuts_work() -> bool:
+    """Whether a small function is compiled rightly; tried once, by the holder of Numba's compiler lock."""
+    global _works
+    if _works is None:
+        _works = True  # for the small function itself
+        _works = _compiles_rightly()
+    return _works
+
+
+def _compiles_rightly() -> bool:
+    """Compile a loop over an array that calls another function, and compare what it gives."""
+    half_and_root = translated(lambda x: (0.5 * x, math.sqrt(x)), {"_nrt": False})
+
+    def sum_of_parts(values: Any) -> Any:
+        total = 0.0
+        for k in range(len(values)):
+            half, root = half_and_root(values[k])
+            total += root if half > 1.0 else -half
+        return total
+
+    try:
+        with quick_compilation():
+            dispatcher = njit("float64(float64[::1])", pipeline_class=PlainCompiler, _nrt=False)(sum_of_parts)
+        return bool(dispatcher(np.array([1.0, 9.0])) == -0.5 + 3.0)
+    except Exception:  # whatever of Numba has changed
+        return False
