@@ -310,10 +310,9 @@ def run_blocks(page):
                 assert ends_with(err + out, expected), line
 
 
-def test_tutorials_are_true(tmp_path, monkeypatch, capsys):
+def test_tutorials_are_true(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     run_blocks("tutorials.md")
-    run_page("tutorials.md", capsys)
 
 
 def test_synthesis_is_true(tmp_path, monkeypatch, capsys):
