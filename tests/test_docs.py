@@ -58,7 +58,6 @@ def run_page(name, capsys, names=None):
     "page",
     [
         "physics.md",
-        "numerics.md",
         "published-study.md",
         "published-simulation.md",
         "methods.md",
