@@ -52,23 +52,13 @@ def compiled(
 ) -> Callable[..., Any]:
     """Decorator: compile by Numba, cached on disk, without the GIL, with IEEE division.
 
-    Parameters
-    ----------
-    signature
-        Numba's signature, for which the function is compiled at its first call; without one, it is compiled for the
-        types of each call.
-    fast
-        Allow reordering of sums and products. Not for compensated sums.
-    contract
-        Allow a product and a sum to be rounded once, nothing else.
-    inlined
-        Inline the function into every caller, so that a loop over lanes that calls it vectorises whatever its size.
-    allocates
-        Whether the function makes arrays. Other functions do without Numba's runtime, because its atomic reference
-        counts of array arguments cost a quarter of the time of a sweep.
-    no_alias
-        Whether the arrays that the function is called with share no memory, unless it only reads them, or writes the
-        same numbers to both. Short loops then need not test for that, which would take longer than the loops.
+    The function is compiled for `signature` at its first call, or for the types of each call. `fast` allows reordering
+    of sums and products, not for compensated sums; `contract` that a product and a sum are rounded once, nothing else.
+    `inlined` puts it into every caller, so that a loop over lanes that calls it vectorises whatever its size. Functions
+    that do not make arrays (`allocates`) do without Numba's runtime, because its atomic reference counts of array
+    arguments cost a quarter of the time of a sweep. With `no_alias` its arrays share no memory, unless it only reads
+    them, or writes the same numbers to both: short loops then need not test for that, which would take longer than the
+    loops.
     """
     settings = options(fast=fast, contract=contract, inlined=inlined, allocates=allocates)
 

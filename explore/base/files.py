@@ -29,21 +29,9 @@ _NO_HARD_LINKS = (errno.EPERM, errno.EACCES, errno.EMLINK, errno.ENOSYS, errno.E
 def new_file(path: Path, size: int | None = None, *, replace: bool = True) -> Iterator[Path]:
     """Yield an unfinished name to write a file under, and rename it to `path` when the block ends without an error.
 
-    The caller makes the content durable.
-
-    Parameters
-    ----------
-    path
-        The file.
-    size
-        Its length in bytes, if known.
-    replace
-        Whether an existing regular file is replaced. A pipe, a device or a folder never is.
-
-    Raises
-    ------
-    ResultsError
-        Raised in place of any other OSError; the unfinished file is removed.
+    The file will have `size` bytes, if known. An existing regular file is replaced if `replace`; a pipe, a device or a
+    folder never is. The caller makes the content durable. `ResultsError` stands for any OSError; the unfinished file is
+    then removed.
     """
     check_regular(path)
     temporary = unfinished_name(path)

@@ -19,15 +19,7 @@ def closest_name(name: str, names: Iterable[str]) -> str | None:
 
 
 def suggestion(name: str, names: Iterable[str]) -> str:
-    """End of a message about an unknown name: the closest allowed name, or all of them if none is close.
-
-    Parameters
-    ----------
-    name
-        The unknown name.
-    names
-        The allowed names.
-    """
+    """End of a message about an unknown name: the closest allowed name, or all of them if none is close."""
     allowed = list(names)
     match = closest_name(name, allowed)
     return f"did you mean '{match}'?" if match else f"available: {', '.join(allowed)}"

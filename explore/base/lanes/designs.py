@@ -29,18 +29,9 @@ def load_tile(parameters, start, tile):
     allocates=True,
 )
 def close_all(close, parameters, record_rows, first_parameter, first_metric, status_row, metrics, status):
-    """Evaluate the closed form of every design.
+    """Evaluate the closed form of every design: fill `metrics` (m, n) and `status` (n,) from `parameters` (p, n).
 
-    Parameters
-    ----------
-    close
-        Compiled function of the mechanism.
-    parameters : (p, n) array
-        Parameters of the closed form.
-    record_rows, first_parameter, first_metric, status_row
-        Rows of a tile of records: their number, and where the parts begin.
-    metrics : (m, n), status : (n,)
-        Filled.
+    A tile of records has `record_rows` rows; the parts begin at `first_parameter`, `first_metric` and `status_row`.
     """
     record = np.zeros(record_rows * LANES)
     n = parameters.shape[1]
@@ -78,20 +69,10 @@ def constants_of(close, parameters, record_rows, first_parameter, constants):
     types.void(_FILL, _F2, types.int64, _F1, types.int64, types.int64, types.int64, types.int64, _F1), allocates=True
 )
 def fill_row(fill, constants, rows_read, tangents, anchor, needs, rows, row, values):
-    """Fill one signal of many designs at one angle each; the lanes are designs.
+    """Fill `values` (n,): a `row` of the signals of many designs, each at one half-tangent from the anchor; lanes are
+    designs.
 
-    Parameters
-    ----------
-    constants : (k, n) array
-        Of the designs; `fill` reads the first `rows_read` rows.
-    tangents : (n,) array
-        Half-tangents of the angles from the anchor.
-    anchor, needs, rows
-        Of `fill`.
-    row
-        Row of the signal.
-    values : (n,) array
-        Filled.
+    `fill` reads the first `rows_read` rows of the constants (k, n), and takes `anchor`, `needs` and `rows`.
     """
     tile, node, out = np.empty(rows_read * LANES), np.empty(LANES), np.empty(rows * LANES)
     n = len(tangents)
@@ -111,20 +92,9 @@ def fill_row(fill, constants, rows_read, tangents, anchor, needs, rows, row, val
     allocates=True,
 )
 def fill_motion_of_design(fill, constants, anchors, laws, tangents, variant, needs, rows, signals):
-    """Fill the signals of one design at any angles; the lanes are nodes.
+    """Fill the signals (rows, t) of one design with constants (k,) at t angles; the lanes are nodes.
 
-    Parameters
-    ----------
-    constants : (k,) array
-        Of the design.
-    anchors, laws : (t,) arrays
-        Anchor from which each half-tangent is measured, and the law that holds there.
-    tangents : (t,) array
-        Half-tangents of the angles.
-    variant, needs, rows
-        Of `fill`.
-    signals : (rows, t) array
-        Filled.
+    Each half-tangent counts from its own anchor, under its own law; `fill` takes `variant`, `needs` and `rows`.
     """
     tile, out = np.empty(len(constants) * LANES), np.empty(rows * LANES)
     node, numbers = np.empty(LANES), np.empty(LANES, np.int64)

@@ -54,24 +54,11 @@ class WrittenNumber(float):
 
 
 def quantity(value: object, unit: str) -> float:
-    """Convert a quantity to the declared unit.
+    """A finite number in `unit`, or a string such as "1440 rpm", in the declared unit; "1" or "" is that of plain
+    numbers.
 
-    Parameters
-    ----------
-    value
-        A finite number in `unit`, or a string such as "1440 rpm".
-    unit
-        The declared unit; "1" or "" for a plain number.
-
-    Returns
-    -------
-    float
-        The exact value of the string, rounded once: "15 cm" is exactly 150 mm.
-
-    Raises
-    ------
-    RequestError
-        With the reason alone; the caller adds the key.
+    The exact value of a string is rounded once: "15 cm" is exactly 150 mm. A `RequestError` has the reason alone; the
+    caller adds the key.
     """
     if isinstance(value, str):
         return _as_float(_convert(value, unit), value)

@@ -85,12 +85,8 @@ class Scale:
         return np.asarray(values * top / bottom)
 
     def read(self, text: str) -> float:
-        """The declared value of a text: a number in the shown unit, or one with a unit.
-
-        Raises
-        ------
-        RequestError
-            With the reason alone.
+        """The declared value of a text, a number in the shown unit or one with a unit; a `RequestError` has the reason
+        alone.
         """
         if not _NUMBER.fullmatch(text.strip()):
             return quantity(text, self.declared)
@@ -154,10 +150,7 @@ class ShownUnits:
 def read_shown_units(entries: Mapping[str, object]) -> ShownUnits:
     """The chosen units from entries such as ``{"length": "in"}``.
 
-    Raises
-    ------
-    RequestError
-        ``quantity: reason`` of the first entry that is wrong.
+    The first wrong entry raises a `RequestError`, ``quantity: reason``.
     """
     for name, unit in entries.items():
         if reason := explain_entry(name, unit):
