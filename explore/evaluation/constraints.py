@@ -10,18 +10,7 @@ from explore.model.request import Constraint
 
 
 def margin(constraint: Constraint, values: FloatArray) -> FloatArray:
-    """Signed distance of a metric to its nearer bound, in its unit.
-
-    Parameters
-    ----------
-    values
-        The metric, shape (n,).
-
-    Returns
-    -------
-    (n,) array
-        >= 0 where satisfied; NaN where the metric is undefined.
-    """
+    """Signed distance of a metric (n,) to its nearer bound, in its unit: >= 0 where satisfied, NaN where undefined."""
     margins = []
     if constraint.minimum is not None:
         margins.append(values - constraint.minimum)

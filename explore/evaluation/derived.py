@@ -32,21 +32,10 @@ def derive(
     errors: Mapping[str, FloatArray],
     tolerance: float,
 ) -> tuple[dict[str, FloatArray], FloatArray]:
-    """Evaluate the derived metrics of designs.
+    """The derived metrics of n designs by name, and the largest of their relative error bounds, each of shape (n,).
 
-    Parameters
-    ----------
-    inputs
-        All parameters by name, each of shape (n,).
-    values, errors
-        Closed-form and sampled metrics, and bounds of the absolute errors of the sampled ones, each of shape (n,).
-    tolerance
-        Largest relative error of the sampled metrics.
-
-    Returns
-    -------
-    tuple
-        The metrics by name, and the largest of their relative error bounds, each of shape (n,).
+    `inputs` are all parameters, `values` the closed-form and sampled metrics, `errors` bounds of the absolute errors of
+    the sampled ones, `tolerance` their largest relative error.
     """
     derivation = Derivation(inputs, values, errors, tolerance)
     metrics: dict[str, FloatArray] = {}

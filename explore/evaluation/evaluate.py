@@ -78,19 +78,9 @@ def margin_column(metric: AnyMetric) -> Column:
 
 
 def evaluate_columns(request: Request, parameters: Arrays) -> Evaluation:
-    """Evaluate designs.
+    """Evaluate designs: parameters by name, each of shape (n,), in declared units; those with a default may be missing.
 
-    Parameters
-    ----------
-    request
-        Metrics and constraints to evaluate.
-    parameters
-        Parameters by name, each of shape (n,), in declared units; those with a default may be missing.
-
-    Returns
-    -------
-    Evaluation
-        Its columns are those of `output_columns`, without "design".
+    The columns are those of `output_columns`, without "design".
     """
     _keep_freed_memory()
     mechanism = request.mechanism

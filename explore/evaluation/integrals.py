@@ -19,12 +19,7 @@ def integrate_window(
 ) -> dict[int, FloatArray]:
     """Mean, variance and bounds of their errors of the signals in these rows, each of shape (4, n), by row.
 
-    Parameters
-    ----------
-    parameters : (p, n) array
-        Parameters of the closed form.
-    rows
-        Rows of signals; those that have no integrals are left out.
+    Rows without integrals are left out. `parameters` (p, n) are those of the closed form.
     """
     kind, start_row, stop_row, *_ = specify_window(mechanism, window, drive)
     start, stop = interval_half_tangents(mechanism, window)
@@ -40,10 +35,7 @@ def integrate_window(
 def from_moments(statistic: str, moments: FloatArray, tolerance: float) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Value, bound of its error, and scale of that, of one of MOMENT_STATISTICS, each of shape (n,).
 
-    Parameters
-    ----------
-    moments : (4, n) array
-        Mean, variance, and bounds of their errors.
+    `moments` (4, n) are mean, variance, and bounds of their errors.
     """
     mean, variance, of_mean, of_variance = moments
     value = moment_statistic(statistic, mean, variance, tolerance)

@@ -50,15 +50,8 @@ def evaluate_kinematics(
 ) -> Kinematics:
     """Closed form, screening and sampling of distinct geometries, scaled with the speeds of the designs.
 
-    Parameters
-    ----------
-    geometry : (p, u) array
-        Parameters of the closed form.
-    inverse : (n,) array
-        The geometry of each design; None where each design has its own.
-    speed : (n,) array
-    inputs
-        All parameters of the designs by name, each of shape (n,).
+    `geometry` (p, u) has the parameters of the closed form, `inverse` (n,) the geometry of each design, None where each
+    has its own; `speed` and each of the `inputs`, all parameters by name, are of shape (n,).
     """
     mechanism = request.kernel
     result = mechanism.evaluate_closed_form(geometry)

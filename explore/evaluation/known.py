@@ -88,14 +88,9 @@ def _is_integrated(mechanism: Mechanism, metric: SampledMetric) -> bool:
 def evaluate_known(
     request: Request, parameters: FloatArray, active: npt.NDArray[np.bool_], has_stroke: npt.NDArray[np.bool_]
 ) -> KnownStatistics:
-    """Evaluate the `known_metrics` of the active designs.
+    """Evaluate the `known_metrics` of the active ones of u distinct geometries, with closed-form parameters (p, u).
 
-    Parameters
-    ----------
-    parameters : (p, u) array
-        Parameters of the closed form, of u distinct geometries.
-    active, has_stroke : (u,) arrays
-        Which to evaluate, and for which of them the output rocks.
+    `has_stroke` (u,) says for which of them the output rocks.
     """
     metrics, count = known_metrics(request), len(active)
     result = KnownStatistics({}, {}, np.zeros(count), np.zeros(count, dtype=np.bool_))

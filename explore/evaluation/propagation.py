@@ -58,10 +58,7 @@ class Bounded(NamedTuple):
 def propagate(expression: Expression, inputs: Sequence[Bounded]) -> Bounded:
     """Evaluate an expression of at least one input; `inputs` are those that its steps name by position.
 
-    Returns
-    -------
-    Bounded
-        Of shape (n,); where the value is not NaN, the bound may be infinite.
+    The result is of shape (n,); where the value is not NaN, the bound may be infinite.
     """
     count = len(inputs[0].value)
     result = Bounded(*np.empty((3, count)))

@@ -114,15 +114,9 @@ def sample_metrics(
     active: npt.NDArray[np.bool_],
     status: npt.NDArray[np.int8],
 ) -> SampledStatistics:
-    """Sample the active designs, and update their status.
+    """Sample the metrics of the active ones of u distinct geometries, and update their `status` (u,).
 
-    Parameters
-    ----------
-    metrics
-        Those of the request that need samples.
-    parameters : (p, u) array
-        Parameters of the closed form, of u distinct geometries.
-    active, status : (u,) arrays
+    `parameters` (p, u) are those of the closed form.
     """
     quadrature, result = request.kernel.quadrature, SampledStatistics.empty(len(status))
     groups = {quadrature: metrics}

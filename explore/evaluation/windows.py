@@ -25,13 +25,7 @@ from explore.model.quantities import FloatArray, Window
 
 
 def specify_window(mechanism: Mechanism, window: Window, drive: str) -> tuple[int, ...]:
-    """Columns KIND … of `explore.evaluation.quadrature.loop`.
-
-    Parameters
-    ----------
-    drive
-        Name of the stroke that the window "drive" is.
-    """
+    """Columns KIND … of `explore.evaluation.quadrature.loop`; `drive` is the stroke that the window "drive" is."""
     clutch = (0, -1, -1, -1, 0)
     if window.kind == "turn":
         return (TURN, -1, -1, *clutch)
@@ -83,16 +77,9 @@ def interval_half_tangents(mechanism: Mechanism, window: Window) -> tuple[float,
 
 
 def map_window(mechanism: Mechanism, constants: FloatArray, window: Window, drive: str) -> list[FloatArray]:
-    """Panels of a window of some designs; see `explore.evaluation.quadrature.panels` for the rows.
+    """Panels (r, p) of a window of each of n designs with constants (k, n), in the direction of the motion.
 
-    Parameters
-    ----------
-    constants : (k, n) array
-
-    Returns
-    -------
-    list of (r, p) arrays
-        For each design, the columns are its panels in the direction of the motion.
+    See `explore.evaluation.quadrature.panels` for the rows.
     """
     kind, start_row, stop_row, *_ = specify_window(mechanism, window, drive)
     breaks = np.array([mechanism.marks[name] for name in mechanism.breaks], dtype=np.int64)
@@ -125,13 +112,7 @@ def window_ends(mechanism: Mechanism, constants: FloatArray, window: Window, dri
 
 
 def find_laws(mechanism: Mechanism, constants: FloatArray, angles: FloatArray) -> npt.NDArray[np.int64]:
-    """Number of the law that holds at each input angle (rad): that of the break before it.
-
-    Parameters
-    ----------
-    constants : (k,) array
-        Of one design.
-    """
+    """Number of the law that holds at each input angle (rad) of one design: that of the break before it."""
     if not mechanism.breaks:
         return np.zeros(len(angles), dtype=np.int64)
     marks = constants[[mechanism.marks[name] for name in mechanism.breaks]]

@@ -139,10 +139,7 @@ def _mark_panels(work, sums, s, count, flags, tolerance):
 def halve_panels(work, sums, w, flags, tolerance, count):
     """Halve the panels that keep a bound of the first live design above the tolerance.
 
-    Returns
-    -------
-    tuple
-        Number of panels, and of those to sample; none where no panel can be halved, or there is no room.
+    Return the number of panels, and of those to sample: none where no panel can be halved, or there is no room.
     """
     panels = work.panels
     for k in range(count):

@@ -149,10 +149,7 @@ def add_panels(
 ):  # fmt: skip
     """Fill the panels of a window of the designs of the chunk from `begin` on, as many as fit.
 
-    Returns
-    -------
-    tuple
-        First design that is left, number of panels, stride.
+    Return the first design that is left, the number of panels and the stride.
     """
     if len(breaks) == 0 and begin == 0 and count <= CHUNK:
         per_design = _add_regular_panels(

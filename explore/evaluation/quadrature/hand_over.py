@@ -98,16 +98,9 @@ def find_hand_overs(fill, constants, anchor, law, variant, needs, rows, row, rat
     """Replace the ends of strokes by the two points, a period apart, where one clutch hands over to the next.
 
     A period has one such pair, because the rate has one extreme on each stroke. The point where the rate changes more
-    is solved for; the other follows.
-
-    Parameters
-    ----------
-    needs, rows, row, rate_row
-        Of `fill`; `row` is the rate of the output and `rate_row` its derivative.
-    state : (HAND_OVER_SIZE,) array
-        Its rows FIRST to PERIOD are given; FIRST and LAST are replaced.
-    tangents, signals
-        Work space for two nodes of each lane.
+    is solved for; the other follows. Of the signals that `fill` writes, `row` is the rate of the output and `rate_row`
+    its derivative. FIRST and LAST of `state` (HAND_OVER_SIZE,) are replaced, its rows FIRST to PERIOD given; `tangents`
+    and `signals` are work space for two nodes of each lane.
     """
     for lane in range(LANES):
         sine, cosine = math.sin(0.5 * state[PERIOD + lane]), math.cos(0.5 * state[PERIOD + lane])

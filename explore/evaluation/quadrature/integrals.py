@@ -22,24 +22,12 @@ def integrate(
     close, integrals, parameters, record_rows, first_parameter, kind, start_row, stop_row, start, stop, count, signals,
     results,
 ):  # fmt: skip
-    """Integrals of every design over one window.
+    """Integrals of every design over one window, which fill `results` (s, INTEGRALS, n) for the s wanted signals.
 
-    Parameters
-    ----------
-    close, integrals
-        Compiled functions of the mechanism.
-    parameters : (p, n) array
-        Parameters of the closed form.
-    record_rows, first_parameter
-        Rows of a tile of records: their number, and the first of the parameters.
-    kind, start_row, stop_row
-        Of the window, as in the columns of `explore.evaluation.quadrature.slots`.
-    start, stop
-        Half-tangents of the ends of an explicit interval.
-    count, signals
-        How many signals `integrals` fills rows for, and the numbers of those that are wanted.
-    results : (s, INTEGRALS, n) array
-        Filled for the wanted signals.
+    `close` and `integrals`, compiled functions of the mechanism, take tiles of `record_rows` rows, of which the p
+    parameters (p, n) begin at `first_parameter`. `kind`, `start_row` and `stop_row` are those of the window in
+    `explore.evaluation.quadrature.slots`, `start` and `stop` half-tangents of the ends of an explicit interval.
+    `integrals` fills the rows of `count` signals, of which the numbers in `signals` are wanted.
     """
     record, out = np.zeros(record_rows * LANES), np.empty(count * INTEGRALS * LANES)
     starts, stops = np.empty(LANES), np.empty(LANES)

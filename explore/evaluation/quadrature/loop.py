@@ -67,10 +67,8 @@ def _demands(tables, w):
 def _open_window(fill, sizes, tables, w, begin, n_designs, demands, rare, work, tile, sums):
     """Fill the panels of a window of the designs of the chunk from `begin` on, as many as fit; one, if adaptive.
 
-    Returns
-    -------
-    tuple
-        First design that is left, number of panels, stride, number of panels to sample, whether some are whole turns.
+    Return the first design that is left, the numbers of panels, stride and panels to sample, and whether some are whole
+    turns.
     """
     until, count, stride = add_panels(
         work.constants, sizes.n_constants, begin, begin + 1 if tables.is_adaptive else n_designs, tables.windows[w],
@@ -242,26 +240,15 @@ sample_all = compiled(_signature(types.int64, types.int64), allocates=True)(_sam
 
 
 def sample(close, fill, sizes, tables, parameters, designs, statistics, nodes, error, excess, work, tile, sums) -> None:
-    """Statistics of designs over every window.
+    """Statistics of d `designs` of n over every window, by the compiled functions `close` and `fill` of a mechanism.
 
     Extremes, and clutches, means of powers and the adaptive rule are compiled when a request needs one of them:
     together they take two fifths of the time of a compilation.
 
-    Parameters
-    ----------
-    close, fill
-        Compiled functions of the mechanism.
-    sizes, tables
-        Sizes and Tables of `explore.evaluation.quadrature.work_space`.
-    parameters : (p, n) array
-        Of the closed form.
-    designs : (d,) array
-        The designs to sample; the entries of the others are not changed.
-    statistics : (m, n), nodes : (n,), error : (n,), excess : (n,)
-        Filled: statistics for unit speed and rad; signal evaluations; bound; how many times the samples exceed the
-        error model.
-    work, tile, sums
-        From `explore.evaluation.quadrature.work_space.make_work_space`.
+    `sizes`, `tables` and the work space `work`, `tile` and `sums` are those of `quadrature.work_space`, `parameters`
+    (p, n) of the closed form. The entries of the sampled designs are filled in `statistics` (m, n), for unit speed and
+    rad, `nodes` (n,), the signal evaluations, `error` (n,), the bound, and `excess` (n,), how many times the samples
+    exceed the error model.
     """
     has_powers = (tables.slots[:, :, ROOT_MEAN : ROOT_POWER_MEAN + 1] >= 0).any()
     if tables.is_adaptive or has_powers or tables.windows[:, CLUTCH].any():

@@ -47,16 +47,8 @@ def power_means(
 ):
     """Integral of a power of a magnitude, its relative error bound, and the number of nodes used.
 
-    Parameters
-    ----------
-    constants
-        A tile whose lanes are all the same design.
-    rows, row
-        Number of rows of the signals, and the one that holds the squares.
-    power
-        Number of the power.
-    begin, panel_count, stride
-        First panel of the design, number of its panels, and from one to the next.
+    `constants` is a tile whose lanes are all the same design; its panels are every `stride`-th from `begin` on. Of the
+    `rows` of the signals, `row` holds the squares; `power` is the number of the power.
     """
     cuts = np.empty(_MOST_CUTS + 2)
     t, weight, tangents = np.empty(_NODE_CAPACITY), np.empty(_NODE_CAPACITY), np.empty(_NODE_CAPACITY)

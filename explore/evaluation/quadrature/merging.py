@@ -180,10 +180,7 @@ def bound_rows(b, n, w, tables, parameters, here, live, estimates, means, varian
 def choose_next(b, panels, n, live, first_panel, panel_count, stride, pole_order, tolerance, todo):
     """Keep the designs live whose bound more nodes can lower, and set the targets of their panels.
 
-    Returns
-    -------
-    tuple
-        Number of live designs and of their panels.
+    Return the number of live designs and of their panels.
     """
     left, n_todo = 0, 0
     for j in range(n):

@@ -54,10 +54,8 @@ PANELS_SIZE = SINGULAR + MOST_SINGULARITIES * PANEL_CAPACITY
 def map_panels(panels, count, anchors):
     """Fill centre, half length, T, rate, rho^-2 and length of panels.
 
-    Parameters
-    ----------
-    anchors : (MOST_SINGULARITIES,) array
-        The anchor of each singularity, 0 or 1; -1 for a row that is not used, which holds 1.
+    `anchors` (MOST_SINGULARITIES,) has the anchor of each singularity, 0 or 1; -1 for a row that is not used, which
+    holds 1.
     """
     first_anchor, second_anchor, third_anchor = float(anchors[0]), float(anchors[1]), float(anchors[2])
     for k in range(count):

@@ -14,19 +14,13 @@ LARGEST_NODE_COUNT = NODE_COUNTS[-1]
 
 @cache
 def gauss_legendre_rules() -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64], npt.NDArray[np.float64]]:
-    """All Gauss-Legendre rules in one table.
+    """All Gauss-Legendre rules in one table, with the size and the first row of the rule for each number of nodes.
 
-    Computed with 40 digits by ``tests/reference/make_gauss_legendre.py`` and rounded once. At these sizes the weights
-    of numpy and scipy lose up to six digits near the ends.
-
-    Returns
-    -------
-    size_of : (LARGEST_NODE_COUNT + 1,) array
-        Entry n is the smallest node count with a rule that is at least n.
-    row_of : (LARGEST_NODE_COUNT + 1,) array
-        Entry n is the first row in the table of the rule with n nodes.
-    table : (rows, 3) array
-        Non-negative nodes, descending, weights, and the normalized Legendre polynomial of order n - 1.
+    Entry n of the sizes and of the rows, (LARGEST_NODE_COUNT + 1,), is the smallest node count with a rule that is at
+    least n, and the first row of the rule with n nodes. The table (rows, 3) has the non-negative nodes, descending, the
+    weights, and the normalized Legendre polynomial of order n - 1. It was computed with 40 digits by
+    ``tests/reference/make_gauss_legendre.py`` and rounded once. At these sizes the weights of numpy and scipy lose up
+    to six digits near the ends.
     """
     with files("explore").joinpath("data/gauss_legendre.npy").open("rb") as stream:
         rules = np.load(stream, allow_pickle=False)

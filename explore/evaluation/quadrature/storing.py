@@ -28,14 +28,9 @@ def _store_extremes(n, designs, stride, base, low_slot, high_slot, statistics, w
 
 @subroutine()
 def store(n, all_live, designs, stride, w, flags, slots, statistics, nodes, work, sums):
-    """Store the statistics of the live designs; a later round replaces those of this one.
+    """Store the statistics of the n live designs; a later round replaces those of this one.
 
-    Parameters
-    ----------
-    n, all_live
-        Number of live designs, and whether they are consecutive designs of the chunk.
-    designs
-        Numbers of the designs of the chunk in the block.
+    They are all of the chunk, if `all_live`; `designs` has the numbers of the chunk's designs in the block.
     """
     live = work.live
     together = all_live and designs[live[n - 1]] - designs[live[0]] == n - 1

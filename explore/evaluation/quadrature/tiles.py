@@ -144,14 +144,8 @@ def fill_moments(signals, rows, flags, count, weights, roots, factors, masses, s
     over rows are inside those over nodes, because one sum alone would wait for its own last addition. Four nodes at
     once save loads and stores of sums.
 
-    Parameters
-    ----------
-    flags : (rows,) array
-        The rows whose sums are needed have flags other than 0.
-    weights, roots, factors
-        Of the nodes; `roots` and `factors` from `quadrature.tails`. There is room for three more nodes.
-    masses : (LANES,), sums : (rows, SUMS_SIZE)
-        Filled.
+    Rows with `flags` other than 0 are summed into `sums` (rows, SUMS_SIZE), the weights into `masses` (LANES,). `roots`
+    and `factors` of the nodes are from `quadrature.tails`; there is room for three more nodes.
     """
     width = len(masses)
     for lane in range(width):

@@ -139,16 +139,9 @@ def add_interval(panels, k, anchor, start, length, breaks, count):
     """Append the panels of an explicit interval of at most a full turn; return the number of the panel after the last.
 
     One panel where it keeps its distance from the opposite of an anchor, else parts of at most half a turn, cut where
-    laws change.
-
-    Parameters
-    ----------
-    panels, k, breaks, count
-        As for `add_window`.
-    anchor, start
-        The anchor (0) or its opposite (1) that is nearer to the first angle, and that angle from there, rad.
-    length
-        Length of the interval, rad, to its last digit however short it is.
+    laws change. `anchor` is the anchor (0) or its opposite (1) that is nearer to the first angle, `start` that angle
+    from there, and `length` the length of the interval to its last digit however short it is, both rad; the other
+    arguments are those of `add_window`.
     """
     middle = math.floor((start + 0.5 * length) / math.pi + 0.5)
     from_middle = start - middle * math.pi
@@ -188,25 +181,10 @@ def orient_arcs(kind, starts, stops, lengths):
 
 @subroutine()
 def add_window(panels, k, kind, start, stop, breaks, count):
-    """Append the panels of a window of one design that is no explicit interval.
+    """Append the panels of a window of one design from number k on; return the number of the panel after the last.
 
-    Parameters
-    ----------
-    panels
-        Buffer of `explore.evaluation.quadrature.panels`.
-    k
-        Number of the first panel to fill.
-    kind
-        TURN, ARC, LONGER or SHORTER.
-    start, stop
-        Half-tangents from the anchor.
-    breaks, count
-        Half-tangents where the law of a signal changes, each forwards from the one before, and their number.
-
-    Returns
-    -------
-    int
-        Number of the panel after the last.
+    `kind` is TURN, ARC, LONGER or SHORTER, from `start` to `stop`, half-tangents from the anchor. The first `count` of
+    the `breaks` are half-tangents where the law of a signal changes, each forwards from the one before.
     """
     if kind == TURN:
         if count == 0:
