@@ -26,13 +26,7 @@ _PLAIN_UNIT = re.compile(r"(1|deg|rad)?(/s(\^\d)?)?")
 
 
 def check_declaration(declaration: Declaration) -> None:
-    """Check a declaration.
-
-    Raises
-    ------
-    ValueError
-        With the first problem, in one sentence.
-    """
+    """Check a declaration; a ValueError has the first problem, in one sentence."""
     checks = (
         _names, _parameters, check_drawing, _columns, _statuses, _signals, _references, _windows, _closed_forms,
         _formulas, _defaults, _extended,

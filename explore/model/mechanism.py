@@ -107,13 +107,7 @@ class Mechanism(Declaration):
         )
 
     def evaluate_closed_form(self, parameters: FloatArray) -> ClosedFormResult:
-        """Evaluate the closed form.
-
-        Parameters
-        ----------
-        parameters : (p, n) array
-            Those of `kernel_parameters`, in declared units.
-        """
+        """Evaluate the closed form for `kernel_parameters` (p, n), in declared units."""
         from explore.base.lanes.designs import close_all  # imports Numba, needed only here
 
         result = ClosedFormResult.allocate(len(self.metrics), parameters.shape[1])
