@@ -20,20 +20,7 @@ if TYPE_CHECKING:
 
 
 def numeric_column(results: Results, name: str, role: str | None = None) -> Column:
-    """Find a column of numbers, not of codes.
-
-    Parameters
-    ----------
-    name
-        Name of the column.
-    role
-        Role that the column must have, see `explore.model.columns.Column`; any when None.
-
-    Raises
-    ------
-    RequestError
-        If there is no such column.
-    """
+    """Find a column of numbers, not of codes, that has the role if one is given; see `explore.model.columns.Column`."""
     columns = {
         c.name: c for c in results.columns if c.role != "index" and not c.labels and (role is None or c.role == role)
     }
@@ -43,15 +30,7 @@ def numeric_column(results: Results, name: str, role: str | None = None) -> Colu
 
 
 def choose_design(results: Results, design: int | None, ranking: Ranking | None = None) -> int:
-    """The number of the given design, or of the best of the Pareto set when it is None.
-
-    Raises
-    ------
-    RequestError
-        If no number is given and no design is feasible.
-    ResultsError
-        If the design is not in the file.
-    """
+    """The number of the given design, which must be in the file, or of the best of the Pareto set when it is None."""
     if design is not None:
         results.designs([design])
         return design
@@ -91,23 +70,10 @@ def varying_parameters(results: Results) -> list[Column]:
 def designs_like(
     results: Results, names: Sequence[str], parameters: Sequence[Column], design: int | None
 ) -> tuple[pd.DataFrame, str]:
-    """Read the designs that equal one design in some parameters; all designs when it is None.
+    """Read some columns of the designs that equal one design in some parameters; of all designs when it is None.
 
-    Parameters
-    ----------
-    names
-        Columns to read.
-    parameters
-        Those that must be equal.
-    design
-        Number of the design.
-
-    Returns
-    -------
-    DataFrame
-        Index "design", with the columns named and, of a given design, `parameters`.
-    str
-        The common values in words, empty when designs are not selected.
+    The table, index "design", has the columns of these names and, of a given design, `parameters`; the text has the
+    common values in words, and is empty when designs are not selected.
     """
     if design is None or not parameters:
         return results.to_pandas(list(dict.fromkeys(names))), ""

@@ -28,23 +28,11 @@ ReportShare = Callable[[float], None]
 
 
 def build_index(results: Results, folder: Path, report: ReportShare) -> None:
-    """Make the index of the committed designs of results.
+    """Make the index of the committed designs of results in a folder, which gets its name when it is complete.
 
-    Parameters
-    ----------
-    results
-        The results, in any units; the index is in declared ones.
-    folder
-        Where the index is put when it is complete.
-    report
-        Called after each block with the share that is done.
-
-    Raises
-    ------
-    RequestError
-        The results hold no designs.
-    ResultsError
-        The file was changed meanwhile.
+    The results may be in any units; the index is in declared ones. `report` is called after each block with the share
+    that is done. A `RequestError` says that the results hold no designs, a `ResultsError` that the file was changed
+    meanwhile.
     """
     if results.n_committed == 0:
         raise RequestError("the results hold no designs yet, so there is nothing to browse")

@@ -42,14 +42,8 @@ class FittingBins:
 def fitting_bins(column: IndexedColumn, usual_number: int = 64, most_single: int = 1024) -> FittingBins:
     """Bins from the least to the largest finite value, or as many as the column has values on a grid.
 
-    Parameters
-    ----------
-    column
-        The column.
-    usual_number
-        Number of bins where it is free to choose; on a grid from three quarters to twice of it.
-    most_single
-        Values of a grid up to which each has a bin of its own where no such number of bins divides theirs.
+    `usual_number` of bins where it is free to choose, on a grid from three quarters to twice of it. Where no such
+    number divides the values of a grid, up to `most_single` of them have a bin each.
     """
     if column.facts.distinct == 1:
         return FittingBins(whole_range(column, 1), 1)

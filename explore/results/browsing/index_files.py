@@ -183,10 +183,7 @@ def write_facts(folder: Path, identity: list[int], n_designs: int, columns: list
 def open_index(folder: Path, identity: list[int]) -> Index | None:
     """The index of the results file of this identity; None if there is none, or only one of another state of the file.
 
-    Raises
-    ------
-    DamagedIndexError
-        If files of the index were changed; also when values are read.
+    Files of the index that were changed raise a `DamagedIndexError`, also when values are read.
     """
     try:
         facts = json.loads((folder / _FACTS).read_text(encoding="utf-8"))

@@ -17,16 +17,9 @@ _MOST_KEPT = 1 << 25
 
 
 class Selection:
-    """The designs of an index that meet conditions.
+    """The designs of an index that meet at most 250 conditions on its columns.
 
     The conditions on one column are a group; those that compare columns are one more, which no column leaves out.
-
-    Parameters
-    ----------
-    index
-        The index.
-    conditions
-        At most 250; names of columns are those of the index.
     """
 
     def __init__(self, index: Index, conditions: Iterable[Condition]) -> None:

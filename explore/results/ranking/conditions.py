@@ -83,21 +83,9 @@ class _Operand:
 
 
 def parse_condition(text: str, columns: Sequence[str], scales: Mapping[str, Scale] | None = None) -> Condition:
-    """Parse a condition.
+    """Parse a condition, in the grammar of this module, on some columns with their declared and shown units.
 
-    Parameters
-    ----------
-    text
-        The condition, in the grammar of this module.
-    columns
-        Names that the condition may use.
-    scales
-        Declared and shown units of the columns that have one.
-
-    Raises
-    ------
-    RequestError
-        If the text is not a condition; the message has the position of the first error.
+    The message of a `RequestError` has the position of the first error.
     """
     return _Parser(text, columns, scales or {}).parse()
 

@@ -44,13 +44,9 @@ def rank_sources(
 ) -> JointRanking:
     """Rank several results together.
 
-    Without objectives in the request, the objectives are those of the first results that all results have. Progress is
-    reported after each block, over all results.
-
-    Raises
-    ------
-    RequestError
-        If not all results have a requested objective, none of the objectives is in all results, or units differ.
+    Without objectives in the request, the objectives are those of the first results that all results have; a
+    `RequestError` says that there is none, that one is missing, or that units differ. Progress is reported after each
+    block, over all results.
     """
     (first, source), *others = sources.items()
     part_request = replace(request, quality=False)

@@ -83,23 +83,11 @@ def parse_limits(texts: Iterable[str]) -> dict[str, str | dict[str, str]]:
 def resolve_limits(
     limits: Limits | None, bounds: Bounds, columns: Sequence[str], scales: Mapping[str, Scale] | None = None
 ) -> tuple[Limit, ...]:
-    """Check limits against the constraints of the sweep.
+    """Check limits against the bounds of the constraints of the sweep.
 
-    Parameters
-    ----------
-    limits
-        By metric: a value where the constraint has one side, else ``{"min": …}``, ``{"max": …}`` or both.
-    bounds
-        Bounds of the constraints of the sweep.
-    columns
-        Columns that can have a limit.
-    scales
-        Declared and shown units of the columns of the results that have one.
-
-    Raises
-    ------
-    RequestError
-        If a metric is unknown, the side is ambiguous, or the limit is wider than the constraint of the sweep.
+    A limit is by metric, one of the columns: a value where the constraint has one side, else ``{"min": …}``, ``{"max":
+    …}`` or both. `scales` are the declared and shown units of columns that have one. A `RequestError` says that a
+    metric is unknown, the side is ambiguous, or the limit is wider than the constraint.
     """
     resolved = []
     for name, limit in (limits or {}).items():

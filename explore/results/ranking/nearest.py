@@ -63,23 +63,11 @@ def find_nearest(
     limits: Limits | None = None,
     report_progress: ReportProgress | None = None,
 ) -> Nearness:
-    """Find the infeasible designs of least total violation in results; memory holds a few blocks.
+    """Find the infeasible designs of least total violation in results that keep every design; memory holds a few
+    blocks.
 
-    Parameters
-    ----------
-    source
-        Results that keep every design; they are read twice.
-    count
-        Number of designs to find.
-    where, limits
-        As of `explore.rank`.
-    report_progress
-        Called after each block with the number of designs read, and of designs to read in both passes.
-
-    Raises
-    ------
-    RequestError
-        If the results keep the front only or have no constraint, or `where` or `limits` are invalid.
+    `where` and `limits` are those of `explore.rank`. The results are read twice: progress is the number of designs
+    read, and to read in both passes. A `RequestError` says that the results keep the front only or have no constraint.
     """
     if source.keep == "front":
         raise RequestError('this study kept the Pareto set only; sweep with `keep="all"` to find the nearest designs')

@@ -14,19 +14,10 @@ _MINIMISED_ENDINGS = ("cv", "variance", "_std", "_rms", "_peak", "_peak_to_peak"
 
 
 def read_objective(text: str, default_sense: Callable[[str], Sense | None]) -> Objective:
-    """Make an objective from a text such as "cv" or "swing_angle:max".
+    """Make an objective from a text such as "cv" or "swing_angle:max", where the sense overrides the default of the
+    name.
 
-    Parameters
-    ----------
-    text
-        A name; ``:min`` or ``:max`` after it overrides its default sense.
-    default_sense
-        Gives the default sense of a name, None if it has none; raises `RequestError` if it cannot be an objective.
-
-    Raises
-    ------
-    RequestError
-        If the sense is neither min nor max, or there is none.
+    `default_sense` returns None for a name without one, and raises `RequestError` for what cannot be an objective.
     """
     name, colon, suffix = (part.strip() for part in text.partition(":"))
     sense = default_sense(name)
@@ -42,17 +33,7 @@ def read_objective(text: str, default_sense: Callable[[str], Sense | None]) -> O
 def parse_objective(text: str, senses: Mapping[str, Sense | None], columns: Sequence[str]) -> Objective:
     """Make an objective of results from a text such as "cv" or "swing_angle:max".
 
-    Parameters
-    ----------
-    senses
-        The default sense of each metric, or None.
-    columns
-        Columns that can be an objective.
-
-    Raises
-    ------
-    RequestError
-        If the column is unknown, or no sense is written and it has no default.
+    `senses` has the default sense of each metric, or None; only `columns` can be objectives.
     """
 
     def default_sense(name: str) -> Sense | None:

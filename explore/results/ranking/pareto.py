@@ -22,16 +22,9 @@ _FEW_ROWS = 2048
 
 
 def is_nondominated(values: FloatArray) -> npt.NDArray[np.bool_]:
-    """Mask of the rows that no other row dominates, all columns minimised; equal rows are all kept.
+    """Mask (n,) of the rows that no other row dominates; equal rows are all kept.
 
-    Parameters
-    ----------
-    values
-        Finite numbers, shape (n, m).
-
-    Returns
-    -------
-    (n,) array
+    `values` (n, m) are finite, and all columns minimised.
     """
     import moocore
 
@@ -91,19 +84,9 @@ def _steps(column: FloatArray, count: int) -> npt.NDArray[np.intp]:
 
 
 def front_numbers(values: FloatArray, n_fronts: int) -> npt.NDArray[np.int64]:
-    """Number of the front of each row, all columns minimised; front k + 1 is the first without the fronts 1 to k.
+    """Number of the front of each row (n,), from 1; 0 for rows behind the first `n_fronts`.
 
-    Parameters
-    ----------
-    values
-        Finite numbers, shape (n, m).
-    n_fronts
-        Number of fronts to find.
-
-    Returns
-    -------
-    (n,) array
-        Number of each row's front, from 1; 0 for rows behind the first `n_fronts`.
+    `values` (n, m) are finite, and all columns minimised; front k + 1 is the first without the fronts 1 to k.
     """
     # moocore.pareto_rank finds the same fronts, but always all of them: for 10^5 random rows in 3 objectives 0.45 s
     # against 0.04 s for the first front here and 0.19 s for five; in 2 objectives 0.05 s against 0.04 s and 0.17 s.
@@ -179,21 +162,9 @@ def find_fronts(
 ) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
     """Find the first fronts of designs that arrive in blocks; memory holds one block and twice the fronts.
 
-    Parameters
-    ----------
-    blocks
-        Columns of consecutive designs, with the objectives and optionally ``feasible`` and ``design``.
-    objectives
-        One or more.
-    n_fronts
-        Number of fronts.
-    tally
-        Receives the counts of the designs of each block.
-
-    Returns
-    -------
-    rows, numbers : (k,) arrays
-        Ascending row numbers, from ``design`` or counted over all blocks; the front of each, from 1.
+    The blocks are columns of consecutive designs, with the objectives and optionally ``feasible`` and ``design``;
+    `tally` receives the counts of the designs of each. The result is ascending row numbers (k,), from ``design`` or
+    counted over all blocks, and the front of each, (k,), from 1.
     """
     merger, offset = _FrontMerger(len(objectives), n_fronts), 0
     for columns in blocks:

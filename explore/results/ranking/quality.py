@@ -28,20 +28,10 @@ _PLANE_TOLERANCE = 1e-12
 
 
 def add_quality_columns(frame: pd.DataFrame, objectives: Sequence[Objective]) -> pd.DataFrame:
-    """Add three columns to ranked designs.
+    """Add three columns to designs that are ranked by objectives, with the column ``front``.
 
-    Parameters
-    ----------
-    frame
-        With the objectives and the column ``front``.
-    objectives
-        Objectives of the ranking.
-
-    Returns
-    -------
-    DataFrame
-        With ``knee`` (bool), see `is_knee`; ``crowding``, see `crowding_distances`, each front by itself; and
-        ``hypervolume_share``, see `hypervolume_shares`. Designs behind the first front have no knee and the share 0.
+    ``knee`` (bool), see `is_knee`; ``crowding``, see `crowding_distances`, each front by itself; and
+    ``hypervolume_share``, see `hypervolume_shares`. Designs behind the first front have no knee and the share 0.
     """
     front_number = frame["front"].to_numpy()
     values = objectives_to_minimise({o.metric: frame[o.metric].to_numpy() for o in objectives}, objectives)

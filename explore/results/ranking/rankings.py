@@ -124,19 +124,10 @@ class Ranking:
 
 
 def rank_frame(frame: pd.DataFrame, request: RankRequest) -> pd.DataFrame:
-    """Rank the rows of a table.
+    """The rows of the first fronts of a table, best first, with a column ``front``, from 1.
 
-    Returns
-    -------
-    DataFrame
-        The rows of the first fronts, best first, with a column ``front``, from 1. It has no rows whose column
-        ``feasible`` is false or whose objectives are not all finite. Rows that are equal in ``order_by`` keep their
-        order.
-
-    Raises
-    ------
-    RequestError
-        If the request names an unknown column or one that is not numeric.
+    Rows whose column ``feasible`` is false or whose objectives are not all finite are left out. Rows that are equal in
+    ``order_by`` keep their order. A `RequestError` says that a column is unknown or not numeric.
     """
     import pandas as pd
 

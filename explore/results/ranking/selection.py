@@ -64,20 +64,10 @@ def make_selection(
     bounds: Bounds,
     scales: Mapping[str, Scale],
 ) -> Selection:
-    """Parse the criteria of a request.
+    """Parse the criteria of a request; see `parse_condition` and `resolve_limits`.
 
-    Parameters
-    ----------
-    where, limits
-        See `parse_condition` and `resolve_limits`.
-    columns
-        Numeric columns, for the condition.
-    limitable
-        Columns that can have a limit.
-    bounds
-        Bounds of the constraints of the sweep.
-    scales
-        Declared and shown units of the columns that have one.
+    The condition may use the numeric `columns`; those in `limitable` can have a limit. `bounds` are those of the
+    constraints of the sweep, `scales` the declared and shown units of the columns that have one.
     """
     condition = None if where is None else parse_condition(where, columns, scales)
     return Selection(condition, resolve_limits(limits, bounds, limitable, scales))

@@ -13,16 +13,10 @@ Rows = npt.NDArray[np.int64]
 
 
 def spread_rows(values: FloatArray, count: int, traits: FloatArray | None = None) -> Rows:
-    """Rows of the first front, evenly along it, then of the next ones.
+    """At most `count` rows of the first front, evenly along it, then of the next ones.
 
-    Parameters
-    ----------
-    values
-        Finite numbers, all minimised, shape (n, m).
-    count
-        Most rows to return.
-    traits
-        Shape (n, k); of later fronts a row is left out that differs from one before by less than 1 in all of them.
+    `values` (n, m) are finite, and all columns minimised. Of later fronts a row is left out that differs in `traits`
+    (n, k) from one before by less than 1 in all of them.
     """
     chosen: list[int] = []
     rest = np.arange(len(values))

@@ -84,14 +84,10 @@ class Tally:
             raise ResultsError(_DAMAGED.format(error)) from error
 
     def count(self, columns: Arrays, feasible: npt.NDArray[np.bool_], finite: npt.NDArray[np.bool_]) -> None:
-        """Count the designs of one block.
+        """Count the designs of one block, with masks (n,) of the feasible ones and of those whose objectives are all
+        finite.
 
-        Parameters
-        ----------
-        columns
-            With ``status`` and the margins, unless the block has no status.
-        feasible, finite
-            Masks of shape (n,); finite where all objectives are.
+        The columns have ``status`` and the margins, unless the block has no status.
         """
         self.n_ranked += int(np.count_nonzero(feasible & finite))
         self.n_not_finite += int(np.count_nonzero(feasible & ~finite))

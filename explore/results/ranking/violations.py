@@ -28,14 +28,8 @@ _LEAST_SPREAD = 1e-9
 def find_margins(columns: Arrays, metrics: Sequence[str], limits: Sequence[Limit]) -> dict[str, FloatArray]:
     """Margin of each constrained metric, (n,): signed distance to the nearer bound, NaN where it is not known.
 
-    Parameters
-    ----------
-    columns
-        With ``METRIC_margin`` for each of `metrics`, and the columns of the limits.
-    metrics
-        Metrics that the sweep constrains.
-    limits
-        Limits that are narrower than the constraints of the sweep, or on other metrics.
+    The columns have ``METRIC_margin`` for each of `metrics`, which the sweep constrains. `limits` are narrower than its
+    constraints, or on other metrics.
     """
     margins = {metric: np.asarray(columns[f"{metric}_margin"], dtype=np.float64) for metric in metrics}
     for limit in limits:
@@ -58,14 +52,9 @@ def is_measured(status: npt.NDArray[np.int8] | None, margins: Mapping[str, Float
 def find_scales(blocks: Iterable[Mapping[str, FloatArray]], n_designs: int) -> dict[str, float]:
     """The distance between the quartiles of each margin: a violation of this size counts as 1.
 
-    Where it is 0, but for rounding, the scale is the largest violation; where there is none, 1.
-
-    Parameters
-    ----------
-    blocks
-        Margins by metric of consecutive designs, those with a motion.
-    n_designs
-        Number of designs of all blocks. Of more than a million, a random sample is used, the same each time.
+    Where it is 0, but for rounding, the scale is the largest violation; where there is none, 1. The blocks have the
+    margins by metric of consecutive designs, those with a motion; of more than a million designs of all blocks, a
+    random sample is used, the same each time.
     """
     share = _LARGEST_SAMPLE / max(n_designs, 1)
     generator = np.random.default_rng(0)

@@ -47,16 +47,9 @@ class WastefulRange:
 def find_wasteful_ranges(source: Source) -> list[WastefulRange]:
     """Find the ends of the swept ranges where the reachable fraction is less than half of that of all designs.
 
-    Parameters
-    ----------
-    source
-        Results that keep every design; they are read twice, block by block.
-
-    Returns
-    -------
-    list of WastefulRange
-        By falling number of unreachable designs. Values are round numbers, so the counts are exact for the printed
-        value. Empty when no or every design is reachable, or when no end is below that fraction.
+    The source keeps every design, and is read twice, block by block. The ends are sorted by falling number of
+    unreachable designs. Their values are round numbers, so the counts are exact for the printed value. There is none
+    when no or every design is reachable.
     """
     edges = _edges(source)
     n_designs = {name: np.zeros(len(values) + 1, dtype=np.int64) for name, values in edges.items()}

@@ -35,23 +35,10 @@ from explore.results.store.writer import SweepWriter
 class AllDesignsWriter(SweepWriter):
     """The single writer of a results file with all designs: it creates the file or continues it.
 
-    Attributes
-    ----------
-    damaged
-        Numbers of the blocks that were damaged when the file was opened; they are pending again.
-
-    Parameters
-    ----------
-    path, columns, n_designs, block_size, attributes
-        As in `create_results_file`.
-    restart
-        Move an existing file aside, to ``<path>.old``, and start over.
-
-    Raises
-    ------
-    ResultsError
-        On entering: another process is writing, the file belongs to another study or is not a results file, the disk is
-        full or the folder cannot be written. On committing: the disk reports an error.
+    The arguments are those of `create_results_file`; `restart` moves an existing file aside, to ``<path>.old``, and
+    starts over. Blocks that were `damaged` when the file was opened are pending again. A `ResultsError` says, on
+    entering, that another process is writing, the file belongs to another study or is not a results file, the disk is
+    full or the folder cannot be written; on committing, that the disk reports an error.
     """
 
     def __init__(
@@ -100,14 +87,8 @@ class AllDesignsWriter(SweepWriter):
     def commit(self, number: int, arrays: Mapping[str, npt.NDArray[Any]]) -> None:
         """Write one pending block and return when it is durable.
 
-        Called by `explore.running.collectors.AllDesignsCollector.commit`.
-
-        Parameters
-        ----------
-        number
-            Number of the block.
-        arrays
-            All columns by name, each of shape (n,) and of exactly its column's dtype; "design" may be left out.
+        `arrays` are all columns by name, each of shape (n,) and of exactly its column's dtype; "design" may be left
+        out. Called by `explore.running.collectors.AllDesignsCollector.commit`.
         """
         ordered = self._check_block(number, arrays)
         start, stop = self._layout.row_range(number)

@@ -105,12 +105,7 @@ def is_written(file: io.FileIO, layout: Layout, number: int) -> bool:
 
 
 def is_sound(file: io.FileIO, layout: Layout, number: int, word: int) -> bool:
-    """Whether the bytes of a block have the checksum of its commit word; one column is in memory at a time.
-
-    Raises
-    ------
-    DamagedChunkError
-    """
+    """Whether the bytes of a block have the checksum of its commit word; one column is in memory at a time."""
     start, stop = layout.row_range(number)
     arrays = (read_column_rows(file, layout, column, start, stop) for column in layout.columns)
     return is_written(file, layout, number) and commit_word(arrays) == word

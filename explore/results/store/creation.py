@@ -28,19 +28,8 @@ def create_results_file(
 ) -> None:
     """Create a complete results file without any committed block. The caller holds the lock of the path.
 
-    Parameters
-    ----------
-    path
-        The file, which must not exist.
-    columns
-        The index "design" first.
-    attributes
-        Those of the study: config, request_sha256, determines, kernel, versions, seed, sampler.
-
-    Raises
-    ------
-    ResultsError
-        The disk is full or the folder cannot be written. No file is left.
+    The file must not exist, the first column is the index "design", and the attributes are those of the study: config,
+    request_sha256, determines, kernel, versions, seed, sampler. No file is left after a `ResultsError`.
     """
     with new_results_file(path, columns, n_designs, block_size, attributes) as (descriptor, layout):
         for start in range(0, n_designs, _CHUNK):

@@ -33,11 +33,8 @@ def study_description(attributes: Mapping[str, Any], n_designs: int, columns: Se
 def other_study_error(path: Path, old: Mapping[str, Any], new: Mapping[str, Any]) -> ResultsError:
     """Make the error that a file belongs to another study, with a line for each difference.
 
-    Parameters
-    ----------
-    old, new
-        Descriptions of the study of the file and of the one to be swept. The text ``determines`` is compared key by
-        key; hashes are not shown.
+    `old` and `new` describe the study of the file and the one to be swept. The text ``determines`` is compared key by
+    key; hashes are not shown.
     """
     changes = changed_keys(str(old.get("determines", "")), str(new.get("determines", "")))
     shown = ({key: value for key, value in study.items() if key not in _HIDDEN} for study in (old, new))

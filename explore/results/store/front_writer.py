@@ -38,24 +38,10 @@ def write_front(
 ) -> None:
     """Create a finished results file of some designs of a study. The caller holds the lock of the path.
 
-    Parameters
-    ----------
-    path
-        The file, which must not exist.
-    columns
-        The index "design" first.
-    arrays
-        All columns by name, each of shape (n,) and of exactly its column's dtype; n may be 0. Design numbers ascend.
-    block_size
-        Rows of a block; the last may be shorter.
-    attributes
-        The study's, and "keep": "front", "studied_designs": number of its designs, "studied_counts": JSON from the
-        label of a status to the number of designs.
-
-    Raises
-    ------
-    ResultsError
-        The disk is full or the folder cannot be written. No file is left.
+    The file must not exist, the first column is the index "design". `arrays` are all columns by name, each of shape
+    (n,) and of exactly its column's dtype; n may be 0. Design numbers ascend; the last block may be shorter. The
+    attributes are the study's, with "keep": "front", "studied_designs": number of its designs, "studied_counts": JSON
+    from the label of a status to the number of designs. No file is left after a `ResultsError`.
     """
     n_designs = _count_rows(columns, arrays)
     if attributes.get("keep") != KEEP_FRONT:
@@ -91,28 +77,8 @@ def _count_rows(columns: Sequence[Column], arrays: Mapping[str, npt.NDArray[Any]
 class FrontWriter(SweepWriter):
     """The single writer of a file that keeps the front only: it writes the journal, and at the end the file.
 
-    Attributes
-    ----------
-    is_finished
-        Whether the results file exists, so that nothing is left to compute.
-
-    Parameters
-    ----------
-    path
-        The results file.
-    columns
-        The index "design" first.
-    n_designs, block_size
-        Numbers of designs of the study and of a block.
-    attributes
-        Those of the study, with "keep": "front".
-    restart
-        Move an existing file and journal aside and start over.
-
-    Raises
-    ------
-    ResultsError
-        As `AllDesignsWriter` does.
+    The numbers of designs are those of the study and of a block; the attributes are the study's, with "keep": "front".
+    When the results file exists, `is_finished`, nothing is left to compute. Errors are those of `AllDesignsWriter`.
     """
 
     def __init__(

@@ -45,23 +45,9 @@ _PIECE = 1 << 20
 class Journal:
     """A journal of a study, a context manager. The caller holds the lock of the results file that it belongs to.
 
-    Attributes
-    ----------
-    n_damaged
-        Number of damaged records found on entering; they are skipped.
-
-    Parameters
-    ----------
-    path
-        The file; it is created unless it exists.
-    header
-        What JSON can hold of the study: the text ``determines``, the kernel and so on.
-
-    Raises
-    ------
-    ResultsError
-        On entering: the journal belongs to another study, is not a journal or its header is damaged, the disk is full
-        or the folder cannot be written. On appending: the disk reports an error.
+    The header is what JSON can hold of the study: the text ``determines``, the kernel and so on. The file is created
+    unless it exists. A `ResultsError` says that it is no journal or that of another study, its header is damaged, or
+    the disk reports an error. The `n_damaged` damaged records found on entering are skipped.
     """
 
     def __init__(self, path: Path, header: Mapping[str, Any]) -> None:
@@ -96,15 +82,7 @@ class Journal:
         self._closing.close()
 
     def append(self, meta: Mapping[str, Any], arrays: Mapping[str, npt.NDArray[Any]]) -> None:
-        """Add a record and return when it is durable.
-
-        Parameters
-        ----------
-        meta
-            Data that JSON can hold.
-        arrays
-            Numbers or booleans by name, each one-dimensional, of any length.
-        """
+        """Add a record of what JSON can hold and of one-dimensional arrays by name; return when it is durable."""
         self._restore_removed()
         record = frame_record(encode_record(meta, arrays))
         offset = align_offset(self._end, self._alignment)

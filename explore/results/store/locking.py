@@ -30,18 +30,10 @@ class LockedError(ResultsError):
 class LockFile:
     """An exclusive lock for writing ``path``, a context manager; the system releases it when the process ends.
 
-    Parameters
-    ----------
-    path
-        The results file; the lock is on ``<path>.lock``, because the results file itself may be replaced. A file of
-        another program under that name is locked, but neither changed nor removed; an empty one is removed.
-
-    Raises
-    ------
-    LockedError
-        On entering: another process holds the lock.
-    ResultsError
-        On entering: the folder cannot be written, or the lock's name is that of a link, a pipe or a device.
+    The lock is on ``<path>.lock``, because the results file itself may be replaced. A file of another program under
+    that name is locked, but neither changed nor removed; an empty one is removed. On entering, a `LockedError` says
+    that another process holds the lock, a `ResultsError` that the folder cannot be written or that the lock's name is
+    that of a link, a pipe or a device.
     """
 
     def __init__(self, path: Path) -> None:

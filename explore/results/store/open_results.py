@@ -67,13 +67,7 @@ def open_several(sources: Sequence[ResultsOrPath]) -> dict[str, Results]:
 
 
 def open_comparable(sources: Sequence[ResultsOrPath]) -> dict[str, Results]:
-    """Results of one mechanism by the name of their file, to be drawn together.
-
-    Raises
-    ------
-    RequestError
-        As of `open_several`, and if the mechanisms differ or a file holds no designs yet.
-    """
+    """Results of one mechanism, with designs, by the name of their file, to be drawn together; see `open_several`."""
     results = open_several(sources)
     first = next(iter(results.values()))
     for other in results.values():

@@ -29,12 +29,7 @@ _PAUSE = 1e-3
 def new_output(path: Path) -> Iterator[Path]:
     """Yield an unfinished name to write a file under; at the end it is made durable and renamed to `path`.
 
-    A link is followed, and an existing regular file is replaced.
-
-    Raises
-    ------
-    ResultsError
-        As of `new_file`.
+    A link is followed, and an existing regular file is replaced; see `new_file`.
     """
     path = real_path(path)
     with contextlib.suppress(OSError):  # of a folder that cannot be read or written, which `new_file` reports

@@ -34,20 +34,8 @@ _FORMAT_ATTRIBUTES = ("format", "format_version", "n_designs", "block_size")
 def pack(source: Path, target: Path, progress: ReportProgress | None = None) -> None:
     """Write a packed copy of a finished results file, which is read back before it gets its name.
 
-    Parameters
-    ----------
-    source
-        The results file; it is not changed.
-    target
-        The copy, which must not exist; its folder is made.
-    progress
-        Called with the number of blocks done and to do; each block counts twice, when written and when read back.
-
-    Raises
-    ------
-    ResultsError
-        The source is not finished, packed already or damaged; the target exists, is being written or cannot be
-        written; the disk is full. No file is left.
+    The source is not changed; the target must not exist, and its folder is made. Progress is the number of blocks done
+    and to do: each counts twice, when written and when read back. No file is left after a `ResultsError`.
     """
     _run_in_thread(lambda stop: _pack(source, target, _Report(progress, stop)))
 

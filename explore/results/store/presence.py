@@ -24,21 +24,9 @@ class DisplacedError(ResultsError):
 
 
 def check_present(path: Path, descriptor: int, content: str) -> None:
-    """Raise `DisplacedError` unless a path leads to an open file.
+    """Raise `DisplacedError`, which says what happened and where the data are, unless the path leads to the open file.
 
-    Parameters
-    ----------
-    path
-        The path that the file was opened by.
-    descriptor
-        The file's open descriptor.
-    content
-        Durable content of the file for the message, such as "65,536 designs".
-
-    Raises
-    ------
-    DisplacedError
-        The message says what happened to the file and where the data are.
+    `content` is the durable content of the file for the message, such as "65,536 designs".
     """
     status = os.fstat(descriptor)
     is_replaced = False

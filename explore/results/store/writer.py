@@ -26,17 +26,8 @@ def exclusive_access(path: Path) -> Iterator[None]:
 class SweepWriter(ABC):
     """The single writer of a sweep's results file, a context manager.
 
-    Parameters
-    ----------
-    path
-        The results file.
-    restart
-        Move an existing file and journal aside and start over.
-
-    Raises
-    ------
-    ResultsError
-        On entering: another process is writing, or the file cannot be opened or created.
+    With `restart` an existing file and journal are moved aside. On entering, a `ResultsError` says that another process
+    is writing, or that the file cannot be opened or created.
     """
 
     def __init__(self, path: Path, *, restart: bool) -> None:
