@@ -28,16 +28,8 @@ def read_axes(
 ) -> tuple[Axis, ...]:
     """Read one axis for each parameter that is not solved for, in declared order with the speed last.
 
-    Parameters
-    ----------
-    mechanism
-        The mechanism that declares the parameters.
-    entries
-        The section [parameters].
-    method
-        The sampling method; None when it is unknown. A grid takes no continuous ranges, a table only single values.
-    problems
-        Each problem is appended with its key.
+    `entries` is the section [parameters]. A grid takes no continuous ranges, a table only single values; `method` is
+    None when it is unknown.
     """
     declared = {parameter.name: parameter for parameter in mechanism.parameters}
     corrections = set()

@@ -82,20 +82,10 @@ def read_space(
     problems: Problems,
     table_problems: list[str],
 ) -> DesignSpace | None:
-    """Read the design space, which is valid only when there are no problems.
+    """Read the design space, which is valid only when there are no problems, from the sections [parameters] and
+    [sampling].
 
-    Parameters
-    ----------
-    mechanism
-        The mechanism that declares the parameters.
-    entries
-        The section [parameters].
-    sampling
-        The section [sampling]; None when it is wrong.
-    folder
-        The folder that the name of a table is relative to.
-    problems, table_problems
-        The problems of the study and of its table of designs are appended.
+    `sampling` is None when it is wrong; the name of a table is relative to `folder`.
     """
     name = sampling.method if sampling else ""
     # A misspelt method must not cause messages about keys that belong to it.

@@ -19,16 +19,8 @@ def read_points(
 ) -> tuple[Mechanism, dict[str, Any]]:
     """The mechanism with the points of a study, and the entries of all its parameters.
 
-    Parameters
-    ----------
-    mechanism
-        The mechanism of the study.
-    points, parameters
-        The sections [points] and [parameters].
-    method
-        The sampling method; a table may have the coordinates as columns, so their keys may be left out.
-    problems
-        Each problem is appended with its key.
+    `points` and `parameters` are the sections of these names. A table may have the coordinates as columns, so their
+    keys may be left out with that method.
     """
     reason = reason_against_points(mechanism, len(points))
     if reason:

@@ -45,16 +45,9 @@ class ResolvedStudy:
 def resolve_study(
     sections: Mapping[str, Any], folder: Path, problems: Problems, table_problems: list[str]
 ) -> ResolvedStudy | None:
-    """Resolve all names and numbers of a study; return None if there is any problem.
+    """Resolve all names and numbers of a study; return None if there is any problem of it or of its table of designs.
 
-    Parameters
-    ----------
-    sections
-        The content of a study file.
-    folder
-        The folder that the name of a table of designs is relative to.
-    problems, table_problems
-        The problems of the study and of its table of designs are appended.
+    The name of the table is relative to `folder`.
     """
     study = read(StudyFile, sections, (), problems) or StudyFile()
     sampling = read(Sampling, study.sampling, ("sampling",), problems)

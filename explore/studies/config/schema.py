@@ -115,18 +115,8 @@ _REASONS = {
 
 
 def read(model: type[Model], entries: Mapping[str, Any], path: KeyPath, problems: Problems) -> Model | None:
-    """Validate a section; return it without its invalid keys, or None when required keys are missing.
-
-    Parameters
-    ----------
-    model
-        The schema of the section.
-    entries
-        The content of the section.
-    path
-        The key of the section.
-    problems
-        A problem is appended for each invalid key.
+    """Validate a section, whose key is `path`; return it without its invalid keys, or None when required keys are
+    missing.
     """
     try:
         return model.model_validate(entries)

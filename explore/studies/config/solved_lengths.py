@@ -18,17 +18,7 @@ from explore.studies.request.parameters import read_value
 
 
 def read_solved_length(mechanism: Mechanism, entries: Mapping[str, Any], problems: Problems) -> SolvedLength | None:
-    """The length to solve for, or None when there is none or it is wrong.
-
-    Parameters
-    ----------
-    mechanism
-        The mechanism that declares the parameters.
-    entries
-        The section [parameters].
-    problems
-        Each problem is appended with its key.
-    """
+    """The length to solve for in the section [parameters], or None when there is none or it is wrong."""
     declared = {parameter.name for parameter in mechanism.parameters}
     lengths: list[SolvedLength | None] = []
     for name, entry in entries.items():
@@ -73,13 +63,7 @@ def _solved_length(
 
 
 def _find_metric(mechanism: Mechanism, name: str) -> Metric:
-    """The closed-form metric of that name.
-
-    Raises
-    ------
-    RequestError
-        With the reason alone, when there is none of that name or it cannot be solved for.
-    """
+    """The closed-form metric of that name; a `RequestError` has the reason alone why it cannot be solved for."""
     candidates = {metric.name: metric for metric in mechanism.metrics if not metric.labels}
     if name in candidates:
         return candidates[name]

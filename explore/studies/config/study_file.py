@@ -66,13 +66,7 @@ def parse_study(text: str, file: str, folder: Path, target: Target | None = None
 
 
 def starter(mechanism: Mechanism) -> str:
-    """The text of a commented study file of this mechanism, ready to run.
-
-    Raises
-    ------
-    RequestError
-        If the mechanism has none.
-    """
+    """The text of a commented study file of this mechanism, ready to run; a `RequestError` says that it has none."""
     if mechanism.starter:
         return mechanism.starter
     file = files("explore").joinpath(f"data/starter-{mechanism.name}.toml")

@@ -38,30 +38,12 @@ _LINE_BREAK = re.compile(r"[\r\n]")
 
 
 def read_table(folder: Path, file: str, mechanism: Mechanism, fixed: Collection[str]) -> dict[str, FloatArray]:
-    """Read a table of designs.
+    """Read a table of designs: the values of each column in the declared unit, shape (rows,), in declared order.
 
-    Parameters
-    ----------
-    folder
-        The folder that a relative name starts from.
-    file
-        The name in the study: a CSV file, UTF-8, whose first line names parameters, perhaps with units: ``crank [in]``.
-    mechanism
-        The mechanism that declares the parameters.
-    fixed
-        Names of the parameters in [parameters], which must not be columns.
-
-    Returns
-    -------
-    dict
-        The values of each column in the declared unit, shape (rows,), in declared order.
-
-    Raises
-    ------
-    RequestError
-        With the reason alone, if the file as a whole cannot be read.
-    ConfigError
-        With one line ``file:line: column: reason; advice`` for each problem, or for the first and the number of others.
+    The file, of a name relative to `folder`, is CSV, UTF-8. Its first line names parameters, perhaps with units,
+    ``crank [in]``, but not those that are `fixed` in [parameters]. A `RequestError` has the reason alone why the file
+    as a whole cannot be read; a `ConfigError` one line ``file:line: column: reason; advice`` for each problem, or for
+    the first and the number of others.
     """
     path = folder / file
     try:

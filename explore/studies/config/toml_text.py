@@ -34,13 +34,7 @@ _HINTS = (
 
 
 def read_text(file: str, shorten: str = "write values as { start, stop, num }, or designs as a CSV table") -> str:
-    """Read a text file; `shorten` says how one that is too large can be shorter.
-
-    Raises
-    ------
-    ConfigError
-        With one line, if the file is missing or cannot be read.
-    """
+    """Read a text file; `shorten` says how one that is too large can be shorter. A `ConfigError` has one line."""
     try:
         status = Path(file).stat()
         # Reading a pipe or a device may never end.
@@ -70,13 +64,7 @@ def read_text(file: str, shorten: str = "write values as { start, stop, num }, o
 
 
 def parse_toml(file: str, text: str) -> dict[str, Any]:
-    """Parse a TOML text.
-
-    Raises
-    ------
-    ConfigError
-        With one line ``file:line: reason`` for the first syntax error; the text after it cannot be parsed.
-    """
+    """Parse a TOML text; a `ConfigError` has one line, ``file:line: reason``, for the first syntax error."""
     excess = find_excess_depth(text)
     if excess is not None:
         line, kind = excess

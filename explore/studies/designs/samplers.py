@@ -29,21 +29,7 @@ Sampler = Callable[[int, int, int, int, int], FloatArray]
 def sobol(dimensions: int, start: int, stop: int, count: int, seed: int) -> FloatArray:
     """Points of the scrambled Sobol' sequence of `scipy.stats.qmc` (random linear matrix scramble and digital shift).
 
-    Parameters
-    ----------
-    dimensions
-        Number of dimensions of the cube.
-    start, stop
-        Range of the points to compute, start … stop - 1; stop <= count.
-    count
-        Number of points of the whole sample.
-    seed
-        Seed of the random numbers, at least 0.
-
-    Returns
-    -------
-    FloatArray
-        Shape (stop - start, dimensions), in [0, 1).
+    The points start … stop - 1 of a sample of `count` are of shape (stop - start, dimensions), in [0, 1).
     """
     first, steps = _sobol_basis(dimensions, ((count - 1) // STRETCH).bit_length(), seed)
 

@@ -70,22 +70,9 @@ class SolvedSpace(DesignSpace):
 def solve(mechanism: Mechanism, solved: SolvedLength, columns: Arrays) -> FloatArray:
     """Solve for the smallest length at which each design has a motion and the prescribed value.
 
-    Parameters
-    ----------
-    mechanism
-        The mechanism of the designs.
-    solved
-        The length, the metric and its value.
-    columns
-        The other parameters by name, each of shape (n,); those with a default may be missing.
+    The columns are the other parameters by name, each of shape (n,); those with a default may be missing. A length (n,)
+    is NaN where there is none within the bounds.
 
-    Returns
-    -------
-    (n,) array
-        NaN where there is no such length within the bounds.
-
-    Notes
-    -----
     Where one length equals a signed sum of the others the loop is flattened. Flattened loops divide the range of the
     length into intervals. In each, in ascending order, the difference between the metric and its prescribed value is
     evaluated at a few lengths. A change of sign brackets a root. A minimum of the difference's size before the first
@@ -154,12 +141,8 @@ def _difference(mechanism: Mechanism, solved: SolvedLength, columns: Arrays) -> 
 
 
 def _interval_ends(others: list[FloatArray], is_signed: bool) -> list[tuple[FloatArray, FloatArray]]:
-    """Ends of the intervals, ascending, and the clearance to keep from each, both (n,).
-
-    Parameters
-    ----------
-    is_signed
-        Whether the length may be negative, as an offset.
+    """Ends of the intervals, ascending, and the clearance to keep from each, both (n,); a signed length may be
+    negative.
     """
     first, *rest = others
     flattened = [
@@ -222,10 +205,7 @@ def _dip(
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """The minimum of the difference's size before the first change of sign: a root there, or two lengths around one.
 
-    Returns
-    -------
-    root, left, right : (n,) arrays
-        NaN where there is none.
+    Root, left and right length are of shape (n,), NaN where there is none.
     """
     from scipy.optimize.elementwise import find_minimum
 

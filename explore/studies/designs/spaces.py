@@ -156,18 +156,9 @@ def _positions(fractions: FloatArray, length: int) -> Indices:
 
 @dataclass(frozen=True)
 class DesignSpace(ABC):
-    """Designs numbered 0 … n_designs - 1.
+    """Designs numbered 0 … n_designs - 1, with one axis for each parameter of the study.
 
-    Parameters
-    ----------
-    axes
-        One for each parameter of the study.
-    n_designs
-        Number of designs.
-    method
-        The sampling method, by its name in a study file.
-    seed
-        Seed of the random numbers; 0 when there are none.
+    `method` is the name of the sampling method in a study file; `seed` is 0 where there are no random numbers.
     """
 
     axes: tuple[Axis | TableAxis | SolvedLength, ...]

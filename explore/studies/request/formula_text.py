@@ -50,13 +50,7 @@ class FormulaText:
 
 
 def parse_formula(text: str) -> FormulaText:
-    """Parse a formula.
-
-    Raises
-    ------
-    RequestError
-        If the text is not a formula; the message has the position of the first error.
-    """
+    """Parse a formula; the message of a `RequestError` has the position of the first error."""
     if len(text) > _MOST_CHARACTERS:
         raise RequestError(f"has {len(text):,} characters, but a formula has at most {_MOST_CHARACTERS:,}; split it")
     if not text.strip():

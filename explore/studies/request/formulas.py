@@ -37,17 +37,10 @@ class _Draft:
 def resolve_formulas(
     mechanism: Mechanism, entries: Mapping[str, object], window: Window, problems: Problems
 ) -> dict[str, DerivedMetric]:
-    """The metrics that formulas define, by name, in the order of the entries.
+    """The metrics that formulas define, by name, in the order of the entries ``{"formula": …, "unit": …}``.
 
-    Parameters
-    ----------
-    entries
-        For each name ``{"formula": …, "unit": …}``.
-    window
-        The study's window.
-    problems
-        The problems are appended, with keys that begin with "formulas". A formula with a mistake is replaced by one
-        without inputs, so that what names it has no problem of its own.
+    The keys of problems begin with "formulas". A formula with a mistake is replaced by one without inputs, so that what
+    names it has no problem of its own.
     """
     drafts: dict[str, _Draft] = {}
     metrics: dict[str, DerivedMetric] = {}

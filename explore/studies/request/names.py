@@ -50,10 +50,7 @@ _LONG_NAMES = {
 def find_mechanism(name: str, points: Sequence[str] = (), target: TargetOrSection | None = None) -> Mechanism:
     """Find a mechanism by name, with points of its floating link and a target.
 
-    Raises
-    ------
-    RequestError
-        If there is none of that name; the message suggests the closest. If it cannot have these points or this target.
+    A `RequestError` suggests the closest name, or says that the mechanism cannot have these points or this target.
     """
     if name not in MECHANISMS:
         raise RequestError(f"unknown mechanism {format_value(name)}; {suggestion(name, MECHANISMS)}")
@@ -61,20 +58,7 @@ def find_mechanism(name: str, points: Sequence[str] = (), target: TargetOrSectio
 
 
 def make_window(mechanism: Mechanism, window: str | Mapping[str, object] | None) -> Window:
-    """Find a window by name, or make that of an interval of crank angles.
-
-    Parameters
-    ----------
-    mechanism
-        The mechanism that has the windows.
-    window
-        A name, ``{"from": 0, "to": 90}`` in degrees, or None for the default.
-
-    Raises
-    ------
-    RequestError
-        If there is none of that name or the interval is invalid.
-    """
+    """Find a window by name, or make that of an interval of crank angles, ``{"from": 0, "to": 90}`` in degrees."""
     if window is None:
         window = mechanism.default_window
     if isinstance(window, Mapping):
@@ -124,26 +108,12 @@ def closest_window(mechanism: Mechanism, name: object) -> Window:
 def find_metric(
     mechanism: Mechanism, name: str, window: Window, formulas: Mapping[str, DerivedMetric] = _NO_FORMULAS
 ) -> AnyMetric:
-    """Find a metric by name.
+    """Find a metric of a mechanism or of a study's formulas by name.
 
-    Parameters
-    ----------
-    mechanism
-        The mechanism that has the metric.
-    name
-        A closed-form or derived metric, ``<signal>_<statistic>`` over the study's window,
-        ``<signal>_<statistic>_<window>`` over that one, or "mean", "variance" or "cv" of the output. A closed-form
-        metric is of the design, in any window; where a statistic over a window would have the same name, it is the one
-        with the window in its name.
-    window
-        The study's window.
-    formulas
-        Those of the study, by name.
-
-    Raises
-    ------
-    RequestError
-        If it does not exist or is undefined for every design.
+    The name is that of a closed-form or derived metric, ``<signal>_<statistic>`` over the study's window,
+    ``<signal>_<statistic>_<window>`` over that one, or "mean", "variance" or "cv" of the output. A closed-form metric
+    is of the design, in any window; where a statistic over a window would have the same name, it is the one with the
+    window in its name. A `RequestError` says that it does not exist or is undefined for every design.
     """
     metric = formulas.get(name) or _declared_metric(mechanism, name, window)
     if metric is None:

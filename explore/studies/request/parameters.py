@@ -20,13 +20,7 @@ if TYPE_CHECKING:
 
 
 def parameter_columns(mechanism: Mechanism, designs: Mapping[str, npt.ArrayLike] | pd.DataFrame) -> Arrays:
-    """Convert designs to columns of one length, each of shape (n,), checked against the declaration.
-
-    Raises
-    ------
-    RequestError
-        For an unknown parameter, a missing one, or a value that is neither a number nor a string with a unit.
-    """
+    """Convert designs to columns of one length, each of shape (n,), checked against the declaration."""
     if not hasattr(designs, "keys"):
         raise RequestError("designs must be a table or a dict of parameters by name")
     given = {str(name): designs[name] for name in list(designs)}  # type: ignore[index]  # labels of a table may be any objects
@@ -62,12 +56,8 @@ def _numbers(parameter: Parameter, column: Any) -> FloatArray:
 
 
 def read_value(parameter: Parameter, entry: object) -> float:
-    """A number in the parameter's unit, within its bounds.
-
-    Raises
-    ------
-    RequestError
-        With the reason alone; the caller adds the key.
+    """A number in the parameter's unit, within its bounds; a `RequestError` has the reason alone, the caller adds the
+    key.
     """
     value = quantity(entry, parameter.unit)
     unit = "" if parameter.unit in ("", "1") else f" {parameter.unit}"

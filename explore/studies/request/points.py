@@ -12,13 +12,7 @@ from explore.studies.request.user_names import reason_against_name
 
 
 def add_points(mechanism: Mechanism, points: Sequence[str]) -> Mechanism:
-    """The mechanism with points of its floating link.
-
-    Raises
-    ------
-    RequestError
-        If it has no floating link, there are too many points, or a name is invalid or taken.
-    """
+    """The mechanism with points of its floating link; a `RequestError` says why it cannot have them."""
     reason = reason_against_points(mechanism, len(points))
     if reason:
         raise RequestError(reason)

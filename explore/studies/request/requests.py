@@ -23,17 +23,8 @@ TOLERANCES = (1e-13, 1e-4)
 def make_objective(source: Request | tuple[Mechanism, Window], text: str) -> Objective:
     """Make an objective from a text such as "cv" or "swing_angle:max".
 
-    Parameters
-    ----------
-    source
-        The request of the study, or its mechanism and window.
-    text
-        A metric or a parameter; ``:min`` or ``:max`` overrides the sense of the metric. A parameter has no sense.
-
-    Raises
-    ------
-    RequestError
-        If there is no such metric or parameter, it is a label, or neither it nor the text has a sense.
+    The name is that of a metric of the request, or of the mechanism over the window, or of a parameter, which has no
+    sense; ``:min`` or ``:max`` overrides the sense of the metric. Labels are no objectives.
     """
     mechanism, window = (source.mechanism, source.window) if isinstance(source, Request) else source
     formulas = {formula.name: formula for formula in source.formulas} if isinstance(source, Request) else {}
@@ -75,29 +66,9 @@ def make_request(
     tolerance: float = 1e-9,
     formulas: Mapping[str, Mapping[str, str]] | None = None,
 ) -> Request:
-    """Resolve the names of a request.
+    """Resolve the names of a request; the arguments are those of `explore.evaluate`.
 
-    Parameters
-    ----------
-    mechanism
-        The mechanism of the designs.
-    metrics
-        Names of metrics; None for the mechanism's default list.
-    window
-        Part of the turn that the statistics run over, or ``{"from": 0, "to": 90}`` (deg).
-    drive
-        The stroke that the window "drive" means.
-    constraints
-        ``{"min": …, "max": …}`` by metric, in its unit or as a string with a unit.
-    tolerance
-        Relative error of the sampled metrics, as `explore.evaluate` defines it.
-    formulas
-        ``{"formula": …, "unit": …}`` by the name of the metric that it defines.
-
-    Raises
-    ------
-    RequestError
-        One line ``argument: reason; suggestion`` for each problem.
+    A `RequestError` has one line ``argument: reason; suggestion`` for each problem.
     """
     arguments = RequestArguments(metrics, window, drive, constraints, tolerance, formulas)
     request, problems = resolve_request(mechanism, arguments)

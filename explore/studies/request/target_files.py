@@ -45,10 +45,7 @@ class FileColumn:
 def read_target_file(folder: Path, file: object, columns: Sequence[FileColumn]) -> list[list[float]]:
     """The rows of a file, in the declared order and units of the columns, without optional ones that it lacks.
 
-    Raises
-    ------
-    RequestError
-        With the reason, after the file, and the line and the column where these are known.
+    A `RequestError` has the reason after the file, and the line and the column where these are known.
     """
     if not isinstance(file, str):
         raise RequestError(f"must be the name of a CSV file in quotes, got {format_value(file)}")

@@ -26,13 +26,7 @@ _READERS: Mapping[str, _Read] = {
 
 
 def add_target(mechanism: Mechanism, target: TargetOrSection | None) -> Mechanism:
-    """The mechanism with a target.
-
-    Raises
-    ------
-    RequestError
-        With one line ``target.key: reason`` for each problem.
-    """
+    """The mechanism with a target; a `RequestError` has one line ``target.key: reason`` for each problem."""
     if target is None:
         return mechanism
     if isinstance(target, Target):
@@ -45,18 +39,9 @@ def add_target(mechanism: Mechanism, target: TargetOrSection | None) -> Mechanis
 
 
 def read_target(mechanism: Mechanism, entries: object, problems: Problems, folder: Path = Path()) -> Target | None:
-    """The target that a section describes; None after each of its problems is appended with its key.
+    """The target that a section describes, of a mechanism with the points of the study; None where it has a problem.
 
-    Parameters
-    ----------
-    mechanism
-        With the points of the study.
-    entries
-        The section.
-    problems
-        Keys are those within the section.
-    folder
-        The folder that the name of a file of points is relative to.
+    Keys of problems are those within the section. The name of a file of points is relative to `folder`.
     """
     kinds = " or ".join(f'"{kind}"' for kind in mechanism.targets)
     if not mechanism.targets:

@@ -42,13 +42,7 @@ class Tolerance:
 
 
 def make_tolerances(mechanism: Mechanism, entries: Mapping[str, object]) -> tuple[Tolerance, ...]:
-    """Read tolerances by parameter, such as ``{"crank": 0.1, "coupler": "50 um"}``.
-
-    Raises
-    ------
-    RequestError
-        One line for each problem, or if every tolerance is 0.
-    """
+    """Read tolerances by parameter, such as ``{"crank": 0.1, "coupler": "50 um"}``, not all of them 0."""
     tolerances, problems = resolve_tolerances(mechanism, entries)
     if problems:
         raise RequestError("\n".join(f"tolerance of {'.'.join(map(str, key))}: {reason}" for key, reason in problems))
