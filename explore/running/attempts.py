@@ -13,14 +13,8 @@ MAX_ATTEMPTS = 2
 class Attempts:
     """Passes on the results of blocks, and the failures of those that failed in every attempt.
 
-    Parameters
-    ----------
-    accept
-        Receives a block's number and result.
-    reject
-        Receives the number of a block that failed in every attempt, and the reason.
-    note
-        Receives the event ``retry`` and its details.
+    `accept` receives a block's number and result, `reject` its number and the reason, `note` the event ``retry`` and
+    its details.
     """
 
     def __init__(

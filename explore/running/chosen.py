@@ -20,19 +20,8 @@ if TYPE_CHECKING:
 
 
 def chosen_designs(results: Results, numbers: Sequence[int] | int | None = None) -> pd.DataFrame:
-    """Designs by number, or the Pareto set in the objectives of the study.
-
-    Returns
-    -------
-    DataFrame
-        All columns, index "design"; in the given order, or that of `explore.rank`.
-
-    Raises
-    ------
-    RequestError
-        If no number is given and no design is feasible.
-    ResultsError
-        If a design is not in the file.
+    """Designs by number in the given order, or the Pareto set in the objectives of the study; all columns, index
+    "design".
     """
     if numbers is not None:
         return results.designs(np.atleast_1d(np.asarray(numbers, dtype=np.int64)))

@@ -34,18 +34,9 @@ class _InFlight:
 class BlocksInFlight:
     """Runs blocks on a cluster, a few at a time.
 
-    Parameters
-    ----------
-    client
-        The cluster's client.
-    submit
-        Starts a block by number; prefers the workers listed, or any with None.
-    accept
-        Receives a block's number and result. The next block starts after it returns, which bounds the queue.
-    reject
-        Receives the number of a block that failed in every attempt, and the reason.
-    note
-        Receives an event and its details: ``retry``, ``elsewhere``, and the events of `Watch`.
+    `submit` starts a block by number; it prefers the workers listed, or any with None. The next block starts after
+    `accept` returns, which bounds the queue. `note` receives the events of `Attempts` and of `Watch`, and
+    ``elsewhere``.
     """
 
     def __init__(

@@ -31,17 +31,8 @@ def log_path(results: Path) -> Path:
 class Log:
     """Appends events to the log of a results file and passes them to a listener.
 
-    Parameters
-    ----------
-    results
-        The results file. The caller holds its lock, so the log has a single writer.
-    listener
-        Called with each event.
-
-    Raises
-    ------
-    ResultsError
-        A link, a pipe or another program's file has the log's name.
+    The caller holds the lock of the file, so the log has a single writer. A `ResultsError` says that a link, a pipe or
+    another program's file has the log's name.
     """
 
     def __init__(self, results: Path, listener: Listener | None = None) -> None:

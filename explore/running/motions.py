@@ -23,32 +23,14 @@ from explore.model.status import Status
 def motion_signals(
     mechanism: Mechanism, columns: Arrays, input_angle: FloatArray, method: str, tolerance: float
 ) -> tuple[Arrays, str]:
-    """Solve the motion of one design by a method.
+    """Solve the motion of one design that can make a full turn, with parameters of shape (1,), at angles (t,) in deg.
 
-    Parameters
-    ----------
-    columns
-        Parameters of one design that can make a full turn, each of shape (1,).
-    input_angle : (t,) array
-        Angles of the input link, deg.
-    method, tolerance
-        As in `explore.simulate`.
-
-    Returns
-    -------
-    columns
-        The signals in declared units, each of shape (t,), except those that exist only behind clutches; and, where a
-        kernel of their own fills them, those under load of a design without one, without the strokes they need, or
-        whose status under load is that of no unique forces. By another method than the closed form those that follow
-        from the unknowns of the mechanism's loop.
-    label
-        Name and setting of the method.
-
-    Raises
-    ------
-    RequestError
-        If there is no such method, it does not solve the mechanism, or it needs ascending crank angles and the angles
-        are not.
+    By `method` and `tolerance` of `explore.simulate`. The first result has the signals in declared units, each of shape
+    (t,), except those that exist only behind clutches; and, where a kernel of their own fills them, those under load of
+    a design without one, without the strokes they need, or whose status under load is that of no unique forces. By
+    another method than the closed form those that follow from the unknowns of the mechanism's loop. The second is the
+    name and the setting of the method. A `RequestError` says that there is no such method, that it does not solve the
+    mechanism, or that it needs ascending crank angles.
     """
     if not 0.0 < tolerance < 1.0:
         raise RequestError(f"tolerance = {tolerance:g}; give a number between 0 and 1")
@@ -136,14 +118,8 @@ def _warn(name: str, verdict: Verdict, outcome: Outcome, errors: FloatArray, tol
 def window_limits(mechanism: Mechanism, columns: Arrays, window: str, drive: str) -> tuple[float, float] | None:
     """First and last input angle of a stroke, deg, ascending; None if the output has no strokes.
 
-    Parameters
-    ----------
-    columns
-        Parameters of one design that can make a full turn, each of shape (1,).
-    window
-        A window that is one stroke, such as "drive".
-    drive
-        The stroke that "drive" means.
+    The columns are parameters of one design that can make a full turn, each of shape (1,). The window is one stroke,
+    such as "drive", which means the stroke `drive`.
     """
     geometry = _geometry(mechanism, columns)
     if _status(mechanism, columns) != Status.OK:

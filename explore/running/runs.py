@@ -89,12 +89,8 @@ def run_study(
 ) -> Summary:
     """Run a study into a results file and return a summary; see `explore.sweep` for the other arguments.
 
-    Parameters
-    ----------
-    cluster
-        Yields threads or a cluster's client; entered only if blocks are pending.
-    listener
-        Called with every event that is logged.
+    `cluster` yields threads or a cluster's client, and is entered only if blocks are pending; `listener` is called with
+    every event that is logged.
     """
     start = time.monotonic()
     path = Path(path)

@@ -41,18 +41,10 @@ class LocalThreads:
 class BlocksOnThreads:
     """Runs blocks on threads of this process, a few at a time.
 
-    Parameters
-    ----------
-    threads
-        How many.
-    compute
-        Computes a block by number, in one of the threads.
-    accept, reject, note
-        As in `Attempts`; called in the thread that calls `run`. The next block starts after `accept` returns, which
-        bounds the memory. `note` receives the event ``workers`` too.
-    wait, stop
-        Called each second by a thread of its own, whose error ends the run; and after an error, before blocks that run
-        are awaited.
+    `compute` computes a block by number, in one of the threads. `accept`, `reject` and `note` are those of `Attempts`,
+    called in the thread that calls `run`; `note` receives the event ``workers`` too. The next block starts after
+    `accept` returns, which bounds the memory. A thread of its own calls `wait` each second, and its error ends the run;
+    after an error `stop` is called, before blocks that run are awaited.
     """
 
     def __init__(

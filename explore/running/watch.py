@@ -38,12 +38,7 @@ class _Worker:
 class Watch:
     """Looks at the workers of a cluster and reports which join, leave, fall silent or respond again.
 
-    Parameters
-    ----------
-    client
-        The cluster's client.
-    note
-        Receives an event and its details: ``workers``, ``waiting``, ``silent``, ``answers``.
+    `note` receives an event and its details: ``workers``, ``waiting``, ``silent``, ``answers``.
     """
 
     def __init__(self, client: Client, note: Callable[..., None]) -> None:
