@@ -68,12 +68,8 @@ def fill_rates(out, first, lane, bvx, bvy, bax, bay, rx, ry, rate, rate_of_rate,
 def fill_point_on_crank(constants, out, along_row, first, lane, crank, bx, by, ux, uy, with_rates, rate_row, next_row):
     """Fill the rows of a point of a link whose base point is the pin of a crank, at unit speed of the crank.
 
-    Parameters
-    ----------
-    along_row
-        The constant of the point's place along the link, followed by that across it.
-    with_rates, rate_row, next_row
-        Whether velocity and what follows is filled, and the rows of the link's rate and of its derivative.
+    The constants from `along_row` on are its place along and across the link. Velocity and what follows is filled if
+    `with_rates`, from the rows of the link's rate and of its derivative, `rate_row` and `next_row`.
     """
     along, across = constants[along_row * LANES + lane], constants[(along_row + 1) * LANES + lane]
     rx, ry = along * ux - across * uy, along * uy + across * ux

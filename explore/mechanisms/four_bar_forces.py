@@ -99,13 +99,8 @@ _MOTION = four_bar.VELOCITIES | four_bar.ACCELERATIONS | four_bar.ANGLES | four_
 def fill_load_constants(record, lane, first_length, first_load, speed, rocks):
     """Fill the constants of the forces of one lane, beside the mid-angle.
 
-    Parameters
-    ----------
-    first_length, first_load, speed
-        Rows of the parameters: of the crank, followed by the other lengths, of the constant torque, followed by the
-        other loads, and of the speed.
-    rocks
-        Whether the rocker swings: without a mid-angle and strokes the forces are NaN.
+    The rows of the lengths begin with the crank's, `first_length`, those of the loads with the constant torque's,
+    `first_load`. Unless the rocker swings (`rocks`) it has no mid-angle and strokes, and the forces are NaN.
     """
     for k in range(Load.SPEED - Load.CONSTANT_TORQUE):
         record[(Load.CONSTANT_TORQUE + k) * LANES + lane] = record[(first_load + k) * LANES + lane]

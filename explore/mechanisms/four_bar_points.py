@@ -55,10 +55,8 @@ def motion_needs(needs, first_need):
 def fill_points(constants, tangents, anchor, needs, first_need, places, first, out):
     """Fill the rows of the points that are needed.
 
-    Parameters
-    ----------
-    first_need, places, first
-        The bit of the first point's position, the constant of its place along the coupler, its first row.
+    Of the first point, `first_need` is the bit of its position, `places` the constant of its place along the coupler,
+    and `first` its first row.
     """
     for number in range(MOST_POINTS):
         bits = needs // (first_need << 2 * number) & 3

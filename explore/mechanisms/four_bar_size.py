@@ -81,12 +81,8 @@ def _sum(*terms: FloatArray) -> FloatArray:
 
 
 def declare_four_bar_size(transmission_angle: str) -> tuple[Formula, ...]:
-    """Declare the overall size of a four-bar.
-
-    Parameters
-    ----------
-    transmission_angle
-        Name of a metric that every linkage has whose crank turns.
+    """Declare the overall size of a four-bar, with a metric `transmission_angle` that every linkage has whose crank
+    turns.
     """
     swing = ("mid_angle", "swing_angle")
     inputs = ("crank", "coupler", "rocker", "ground", *swing, transmission_angle)

@@ -17,18 +17,10 @@ def _area(width: FloatArray, height: FloatArray) -> FloatArray:
 def declare_size(
     axis: str, inputs: tuple[str, ...], width: Side, height: Side, optional: tuple[str, ...] = ()
 ) -> tuple[Formula, ...]:
-    """Declare the metrics of the overall size.
+    """Declare the metrics of the overall size: a box along a line, named `axis`, and across it.
 
-    Parameters
-    ----------
-    axis
-        Name of the line that the width is along.
-    inputs
-        Names of the metrics and parameters that both sides are functions of.
-    width, height
-        The sides of the box along and across the line; an `Extent` where points can be named.
-    optional
-        Names of the inputs that only motions with strokes have.
+    Both sides are functions of the metrics and parameters named by `inputs`, of which only motions with strokes have
+    those in `optional`; they are `Extent` where points can be named.
     """
     extent = "extent of all positions of all links and points"
     return (

@@ -42,14 +42,10 @@ _OK = float(Status.OK)
 
 @subroutine(contract=True, inlined=True)
 def prepare(crank, coupler, rocker, ground, branch, constants, lane):
-    """Fill the rows of the four-bar, the singularities and the noise of one lane.
+    """Fill the rows of the four-bar, the singularities and the noise of one lane; return class, Grashof margin and
+    status.
 
-    They are NaN or meaningless where the crank does not turn.
-
-    Returns
-    -------
-    tuple
-        Class, Grashof margin and status.
+    The rows are NaN or meaningless where the crank does not turn.
     """
     linkage_class, margin = four_bar.classify(crank, coupler, rocker, ground)
     four_bar.prepare(crank, coupler, rocker, ground, branch, constants, lane)

@@ -15,11 +15,7 @@ _NAN = math.nan
 def fill_closed_form(record, parameters, metrics, lane):
     """Fill the constants of `rocking`, status and metrics of one lane; return the mid-angle, rad.
 
-    Parameters
-    ----------
-    parameters, metrics
-        Parts of the record in which the rows from the number of linkages to the branch, and the metrics, have the
-        numbers of `Row`.
+    In their parts of the record, the rows from the number of linkages to the branch and the metrics are as in `Row`.
     """
     crank, coupler = parameters[Row.CRANK * LANES + lane], parameters[Row.COUPLER * LANES + lane]
     rocker, ground = parameters[Row.ROCKER * LANES + lane], parameters[Row.GROUND * LANES + lane]

@@ -78,10 +78,7 @@ def _solve_branch(q, branch):
 def solve_sine_law(branch, constants, lane):
     """Fill the constants of the pair and of the sine law of one lane from LOG_GROWTH and SECTOR_ANGLE.
 
-    Returns
-    -------
-    float
-        C2, between 0 and the period of the sine, rad.
+    Return C2, between 0 and the period of the sine, rad.
     """
     log_growth, sector = constants[LOG_GROWTH * LANES + lane], constants[SECTOR_ANGLE * LANES + lane]
     width = 2.0 * math.pi - sector

@@ -50,10 +50,7 @@ def _sensitivities(crank, coupler, rocker, ground):
 def fill_closed_form(record, parameters, metrics, lane):
     """Fill the constants of the motion, status and metrics of one lane, in declared units, NaN where undefined.
 
-    Parameters
-    ----------
-    parameters, metrics
-        Parts of the record in which status and parameters, and the metrics, have the numbers of `Row`.
+    In their parts of the record, status and parameters, and the metrics, are in the rows of `Row`.
     """
     crank, coupler = parameters[Row.CRANK * LANES + lane], parameters[Row.COUPLER * LANES + lane]
     rocker, ground = parameters[Row.ROCKER * LANES + lane], parameters[Row.GROUND * LANES + lane]
@@ -115,13 +112,10 @@ def _fill_deviations(constants, tangents, anchor, out):
 
 @subroutine()
 def fill_signals(constants, tangents, anchor, law, variant, count, needs, motion, rows, out):
-    """Fill the signals but those of points.
+    """Fill the signals but those of points, in an array of so many `rows`.
 
-    Parameters
-    ----------
-    motion, rows
-        What other signals need of the motion, and the number of rows of `out`; the other arguments are those of
-        `explore.model.mechanism.Mechanism.fill`.
+    `motion` is what other signals need of it; the other arguments are those of
+    `explore.model.mechanism.Mechanism.fill`.
     """
     motion |= four_bar_forces.motion_needs(needs, variant)
     if needs & HARMONICS:

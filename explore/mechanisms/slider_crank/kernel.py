@@ -190,12 +190,8 @@ def _status(rod, margin, excess):
 def close_design(record, parameters, metrics, lane):
     """Fill sums, dead centres, margins and angles of one lane, and return the status.
 
-    Metrics are in declared units, NaN where undefined.
-
-    Parameters
-    ----------
-    parameters, metrics
-        Parts of the record in which the lengths and the metrics have the numbers of `Row`.
+    Metrics are in declared units, NaN where undefined. In their parts of the record, lengths and metrics are as in
+    `Row`.
     """
     crank, rod = parameters[Row.CRANK * LANES + lane], parameters[Row.ROD * LANES + lane]
     offset = parameters[Row.OFFSET * LANES + lane]

@@ -26,18 +26,10 @@ _F1, _F2 = types.float64[::1], types.float64[:, ::1]
 
 @compiled(types.void(OUTPUT, _F2, _F1, _F1, _F2))
 def measure_outputs(output, designs, inputs, outputs, measures):
-    """Measure designs against pairs of a function.
+    """Measure designs against pairs of a function: fill `measures` (n, N_MEASURES), NaN where one cannot be assembled.
 
-    Parameters
-    ----------
-    output
-        The output of the mechanism.
-    designs : (n, p) array
-        Its shape, then the angles of crank and output at the start, rad.
-    inputs, outputs : (m,) arrays
-        What crank and output have turned from the start, rad.
-    measures : (n, N_MEASURES) array
-        Filled; NaN where the linkage cannot be assembled at a pair.
+    `designs` (n, p) have what the `output` takes, then the angles of crank and output at the start, rad; `inputs` and
+    `outputs` (m,) are what these have turned from there, rad.
     """
     for k in range(len(designs)):
         shape = designs[k, : designs.shape[1] - STARTS_SIZE]

@@ -39,18 +39,11 @@ def _arrays(target: FunctionTarget) -> tuple[FloatArray, FloatArray]:
 def declare_functions(
     output: FindFunction, name: str, shape: tuple[str, ...], objectives: tuple[str, ...]
 ) -> TargetKind:
-    """Declare that the output of a mechanism can follow functions of its input.
+    """Declare that the output of a mechanism, the link `name`, can follow functions of its input.
 
-    Parameters
-    ----------
-    output
-        Gives the compiled output, of the signature `mechanisms.targets.function_errors.measuring.OUTPUT_SIGNATURE`.
-    name
-        Name of the link that is the output.
-    shape
-        Names of the parameters that it takes.
-    objectives
-        Default objectives of a study with a function.
+    `output` gives the compiled function, of the signature
+    `mechanisms.targets.function_errors.measuring.OUTPUT_SIGNATURE`, `shape` the names of the parameters that it takes,
+    and `objectives` the default ones of a study with a function.
     """
     return TargetKind(FunctionFormulas(output, name, shape), tuple(_ABOUT), objectives, STARTS)
 

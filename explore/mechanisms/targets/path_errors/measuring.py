@@ -131,20 +131,10 @@ def _order_points(curve, shape, points, weights, rays, count, buffers, own):
 def measure_ordered(curve, designs, points, weights, is_closed, rays, measures, angles):
     """Measure designs against points that the crank passes in order, in the better sense.
 
-    Parameters
-    ----------
-    curve
-        Compiled function of the mechanism.
-    designs : (n, p) array
-        What the curve takes, then the pose. A design whose first number is NaN has no measures.
-    points : (m, 2), weights : (m,)
-        The path in the plane.
-    is_closed
-        Whether the span is the whole turn.
-    rays
-        Cosines and sines of MANY_CHORDS crank angles of a turn, from 0.
-    measures : (n, N_MEASURES), angles : (n, m)
-        Filled; the crank angles are those from the frame, rad, and ascend or descend.
+    `designs` (n, p) have what the mechanism's compiled `curve` takes, then the pose; one whose first number is NaN has
+    no measures. The path has `points` (m, 2) in the plane with `weights` (m,); `is_closed` means that the span is the
+    whole turn. `rays` are cosines and sines of MANY_CHORDS crank angles of a turn, from 0. Filled are `measures` (n,
+    N_MEASURES), and `angles` (n, m), the crank angles from the frame, rad, which ascend or descend.
     """
     m, buffers, placed = len(points), _allocate_buffers(len(points)), np.empty((len(points), 2))
     finer, weight = np.empty(m), weights.sum()

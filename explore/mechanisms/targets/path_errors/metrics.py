@@ -71,16 +71,10 @@ def _rays() -> FloatArray:
 def declare_paths(curve: FindFunction, shape: tuple[str, ...], turns: str, objectives: tuple[str, ...]) -> TargetKind:
     """Declare that a mechanism meets paths.
 
-    Parameters
-    ----------
-    curve
-        Gives the compiled curve of a point, of the signature `mechanisms.targets.path_errors.curve.CURVE_SIGNATURE`.
-    shape
-        Names of the parameters that it takes, without the place of the point, which follows them.
-    turns
-        Name of a metric that is NaN where the crank does not turn fully.
-    objectives
-        Default objectives of a study with a path.
+    `curve` gives the compiled curve of a point, of the signature
+    `mechanisms.targets.path_errors.curve.CURVE_SIGNATURE`, and `shape` the names of the parameters that it takes,
+    without the place of the point, which follows them. The metric `turns` is NaN where the crank does not turn fully;
+    `objectives` are the default ones of a study with a path.
     """
     return TargetKind(PathFormulas(curve, shape, turns), tuple(_ABOUT), objectives)
 

@@ -67,14 +67,8 @@ def _find_chords(distances, count, order, first, last, sums, chords):
 def search_order(distances, count, order, limit, sums, waiting, chords, best_chords):
     """Fill the best chords of the points in an order, and return their sum; infinity if it is not below a limit.
 
-    Parameters
-    ----------
-    distances : (n, 2 count) array
-        Of points to the chords of two turns.
-    order : (n,) array
-        Numbers of the points.
-    sums, waiting, chords
-        Room for n + 1 rows of 2 count sums, for MOST_WAITING intervals, and for n chords.
+    `distances` (n, 2 count) are those of the points to the chords of two turns; `sums`, `waiting` and `chords` are room
+    for n + 1 rows of 2 count sums, for MOST_WAITING intervals, and for n chords.
     """
     n, best, found = len(order), limit, math.inf
     waiting[0, 0], waiting[0, 1], left = 0, count, 1

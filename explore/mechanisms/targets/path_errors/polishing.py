@@ -132,14 +132,10 @@ def _divide(curve, shape, order, points, weights, angles, starts, m, out):
 
 @subroutine()
 def polish(curve, shape, points, weights, order, angles, starts, spare_order, spare_angles, sums, out):
-    """Improve the angles of points in an order, both in place; the order may be rotated.
+    """Improve the `angles` (n,), rad, of points in an `order` (n,), both in place; the order may be rotated.
 
-    Parameters
-    ----------
-    points, weights, order, angles
-        Points (n, 2), weights (n,), their numbers in the order, (n,), and angles in the order, (n,), rad.
-    starts, spare_order, spare_angles, sums, out
-        Room for n + 1 and n integers, n and 3 numbers, and what the curve fills.
+    The points (n, 2) have weights (n,). `starts`, `spare_order`, `spare_angles`, `sums` and `out` are room for n + 1
+    and n integers, n and 3 numbers, and what the curve fills.
     """
     n = len(order)
     for _ in range(_MOST_ROUNDS):

@@ -67,14 +67,9 @@ def _distances(line, count, other, other_count, result):
 
 @compiled(types.void(CURVE, _F2, _F2, types.boolean, _F2, _F2), allocates=True)
 def measure_shapes(curve, designs, points, is_closed, angles, shapes):
-    """Measure how far traced curves are from the polygon of a path.
+    """Measure how far traced curves are from the polygon of a path: fill `shapes` (n, N_SHAPES).
 
-    Parameters
-    ----------
-    curve, designs, points, is_closed, angles
-        As of `measure_ordered`, which fills the angles.
-    shapes : (n, N_SHAPES) array
-        Filled.
+    The other arguments are those of `measure_ordered`, which fills the angles.
     """
     m, out, placed = len(points), np.empty(CURVE_SIZE), np.empty((len(points), 2))
     polygon, traced = np.empty((N_PARTS + m + 2, 2)), np.empty((N_PARTS + 1, 2))

@@ -74,16 +74,10 @@ def _best_shift(curve, shape, points, weights, given, out, slopes, sums):
 
 @compiled(types.void(CURVE, _F2, _F2, _F1, _F1, types.boolean, _F2, _F2), allocates=True)
 def measure_timed(curve, designs, points, weights, given, is_free, measures, angles):
-    """Measure designs against points with crank angles.
+    """Measure designs against points with crank angles, `given` (m,), rad.
 
-    Parameters
-    ----------
-    curve, designs, points, weights, measures, angles
-        As of `measure_ordered`.
-    given : (m,) array
-        Crank angles, rad.
-    is_free
-        Whether all of them may be shifted by the same, or count from the frame.
+    If `is_free`, all of them may be shifted by the same; else they count from the frame. The other arguments are those
+    of `measure_ordered`.
     """
     m, out, slopes, sums = len(points), np.empty(CURVE_SIZE), np.empty(3), np.empty(_N_SHIFTS)
     placed = np.empty((m, 2))

@@ -18,16 +18,10 @@ def wrap(angle):
 
 @subroutine()
 def fill_link(curve, shape, room, angle, pin, end, link):
-    """Fill the pose of the link at a crank angle.
+    """Fill the pose of the `link` (LINK_SIZE,) at a crank angle, by the curve that the mechanism declares for paths.
 
-    Parameters
-    ----------
-    curve, shape
-        What the mechanism declares for paths; the shape begins with the crank and ends with the point's place.
-    room, pin, end
-        Room for a shape, and for two points of the curve.
-    link : (LINK_SIZE,) array
-        Filled.
+    Its shape begins with the crank and ends with the point's place; `room`, `pin` and `end` are room for a shape, and
+    for two points of the curve.
     """
     n, cosine, sine = len(shape), math.cos(angle), math.sin(angle)
     along, across, length = shape[n - 2], shape[n - 1], shape[0]

@@ -162,20 +162,11 @@ def _find_angles(curve, shape, poses, lever, is_ordered, buffers, own):
 def measure_poses(curve, designs, poses, lever, is_ordered, measures, angles):
     """Measure designs against poses that the crank takes the body through.
 
-    Parameters
-    ----------
-    curve
-        Compiled function of the mechanism.
-    designs : (n, p) array
-        What the curve takes, then the pose. A design whose first number is NaN has no measures.
-    poses : (m, 3)
-        Places, and angles of the body, rad, in the plane.
-    lever
-        Length at whose end the angle counts as a distance.
-    is_ordered
-        Whether the crank passes the poses in their order, in the better sense, within a turn.
-    measures : (n, N_MEASURES), angles : (n, m)
-        Filled; the crank angles are those from the frame, rad, of the least sum of squares.
+    `designs` (n, p) have what the mechanism's compiled `curve` takes, then the pose; one whose first number is NaN has
+    no measures. `poses` (m, 3) are places, and angles of the body, rad, in the plane; the angle counts as a distance at
+    the end of `lever`. If `is_ordered` the crank passes them in their order, in the better sense, within a turn. Filled
+    are `measures` (n, N_MEASURES), and `angles` (n, m), the crank angles from the frame, rad, of the least sum of
+    squares.
     """
     m, size = len(poses), designs.shape[1] - POSE_SIZE
     buffers, placed = _allocate_buffers(m, size), np.empty((m, 3))

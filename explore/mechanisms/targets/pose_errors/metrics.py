@@ -40,12 +40,9 @@ def _poses(target: PosesTarget) -> FloatArray:
 
 
 def declare_poses(curve: FindFunction, shape: tuple[str, ...], turns: str) -> TargetKind:
-    """Declare that a mechanism meets poses.
+    """Declare that a mechanism meets poses; see `mechanisms.targets.path_errors.metrics.declare_paths`.
 
-    Parameters
-    ----------
-    curve, shape, turns
-        As of `mechanisms.targets.path_errors.metrics.declare_paths`; the first name of the shape is the crank's.
+    The first name of the shape is the crank's.
     """
     objectives = ("position_error_max", "angle_error_max", f"{turns}:max")
     return TargetKind(PoseFormulas(curve, shape, turns), tuple(_ABOUT), objectives, BODY_POSE)
