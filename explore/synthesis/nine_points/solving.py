@@ -43,8 +43,8 @@ class NinePointSolutions:
         Those where several paths meet or that are not isolated, one of each class, (n, 8), to about six digits: among
         them linkages at a dead point, or with a pivot, at one of the points.
     n_singular, n_degenerate, n_infinite
-        Numbers of the other paths: to singular solutions, to linkages with a link that is a point, and to linkages with
-        a pivot at infinity, as sliders have.
+        Numbers of the other paths, of the start system that leaves most unknown: to singular solutions, to linkages
+        with a link that is a point, and to linkages with a pivot at infinity, as sliders have.
     is_interrupted
         Whether the user stopped before all paths were followed.
     is_consistent
@@ -121,9 +121,10 @@ def merge(systems: Sequence[Ends], points: ComplexArray, size: float) -> NinePoi
     found = found[distinct(found, SAME)]
     certificates = certify(found, points, size)
     rooms = [N_CLASSES - certificates.n_proved - each.n_others for each in systems]
-    ends = systems[int(np.argmin(np.abs(rooms)))]
+    # One system alone may take a path that is lost for one elsewhere.
+    ends = systems[int(np.argmax(np.abs(rooms)))]
     # Where all paths are known, what is not proved is no solution.
-    if 0 in rooms and certificates.n_proved < len(found):
+    if not any(rooms) and certificates.n_proved < len(found):
         found = found[certificates.is_proved & certificates.is_distinct]
         certificates = certify(found, points, size)
     real = np.flatnonzero(distance_from_real(found) < _REAL)
