@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import platform
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -17,14 +17,14 @@ from explore.base.errors import ClusterError
 from explore.running.blocks import BlockResult, environment_of, evaluate_block
 from explore.running.clusters import check_environment
 from explore.running.collectors import AllDesignsCollector, FrontCollector
-from explore.running.in_flight import BlocksInFlight
 from explore.running.log import Listener, Log
-from explore.running.threads import BlocksOnThreads, LocalThreads
+from explore.running.tasks import run_tasks
+from explore.running.threads import LocalThreads
 from explore.studies.config.study import Study
 from explore.studies.designs.spaces import BLOCK_SIZE
 
 if TYPE_CHECKING:
-    from distributed import Client, Future
+    from distributed import Client
 
 Keep = Literal["all", "front"]
 
@@ -127,31 +127,18 @@ class _Run:
 
     def compute(self, workers: Client | LocalThreads) -> None:
         """Compute the pending blocks."""
-        pending = self._collector.pending
-        if isinstance(workers, LocalThreads):
-            BlocksOnThreads(workers, self._evaluate, self._accept, self._reject, self._log).run(pending)
-        else:
-            self._compute_on_cluster(workers, pending)
+        study, objectives = self._study, self._collector.objectives
+        is_local = isinstance(workers, LocalThreads)
+
+        def arguments(number: int) -> tuple[Any, ...]:
+            space = study.space if is_local else study.space.space_for_block(number)
+            return study.request, space, number, objectives
+
+        run_tasks(workers, evaluate_block, arguments, self._collector.pending, self._accept, self._reject, self._log)
         # The commits in the file decide which blocks are done, not the number of results received.
         missing = set(self._collector.pending) - set(self._summary.failures)
         if missing:
             raise ClusterError(f"blocks {sorted(missing)[:5]} never came back from the workers; run the sweep again")
-
-    def _evaluate(self, number: int) -> BlockResult:
-        return evaluate_block(self._study.request, self._study.space, number, self._collector.objectives)
-
-    def _compute_on_cluster(self, client: Client, numbers: Iterable[int]) -> None:
-        def submit(number: int, workers: list[str] | None) -> Future:
-            study, objectives = self._study, self._collector.objectives
-            space = study.space.space_for_block(number)
-            # Workers may leave; without allow_other_workers the block would wait for them.
-            where = {"workers": workers, "allow_other_workers": True} if workers else {}
-            future: Future = client.submit(
-                evaluate_block, study.request, space, number, objectives, pure=False, retries=0, **where
-            )
-            return future
-
-        BlocksInFlight(client, submit, self._accept, self._reject, self._log).run(numbers)
 
     def _accept(self, number: int, block: BlockResult) -> None:
         self._environments.check(block.environment, f"that computed block {number}")

@@ -10,7 +10,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -22,13 +22,13 @@ from explore.model.columns import Arrays
 from explore.results.store.all_designs_writer import AllDesignsWriter
 from explore.results.store.open_results import open_results
 from explore.running.blocks import BlockResult, evaluate_block
-from explore.running.in_flight import BlocksInFlight
 from explore.running.log import Listener, Log
 from explore.running.runs import Environments, Progress, Summary, logged
-from explore.running.threads import BlocksOnThreads, LocalThreads
+from explore.running.tasks import run_tasks
+from explore.running.threads import LocalThreads
 
 if TYPE_CHECKING:
-    from distributed import Client, Future
+    from distributed import Client
 
     from explore.studies.designs.spaces import DesignSpace
 
@@ -88,7 +88,6 @@ class _Run:
 
     def compute(self, workers: Client | LocalThreads) -> None:
         """Compute the pending generations in order, and read the others."""
-        run_parts = self._runner(workers)
         generations, pending = self._plan.generations(), set(self._writer.pending)
         committed = self._committed(generations)
         while generations.number < generations.count:
@@ -97,7 +96,7 @@ class _Run:
                 generations.include(next(committed))
                 continue
             draw = generations.draw()
-            columns = self._evaluate(draw, number, run_parts)
+            columns = self._evaluate(draw, number, workers)
             self._writer.commit(number, columns)
             generations.include(columns)
             if self._progress is not None:
@@ -107,7 +106,7 @@ class _Run:
         """The columns of each committed generation that the next ones are drawn from."""
         yield from open_results(self._writer.path).blocks(generations.needed_columns)
 
-    def _evaluate(self, draw: Draw, number: int, run_parts: Callable[[range], None]) -> Arrays:
+    def _evaluate(self, draw: Draw, number: int, workers: Client | LocalThreads) -> Arrays:
         """Evaluate the parts of a generation and join their columns."""
         n = len(draw.parents)
         first = number * -(-self._plan.size // PART_SIZE)  # the number of a part is its own in the whole run
@@ -116,7 +115,8 @@ class _Run:
             rows = slice(begin, begin + PART_SIZE)
             columns = {name: values[rows] for name, values in draw.columns.items()}
             self._parts[part] = space_of(self._plan.study, columns)
-        run_parts(numbers)
+        note = self._note_on_threads if isinstance(workers, LocalThreads) else self._log
+        run_tasks(workers, evaluate_block, self._arguments, numbers, self._accept, _reject, note)
         missing = [part for part in numbers if part not in self._results]
         if missing:
             raise ClusterError(f"{len(missing)} parts of generation {number} never came back; run the refinement again")
@@ -125,26 +125,10 @@ class _Run:
         joined = {name: np.concatenate([result[name] for result in results]) for name in results[0]}
         return joined | {PARENT: draw.parents}
 
-    def _runner(self, workers: Client | LocalThreads) -> Callable[[range], None]:
-        """A function that evaluates the parts of these numbers."""
-        request = self._plan.study.request
-        if isinstance(workers, LocalThreads):
-            threads = BlocksOnThreads(
-                workers, lambda part: evaluate_block(request, self._parts[part], 0), self._accept, _reject, self._note
-            )
-            return threads.run
+    def _arguments(self, part: int) -> tuple[Any, ...]:
+        return self._plan.study.request, self._parts[part], 0
 
-        def submit(part: int, preferred: list[str] | None) -> Future:
-            # Workers may leave; without allow_other_workers the part would wait for them.
-            where = {"workers": preferred, "allow_other_workers": True} if preferred else {}
-            future: Future = workers.submit(
-                evaluate_block, request, self._parts[part], 0, pure=False, retries=0, **where
-            )
-            return future
-
-        return BlocksInFlight(workers, submit, self._accept, _reject, self._log).run
-
-    def _note(self, event: str, **facts: object) -> None:
+    def _note_on_threads(self, event: str, **facts: object) -> None:
         """Log an event, but not that threads started: they do for each generation."""
         if event != "workers":
             self._log(event, **facts)

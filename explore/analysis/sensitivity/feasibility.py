@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
-from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -16,15 +15,15 @@ from explore.base.errors import ClusterError, RequestError
 from explore.model.quantities import FloatArray
 from explore.running.blocks import evaluate_block
 from explore.running.clusters import check_environment
-from explore.running.in_flight import BlocksInFlight
 from explore.running.runs import Progress
-from explore.running.threads import BlocksOnThreads, LocalThreads
+from explore.running.tasks import run_tasks
+from explore.running.threads import LocalThreads
 from explore.studies.config.study import Study
 from explore.studies.designs.solved_lengths import SolvedSpace
 from explore.studies.designs.spaces import Axis, DesignSpace, values_at_fractions
 
 if TYPE_CHECKING:
-    from distributed import Client, Future
+    from distributed import Client
 
 #: Least number of designs that are drawn where the user does not choose it: more than a study of slow designs has.
 _FEWEST = 2**16
@@ -75,11 +74,8 @@ def run_feasibility(
     """Evaluate the designs of a plan and compute the indices; they do not depend on the workers."""
     points, run = plan.points, _Run(plan, progress)
     with cluster as workers:
-        if isinstance(workers, LocalThreads):
-            compute = partial(_evaluate_part, plan)
-            BlocksOnThreads(workers, compute, run.accept, _reject, _ignore).run(range(points.n_parts))
-        else:
-            BlocksInFlight(workers, run.submitter(workers), run.accept, _reject, _ignore).run(range(points.n_parts))
+        numbers = range(points.n_parts)
+        run_tasks(workers, _evaluate_part, lambda number: (plan, number), numbers, run.accept, _reject)
     if run.n_done != points.n_evaluations:
         raise ClusterError("some parts never came back from the workers; run the command again")
     return FeasibilityIndices(*points.indices(run.moments), run.n_done, run.n_feasible)
@@ -101,17 +97,6 @@ class _Run:
         self.n_feasible += part.n_feasible
         if self._progress is not None:
             self._progress(Progress(self.n_done, points.n_evaluations, 0, self.n_done, self.n_feasible))
-
-    def submitter(self, client: Client) -> Callable[[int, list[str] | None], Future]:
-        """A function that starts a part on a cluster."""
-
-        def submit(number: int, preferred: list[str] | None) -> Future:
-            # Workers may leave; without allow_other_workers the part would wait for them.
-            where = {"workers": preferred, "allow_other_workers": True} if preferred else {}
-            future: Future = client.submit(_evaluate_part, self._plan, number, pure=False, retries=0, **where)
-            return future
-
-        return submit
 
 
 @dataclass(frozen=True)
@@ -145,7 +130,3 @@ def _axes(space: DesignSpace) -> list[Axis]:
 
 def _reject(part: int, problem: str) -> None:
     raise ClusterError(f"part {part} failed: {problem}")
-
-
-def _ignore(event: str, **facts: object) -> None:
-    """Events are logged beside results files, and here is none."""

@@ -30,14 +30,13 @@ from explore.results.store.open_results import open_results
 from explore.results.store.results import Results
 from explore.running.blocks import environment_of
 from explore.running.clusters import check_environment
-from explore.running.in_flight import BlocksInFlight
-from explore.running.log import Listener
-from explore.running.threads import BlocksOnThreads, LocalThreads
+from explore.running.tasks import run_tasks
+from explore.running.threads import LocalThreads
 from explore.studies.designs.spaces import BLOCK_SIZE
 
 if TYPE_CHECKING:
     import pandas as pd
-    from distributed import Client, Future
+    from distributed import Client
 
 #: Attributes that results with tolerances take over from the results they belong to.
 _KEPT = (
@@ -65,7 +64,6 @@ class ToleranceRun:
         self,
         cluster: AbstractContextManager[Client | LocalThreads],
         progress: ReportProgress | None = None,
-        listener: Listener | None = None,
     ) -> list[Analysis]:
         """Analyse all designs.
 
@@ -83,7 +81,7 @@ class ToleranceRun:
             return partial(count_parts, self.request, design, self.seed, start, stop)
 
         with cluster as workers:
-            tasks = _Tasks(workers, self.request.request.mechanism.name, watch, listener)
+            tasks = _Tasks(workers, self.request.request.mechanism.name, watch)
             counts: list[PartCounts] = tasks.run(piece, pieces)
             parts = [merge_counts(counts[k : k + n_pieces]) for k in range(0, len(counts), n_pieces)]
             watch.sizes[rests.start :] = [most_analysed(self.request, each) for each in parts]
@@ -133,10 +131,8 @@ class _Watch:
 class _Tasks:
     """Runs tasks by number on threads, which a watch follows, or on a cluster."""
 
-    def __init__(
-        self, workers: Client | LocalThreads, mechanism: str, watch: _Watch, listener: Listener | None
-    ) -> None:
-        self._workers, self._mechanism, self._watch, self._listener = workers, mechanism, watch, listener
+    def __init__(self, workers: Client | LocalThreads, mechanism: str, watch: _Watch) -> None:
+        self._workers, self._mechanism, self._watch = workers, mechanism, watch
 
     def run(self, task: Callable[[int], _Task], numbers: range) -> list[Any]:
         """The results of the tasks in the order of their numbers."""
@@ -147,42 +143,27 @@ class _Tasks:
             check_environment(environment, f"of task {number}", self._mechanism)
             self._watch.finish(number)
 
+        function: Callable[..., Any] = _call
         if isinstance(self._workers, LocalThreads):
-            watch, call = self._watch, partial(_call_numbered, self._mechanism, task, self._watch)
-            common = (self._workers, call, accept, _reject, self._note)
-            BlocksOnThreads(*common, wait=watch.tell, stop=watch.stop).run(numbers)
-        else:
-            submit = partial(_submit, self._workers, self._mechanism, task)
-            BlocksInFlight(self._workers, submit, accept, _reject, self._note).run(numbers)
+            function = partial(_call_watched, self._watch)
+        run_tasks(
+            self._workers, function, lambda number: (number, self._mechanism, task(number)), numbers, accept, _reject,
+            wait=self._watch.tell, stop=self._watch.stop,
+        )  # fmt: skip
         missing = len(numbers) - len(results)
         if missing:
             raise ClusterError(f"{missing} tasks never came back from the workers; run the command again")
         return [results[number] for number in numbers]
 
-    def _note(self, event: str, **facts: Any) -> None:
-        if self._listener is not None:
-            self._listener(event, facts)
 
-
-def _call(mechanism: str, task: _Task) -> tuple[Mapping[str, str], Any]:
+def _call(_number: int, mechanism: str, task: _Task) -> tuple[Mapping[str, str], Any]:
     """Run a task on a worker."""
     return environment_of(mechanism), task()
 
 
-def _call_numbered(
-    mechanism: str, task: Callable[[int], _Task], watch: _Watch, number: int
-) -> tuple[Mapping[str, str], Any]:
+def _call_watched(watch: _Watch, number: int, mechanism: str, task: _Task) -> tuple[Mapping[str, str], Any]:
     with watching(partial(watch.count, number)):
-        return _call(mechanism, task(number))
-
-
-def _submit(
-    client: Client, mechanism: str, task: Callable[[int], _Task], number: int, preferred: list[str] | None
-) -> Future:
-    # Workers may leave; without allow_other_workers the task would wait for them.
-    where = {"workers": preferred, "allow_other_workers": True} if preferred else {}
-    future: Future = client.submit(_call, mechanism, task(number), pure=False, retries=0, **where)
-    return future
+        return _call(number, mechanism, task)
 
 
 def _reject(number: int, problem: str) -> None:
