@@ -11,7 +11,7 @@ from explore.synthesis.linkages import FourBar
 from explore.synthesis.paths import search
 from explore.synthesis.paths.alignment import lay_over_parts
 from explore.synthesis.paths.atlas import draw_shapes
-from explore.synthesis.paths.fitting import ORDERED, Task, fit
+from explore.synthesis.paths.fitting import fit
 from explore.synthesis.paths.numbers import (
     BODY,
     N_CONSTANTS,
@@ -24,6 +24,7 @@ from explore.synthesis.paths.numbers import (
     place_at,
 )
 from explore.synthesis.paths.ordering import order_angles
+from explore.synthesis.paths.problems import ORDERED, Task
 from explore.synthesis.paths.search import PathTask, find_paths, linkage_of
 from explore.synthesis.pooling import pool
 

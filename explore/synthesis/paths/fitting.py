@@ -7,15 +7,10 @@ would leave are its active set. Where both pivots have bounds they are numbers t
 price (`explore.synthesis.paths.limits`).
 """
 
-import math
-from typing import NamedTuple
-
 import numpy as np
-import numpy.typing as npt
 
 from explore.base.compiling import compiled
 from explore.base.subroutines import subroutine
-from explore.model.quantities import FloatArray
 from explore.synthesis.levenberg_marquardt import (
     FIRST_DAMPING,
     LARGEST_DAMPING,
@@ -24,249 +19,19 @@ from explore.synthesis.levenberg_marquardt import (
     MOST_SLOW,
     RAISE,
 )
-from explore.synthesis.linkages import ComplexArray
-from explore.synthesis.paths.limits import Limits, add_limits, log_slopes, price_of_limits
-from explore.synthesis.paths.normal_equations import (
-    add_points,
-    bound,
-    bound_angles,
-    eliminate,
-    hold,
-    keep_within,
-    solve,
-)
-from explore.synthesis.paths.numbers import (
-    BODY,
-    FRAME,
-    GROUND,
-    LARGEST,
-    N_CONSTANTS,
-    N_NUMBERS,
-    close_shape,
-    outward_slopes,
-    place_and_slopes,
-    place_at,
-)
-from explore.synthesis.paths.placed_pivots import change_coordinates, from_pivots, slopes_by_pivots, to_pivots
+from explore.synthesis.paths.linearising import linearise
+from explore.synthesis.paths.normal_equations import bound, bound_angles, keep_within, solve
+from explore.synthesis.paths.numbers import FRAME, LARGEST, N_CONSTANTS, N_NUMBERS, close_shape
+from explore.synthesis.paths.placed_pivots import from_pivots, to_pivots
+from explore.synthesis.paths.problems import ORDERED, TIMED, Problem, cost_of, make_arrays
 from explore.synthesis.pooling import pool
 
-IntArray = npt.NDArray[np.int64]
-
-#: Mode of a task whose angles move each, in order.
-ORDERED = 0
-#: Mode of a task whose angles do not move.
-TIMED = 1
-#: Mode of a task whose angles move all by the same.
-SHIFTED = 2
-#: Mode of a task whose angles move each, in any order.
-UNORDERED = 3
 #: Largest change of an angle in one step, rad.
 _LARGEST_TURN = 0.5
 #: Largest change of a number that is an angle or a logarithm in one step.
 _LARGEST_CHANGE = 1.0
-#: Number that keeps quotients finite.
+#: Cost at which a search ends.
 _TINY = 1e-300
-
-
-@subroutine()
-def turn_error(task, i, coupler, body_angle):
-    """The angle of the body less that of a pose, within half a turn, as a distance at the end of the lever."""
-    if task.lever == 0.0:
-        return 0.0
-    apart = coupler * task.directions[i].conjugate()
-    angle = math.atan2(apart.imag, apart.real) + body_angle
-    return task.lever * (angle - 2.0 * math.pi * math.floor(angle / (2.0 * math.pi) + 0.5))
-
-
-@subroutine()
-def square_of(task, i, place, coupler, body_angle):
-    """The weighted squared error of a point."""
-    error, turned = place - task.points[i], turn_error(task, i, coupler, body_angle)
-    return task.weights[i] * (error.real * error.real + error.imag * error.imag + turned * turned)
-
-
-@subroutine()
-def _cost(problem, numbers, constants, angles):
-    total = price_of_limits(problem.task.limits, numbers, constants)
-    for i in range(len(angles)):
-        place, coupler = place_at(numbers, constants, problem.branch, angles[i])
-        total += square_of(problem.task, i, place, coupler, numbers[BODY])
-    return total
-
-
-@subroutine()
-def _find_blocks(angles, sense, gains, pulls, starts):
-    """First points of the blocks of equal angles; a block is parted where its errors pull it apart. Their number."""
-    n, m = len(angles), 0
-    for i in range(n):
-        is_new = True
-        if i > 0 and angles[i] == angles[i - 1]:
-            is_new = -sense * gains[i] / pulls[i] >= -sense * gains[i - 1] / pulls[i - 1]
-        if is_new:
-            starts[m] = i
-            m += 1
-    starts[m] = n
-    return m
-
-
-@subroutine()
-def _pulls_together(first, last, sense, gains):
-    """Whether the errors pull the first angles on and the last ones back."""
-    own, other = 0.0, 0.0
-    for i in range(first):
-        own -= sense * gains[i]
-    for i in range(last, len(gains)):
-        other -= sense * gains[i]
-    return own > 0.0 or other < 0.0
-
-
-class Task(NamedTuple):
-    """What is fitted.
-
-    Attributes
-    ----------
-    points
-        Complex, shape (n,).
-    weights
-        Of the squared errors, shape (n,).
-    mode
-        How the angles may move: `ORDERED`, `TIMED`, `SHIFTED` or `UNORDERED`.
-    lower, upper
-        Bounds of the ten numbers, or of those of `explore.synthesis.paths.placed_pivots`; equal ones hold a number.
-    least_span
-        Angle that the crank turns at least from the first to the last point, rad.
-    shortest, longest
-        Bounds of crank and ground; not used where the pivots are placed.
-    is_placed
-        Whether both pivots are numbers.
-    limits
-        Of lengths, which have a price.
-    directions, lever
-        Unit vectors of the body at the points, complex, shape (n,), and the length at whose end the body's angle counts
-        as a distance; 0 for a path.
-    """
-
-    points: ComplexArray
-    weights: FloatArray
-    mode: int
-    lower: FloatArray
-    upper: FloatArray
-    least_span: float
-    shortest: float
-    longest: float
-    is_placed: bool = False
-    limits: Limits = Limits()
-    directions: ComplexArray = np.zeros(0, dtype=np.complex128)
-    lever: float = 0.0
-
-
-class _Problem(NamedTuple):
-    """A task for one kind of linkage."""
-
-    task: Task
-    branch: float
-    sense: float
-    is_ground_longer: bool
-
-
-class _Work(NamedTuple):
-    """Arrays of a search: of the normal equations and their coordinates, of the points, and of the angles."""
-
-    matrix: FloatArray
-    factor: FloatArray
-    change: FloatArray
-    right: FloatArray
-    step: FloatArray
-    moved: FloatArray
-    coordinates: FloatArray
-    reach: FloatArray
-    normals: FloatArray
-    slopes: ComplexArray
-    turns: FloatArray
-    shares: FloatArray
-    tangents: ComplexArray
-    errors: ComplexArray
-    spins: FloatArray
-    turn_errors: FloatArray
-    own: FloatArray
-    pulls: FloatArray
-    gains: FloatArray
-    values: FloatArray
-    sums: FloatArray
-    counts: IntArray
-    starts: IntArray
-
-
-@subroutine(allocates=True)
-def _make_work(n):
-    k = N_NUMBERS
-    return _Work(
-        np.empty((k, k)), np.empty((k, k)), np.empty((k, k)), np.empty(k), np.empty(k), np.empty(k), np.empty(k),
-        np.empty(k), np.empty((2, k)), np.empty((n, k), np.complex128), np.empty((n, k)), np.empty((n, k)),
-        np.empty(n, np.complex128), np.empty(n, np.complex128), np.empty(n), np.empty(n), np.empty((n, 2)), np.empty(n),
-        np.empty(n), np.empty(n), np.empty(n), np.empty(n, np.int64), np.empty(n + 1, np.int64),
-    )  # fmt: skip
-
-
-@subroutine(allocates=True)
-def _linearise_points(problem, work, numbers, constants, angles):
-    """Fill errors and slopes of the points, and what the angles of each gain."""
-    task, lever = problem.task, problem.task.lever
-    for i in range(len(angles)):
-        place, coupler, work.tangents[i], spin = place_and_slopes(
-            numbers, constants, problem.branch, problem.is_ground_longer, angles[i], work.slopes[i], work.turns[i]
-        )
-        t, e = work.tangents[i], place - task.points[i]
-        work.errors[i], work.spins[i] = e, lever * spin
-        work.turn_errors[i] = turn_error(task, i, coupler, numbers[BODY])
-        work.turns[i] *= lever
-        w, s = task.weights[i], work.spins[i]
-        work.pulls[i] = w * (t.real * t.real + t.imag * t.imag + s * s) + _TINY
-        work.gains[i] = w * (t.real * e.real + t.imag * e.imag + s * work.turn_errors[i])
-
-
-@subroutine(allocates=True)
-def _linearise(problem, work, numbers, constants, angles):
-    """Fill the normal equations of the numbers; return the number of blocks, and whether the first and last are one."""
-    task, n, m, starts = problem.task, len(angles), 1, work.starts
-    _linearise_points(problem, work, numbers, constants, angles)
-    starts[0], starts[1] = 0, n
-    if task.mode == ORDERED:
-        m = _find_blocks(angles, problem.sense, work.gains, work.pulls, starts)
-    elif task.mode == UNORDERED:
-        m = n
-        for i in range(n + 1):
-            starts[i] = i
-    is_tied = (
-        task.mode == ORDERED
-        and m > 1
-        and problem.sense * (angles[n - 1] - angles[0]) <= task.least_span
-        and _pulls_together(starts[1], starts[m - 1], problem.sense, work.gains)
-    )
-    work.matrix[:], work.right[:], work.shares[:], work.own[:] = 0.0, 0.0, 0.0, 0.0
-    for block in range(m):
-        owner = 0 if is_tied and block == m - 1 else block
-        work.own[owner, 0] += _TINY
-        add_points(starts[block], starts[block + 1], task.weights, task.lever, work, owner)
-    if task.mode != TIMED:
-        for block in range(m - 1 if is_tied else m):
-            eliminate(work.matrix, work.right, work.shares[block], work.own[block])
-    add_limits(task.limits, numbers, constants, problem.is_ground_longer, work.reach, work.matrix, work.right)
-    work.coordinates[:], work.normals[:] = numbers, 0.0
-    if task.is_placed:
-        work.reach[:] = 0.0
-        log_slopes(constants, GROUND, problem.is_ground_longer, 1.0, work.reach)
-        slopes_by_pivots(numbers, constants, work.reach, work.change)
-        change_coordinates(work.change, work.matrix, work.right, work.factor, work.step)
-        to_pivots(numbers, constants, work.coordinates)
-    else:
-        outward_slopes(constants, task.shortest, task.longest, work.normals)
-    for j in range(N_NUMBERS):
-        at, right = work.coordinates[j], work.right[j]
-        if (at <= task.lower[j] and right > 0.0) or (at >= task.upper[j] and right < 0.0):
-            hold(work.matrix, work.right, j)
-            work.normals[:, j] = 0.0
-    return m, is_tied
 
 
 @subroutine(allocates=True)
@@ -341,16 +106,16 @@ def _fit(problem, work, numbers, angles, most_steps, tolerance):
         work.pulls[:] = 1.0
         pool(angles, work.pulls, problem.sense, task.least_span, work.values, work.sums, work.counts)
     close_shape(numbers, problem.is_ground_longer, constants)
-    cost = _cost(problem, numbers, constants, angles)
+    cost = cost_of(problem, numbers, constants, angles)
     damping, steps, slow, is_better = FIRST_DAMPING, 0, 0, True
     while is_better and steps < most_steps and slow < MOST_SLOW and cost > _TINY:
-        m, is_tied = _linearise(problem, work, numbers, constants, angles)
+        m, is_tied = linearise(problem, work, numbers, constants, angles)
         is_better = False
         while not is_better and steps < most_steps and damping < LARGEST_DAMPING:
             steps += 1
             scale = _take_step(problem, work, angles, m, is_tied, damping, trial, trial_constants, turned)
             close_shape(trial, problem.is_ground_longer, trial_constants)
-            found = _cost(problem, trial, trial_constants, turned)
+            found = cost_of(problem, trial, trial_constants, turned)
             is_better = found < cost
             if not is_better:
                 damping = damping * RAISE + LEAST_DAMPING
@@ -365,23 +130,12 @@ def _fit(problem, work, numbers, angles, most_steps, tolerance):
 
 @compiled(allocates=True)
 def fit(task, branches, senses, are_grounds_longer, numbers, angles, most_steps, tolerance, costs):
-    """Improve linkages and their angles in place, each by at most so many steps.
+    """Improve linkages, numbers (n, 10) and angles (n, k), in place, each by at most so many steps.
 
-    A search ends after three steps in a row that gain less than the tolerance, relatively.
-
-    Parameters
-    ----------
-    task
-        A `Task`.
-    branches, senses, are_grounds_longer
-        Of each linkage: side of the rocker's pin and sense of the crank, 1.0 or -1.0, and whether the ground or the
-        crank is the longer of both.
-    numbers, angles
-        Shapes (n, 10) and (n, k).
-    costs
-        Receives the weighted sums of squares, shape (n,).
+    A search ends after three steps in a row that gain less than the tolerance, relatively. Branch and sense of each are
+    1.0 or -1.0; of ground and crank, the ground is the longer or not. `costs` receives the weighted sums of squares.
     """
-    work = _make_work(len(task.points))
+    work = make_arrays(len(task.points))
     for k in range(len(branches)):
-        problem = _Problem(task, branches[k], senses[k], are_grounds_longer[k])
+        problem = Problem(task, branches[k], senses[k], are_grounds_longer[k])
         costs[k] = _fit(problem, work, numbers[k], angles[k], most_steps, tolerance)

@@ -11,8 +11,9 @@ import numpy as np
 
 from explore.model.quantities import FloatArray
 from explore.synthesis.paths.atlas import IntArray
-from explore.synthesis.paths.fitting import ORDERED, UNORDERED, Task, fit
+from explore.synthesis.paths.fitting import fit
 from explore.synthesis.paths.ordering import order_angles
+from explore.synthesis.paths.problems import ORDERED, UNORDERED, Task
 
 #: Steps of each stage of a group, and the share of its linkages that goes on.
 _STAGES = ((8, 0.15), (30, 0.15), (400, 1.0))

@@ -45,7 +45,7 @@ def solve(matrix, right, damping, factor, solution):
 
 
 @subroutine()
-def hold(matrix, right, number):
+def hold_number(matrix, right, number):
     """Leave a number as it is."""
     right[number] = 0.0
     for k in range(N_NUMBERS):

@@ -10,8 +10,8 @@ import numpy as np
 
 from explore.base.compiling import compiled
 from explore.base.subroutines import subroutine
-from explore.synthesis.paths.fitting import UNORDERED, square_of
 from explore.synthesis.paths.numbers import BODY, N_CONSTANTS, close_shape, place_at
+from explore.synthesis.paths.problems import UNORDERED, square_of
 
 
 @subroutine()

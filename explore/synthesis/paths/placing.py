@@ -37,7 +37,7 @@ _TINY = 1e-300
 class Goal(NamedTuple):
     """What windows are compared with.
 
-    Points and weights, (n,); directions and lever as of `fitting.Task`; whether the crank turns once and returns, else
+    Points and weights, (n,); directions and lever as of `problems.Task`; whether the crank turns once and returns, else
     how far it turns at least, rad; the angles of the crank from its first, where given, rad, (n,), and whether they
     count from any angle.
     """

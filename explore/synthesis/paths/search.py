@@ -12,7 +12,6 @@ from explore.model.quantities import FloatArray
 from explore.synthesis.linkages import ComplexArray, FourBar
 from explore.synthesis.paths.alignment import Starts, close_path, join, lay_over, lay_over_parts, lay_timed
 from explore.synthesis.paths.atlas import describe, draw_shapes, make_atlas
-from explore.synthesis.paths.fitting import ORDERED, SHIFTED, TIMED, UNORDERED, Task
 from explore.synthesis.paths.improving import Candidates, improve, joined
 from explore.synthesis.paths.limits import Limits
 from explore.synthesis.paths.numbers import (
@@ -34,6 +33,7 @@ from explore.synthesis.paths.numbers import (
 )
 from explore.synthesis.paths.placed_pivots import LOG_RATIO, OTHER_X, OTHER_Y
 from explore.synthesis.paths.placing import Drawn, Goal, draw_four_bars, lay
+from explore.synthesis.paths.problems import ORDERED, SHIFTED, TIMED, UNORDERED, Task
 
 #: Number of shapes of the atlas.
 _N_ATLAS = 100_000
