@@ -19,7 +19,7 @@ from explore.mechanisms.targets.path_errors.curve import (
     fill_distances,
     place_on_chord,
 )
-from explore.mechanisms.targets.path_errors.ordering import MOST_WAITING, follows_forwards, search_order
+from explore.mechanisms.targets.path_errors.ordering import MOST_WAITING, ascend_from, choose_order, follows_forwards
 from explore.mechanisms.targets.path_errors.polishing import polish
 from explore.model.quantities import FloatArray
 
@@ -95,36 +95,24 @@ def _order_points(curve, shape, points, weights, rays, count, buffers, own):
     fill_distances(points, weights, xs, ys, count, buffers.distances)
     is_forwards = follows_forwards(buffers.distances, count)
     first, second = (buffers.forwards, buffers.backwards) if is_forwards else (buffers.backwards, buffers.forwards)
-    total = search_order(
-        buffers.distances, count, first, math.inf, buffers.sums, buffers.waiting, buffers.chords[0], buffers.chords[1]
+    order, angles, chords = buffers.order, buffers.angles, buffers.chords
+    total, is_first = choose_order(
+        buffers.distances, count, first, second, buffers.sums, buffers.waiting, chords, order
     )
-    other = search_order(
-        buffers.distances, count, second, total, buffers.sums, buffers.waiting, buffers.chords[0], buffers.chords[2]
-    )
-    is_first = total <= other
-    order, angles, chosen = buffers.order, buffers.angles, buffers.chords[1] if is_first else buffers.chords[2]
     for i in range(n):
-        order[i] = first[i] if is_first else second[i]
-        p = order[i]
-        angles[i] = place_on_chord(points[p, 0], points[p, 1], xs, ys, count, chosen[i])
+        angles[i] = place_on_chord(points[order[i], 0], points[order[i], 1], xs, ys, count, chords[0, i])
     leader = order[0]
     polish(
         curve, shape, points, weights, order, angles, buffers.starts, buffers.spare_order, buffers.spare_angles,
         buffers.mean, buffers.out,
     )  # fmt: skip
-    # the order may have been rotated: ascend from the point that it began with
-    begin = 0
-    while order[begin] != leader:
-        begin += 1
-    for i in range(n):
-        place = begin + i
-        own[order[place % n]] = angles[place] if place < n else angles[place - n] + TURN
+    ascend_from(leader, order, angles, own)
     cost = 0.0
     for i in range(n):
         curve(shape, math.cos(own[i]), math.sin(own[i]), buffers.out)
         dx, dy = buffers.out[0] - points[i, 0], buffers.out[1] - points[i, 1]
         cost += weights[i] * (dx * dx + dy * dy)
-    return 1.0 if is_first == is_forwards else -1.0, cost, min(total, other), height
+    return 1.0 if is_first == is_forwards else -1.0, cost, total, height
 
 
 @compiled(types.void(CURVE, _F2, _F2, _F1, types.boolean, _F2, _F2, _F2), allocates=True)

@@ -8,7 +8,7 @@ a branch and bound whose bounds are the sums that it looks for.
 import math
 
 from explore.base.subroutines import subroutine
-from explore.mechanisms.targets.path_errors.curve import MANY_CHORDS
+from explore.mechanisms.targets.path_errors.curve import MANY_CHORDS, TURN
 
 #: Largest number of waiting intervals: each division adds one, and an interval is divided less often than it is long.
 MOST_WAITING = MANY_CHORDS + 2
@@ -107,3 +107,26 @@ def follows_forwards(distances, count):
             balance += (1 if 2 * step < count else -1) if step > 0 else 0
         before = nearest
     return balance >= 0
+
+
+@subroutine()
+def choose_order(distances, count, first, second, sums, waiting, chords, order):
+    """Fill the better of two orders and, in the first row, its chords; return its sum, and whether it is first."""
+    total = search_order(distances, count, first, math.inf, sums, waiting, chords[0], chords[1])
+    other = search_order(distances, count, second, total, sums, waiting, chords[0], chords[2])
+    is_first = total <= other
+    for i in range(len(order)):
+        order[i] = first[i] if is_first else second[i]
+        chords[0, i] = chords[1, i] if is_first else chords[2, i]
+    return min(total, other), is_first
+
+
+@subroutine()
+def ascend_from(leader, order, angles, own):
+    """Fill the angles of points by number, ascending from the point that an order, perhaps rotated, began with."""
+    n, begin = len(order), 0
+    while order[begin] != leader:
+        begin += 1
+    for i in range(n):
+        place = begin + i
+        own[order[place % n]] = angles[place] if place < n else angles[place - n] + TURN

@@ -10,7 +10,8 @@ from numba import types
 from explore.base.compiling import compiled
 from explore.base.subroutines import subroutine
 from explore.mechanisms.targets.path_errors.curve import CURVE, CURVE_SIZE, TURN
-from explore.mechanisms.targets.path_errors.ordering import MOST_WAITING, search_order
+from explore.mechanisms.targets.path_errors.measuring import place_points
+from explore.mechanisms.targets.path_errors.ordering import MOST_WAITING, ascend_from, choose_order
 from explore.mechanisms.targets.pose_errors.link import ANGLE, LINK_SIZE, X, Y, fill_link, wrap
 from explore.mechanisms.targets.pose_errors.polishing import polish_each, polish_in_order, sum_of_squares
 from explore.model.quantities import FloatArray
@@ -66,12 +67,9 @@ def _allocate_buffers(n, size):
 @subroutine()
 def _place_poses(poses, pose, placed):
     """Fill poses of the plane as the link has them in the linkage's own frame: place, and angle of the link, rad."""
-    angle = math.radians(pose[2])
-    cosine, sine = math.cos(angle), math.sin(angle)
+    place_points(poses, pose, placed)
     for i in range(len(poses)):
-        x, y = poses[i, 0] - pose[0], poses[i, 1] - pose[1]
-        placed[i, 0], placed[i, 1] = cosine * x + sine * y, cosine * y - sine * x
-        placed[i, 2] = poses[i, 2] - angle - math.radians(pose[3])
+        placed[i, 2] = poses[i, 2] - math.radians(pose[2]) - math.radians(pose[3])
 
 
 @subroutine()
@@ -106,33 +104,17 @@ def _fill_chords(curve, shape, poses, lever, buffers):
 @subroutine()
 def _choose_chords(is_ordered, buffers):
     """Fill the order of the poses and their chords: the best in either sense, or of each pose alone."""
-    n, forwards, backwards, best = len(buffers.order), buffers.forwards, buffers.backwards, buffers.chords[0]
-    for i in range(n):
-        buffers.order[i] = i
-    if not is_ordered:
-        for i in range(n):
-            nearest = 0
-            for k in range(1, N_CHORDS):
-                if buffers.distances[i, k] < buffers.distances[i, nearest]:
-                    nearest = k
-            best[i] = nearest
+    order, chords = buffers.order, buffers.chords
+    if is_ordered:
+        forwards, backwards = buffers.forwards, buffers.backwards
+        choose_order(buffers.distances, N_CHORDS, forwards, backwards, buffers.sums, buffers.waiting, chords, order)
         return
-    total = search_order(
-        buffers.distances, N_CHORDS, forwards, math.inf, buffers.sums, buffers.waiting, buffers.chords[2], best
-    )
-    other = search_order(
-        buffers.distances,
-        N_CHORDS,
-        backwards,
-        total,
-        buffers.sums,
-        buffers.waiting,
-        buffers.chords[2],
-        buffers.chords[1],
-    )
-    if other < total:
-        for i in range(n):
-            buffers.order[i], best[i] = backwards[i], buffers.chords[1, i]
+    for i in range(len(order)):
+        nearest = 0
+        for k in range(1, N_CHORDS):
+            if buffers.distances[i, k] < buffers.distances[i, nearest]:
+                nearest = k
+        order[i], chords[0, i] = i, nearest
 
 
 @subroutine()
@@ -145,17 +127,12 @@ def _find_angles(curve, shape, poses, lever, is_ordered, buffers, own):
         chord = buffers.chords[0, i]
         part = _find_part(poses[buffers.order[i]], lever, buffers.corners, chord % N_CHORDS)[0]
         buffers.angles[i] = (chord + part) * (TURN / N_CHORDS)
-    begin, leader = 0, buffers.order[0]
+    leader = buffers.order[0]
     if not is_ordered:
         polish_each(curve, shape, poses, lever, buffers.order, buffers.angles, buffers)
     else:
         polish_in_order(curve, shape, poses, lever, buffers.order, buffers.angles, buffers)
-    # the order may have been rotated: ascend from the pose that it began with
-    while buffers.order[begin] != leader:
-        begin += 1
-    for i in range(n):
-        place = (begin + i) % n
-        own[buffers.order[place]] = buffers.angles[place] + (TURN if begin + i >= n else 0.0)
+    ascend_from(leader, buffers.order, buffers.angles, own)
 
 
 @compiled(types.void(CURVE, _F2, _F2, types.float64, types.boolean, _F2, _F2), allocates=True)
