@@ -4,9 +4,9 @@ import norms
 import numpy as np
 import pytest
 from exact_loads import ExactFourBar, ExactSliderCrank
+from flint import ctx
 
 import explore
-from explore.analysis.certifying.balls import working_precision
 from explore.model.status import Status
 
 TOLERANCES = (1e-6, 1e-9, 1e-12)
@@ -52,7 +52,7 @@ FOUND = (
 
 @pytest.fixture(autouse=True)
 def _many_digits():
-    with working_precision(256):
+    with ctx.workprec(256):
         yield
 
 

@@ -18,7 +18,7 @@ from exact_slider_crank import ExactSliderCrank
 from flint import arb, ctx
 
 import explore
-from explore.analysis.certifying.balls import PRECISIONS, working_precision
+from explore.analysis.certifying.balls import PRECISIONS
 from explore.analysis.certifying.certification import certify_designs
 from explore.analysis.certifying.designs import Design
 from explore.analysis.certifying.formulas import _BINARY, _UNARY
@@ -78,7 +78,7 @@ def enclosures(lengths, metrics, **options):
 
 def is_close(enclosure, number, error=0.0):
     """Whether a ball of less than 2^-64 of its scale holds an mpmath number that has 50 digits, or a relative error."""
-    with working_precision(256):
+    with ctx.workprec(256):
         distance = abs(enclosure.ball - arb(mpmath.nstr(number, 50)))
         allowed = enclosure.scale.upper() * (arb(10) ** -46 + arb(error))
         return enclosure.is_narrow and bool(distance.lower() <= allowed)
@@ -304,7 +304,7 @@ def test_precision_rises_where_it_must():
     lengths = (50.0, 300.0 + 2.0**-40, 300.0, 200.0)
     design = design_of(lengths, ["cv"], window=STROKES[0])
     # other tests may have raised the precision of the process
-    with working_precision(53):
+    with ctx.workprec(53):
         enclosure = design.enclose(design.request.metrics[0])
         assert ctx.prec == 53
     assert design.bits == 256

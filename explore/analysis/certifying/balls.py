@@ -6,8 +6,7 @@ A ball is a number with a radius that holds all rounding (python-flint's `arb`).
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TypeVar
 
@@ -51,34 +50,21 @@ class Enclosure:
         return Enclosure(self.ball * factor, self.scale * abs(factor))
 
 
-@contextmanager
-def working_precision(bits: int) -> Iterator[None]:
-    """Compute with balls of this precision, and restore that of the caller."""
-    before = ctx.prec
-    ctx.prec = bits
-    try:
-        yield
-    finally:
-        ctx.prec = before
-
-
-def with_more_bits(
-    find: Callable[[int], _Value | None], reason: str, precisions: tuple[int, ...] = PRECISIONS
-) -> _Value:
+def with_more_bits(find: Callable[[int], _Value | None], reason: str) -> _Value:
     """The first value that is found with rising precision.
 
     `find` takes a precision in bits; it returns None, or raises `UndecidedError`, if that is too low. If all are,
     `UnprovedError` is raised with the reason.
     """
-    for bits in precisions:
-        with working_precision(bits):
+    for bits in PRECISIONS:
+        with ctx.workprec(bits):
             try:
                 value = find(bits)
             except UndecidedError:
                 continue
         if value is not None:
             return value
-    raise UnprovedError(f"{reason} is not decided with {precisions[-1]} bits")
+    raise UnprovedError(f"{reason} is not decided with {PRECISIONS[-1]} bits")
 
 
 def exact(number: float | fmpq) -> fmpq:

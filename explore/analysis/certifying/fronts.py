@@ -6,7 +6,7 @@ import math
 from collections.abc import Hashable, Iterator, Sequence
 
 import numpy as np
-from flint import arb
+from flint import arb, ctx
 
 from explore.analysis.certifying.balls import (
     PRECISIONS,
@@ -14,7 +14,6 @@ from explore.analysis.certifying.balls import (
     UnprovedError,
     bounds,
     with_more_bits,
-    working_precision,
 )
 from explore.analysis.certifying.designs import Design
 from explore.evaluation.kinematics import speed_power
@@ -49,7 +48,7 @@ def find_dominance(designs: Sequence[Design], objectives: Sequence[Objective]) -
 def _interval(design: Design, objective: Objective) -> tuple[float, float]:
     """Doubles around an objective, the better the lower; infinite where it is not proved."""
     for bits in PRECISIONS[:2]:
-        with working_precision(bits):
+        with ctx.workprec(bits):
             try:
                 ball = _ball(design, objective, bits)
             except UndecidedError:

@@ -7,8 +7,6 @@ the last solutions on the path, the corrector Newton's method; the first correct
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
@@ -65,7 +63,7 @@ class PreciseEnd:
 
 def follow_precisely(solution: ComplexArray, start: ComplexArray, rates: ComplexArray) -> PreciseEnd:
     """Follow a solution, (8,), from parameters `start` to `start + rates`, (16,): d_1 … d_8 and their hats."""
-    with _precision(PRECISION):
+    with ctx.workprec(PRECISION):
         begin, moves = ([acb(complex(value)) for value in each] for each in (start, rates))
         path = _Path(begin, moves)
         place = path.correct([acb(complex(value)) for value in solution], acb(0), _N_LAST_CORRECTIONS, _EXACT)[0]
@@ -174,14 +172,3 @@ def _relative_size(changes: list[Any], place: list[Any]) -> float:
         change, value = _size(changes[o::2]), _size(place[o::2])
         sizes.append(change / value if value > 0.0 else np.inf)
     return max(sizes)
-
-
-@contextmanager
-def _precision(bits: int) -> Iterator[None]:
-    """Numbers of so many bits, and then of as many as before."""
-    before = ctx.prec
-    ctx.prec = bits
-    try:
-        yield
-    finally:
-        ctx.prec = before
