@@ -7,8 +7,25 @@ from typing import Annotated
 
 import typer
 
+from explore.cli.completion import complete_mechanisms
+
 ResultsArgument = Annotated[
     Path | None, typer.Argument(metavar="RESULTS", help="A results file; by default the newest results/*.h5.")
+]
+DesignResultsArgument = Annotated[
+    Path | None,
+    typer.Argument(metavar="RESULTS", help="A results file with the design; by default the newest results/*.h5."),
+]
+DesignOption = Annotated[
+    int | None, typer.Option(min=0, help="The design of the results; by default the best of the Pareto set.")
+]
+MechanismOption = Annotated[
+    str | None,
+    typer.Option(autocompletion=complete_mechanisms, help="A mechanism, with --set in place of results."),
+]
+PointOption = Annotated[
+    list[str] | None,
+    typer.Option("--point", metavar="NAME=ALONG,ACROSS", help="A point of the floating link, mm, as knife=120,40."),
 ]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON.")]
 

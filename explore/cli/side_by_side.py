@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from explore.cli.output import number, print_json, say, shown_unit
 from explore.cli.tables import print_table
+from explore.results.records import Record, with_status
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -17,17 +18,6 @@ if TYPE_CHECKING:
 
 #: Roles of the columns whose differences mean something.
 _COMPARED_ROLES = ("parameter", "metric", "margin")
-
-#: Value of each column of a design, codes in words.
-Record = dict[str, Any]
-
-
-def label_record(results: Results, row: Record) -> Record:
-    """The values of a design, with words for the codes of columns such as the status."""
-    return {
-        column.name: column.labels.get(int(row[column.name]), row[column.name]) if column.labels else row[column.name]
-        for column in results.columns
-    }
 
 
 def print_designs(results: Results, records: Sequence[Record]) -> None:
@@ -79,15 +69,6 @@ def print_json_designs(results: Results, records: Sequence[Record]) -> None:
             "relative": {names.get(name, name): relative for name, (_, relative) in by_column.items()},
         })  # fmt: skip
     print_json({"designs": [with_status(results, record) for record in records], "differences": differences})
-
-
-def with_status(results: Results, record: Record) -> Record:
-    """The record with the label and the sentence of its status, and names with the units that are not declared."""
-    from explore.base.units.shown import headings
-
-    status, names = str(record["status"]), headings(results.scales, record)
-    named = {names.get(name, name): value for name, value in record.items()}
-    return {**named, "status_label": status, "status_sentence": results.status_sentences.get(status, "")}
 
 
 def design_table(results: Results, records: Sequence[Record]) -> pd.DataFrame:

@@ -1,4 +1,4 @@
-"""Tables of designs as files: CSV, JSON, Markdown or Parquet, by the ending of the name."""
+"""Tables of designs as files: CSV, JSON, Markdown or Parquet, by the ending of the name; figures beside them."""
 
 from __future__ import annotations
 
@@ -8,15 +8,16 @@ from typing import TYPE_CHECKING
 
 from explore.base.errors import RequestError
 from explore.base.json_text import json_text
-from explore.cli.output import number
-from explore.cli.paths import check_output
+from explore.cli.output import count_of, number, print_json, say
+from explore.cli.paths import FIGURE_ENDINGS, check_output
 from explore.results.store.labels import with_labels as with_labels
 from explore.results.store.labels import with_units as with_units
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Callable, Mapping, Sequence
 
     import pandas as pd
+    from matplotlib.figure import Figure
 
 ENDINGS = (".csv", ".json", ".md", ".parquet")
 
@@ -28,6 +29,35 @@ def check_table(path: Path | None) -> None:
         raise RequestError(
             f'-o {path}: Parquet needs pyarrow: pip install "linkage-explore[parquet]"; .csv needs nothing'
         )
+
+
+def check_outputs(paths: Sequence[Path], others: Sequence[str] = ()) -> None:
+    """Refuse tables, figures and files with other endings that cannot be written."""
+    for path in paths:
+        check_output(path, (*others, *FIGURE_ENDINGS, *ENDINGS))
+        if path.suffix.lower() in ENDINGS:
+            check_table(path)
+
+
+def write_output(path: Path, frame: pd.DataFrame, units: Mapping[str, str], draw: Callable[[], Figure]) -> None:
+    """Write a table, or the figure that a function draws, by the ending of the name, and say so."""
+    if path.suffix.lower() in ENDINGS:
+        write_table(frame, path, units)
+    else:
+        from explore.figures.charts.style import save_figure
+
+        save_figure(draw(), path)
+    say(f"wrote {path}")
+
+
+def tell_designs(frame: pd.DataFrame, output: Path | None, units: Mapping[str, str], *, as_json: bool) -> bool:
+    """Write the designs if a file is given, and print them as JSON if that is asked for; whether it is."""
+    if output is not None:
+        write_table(frame, output, units)
+        say(f"wrote {count_of(len(frame), 'design')} to {output}")
+    if as_json:
+        print_json(frame.reset_index().to_dict(orient="records"))
+    return as_json
 
 
 def write_table(frame: pd.DataFrame, path: Path, units: Mapping[str, str]) -> None:

@@ -9,11 +9,12 @@ from typing import Any
 
 from explore.base.errors import RequestError
 from explore.base.json_text import json_value
-from explore.base.units.shown import headings, read_shown_units
+from explore.base.units.shown import read_shown_units
 from explore.figures.exporting.formats import export
 from explore.model.mechanism import Mechanism
 from explore.results.ranking.limits import parse_limits
 from explore.results.ranking.rankings import RankRequest, rank_source
+from explore.results.records import label_record, with_status
 from explore.results.store.labels import with_labels, with_units
 from explore.results.store.open_results import open_results
 from explore.results.store.results import Results
@@ -56,17 +57,7 @@ def list_columns(results: Results) -> list[dict[str, Any]]:
 
 def show_design(results: Results, number: int) -> dict[str, Any]:
     """What `explore show --design NUMBER --json` prints."""
-    design = results.design(number)
-    labelled = {
-        column.name: column.labels.get(int(design[column.name]), design[column.name])
-        if column.labels
-        else design[column.name]
-        for column in results.columns
-    }
-    status, names = str(labelled["status"]), headings(results.scales, labelled)
-    named = {names.get(name, name): value for name, value in labelled.items()}
-    sentence = results.status_sentences.get(status, "")
-    return dict(json_value({**named, "status_label": status, "status_sentence": sentence}))
+    return dict(json_value(with_status(results, label_record(results, results.design(number)))))
 
 
 def export_design(path: Path, number: int, ending: str) -> bytes:

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from explore.cli.options import JsonOption, ResultsArgument
-from explore.cli.output import count_of, number, print_json, say
+from explore.cli.output import count_of, number, say
 from explore.cli.paths import newest_results, refuse_overwriting
 from explore.cli.progress import block_bar
-from explore.cli.table_files import check_table, write_table
+from explore.cli.table_files import check_table, tell_designs
 from explore.cli.tables import print_table
 from explore.cli.units import UnitsOption, units_of
 
@@ -52,12 +52,7 @@ def certify(
     with block_bar("certifying") as progress:
         certified = explore.certify(source, design, report_progress=progress)
     seconds = time.perf_counter() - start
-    if output is not None:
-        write_table(certified, output, certified.attrs["units"])
-        say(f"wrote {count_of(len(certified), 'design')} to {output}")
-    if as_json:
-        print_json(certified.reset_index().to_dict(orient="records"))
-    else:
+    if not tell_designs(certified, output, certified.attrs["units"], as_json=as_json):
         _print(certified, source.in_units(shown), seconds, is_front=design is None)
     if (certified["verdict"] != "proved").any():
         raise typer.Exit(1)

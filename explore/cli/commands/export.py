@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from explore.base.errors import RequestError
-from explore.cli.completion import complete_mechanisms
+from explore.cli.options import DesignOption, DesignResultsArgument, MechanismOption, PointOption
 from explore.cli.output import announce_compiling, say
 from explore.cli.paths import check_output, newest_results
 from explore.cli.settings import list_settings, parse_points, parse_settings
@@ -20,24 +20,13 @@ ENDINGS = (".toml", ".csv", ".hdf5", ".mat", ".dxf", ".svg", ".gif", ".mp4")
 
 
 def export(
-    results: Annotated[
-        Path | None,
-        typer.Argument(metavar="RESULTS", help="A results file with the design; by default the newest results/*.h5."),
-    ] = None,
-    design: Annotated[
-        int | None, typer.Option(min=0, help="The design of the results; by default the best of the Pareto set.")
-    ] = None,
-    mechanism: Annotated[
-        str | None,
-        typer.Option(autocompletion=complete_mechanisms, help="A mechanism, with --set in place of results."),
-    ] = None,
+    results: DesignResultsArgument = None,
+    design: DesignOption = None,
+    mechanism: MechanismOption = None,
     settings: Annotated[
         list[str] | None, typer.Option("--set", metavar="NAME=VALUE", help="A parameter; a unit may follow.")
     ] = None,
-    points: Annotated[
-        list[str] | None,
-        typer.Option("--point", metavar="NAME=ALONG,ACROSS", help="A point of the floating link, mm, as knife=120,40."),
-    ] = None,
+    points: PointOption = None,
     output: Annotated[
         list[Path] | None,
         typer.Option(

@@ -9,9 +9,9 @@ import typer
 
 from explore.cli.completion import complete_objectives
 from explore.cli.options import JsonOption, ResultsArgument
-from explore.cli.output import announce_compiling, count_of, number, print_json, say
+from explore.cli.output import announce_compiling, number
 from explore.cli.paths import newest_results, refuse_overwriting
-from explore.cli.table_files import check_table, with_labels, with_units, write_table
+from explore.cli.table_files import check_table, tell_designs, with_labels, with_units
 from explore.cli.tables import print_table
 from explore.cli.units import UnitsOption, open_shown
 
@@ -45,11 +45,7 @@ def polish(
     announce_compiling()
     polished = source.show(explore.polish(source.declared, design, objective=metric))
     table = with_units(with_labels(polished, source.columns), source.scales)
-    if output is not None:
-        write_table(table, output, source.units)
-        say(f"wrote {count_of(len(polished), 'design')} to {output}")
-    if as_json:
-        print_json(table.reset_index().to_dict(orient="records"))
+    if tell_designs(table, output, source.units, as_json=as_json):
         return
     name = (metric or source.objectives[0]).partition(":")[0]
     before = source.designs(polished.index)[name]

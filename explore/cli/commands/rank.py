@@ -14,10 +14,10 @@ from explore.cli.completion import complete_objectives
 from explore.cli.explanations import explain_ranking
 from explore.cli.nearness import print_nearest
 from explore.cli.options import JsonOption
-from explore.cli.output import count_of, is_or_are, number, print_json, say
+from explore.cli.output import count_of, is_or_are, number, say
 from explore.cli.paths import newest_results, refuse_overwriting
 from explore.cli.progress import block_bar
-from explore.cli.table_files import check_table, with_labels, with_units, write_table
+from explore.cli.table_files import check_table, tell_designs, with_labels, with_units
 from explore.cli.tables import print_table
 from explore.cli.units import UnitsOption, units_of
 
@@ -95,14 +95,7 @@ def rank(
     for path in paths:
         refuse_overwriting(path, output, "the results file")
     check_table(output)
-    from explore.results.store.open_results import open_several
-
-    sources = open_several(paths)
-    chosen = units_of(next(iter(sources.values())), units)
-    sources = {name: source.in_units(chosen) for name, source in sources.items()}
-    for source in sources.values():
-        if not source.is_complete:
-            say(f"{source.path} is not finished: {source.n_committed:,} of {source.n_designs:,} designs", "yellow")
+    sources = _open(paths, units)
     if nearest is not None:
         if len(sources) > 1 or metric or fronts > 1 or quality or top is not None:
             raise RequestError("--nearest takes one results file, and no --metric, --fronts, --quality or --top")
@@ -114,18 +107,27 @@ def rank(
     columns = {column.name: column for source in sources.values() for column in source.columns}
     shown_units = {name: column.unit for name, column in columns.items()}
     scales = {name: scale for source in sources.values() for name, scale in source.scales.items()}
-    if output is not None:
-        write_table(with_units(with_labels(ranking.frame, columns.values()), scales), output, shown_units)
-        say(f"wrote {count_of(len(ranking.frame), 'design')} to {output}")
-    if as_json:
-        frame = ranking.frame.head(top) if top else ranking.frame
-        table = with_units(with_labels(frame, columns.values()), scales)
-        print_json(table.reset_index().to_dict(orient="records"))
+    table = with_units(with_labels(ranking.frame, columns.values()), scales)
+    tell_designs(table, output, shown_units, as_json=False)
+    if tell_designs(table.head(top) if top else table, None, shown_units, as_json=as_json):
         return
     _explain(ranking, parts, sources, request)
     if not ranking.frame.empty:
         swept = [name for name, column in columns.items() if column.role == "parameter"]
         _print_front(ranking, swept, shown_units, request, DEFAULT_LINES if top is None else top)
+
+
+def _open(paths: list[Path], units: list[str] | None) -> dict[str, Results]:
+    """Several results by name, in the units of the study of the first and of --units."""
+    from explore.results.store.open_results import open_several
+
+    opened = open_several(paths)
+    chosen = units_of(next(iter(opened.values())), units)
+    sources = {name: source.in_units(chosen) for name, source in opened.items()}
+    for source in sources.values():
+        if not source.is_complete:
+            say(f"{source.path} is not finished: {source.n_committed:,} of {source.n_designs:,} designs", "yellow")
+    return sources
 
 
 def _rank_nearest(
@@ -140,13 +142,8 @@ def _rank_nearest(
             results, count, where=where, limits=parse_limits(limits), report_progress=report_progress
         )
     table = with_units(with_labels(nearness.frame, results.columns), results.scales)
-    if output is not None:
-        write_table(table, output, results.units)
-        say(f"wrote {count_of(len(table), 'design')} to {output}")
-    if as_json:
-        print_json(table.reset_index().to_dict(orient="records"))
-        return
-    print_nearest(results, nearness)
+    if not tell_designs(table, output, results.units, as_json=as_json):
+        print_nearest(results, nearness)
 
 
 def _make_request(

@@ -11,13 +11,14 @@ import typer
 from explore.cli.completion import complete_objectives
 from explore.cli.options import JsonOption, ResultsArgument
 from explore.cli.output import announce_compiling, number, print_json, say
-from explore.cli.paths import FIGURE_ENDINGS, check_output, newest_results, refuse_overwriting
-from explore.cli.table_files import ENDINGS, check_table, write_table
+from explore.cli.paths import newest_results, refuse_overwriting
+from explore.cli.table_files import check_outputs, write_output
 from explore.cli.tables import print_table
 from explore.cli.workers import ProcessesOption, SchedulerOption, WorkerOptions, WorkersOption
 
 if TYPE_CHECKING:
     import pandas as pd
+    from matplotlib.figure import Figure
 
     from explore.analysis.sensitivity.feasibility import FeasibilityIndices
     from explore.analysis.sensitivity.public import SensitivityPlan
@@ -54,10 +55,8 @@ def sensitivity(
 ) -> None:
     """Show which parameters decide on feasibility, and on metrics where designs are feasible."""
     path = results or newest_results()
+    check_outputs(output or [])
     for other in output or []:
-        check_output(other, (*FIGURE_ENDINGS, *ENDINGS))
-        if other.suffix.lower() in ENDINGS:
-            check_table(other)
         refuse_overwriting(path, other, "the results file")
     from explore.analysis.sensitivity.public import plan_sensitivity
     from explore.results.store.open_results import open_results
@@ -76,8 +75,7 @@ def sensitivity(
     for note in table.attrs["notes"]:
         say(note, "yellow")
     for other in output or []:
-        _write(table, other)
-        say(f"wrote {other}")
+        write_output(other, table.set_index("output"), {}, lambda: _chart(table))
 
 
 def _evaluate(plan: SensitivityPlan, work: WorkerOptions) -> FeasibilityIndices | None:
@@ -147,12 +145,7 @@ def _share(value: float) -> str:
     return "–" if value != value else f"{value:.4f}"
 
 
-def _write(table: pd.DataFrame, path: Path) -> None:
-    """Write the indices as a figure or as a table, by the ending of the name."""
-    if path.suffix.lower() in ENDINGS:
-        write_table(table.set_index("output"), path, {})
-        return
+def _chart(table: pd.DataFrame) -> Figure:
     from explore.figures.charts.sensitivity import sensitivity_chart
-    from explore.figures.charts.style import save_figure
 
-    save_figure(sensitivity_chart(table), path)
+    return sensitivity_chart(table)

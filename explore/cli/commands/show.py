@@ -12,17 +12,11 @@ from explore.cli.atlas_study import atlas_text
 from explore.cli.options import JsonOption, ResultsArgument
 from explore.cli.output import count_of, number, print_json, say, shown_unit
 from explore.cli.paths import check_output, newest_results, refuse_overwriting
-from explore.cli.side_by_side import (
-    Record,
-    design_table,
-    label_record,
-    print_designs,
-    print_json_designs,
-    with_status,
-)
+from explore.cli.side_by_side import design_table, print_designs, print_json_designs
 from explore.cli.table_files import write_table
 from explore.cli.tables import print_table
 from explore.cli.units import UnitsOption, open_shown
+from explore.results.records import Record, label_record, with_status
 
 if TYPE_CHECKING:
     from explore.results.store.results import Results

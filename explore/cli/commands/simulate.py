@@ -13,7 +13,7 @@ import typer
 
 from explore.base.errors import MotionError, RequestError
 from explore.cli.completion import complete_mechanisms
-from explore.cli.options import JsonOption
+from explore.cli.options import JsonOption, PointOption
 from explore.cli.output import announce_compiling, print_json, say
 from explore.cli.paths import check_new_file, refuse_overwriting
 from explore.cli.settings import Places, list_settings, parse_points, parse_settings
@@ -39,10 +39,7 @@ def simulate(
         list[str] | None,
         typer.Option("--set", metavar="NAME=VALUE", help="A parameter, in place of the study's; a unit may follow."),
     ] = None,
-    points: Annotated[
-        list[str] | None,
-        typer.Option("--point", metavar="NAME=ALONG,ACROSS", help="A point of the floating link, mm, as knife=120,40."),
-    ] = None,
+    points: PointOption = None,
     design: Annotated[int, typer.Option(min=0, help="The number of the design in the study.")] = 0,
     angles: Annotated[int, typer.Option(min=1, help="The number of equispaced input angles.")] = 360,
     method: Annotated[

@@ -62,15 +62,14 @@ def submit(
     if output is not None and output.is_dir():  # said before the sweep, not after it
         raise RequestError(f"-o {output} is a folder; name a file, such as {output / 'results.h5'}")
     service = Service(server, token_file)
-    new: _NewFile | _NewRefinement
-    if refine is not None:
-        if keep != KeepOption.all:
-            raise RequestError("a refinement keeps all its designs; leave out --keep")
-        new = _NewRefinement(service, refine, name, metric, evaluations, seed or 0, priority)
-    elif file is not None:
+    if file is not None:
         if metric or evaluations is not None or seed is not None:
             raise RequestError("--metric, --evaluations and --seed are for --refine; those of a file are in the file")
-        new = _NewFile(service, file, name, keep, priority)
+        new: _NewFile | _NewRefinement = _NewFile(service, file, name, keep, priority)
+    elif keep != KeepOption.all:
+        raise RequestError("a refinement keeps all its designs; leave out --keep")
+    else:
+        new = _NewRefinement(service, str(refine), name, metric, evaluations, seed or 0, priority)
     if dry_run:
         plan = new.plan()
         print_json(plan) if as_json else _print_plan(plan)

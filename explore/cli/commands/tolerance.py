@@ -12,10 +12,10 @@ import typer
 from explore.base.errors import RequestError
 from explore.cli.options import JsonOption, ResultsArgument
 from explore.cli.output import announce_compiling, count_of, number, print_json, say, shown_unit
-from explore.cli.paths import FIGURE_ENDINGS, check_new_file, check_output, newest_results, refuse_overwriting
+from explore.cli.paths import newest_results, refuse_overwriting
 from explore.cli.progress import block_bar
 from explore.cli.settings import number_or_text
-from explore.cli.table_files import ENDINGS, check_table, with_labels, with_units, write_table
+from explore.cli.table_files import check_outputs, with_labels, with_units, write_output
 from explore.cli.tables import print_table
 from explore.cli.termination import terminable
 from explore.cli.units import UnitsOption, units_of
@@ -23,8 +23,9 @@ from explore.cli.workers import ProcessesOption, SchedulerOption, WorkerOptions,
 
 if TYPE_CHECKING:
     import pandas as pd
+    from matplotlib.figure import Figure
 
-    from explore.analysis.tolerancing.robustness import Robustness
+    from explore.analysis.tolerancing.robustness import Robustness, TolerancePlan
     from explore.base.units.shown import Scale, ShownUnits
     from explore.results.store.results import Results
 
@@ -68,11 +69,11 @@ def tolerance(
 ) -> None:
     """Find how far tolerances move the metrics of designs, and how many parts meet the constraints."""
     path = results or newest_results()
-    _check_outputs(path, output or [])
-    work = WorkerOptions(workers, processes, scheduler, verbose=False, quiet=False)
+    for target in output or []:
+        refuse_overwriting(path, target, "the results file")
+    check_outputs(output or [], (_RESULTS_ENDING,))
     import explore
     from explore.analysis.tolerancing.public import DRAWS, check_target, plan_tolerances
-    from explore.evaluation.evaluate import compile_kernels
     from explore.results.store.open_results import open_results
 
     source = open_results(path)
@@ -82,16 +83,7 @@ def tolerance(
     for target in output or []:
         if target.suffix.lower() == _RESULTS_ENDING:
             check_target(plan, target, restart=restart)
-    announce_compiling()
-    cluster = work.cluster(plan.run.request.request.mechanism.name)
-    if work.scheduler is None:
-        compile_kernels(plan.run.request.exact.request)
-    try:
-        with terminable(), block_bar("parts evaluated", lines=True) as progress:
-            robustness = plan.robustness(plan.run.compute(cluster, progress))
-    except KeyboardInterrupt:
-        say("interrupted; nothing was written")
-        raise typer.Exit(130) from None
+    robustness = _compute(plan, WorkerOptions(workers, processes, scheduler, verbose=False, quiet=False))
     scales = robustness.scales(shown_units)
     shown = robustness.in_units(scales)
     if as_json:
@@ -103,20 +95,26 @@ def tolerance(
     for target in output or []:
         if target.suffix.lower() == _RESULTS_ENDING:
             plan.write(robustness, target, restart=restart)
+            say(f"wrote {target}")
         else:
-            _write(shown, target, source.columns, scales)
-        say(f"wrote {target}")
+            table = with_units(with_labels(shown.designs, source.columns), scales)
+            write_output(target, table, shown.designs.attrs["units"], lambda: _chart(shown))
 
 
-def _check_outputs(path: Path, outputs: Sequence[Path]) -> None:
-    for target in outputs:
-        refuse_overwriting(path, target, "the results file")
-        if target.suffix.lower() == _RESULTS_ENDING:
-            check_new_file(target)
-            continue
-        check_output(target, (_RESULTS_ENDING, *FIGURE_ENDINGS, *ENDINGS))
-        if target.suffix.lower() in ENDINGS:
-            check_table(target)
+def _compute(plan: TolerancePlan, work: WorkerOptions) -> Robustness:
+    """Draw and analyse the parts, with progress on stderr."""
+    from explore.evaluation.evaluate import compile_kernels
+
+    announce_compiling()
+    cluster = work.cluster(plan.run.request.request.mechanism.name)
+    if work.scheduler is None:
+        compile_kernels(plan.run.request.exact.request)
+    try:
+        with terminable(), block_bar("parts evaluated", lines=True) as progress:
+            return plan.robustness(plan.run.compute(cluster, progress))
+    except KeyboardInterrupt:
+        say("interrupted; nothing was written")
+        raise typer.Exit(130) from None
 
 
 def _parse(texts: Sequence[str], source: Results, units: ShownUnits) -> dict[str, object]:
@@ -267,13 +265,7 @@ def _as_json(robustness: Robustness, scales: Mapping[str, Scale]) -> dict[str, A
     }
 
 
-def _write(robustness: Robustness, path: Path, columns: Sequence[Any], scales: Mapping[str, Scale]) -> None:
-    """Write a table of the designs, or the figure of the first one."""
-    if path.suffix.lower() in ENDINGS:
-        table = with_units(with_labels(robustness.designs, columns), scales)
-        write_table(table, path, robustness.designs.attrs["units"])
-        return
-    from explore.figures.charts.style import save_figure
+def _chart(robustness: Robustness) -> Figure:
     from explore.figures.charts.tolerances import tolerance_chart
 
-    save_figure(tolerance_chart(robustness), path)
+    return tolerance_chart(robustness)

@@ -3,45 +3,38 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import asdict
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from explore.base.errors import MotionError, RequestError, ResultsError
-from explore.cli.completion import complete_mechanisms, complete_metrics, complete_parameters
-from explore.cli.options import JsonOption
+from explore.cli.completion import complete_metrics, complete_parameters
+from explore.cli.options import DesignOption, DesignResultsArgument, JsonOption, MechanismOption
 from explore.cli.output import announce_compiling, number, print_json, say, shown_unit
-from explore.cli.paths import FIGURE_ENDINGS, check_output, newest_results, refuse_overwriting
+from explore.cli.paths import newest_results, refuse_overwriting
 from explore.cli.settings import list_settings, number_or_text, parse_settings
-from explore.cli.table_files import ENDINGS, check_table, with_units, write_table
+from explore.cli.table_files import check_outputs, with_units, write_output
 from explore.cli.tables import print_table
 from explore.cli.tuning_sentences import describe_tuning, wanted_values
 from explore.cli.units import UnitsOption, choose_units, units_of
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
     from explore.analysis.tuning.control_curve import Tuning
     from explore.base.units.shown import Scale, ShownUnits
-    from explore.results.store.results import Results
 
 #: Number of lines of the printed table.
 _N_LINES = 11
 
 
 def tune(
-    results: Annotated[
-        Path | None,
-        typer.Argument(metavar="RESULTS", help="A results file with the design; by default the newest results/*.h5."),
-    ] = None,
-    design: Annotated[
-        int | None, typer.Option(min=0, help="The design of the results; by default the best of the Pareto set.")
-    ] = None,
-    mechanism: Annotated[
-        str | None,
-        typer.Option(autocompletion=complete_mechanisms, help="A mechanism, with --set in place of results."),
-    ] = None,
+    results: DesignResultsArgument = None,
+    design: DesignOption = None,
+    mechanism: MechanismOption = None,
     settings: Annotated[
         list[str] | None,
         typer.Option("--set", metavar="NAME=VALUE", help="A parameter, in place of the design's; a unit may follow."),
@@ -85,60 +78,111 @@ def tune(
         raise RequestError("--mechanism takes its parameters from --set; leave out RESULTS and --design")
     if mechanism is None and (window, drive) != (None, None):
         raise RequestError("the study of the results sets window and drive; leave out --window and --drive")
-    for path in output or []:
-        check_output(path, (*FIGURE_ENDINGS, *ENDINGS))
-        if path.suffix.lower() in ENDINGS:
-            check_table(path)
+    check_outputs(output or [])
     if mechanism is not None:
-        name, shown, arguments = mechanism, choose_units(units), _defaults(mechanism)
-        parameters = parse_settings(mechanism, settings or [], units=shown)
-        arguments |= {"window": window, "drive": drive}
+        subject = _subject_of_mechanism(mechanism, settings or [], choose_units(units), window, drive)
     else:
-        from explore import open_results
-
         path = results or newest_results()
         for other in output or []:
             refuse_overwriting(path, other, "the results file")
-        source = open_results(path)
-        name, shown = source.mechanism, units_of(source, units)
-        parameters, arguments = _design_of(source, design, parameter, settings or [], shown)
-    announce_compiling()
-    from explore.analysis.tuning.control_curve import tune as find_curve
-
-    objectives, constraints = arguments.pop("metrics"), arguments.pop("constraints", {})
-    metrics = metric or objectives
+        subject = _subject_of_results(path, design, parameter, settings or [], units)
+    metrics = metric or subject.metrics
     if not metrics:
         raise RequestError("name the metric whose range is wanted: --metric NAME")
-    arguments |= {"parameter": parameter, "metric": metrics[0], "also": metrics[1:]}
-    scales = _scales(name, arguments, constraints, shown)
+    announce_compiling()
+    asked = subject.arguments | {"parameter": parameter, "metric": metrics[0], "also": metrics[1:]}
+    scales = _scales(subject, asked)
     texts = {"low": low, "high": high, "start": start, "stop": stop}
-    tuning = find_curve(name, parameters, **arguments, **_read_ends(texts, parameter, metrics[0], scales))
-    shown_tuning = tuning.in_units(scales)
-    say(list_settings(parameters, scales))
+    tuning = _find_curve(subject, asked | _read_ends(texts, parameter, metrics[0], scales))
+    shown = tuning.in_units(scales)
+    say(list_settings(subject.parameters, scales))
     if as_json:
-        print_json(_as_json(shown_tuning, scales))
+        print_json(_as_json(shown, scales))
     else:
-        _print(shown_tuning, _sentences(name))
-    _say_constraints(tuning, constraints, name, parameters, arguments, scales)
+        _print(shown, _sentences(subject.mechanism))
+    _say_constraints(tuning, subject, asked, scales)
     for path in output or []:
-        _write(shown_tuning, path, scales)
-        say(f"wrote {path}")
+        table = with_units(shown.curve, scales)
+        table = table.set_index(str(table.columns[0]))
+        write_output(path, table, shown.curve.attrs["units"], lambda: _chart(shown))
 
 
-def _scales(
-    mechanism: str, arguments: Mapping[str, Any], constraints: Iterable[str], units: ShownUnits
-) -> dict[str, Scale]:
+@dataclass(frozen=True)
+class _Subject:
+    """A design to vary, the units to show, the metrics and constraints of its study, and arguments of `tune`."""
+
+    mechanism: str
+    parameters: dict[str, float]
+    units: ShownUnits
+    metrics: list[str]
+    constraints: Mapping[str, Mapping[str, float | None]]
+    arguments: dict[str, Any]
+
+
+def _subject_of_mechanism(
+    mechanism: str, settings: Sequence[str], units: ShownUnits, window: str | None, drive: str | None
+) -> _Subject:
+    """The design of the settings; its metrics are the objectives of the mechanism."""
+    from explore.studies.request.names import find_mechanism
+
+    metrics = [text.partition(":")[0] for text in find_mechanism(mechanism).objectives]
+    parameters = parse_settings(mechanism, settings, units=units)
+    return _Subject(mechanism, parameters, units, metrics, {}, {"window": window, "drive": drive})
+
+
+def _subject_of_results(
+    path: Path, design: int | None, parameter: str, settings: Sequence[str], texts: Sequence[str] | None
+) -> _Subject:
+    """A design of results with the settings in place of its own, and what its study asks for."""
+    import tomllib
+
+    from explore.results.queries import choose_design
+    from explore.results.store.open_results import open_results
+
+    results = open_results(path)
+    units, chosen = units_of(results, texts), choose_design(results, design)
+    row = results.design(chosen)
+    parameters = {column.name: float(row[column.name]) for column in results.columns if column.role == "parameter"}
+    parameters |= parse_settings(results.mechanism, settings, results.points, units, results.target)
+    for name, value in list(parameters.items()):
+        if math.isnan(value):
+            if name != parameter:
+                raise RequestError(f"design {chosen} of {path} has no {name}; give one with --set {name}=VALUE")
+            del parameters[name]
+    say(f"design {chosen} of {path}")
+    try:
+        formulas = tomllib.loads(results.config).get("metrics")
+    except tomllib.TOMLDecodeError as error:
+        raise ResultsError(f"{path} is damaged: its study cannot be read: {error}") from None
+    arguments = {
+        "window": results.window or None,
+        "drive": results.drive or None,
+        "formulas": formulas,
+        "points": results.points,
+        "target": results.target,
+    }
+    metrics = [name for name in (text.partition(":")[0] for text in results.objectives) if name not in parameters]
+    return _Subject(results.mechanism, parameters, units, metrics, results.constraints, arguments)
+
+
+def _find_curve(subject: _Subject, arguments: Mapping[str, Any]) -> Tuning:
+    from explore.analysis.tuning.control_curve import tune as find_curve
+
+    return find_curve(subject.mechanism, subject.parameters, **arguments)
+
+
+def _scales(subject: _Subject, arguments: Mapping[str, Any]) -> dict[str, Scale]:
     """The scale of each parameter, metric and constraint; none where no unit is chosen."""
-    if not units:
+    if not subject.units:
         return {}
     from explore.studies.request.names import find_mechanism
     from explore.studies.request.requests import make_request
 
-    declared = find_mechanism(mechanism, arguments.get("points", ()), arguments.get("target"))
-    names = list(dict.fromkeys([arguments["metric"], *arguments["also"], *constraints]))
+    declared = find_mechanism(subject.mechanism, arguments.get("points", ()), arguments.get("target"))
+    names = list(dict.fromkeys([arguments["metric"], *arguments["also"], *subject.constraints]))
     options: dict[str, Any] = {name: arguments.get(name) for name in ("window", "drive", "formulas")}
     metrics = make_request(declared, metrics=names, **options).all_metrics
-    return units.scales({quantity.name: quantity.unit for quantity in (*metrics, *declared.parameters)})
+    return subject.units.scales({quantity.name: quantity.unit for quantity in (*metrics, *declared.parameters)})
 
 
 def _read_ends(
@@ -161,73 +205,24 @@ def _read_ends(
     return ends
 
 
-def _defaults(mechanism: str) -> dict[str, Any]:
-    """The metrics where none is named: the objectives of the mechanism."""
-    from explore.studies.request.names import find_mechanism
-
-    return {"metrics": [text.partition(":")[0] for text in find_mechanism(mechanism).objectives]}
-
-
 def _sentences(mechanism: str) -> Mapping[str, str]:
     from explore.studies.request.names import find_mechanism
 
     return find_mechanism(mechanism).status_sentences
 
 
-def _design_of(
-    results: Results, design: int | None, parameter: str, settings: Sequence[str], units: ShownUnits
-) -> tuple[dict[str, float], dict[str, Any]]:
-    """Parameters of a design of results, and what its study asks for, as arguments of `tune`."""
-    import tomllib
-
-    from explore.results.queries import choose_design
-
-    path = results.path
-    chosen = choose_design(results, design)
-    row = results.design(chosen)
-    parameters = {column.name: float(row[column.name]) for column in results.columns if column.role == "parameter"}
-    parameters |= parse_settings(results.mechanism, settings, results.points, units, results.target)
-    for name, value in list(parameters.items()):
-        if math.isnan(value):
-            if name != parameter:
-                raise RequestError(f"design {chosen} of {path} has no {name}; give one with --set {name}=VALUE")
-            del parameters[name]
-    say(f"design {chosen} of {path}")
-    try:
-        formulas = tomllib.loads(results.config).get("metrics")
-    except tomllib.TOMLDecodeError as error:
-        raise ResultsError(f"{path} is damaged: its study cannot be read: {error}") from None
-    arguments = {
-        "window": results.window or None,
-        "drive": results.drive or None,
-        "formulas": formulas,
-        "points": results.points,
-        "target": results.target,
-        "metrics": [name for name in (text.partition(":")[0] for text in results.objectives) if name not in parameters],
-        "constraints": results.constraints,
-    }
-    return parameters, arguments
-
-
 def _say_constraints(
-    tuning: Tuning,
-    constraints: Mapping[str, Mapping[str, float | None]],
-    name: str,
-    parameters: Mapping[str, float],
-    arguments: Mapping[str, Any],
-    scales: Mapping[str, Scale],
+    tuning: Tuning, subject: _Subject, arguments: Mapping[str, Any], scales: Mapping[str, Scale]
 ) -> None:
     """Say where in the intervals a constraint of the study holds, if it does not everywhere."""
-    from explore.analysis.tuning.control_curve import tune as find_curve
-
     for interval in tuning.intervals:
         first, last = interval.start.parameter, interval.stop.parameter
-        for metric, sides in constraints.items():
+        for metric, sides in subject.constraints.items():
             if not first < last:
                 continue
             bounds = {"low": sides["min"], "high": sides["max"], "start": first, "stop": last}
             try:
-                part = find_curve(name, parameters, **{**arguments, "metric": metric, "also": (), **bounds})
+                part = _find_curve(subject, {**arguments, "metric": metric, "also": (), **bounds})
             except MotionError:
                 say(f"within it {metric}, which the study constrains, is undefined", "yellow")
                 continue
@@ -273,13 +268,7 @@ def _as_json(tuning: Tuning, scales: Mapping[str, Scale]) -> dict[str, Any]:
     }
 
 
-def _write(tuning: Tuning, path: Path, scales: Mapping[str, Scale]) -> None:
-    """Write the curve as a figure or as a table, by the ending of the name."""
-    if path.suffix.lower() in ENDINGS:
-        table = with_units(tuning.curve, scales)
-        write_table(table.set_index(str(table.columns[0])), path, tuning.curve.attrs["units"])
-        return
-    from explore.figures.charts.style import save_figure
+def _chart(tuning: Tuning) -> Figure:
     from explore.figures.charts.tuning import tuning_chart
 
-    save_figure(tuning_chart(tuning), path)
+    return tuning_chart(tuning)
