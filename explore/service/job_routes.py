@@ -48,7 +48,7 @@ def submit_study(
     submission: StudySubmission, station: StationOf, owner: OwnerOf, response: Response, dry_run: _DryRun = False
 ) -> dict[str, Any]:
     """Queue a study, as for `explore sweep`; all its problems come at once, with line and key."""
-    job = _New(submission.name, submission.study, Kind.study, submission.priority, owner, submission.keep)
+    job = _NewJob(submission.name, submission.study, Kind.study, submission.priority, owner, submission.keep)
     return _submit(station, job, response, dry_run=dry_run)
 
 
@@ -57,7 +57,7 @@ def submit_task(
     submission: TaskSubmission, station: StationOf, owner: OwnerOf, response: Response, dry_run: _DryRun = False
 ) -> dict[str, Any]:
     """Queue a task, as for `explore synthesize`; all its problems come at once, with line and key."""
-    job = _New(submission.name, submission.task, Kind.task, submission.priority, owner)
+    job = _NewJob(submission.name, submission.task, Kind.task, submission.priority, owner)
     return _submit(station, job, response, dry_run=dry_run)
 
 
@@ -66,12 +66,12 @@ def submit_refinement(
     submission: RefinementSubmission, station: StationOf, owner: OwnerOf, response: Response, dry_run: _DryRun = False
 ) -> dict[str, Any]:
     """Queue the refinement of the results of a job that is done, as `explore refine` makes it."""
-    job = _New(submission.name, submission.text, Kind.refinement, submission.priority, owner)
+    job = _NewJob(submission.name, submission.text, Kind.refinement, submission.priority, owner)
     return _submit(station, job, response, dry_run=dry_run)
 
 
 @dataclass(frozen=True)
-class _New:
+class _NewJob:
     """A job that a client submits."""
 
     name: str
@@ -82,7 +82,7 @@ class _New:
     keep: str = "all"
 
 
-def _submit(station: Station, new: _New, response: Response, *, dry_run: bool) -> dict[str, Any]:
+def _submit(station: Station, new: _NewJob, response: Response, *, dry_run: bool) -> dict[str, Any]:
     content = new.text.encode("utf-8", "surrogatepass")  # a lone surrogate is then refused as no UTF-8
     with _PLANS.taken():
         if dry_run:

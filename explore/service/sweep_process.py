@@ -100,7 +100,7 @@ def _synthesize(task: TaskFile, results: Path) -> int:
     """Find the linkages of a task, which are written at once: a search that was interrupted begins again."""
     from explore.synthesis.public import rows_of
 
-    print_seconds = _Paced()
+    print_seconds = _PacedPrinter()
 
     def report(steps_done: int, steps: int) -> None:
         print_seconds(steps_done=steps_done, steps=steps)
@@ -142,7 +142,7 @@ def _only_sweep(path: Path) -> Iterator[None]:
         yield
 
 
-class _Paced:
+class _PacedPrinter:
     """Prints progress with the seconds since the start, but not too often."""
 
     def __init__(self) -> None:
@@ -159,7 +159,7 @@ class _Printer:
     """Prints the progress of a sweep, and events of it that a user may have to act on or wait for."""
 
     def __init__(self, *, is_remote: bool) -> None:
-        self._print_progress, self._is_remote, self._has_begun = _Paced(), is_remote, False
+        self._print_progress, self._is_remote, self._has_begun = _PacedPrinter(), is_remote, False
 
     def progress(self, progress: Progress) -> None:
         """Print how far it is."""

@@ -16,6 +16,9 @@ from explore.base.errors import RequestError
 from explore.model.quantities import FloatArray
 from explore.synthesis.linkages import ComplexArray
 
+#: Number of directions of the guide that are scanned, over half a turn.
+_N_DIRECTIONS = 180
+
 
 def closed_spline(points: ComplexArray, per_chord: int) -> ComplexArray:
     """Points of the closed cubic spline through points, by the length of its chords, `per_chord` to each."""
@@ -96,17 +99,17 @@ class Guide:
     error: float
 
 
-def find_guide(followers: Followers, rod_max: float, n_directions: int = 180) -> Guide:
+def find_guide(followers: Followers, rod_max: float) -> Guide:
     """The guide of least error over its direction.
 
     For a direction, the offsets are linear in rod cos(beta) and rod sin(beta): the least range of offsets is a linear
-    programme. So many directions over half a turn are scanned, and the best is improved between its neighbours. The
+    programme. Directions over half a turn are scanned, and the best is improved between its neighbours. The
     size of both products is at most `rod_max`; without it the error tends to 0 with the length.
     """
     from scipy.optimize import minimize_scalar
 
-    step = np.pi / n_directions
-    directions = np.arange(n_directions) * step
+    step = np.pi / _N_DIRECTIONS
+    directions = np.arange(_N_DIRECTIONS) * step
     best = min((_guide(followers, direction, rod_max) for direction in directions), key=lambda guide: guide.error)
     improved = minimize_scalar(
         lambda direction: _guide(followers, direction, rod_max).error,

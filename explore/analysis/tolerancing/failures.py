@@ -80,7 +80,7 @@ def estimate_failure(fails: Fails, dimensions: int, failures: int, count: int, r
     points = find_failures(fails, dimensions, random)
     if not len(points):
         return drawn
-    weighted = _weigh(fails, points, random)
+    weighted = _sample_around(fails, points, random)
     surely = share_of(failures, count, 0.9999)
     if weighted is None or weighted.high < surely.low or weighted.low > surely.high:
         return drawn
@@ -136,7 +136,7 @@ def _step_inwards(fails: Fails, points: FloatArray, width: float, random: np.ran
     return np.where(has_failure[:, None], trials[rows, nearest], points)
 
 
-def _weigh(fails: Fails, points: FloatArray, random: np.random.Generator) -> Failure | None:
+def _sample_around(fails: Fails, points: FloatArray, random: np.random.Generator) -> Failure | None:
     """Importance sampling around the points; None if too few draws carry the estimate."""
     d = points.shape[1]
     radii = np.linalg.norm(points, axis=1)

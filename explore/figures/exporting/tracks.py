@@ -21,7 +21,7 @@ _FULL = 360.0 - 1e-9
 
 
 def track_of(
-    simulated: SimulatedDesign, vectors: tuple[Vector, ...], name: str, layer: str = "paths"
+    simulated: SimulatedDesign, vectors: tuple[Vector, ...], name: str
 ) -> Circle | Arc | Polyline | Spline | None:
     """The way of a point over a turn, as the drawing declares the point; None for a point that rests.
 
@@ -33,14 +33,14 @@ def track_of(
     if not turning and not changing:
         return None
     if len(turning) == 1 and not changing:
-        return _arc(simulated, vectors, turning[0], layer)
+        return _arc(simulated, vectors, turning[0])
     if not turning and len({vector.direction % 180.0 for vector in changing}) == 1:
-        return _line(simulated, vectors, changing[0], layer)
+        return _line(simulated, vectors, changing[0])
 
     def curve(angles: FloatArray) -> FloatArray:
         return simulated.pose(angles.tolist()).sum(vectors)
 
-    return fit_closed_curve(curve, breaks_of(simulated), layer, name)
+    return fit_closed_curve(curve, breaks_of(simulated), "paths", name)
 
 
 def breaks_of(simulated: SimulatedDesign) -> list[float]:
@@ -49,7 +49,7 @@ def breaks_of(simulated: SimulatedDesign) -> list[float]:
     return [simulated.marks[name] for name in names if name in simulated.marks]
 
 
-def _arc(simulated: SimulatedDesign, vectors: tuple[Vector, ...], turning: Vector, layer: str) -> Circle | Arc:
+def _arc(simulated: SimulatedDesign, vectors: tuple[Vector, ...], turning: Vector) -> Circle | Arc:
     """The way of a point that is at a constant distance from a place at rest."""
     others = tuple(vector for vector in vectors if vector is not turning)
     centre = simulated.pose([0.0]).sum(others)[0]
@@ -62,11 +62,11 @@ def _arc(simulated: SimulatedDesign, vectors: tuple[Vector, ...], turning: Vecto
 
     low, high = extremes(direction, period=360.0)
     if high - low > _FULL:
-        return Circle(layer, centre, abs(length))
-    return Arc(layer, centre, abs(length), low, high)
+        return Circle("paths", centre, abs(length))
+    return Arc("paths", centre, abs(length), low, high)
 
 
-def _line(simulated: SimulatedDesign, vectors: tuple[Vector, ...], changing: Vector, layer: str) -> Polyline:
+def _line(simulated: SimulatedDesign, vectors: tuple[Vector, ...], changing: Vector) -> Polyline:
     """The way of a point to and fro along a line."""
     along = arc_points(np.zeros(2), 1.0, np.array([changing.direction]))[0]
     origin = simulated.pose([0.0]).sum(vectors)[0]
@@ -74,7 +74,7 @@ def _line(simulated: SimulatedDesign, vectors: tuple[Vector, ...], changing: Vec
     def place(angles: FloatArray) -> FloatArray:
         return np.asarray((simulated.pose(angles.tolist()).sum(vectors) - origin) @ along)
 
-    return Polyline(layer, np.array([origin + value * along for value in extremes(place)]))
+    return Polyline("paths", np.array([origin + value * along for value in extremes(place)]))
 
 
 def extremes(values: Callable[[FloatArray], FloatArray], period: float | None = None) -> tuple[float, float]:

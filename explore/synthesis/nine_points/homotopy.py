@@ -132,7 +132,7 @@ def solve(parameters: ComplexArray, number: int, report: ReportProgress | None =
     ends[fates == REGULAR] = polished
     fates[_is_repeated(ends, fates == REGULAR)] = LOST
     if not found.is_interrupted:
-        unclear = (fates == LOST) | _is_alone(ends, fates == SINGULAR, windings)
+        unclear = (fates == LOST) | _is_single_end(ends, fates == SINGULAR, windings)
         try:
             _follow_far(near, np.flatnonzero(is_near & unclear), parameters - last, last, found, report)
         except KeyboardInterrupt:
@@ -202,7 +202,7 @@ def has_more_digits() -> bool:
     return find_spec("flint") is not None
 
 
-def _is_alone(
+def _is_single_end(
     ends: ComplexArray, is_singular: npt.NDArray[np.bool_], windings: npt.NDArray[np.int64]
 ) -> npt.NDArray[np.bool_]:
     """Whether a path's limit is singular though the paths that would meet there do not: of w in a cycle all end there.
@@ -210,12 +210,12 @@ def _is_alone(
     One alone is no cycle, so that only digits are missing, or the limit is not isolated.
     """
     rows = np.flatnonzero(is_singular)
-    alone = np.zeros(len(ends), dtype=bool)
+    single = np.zeros(len(ends), dtype=bool)
     if len(rows):
         table = keys(ends[rows])
         n_there = (np.abs(table[:, None] - table).max(axis=2) < _MEET).sum(axis=1)
-        alone[rows] = n_there < np.maximum(windings[rows], 2)
-    return alone
+        single[rows] = n_there < np.maximum(windings[rows], 2)
+    return single
 
 
 def _cognates(solutions: ComplexArray) -> list[ComplexArray]:

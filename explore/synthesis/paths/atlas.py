@@ -96,8 +96,8 @@ class Atlas:
 
 
 @lru_cache(maxsize=4)
-def make_atlas(count: int, seed: int = 0, *, is_ground_longer: bool = True) -> Atlas:
+def make_atlas(count: int, *, is_ground_longer: bool = True) -> Atlas:
     """An atlas of crank-rockers or double cranks; it is kept for the next task."""
-    shapes = draw_shapes(count, seed, is_ground_longer=is_ground_longer)
+    shapes = draw_shapes(count, is_ground_longer=is_ground_longer)
     chunks = [describe(even_points(shapes[k : k + 4096])[0]) for k in range(0, count, 4096)]
     return Atlas(shapes, np.concatenate(chunks).astype(np.float32))
