@@ -90,7 +90,7 @@ class WorkerOptions:
 
 
 class EventPrinter:
-    """Print events of a run: all with -v, otherwise those that the user may have to act on."""
+    """Print events of a run: all with -v, else only what the user may have to act on."""
 
     def __init__(self, *, verbose: bool) -> None:
         self._verbose = verbose

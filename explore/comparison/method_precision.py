@@ -107,7 +107,7 @@ def _measure(method: Method, case: _Case) -> dict[str, Any]:
 
 
 def _choose_designs(method: Method, task: Task) -> npt.NDArray[np.intp]:
-    """Indices of all designs, or, for a method that is not batched, of a few, first those that cannot turn."""
+    """Indices of all designs, or of a few for a method that is not batched, ones that cannot turn first."""
     if Capability.BATCHED in method.capabilities:
         return np.arange(len(task))
     bad_first = np.argsort(geometric_outcome(task.parameters, task.loop) == Outcome.OK, kind="stable")

@@ -189,6 +189,6 @@ class _Strokes:
         return window_limits(self.mechanism, dict(self.columns), window, self.drive)
 
     def located(self, bounds: Sequence[SignalBound]) -> list[SignalBound]:
-        """The bounds with the input angles of this design; those on strokes that it does not have are left out."""
+        """The bounds with the input angles of this design, without bounds on strokes that it does not have."""
         spans = [self.limits(bound.stroke) if bound.stroke else bound.span for bound in bounds]
         return [replace(bound, span=span) for bound, span in zip(bounds, spans, strict=True) if span]

@@ -149,5 +149,5 @@ def _token_files(folder: Path) -> tuple[tuple[Path, Right], ...]:
 
 
 def _hash(token: str) -> bytes:
-    """What is compared in place of a token, so that the time of a comparison tells nothing about it."""
+    """The hash that is compared in place of a token, so that the time of a comparison tells nothing."""
     return hashlib.sha256(token.encode("utf-8", "surrogatepass")).digest()

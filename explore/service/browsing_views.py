@@ -156,7 +156,7 @@ def _within(own: Range) -> Condition:
 
 
 def _bins(browsed: Browsed, name: str, bins: int | None) -> FittingBins:
-    """So many bins of a column, or those that fit it."""
+    """Bins of a column, as many as asked or as fit it."""
     column = _column(browsed, name)
     return fitting_bins(column) if bins is None else FittingBins(whole_range(column, bins), None)
 

@@ -303,7 +303,7 @@ def _refinement(
 
 
 def _blocks(answer: Any) -> Iterator[bytes]:
-    """What arrives of an answer, until it ends or breaks off."""
+    """The blocks of an answer that arrive, until it ends or breaks off."""
     try:
         while block := answer.read(1 << 20):
             yield block

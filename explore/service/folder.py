@@ -114,7 +114,7 @@ class Folder:
         return self.log / f"{check_name(name)}.jsonl"
 
     def output_path(self, name: str) -> Path:
-        """What the process of a sweep printed on stderr."""
+        """The file with the stderr of a sweep's process."""
         return self.log / f"{check_name(name)}.stderr.txt"
 
     def study_path(self, name: str, state: State) -> Path:

@@ -144,7 +144,7 @@ class Guard:
 
 
 def _headers(scope: Scope) -> dict[bytes, bytes]:
-    """The headers by name; refuses two of those that decide who asks."""
+    """The headers by name; refuses two of a name that decides who asks."""
     headers: dict[bytes, bytes] = {}
     for name, value in scope["headers"]:
         if name in headers and name in (b"host", b"origin", b"authorization"):

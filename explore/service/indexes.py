@@ -84,7 +84,7 @@ class Indexes:
         self._thread = threading.Thread(target=self._build_all, name="indexes", daemon=True)
 
     def start(self) -> None:
-        """Begin to make indexes, after those of jobs that are no more were removed."""
+        """Remove the indexes of deleted jobs, and begin to make others."""
         self._folder.remove_indexes_but(job.name for job in self._jobs.in_order())
         self._thread.start()
 

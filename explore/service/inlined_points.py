@@ -50,7 +50,7 @@ def _names_file(sections: dict[str, Any]) -> bool:
 
 
 def _written(text: str, given: Study | TaskFile, place: str) -> str:
-    """The text with the points of what was read from it; `place` stands before the number of a line in errors."""
+    """The text with the points that were read; `place` stands before the number of a line in errors."""
     content = _target(given)
     missing = content.keys().isdisjoint(_GIVEN)
     lines = text.replace("\r\n", "\n").split("\n")

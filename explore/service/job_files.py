@@ -107,7 +107,7 @@ def _named_files(sections: dict[str, Any]) -> Problems:
 
 
 def _refinement_problems(sections: dict[str, Any]) -> Problems:
-    """What is wrong with a refinement, whose file a person may have written."""
+    """Problems of a refinement, whose file a person may have written."""
     known = Refinement.__dataclass_fields__
     problems: Problems = [((key,), "unknown key") for key in sections if key not in known]
     if not isinstance(sections["refine"], str):

@@ -296,12 +296,12 @@ class Jobs:
 
 
 def _order(job: Job) -> tuple[int, int]:
-    """What the names of queued files are sorted by."""
+    """Key by which names of queued files are sorted."""
     return job.priority, job.number
 
 
 def _ended(job: Job) -> tuple[int, str]:
-    """What jobs that have ended are sorted by: those of a log without numbers by their time, before the others."""
+    """Key by which jobs that have ended are sorted; a log without numbers has times, which come first."""
     return job.ended_number, job.ended or ""
 
 

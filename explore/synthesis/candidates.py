@@ -16,7 +16,7 @@ SOLUTION = Column("solution", "", "number of the solution, from 1", "bookkeeping
 
 @dataclass(frozen=True)
 class Candidates:
-    """Linkages for a task, those that the solver holds for the best first.
+    """Linkages for a task, the best first by the solver's own measure.
 
     Attributes
     ----------

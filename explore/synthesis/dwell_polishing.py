@@ -35,7 +35,7 @@ _NEAR = 0.7
 
 
 class _Rows(NamedTuple):
-    """Values at the numbers, and slopes, shape (r, 9), of positions in the dwell, and of what shall be at most 0."""
+    """Values and slopes, (r, 9), of positions in the dwell and of excesses over limits, at the numbers."""
 
     rest: FloatArray
     rest_slopes: FloatArray

@@ -70,7 +70,7 @@ def find_dwells(task: DwellTask, count: int = 5, seed: int = 0) -> list[Dwell]:
 
 
 def _best(fits: Fits, count: int) -> Fits:
-    """The best fits, of which most have unlike coupler points."""
+    """The best fits, most of them with unlike coupler points."""
     fits = fits.rows(np.argsort(fits.errors, kind="stable"))
     cells = np.column_stack([np.floor(fits.numbers[:, [ALONG, ACROSS, GROUND]] / _CELL), fits.sides])
     unlike = np.sort(np.unique(cells, axis=0, return_index=True)[1])[: int(_UNLIKE * count)]

@@ -44,7 +44,7 @@ class PivotBox:
         )  # fmt: skip
 
     def draw(self, rng: np.random.Generator, count: int, centre: complex, reach: float) -> ComplexArray:
-        """Pivots inside, evenly at random; those of open sides are within a reach of a centre along that axis."""
+        """Pivots inside, evenly at random; along an axis with an open side, within a reach of a centre."""
         low = np.maximum([self.lowest.real, self.lowest.imag], [centre.real - reach, centre.imag - reach])
         high = np.minimum([self.highest.real, self.highest.imag], [centre.real + reach, centre.imag + reach])
         x, y = low[:, None] + np.maximum(high - low, 0.0)[:, None] * rng.uniform(size=(2, count))
@@ -137,7 +137,7 @@ def _dyads_of_three(
 
 
 def _examined(poses: Poses, fixed: ComplexArray, moving: ComplexArray) -> Pairs:
-    """What the pairs do."""
+    """The motions of the pairs: fates, whether cranks turn, transmission angles."""
     rotations, shifts = poses.displacements()
     places = np.concatenate([moving[None], rotations[:, None, None] * moving + shifts[:, None, None]])
     pins, ends = places[:, 0], places[:, 1]  # [pose, pair]

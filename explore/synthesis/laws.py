@@ -37,11 +37,11 @@ class Law:
     values: Callable[[FloatArray], FloatArray]
 
     def inputs(self, x: FloatArray, turn: float) -> FloatArray:
-        """What the input has turned at x, where it turns by `turn` in all, shape (n,)."""
+        """Angles that the input has turned at x, where it turns by `turn` in all, shape (n,)."""
         return np.asarray(turn * (x - self.first) / (self.last - self.first))
 
     def outputs(self, x: FloatArray, turn: float) -> FloatArray:
-        """What the output has turned at x, where it turns by `turn` from the least to the greatest value, (n,)."""
+        """Angles that the output has turned at x, where it turns by `turn` from least to greatest value, (n,)."""
         y = self.values(self.even(_N_TESTED))
         return np.asarray(turn * (self.values(x) - y[0]) / np.ptp(y))
 
@@ -69,7 +69,7 @@ def formula_law(text: str, first: float, last: float) -> Law:
 
 
 def remarks_on_angles(text: str | None, law: Law) -> list[str]:
-    """That a sine, cosine or tangent of a formula has an argument of a few degrees, which may be meant in radians."""
+    """Remark on a sine, cosine or tangent whose argument of a few degrees may be meant in radians."""
     steps = parse_formula(text).expression.steps if text is not None else ()
     remarks = []
     for position, (name, _) in enumerate(steps):

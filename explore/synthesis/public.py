@@ -67,7 +67,7 @@ def synthesize(
 
 
 def rows_of(task: TaskFile, candidates: Candidates) -> CandidateRows:
-    """The candidates of a task, evaluated; of more than are to be kept, those that the objectives choose."""
+    """The candidates of a task, evaluated; the objectives choose where there are more than are kept."""
     rows = _evaluated(task, candidates)
     kept = _kept(rows, candidates)
     return rows if len(kept) == rows.count else _evaluated(task, candidates.rows(kept))

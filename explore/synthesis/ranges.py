@@ -20,7 +20,7 @@ _ANY_RANGE = {"min": 1.0, "max": 2.0}
 
 
 def any_ranges(task: Task) -> dict[str, Any]:
-    """Entries that stand for those of candidates that are not found yet."""
+    """Entries in place of the ranges of candidates that are not found yet."""
     declared = _declared(task)
     choices = {name: declared[name].choices for name in task.parameters if name in declared}
     return {name: list(choices[name]) if choices.get(name) else dict(_ANY_RANGE) for name in task.parameters}

@@ -211,7 +211,7 @@ def _fitted(points: ComplexArray, angles: FloatArray, some: IntArray, least: flo
 
 
 def _improve(problem: Problem, starts: Fits) -> list[tuple[FloatArray, FloatArray]]:
-    """Numbers and angles of starts, improved in stages, of which each takes the best on."""
+    """Numbers and angles of starts, improved in stages; the best of each go on to the next."""
     found = starts
     for most_steps, count in _STAGES:
         found = fit(problem, found, most_steps, 1e-7 if most_steps < _FINE else 1e-11)

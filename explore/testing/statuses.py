@@ -30,7 +30,7 @@ def wrong_statuses(subject: Subject) -> Iterator[str]:
 
 
 def _wrong_rows(subject: Subject, window: WindowArgument, drive: str) -> Iterator[str]:
-    """Rows of a window whose numbers are not those that their status promises."""
+    """Rows of a window whose numbers do not fit their status."""
     metrics = [metric for metric in subject.all_metrics(window) if isinstance(metric, SampledMetric)]
     result = subject.evaluate([metric.name for metric in metrics], window, drive, _TOLERANCE)
     status, error = result["status"], result["error"]

@@ -42,7 +42,7 @@ class Proof:
 
     @property
     def reason(self) -> str:
-        """What is refuted, then what is open; empty if all is proved."""
+        """Sentences on refuted numbers, then on open ones; empty if all is proved."""
         return "; ".join((*self.refuted, *self.open))
 
     def expect(self, holds: bool, sentence: str) -> None:
@@ -127,7 +127,7 @@ def _is_number(name: str, metric: AnyMetric, design: Design, row: Mapping[str, f
 
 @dataclass(frozen=True)
 class _Claim:
-    """What a row says of a metric, or of the margin of its constraint: a number and its relative error bound."""
+    """A number of a row, a metric or the margin of its constraint, and its relative error bound."""
 
     metric: AnyMetric
     error: float

@@ -29,7 +29,7 @@ class Outside:
         return Outside(self.members.take(rows), self.parents.take(rows), self.returns[rows])
 
     def returnable(self) -> Outside:
-        """Those that break a constraint and did not return too often."""
+        """The designs that break a constraint and did not return too often."""
         members, parents = self.members, self.parents
         return self.take(
             (self.returns < RETURNS)

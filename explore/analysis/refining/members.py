@@ -84,7 +84,7 @@ def _cells(points: FloatArray, count: int) -> npt.NDArray[np.uint64]:
 
 
 def contributions(members: Members) -> FloatArray:
-    """What each member alone adds to the hypervolume of the front, shape (n,).
+    """The share that each member alone adds to the hypervolume of the front, shape (n,).
 
     The reference point is a tenth of each objective's range beyond the worst value. In more than three objectives it is
     the square of the distance to a neighbour, because the hypervolume takes seconds.

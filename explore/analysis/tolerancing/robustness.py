@@ -216,7 +216,7 @@ class TolerancePlan:
 
     @property
     def _rows(self) -> list[dict[Any, Any]]:
-        """Values of each design by column, those of metrics that only constraints use included."""
+        """Values of each design by column, also of metrics that only constraints use."""
         request, count = self.run.request, len(self.run.request.tolerances)
         nominal = [request.outcomes(design, np.zeros((count, 1))).metrics for design in self.run.designs]
         return [{name: values[0] for name, values in design.items()} for design in nominal]

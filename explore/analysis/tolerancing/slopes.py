@@ -32,7 +32,7 @@ _FOLD = 2.0**-20
 
 
 def sharpen(derivatives: Derivatives, request: TolerancedRequest, nominal: Mapping[str, float]) -> Derivatives:
-    """The derivatives, exact ones in place of those of metrics that can be enclosed.
+    """The derivatives, exact where the metric can be enclosed.
 
     Raises `RequestError` if designs of the mechanism cannot be certified.
     """

@@ -33,7 +33,7 @@ class Spread:
 
     @classmethod
     def of(cls, values: FloatArray) -> Spread:
-        """The spread of values, of which those that are NaN are left out."""
+        """The spread of values without NaN."""
         if np.isnan(values).any():
             values = values[~np.isnan(values)]
         if not len(values):

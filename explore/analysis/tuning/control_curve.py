@@ -72,7 +72,7 @@ class Tuning:
         return f"<Tuning: {self.metric} from {low:g} to {high:g} with {self.parameter} {ranges}>"
 
     def in_units(self, scales: Mapping[str, Scale]) -> Tuning:
-        """The same with all values in shown units; names in `design` have those that are not the declared ones."""
+        """The same in shown units; names in `design` have their unit where it is not the declared one."""
         place, amount = scales.get(self.parameter, PLAIN), scales.get(self.metric, PLAIN)
         named = headings(scales, self.design)
         low, high = self.bounds

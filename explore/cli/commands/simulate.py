@@ -89,7 +89,7 @@ def simulate(
 def _study_design(
     study: Study, config: Path, design: int, settings: list[str], places: Places, units: ShownUnits
 ) -> tuple[str, dict[str, float], Places]:
-    """The mechanism of a study, and parameters and points of one of its designs, replaced by those that are given."""
+    """The mechanism of a study, and one of its designs, with the given parameters and points in place of its own."""
     from explore.model.points import coordinates
     from explore.model.status import Status
 

@@ -41,6 +41,6 @@ def start_values(task: Task) -> FloatArray:
 
 
 def initial_guess(task: Task) -> FloatArray:
-    """Start values for an iteration, shape (n, 2); those that the loop names where it does not close."""
+    """Start values for an iteration, (n, 2); where the loop does not close, its own fallback."""
     start, fallback = start_values(task), np.outer(task.branch, task.loop.fallback)
     return np.where(np.isfinite(start), start, fallback)

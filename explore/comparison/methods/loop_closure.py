@@ -36,7 +36,7 @@ def project_onto_loop(
 
 
 def mark_failures(task: Task, motion: Motion, gap_tolerance: float) -> None:
-    """Mark the designs, of those still OK, that are not finite, on the other branch, or whose loop is open.
+    """Mark designs that are still OK but not finite, on the other branch, or with an open loop.
 
     The loop is open if its gap exceeds `gap_tolerance` times the longest link at any crank angle of the task.
     """

@@ -46,7 +46,7 @@ LOOPS = {loop.name: loop for loop in (FOUR_BAR, SLIDER_CRANK, VARIABLE_CRANK)}
 
 
 def methods_for(loop: VectorLoop) -> dict[str, tuple[Method, ...]]:
-    """Of `METHODS`, those that solve a loop."""
+    """The methods that solve a loop, by name."""
     return {
         name: settings
         for name, settings in METHODS.items()

@@ -172,7 +172,7 @@ class VectorLoop:
         return np.asarray(np.abs(parameters[self.links]).max(axis=0))
 
     def scales(self, parameters: FloatArray) -> FloatArray:
-        """What errors of both unknowns are relative to, first axis 2: 1 rad or the longest link."""
+        """Scales of the errors of both unknowns, first axis 2: 1 rad or the longest link."""
         size = self.size(parameters)
         return np.stack([self.first.scale(size), self.second.scale(size)])
 
@@ -221,7 +221,7 @@ class VectorLoop:
                 signals[4], signals[5] = loop.solve(*self.acceleration_terms(parameters, angle, loop, signals[2:4]))
 
     def mirror(self, parameters: Any, angle: Any, first: Any, second: Any) -> FloatArray:
-        """The unknowns that close the loop on the other branch, from those that close it, first axis 2."""
+        """The unknowns on the other branch, from the ones on this branch, first axis 2."""
         direction = np.cos(angle), np.sin(angle)
         x, y = self.known(parameters, angle, direction, 0)
         if isinstance(self.first, UnknownAngle):

@@ -80,7 +80,7 @@ def export(
 
 
 def find_writer(path: Path) -> Callable[[Design, Path], object]:
-    """What writes the format of a file; `RequestError` if there is none, or it needs a program that is missing."""
+    """The writer of a file's format; `RequestError` if there is none, or it needs a program that is missing."""
     name = path.name.lower()
     for ending, write in _WRITERS.items():
         if name.endswith(ending):

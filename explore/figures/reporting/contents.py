@@ -106,7 +106,7 @@ STEPS = 5
 
 
 def describe_column(column: Column, scale: Scale) -> dict[str, Any]:
-    """What a page needs to know of a column beside its values."""
+    """Facts of a column that a page needs beside its values."""
     labels = _BOOLEAN_LABELS if column.name == "feasible" else column.labels
     return {
         "name": column.name,
@@ -158,7 +158,7 @@ def _count_feasible(ranking: Ranking | None) -> int | None:
 
 
 def design_kernel(results: Results, mechanism: Mechanism) -> Mechanism:
-    """What computes the motions of the page: with forces only where the study has loads."""
+    """The mechanism that computes the motions of the page: with forces only where the study has loads."""
     return kernel_for(mechanism, {column.name for column in results.columns if column.role == "parameter"})
 
 
@@ -194,7 +194,7 @@ def _bounds(results: Results, mechanism: Mechanism | None) -> list[list[Any]]:
 
 
 def _describe_constraints(results: Results, ranking: Ranking | None) -> list[list[Any]]:
-    """Of each constraint: metric, bounds, unit, and the numbers of designs that miss it and where it is undefined."""
+    """Metric, bounds and unit of each constraint, and how many designs miss it and have it undefined."""
     tally = ranking.tally if ranking else None
     return [
         [metric, _finite(sides["min"]), _finite(sides["max"]), unit_text(results.units.get(f"{metric}_margin", "")),

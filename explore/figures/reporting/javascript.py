@@ -92,7 +92,7 @@ class _Program:
         return self._names[dispatcher]
 
     def sources(self) -> Iterable[str]:
-        """The translations, those of functions that are called included."""
+        """The translations, also of the functions that are called."""
         done: set[Any] = set()
         while remaining := [dispatcher for dispatcher in self._names if dispatcher not in done]:
             for dispatcher in remaining:

@@ -122,7 +122,7 @@ def _describe_file(
 
 
 def _kernel(sources: Sequence[Results], mechanism: Mechanism) -> Mechanism:
-    """What computes the motions of the page: with forces only where all studies have loads."""
+    """The mechanism that computes the motions of the page: with forces only where all studies have loads."""
     given = [{column.name for column in source.columns if column.role == "parameter"} for source in sources]
     return kernel_for(mechanism, set.intersection(*given))
 

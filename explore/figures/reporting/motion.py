@@ -74,7 +74,7 @@ def describe_motion(mechanism: Mechanism, units: ShownUnits) -> dict[str, Any]:
 
 
 def _describe_slider(mechanism: Mechanism, units: ShownUnits) -> dict[str, Any] | None:
-    """What results tie to the only point of a linkage: columns of the slider, its travel; None without such a point."""
+    """The slider that results tie to the only point of a linkage: its columns and travel; None without one."""
     if len(mechanism.points) != 1:
         return None
     return {

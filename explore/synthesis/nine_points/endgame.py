@@ -98,7 +98,7 @@ def find_limits(
 
 @dataclass(frozen=True)
 class _Circle:
-    """What one circle says of a solution's limit.
+    """The limit of a solution as one circle tells it.
 
     Attributes
     ----------
@@ -144,7 +144,7 @@ class _Circle:
 
     @property
     def fate(self) -> int:
-        """What the limit is."""
+        """The fate of the solution."""
         if (self.unknowns < 0).any():
             return INFINITE
         if (self.lengths > 0).any():
@@ -152,7 +152,7 @@ class _Circle:
         return REGULAR if self.winding == 1 else SINGULAR
 
     def agrees(self, other: _Circle) -> bool:
-        """Whether both say the same of what stays finite, what vanishes, and of the limit."""
+        """Whether both agree on the finite unknowns, the vanishing ones, and the limit."""
         if self.winding != other.winding or not self.left < (_ZERO_AT_INFINITY if self.fate == INFINITE else _ZERO):
             return False
         if not (np.array_equal(self.unknowns, other.unknowns) and np.array_equal(self.lengths, other.lengths)):

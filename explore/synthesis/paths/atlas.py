@@ -67,7 +67,7 @@ def even_points(shapes: FloatArray) -> tuple[ComplexArray, FloatArray]:
 
 
 def describe(points: ComplexArray) -> FloatArray:
-    """What closed curves look like, by points at equal steps of their length: shape (n, 2 N_HARMONICS).
+    """Descriptions, (n, 2 N_HARMONICS), of how closed curves look, from points at equal steps of their length.
 
     Magnitudes of the Fourier coefficients of both senses, over the root of the sum of all squares; the sense with the
     larger first one comes first.

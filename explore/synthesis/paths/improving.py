@@ -118,7 +118,7 @@ def _with_angles_anew(task: Task, group: Candidates, n_samples: int, stride: int
 
 
 def _distinct(candidates: Candidates) -> Candidates:
-    """Those with different errors, best first."""
+    """The linkages with different errors, best first."""
     kept: list[int] = []
     for k in np.argsort(candidates.errors, kind="stable").tolist():
         error = candidates.errors[k]

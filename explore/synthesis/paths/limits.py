@@ -59,7 +59,7 @@ def _extremes(constants):
 
 @subroutine()
 def price_of_limits(limits, numbers, constants):
-    """What the limits that are missed add to the sum of squares."""
+    """The price of missed limits in the sum of squares."""
     total = 0.0
     for link in (CRANK, COUPLER, ROCKER, GROUND):
         total += _excess(constants[link], limits.shortest, limits.longest) ** 2

@@ -64,7 +64,7 @@ def slopes_by_pivots(numbers, constants, ground_slopes, change):
 
 @subroutine(allocates=True)
 def change_coordinates(change, matrix, right, room, turned):
-    """Turn normal equations in the numbers, of which the lower triangle is used, into those in the coordinates."""
+    """Turn normal equations in the numbers into equations in the coordinates; the lower triangle is used."""
     n = N_NUMBERS
     for i in range(n):
         for k in range(n):

@@ -214,7 +214,7 @@ def find_paths(task: PathTask, count: int = 10, n_starts: int = _N_NEAREST) -> l
 def numbers_of_boxes(
     crank_pivot: Mapping[str, tuple[float, float]], rocker_pivot: Mapping[str, tuple[float, float]]
 ) -> tuple[dict[int, float | tuple[float, float]], dict[int, tuple[float, float]]]:
-    """What `PathTask` holds, and the ranges of its other pivot, for ranges of the pivots' x and y."""
+    """Held numbers of `PathTask` and ranges of its other pivot, from ranges of the pivots' x and y."""
     held: dict[int, float | tuple[float, float]] = {
         number: crank_pivot[axis] for number, axis in ((PIVOT_X, "x"), (PIVOT_Y, "y")) if axis in crank_pivot
     }
