@@ -12,7 +12,6 @@ from explore.base.json_text import json_value
 from explore.base.units.shown import read_shown_units
 from explore.figures.exporting.formats import export
 from explore.model.mechanism import Mechanism
-from explore.results.ranking.limits import parse_limits
 from explore.results.ranking.rankings import RankRequest, rank_source
 from explore.results.records import label_record, with_status
 from explore.results.store.labels import with_labels, with_units
@@ -79,15 +78,7 @@ def rank_results(
 ) -> dict[str, Any]:
     """The Pareto set, as `explore rank` makes it: one metric orders it, several replace the study's objectives."""
     results = open_shown(path)
-    several = len(metrics) > 1
-    request = RankRequest(
-        objectives=list(metrics) if several else None,
-        order_by=metrics[0] if metrics and not several else None,
-        fronts=fronts,
-        where=where,
-        limits=parse_limits(list(limits)),
-        quality=quality,
-    )
+    request = RankRequest.from_words(metrics, where, limits, fronts=fronts, quality=quality)
     if results.n_committed == 0:
         raise RequestError("the results hold no designs yet")
     ranking = rank_source(results, request)

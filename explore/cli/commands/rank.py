@@ -102,7 +102,9 @@ def rank(
         (source,) = sources.values()
         _rank_nearest(source, nearest, where, limit or [], output, as_json=as_json)
         return
-    request = _make_request(metric or [], fronts=fronts, where=where, limits=limit or [], quality=quality)
+    from explore.results.ranking.rankings import RankRequest
+
+    request = RankRequest.from_words(metric or [], where, limit or [], fronts=fronts, quality=quality)
     ranking, parts = _rank_sources(sources, request)
     columns = {column.name: column for source in sources.values() for column in source.columns}
     shown_units = {name: column.unit for name, column in columns.items()}
@@ -144,24 +146,6 @@ def _rank_nearest(
     table = with_units(with_labels(nearness.frame, results.columns), results.scales)
     if not tell_designs(table, output, results.units, as_json=as_json):
         print_nearest(results, nearness)
-
-
-def _make_request(
-    metrics: list[str], *, fronts: int, where: str | None, limits: list[str], quality: bool
-) -> RankRequest:
-    """One metric orders the Pareto set, several replace the study's objectives."""
-    from explore.results.ranking.limits import parse_limits
-    from explore.results.ranking.rankings import RankRequest
-
-    several = len(metrics) > 1
-    return RankRequest(
-        objectives=metrics if several else None,
-        order_by=metrics[0] if metrics and not several else None,
-        fronts=fronts,
-        where=where,
-        limits=parse_limits(limits),
-        quality=quality,
-    )
 
 
 def _rank_sources(sources: dict[str, Results], request: RankRequest) -> tuple[Ranking, Mapping[str, Ranking]]:

@@ -16,7 +16,7 @@ from explore.model.columns import Arrays, Column
 from explore.model.progress import ReportProgress
 from explore.model.quantities import Sense
 from explore.model.request import Objective
-from explore.results.ranking.limits import Bounds, Limits
+from explore.results.ranking.limits import Bounds, Limits, parse_limits
 from explore.results.ranking.objectives import choose_objectives
 from explore.results.ranking.pareto import find_fronts
 from explore.results.ranking.quality import add_quality_columns
@@ -44,6 +44,14 @@ class RankRequest:
     def __post_init__(self) -> None:
         if self.fronts < 1:
             raise RequestError(f"fronts = {self.fronts}: must be at least 1")
+
+    @classmethod
+    def from_words(
+        cls, metrics: Sequence[str], where: str | None, limits: Sequence[str], *, fronts: int, quality: bool
+    ) -> RankRequest:
+        """As `explore rank` has it: one metric orders the Pareto set, several replace the study's objectives."""
+        objectives, order_by = (metrics, None) if len(metrics) > 1 else (None, next(iter(metrics), None))
+        return cls(objectives, order_by, fronts, where, parse_limits(list(limits)), quality)
 
 
 #: Request for the objectives and constraints of the study.
