@@ -107,7 +107,7 @@ def rests_as_well(text, error):
     branch = int(candidates.parameters["branch"][0])
     linkage = FourBar(0j, complex(ground), crank, coupler, rocker, arm / coupler, branch)
     value = {name: column[0] for name, column in candidates.values.items()}
-    bounds, measured = task.constraints, task.measured_constraints
+    bounds = task.constraints
     found, stroke, pressure = figures(
         linkage, np.radians(value["dwell_start"]), parse_span(text), value["slider_link"],
         complex(value["rest_x"], value["rest_y"]), np.radians(value["guide_angle"]),
@@ -117,8 +117,8 @@ def rests_as_well(text, error):
         found <= error
         and np.degrees(worst_transmission_angle(linkage)) >= bounds["transmission_angle_worst"]["min"]
         and longest / crank <= bounds["link_ratio"]["max"]
-        and stroke >= measured["slider_stroke"]["min"]
-        and np.degrees(pressure) <= measured["slider_pressure_angle_max"]["max"]
+        and stroke >= bounds["slider_stroke"]["min"]
+        and np.degrees(pressure) <= bounds["slider_pressure_angle_max"]["max"]
         and value["dwell_error"] == pytest.approx(found, rel=1e-3)
     )
 

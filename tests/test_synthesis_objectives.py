@@ -3,11 +3,13 @@
 import json
 from importlib.util import find_spec
 
+import numpy as np
 import pytest
 from command_line import run
 
 import explore
 from explore.base.errors import ConfigError, RequestError
+from explore.studies.config.study_file import parse_study
 from explore.synthesis.tasks.task_files import parse_task, task_starter
 
 FUNCTION = """task = "function"
@@ -212,9 +214,12 @@ def test_constraints_on_errors_of_the_task(tmp_path):
 @pytest.mark.parametrize(
     ("text", "problem"),
     [
-        ("dwell_error = 3", "constraints.dwell_error: must be a table such as { max = 0.5 }, got 3"),
-        ("dwell_error = { most = 3 }", "must be a table such as { max = 0.5 }, got {'most': 3}"),
-        ("dwell_error = { max = 'a' }", "constraints.dwell_error.max: must be a number, got 'a'"),
+        ("dwell_error = 3", "dwell_error: at least one bound is needed, such as { max = 0.5 }, got 3"),
+        ("dwell_error = { most = 3 }", "constraints.dwell_error.most: unknown key; available: min, max"),
+        (
+            "dwell_error = { max = 'a' }",
+            "constraints.dwell_error.max: 'a' is not a number with a unit, such as \"10 mm\"",
+        ),
     ],
 )
 def test_wrong_constraints_on_errors_of_the_task(text, problem):
@@ -222,6 +227,69 @@ def test_wrong_constraints_on_errors_of_the_task(text, problem):
         parse_task(DWELL + f"[constraints]\n{text}\n", "task.toml")
     (line,) = caught.value.problems
     assert line.endswith(problem)
+
+
+def test_what_the_solver_measures_is_listed_bounded_and_ranked_as_any_metric(tmp_path):
+    (tmp_path / "dwell.toml").write_text(
+        DWELL
+        + """[search]
+count = 2
+[evaluate]
+metrics = ["dwell_error"]
+[constraints]
+dwell_error = { max = "0.5 um" }
+[rank]
+metrics = ["footprint:min", "dwell_error"]
+""",
+        encoding="utf-8",
+    )
+    results = explore.synthesize(tmp_path / "dwell.toml", tmp_path / "dwell.h5")
+    frame = results.to_pandas()
+    assert [column.name for column in results.columns].count("dwell_error") == 1
+    assert results.constraints["dwell_error"] == {"min": None, "max": pytest.approx(5e-4)}
+    np.testing.assert_array_equal(
+        frame["dwell_error_margin"], results.constraints["dwell_error"]["max"] - frame["dwell_error"]
+    )
+    assert (frame["feasible"] <= (frame["dwell_error_margin"] >= 0)).all()
+    assert results.objectives == ("footprint:min", "dwell_error:min")
+    # other designs have none of it, so the study that searches follow does not ask for it
+    study = parse_study(results.config, "dwell.toml", tmp_path)
+    assert [objective.metric for objective in study.objectives] == ["footprint"]
+    assert {constraint.metric.name for constraint in study.request.constraints} == {
+        "link_ratio",
+        "transmission_angle_worst",
+    }
+    assert "dwell_error" not in {metric.name for metric in study.request.metrics}
+
+
+@pytest.mark.parametrize(
+    ("text", "problem"),
+    [
+        ('[rank]\nmetrics = ["slider_stroke:max"]', "rank.metrics: slider_stroke can be bounded, but not ranked"),
+        ('[rank]\nmetrics = ["dwell_eror"]', "rank.metrics: unknown metric 'dwell_eror'; did you mean 'dwell_error'?"),
+        (
+            '[rank]\nmetrics = ["drive_torque_peak"]',
+            "rank.metrics: drive_torque_peak needs constant_torque, opposing_torque, stiffness, damping, inertia",
+        ),
+        (
+            '[rank]\nmetrics = ["speed:max"]',
+            "rank.metrics: speed is not among the parameters, so it is the same in all designs; leave it out",
+        ),
+        (
+            '[metrics]\nshare = { formula = "dwell_error / crank", unit = "1" }',
+            "metrics.share.formula: at character 1: dwell_error comes with the designs, so a formula cannot use it",
+        ),
+        (
+            '[metrics]\ndwell_error = { formula = "crank", unit = "mm" }',
+            "metrics.dwell_error: this is the name of a metric or signal of crank-rocker; choose another",
+        ),
+    ],
+)
+def test_mistakes_in_what_only_the_solver_measures_have_their_line(text, problem):
+    with pytest.raises(ConfigError) as caught:
+        parse_task(f"{DWELL}{text}\n", "task.toml")
+    (line,) = caught.value.problems
+    assert line.startswith(f"task.toml:6: {problem}")
 
 
 def test_errors_of_another_task_are_unknown():

@@ -28,7 +28,7 @@ from explore.evaluation.kinematics import evaluate_kinematics
 from explore.evaluation.sampled import statistics_tolerance
 from explore.model.columns import Arrays, Column
 from explore.model.mechanism import Mechanism
-from explore.model.quantities import AnyMetric, FloatArray, Metric
+from explore.model.quantities import AnyMetric, FloatArray, GivenMetric, Metric
 from explore.model.request import Request
 from explore.model.status import Status
 
@@ -55,11 +55,7 @@ def output_columns(request: Request, parameters: Sequence[str]) -> tuple[Column,
     declared = [p for p in mechanism.parameters if p.name in parameters]
     columns = [Column("design", "", "design number", "index", "<i8")]
     columns += [Column(p.name, p.unit, p.long_name, "parameter") for p in declared]
-    for metric in request.metrics:
-        labels = dict(enumerate(metric.labels)) if isinstance(metric, Metric) else {}
-        if labels:
-            labels[-1] = "undefined"
-        columns.append(Column(metric.name, metric.unit, metric.long_name, "metric", "|i1" if labels else "<f8", labels))
+    columns += [_metric_column(metric) for metric in request.metrics]
     for constraint in request.constraints:
         columns.append(margin_column(constraint.metric))
     return (
@@ -71,6 +67,15 @@ def output_columns(request: Request, parameters: Sequence[str]) -> tuple[Column,
     )
 
 
+def _metric_column(metric: AnyMetric) -> Column:
+    if isinstance(metric, GivenMetric):
+        return metric.column
+    labels = dict(enumerate(metric.labels)) if isinstance(metric, Metric) else {}
+    if labels:
+        labels[-1] = "undefined"
+    return Column(metric.name, metric.unit, metric.long_name, "metric", "|i1" if labels else "<f8", labels)
+
+
 def margin_column(metric: AnyMetric) -> Column:
     """The column with the margins of a constraint on a metric."""
     meaning = f"signed distance of {metric.name} to its nearer bound, >= 0 when satisfied"
@@ -80,12 +85,14 @@ def margin_column(metric: AnyMetric) -> Column:
 def evaluate_columns(request: Request, parameters: Arrays) -> Evaluation:
     """Evaluate designs: parameters by name, each of shape (n,), in declared units; those with a default may be missing.
 
-    The columns are those of `output_columns`, without "design".
+    `parameters` has the metrics that are given with the designs, too. The columns are those of `output_columns`,
+    without "design".
     """
     _keep_freed_memory()
     mechanism = request.mechanism
     inputs = _complete(mechanism, parameters)
-    usable = _is_usable(mechanism, inputs, parameters)
+    given = {metric.name: parameters[metric.name].astype(np.float64) for metric in mechanism.given}
+    usable = _is_usable(mechanism, inputs, parameters.keys() - given.keys())
     geometry = _kernel_inputs(request, inputs, usable)
     speed = inputs[mechanism.speed.name] if mechanism.speed else np.ones(len(usable))
     first_rows, inverse = _find_distinct(geometry, speed)
@@ -95,6 +102,7 @@ def evaluate_columns(request: Request, parameters: Arrays) -> Evaluation:
         usable_inputs = {name: np.where(usable, column, np.nan) for name, column in inputs.items()}
     kinematics = evaluate_kinematics(request, distinct, inverse, np.where(usable, speed, np.nan), usable_inputs)
     values, errors, error, status = kinematics.values, kinematics.errors, kinematics.error, kinematics.status
+    values |= given
     _remove_forces_without_load(request, inputs, values)
     if request.derived:
         derived, bound = derive(request, usable_inputs, values, errors, statistics_tolerance(request))
@@ -232,7 +240,7 @@ def _assemble(
         if p.name in parameters
     }
     for metric in request.metrics:
-        column = values[metric.name]
+        column = parameters[metric.name] if isinstance(metric, GivenMetric) else values[metric.name]
         if isinstance(metric, Metric) and metric.labels:
             column = np.where(usable, column, -1).astype(np.int8)
         columns[metric.name] = column

@@ -14,7 +14,15 @@ from explore.evaluation.derived import Derivation
 from explore.evaluation.known import KnownStatistics, evaluate_known
 from explore.evaluation.sampled import SampledStatistics, sample_metrics
 from explore.model.columns import Arrays
-from explore.model.quantities import AnyMetric, DerivedMetric, FloatArray, Metric, Parameter, SampledMetric
+from explore.model.quantities import (
+    AnyMetric,
+    DerivedMetric,
+    FloatArray,
+    GivenMetric,
+    Metric,
+    Parameter,
+    SampledMetric,
+)
 from explore.model.request import Request
 from explore.model.status import Status
 
@@ -213,9 +221,8 @@ def _per_design(values: npt.NDArray[_Scalar], inverse: _Indices | None) -> npt.N
 
 def speed_power(metric: AnyMetric) -> int | None:
     """The power of the speed that a metric is proportional to; None where it need not be proportional to any."""
-    if isinstance(metric, DerivedMetric) or (isinstance(metric, SampledMetric) and metric.signal.depends_on_load):
-        return None
-    return _scaling_power(metric)
+    is_loaded = isinstance(metric, SampledMetric) and metric.signal.depends_on_load
+    return None if is_loaded or isinstance(metric, DerivedMetric | GivenMetric) else _scaling_power(metric)
 
 
 def _scaling_power(metric: Metric | SampledMetric) -> int:

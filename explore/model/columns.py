@@ -36,7 +36,7 @@ class Column:
     long_name: str
     role: str
     dtype: str = "<f8"
-    labels: Mapping[int, str] = field(default_factory=dict)
+    labels: Mapping[int, str] = field(default_factory=dict, hash=False)
 
 
 @dataclass(frozen=True)

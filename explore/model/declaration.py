@@ -10,7 +10,7 @@ from functools import cached_property
 from explore.model.drawing import Drawing, Panel
 from explore.model.points import FloatingLink
 from explore.model.quadrature import Adaptive, Graded, Quadrature
-from explore.model.quantities import OUTPUT_STATISTICS, Formula, Metric, Parameter, Signal, Window
+from explore.model.quantities import OUTPUT_STATISTICS, Formula, GivenMetric, Metric, Parameter, Signal, Window
 from explore.model.status import OwnStatus, Status
 from explore.model.targets import Target, TargetKind
 
@@ -105,6 +105,8 @@ class Declaration:
         How it meets targets, by their kind; empty where it meets none.
     target
         The target, whose parameters and metrics `Mechanism.with_target` adds; None for none.
+    given
+        Metrics that come with the designs, which `Mechanism.with_given` adds.
     """
 
     name: str
@@ -145,6 +147,7 @@ class Declaration:
     points: tuple[str, ...] = ()
     targets: Mapping[str, TargetKind] = field(default_factory=dict)
     target: Target | None = None
+    given: tuple[GivenMetric, ...] = ()
 
     @property
     def default_drive(self) -> str:
@@ -168,6 +171,7 @@ class Declaration:
         """All names that a metric can have, in any window."""
         yield from (metric.name for metric in self.metrics)
         yield from (formula.name for formula in self.formulas)
+        yield from (metric.name for metric in self.given)
         yield from OUTPUT_STATISTICS
         for signal in self.signals:
             for statistic in signal.statistics:

@@ -18,7 +18,7 @@ from explore.model.points import (
     point_signals,
     zero_means,
 )
-from explore.model.quantities import FloatArray, Signal
+from explore.model.quantities import FloatArray, GivenMetric, Signal
 from explore.model.targets import Target
 
 
@@ -105,6 +105,11 @@ class Mechanism(Declaration):
             objectives=kind.objectives,
             extended=self.extended.with_target(target) if self.extended else None,
         )
+
+    def with_given(self, metrics: tuple[GivenMetric, ...]) -> Mechanism:
+        """The mechanism with metrics whose values come with the designs."""
+        extended = self.extended.with_given(metrics) if self.extended else None
+        return replace(self, given=metrics, extended=extended) if metrics else self
 
     def evaluate_closed_form(self, parameters: FloatArray) -> ClosedFormResult:
         """Evaluate the closed form for `kernel_parameters` (p, n), in declared units."""

@@ -10,6 +10,7 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
+from explore.model.columns import Column
 from explore.model.expressions import Expression
 
 FloatArray = npt.NDArray[np.float64]
@@ -318,7 +319,7 @@ class DerivedMetric:
     long_name: str
     sense: Sense | None
     formula: Formula = field(hash=False)
-    inputs: tuple[Metric | SampledMetric | DerivedMetric | Parameter, ...] = field(hash=False)
+    inputs: tuple[ComputedMetric | Parameter, ...] = field(hash=False)
 
     @property
     def parts(self) -> tuple[Metric | SampledMetric | Parameter, ...]:
@@ -334,4 +335,36 @@ class DerivedMetric:
         return tuple(part for part in self.parts if isinstance(part, SampledMetric))
 
 
-AnyMetric = Metric | SampledMetric | DerivedMetric
+@dataclass(frozen=True)
+class GivenMetric:
+    """A metric that comes with the designs: who found them measured it, and evaluation takes its values as they are.
+
+    Attributes
+    ----------
+    column
+        Its column of results, whose role says whether it can be ranked. Codes with labels are from the best on.
+    sense
+        Sense in which it is better; None where neither is.
+    """
+
+    column: Column
+    sense: Sense | None = None
+
+    @property
+    def name(self) -> str:
+        """Column name."""
+        return self.column.name
+
+    @property
+    def unit(self) -> str:
+        """Unit of the values."""
+        return self.column.unit
+
+    @property
+    def long_name(self) -> str:
+        """Its description."""
+        return self.column.long_name
+
+
+ComputedMetric = Metric | SampledMetric | DerivedMetric
+AnyMetric = ComputedMetric | GivenMetric

@@ -7,7 +7,16 @@ from functools import cached_property
 
 from explore.model.expressions import Expression
 from explore.model.mechanism import Mechanism
-from explore.model.quantities import AnyMetric, DerivedMetric, Metric, Parameter, SampledMetric, Sense, Window
+from explore.model.quantities import (
+    AnyMetric,
+    DerivedMetric,
+    GivenMetric,
+    Metric,
+    Parameter,
+    SampledMetric,
+    Sense,
+    Window,
+)
 
 
 @dataclass(frozen=True)
@@ -80,7 +89,8 @@ class Request:
         """All closed-form and sampled metrics and the parameters that derived metrics depend on, each once."""
         parts: list[Metric | SampledMetric | Parameter] = []
         for metric in self.all_metrics:
-            parts += metric.parts if isinstance(metric, DerivedMetric) else (metric,)
+            if not isinstance(metric, GivenMetric):
+                parts += metric.parts if isinstance(metric, DerivedMetric) else (metric,)
         return tuple(dict.fromkeys(parts))
 
     @cached_property

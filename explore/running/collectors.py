@@ -224,7 +224,7 @@ def study_attributes(study: Study) -> dict[str, Attribute]:
     import scipy
 
     request = study.request
-    senses = {metric.name: metric.sense for metric in request.metrics}
+    senses = {metric.name: metric.sense for metric in (*request.metrics, *request.mechanism.given)}
     powers = {metric.name: speed_power(metric) for metric in request.metrics}
     powers |= {f"{constraint.metric.name}_margin": speed_power(constraint.metric) for constraint in request.constraints}
     return {

@@ -8,14 +8,12 @@ import numpy as np
 import numpy.typing as npt
 
 from explore.model.progress import ReportProgress
-from explore.model.quantities import Metric
-from explore.model.request import Constraint
 from explore.results.ranking.pareto import objectives_to_minimise
 from explore.results.ranking.spreading import spread_rows
 from explore.results.store.open_results import open_results
 from explore.results.store.results import Results
 from explore.synthesis.candidates import SOLUTION, Candidates
-from explore.synthesis.runs import CandidateRows, Measured, evaluate_candidates
+from explore.synthesis.runs import CandidateRows, evaluate_candidates
 from explore.synthesis.tasks.task_files import TaskFile, load_task
 
 
@@ -80,7 +78,7 @@ def _kept(rows: CandidateRows, candidates: Candidates) -> npt.NDArray[np.int64]:
     if candidates.most is None or n_solutions <= candidates.most:
         return np.arange(candidates.count)
     columns = {name: np.asarray(values, dtype=np.float64) for name, values in rows.arrays.items()}
-    values = objectives_to_minimise(columns, rows.measured.objectives)
+    values = objectives_to_minimise(columns, rows.study.objectives)
     good = np.flatnonzero((columns["feasible"] == 1.0) & np.isfinite(values).all(axis=1))
     good = good[~np.isin(solutions[good], solutions[always])]
     traits = None if candidates.traits is None else candidates.traits[good]
@@ -94,13 +92,4 @@ def _kept(rows: CandidateRows, candidates: Candidates) -> npt.NDArray[np.int64]:
 
 
 def _evaluated(task: TaskFile, candidates: Candidates) -> CandidateRows:
-    study, columns = task.study(candidates), {column.name: column for column in candidates.added}
-    constraints = tuple(
-        Constraint(Metric(name, columns[name].unit, columns[name].long_name), sides.get("min"), sides.get("max"))
-        for name, sides in task.measured_constraints.items()
-    )
-    measured = Measured(
-        candidates.added, candidates.stored(), task.task.measured, task.objectives(study), candidates.sentences,
-        constraints,
-    )  # fmt: skip
-    return evaluate_candidates(study, candidates.parameters, measured, task.text, candidates.tried)
+    return evaluate_candidates(task.asked.study(candidates), candidates, task.text)

@@ -13,7 +13,7 @@ from explore.analysis.certifying.formulas import compute
 from explore.evaluation.evaluate import LARGEST_PARAMETER, SMALLEST_PARAMETER
 from explore.evaluation.propagation import Bounded, propagate
 from explore.model.expressions import Expression
-from explore.model.quantities import OMITTED, AnyMetric, DerivedMetric, Parameter
+from explore.model.quantities import OMITTED, AnyMetric, DerivedMetric, GivenMetric, Parameter
 from explore.model.request import Constraint, Request
 
 
@@ -67,6 +67,8 @@ class Design:
         return self._certificates[bits]
 
     def _find(self, metric: AnyMetric, bits: int) -> Enclosure | None:
+        if isinstance(metric, GivenMetric):
+            raise UnprovedError(f"{metric.name} comes with the designs")
         certificate = self._certificate(bits)
         if not isinstance(metric, DerivedMetric) or not isinstance(metric.formula.function, Expression):
             if isinstance(metric, DerivedMetric) and any(part.signal.point for part in metric.sampled):

@@ -85,24 +85,24 @@ def _print_plan(task: Path, path: Path, loaded: TaskFile, *, as_json: bool) -> N
     """Print what would be searched and computed."""
     from explore.synthesis.tasks.placed_four_bars import PASSAGE
 
-    objectives = loaded.given.get("rank", {}).get("metrics", loaded.task.objectives)
+    objectives = loaded.asked.sections["rank"]["metrics"]
+    constraints = {
+        each.metric.name: {k: bound for k, bound in (("min", each.minimum), ("max", each.maximum)) if bound is not None}
+        for each in loaded.asked.question.request.constraints
+    }
     if as_json:
         print_json({
-            "task": loaded.kind, "mechanism": loaded.task.mechanism, "results": str(path),
-            "constraints": {**loaded.task.constraints, **loaded.measured_constraints},
-            "objectives": list(objectives),
+            "task": loaded.kind, "mechanism": loaded.task.mechanism, "results": str(path), "constraints": constraints,
+            "objectives": objectives,
         })  # fmt: skip
         return
     say(f"{task}: {loaded.kind}, candidates of a {loaded.task.mechanism} -> {path}", data=True)
-    constraints = {**loaded.task.constraints, **loaded.measured_constraints}
-    if constraints.pop(PASSAGE.name, None):
+    if constraints.get(PASSAGE.name) == {"max": 0.0}:
+        del constraints[PASSAGE.name]
         say("  every place passed in one motion and in order", data=True)
-    for name, sides in constraints.items():
-        limits = " and ".join(
-            f"{words} {number(float(sides[side]))}" for side, words in (("min", "at least"), ("max", "at most"))
-            if side in sides
-        )  # fmt: skip
-        say(f"  {name} {limits}", data=True)
+    for name, bounds in constraints.items():
+        words = {"min": "at least", "max": "at most"}
+        say(f"  {name} {' and '.join(f'{words[side]} {number(bound)}' for side, bound in bounds.items())}", data=True)
     say(f"ranked by {', '.join(objectives)}; nothing was searched or written", data=True)
 
 

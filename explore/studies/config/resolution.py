@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -26,6 +26,9 @@ from explore.studies.request.names import find_mechanism
 from explore.studies.request.requests import RequestArguments, make_objective, resolve_request
 from explore.studies.request.tolerances import resolve_tolerances
 
+#: The parameters that designs have by name, and whether any is not 0; None where they are wrong.
+_Axes = Mapping[str, bool] | None
+
 
 @dataclass(frozen=True)
 class ResolvedStudy:
@@ -42,6 +45,45 @@ class ResolvedStudy:
     remarks: tuple[tuple[KeyPath, str], ...]
 
 
+@dataclass(frozen=True)
+class Question:
+    """What a study asks of each of its designs, whichever these are; as of `explore.studies.config.study.Study`."""
+
+    request: Request
+    objectives: tuple[Objective, ...]
+    units: ShownUnits
+
+    def of_designs(self, space: DesignSpace, remarks: Problems) -> ResolvedStudy:
+        """The study of these designs."""
+        identity = _identity(self.request, space)
+        return ResolvedStudy(self.request, space, self.objectives, identity, self.units, tuple(remarks))
+
+
+@dataclass(frozen=True)
+class _Entries:
+    """The entries of a study that ask something of its designs."""
+
+    study: StudyFile
+    evaluate: Evaluate
+    rank: Rank
+
+    @staticmethod
+    def read(sections: Mapping[str, Any], problems: Problems) -> _Entries:
+        study = read(StudyFile, sections, (), problems) or StudyFile()
+        evaluate = read(Evaluate, study.evaluate, ("evaluate",), problems) or Evaluate()
+        return _Entries(study, evaluate, read(Rank, study.rank, ("rank",), problems) or Rank())
+
+
+def resolve_question(
+    mechanism: Mechanism, sections: Mapping[str, Any], parameters: Iterable[str], problems: Problems
+) -> Question:
+    """What sections of a study ask of designs that are not known yet; valid only when there are no problems.
+
+    `mechanism` has their points and their target, and `parameters` are the names of those that they will have.
+    """
+    return _question(mechanism, _Entries.read(sections, problems), dict.fromkeys(parameters, True), "", problems)
+
+
 def resolve_study(
     sections: Mapping[str, Any], folder: Path, problems: Problems, table_problems: list[str]
 ) -> ResolvedStudy | None:
@@ -49,10 +91,9 @@ def resolve_study(
 
     The name of the table is relative to `folder`.
     """
-    study = read(StudyFile, sections, (), problems) or StudyFile()
+    entries = _Entries.read(sections, problems)
+    study = entries.study
     sampling = read(Sampling, study.sampling, ("sampling",), problems)
-    evaluate = read(Evaluate, study.evaluate, ("evaluate",), problems) or Evaluate()
-    rank = read(Rank, study.rank, ("rank",), problems) or Rank()
     if study.scene is not None:
         read(SceneTable, study.scene, ("scene",), problems)
     if sampling is not None:
@@ -63,20 +104,27 @@ def resolve_study(
     method = sampling.method if sampling else ""
     mechanism, parameters = read_points(mechanism, study.points, study.parameters, method, problems)
     mechanism = add_target_section(mechanism, study.target, folder, problems)
-    units = _units(study, problems)
     n_before = len(problems)
     space = read_space(mechanism, parameters, sampling, folder, problems, table_problems)
     problems[n_before:] = [(key_of_coordinate(mechanism, key), reason) for key, reason in problems[n_before:]]
-    request = _request(mechanism, evaluate, study, problems)
-    objectives = _objectives(request, rank, space, problems)
-    _, tolerance_problems = resolve_tolerances(mechanism, study.tolerances)
-    problems += [(("tolerances", *key), reason) for key, reason in tolerance_problems]
-    if space is not None:
-        problems += _unavailable(request, space)
+    has_nonzero = {axis.name: axis.has_nonzero for axis in space.axes} if space is not None else None
+    question = _question(mechanism, entries, has_nonzero, _prescribed_metric(space), problems)
     if problems or table_problems or space is None:
         return None
-    remarks = tuple(study_remarks(study, request, units))
-    return ResolvedStudy(request, space, objectives, _identity(request, space), units, remarks)
+    return question.of_designs(space, study_remarks(study, question.request, question.units))
+
+
+def _question(mechanism: Mechanism, entries: _Entries, axes: _Axes, prescribed: str, problems: Problems) -> Question:
+    """What entries ask of designs with these axes; one metric may be prescribed to solve for a length."""
+    study = entries.study
+    units = _units(study, problems)
+    request = _request(mechanism, entries.evaluate, study, problems)
+    objectives = _objectives(request, entries.rank, axes, prescribed, problems)
+    _, tolerance_problems = resolve_tolerances(mechanism, study.tolerances)
+    problems += [(("tolerances", *key), reason) for key, reason in tolerance_problems]
+    if axes is not None:
+        problems += _unavailable(request, axes)
+    return Question(request, objectives, units)
 
 
 def _units(study: StudyFile, problems: Problems) -> ShownUnits:
@@ -115,16 +163,15 @@ def _key(key: KeyPath) -> KeyPath:
     return key if key[0] == "constraints" else ("evaluate", *key)
 
 
-def _unavailable(request: Request, space: DesignSpace) -> Problems:
+def _unavailable(request: Request, axes: Mapping[str, bool]) -> Problems:
     """Problems of metrics that need a parameter which is 0 or missing in every design."""
     defaults = {parameter.name: parameter.default for parameter in request.mechanism.parameters}
-    has_nonzero = {axis.name: axis.has_nonzero for axis in space.axes}
     columns = [metric.name for metric in request.metrics]
     keys: dict[str, KeyPath] = {name: ("evaluate", "metrics", columns.index(name)) for name in columns}
     keys |= {formula.name: ("metrics", formula.name) for formula in request.formulas}
     return [
         (keys.get(name, ("constraints", name)), reason)
-        for name, reason in unavailable_metrics(request, lambda name: has_nonzero.get(name, bool(defaults[name])))
+        for name, reason in unavailable_metrics(request, lambda name: axes.get(name, bool(defaults[name])))
     ]
 
 
@@ -133,9 +180,10 @@ def _prescribed_metric(space: DesignSpace | None) -> str:
     return space.solved_length.metric.name if isinstance(space, SolvedSpace) else ""
 
 
-def _objectives(request: Request, rank: Rank, space: DesignSpace | None, problems: Problems) -> tuple[Objective, ...]:
+def _objectives(
+    request: Request, rank: Rank, axes: _Axes, prescribed: str, problems: Problems
+) -> tuple[Objective, ...]:
     """The objectives of [rank], or those of the mechanism whose metrics the study computes."""
-    prescribed = _prescribed_metric(space)
     if rank.metrics is None:
         # The prescribed metric is the same in all designs: only rounding errors would rank them.
         columns = {metric.name for metric in request.metrics} - {prescribed}
@@ -156,7 +204,7 @@ def _objectives(request: Request, rank: Rank, space: DesignSpace | None, problem
             problems.append((key, str(error)))
             continue
         name = objective.metric
-        if metrics_are_valid and (reason := _reason_not_in_results(name, request, space)):
+        if metrics_are_valid and (reason := _reason_not_in_results(name, request, axes)):
             problems.append((key, reason))
         if name == prescribed:
             problems.append((key, f"{name} is prescribed, so it is the same in all designs; leave it out"))
@@ -166,13 +214,16 @@ def _objectives(request: Request, rank: Rank, space: DesignSpace | None, problem
     return tuple(objectives)
 
 
-def _reason_not_in_results(name: str, request: Request, space: DesignSpace | None) -> str:
+def _reason_not_in_results(name: str, request: Request, axes: _Axes) -> str:
     """Why the results have no column of that name that varies; empty when they have one."""
     if name in {parameter.name for parameter in request.mechanism.parameters}:
-        has_axis = space is None or name in {axis.name for axis in space.axes}
-        return "" if has_axis else f"{name} is not among the parameters, so it is the same in all designs; leave it out"
-    is_computed = name in {metric.name for metric in request.metrics}
-    return "" if is_computed else f'{name} is not computed; add "{name}" to the metrics'
+        return (
+            ""
+            if axes is None or name in axes
+            else f"{name} is not among the parameters, so it is the same in all designs; leave it out"
+        )
+    columns = {metric.name for metric in (*request.metrics, *request.mechanism.given)}
+    return "" if name in columns else f'{name} is not computed; add "{name}" to the metrics'
 
 
 def _identity(request: Request, space: DesignSpace) -> str:

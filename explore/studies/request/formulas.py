@@ -11,7 +11,7 @@ from explore.base.suggest import format_value, suggestion
 from explore.base.units.quantities import check_unit
 from explore.model.expressions import Expression
 from explore.model.mechanism import Mechanism
-from explore.model.quantities import AnyMetric, DerivedMetric, Formula, Metric, Parameter, Window
+from explore.model.quantities import ComputedMetric, DerivedMetric, Formula, Metric, Parameter, Window
 from explore.studies.request.formula_text import FormulaText, parse_formula
 from explore.studies.request.names import find_input
 from explore.studies.request.user_names import reason_against_name
@@ -89,14 +89,16 @@ class _Resolver:
             self._sizes[name], self._levels[name] = size, level
         return reasons
 
-    def _find(self, name: str) -> AnyMetric | Parameter:
+    def _find(self, name: str) -> ComputedMetric | Parameter:
         source = find_input(self.mechanism, name, self.window, self.metrics)
         if isinstance(source, Metric) and source.labels:
             raise RequestError(f"{name} is a label, not a quantity, so a formula cannot use it")
         return source
 
 
-def _metric(name: str, unit: str, expression: Expression, inputs: tuple[AnyMetric | Parameter, ...]) -> DerivedMetric:
+def _metric(
+    name: str, unit: str, expression: Expression, inputs: tuple[ComputedMetric | Parameter, ...]
+) -> DerivedMetric:
     names = tuple(source.name for source in inputs)
     formula = Formula(name, unit, expression.text, None, names, expression)
     return DerivedMetric(name, unit, expression.text, None, formula, inputs)

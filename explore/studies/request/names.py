@@ -17,6 +17,7 @@ from explore.model.quantities import (
     OUTPUT_STATISTICS,
     STATISTICS,
     AnyMetric,
+    ComputedMetric,
     DerivedMetric,
     Formula,
     Parameter,
@@ -110,12 +111,13 @@ def find_metric(
 ) -> AnyMetric:
     """Find a metric of a mechanism or of a study's formulas by name.
 
-    The name is that of a closed-form or derived metric, ``<signal>_<statistic>`` over the study's window,
+    The name is that of a closed-form, derived or given metric, ``<signal>_<statistic>`` over the study's window,
     ``<signal>_<statistic>_<window>`` over that one, or "mean", "variance" or "cv" of the output. A closed-form metric
     is of the design, in any window; where a statistic over a window would have the same name, it is the one with the
     window in its name. A `RequestError` says that it does not exist or is undefined for every design.
     """
-    metric = formulas.get(name) or _declared_metric(mechanism, name, window)
+    given = {metric.name: metric for metric in mechanism.given}
+    metric = given.get(name) or formulas.get(name) or _declared_metric(mechanism, name, window)
     if metric is None:
         raise _unknown(mechanism, "metric", name, [*formulas, *mechanism.metric_names()])
     return metric
@@ -123,8 +125,10 @@ def find_metric(
 
 def find_input(
     mechanism: Mechanism, name: str, window: Window, formulas: Mapping[str, DerivedMetric]
-) -> AnyMetric | Parameter:
-    """Find what a name in a formula means: a parameter, a formula, or a metric as for `find_metric`."""
+) -> ComputedMetric | Parameter:
+    """Find what a name in a formula means: a parameter, a formula, or a computed metric, as for `find_metric`."""
+    if name in {metric.name for metric in mechanism.given}:
+        raise RequestError(f"{name} comes with the designs, so a formula cannot use it")
     parameters = {parameter.name: parameter for parameter in mechanism.parameters}
     source = parameters.get(name) or formulas.get(name) or _declared_metric(mechanism, name, window)
     if source is None:
@@ -138,8 +142,8 @@ def _unknown(mechanism: Mechanism, kind: str, name: str, names: Iterable[str]) -
     return RequestError(f"unknown {kind} {format_value(name)}; {hint}")
 
 
-def _declared_metric(mechanism: Mechanism, name: str, window: Window) -> AnyMetric | None:
-    """A metric that the mechanism declares, or None; see `find_metric`."""
+def _declared_metric(mechanism: Mechanism, name: str, window: Window) -> ComputedMetric | None:
+    """A computed metric that the mechanism declares, or None; see `find_metric`."""
     for closed_form in mechanism.metrics:
         if closed_form.name == name:
             return closed_form
@@ -170,12 +174,7 @@ def _declared_metric(mechanism: Mechanism, name: str, window: Window) -> AnyMetr
 
 def _derived(mechanism: Mechanism, formula: Formula, window: Window) -> DerivedMetric:
     """The metric of a formula, its inputs resolved."""
-    parameters = {parameter.name: parameter for parameter in mechanism.parameters}
-
-    def find(name: str) -> AnyMetric | Parameter:
-        return parameters[name] if name in parameters else find_metric(mechanism, name, window)
-
-    inputs = tuple(find(name) for name in formula.inputs)
+    inputs = tuple(find_input(mechanism, name, window, _NO_FORMULAS) for name in formula.inputs)
     return DerivedMetric(formula.name, formula.unit, formula.long_name, formula.sense, formula, inputs)
 
 

@@ -10,7 +10,7 @@ from explore.base.errors import KeyPath, Problems, RequestError
 from explore.base.suggest import format_value, suggestion
 from explore.base.units.quantities import quantity
 from explore.model.mechanism import Mechanism
-from explore.model.quantities import AnyMetric, DerivedMetric, Metric, Sense, Window
+from explore.model.quantities import AnyMetric, DerivedMetric, GivenMetric, Metric, Sense, Window
 from explore.model.request import Constraint, Objective, Request
 from explore.results.ranking.objectives import read_objective
 from explore.studies.request.formulas import resolve_formulas
@@ -34,6 +34,8 @@ def make_objective(source: Request | tuple[Mechanism, Window], text: str) -> Obj
             return None
         metric = find_metric(mechanism, name, window, formulas)
         _refuse_label(metric, "ranked")
+        if isinstance(metric, GivenMetric) and metric.column.role != "metric":
+            raise RequestError(f"{name} can be bounded, but not ranked")
         return metric.sense
 
     return read_objective(text, default_sense)
@@ -172,7 +174,8 @@ def _bounds(metric: AnyMetric, bounds: object, problems: Problems) -> Constraint
     """The constraint of one metric; None if its bounds are invalid."""
     key: KeyPath = ("constraints", metric.name)
     if not isinstance(bounds, Mapping) or not bounds:
-        problems.append((key, "at least one bound is needed; give min, max or both"))
+        reason = f"at least one bound is needed, such as {{ max = 0.5 }}, got {format_value(bounds)}"
+        problems.append((key, reason))
         return None
     limits: dict[str, float] = {}
     for side, value in bounds.items():

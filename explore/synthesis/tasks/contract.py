@@ -9,7 +9,7 @@ from typing import Any
 
 from explore.base.errors import Problems
 from explore.model.progress import ReportProgress
-from explore.model.quantities import Sense
+from explore.model.quantities import GivenMetric
 from explore.synthesis.candidates import Candidates
 from explore.synthesis.tasks.sections import SectionReader
 
@@ -34,14 +34,12 @@ class Task:
     objectives
         As in ``[rank] metrics``: how well the task is met first.
     measured
-        Metrics that the solver measures, because the study cannot compute them, with their better side; columns of
-        kind "metric" among those that the candidates add.
+        Metrics that the solver measures, because evaluation cannot compute them; their columns are among those that
+        the candidates add.
     metrics
         Names of metrics that are computed besides the objectives.
     constraints
         As in a study.
-    measured_constraints
-        As in a study, on columns that the candidates add.
     formulas
         As ``[metrics]`` in a study.
     points
@@ -61,10 +59,9 @@ class Task:
     parameters: tuple[str, ...]
     fixed: tuple[str, ...] = ()
     objectives: tuple[str, ...] = ()
-    measured: Mapping[str, Sense] = field(default_factory=dict)
+    measured: tuple[GivenMetric, ...] = ()
     metrics: tuple[str, ...] = ()
     constraints: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
-    measured_constraints: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     formulas: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
     points: tuple[str, ...] = ()
     target: Mapping[str, Any] | None = None

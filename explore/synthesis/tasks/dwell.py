@@ -10,6 +10,7 @@ import numpy as np
 from explore.base.errors import Problems, RequestError
 from explore.model.columns import Column
 from explore.model.progress import ReportProgress
+from explore.model.quantities import GivenMetric
 from explore.synthesis.candidates import SOLUTION, Candidates
 from explore.synthesis.dwell_fitting import DwellTask
 from explore.synthesis.dwell_search import N_DRAWN, N_STARTS, find_dwells
@@ -28,6 +29,10 @@ def _column(name: str, unit: str, meaning: str, role: str = "bookkeeping") -> Co
     return Column(name, unit, meaning, role)
 
 
+_STROKE = _column("slider_stroke", "mm", "travel of the slider over the turn")
+_PRESSURE = _column("slider_pressure_angle_max", "deg", "largest angle between link and guide over the turn", "metric")
+_ERROR = _column("dwell_error", "mm", "travel of the slider in the dwell", "metric")
+_MEASURED = (GivenMetric(_STROKE), GivenMetric(_PRESSURE, "min"), GivenMetric(_ERROR, "min"))
 # A narrow table drops the first of these first.
 _ADDED = (
     SOLUTION,
@@ -36,10 +41,10 @@ _ADDED = (
     _column("guide_angle", "deg", "angle of the slider's guide from the ground"),
     _column("dwell_start", "deg", "crank angle at which the dwell begins, from the ground"),
     _column("dwell_angle", "deg", "angle that the crank turns in the dwell"),
-    _column("slider_pressure_angle_max", "deg", "largest angle between link and guide over the turn", "metric"),
+    _PRESSURE,
     _column("slider_link", "mm", "length of the link from the coupler point to the slider"),
-    _column("slider_stroke", "mm", "travel of the slider over the turn"),
-    _column("dwell_error", "mm", "travel of the slider in the dwell", "metric"),
+    _STROKE,
+    _ERROR,
 )
 
 
@@ -120,10 +125,13 @@ def _read(sections: TaskSections, problems: Problems) -> Task | None:
         parameters=(*LENGTHS, "branch", f"{POINT}_along", f"{POINT}_across"),
         fixed=("crank",),
         objectives=("dwell_error:min", "transmission_angle_worst:max", "footprint:min"),
-        measured={"dwell_error": "min", "slider_pressure_angle_max": "min"},
+        measured=_MEASURED,
         metrics=("transmission_angle_min", "transmission_angle_max", "link_ratio"),
-        constraints=bounds.constraints,
-        measured_constraints={"slider_stroke": {"min": stroke}, "slider_pressure_angle_max": {"max": pressure}},
+        constraints={
+            **bounds.constraints,
+            "slider_stroke": {"min": stroke},
+            "slider_pressure_angle_max": {"max": pressure},
+        },
         formulas=FORMULAS,
         points=(POINT,),
     )

@@ -10,7 +10,7 @@ import numpy as np
 from explore.base.errors import Problems, RequestError
 from explore.model.columns import Arrays
 from explore.model.progress import ReportProgress
-from explore.model.quantities import FloatArray
+from explore.model.quantities import FloatArray, GivenMetric
 from explore.model.targets import PosesTarget
 from explore.studies.request.path_order import remark_on_order
 from explore.studies.request.pose_targets import read_poses
@@ -47,7 +47,8 @@ _SENTENCES = {
     defects.OTHER_CIRCUIT: "the linkage would have to be taken apart between the poses",
 }
 
-_ADDED = (SOLUTION, replace(PASSAGE, long_name="whether the crank takes the body through all poses in their order"))
+_PASSAGE = GivenMetric(replace(PASSAGE, long_name="whether the crank takes the body through all poses in their order"))
+_ADDED = (SOLUTION, _PASSAGE.column)
 #: Rounding by which an exact candidate may miss, over the size of the poses and in rad.
 _ROUNDING = 1e-6
 #: Distance of pivots over the size of the poses up to which candidates are alike and one of them is enough.
@@ -243,6 +244,7 @@ def _read(sections: TaskSections, problems: Problems) -> Task | None:
         find=search.find,
         parameters=(*PARAMETERS, "body_angle"),
         objectives=tuple(objectives),
+        measured=(_PASSAGE,),
         metrics=(
             "position_error_max",
             "angle_error_max",
@@ -250,8 +252,7 @@ def _read(sections: TaskSections, problems: Problems) -> Task | None:
             "transmission_angle_min",
             "transmission_angle_max",
         ),
-        constraints=constraints,
-        measured_constraints=passage,
+        constraints={**constraints, **passage},
         formulas={**FORMULAS, **formulas, "longest_link": {"formula": f"max({', '.join(LENGTHS)})", "unit": "mm"}},
         points=(POINT,),
         target=target.to_content(),

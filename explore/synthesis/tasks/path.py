@@ -10,6 +10,7 @@ import numpy as np
 
 from explore.base.errors import Problems
 from explore.mechanisms.registry import mechanism_by_name
+from explore.model.quantities import GivenMetric
 from explore.model.targets import PathTarget
 from explore.studies.request.names import find_mechanism
 from explore.studies.request.path_order import remark_on_order
@@ -18,7 +19,7 @@ from explore.synthesis.tasks.contract import Task, TaskSections, TaskType
 from explore.synthesis.tasks.four_bars import FORMULAS, LENGTHS
 from explore.synthesis.tasks.path_search import PathSearch
 from explore.synthesis.tasks.pivot_boxes import pivot_bounds, read_box
-from explore.synthesis.tasks.placed_four_bars import PARAMETERS, POINT, read_passage
+from explore.synthesis.tasks.placed_four_bars import PARAMETERS, PASSAGE, POINT, TIMED, read_passage
 from explore.synthesis.tasks.sections import SectionReader
 
 #: Largest number of candidates before their cognates.
@@ -112,13 +113,12 @@ def _task_of(search: PathSearch, passage: Mapping[str, Mapping[str, float]]) -> 
             "timed_error_rms:min" if is_timed else "path_error_rms:min", "transmission_angle_worst:max",
             "footprint:min",
         ),
-        measured={"timed_error_rms": "min", "timed_error_max": "min"} if is_timed else {},
+        measured=(GivenMetric(PASSAGE), *(GivenMetric(each, "min") for each in TIMED if is_timed)),
         metrics=(
             *mechanism_by_name("crank-rocker").targets["path"].defaults, "transmission_angle_min",
             "transmission_angle_max",
         ),
-        constraints=constraints,
-        measured_constraints=passage,
+        constraints={**constraints, **passage},
         formulas=formulas,
         points=(POINT,),
         target=search.target.to_content(),

@@ -30,7 +30,7 @@ PASSAGE = Column(
 )  # fmt: skip
 
 _PROVED = Column("proved", "", "whether it is proved to exist", "bookkeeping", "|i1", {0: "not_proved", 1: "proved"})
-_TIMED = (
+TIMED = (
     Column("timed_error_rms", "mm", "rms distance of the points to the path at their crank angles", "metric"),
     Column("timed_error_max", "mm", "largest distance of a point to the path at its crank angle", "metric"),
 )
@@ -99,9 +99,9 @@ def candidates_of(found: Sequence[PlacedFourBar], tried: Sequence[str]) -> Candi
         added.append(_PROVED)
         values["proved"] = np.array([bool(each.is_proved) for each in found])
     if any(each.timed_errors is not None for each in found):
-        added += _TIMED
+        added += TIMED
         errors = np.array([each.timed_errors or (np.nan, np.nan) for each in found])
-        values |= {column.name: errors[:, k] for k, column in enumerate(_TIMED)}
+        values |= {column.name: errors[:, k] for k, column in enumerate(TIMED)}
     return Candidates(
         parameters=parameters_of([each.linkage for each in found]),
         added=tuple(added),

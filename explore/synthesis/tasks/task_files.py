@@ -1,4 +1,4 @@
-"""Read task files, and make the study of the candidates that a task leads to."""
+"""Read task files."""
 
 from __future__ import annotations
 
@@ -12,23 +12,12 @@ from typing import Any
 
 from explore.base.errors import ConfigError, DoubtfulInputWarning, Problems, RequestError
 from explore.base.suggest import format_value, suggestion
-from explore.model.request import Objective
 from explore.model.targets import MOST_TARGET_POINTS
 from explore.studies.config import toml_text
 from explore.studies.config.remarks import remark_on_units, target_entries
-from explore.studies.config.resolution import resolve_study
-from explore.studies.config.study import Study, make_study
 from explore.synthesis.candidates import Candidates
-from explore.synthesis.ranges import any_ranges, ranges_around
 from explore.synthesis.tasks.contract import Task, TaskSections, TaskType
-from explore.synthesis.tasks.measured_constraints import note_constraints, split_constraints
-from explore.synthesis.tasks.objectives import (
-    name_of,
-    note_measured,
-    objectives_of,
-    split_objectives,
-    with_suggestion,
-)
+from explore.synthesis.tasks.questions import TaskQuestion
 from explore.synthesis.tasks.registry import TASK_TYPES, task_type
 from explore.synthesis.tasks.sections import SectionReader
 
@@ -49,9 +38,9 @@ class TaskFile:
     kind
         The name of its type.
     task
-        The solver, and what the study of the candidates computes.
-    given
-        Sections of the study that the file has.
+        The solver, and what it asks of its candidates.
+    asked
+        What is asked of the candidates.
     text
         The text of the file.
     remarks
@@ -60,31 +49,13 @@ class TaskFile:
 
     kind: str
     task: Task
-    given: Mapping[str, Mapping[str, Any]]
+    asked: TaskQuestion
     text: str
     remarks: tuple[str, ...] = ()
 
     def find(self, report: Any = None) -> Candidates:
         """Find the candidates; `report` is called with the numbers of steps done and to be done."""
         return self.task.find(report)
-
-    def objectives(self, study: Study) -> tuple[Objective, ...]:
-        """The objectives of the candidates: those of their study, and those that the solver measures."""
-        return objectives_of(self.task, self.given.get("rank", {}), study.objectives)
-
-    @property
-    def measured_constraints(self) -> Mapping[str, Mapping[str, float]]:
-        """Bounds on columns that the candidates add: those of the task, and those of the section [constraints]."""
-        return {**self.task.measured_constraints, **split_constraints(self.task, self.given.get("constraints", {}))[1]}
-
-    def study(self, candidates: Candidates) -> Study:
-        """The study of the candidates: their ranges, the target, and the bounds as constraints."""
-        sections = _study_sections(self.task, self.given, ranges_around(self.task, candidates), candidates.count)
-        problems: Problems = []
-        resolved = resolve_study(sections, Path(), problems, [])
-        if resolved is None:
-            raise ConfigError([f"{toml_text.dotted(key)}: {reason}" for key, reason in problems])
-        return make_study(resolved, toml_text.format_toml(sections))
 
 
 def load_task(path: str | os.PathLike[str]) -> TaskFile:
@@ -153,23 +124,9 @@ def _resolve(sections: dict[str, Any], text: str, folder: Path, problems: Proble
         return None
     given = _given_sections(sections, problems)
     entries = [*target_entries(sections.get("target", {})), *(n for reader in readers.values() for n in reader.numbers)]
-    # A trial with any ranges, so that mistakes in these sections are found before anything is searched.
-    trial = _study_sections(task, given, any_ranges(task), 1)
-    found: Problems = []
-    resolved = resolve_study(trial, Path(), found, [])
-    if resolved is not None:
-        task = replace(task, remarks=[*task.remarks, *remark_on_units(entries, resolved.units)])
-    note_measured(task, given.get("rank", {}), problems)
-    note_constraints(task, given.get("constraints", {}), problems)
-    found = [(key, with_suggestion(task, trial["rank"], key, reason)) for key, reason in found]
-    places = split_objectives(task, given.get("rank", {}))[1]
-    n_given = len(_names(given.get("evaluate", {}).get("metrics")))
-    # The columns behind those that the file names are of the task, or of [rank], which reports them itself.
-    found = [(k, r) for k, r in found if not (k[:2] == ("evaluate", "metrics") and k[2:] and int(k[2]) >= n_given)]
-    problems += [
-        ((*k[:2], places[int(k[2])]) if k[:2] == ("rank", "metrics") and k[2:] else k, reason) for k, reason in found
-    ]
-    return TaskFile(kind.name, task, given, text)
+    asked = TaskQuestion.read(task, given, problems)
+    task = replace(task, remarks=[*task.remarks, *remark_on_units(entries, asked.question.units)])
+    return TaskFile(kind.name, task, asked, text)
 
 
 def _given_sections(sections: Mapping[str, Any], problems: Problems) -> dict[str, Mapping[str, Any]]:
@@ -192,40 +149,3 @@ def _type(sections: Mapping[str, Any], problems: Problems) -> TaskType | None:
     except RequestError as error:
         problems.append((("task",), str(error)))
         return None
-
-
-def _study_sections(
-    task: Task, given: Mapping[str, Mapping[str, Any]], ranges: Mapping[str, Any], count: int
-) -> dict[str, Any]:
-    """The sections of the study of candidates, whose parameters have these entries."""
-    evaluate, rank = dict(given.get("evaluate", {})), split_objectives(task, given.get("rank", {}))[0]
-    if task.window:
-        evaluate.setdefault("window", task.window)
-    formulas = {**task.formulas, **given.get("metrics", {})}
-    needed = dict.fromkeys([*_names(rank["metrics"]), *task.metrics])
-    named = evaluate.get("metrics", [])
-    if isinstance(named, list):
-        no_metrics = {*_names(named), *formulas, *task.parameters}
-        evaluate["metrics"] = named + [name for name in needed if name not in no_metrics]
-    points = {point: {axis: ranges[f"{point}_{axis}"] for axis in ("along", "across")} for point in task.points}
-    coordinates = {f"{point}_{axis}" for point in task.points for axis in ("along", "across")}
-    study = {
-        "mechanism": task.mechanism,
-        "parameters": {name: entry for name, entry in ranges.items() if name not in coordinates},
-        "points": points,
-        "target": task.target,
-        "sampling": {"method": "sobol", "count": count, "seed": 0},
-        "evaluate": evaluate,
-        "metrics": formulas,
-        "constraints": {**task.constraints, **split_constraints(task, given.get("constraints", {}))[0]},
-        "rank": rank,
-        **{name: given[name] for name in ("units", "tolerances") if name in given},
-    }
-    return {name: content for name, content in study.items() if content not in (None, {})}
-
-
-def _names(entries: object) -> list[str]:
-    """The names of metrics in a list of metrics or objectives."""
-    if not isinstance(entries, list):
-        return []
-    return [name_of(entry) for entry in entries]
