@@ -277,6 +277,35 @@ def test_a_change_of_a_constant_of_another_package_is_noticed(tmp_path, statemen
     assert report(tmp_path, script) == [10.0, 0]
 
 
+MOVED = """
+import importlib, json, sys
+sys.path.insert(0, {folder!r})
+kernel, places = importlib.import_module("third_party.kernel"), importlib.import_module("third_party.{places}")
+result = kernel.distance(places.Place(3.0, 4.0))
+print(json.dumps([result, kernel.distance.stats.cache_hits.total()]))
+"""
+
+
+def test_a_function_is_compiled_anew_where_the_class_of_an_argument_has_moved(tmp_path):
+    """The cache names the class, whose module the kernel need not import."""
+    package = tmp_path / "third_party"
+    package.mkdir()
+    (package / "__init__.py").touch()
+    (package / "points.py").write_text(
+        "from typing import NamedTuple\nclass Place(NamedTuple):\n    x: float\n    y: float\n"
+    )
+    (package / "kernel.py").write_text(
+        "import math\nfrom explore.base.compiling import compiled\n"
+        "@compiled()\ndef distance(place):\n    return math.hypot(place.x, place.y)\n"
+    )
+
+    for expected in ([5.0, 0], [5.0, 1]):
+        assert report(tmp_path, MOVED.format(folder=str(tmp_path), places="points")) == expected
+    (package / "points.py").rename(package / "places.py")
+    for expected in ([5.0, 0], [5.0, 1]):
+        assert report(tmp_path, MOVED.format(folder=str(tmp_path), places="places")) == expected
+
+
 def test_mechanisms_that_are_not_used_are_not_even_imported(first):
     script = """
 import json, sys

@@ -117,6 +117,13 @@ class _IndexFile(IndexDataCacheFile):  # type: ignore[misc]  # Numba has no type
     def _source_stamp(self, stamp: object) -> None:
         """Ignore Numba's own stamp, which knows one file only."""
 
+    def _load_index(self) -> Any:
+        """Read the index; it is empty where a class among the types of arguments has been moved or removed."""
+        try:
+            return super()._load_index()
+        except (AttributeError, ImportError):
+            return {}
+
 
 @cache
 def _source_digest(path: Path) -> str:
