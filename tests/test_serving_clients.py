@@ -248,6 +248,15 @@ def test_the_list_of_jobs_says_what_is_not_known_of_a_search(client, served, tmp
     assert "when found" not in run("jobs", "search", *at, cwd=tmp_path).stdout
 
 
+def test_the_list_of_jobs_has_their_remarks(client, served, tmp_path):
+    at = ("--server", served.url, "--token-file", str(served.folder / "token"))
+    client.post("/api/tasks", json={"name": "doubtful", "task": TASK + '[units]\nlength = "in"\n'})
+    (remark,) = client.get("/api/jobs/doubtful").json()["remarks"]
+    assert "although [units] shows in" in remark
+    for words in ((), ("doubtful",)):
+        assert run("jobs", *words, *at, cwd=tmp_path).stdout.count(f"doubtful: perhaps not meant: {remark}\n") == 1
+
+
 def test_who_waits_is_told_how_far_a_job_is(served, tmp_path, monkeypatch):
     at = ("--server", served.url, "--token-file", str(served.folder / "token"), "--wait", "--keep", "front")
     (tmp_path / "told.toml").write_text(BASE.replace("num = 32", "num = 1500"))

@@ -47,7 +47,7 @@ def new_file(path: Path, size: int | None = None, *, replace: bool = True) -> It
         with contextlib.suppress(OSError):
             temporary.unlink(missing_ok=True)
         if isinstance(error, OSError) and not isinstance(error, ResultsError):
-            raise _explain(error, path, size) from error
+            raise explained(error, path, size) from error
         raise
 
 
@@ -134,7 +134,7 @@ def sync_folder(folder: Path) -> None:
         os.close(descriptor)
 
 
-def _explain(error: OSError, path: Path, size: int | None) -> ResultsError:
+def explained(error: OSError, path: Path, size: int | None = None) -> ResultsError:
     """An error for users from an OSError: the bytes needed, the bytes free, the remedy."""
     needs = f"{path} needs {'more' if size is None else f'{size:,}'} bytes"
     if isinstance(error, FileExistsError):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -48,13 +49,12 @@ def atomic_files(folder: Path) -> Iterator[Path]:
     """
     if folder.exists() and not folder.is_dir():
         raise RequestError(f"-o {folder} is a file; name a folder")
-    from explore.base.files import check_regular
-
-    is_new = not folder.exists()
-    folder.mkdir(parents=True, exist_ok=True)
+    from explore.base.files import check_regular, explained
     from explore.results.store.outputs import new_output_folder
 
+    is_new = not folder.exists()
     try:
+        folder.mkdir(parents=True, exist_ok=True)
         with new_output_folder(folder) as place:
             yield place
             files = list(place.iterdir())
@@ -68,6 +68,8 @@ def atomic_files(folder: Path) -> Iterator[Path]:
                 folder.rmdir()
         if isinstance(error, KeyboardInterrupt):
             say(f"interrupted; nothing was written to {folder}", "yellow")
+        if isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EDQUOT):
+            raise explained(error, folder) from error
         raise
 
 

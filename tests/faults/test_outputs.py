@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import itertools
 import random
+from contextlib import nullcontext
+from pathlib import Path
 
 import pytest
 from command_line import call
+from served import serving
 
 import explore
+from explore.synthesis.tasks.task_files import task_starter
 from faults.disks import take_all_but
 from faults.replay import Disk, boundaries, put_down, read_trace
 
@@ -22,6 +27,13 @@ method = "sobol"
 count = 64
 [rank]
 metrics = ["cv", "transmission_angle_min:max"]
+"""
+COVERAGE = """mechanism = "crank-rocker"
+[parameters]
+crank = [90, 100, 110]
+coupler = { start = 1000, stop = 1100, num = 11 }
+rocker = 541.7118
+ground = 691.7118
 """
 MECHANISM = ["simulate", "--mechanism", "crank-rocker"]
 for _length in ("crank=100", "coupler=1083.4236", "rocker=541.7118", "ground=691.7118"):
@@ -60,6 +72,19 @@ MORE_WRITERS = {
     "tolerance.png": TOLERANCE,
     "sensitivity.csv": ["sensitivity", "{results}"],
 }
+#: Those that start from a file or from nothing; without an ending they write a folder.
+STARTERS = {
+    "swept.h5": ["sweep", "{folder}/study.toml"],
+    "found.h5": ["synthesize", "{folder}/task.toml"],
+    "atlas.h5": ["atlas", "--count", "64"],
+    "coverage.png": ["coverage", "{folder}/coverage.toml"],
+    "tuned.csv": ["tune", "{results}", "--design", "0", "--parameter", "crank", "--metric", "cv"],
+    "precision": ["precision", "tiny_swing"],
+    "stability": ["stability", "gears"],
+    "fetched.h5": ["submit", "{folder}/study.toml", "--server", "{url}", "--token-file", "{token}", "--name", "{job}"],
+}
+SLOW = (*MORE_WRITERS, "atlas.h5", "coverage.png", "precision", "stability", "fetched.h5")
+NUMBERS = itertools.count()
 
 
 @pytest.fixture(scope="session")
@@ -67,36 +92,54 @@ def swept(tmp_path_factory):
     """Results of a small study with ranges, not to be changed."""
     folder = tmp_path_factory.mktemp("swept")
     (folder / "study.toml").write_text(STUDY)
+    (folder / "task.toml").write_text(task_starter("dead-positions"))
+    (folder / "coverage.toml").write_text(COVERAGE)
     return explore.sweep(explore.load_study(folder / "study.toml"), folder / "study.h5").path
 
 
-def order(words, results, target):
+def order(words, results, target, service=None):
     """The words of a command with its output."""
-    return [*(word.format(results=results) for word in words), "-o", str(target)]
+    names = {"results": results, "folder": Path(results).parent, "job": f"job-{next(NUMBERS)}"}
+    if service is not None:
+        names |= {"url": service.url, "token": service.folder / "token"}
+    return [*(word.format(**names) for word in words), "-o", str(target)]
 
 
-@pytest.mark.parametrize("name", [*WRITERS, *(pytest.param(name, marks=pytest.mark.slow) for name in MORE_WRITERS)])
+def contents(folder):
+    """All files of a folder, by path."""
+    return {str(file.relative_to(folder)): file.read_bytes() for file in folder.rglob("*") if file.is_file()}
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(name, marks=pytest.mark.slow) if name in SLOW else name
+        for name in WRITERS | MORE_WRITERS | STARTERS
+    ],
+)
 def test_a_full_disk_leaves_the_earlier_file(swept, small_disk, tmp_path, name):
     """Full from the beginning, and full in the middle of the file."""
-    place, words = tmp_path / "roomy", (WRITERS | MORE_WRITERS)[name]
+    place, words = tmp_path / "roomy", (WRITERS | MORE_WRITERS | STARTERS)[name]
     place.mkdir()
-    code, _, err = call(*order(words, swept, place / name), seconds=60)
-    assert code == 0, err
-    size = sum(file.stat().st_size for file in place.iterdir())
-    for free in (0, size // 2):
-        target = small_disk / name
-        if not name.endswith(".h5"):  # which is never replaced
-            target.write_text("earlier")
-        other = take_all_but(small_disk, free // 4096 * 4096)
-        before = {file.name: file.read_bytes() for file in small_disk.iterdir()}
-        code, out, err = call(*order(words, swept, target), seconds=60)
-        assert code == 1, (free, out, err)
-        (line,) = [line for line in err.splitlines() if line.startswith("error: ")]
-        assert str(target) in line
-        assert "free" in line
-        left = {file.name: file.read_bytes() for file in small_disk.iterdir()}
-        assert {name: content for name, content in left.items() if not name.endswith(".log.jsonl")} == before
-        other.unlink()
+    with serving(tmp_path / "served") if "{url}" in words else nullcontext() as service:
+        code, _, err = call(*order(words, swept, place / name, service), seconds=300)
+        assert code == 0, err
+        size = sum(map(len, contents(place).values()))
+        for free in (0, size // 2):
+            target = small_disk / name
+            if not name.endswith(".h5") and target.suffix:  # of which none is replaced
+                target.write_text("earlier")
+            other = take_all_but(small_disk, free // 4096 * 4096)
+            before = contents(small_disk)
+            code, out, err = call(*order(words, swept, target, service), seconds=300)
+            assert code == 1, (free, out, err)
+            (line,) = [line for line in err.splitlines() if line.startswith("error: ")]
+            assert "Traceback" not in err
+            assert str(target) in line
+            assert "free" in line
+            left = contents(small_disk)
+            assert {name: content for name, content in left.items() if not name.endswith(".log.jsonl")} == before
+            other.unlink()
 
 
 @pytest.mark.parametrize("cuts", [0, 3], ids=["kills", "power cuts"])

@@ -52,7 +52,7 @@ def jobs(
 
 
 def _print_jobs(jobs: list[dict[str, Any]], server: str) -> None:
-    """Print a table of jobs, and the reasons of those that have one."""
+    """Print a table of jobs, and the reasons and remarks of those that have some."""
     if not jobs:
         say(f"no jobs at {server}", data=True)
         return
@@ -62,6 +62,8 @@ def _print_jobs(jobs: list[dict[str, Any]], server: str) -> None:
     for job in jobs:
         if job["reason"]:
             say(f"{job['name']}: {job['reason']}", data=True)
+        for remark in job.get("remarks", []):  # which older services do not have
+            say(f"{job['name']}: perhaps not meant: {remark}", data=True)
 
 
 def _numbers(job: dict[str, Any]) -> list[str]:
