@@ -60,6 +60,17 @@ def tell_designs(frame: pd.DataFrame, output: Path | None, units: Mapping[str, s
     return as_json
 
 
+def write_all(folder: Path, tables: Mapping[str, pd.DataFrame], charts: Mapping[str, Figure]) -> None:
+    """Write tables as CSV, and charts as PNG and SVG, by name into a folder."""
+    from explore.figures.charts.style import save_figure
+
+    for name, frame in tables.items():
+        frame.to_csv(folder / f"{name}.csv", index=False)
+    for name, figure in charts.items():
+        for kind in ("png", "svg"):
+            save_figure(figure, folder / f"{name}.{kind}")
+
+
 def write_table(frame: pd.DataFrame, path: Path, units: Mapping[str, str]) -> None:
     """Write a table with its index; the file appears when it is complete."""
     from explore.results.store.outputs import new_output

@@ -16,6 +16,7 @@ from explore.cli.options import JsonOption
 from explore.cli.output import announce_compiling, print_json, say, say_missing_peers
 from explore.cli.paths import atomic_files
 from explore.cli.progress import progress_bar
+from explore.cli.table_files import write_all
 from explore.cli.tables import print_table
 
 if TYPE_CHECKING:
@@ -103,13 +104,8 @@ def _write(folder: Path, scenes: Sequence[Scene], tables: dict[str, Rows], machi
 
     from explore.figures.charts.averages import averages_chart
     from explore.figures.charts.precision import overview_chart, scene_chart
-    from explore.figures.charts.style import save_figure
 
-    frames = {name: pd.DataFrame(rows) for name, rows in tables.items()}
-    for name, frame in frames.items():
-        for key, value in machine.items():
-            frame[key] = value
-        frame.to_csv(folder / f"{name}.csv", index=False)
+    frames = {name: pd.DataFrame(rows).assign(**machine) for name, rows in tables.items()}
     motions, averages = frames["motions"], frames["averages"]
     titles = {scene.name: _without_formulas(scene.title) for scene in scenes}
     charts = {
@@ -119,9 +115,7 @@ def _write(folder: Path, scenes: Sequence[Scene], tables: dict[str, Rows], machi
     charts["overview"] = overview_chart(motions, titles)
     if len(averages):
         charts["averages"] = averages_chart(averages, titles)
-    for name, figure in charts.items():
-        for kind in ("png", "svg"):
-            save_figure(figure, folder / f"{name}.{kind}")
+    write_all(folder, frames, charts)
 
 
 def _without_formulas(text: str) -> str:

@@ -13,6 +13,7 @@ from explore.cli.options import JsonOption
 from explore.cli.output import announce_compiling, print_json, say, say_missing_peers
 from explore.cli.paths import atomic_files
 from explore.cli.progress import progress_bar
+from explore.cli.table_files import write_all
 from explore.cli.tables import print_table
 
 if TYPE_CHECKING:
@@ -75,7 +76,6 @@ def _solve_gears(folder: Path, accuracy: float, *, as_json: bool) -> None:
 
     from explore.comparison.gear_starts import GROWTH, SECTOR, START_COUNT, count_outcomes, solve_from_starts
     from explore.figures.charts.gear_starts import starts_chart
-    from explore.figures.charts.style import save_figure
 
     announce_compiling()
     with atomic_files(folder) as place:
@@ -83,10 +83,7 @@ def _solve_gears(folder: Path, accuracy: float, *, as_json: bool) -> None:
             starts = solve_from_starts(accuracy, START_COUNT, progress=step)
         tables = {"starts": starts, "counts": count_outcomes(starts)}
         frames = {name: pd.DataFrame(rows) for name, rows in tables.items()}
-        for name, frame in frames.items():
-            frame.to_csv(place / f"{name}.csv", index=False)
-        for kind in ("png", "svg"):
-            save_figure(starts_chart(frames["starts"], frames["counts"]), place / f"starts.{kind}")
+        write_all(place, frames, {"starts": starts_chart(frames["starts"], frames["counts"])})
     if as_json:
         print_json(tables)
     else:
@@ -103,19 +100,14 @@ def _write(folder: Path, case: StabilityCase, tables: dict[str, Rows], accuracy:
 
     from explore.comparison.stability import TRACED_DESIGN
     from explore.figures.charts.stability import stability_chart, turn_chart
-    from explore.figures.charts.style import save_figure
 
     frames = {name: pd.DataFrame(rows) for name, rows in tables.items()}
-    for name, frame in frames.items():
-        frame.to_csv(folder / f"{name}.csv", index=False)
     title = f"{case.loop.name}, methods at their finest setting; {case.distance}: {case.margin[TRACED_DESIGN]:.1g}"
     charts = {
         "map": stability_chart(frames["map"], accuracy, case.distance, case.beyond),
         "turn": turn_chart(frames["turn"], [math.degrees(angle) for angle in case.singular_angles], title),
     }
-    for name, figure in charts.items():
-        for kind in ("png", "svg"):
-            save_figure(figure, folder / f"{name}.{kind}")
+    write_all(folder, frames, charts)
 
 
 def _print_safe(safe: Rows, distance: str, accuracy: float) -> None:
