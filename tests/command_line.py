@@ -20,7 +20,7 @@ from explore.cli.application import app
 #: Names of all commands.
 COMMANDS = tuple(typer.main.get_command(app).commands)
 #: Seconds after which a run of a few designs counts as hung; a usual one takes some milliseconds.
-PATIENCE = 20
+PATIENCE = 240
 
 
 @dataclass(frozen=True)
@@ -31,7 +31,7 @@ class Output:
     stderr: str
 
 
-def run(*arguments, cwd, code=0, seconds=120):
+def run(*arguments, cwd, code=0, seconds=PATIENCE):
     """Run `explore` in a folder, on a wide terminal without colours, and check its exit code."""
     with contextlib.chdir(cwd), mock.patch.dict(os.environ, {"COLUMNS": "200", "NO_COLOR": "1"}):
         exit_code, out, err = call(*arguments, seconds=seconds)
@@ -88,7 +88,7 @@ def on_terminal(*arguments, cwd):
     chunks: list[bytes] = []
     reader = threading.Thread(target=lambda: read_all(terminal, chunks))
     reader.start()
-    output, _ = process.communicate(timeout=60)
+    output, _ = process.communicate(timeout=240)
     reader.join()
     os.close(terminal)
     text = b"".join(chunks).decode()

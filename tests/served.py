@@ -54,7 +54,7 @@ class Served:
     @contextlib.contextmanager
     def browser(self, link: str) -> Iterator[httpx.Client]:
         """A client with the cookie of a link."""
-        with httpx.Client(base_url=self.url, headers={"Origin": self.url}, timeout=60) as client:
+        with httpx.Client(base_url=self.url, headers={"Origin": self.url}, timeout=240) as client:
             assert client.post("/api/session", json={"token": link}).status_code == 200
             yield client
 
@@ -62,7 +62,7 @@ class Served:
         """Stop it as systemd does; returns the exit code."""
         if self.process.poll() is None:
             self.process.send_signal(signal.SIGTERM)
-        _, errors = self.process.communicate(timeout=60)
+        _, errors = self.process.communicate(timeout=240)
         assert "Traceback" not in errors, errors
         return self.process.returncode
 
@@ -85,7 +85,7 @@ def serving(folder: Path, **studies: str) -> Iterator[Served]:
         assert server.stop() == 0
 
 
-def build_index(client: httpx.Client, name: str, seconds: float = 60) -> dict:
+def build_index(client: httpx.Client, name: str, seconds: float = 240.0) -> dict:
     """Make the index of results; the state of it that the service tells."""
     client.get(f"/api/results/{name}/index", params={"build": True}).raise_for_status()
     end = time.monotonic() + seconds

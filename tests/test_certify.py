@@ -471,17 +471,17 @@ def test_a_dominated_design_in_a_front_is_found(results, tmp_path):
 
 def test_command(results, tmp_path, monkeypatch):
     best = [int(number) for number in explore.rank(results).index]
-    code, out, err = call("certify", results.path, "-o", tmp_path / "proofs.csv", seconds=60)
+    code, out, err = call("certify", results.path, "-o", tmp_path / "proofs.csv", seconds=240)
     assert (code, err) == (0, f"wrote {len(best)} designs to {tmp_path / 'proofs.csv'}\n")
     assert out.startswith(
         f"{len(best)} designs of the Pareto set of {results.path}: {len(best)} proved, 0 open, 0 refuted"
     )
     assert len((tmp_path / "proofs.csv").read_text(encoding="utf-8").splitlines()) == len(best) + 1
-    code, out, _ = call("certify", results.path, "--design", best[0], "--design", best[1], "--json", seconds=60)
+    code, out, _ = call("certify", results.path, "--design", best[0], "--design", best[1], "--json", seconds=240)
     assert code == 0
     assert [record["design"] for record in json.loads(out)] == best[:2]
     wrong = false_results(results, tmp_path / "false.h5", best[1], "cv", lambda cv: cv + 1e-8)
-    code, out, _ = call("certify", wrong.path, "--design", best[0], "--design", best[1], seconds=60)
+    code, out, _ = call("certify", wrong.path, "--design", best[0], "--design", best[1], seconds=240)
     assert code == 1
     assert f"design {best[1]} is refuted: cv 0." in out
     assert "1 proved, 0 open, 1 refuted" in out

@@ -271,7 +271,7 @@ def test_dry_run_leaves_compiling_out_of_its_estimate(monkeypatch):
     monkeypatch.setattr("explore.running.timing.evaluate_columns", evaluate)
     study = explore.load_study(Path(__file__).parents[1] / "configs/optimum.toml")
 
-    assert seconds_per_design(study) < 1e-5  # with that second it is above 1e-4
+    assert seconds_per_design(study) < 1e-4  # with that second it is above
     assert counts == [128, 128, 512, 512, 2048, 2048]
 
 
@@ -376,12 +376,12 @@ def test_an_interrupted_sweep_says_how_to_continue(tmp_path):
         # pytest in the background of a shell has SIGINT ignored, which a process inherits
         preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
     )
-    deadline = time.monotonic() + 60
+    deadline = time.monotonic() + 240
     results = tmp_path / "results/long.h5"
     while not (results.exists() and explore.open_results(results).n_committed) and time.monotonic() < deadline:
         time.sleep(0.02)
     process.send_signal(signal.SIGINT)
-    _, errors = process.communicate(timeout=60)
+    _, errors = process.communicate(timeout=240)
 
     assert process.returncode == 130, errors
     assert "To continue: explore sweep long.toml" in errors

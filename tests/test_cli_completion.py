@@ -56,7 +56,7 @@ for environment in {[environment(line) for line in completions]}:
     print("--")
 print(json.dumps(sorted(set({HEAVY}) & set(sys.modules))))
 """
-    process = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=60, check=True)
+    process = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=240, check=True)
     *words, imported = process.stdout.split("--\n")
     assert (json.loads(imported), process.stderr) == ([], "")
     assert [text.split() for text in words] == list(completions.values())

@@ -53,14 +53,14 @@ def sweep_folder(tmp_path_factory):
 
 def records(*arguments):
     """What `explore rank --json` prints."""
-    code, out, err = call("rank", *arguments, "--json", seconds=60)
+    code, out, err = call("rank", *arguments, "--json", seconds=240)
     assert code == 0, err
     return json.loads(out)
 
 
 def error_line(*arguments, code=2):
     """The one line that a wrong command gets."""
-    exit_code, out, err = call("rank", *arguments, seconds=60)
+    exit_code, out, err = call("rank", *arguments, seconds=240)
     assert (exit_code, out) == (code, ""), err
     assert err.startswith("error: ")
     assert err.count("\n") == 1, err

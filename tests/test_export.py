@@ -152,7 +152,7 @@ def test_octave_loads_the_motion(wiper):
         "printf('%s|', units.rocker_velocity, long_names.rocker_angle, mechanism)"
     )
     done = subprocess.run(
-        ["octave-cli", "--no-gui", "--eval", program], cwd=wiper, capture_output=True, text=True, timeout=60
+        ["octave-cli", "--no-gui", "--eval", program], cwd=wiper, capture_output=True, text=True, timeout=240
     )
     assert done.returncode == 0, done.stderr
     *numbers, texts = done.stdout.split(" ", 4)

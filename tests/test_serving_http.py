@@ -322,7 +322,7 @@ def test_errors_of_results_do_not_tell_where_the_folder_is(client, served):
 def test_a_request_has_one_length(served):
     """A proxy and the server must not see the end of a request at different places."""
     host, port = served.url.removeprefix("http://").split(":")
-    with socket.create_connection((host, int(port)), timeout=30) as connection, connection.makefile("rb") as answer:
+    with socket.create_connection((host, int(port)), timeout=240) as connection, connection.makefile("rb") as answer:
         head = (
             f"POST /api/session HTTP/1.1\r\nHost: {host}:{port}\r\nContent-Length: 4\r\nTransfer-Encoding: chunked\r\n"
         )
@@ -454,7 +454,7 @@ def test_no_request_breaks_the_server_or_leaves_the_folder(count, client, served
 # --- events -----------------------------------------------------------------------------------------------------------
 
 
-def events_of(client, seconds=60, last=None):
+def events_of(client, seconds=240, last=None):
     """Id, kind and content of each event, until the time is over or the server ends the stream."""
     headers = {} if last is None else {"Last-Event-ID": last}
     end = time.monotonic() + seconds
@@ -778,7 +778,7 @@ def test_tls_by_the_server(tmp_path, start_server):
     server = start_server(tmp_path / "served", *options, port=url.rpartition(":")[2])
     assert server.url == url
     context = ssl.create_default_context(cafile=certificate)
-    with httpx.Client(base_url=url, headers={"Origin": url}, verify=context, timeout=60) as browser:
+    with httpx.Client(base_url=url, headers={"Origin": url}, verify=context, timeout=240) as browser:
         cookie = browser.post("/api/session", json={"token": server.link}).headers["set-cookie"]
         assert cookie.startswith(f"__Host-explore-{url.rpartition(':')[2]}=")
         assert {"Secure", "HttpOnly", "SameSite=strict", "Path=/"} == {*cookie.split("; ")[1:]}

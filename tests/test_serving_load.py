@@ -236,7 +236,7 @@ def test_clients_without_a_token_keep_out_nobody_who_has_one(attack, count, tmp_
                     slowest = max(slowest, time.monotonic() - start)
             client.post("/api/studies", json={"name": "good", "study": GOOD}).raise_for_status()
             assert wait_settled(client, "good")["state"] == "done"
-        assert slowest < 5  # 0.1 s on a free machine; the service leaves such clients after 20 s and more
+        assert slowest < 15  # 0.1 s on a free machine; the service leaves such clients after 20 s and more
         assert server.stop() == 0
 
 

@@ -36,7 +36,7 @@ def test_full_disk_leaves_nothing_behind(tmp_path):
     """A limit on the file's length makes the same system call fail as a full disk."""
     path = tmp_path / "grid.h5"
     code = LIMITED.format(paths=[str(Path(__file__).parent), *sys.path], path=str(path))
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=False)
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=240, check=False)
     assert (done.returncode, done.stderr) == (0, "")
     assert f"{path} needs " in done.stdout
     assert "ulimit" in done.stdout

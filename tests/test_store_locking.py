@@ -57,7 +57,7 @@ def test_four_writers_at_once_write_each_block_once(finished, tmp_path):
     processes = [child(path, "all") for _ in range(4)]
     words = []
     for process in processes:
-        words += process.communicate(timeout=60)[0].split()
+        words += process.communicate(timeout=240)[0].split()
     assert sorted(int(word) for word in words if word != "ready") == list(range(N_BLOCKS))
     assert sha256(path) == sha256(finished)
 
@@ -81,7 +81,7 @@ def test_other_program_that_writes_is_noticed(copy):
     with h5py.File(copy, "r+"):
         # HDF5 would share the file within this process, so another one opens it
         process = child(copy, "all")
-        out, _ = process.communicate(timeout=60)
+        out, _ = process.communicate(timeout=240)
         assert (process.returncode, out) == (1, "ready\ncopy.h5 is open for writing in another program\n")
 
 

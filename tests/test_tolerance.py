@@ -19,6 +19,7 @@ from explore.analysis.tolerancing.runs import ToleranceRun
 from explore.base.errors import ConfigError, RequestError, ResultsError
 from explore.cli.commands.tolerance import _yield_lines
 from explore.results.store.all_designs_writer import AllDesignsWriter
+from explore.running.clusters import processors
 
 STUDY = """
 mechanism = "crank-rocker"
@@ -331,7 +332,7 @@ def test_slow_parts_are_counted_and_end_at_once(folder, robustness, monkeypatch,
     def interrupt(done, total):
         seen.append((done, total))
         if len(seen) >= 2 and done > 2:
-            raised.append(time.monotonic())
+            raised.append(len(evaluated))
             raise KeyboardInterrupt
 
     monkeypatch.setattr(outcomes, "evaluate_columns", slowly)
@@ -339,7 +340,7 @@ def test_slow_parts_are_counted_and_end_at_once(folder, robustness, monkeypatch,
         explore.tolerance(
             folder / "study.h5", designs=int(robustness.designs.index[0]), draws=draws, report_progress=interrupt
         )
-    assert time.monotonic() - raised[0] < 1.0  # the slice of 0.6 s that runs, and a busy machine
+    assert len(evaluated) - raised[0] <= processors()  # the slices that run
     assert 0 < seen[0][0] < seen[-1][0] < seen[-1][1]
     assert sum(evaluated) < 1 << 14
     assert not [thread for thread in threading.enumerate() if "_compute_all" in thread.name]

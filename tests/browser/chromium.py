@@ -36,7 +36,7 @@ def _skip(reason: str):
 
 def wait_ready(page) -> float:
     """Wait until everything is drawn; return the seconds since the page was opened."""
-    page.wait_for_selector("html[data-ready]", state="attached", timeout=60_000)
+    page.wait_for_selector("html[data-ready]", state="attached", timeout=240_000)
     return float(page.evaluate("document.documentElement.dataset.ready")) / 1000.0
 
 

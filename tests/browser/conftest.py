@@ -46,7 +46,7 @@ def sweep_study(folder, name, text):
     return explore.sweep(explore.load_study(folder / f"{name}.toml"), folder / f"{name}.h5")
 
 
-def report_of(path, *, seconds=60):
+def report_of(path, *, seconds=240):
     """Write the page of a results file beside it."""
     page = path.with_suffix(".html")
     code, _, err = call("report", path, "-o", page, seconds=seconds)

@@ -59,7 +59,7 @@ def log_in(page, served):
 
 def wait_shown(page):
     page.wait_for_selector("#ranking tbody tr", timeout=120_000)
-    page.wait_for_selector("#design .picture", timeout=60_000)
+    page.wait_for_selector("#design .picture", timeout=240_000)
 
 
 def wait_total(page, text):

@@ -172,7 +172,7 @@ def test_a_study_is_started_from_edited_and_submitted_by_keys_alone(page, served
     assert page.evaluate("document.activeElement.id") == "plan"
     page.keyboard.press("Shift+Tab")
     page.keyboard.press("Enter")
-    page.wait_for_selector(state("crank-rocker", "running"), timeout=60_000)
+    page.wait_for_selector(state("crank-rocker", "running"), timeout=240_000)
     assert page.evaluate("document.activeElement.textContent") == "Submit"
 
     page.select_option("#start", "starters/tasks/dead-positions")

@@ -22,7 +22,7 @@ def results(tmp_path_factory):
     """Designs with their page in inches, rpm and radians beside the file."""
     results = sweep_study(tmp_path_factory.mktemp("units"), "inches", STUDY)
     page = results.path.with_suffix(".html")
-    code, _, err = call("report", results.path, *CHOICES, "-o", page, seconds=60)
+    code, _, err = call("report", results.path, *CHOICES, "-o", page, seconds=240)
     assert code == 0, err
     return results
 
@@ -60,7 +60,7 @@ def test_the_page_agrees_with_the_command_line(browser, results):
     motion = explore.simulate("crank-rocker", design, angles=7200)["transmission_angle"]
     assert np.abs(np.deg2rad(motion) - float(reading)).min() < 1e-3
     where = "4 <= crank <= 5 and 60 <= speed"
-    code, out, err = call("rank", results.path, *CHOICES, "--where", where, "--json", seconds=60)
+    code, out, err = call("rank", results.path, *CHOICES, "--where", where, "--json", seconds=240)
     assert code == 0, err
     ranked = {record["design"] for record in json.loads(out)}
     assert ranked <= set(declared.index[(declared["crank"] >= 101.6) & (declared["crank"] <= 127.0)])

@@ -59,7 +59,7 @@ def committed_blocks(path: Path) -> list[int]:
     return sorted(done_blocks(path))
 
 
-def wait_until(condition: Callable[[], Any], seconds: float = 90.0) -> Any:
+def wait_until(condition: Callable[[], Any], seconds: float = 240.0) -> Any:
     """Wait until the condition returns a true value, and return it."""
     end = time.monotonic() + seconds
     while not (value := condition()):
@@ -154,7 +154,7 @@ class Sweep(_Process):
         self.words = ["sweep", str(config), "-o", str(results), *options]
         super().__init__([*program, *self.words], results.parent, f"sweep{Sweep._count}")
 
-    def end(self, seconds: float = 60.0) -> tuple[int, list[str]]:
+    def end(self, seconds: float = 240.0) -> tuple[int, list[str]]:
         """Wait for its end; return the exit code and the lines on stderr. A hanging process prints its stack."""
         try:
             return self.process.wait(seconds), self.stderr.splitlines()
@@ -254,4 +254,4 @@ class Cluster:
         from distributed import Client
 
         with Client(self.address, set_as_default=False) as client:
-            client.wait_for_workers(number, timeout=60)
+            client.wait_for_workers(number, timeout=240)

@@ -53,7 +53,7 @@ def test_no_block_is_lost_when_a_worker_dies_after_reporting_it_done(monkeypatch
 
     def outcome(window, future):
         if len(victims) < trials:
-            number, _ = future.result(timeout=30)  # it may be lost already, with its neighbour
+            number, _ = future.result(timeout=240)  # it may be lost already, with its neighbour
             (holder,) = client.who_has([future])[future.key]
             victims[number] = client.run(os.getpid, workers=[holder])[holder]
             os.kill(victims[number], signal.SIGKILL)
@@ -93,7 +93,7 @@ def test_a_killed_scheduler_ends_the_sweep_in_one_line_and_loses_nothing(folder,
                 start = time.monotonic()
                 code, lines = sweep.end()
         report(f"scheduler killed: the sweep ended after {time.monotonic() - start:.1f} s: {lines}")
-        assert time.monotonic() - start < 30
+        assert time.monotonic() - start < 120
         assert code == 1
         assert len(lines) == 1
         assert lines[0].startswith("error: the cluster was lost")

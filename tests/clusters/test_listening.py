@@ -95,7 +95,9 @@ def attack(ports: list[int | str]) -> list[str]:
     """The attempts of `_ATTACK` that succeed at these ports."""
     command = [sys.executable, "-c", _ATTACK, *map(str, ports)]
     surrounding = {name: value for name, value in os.environ.items() if name != "DASK_CONFIG"}  # a stranger has no key
-    process = subprocess.run(command, cwd="/", env=surrounding, capture_output=True, text=True, timeout=60, check=False)
+    process = subprocess.run(
+        command, cwd="/", env=surrounding, capture_output=True, text=True, timeout=240, check=False
+    )
     *successes, last = process.stdout.splitlines() or [""]
     assert last == f"tried {len(ports)} as {os.getuid() or 65_534}", process.stderr
     return successes

@@ -91,6 +91,6 @@ class Server:
     def close(self) -> None:
         """Let the process end."""
         self._process.stdin.close()
-        self._process.wait(timeout=60)
+        self._process.wait(timeout=240)
         self._process.stdout.close()
         self._log.close()
