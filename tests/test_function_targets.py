@@ -122,7 +122,7 @@ def test_figures_of_a_path_are_refused_in_words(tmp_path):
     [
         ({"kind": "function"}, "the key 'table' is missing"),
         ({"kind": "function", "table": 3}, "must be a list of pairs"),
-        ({"kind": "function", "table": TABLE[:2]}, "2 pairs; a function has at least 3"),
+        ({"kind": "function", "table": TABLE[:2]}, "2 pairs; give 3 or more"),
         ({"kind": "function", "table": [[0, 0]] * 10**6}, "1,000,000 pairs; at most 500 are possible"),
         ({"kind": "function", "table": [[0, 0], [1, 1], [2]]}, r"table.2: pair 3 must be \[input, output\], got \[2\]"),
         ({"kind": "function", "table": [[0, 0], [1, float("nan")], [2, 3]]}, r"table.1: pair 2: .*finite"),

@@ -280,7 +280,7 @@ def test_a_drawn_path_from_a_table_to_a_drawing(tmp_path):
 @pytest.mark.parametrize(
     ("text", "problem"),
     [
-        ("0,0\n1,1\n", "2 points; a path has at least 3"),
+        ("0,0\n1,1\n", "2 points; give 3 or more"),
         ("0,0\n0,0\n1,1\n", "points 1 and 2 are equal; remove one"),
     ],
 )
@@ -301,12 +301,12 @@ SQUARE = [0, 10, 10 + 10j, 10j]
 @pytest.mark.parametrize(
     ("text", "key", "problem"),
     [
-        (task_text(SQUARE[:2]), "target.points", "2 points; a path has at least 3"),
-        (task_text([1, 1, 1]), "target.points", "all points are the same place; a path has at least two"),
+        (task_text(SQUARE[:2]), "target.points", "2 points; give 3 or more"),
+        (task_text([1, 1, 1]), "target.points", "all points are the same place"),
         (task_text([0, 1, 1, 2j]), "target.points", "points 2 and 3 are equal; remove one"),
         (task_text([0, 1, 1j, 0], "closed = true"), "target.points",
          "points 1 and 4 are equal; leave out the last: a closed path returns to the first by itself"),
-        (task_text(np.arange(600)), "target.points", "600 points; at most 500 are possible; thin it"),
+        (task_text(np.arange(600)), "target.points", "600 points; at most 500 are possible; thin them"),
         (task_text(SQUARE, "crank_angles = [0, 1]"), "target.crank_angles", "2 for 4 points; give each point one"),
         (task_text(SQUARE, "weights = [1, 1, 0, 1]"), "target.weights", "must be above 0, got 0"),
         (task_text(SQUARE, search="exact = true"), "search.exact",
@@ -321,7 +321,7 @@ SQUARE = [0, 10, 10 + 10j, 10j]
          "'points' and 'file' are given; leave out one of the two"),
         (task_text(SQUARE, "closed = true", "crank_span_min = 90"), "bounds.crank_span_min",
          "is for open paths without crank angles; remove it"),
-        ('task = "path"\n', "target", "the key 'points' is missing; give the path as [[0, 0], [10, 5], [20, 0]]"),
+        ('task = "path"\n', "target", "the key 'points' is missing; give points as [[0, 0], [10, 5], [20, 0]]"),
     ],
 )  # fmt: skip
 def test_a_wrong_path_is_one_line(text, key, problem):

@@ -347,7 +347,7 @@ def test_bad_targets_are_all_named(tmp_path):
         explore.load_study(file)
     lines = caught.value.problems
     assert any(line.startswith(f"{file}:11: target.point: unknown point 'N'") for line in lines), lines
-    assert any("must be a point [x, y]" in line for line in lines)
+    assert any("point 2 must be [x, y], got" in line for line in lines)
     assert any("above 0" in line for line in lines)
     assert any("weights: 2 for 4 points" in line for line in lines)
     assert any("target.close: unknown key; did you mean 'closed'?" in line for line in lines)
@@ -356,7 +356,7 @@ def test_bad_targets_are_all_named(tmp_path):
 @pytest.mark.parametrize(
     ("target", "reason"),
     [
-        ({"kind": "path", "points": SQUARE[:2]}, "a path has at least 3"),
+        ({"kind": "path", "points": SQUARE[:2]}, "2 points; give 3 or more"),
         ({"kind": "path", "points": [[1, 2]] * 5}, "all points are the same place"),
         ({"kind": "path", "points": [[k, k * k] for k in range(1000)]}, "at most 500 are possible"),
         ({"kind": "path"}, "the key 'points' is missing"),

@@ -123,18 +123,11 @@ class TableAxis:
 
 @dataclass(frozen=True)
 class SolvedLength:
-    """A length that follows from the other parameters and the prescribed value of a metric.
+    """A length that follows from the other parameters and the prescribed value of a metric, in its unit, in all
+    designs.
 
-    Attributes
-    ----------
-    name
-        Name of the parameter.
-    metric, value
-        The metric and its prescribed value in all designs, in its unit.
-    low, high
-        Bounds of the length, inclusive.
-    varies, has_nonzero
-        Constant: a solved length is not swept, and 0 in few designs.
+    The bounds `low` and `high` are inclusive. A solved length is not swept, and 0 in few designs: `varies`,
+    `has_nonzero`.
     """
 
     name: str

@@ -35,14 +35,10 @@ ANGULAR = ("sin", "cos", "tan")
 
 @dataclass(frozen=True)
 class FormulaText:
-    """A formula whose names are not resolved.
+    """A formula whose names are not resolved, as an expression of its operations.
 
-    Attributes
-    ----------
-    names
-        The names it uses and their positions in the text as written, in the order of the inputs of the expression.
-    expression
-        Its operations.
+    The names are those it uses with their positions in the text as written, in the order of the inputs of the
+    expression.
     """
 
     names: Mapping[str, int]

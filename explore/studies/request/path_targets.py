@@ -6,19 +6,27 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, get_args
 
-from explore.base.errors import KeyPath, Problems, RequestError
+from explore.base.errors import Problems
 from explore.base.suggest import format_value
-from explore.base.units.quantities import quantity
 from explore.model.mechanism import Mechanism
-from explore.model.targets import MOST_TARGET_POINTS, AnglesFrom, PathTarget
-from explore.studies.request.target_entries import is_list, note_unknown_keys, read_numbers, read_point, read_rows
+from explore.model.targets import AnglesFrom, PathTarget
+from explore.studies.request.target_entries import (
+    RowKind,
+    note_unknown_keys,
+    read_number_rows,
+    read_numbers,
+    read_point,
+)
 from explore.studies.request.target_files import FileColumn
 
 _KEYS = ("kind", "point", "points", "file", "closed", "weights", "crank_angles", "angles_from")
-#: Columns of a file of points.
-_COLUMNS = (FileColumn("x", "mm"), FileColumn("y", "mm"), FileColumn("crank_angle", "deg", is_optional=True))
-#: Smallest number of points of a path.
-_FEWEST = 3
+_POINTS = RowKind(
+    "points",
+    "point",
+    (FileColumn("x", "mm"), FileColumn("y", "mm"), FileColumn("crank_angle", "deg", is_optional=True)),
+    fewest=3,
+    example="[[0, 0], [10, 5], [20, 0]]",
+)
 
 
 def read_path_target(
@@ -28,9 +36,11 @@ def read_path_target(
     before = len(problems)
     note_unknown_keys(entries, _KEYS, problems)
     point = read_point(mechanism, entries.get("point"), problems)
-    rows, source = read_rows(entries, "points", _COLUMNS, folder, problems)
-    in_file = [row[2] for row in rows if len(row) > 2] if source == "file" else []
-    points = _places([row[:2] for row in rows] if source == "file" else rows, source, problems) if source else ()
+    rows = read_number_rows(entries, _POINTS, folder, problems)
+    in_file = [row[2] for row in rows if len(row) > 2]
+    points = [(row[0], row[1]) for row in rows if row]
+    if len(points) == len(rows) and len(set(points)) == 1:
+        problems.append((("file" if "file" in entries else "points",), "all points are the same place"))
     closed = entries.get("closed", False)
     if not isinstance(closed, bool):
         problems.append((("closed",), f"must be true or false, got {format_value(closed)}"))
@@ -45,33 +55,6 @@ def read_path_target(
     if start not in get_args(AnglesFrom):
         problems.append((("angles_from",), f'must be "free" or "frame", got {format_value(start)}'))
     for key, listed in (("weights", weights), ("crank_angles", angles)):
-        if listed and is_list(rows) and len(listed) != len(rows):
+        if listed and rows and len(listed) != len(rows):
             problems.append(((key,), f"{len(listed)} for {len(rows)} points; give each point one"))
-    return None if len(problems) > before else PathTarget(point, points, closed, weights, angles, start)
-
-
-def _places(value: object, source: str, problems: Problems) -> tuple[tuple[float, float], ...]:
-    """The points of a path, mm; `source` is the key that has them."""
-    if value is None:
-        problems.append(((), "the key 'points' is missing; give the path as [[0, 0], [10, 5], [20, 0]]"))
-        return ()
-    if not is_list(value):
-        problems.append(((source,), f"must be a list of points [x, y], got {format_value(value)}"))
-        return ()
-    if not _FEWEST <= len(value) <= MOST_TARGET_POINTS:
-        few = "a path has at least 3" if len(value) < _FEWEST else f"at most {MOST_TARGET_POINTS} are possible; thin it"
-        problems.append(((source,), f"{len(value):,} points; {few}"))
-        return ()
-    places: list[tuple[float, float]] = []
-    for number, place in enumerate(value):
-        key: KeyPath = (source, number)
-        if not is_list(place) or len(place) != 2:
-            problems.append((key, f"must be a point [x, y], got {format_value(place)}"))
-            continue
-        try:
-            places.append((quantity(place[0], "mm"), quantity(place[1], "mm")))
-        except RequestError as error:
-            problems.append((key, str(error)))
-    if len(places) == len(value) and len(set(places)) == 1:
-        problems.append(((source,), "all points are the same place; a path has at least two"))
-    return tuple(places)
+    return None if len(problems) > before else PathTarget(point, tuple(points), closed, weights, angles, start)

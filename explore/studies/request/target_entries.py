@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeGuard
 
@@ -10,6 +11,7 @@ from explore.base.errors import Problems, RequestError
 from explore.base.suggest import format_value, suggestion
 from explore.base.units.quantities import quantity
 from explore.model.mechanism import Mechanism
+from explore.model.targets import MOST_TARGET_POINTS
 from explore.studies.request.target_files import FileColumn, read_target_file
 
 
@@ -64,6 +66,59 @@ def read_rows(
             reason = str(error)
     problems.append((("file",), reason))
     return None, ""
+
+
+@dataclass(frozen=True)
+class RowKind:
+    """Rows of a target: their key, what one of them is called, their columns, the smallest number, and an example."""
+
+    key: str
+    noun: str
+    columns: tuple[FileColumn, ...]
+    fewest: int
+    example: str
+
+
+def read_number_rows(
+    entries: Mapping[str, Any], kind: RowKind, folder: Path, problems: Problems, most: int = MOST_TARGET_POINTS
+) -> tuple[tuple[float, ...], ...]:
+    """The numbers of the rows of a key or of a file, in the units of the columns; a row with a mistake is empty.
+
+    The rows of a file may also have an optional column.
+    """
+    value, source = read_rows(entries, kind.key, kind.columns, folder, problems)
+    if not source:
+        return ()
+    rows = f"{kind.noun}s"
+    if value is None:
+        problems.append(((), f"the key '{kind.key}' is missing; give {rows} as {kind.example}"))
+    elif not is_list(value):
+        problems.append(((source,), f"must be a list of {rows} such as {kind.example}, got {format_value(value)}"))
+    elif not kind.fewest <= len(value) <= most:
+        few = f"give {kind.fewest} or more"
+        advice = few if len(value) < kind.fewest else f"at most {most} are possible; thin them"
+        problems.append(((source,), f"{len(value):,} {rows}; {advice}"))
+    else:
+        return tuple(
+            tuple(row) if source == "file" else _read_row(row, number, kind, problems)
+            for number, row in enumerate(value)
+        )
+    return ()
+
+
+def _read_row(row: object, number: int, kind: RowKind, problems: Problems) -> tuple[float, ...]:
+    """The numbers of a row; none after a mistake."""
+    columns = [column for column in kind.columns if not column.is_optional]
+    words = f"{kind.noun} {number + 1}"
+    if not is_list(row) or len(row) != len(columns):
+        names = ", ".join(column.name for column in columns)
+        problems.append(((kind.key, number), f"{words} must be [{names}], got {format_value(row)}"))
+        return ()
+    try:
+        return tuple(quantity(entry, column.unit) for entry, column in zip(row, columns, strict=True))
+    except RequestError as error:
+        problems.append(((kind.key, number), f"{words}: {error}"))
+        return ()
 
 
 def is_list(value: Any) -> TypeGuard[Sequence[Any]]:
