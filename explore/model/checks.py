@@ -1,26 +1,21 @@
-"""Checks of a mechanism's declaration: names that exist, codes that differ, and columns that the kernel agrees with."""
+"""Checks of a mechanism's declaration: codes that differ, and columns that the kernel agrees with."""
 
 from __future__ import annotations
 
 import re
-from collections import Counter
-from collections.abc import Collection, Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import fields
-from typing import TypeVar
 
 from explore.model.declaration import ANCHORS, Declaration
 from explore.model.drawing_checks import check_drawing
+from explore.model.name_checks import check_names, repeated, unknown_names
 from explore.model.points import MOST_POINTS, POINT_ROWS, SLOT_ROWS
 from explore.model.quadrature import MOST_BREAKS, MOST_SINGULARITIES, Adaptive
 from explore.model.status import OWN_CODES, Status
 
-_Item = TypeVar("_Item", str, int)
-
 #: Fields of signals that share a row: properties of the row, not of the signal.
 _ROW_FIELDS = ("row", "needs", "pole_order", "is_magnitude", "terms_row", "is_residual", "has_corners", "corners_at")
 
-#: Columns of results that are neither parameters nor metrics.
-_OWN_COLUMNS = ("design", "nodes", "error", "feasible", "status")
 #: Units of signals that no length parameter scales.
 _PLAIN_UNIT = re.compile(r"(1|deg|rad)?(/s(\^\d)?)?")
 
@@ -28,39 +23,12 @@ _PLAIN_UNIT = re.compile(r"(1|deg|rad)?(/s(\^\d)?)?")
 def check_declaration(declaration: Declaration) -> None:
     """Check a declaration; a ValueError has the first problem, in one sentence."""
     checks = (
-        _names, _parameters, check_drawing, _columns, _statuses, _signals, _references, _windows, _closed_forms,
+        check_names, _parameters, check_drawing, _columns, _statuses, _signals, _references, _windows, _closed_forms,
         _formulas, _defaults, _extended,
     )  # fmt: skip
     for problems in checks:
         for problem in problems(declaration):
             raise ValueError(f"mechanism '{declaration.name}': {problem}")
-
-
-def _repeated(items: Iterable[_Item]) -> list[_Item]:
-    return [item for item, count in Counter(items).items() if count > 1]
-
-
-def _unknown(kind: str, names: Iterable[str], known: Collection[str], user: str) -> Iterator[str]:
-    """A sentence for each name that is not known."""
-    yield from (f"{user} names the {kind} '{name}', which does not exist" for name in names if name not in known)
-
-
-def _names(declaration: Declaration) -> Iterator[str]:
-    kinds = {
-        "parameter": [parameter.name for parameter in declaration.parameters],
-        "signal": [signal.name for signal in declaration.signals],
-        "metric": [
-            *(metric.name for metric in declaration.metrics),
-            *(formula.name for formula in declaration.formulas),
-        ],
-        "window": [window.name for window in declaration.windows],
-        "drive": list(declaration.drives),
-    }
-    for kind, names in kinds.items():
-        yield from (f"the {kind} '{name}' is declared twice" for name in _repeated(names))
-    columns = [*kinds["parameter"], *kinds["metric"]]
-    yield from (f"'{name}' is a parameter and a metric" for name in _repeated(columns))
-    yield from (f"'{name}' is the name of a column of all results" for name in columns if name in _OWN_COLUMNS)
 
 
 def _parameters(declaration: Declaration) -> Iterator[str]:
@@ -85,7 +53,7 @@ def _parameters(declaration: Declaration) -> Iterator[str]:
         if parameter.default is not None and not parameter.allows(parameter.default):
             yield f"the default {parameter.default:g} of '{parameter.name}' is outside its own range"
     by_name = {parameter.name: parameter for parameter in declaration.parameters}
-    yield from _unknown("parameter", declaration.loop_lengths, by_name, "loop_lengths")
+    yield from unknown_names("parameter", declaration.loop_lengths, by_name, "loop_lengths")
     for name in declaration.loop_lengths:
         if by_name[name].scales_speed or by_name[name].choices or by_name[name].affects != "motion":
             yield f"loop_lengths names '{name}', which is not a length"
@@ -142,10 +110,10 @@ def _points(declaration: Declaration) -> Iterator[str]:
     kernel, drawing = declaration.extended or declaration, declaration.drawing
     if kernel.signal_rows < link.first_row + MOST_POINTS * POINT_ROWS:
         yield f"the points of '{link.name}' need {MOST_POINTS * POINT_ROWS} signal rows from {link.first_row} on"
-    yield from _unknown("signal", [link.angle], [signal.name for signal in declaration.signals], "floating_link")
+    yield from unknown_names("signal", [link.angle], [signal.name for signal in declaration.signals], "floating_link")
     if drawing is not None:
-        yield from _unknown("point", [link.origin], drawing.points, "floating_link")
-        yield from _unknown("link", [link.name], [each.name for each in drawing.links], "floating_link")
+        yield from unknown_names("point", [link.origin], drawing.points, "floating_link")
+        yield from unknown_names("link", [link.name], [each.name for each in drawing.links], "floating_link")
 
 
 def _statuses(declaration: Declaration) -> Iterator[str]:
@@ -153,7 +121,7 @@ def _statuses(declaration: Declaration) -> Iterator[str]:
         if code not in OWN_CODES:
             yield f"the status '{status.label}' has the code {code}; a mechanism's own are 2 to 5 and 20 to 127"
     labels = [status.label for status in (*Status, *declaration.statuses.values())]
-    yield from (f"two statuses have the label '{label}'" for label in _repeated(labels))
+    yield from (f"two statuses have the label '{label}'" for label in repeated(labels))
 
 
 def _references(declaration: Declaration) -> Iterator[str]:
@@ -164,14 +132,14 @@ def _references(declaration: Declaration) -> Iterator[str]:
     corners += [(each.name, each.adds_corners, each.corners_at) for each in declaration.parameters]
     for name, has_corners, corners_at in corners:
         if corners_at:
-            yield from _unknown("signal", [corners_at], by_name, f"corners_at of '{name}'")
+            yield from unknown_names("signal", [corners_at], by_name, f"corners_at of '{name}'")
             if not has_corners:
                 yield f"corners_at of '{name}' names a signal, but '{name}' is not declared to have corners"
     for signal in declaration.signals:
         if signal.derivative_of:
-            yield from _unknown("signal", [signal.derivative_of], by_name, f"derivative_of of '{signal.name}'")
+            yield from unknown_names("signal", [signal.derivative_of], by_name, f"derivative_of of '{signal.name}'")
         if signal.relative_to:
-            yield from _unknown("length", [signal.relative_to], lengths, f"relative_to of '{signal.name}'")
+            yield from unknown_names("length", [signal.relative_to], lengths, f"relative_to of '{signal.name}'")
     for signal in declaration.signals:
         names = [signal.name]
         while by_name[names[-1]].derivative_of and len(names) <= len(by_name):
@@ -196,25 +164,25 @@ def _signals(declaration: Declaration) -> Iterator[str]:
                 yield f"{field} {row} of the signal '{signal.name}' is not one of the {signal_rows} rows"
         if signal.pole_order not in (2, 4, 6):
             yield f"pole_order of the signal '{signal.name}' is {signal.pole_order}; it is 2, 4 or 6"
-        yield from _unknown("parameter", signal.required_loads, parameters, f"the signal '{signal.name}'")
+        yield from unknown_names("parameter", signal.required_loads, parameters, f"the signal '{signal.name}'")
         marks = {*declaration.marks, *ANCHORS}
-        yield from _unknown("mark", signal.extremes_at, marks, f"extremes_at of '{signal.name}'")
+        yield from unknown_names("mark", signal.extremes_at, marks, f"extremes_at of '{signal.name}'")
         if signal.shares_row_with:
-            yield from _unknown("signal", [signal.shares_row_with], by_name, f"the signal '{signal.name}'")
+            yield from unknown_names("signal", [signal.shares_row_with], by_name, f"the signal '{signal.name}'")
             other = by_name.get(signal.shares_row_with, signal)
             for field in _ROW_FIELDS:
                 if getattr(signal, field) != getattr(other, field):
                     yield f"the signals '{signal.name}' and '{other.name}' share a row, but differ in {field}"
     own_rows = [signal.row for signal in declaration.signals if not signal.shares_row_with]
-    for row in _repeated(own_rows):
+    for row in repeated(own_rows):
         yield f"two signals have the row {row}; the second must say so in shares_row_with"
 
 
 def _windows(declaration: Declaration) -> Iterator[str]:
-    yield from _unknown("mark", declaration.breaks, declaration.marks, "breaks")
-    yield from _unknown("window", declaration.strokes, [w.name for w in declaration.windows], "strokes")
+    yield from unknown_names("mark", declaration.breaks, declaration.marks, "breaks")
+    yield from unknown_names("window", declaration.strokes, [w.name for w in declaration.windows], "strokes")
     for window in declaration.windows:
-        yield from _unknown("mark", window.ends, declaration.marks, f"the window '{window.name}'")
+        yield from unknown_names("mark", window.ends, declaration.marks, f"the window '{window.name}'")
         if len(window.ends) != (2 if window.kind == "arc" else 0):
             yield f"the window '{window.name}' has {len(window.ends)} ends; an arc has two marks, no other kind has any"
         if len(set(window.ends)) < len(window.ends):
@@ -227,17 +195,17 @@ def _windows(declaration: Declaration) -> Iterator[str]:
     yield from _strokes(declaration)
     windows, signals = {window.name for window in declaration.windows}, {signal.name for signal in declaration.signals}
     for parameter in declaration.parameters:
-        yield from _unknown("window", parameter.only_in, windows, f"only_in of '{parameter.name}'")
+        yield from unknown_names("window", parameter.only_in, windows, f"only_in of '{parameter.name}'")
     for signal in declaration.signals:
-        yield from _unknown("window", signal.only_in, windows, f"only_in of '{signal.name}'")
-    yield from _unknown("window", [declaration.default_window], windows, "default_window")
+        yield from unknown_names("window", signal.only_in, windows, f"only_in of '{signal.name}'")
+    yield from unknown_names("window", [declaration.default_window], windows, "default_window")
     for signal_name, window_name in sorted(declaration.zero_mean):
-        yield from _unknown("signal", [signal_name], signals, "zero_mean")
-        yield from _unknown("window", [window_name], windows, "zero_mean")
-    yield from _unknown("signal", declaration.output_signals.values(), signals, "output_signals")
+        yield from unknown_names("signal", [signal_name], signals, "zero_mean")
+        yield from unknown_names("window", [window_name], windows, "zero_mean")
+    yield from unknown_names("signal", declaration.output_signals.values(), signals, "output_signals")
     for field in ("output_signals", "default_metrics"):
         by_window = getattr(declaration, field)
-        yield from _unknown("window", by_window, {"", *windows}, field)
+        yield from unknown_names("window", by_window, {"", *windows}, field)
         if "" not in by_window:
             yield f"{field} has no entry '' for the windows that it does not name"
 
@@ -280,18 +248,18 @@ def _formulas(declaration: Declaration) -> Iterator[str]:
     known = {*declaration.metric_names(), *parameters}
     for formula in declaration.formulas:
         user = f"the formula '{formula.name}'"
-        yield from _unknown("input", formula.inputs, known, user)
-        yield from _unknown("parameter", formula.alternatives, parameters, user)
-        yield from _unknown("parameter", formula.optional, known, user)
+        yield from unknown_names("input", formula.inputs, known, user)
+        yield from unknown_names("parameter", formula.alternatives, parameters, user)
+        yield from unknown_names("parameter", formula.optional, known, user)
 
 
 def _defaults(declaration: Declaration) -> Iterator[str]:
     metrics = set(declaration.metric_names())
     for names in declaration.default_metrics.values():
-        yield from _unknown("metric", names, metrics, "default_metrics")
+        yield from unknown_names("metric", names, metrics, "default_metrics")
     for objective in declaration.objectives:
         name, colon, sense = objective.partition(":")
-        yield from _unknown("metric", [name], metrics, "objectives")
+        yield from unknown_names("metric", [name], metrics, "objectives")
         if colon and sense not in ("min", "max"):
             yield f"the objective '{objective}' has no sense 'min' or 'max' after its colon"
 

@@ -12,14 +12,8 @@ from explore.model.quantities import FloatArray
 
 @dataclass(frozen=True)
 class ClosedFormResult:
-    """Arrays that the compiled closed form of a mechanism fills for n designs.
-
-    Attributes
-    ----------
-    metrics : (m, n) array
-        Closed-form metrics in declared order and units, NaN where undefined.
-    status : (n,) array
-        Codes of `Declaration.status_labels`.
+    """What the compiled closed form of a mechanism fills for n designs: metrics (m, n) in declared order and units, NaN
+    where undefined, and status (n,), codes of `Declaration.status_labels`.
     """
 
     metrics: FloatArray

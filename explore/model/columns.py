@@ -41,16 +41,9 @@ class Column:
 
 @dataclass(frozen=True)
 class Block:
-    """Consecutive designs that are computed and committed together.
+    """Consecutive designs that are computed and committed together, with parameters by name, each of shape (n,).
 
-    Attributes
-    ----------
-    number
-        Number of the block in the study.
-    start
-        Number of its first design.
-    columns
-        Parameters by name, each of shape (n,).
+    `number` is that of the block in the study, `start` that of its first design.
     """
 
     number: int

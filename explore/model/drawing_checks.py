@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 from explore.model.declaration import Declaration
 from explore.model.drawing import INPUT
+from explore.model.name_checks import unknown_names
 
 
 def check_drawing(declaration: Declaration) -> Iterator[str]:
@@ -13,8 +14,7 @@ def check_drawing(declaration: Declaration) -> Iterator[str]:
     signals = {signal.name: signal.unit for signal in declaration.signals}
     for panel in declaration.panels:
         units = {signals.get(name, "") for name in panel.signals}
-        yield from (f"the panel '{panel.label}' names the signal '{s}', which does not exist"
-                    for s in panel.signals if s not in signals)  # fmt: skip
+        yield from unknown_names("signal", panel.signals, signals, f"the panel '{panel.label}'")
         if len(units) > 1:
             yield f"the panel '{panel.label}' has signals in different units"
     drawing = declaration.drawing
@@ -31,7 +31,7 @@ def check_drawing(declaration: Declaration) -> Iterator[str]:
     named += [*drawing.pivots, *(guide.point for guide in drawing.guides), *(path.point for path in drawing.paths)]
     named += [profile.centre for profile in drawing.profiles]
     named += [drawing.stroke_point] if drawing.stroke_point else []
-    yield from (f"the drawing names the point '{p}', which does not exist" for p in named if p not in drawing.points)
+    yield from unknown_names("point", named, drawing.points, "the drawing")
     for profile in drawing.profiles:
         if profile.angle not in angles:
             yield f"the profile '{profile.name}' turns by '{profile.angle}', which is no signal in deg"

@@ -67,15 +67,8 @@ class FloatingLink:
 class Extent:
     """The function of a formula that is the extent of all positions of a mechanism, and of its points, along an axis.
 
-    Attributes
-    ----------
-    axis
-        The axis, that of the drawing.
-    ends
-        Takes one array of shape (n,) for each input of the formula, and returns the least and the greatest coordinate
-        of the links.
-    points
-        Number of points, whose least and greatest coordinates are the last inputs.
+    `axis` is one of the drawing. `ends` takes one array of shape (n,) for each input of the formula, and returns the
+    least and the greatest coordinate of the links; those of so many `points` are the last inputs.
     """
 
     axis: Literal["x", "y"]

@@ -12,10 +12,8 @@ MOST_BREAKS = 6
 class Adaptive:
     """Halve panels until the samples resolve every signal: for any signals, see `quadrature.adaptive`.
 
-    Attributes
-    ----------
-    singularities
-        Those of `Graded`, so that panels are graded towards them, as for signals that have corners besides.
+    Panels are graded towards the singularities of `Graded` where there are some, as for signals that have corners
+    besides.
     """
 
     singularities: tuple[tuple[int, int], ...] = ()

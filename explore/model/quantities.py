@@ -31,13 +31,23 @@ OMITTED = "not given"
 
 
 @dataclass(frozen=True)
-class Parameter:
+class Quantity:
+    """What a quantity says of itself: its name, that of its column or the first part of it, unit and description.
+
+    That of a metric also has the sense in which it is better, None where neither is.
+    """
+
+    name: str
+    unit: str
+    long_name: str
+
+
+@dataclass(frozen=True)
+class Parameter(Quantity):
     """An input of a mechanism: one column of every sweep that names it.
 
     Attributes
     ----------
-    name, unit, long_name
-        Column name, unit of all values, and description.
     default
         Value where a study gives none; None makes the parameter mandatory.
     lower, upper
@@ -65,9 +75,6 @@ class Parameter:
         Name of the signal at whose zeros these corners are; see `Signal.corners_at`.
     """
 
-    name: str
-    unit: str
-    long_name: str
     default: float | None = None
     lower: float = 0.0
     upper: float = np.inf
@@ -90,13 +97,11 @@ class Parameter:
 
 
 @dataclass(frozen=True)
-class Signal:
+class Signal(Quantity):
     """A function of the input angle: one row of the kernel's signal array, times the speed to a power.
 
     Attributes
     ----------
-    name, unit, long_name
-        First part of the names of its metrics, its unit, and its description.
     row
         Row of the signal array that `Mechanism.fill` writes.
     needs
@@ -145,9 +150,6 @@ class Signal:
         Name of the point of the floating link that it is a signal of; empty for the signals of all designs.
     """
 
-    name: str
-    unit: str
-    long_name: str
     row: int
     needs: int
     speed_power: int = 0
@@ -175,15 +177,11 @@ class Signal:
 
 
 @dataclass(frozen=True)
-class Metric:
+class Metric(Quantity):
     """A closed-form metric, a function of the geometry alone.
 
     Attributes
     ----------
-    name, unit, long_name
-        Column name, unit and description.
-    sense
-        Sense in which it is better; None where neither is.
     labels
         Words for the values of an integer code; empty for numbers.
     lower, upper
@@ -197,9 +195,6 @@ class Metric:
         Whether the metric exists only where the output rocks.
     """
 
-    name: str
-    unit: str
-    long_name: str
     sense: Sense | None = None
     labels: tuple[str, ...] = ()
     lower: float = -np.inf
@@ -243,22 +238,9 @@ class Window:
 
 
 @dataclass(frozen=True)
-class SampledMetric:
-    """A statistic of a signal over a window.
+class SampledMetric(Quantity):
+    """A statistic of a signal over a window, the statistic by its name."""
 
-    Attributes
-    ----------
-    name, unit, long_name
-        Column name, unit and description.
-    sense
-        Sense in which it is better; None where neither is.
-    signal, statistic, window
-        The signal, the name of its statistic, and the window it is taken over.
-    """
-
-    name: str
-    unit: str
-    long_name: str
     sense: Sense | None
     # the name tells metrics apart; the hashes of all fields of a signal would take a third of a small evaluation
     signal: Signal = field(hash=False)
@@ -267,15 +249,11 @@ class SampledMetric:
 
 
 @dataclass(frozen=True)
-class Formula:
+class Formula(Quantity):
     """The declaration of a derived metric: a pure function of other metrics and parameters.
 
     Attributes
     ----------
-    name, unit, long_name
-        Column name, unit and description.
-    sense
-        Sense in which it is better; None where neither is.
     inputs
         Names of the metrics and parameters it is a function of.
     function
@@ -289,9 +267,6 @@ class Formula:
         Whether the value is one of the inputs, such as the largest.
     """
 
-    name: str
-    unit: str
-    long_name: str
     sense: Sense | None
     inputs: tuple[str, ...]
     function: Callable[..., npt.ArrayLike] | Expression
@@ -301,22 +276,9 @@ class Formula:
 
 
 @dataclass(frozen=True)
-class DerivedMetric:
-    """A derived metric of a request.
+class DerivedMetric(Quantity):
+    """A derived metric of a request: its formula, and the metrics and parameters that this names."""
 
-    Attributes
-    ----------
-    name, unit, long_name, sense
-        Those of the formula.
-    formula
-        Its declaration.
-    inputs
-        The metrics and parameters that the formula names.
-    """
-
-    name: str
-    unit: str
-    long_name: str
     sense: Sense | None
     formula: Formula = field(hash=False)
     inputs: tuple[ComputedMetric | Parameter, ...] = field(hash=False)

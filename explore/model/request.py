@@ -21,15 +21,7 @@ from explore.model.quantities import (
 
 @dataclass(frozen=True)
 class Constraint:
-    """Bounds on one metric.
-
-    Attributes
-    ----------
-    metric
-        The metric.
-    minimum, maximum
-        Bounds in its unit, allowed values included; None for no bound.
-    """
+    """Bounds on one metric, in its unit, allowed values included; None for no bound."""
 
     metric: AnyMetric
     minimum: float | None = None
@@ -38,15 +30,7 @@ class Constraint:
 
 @dataclass(frozen=True)
 class Objective:
-    """An objective of a ranking.
-
-    Attributes
-    ----------
-    metric
-        Name of a column.
-    sense
-        Sense in which it is better.
-    """
+    """An objective of a ranking: the name of a column, and the sense in which it is better."""
 
     metric: str
     sense: Sense

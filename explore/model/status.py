@@ -35,14 +35,8 @@ OWN_CODES = (*range(2, 6), *range(20, 128))
 class OwnStatus:
     """A status that a mechanism declares: a reason why designs of it have no motion, or no strokes.
 
-    Attributes
-    ----------
-    label
-        The word used in tables and files.
-    sentence
-        The meaning of the status, in a sentence.
-    lacks_strokes
-        Whether the motion exists but has no strokes, so that a request that needs none is computed.
+    The label is the word in tables and files, the sentence the meaning. With `lacks_strokes` the motion exists but has
+    no strokes, so that a request that needs none is computed.
     """
 
     label: str

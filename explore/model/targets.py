@@ -146,10 +146,7 @@ class PathTarget(Target):
 class FunctionTarget(Target):
     """A function of the input angle that the output angle is to follow.
 
-    Attributes
-    ----------
-    table
-        What input and output have turned from their starts, deg, pair by pair; the inputs ascend or descend.
+    The table has what input and output have turned from their starts, deg, pair by pair; the inputs ascend or descend.
     """
 
     table: tuple[tuple[float, float], ...]
