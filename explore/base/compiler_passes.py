@@ -36,15 +36,7 @@ _works: bool | None = None
 
 
 class PlainCompiler(Compiler):  # type: ignore[misc]  # Numba has no types
-    """Numba's compiler with few passes.
-
-    Attributes
-    ----------
-    no_alias
-        Whether the arrays that the function is called with share no memory, so that loops need not test for that.
-    only_translates
-        Whether the function is translated for compiled functions that call it, and nothing else.
-    """
+    """Numba's compiler with few passes; with `no_alias` the arrays that a function is called with share no memory."""
 
     no_alias = False
     only_translates = False

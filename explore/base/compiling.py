@@ -46,7 +46,6 @@ def compiled(
     *,
     fast: bool = False,
     contract: bool = False,
-    inlined: bool = False,
     allocates: bool = False,
     no_alias: bool = False,
 ) -> Callable[..., Any]:
@@ -54,13 +53,12 @@ def compiled(
 
     The function is compiled for `signature` at its first call, or for the types of each call. `fast` allows reordering
     of sums and products, not for compensated sums; `contract` that a product and a sum are rounded once, nothing else.
-    `inlined` puts it into every caller, so that a loop over lanes that calls it vectorises whatever its size. Functions
-    that do not make arrays (`allocates`) do without Numba's runtime, because its atomic reference counts of array
-    arguments cost a quarter of the time of a sweep. With `no_alias` its arrays share no memory, unless it only reads
-    them, or writes the same numbers to both: short loops then need not test for that, which would take longer than the
-    loops.
+    Functions that do not make arrays (`allocates`) do without Numba's runtime, because its atomic reference counts of
+    array arguments cost a quarter of the time of a sweep. With `no_alias` its arrays share no memory, unless it only
+    reads them, or writes the same numbers to both: short loops then need not test for that, which would take longer
+    than the loops.
     """
-    settings = options(fast=fast, contract=contract, inlined=inlined, allocates=allocates)
+    settings = options(fast=fast, contract=contract, inlined=False, allocates=allocates)
 
     def decorate(function: Callable[..., Any]) -> Any:
         compiler = NoAliasCompiler if no_alias else PlainCompiler

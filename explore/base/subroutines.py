@@ -26,7 +26,8 @@ def subroutine(
 ) -> Any:
     """Decorator: compile as part of the compiled functions that call this one; see `compiled` for the arguments.
 
-    The function must not raise exceptions. Called from Python, it is compiled once more by itself.
+    `inlined` puts the function into every caller, so that a loop over lanes that calls it vectorises whatever its size.
+    It must not raise exceptions. Called from Python, it is compiled once more by itself.
     """
 
     def decorate(function: Callable[..., Any]) -> Any:

@@ -51,13 +51,7 @@ def derive(
 
 @dataclass
 class Derivation:
-    """Derived metrics of n designs, each evaluated once.
-
-    Attributes
-    ----------
-    inputs, values, errors, tolerance
-        As for `derive`.
-    """
+    """Derived metrics of n designs, each evaluated once, from what `derive` takes."""
 
     inputs: Arrays
     values: Mapping[str, FloatArray]

@@ -35,14 +35,9 @@ _Scalar = TypeVar("_Scalar", bound=np.generic)
 class Kinematics:
     """Closed-form metrics and statistics of n designs at their speeds.
 
-    Attributes
-    ----------
-    values, errors
-        All metrics but derived ones by name, and bounds of the absolute errors of those that derived metrics need.
-    nodes, error, status
-        Signal evaluations, bound of the worst relative error, and status of each design.
-    evaluations
-        Number of geometries that were sampled.
+    `values` are all metrics but derived ones by name, `errors` bounds of the absolute errors of those that derived
+    metrics need; nodes, error and status are the signal evaluations, the bound of the worst relative error, and the
+    status of each design. `evaluations` is the number of geometries that were sampled.
     """
 
     values: dict[str, FloatArray]

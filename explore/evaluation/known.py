@@ -27,15 +27,9 @@ from explore.model.request import Request
 class KnownStatistics:
     """Statistics of u distinct geometries for unit speed, each of shape (u,), NaN where not computed.
 
-    Attributes
-    ----------
-    values, errors
-        Metrics by name in their signals' units, NaN where their bound misses the tolerance, and bounds of their
-        absolute errors.
-    error
-        Bound of the worst relative error of those that meet the tolerance.
-    is_known
-        Whether all of them are computed and meet the tolerance.
+    `values` are metrics by name in their signals' units, NaN where their bound misses the tolerance, and `errors`
+    bounds of their absolute errors; `error` is the bound of the worst relative error of those that meet the tolerance,
+    and `is_known` says whether all of them are computed and meet it.
     """
 
     values: dict[str, FloatArray]

@@ -42,14 +42,9 @@ class Position:
 
 
 class WindowPositions:
-    """The ends of a window of d designs, its length, and the angles in it where a signal may have extremes.
+    """The ends of a window of d designs, its length, rad, (d,), and the angles in it where a signal may have extremes.
 
-    Attributes
-    ----------
-    start, stop
-        The ends; over a full turn, the anchor.
-    length
-        Length of the window, rad, shape (d,).
+    Over a full turn both ends are the anchor.
     """
 
     def __init__(self, mechanism: Mechanism, constants: FloatArray, window: Window, drive: str) -> None:

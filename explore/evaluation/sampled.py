@@ -46,18 +46,9 @@ _INPUT_TOLERANCE_FACTOR = 0.02
 class SampledStatistics:
     """Statistics of distinct geometries for unit speed, each of shape (u,).
 
-    Attributes
-    ----------
-    values
-        Metrics by name, in their signals' units.
-    errors
-        Bounds of their absolute errors, for the metrics that derived metrics need.
-    nodes
-        Signal evaluations.
-    error
-        Bound of the worst relative error.
-    evaluations
-        Number of geometries that were sampled.
+    `values` are metrics by name, in their signals' units, and `errors` bounds of the absolute errors of those that
+    derived metrics need; `nodes` are signal evaluations, `error` the bound of the worst relative error, and
+    `evaluations` the number of geometries that were sampled.
     """
 
     values: dict[str, FloatArray]

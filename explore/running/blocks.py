@@ -26,22 +26,11 @@ VERSIONS_THAT_MUST_AGREE = ("explore", "kernel", "numpy", "numba", "scipy")
 
 @dataclass(frozen=True)
 class BlockResult:
-    """The result of one block.
+    """The result of one block, with numbers of its designs and of the feasible ones, and the worker's environment.
 
-    Attributes
-    ----------
-    number
-        Number of the block.
-    arrays
-        The columns of all its designs; or, with objectives, of its own Pareto set, with the column "design".
-    n_designs, n_feasible
-        Number of its designs, and of the feasible ones.
-    counts
-        Number of designs by status label; empty when all designs are kept.
-    tally
-        Why designs are not in the Pareto set; empty when all designs are kept.
-    environment
-        The worker's environment, from `environment_of`.
+    `arrays` are the columns of all its designs; or, with objectives, of its own Pareto set, with the column "design".
+    `counts` are the numbers of designs by status label and `tally` says why designs are not in the Pareto set, both
+    empty when all designs are kept.
     """
 
     number: int

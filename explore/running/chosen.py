@@ -20,9 +20,7 @@ if TYPE_CHECKING:
 
 
 def chosen_designs(results: Results, numbers: Sequence[int] | int | None = None) -> pd.DataFrame:
-    """Designs by number in the given order, or the Pareto set in the objectives of the study; all columns, index
-    "design".
-    """
+    """All columns of designs by number, in the given order, or of the Pareto set in the objectives of the study."""
     if numbers is not None:
         return results.designs(np.atleast_1d(np.asarray(numbers, dtype=np.int64)))
     best = rank_source(results).frame.index

@@ -46,12 +46,7 @@ def row_bytes(study: Study) -> int:
 class AllDesignsCollector:
     """Writes every design into the results file, block by block; a context manager that holds the file's lock.
 
-    Attributes
-    ----------
-    objectives
-        Empty: a worker returns its block whole.
-    sha256
-        Hash of what determines the file.
+    There are no objectives, so a worker returns its block whole; `sha256` is a hash of what determines the file.
     """
 
     objectives: tuple[Objective, ...] = ()

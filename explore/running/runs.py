@@ -31,16 +31,8 @@ Keep = Literal["all", "front"]
 
 @dataclass(frozen=True)
 class Progress:
-    """Progress of a sweep, in designs.
-
-    Attributes
-    ----------
-    n_done, n_designs
-        Designs that are committed, and all designs of the study.
-    n_resumed
-        Those of the committed ones that earlier runs computed.
-    n_computed, n_feasible
-        Those that this run computed, and the feasible ones of these.
+    """Progress of a sweep, in designs: those that are committed (`n_done`), and of these the ones of earlier runs
+    (`n_resumed`) and of this run (`n_computed`, with `n_feasible` feasible ones).
     """
 
     n_done: int

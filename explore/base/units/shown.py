@@ -48,14 +48,10 @@ _NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?", re.ASCII)
 
 @dataclass(frozen=True)
 class Scale:
-    """The unit that values are declared in, and the unit that they are shown in.
+    """The units that values are declared and shown in, "1" or "" for plain numbers, and the factor from one to the
+    other.
 
-    Attributes
-    ----------
-    declared, shown
-        The units, "1" or "" for plain numbers.
-    factor
-        From the declared unit to the shown one; exact but for 50 digits of pi.
+    The factor is exact but for 50 digits of pi.
     """
 
     declared: str = ""
@@ -111,14 +107,9 @@ PLAIN = Scale()
 
 @dataclass(frozen=True)
 class ShownUnits:
-    """The chosen units.
+    """The chosen unit of each quantity of `QUANTITIES` that has one.
 
-    Attributes
-    ----------
-    units
-        The unit of each quantity of `QUANTITIES` that has one.
-    given
-        The unit of each column that a study gives in another one than the declared; a chosen one wins.
+    A column that a study gives in another unit than the declared is shown in the `given` one; a chosen one wins.
     """
 
     units: Mapping[str, str] = field(default_factory=dict)

@@ -21,14 +21,10 @@ _EQUAL_NUMBERS = 4096
 
 @dataclass(frozen=True)
 class Cells:
-    """What the cells of a column hold.
+    """The least and the greatest value of each cell of a column, in the declared unit, and its number of designs,
+    (cells,).
 
-    Attributes
-    ----------
-    least, greatest
-        The least and the greatest value of each cell, (cells,), in the declared unit; the first cell is that of NaN.
-    counts
-        Number of designs of each cell, (cells,).
+    The first cell is that of NaN.
     """
 
     least: FloatArray

@@ -29,16 +29,9 @@ _MOST_THREADS = 8
 
 @dataclass(frozen=True)
 class Range:
-    """Bins of equal width of a column.
+    """Bins of equal width of a column, from `low` to `high`, in the declared unit.
 
-    Attributes
-    ----------
-    column
-        Name of the column.
-    low, high
-        First and last edge, in the declared unit; NaN where the column has no finite value, and the bins no designs.
-    bins
-        Number of bins.
+    Both are NaN where the column has no finite value, and the bins no designs.
     """
 
     column: str
@@ -54,14 +47,9 @@ class Range:
 
 @dataclass(frozen=True)
 class Histograms:
-    """Counts of several columns.
+    """The number of designs that meet all conditions, and counts of several columns, (bins,).
 
-    Attributes
-    ----------
-    n_selected
-        Number of designs that meet all conditions.
-    everything, selected
-        For each column the counts of all designs, and of those that meet the conditions on other columns, (bins,).
+    For each column `everything` counts all designs, and `selected` those that meet the conditions on other columns.
     """
 
     n_selected: int

@@ -50,20 +50,10 @@ class DamagedIndexError(ResultsError):
 
 @dataclass(frozen=True)
 class ColumnFacts:
-    """Facts of a column.
+    """Facts of a column of the results: the least and the largest finite value, in the declared unit, None without any.
 
-    Attributes
-    ----------
-    name
-        Its name in the results.
-    low, high
-        The least and the largest finite value, in the declared unit; None where no value is finite.
-    missing
-        Number of values that are NaN or infinite.
-    distinct
-        Number of distinct finite values; None if there are more than are counted.
-    checksums
-        Those of the blocks of its files, by their kind.
+    `missing` values are NaN or infinite; `distinct` finite ones are counted up to a limit, None beyond it. The
+    checksums are those of the blocks of its files, by their kind.
     """
 
     name: str
@@ -100,17 +90,7 @@ class CheckedValues:
 
 @dataclass(frozen=True)
 class IndexedColumn:
-    """A column of an index.
-
-    Attributes
-    ----------
-    facts
-        Its facts.
-    cells
-        What its cells hold.
-    numbers
-        The cell of each design, (n,); stays on the disk.
-    """
+    """A column of an index: its facts, its cells, and the cell of each design, (n,), which stays on the disk."""
 
     facts: ColumnFacts
     cells: Cells
@@ -124,15 +104,7 @@ class IndexedColumn:
 
 @dataclass(frozen=True)
 class Index:
-    """The index of a results file.
-
-    Attributes
-    ----------
-    n_designs
-        Number of committed designs.
-    columns
-        All columns by name.
-    """
+    """The index of a results file: the number of committed designs, and all columns by name."""
 
     n_designs: int
     columns: dict[str, IndexedColumn]

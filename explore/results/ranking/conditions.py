@@ -51,20 +51,11 @@ _EXPECTED_COMPARISON = "expected a comparison here, such as swing_angle > 20"
 
 @dataclass(frozen=True)
 class Condition:
-    """A condition on designs.
+    """A condition on designs, as written, with the names of the columns that it uses.
 
-    Attributes
-    ----------
-    text
-        The condition as written.
-    names
-        Columns that the condition uses.
-    numbers
-        The numbers that it compares with, in declared units: between two of them, the values of a single column all
-        meet it or all do not.
-    test
-        Takes columns of shape (n,) and returns which designs meet the condition, (n,). A comparison with an undefined
-        value (NaN) is false, including ``!=``.
+    The numbers that it compares with are in declared units: between two of them, the values of a single column all meet
+    it or all do not. `test` takes columns of shape (n,) and returns which designs meet the condition, (n,). A
+    comparison with an undefined value (NaN) is false, including ``!=``.
     """
 
     text: str

@@ -37,17 +37,11 @@ def is_little(n_feasible: int, n_designs: int) -> bool:
 
 @dataclass(frozen=True)
 class Nearness:
-    """The infeasible designs nearest to feasible, and what excludes all others.
+    """The infeasible designs nearest to feasible, and counts of all designs by the constraints that they miss.
 
-    Attributes
-    ----------
-    frame
-        The designs, the nearest first, with all columns of the results and ``violation``, the sum of the violations.
-        A margin is NaN where its metric was not sampled; then the violation is at least the one given.
-    scales
-        For each constrained metric the violation that counts as 1, in its unit.
-    exclusions
-        Counts of all designs by the constraints that they miss.
+    The frame has the designs, the nearest first, with all columns of the results and ``violation``, the sum of the
+    violations. A margin is NaN where its metric was not sampled; then the violation is at least the one given. `scales`
+    has for each constrained metric the violation that counts as 1, in its unit.
     """
 
     frame: pd.DataFrame
@@ -63,11 +57,11 @@ def find_nearest(
     limits: Limits | None = None,
     report_progress: ReportProgress | None = None,
 ) -> Nearness:
-    """Find the infeasible designs of least total violation in results that keep every design; memory holds a few
-    blocks.
+    """Find the infeasible designs of least total violation in results that keep every design.
 
-    `where` and `limits` are those of `explore.rank`. The results are read twice: progress is the number of designs
-    read, and to read in both passes. A `RequestError` says that the results keep the front only or have no constraint.
+    `where` and `limits` are those of `explore.rank`. Memory holds a few blocks. The results are read twice: progress is
+    the number of designs read, and to read in both passes. A `RequestError` says that the results keep the front only
+    or have no constraint.
     """
     if source.keep == "front":
         raise RequestError('this study kept the Pareto set only; sweep with `keep="all"` to find the nearest designs')

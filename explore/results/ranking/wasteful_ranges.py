@@ -23,18 +23,9 @@ _Counts = npt.NDArray[np.int64]
 
 @dataclass(frozen=True)
 class WastefulRange:
-    """The designs between one bound of a parameter and a value, and how many of them are reachable.
+    """The designs between one bound of a parameter and a value, in its unit, and how many of them are reachable.
 
-    Attributes
-    ----------
-    parameter
-        Name.
-    value
-        The bound, in the parameter's unit.
-    side
-        ``"<"``, from the lower bound up to the value, or ``">="``, from the value up to the upper bound.
-    n_designs, n_reachable
-        Numbers of designs.
+    The side is ``"<"``, from the lower bound up to the value, or ``">="``, from the value up to the upper bound.
     """
 
     parameter: str

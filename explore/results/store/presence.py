@@ -12,10 +12,7 @@ from explore.base.errors import ResultsError
 class DisplacedError(ResultsError):
     """A file was moved, removed or replaced while it was written.
 
-    Attributes
-    ----------
-    is_removed
-        Whether the file was removed and no other file has its name; the content is lost when the file is closed.
+    If `is_removed`, no other file has its name, and the content is lost when the file is closed.
     """
 
     def __init__(self, message: str, *, is_removed: bool = False) -> None:

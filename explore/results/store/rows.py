@@ -31,14 +31,8 @@ _LARGEST_GAP = 512
 class RowReader:
     """Reads the rows that were committed when the reader was made. No file stays open between two calls.
 
-    Attributes
-    ----------
-    path
-        The results file.
-    layout
-        Offsets of its data.
-    is_committed
-        Whether each block is committed, shape (blocks,).
+    `layout` has the offsets of the data of the file; `is_committed`, shape (blocks,), says whether each block is
+    committed.
     """
 
     def __init__(self, path: Path) -> None:
