@@ -23,10 +23,10 @@ from .figures.exporting.formats import export as export
 from .results.reading import nearest as nearest
 from .results.reading import rank as rank
 from .results.reading import read_results as read_results
-from .results.store.labels import in_words as in_words
 from .results.store.open_results import open_results as open_results
 from .results.store.open_results import xarray as xarray
 from .results.store.results import Results as Results
+from .results.store.table_words import in_words as in_words
 from .running.public import evaluate as evaluate
 from .running.public import list_mechanisms as list_mechanisms
 from .running.public import simulate as simulate

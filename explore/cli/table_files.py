@@ -10,8 +10,8 @@ from explore.base.errors import RequestError
 from explore.base.json_text import json_text
 from explore.cli.output import count_of, number, print_json, say
 from explore.cli.paths import FIGURE_ENDINGS, check_output
-from explore.results.store.labels import with_labels as with_labels
-from explore.results.store.labels import with_units as with_units
+from explore.results.store.table_words import with_labels as with_labels
+from explore.results.store.table_words import with_units as with_units
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence

@@ -67,7 +67,7 @@ class Derivation:
             if isinstance(function, Expression):
                 value, bound, scale = propagate(function, sources)
             else:
-                value, bound = _moved(metric.formula, function, sources)
+                value, bound = _bound_by_changes(metric.formula, function, sources)
                 scale = np.abs(value)
             bound = np.where(np.isfinite(value), bound, 0.0)
             self._evaluated[metric.name] = Bounded(value, bound, scale)
@@ -86,7 +86,7 @@ class Derivation:
         return Bounded(value, bound, np.maximum(np.abs(value), bound / self.tolerance))
 
 
-def _moved(
+def _bound_by_changes(
     formula: Formula, function: Callable[..., npt.ArrayLike], inputs: Sequence[Bounded]
 ) -> tuple[FloatArray, FloatArray]:
     """Value of a function and bound of its absolute error, from the changes by inputs that move."""

@@ -14,11 +14,11 @@ from explore.figures.exporting.formats import export
 from explore.model.mechanism import Mechanism
 from explore.results.ranking.rankings import RankRequest, rank_source
 from explore.results.records import label_record, with_status
-from explore.results.store.labels import with_labels, with_units
 from explore.results.store.open_results import open_results
 from explore.results.store.results import Results
 from explore.results.store.study_units import given_units, units_of_study
 from explore.results.store.summaries import summarise
+from explore.results.store.table_words import with_labels, with_units
 from explore.studies.request.names import find_mechanism
 
 

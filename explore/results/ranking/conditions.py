@@ -78,10 +78,10 @@ def parse_condition(text: str, columns: Sequence[str], scales: Mapping[str, Scal
 
     The message of a `RequestError` has the position of the first error.
     """
-    return _Parser(text, columns, scales or {}).parse()
+    return _ConditionParser(text, columns, scales or {}).parse()
 
 
-class _Parser(Descent):
+class _ConditionParser(Descent):
     _PATTERN = re.compile(
         rf"\s*(?:(?P<number>[+-]?{NUMBER}(?:\s*{_UNIT}|(?!\w)))|(?P<name>{NAME})|(?P<sign><=|>=|==|!=|<|>)|(?P<bracket>[()])|(?P<end>$))"
     )

@@ -17,7 +17,7 @@ from explore.model.quantities import FloatArray
 from explore.results.ranking.exclusions import Exclusions
 from explore.results.ranking.limits import Limits
 from explore.results.ranking.rankings import Source
-from explore.results.ranking.selection import Selection, make_selection
+from explore.results.ranking.selection import RankingCriteria, make_criteria
 from explore.results.ranking.violations import find_margins, find_scales, is_measured, total_violations
 
 if TYPE_CHECKING:
@@ -68,9 +68,9 @@ def find_nearest(
     shown, source = source, source.declared
     names = [column.name for column in source.columns]
     limitable = [c.name for c in source.columns if c.role in ("parameter", "metric") and not c.labels]
-    selection = make_selection(where, limits, names, limitable, source.constraints, shown.scales)
+    criteria = make_criteria(where, limits, names, limitable, source.constraints, shown.scales)
     metrics = [column.name.removesuffix(_SUFFIX) for column in source.columns if column.role == "margin"]
-    needed = list(dict.fromkeys(["design", "status", *(m + _SUFFIX for m in metrics), *selection.column_names]))
+    needed = list(dict.fromkeys(["design", "status", *(m + _SUFFIX for m in metrics), *criteria.column_names]))
     total = 2 * source.n_committed
 
     def read_blocks(start: int) -> Iterator[Arrays]:
@@ -81,7 +81,7 @@ def find_nearest(
             if report_progress is not None:
                 report_progress(done, total)
 
-    search = _Search(metrics, selection, count)
+    search = _NearestSearch(metrics, criteria, count)
     search.run(lambda is_second: read_blocks(source.n_committed * is_second), source.n_committed)
     order = np.argsort(search.rows)
     frame = source.designs(search.rows[order]).iloc[np.argsort(order)]
@@ -112,27 +112,27 @@ def find_nearest_rows(
     numeric = [str(name) for name in frame.columns if pd.api.types.is_numeric_dtype(frame.dtypes[name])]
     bounds = frame.attrs.get("constraints", {})
     scales = {name: Scale(unit, unit) for name, unit in frame.attrs.get("units", {}).items()}
-    selection = make_selection(where, limits, numeric, numeric, bounds, scales)
+    criteria = make_criteria(where, limits, numeric, numeric, bounds, scales)
     metrics = [name.removesuffix(_SUFFIX) for name in numeric if name.endswith(_SUFFIX)]
-    needed = dict.fromkeys([*(metric + _SUFFIX for metric in metrics), *selection.column_names])
+    needed = dict.fromkeys([*(metric + _SUFFIX for metric in metrics), *criteria.column_names])
     columns: Arrays = {name: frame[name].to_numpy(dtype=np.float64, na_value=np.nan) for name in needed}
     if "status" in frame:
         columns["status"] = frame["status"].to_numpy()
     columns["design"] = np.arange(len(frame))
-    search = _Search(metrics, selection, count)
+    search = _NearestSearch(metrics, criteria, count)
     search.run(lambda _: [columns], len(frame))
     return search.finish(frame.iloc[search.rows])
 
 
-class _Search:
+class _NearestSearch:
     """The nearest designs of those read so far: their numbers, totals and margins, each nearest first."""
 
-    def __init__(self, metrics: Sequence[str], selection: Selection, count: int) -> None:
-        if not metrics and not selection.limits:
+    def __init__(self, metrics: Sequence[str], criteria: RankingCriteria, count: int) -> None:
+        if not metrics and not criteria.limits:
             raise RequestError("these results have no constraint, so no design misses any")
         if count < 1:
             raise RequestError(f"nearest = {count}: must be at least 1")
-        self._metrics, self._selection, self._count = metrics, selection, count
+        self._metrics, self._criteria, self._count = metrics, criteria, count
         self._scales: dict[str, float] = {}
         self._exclusions = Exclusions()
         self.rows: npt.NDArray[np.int64] = np.empty(0, dtype=np.int64)
@@ -152,11 +152,11 @@ class _Search:
 
     def _select(self, columns: Arrays) -> tuple[dict[str, FloatArray], npt.NDArray[np.int64], npt.NDArray[np.bool_]]:
         """Margins, numbers, and whether the distance is known, of the designs that meet the condition."""
-        margins = find_margins(columns, self._metrics, self._selection.limits)
+        margins = find_margins(columns, self._metrics, self._criteria.limits)
         measured = is_measured(columns.get("status"), margins)
         rows = np.asarray(columns["design"])
-        if self._selection.condition is not None:
-            selected = self._selection.condition.test(columns)
+        if self._criteria.condition is not None:
+            selected = self._criteria.condition.test(columns)
             margins = {metric: margin[selected] for metric, margin in margins.items()}
             measured, rows = measured[selected], rows[selected]
         return margins, rows, measured

@@ -20,7 +20,7 @@ from explore.results.ranking.limits import Bounds, Limits, parse_limits
 from explore.results.ranking.objectives import choose_objectives
 from explore.results.ranking.pareto import find_fronts
 from explore.results.ranking.quality import add_quality_columns
-from explore.results.ranking.selection import make_selection
+from explore.results.ranking.selection import make_criteria
 from explore.results.ranking.tallies import Tally
 
 if TYPE_CHECKING:
@@ -147,8 +147,8 @@ def rank_frame(frame: pd.DataFrame, request: RankRequest) -> pd.DataFrame:
     numeric = [str(name) for name in frame.columns if pd.api.types.is_numeric_dtype(frame.dtypes[name])]
     scales = {name: Scale(unit, unit) for name, unit in attributes.get("units", {}).items()}
     bounds = attributes.get("constraints", {})
-    selection = make_selection(request.where, request.limits, numeric, numeric, bounds, scales)
-    needed = dict.fromkeys([*(objective.metric for objective in objectives), *selection.column_names])
+    criteria = make_criteria(request.where, request.limits, numeric, numeric, bounds, scales)
+    needed = dict.fromkeys([*(objective.metric for objective in objectives), *criteria.column_names])
     for name in needed:
         if name not in numeric:
             raise RequestError(f"column '{name}' does not hold numbers, so it cannot be ranked")
@@ -156,7 +156,7 @@ def rank_frame(frame: pd.DataFrame, request: RankRequest) -> pd.DataFrame:
     if "feasible" in frame.columns:
         columns["feasible"] = frame["feasible"].to_numpy()
     # Rows are selected by position, because the labels of a table may repeat.
-    rows, numbers = find_fronts(selection.apply([columns]), objectives, request.fronts)
+    rows, numbers = find_fronts(criteria.apply([columns]), objectives, request.fronts)
     return sort_fronts(frame.iloc[rows], numbers, objectives, order, request)
 
 
@@ -198,21 +198,21 @@ def rank_declared(source: Source, request: RankRequest, report_progress: ReportP
         raise RequestError('this study kept the first front only; sweep with `keep="all"` to rank more fronts')
     limitable = [c.name for c in source.columns if c.role in ("parameter", "metric") and not c.labels]
     names = [column.name for column in source.columns]
-    selection = make_selection(request.where, request.limits, names, limitable, source.constraints, scales)
+    criteria = make_criteria(request.where, request.limits, names, limitable, source.constraints, scales)
     labels = next((column.labels for column in source.columns if column.name == "status"), {})
     tally = Tally(tuple(column.name for column in source.columns if column.role == "margin"), labels)
     objective_names = (objective.metric for objective in objectives)
-    used = (*tally.margins, *objective_names, *selection.column_names)
+    used = (*tally.margins, *objective_names, *criteria.column_names)
     needed = list(dict.fromkeys(["design", "feasible", "status", *used]))
     blocks = _report_each(source.blocks(needed), source.n_committed, report_progress)
-    rows, numbers = find_fronts(selection.apply(blocks), objectives, request.fronts, tally)
+    rows, numbers = find_fronts(criteria.apply(blocks), objectives, request.fronts, tally)
     has_study_objectives = {f"{o.metric}:{o.sense}" for o in objectives} == set(defaults)
-    keeps_best = has_study_objectives and selection.preserves_front(objectives)
-    if has_front_only and keeps_best and not selection.has_criteria:
+    keeps_best = has_study_objectives and criteria.preserves_front(objectives)
+    if has_front_only and keeps_best and not criteria.has_criteria:
         # The results hold the Pareto set in these objectives; the sweep counted the other designs.
         tally = Tally.from_counts(source.tally)
     frame = sort_fronts(source.designs(rows), numbers, objectives, order, request)
-    return Ranking(frame, objectives, order, tally, selection.exclusions, has_front_only and not keeps_best)
+    return Ranking(frame, objectives, order, tally, criteria.exclusions, has_front_only and not keeps_best)
 
 
 def _report_each(blocks: Iterable[Arrays], total: int, report_progress: ReportProgress | None) -> Iterator[Arrays]:

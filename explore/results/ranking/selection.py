@@ -16,7 +16,7 @@ from explore.results.ranking.limits import Bounds, Limit, Limits, resolve_limits
 
 
 @dataclass(frozen=True)
-class Selection:
+class RankingCriteria:
     """Criteria beyond feasibility; `exclusions` counts the feasible designs that each criterion excludes."""
 
     condition: Condition | None = None
@@ -56,18 +56,18 @@ class Selection:
         return {**columns, "feasible": feasible}
 
 
-def make_selection(
+def make_criteria(
     where: str | None,
     limits: Limits | None,
     columns: Sequence[str],
     limitable: Sequence[str],
     bounds: Bounds,
     scales: Mapping[str, Scale],
-) -> Selection:
+) -> RankingCriteria:
     """Parse the criteria of a request; see `parse_condition` and `resolve_limits`.
 
     The condition may use the numeric `columns`; those in `limitable` can have a limit. `bounds` are those of the
     constraints of the sweep, `scales` the declared and shown units of the columns that have one.
     """
     condition = None if where is None else parse_condition(where, columns, scales)
-    return Selection(condition, resolve_limits(limits, bounds, limitable, scales))
+    return RankingCriteria(condition, resolve_limits(limits, bounds, limitable, scales))

@@ -21,10 +21,10 @@ from explore.base.units.shown import Scale, ShownUnits, in_units, show_bounds
 from explore.model.columns import Column
 from explore.model.progress import ReportProgress
 from explore.results.store.block_bytes import damaged_blocks
-from explore.results.store.labels import in_words
 from explore.results.store.layout import INDEX, KEEP_FRONT
 from explore.results.store.recorded_study import RecordedStudy
 from explore.results.store.rows import RowReader
+from explore.results.store.table_words import in_words
 
 if TYPE_CHECKING:
     import pandas as pd

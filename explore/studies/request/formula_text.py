@@ -51,10 +51,10 @@ def parse_formula(text: str) -> FormulaText:
         raise RequestError(f"has {len(text):,} characters, but a formula has at most {_MOST_CHARACTERS:,}; split it")
     if not text.strip():
         raise RequestError('is empty; write a formula such as "coupler + ground"')
-    return _Parser(text).parse()
+    return _FormulaParser(text).parse()
 
 
-class _Parser(Descent):
+class _FormulaParser(Descent):
     """Emits the steps in postfix order while it descends."""
 
     _PATTERN = re.compile(
