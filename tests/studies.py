@@ -1,4 +1,6 @@
-"""Study texts that several tests change."""
+"""Study texts that several tests change, and the sweep of one."""
+
+import explore
 
 #: The smallest valid study: one design.
 GOOD = """\
@@ -18,3 +20,23 @@ coupler = 1083.4236
 rocker = 541.7118
 ground = [691.7118, 720]
 """
+
+
+def box(rest):
+    """A study of crank-rockers around the published optimum, drawn from a Sobol' sequence, with the rest of it."""
+    return f"""\
+mechanism = "crank-rocker"
+[parameters]
+crank = 50
+coupler = {{ min = 50, max = 1000 }}
+rocker = {{ min = 50, max = 500 }}
+ground = {{ min = 50, max = 1000 }}
+[sampling]
+method = "sobol"
+{rest}"""
+
+
+def sweep_text(folder, text, name="study", **options):
+    """The results of the study of a text, written beside it."""
+    (folder / f"{name}.toml").write_text(text, encoding="utf-8")
+    return explore.sweep(explore.load_study(folder / f"{name}.toml"), folder / f"{name}.h5", **options)

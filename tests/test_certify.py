@@ -16,6 +16,7 @@ from exact_linkage import ExactLinkage
 from exact_slider_crank import SIGNALS as SLIDERS
 from exact_slider_crank import ExactSliderCrank
 from flint import arb, ctx
+from studies import box, sweep_text
 
 import explore
 from explore.analysis.certifying.balls import PRECISIONS
@@ -381,15 +382,7 @@ def test_clutches_agree_with_the_program():
             assert proof.verdict == "proved", proof.reason
 
 
-STUDY = """
-mechanism = "crank-rocker"
-[parameters]
-crank = 50
-coupler = { min = 50, max = 1000 }
-rocker = { min = 50, max = 500 }
-ground = { min = 50, max = 1000 }
-[sampling]
-method = "sobol"
+STUDY = box("""\
 count = 4096
 seed = 1
 [evaluate]
@@ -403,14 +396,12 @@ transmission_angle_min = { min = 30 }
 transmission_angle_max = { max = 150 }
 [rank]
 metrics = ["cv", "swing_angle:max", "transmission_angle_min:max"]
-"""
+""")
 
 
 @pytest.fixture(scope="module")
 def results(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("certify")
-    (folder / "study.toml").write_text(STUDY, encoding="utf-8")
-    return explore.sweep(explore.load_study(folder / "study.toml"), folder / "study.h5")
+    return sweep_text(tmp_path_factory.mktemp("certify"), STUDY)
 
 
 def test_a_front_is_proved(results):

@@ -7,6 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from command_line import call, on_terminal
+from studies import box
 
 import explore
 from explore.base.json_text import json_text
@@ -16,14 +17,7 @@ from explore.results.ranking.joint import rank_sources
 from explore.results.ranking.rankings import RankRequest
 from explore.results.store.open_results import open_results
 
-STUDY = """mechanism = "crank-rocker"
-[parameters]
-crank = 50
-coupler = { min = 50, max = 1000 }
-rocker = { min = 50, max = 500 }
-ground = { min = 50, max = 1000 }
-[sampling]
-method = "sobol"
+STUDY = box("""\
 count = 32_768
 [evaluate]
 metrics = ["cv", "swing_angle", "time_ratio", "transmission_angle_min"]
@@ -33,7 +27,7 @@ transmission_angle_max = { max = 150 }
 time_ratio = { min = 1, max = 1.5 }
 [rank]
 metrics = ["cv", "swing_angle:max", "transmission_angle_min:max"]
-"""
+""")
 
 
 @pytest.fixture(autouse=True)

@@ -5,32 +5,20 @@ from pathlib import Path
 
 import pytest
 from command_line import call
+from studies import box, sweep_text
 
 import explore
 
-BOX = """mechanism = "crank-rocker"
-[parameters]
-crank = 50
-coupler = { min = 50, max = 1000 }
-rocker = { min = 50, max = 500 }
-ground = { min = 50, max = 1000 }
-[sampling]
-method = "sobol"
+STUDY = box("""\
 count = 4096
 [evaluate]
 metrics = ["cv", "swing_angle", "time_ratio"]
 [constraints]
 transmission_angle_min = { min = 30 }
-"""
-SOLVED = BOX.replace("coupler = { min = 50, max = 1000 }", 'coupler = { solve = "swing_angle", value = 40 }')
+""")
+SOLVED = STUDY.replace("coupler = { min = 50, max = 1000 }", 'coupler = { solve = "swing_angle", value = 40 }')
 #: Derived metrics, and a crank that is solved for.
 RIG = (Path(__file__).parents[1] / "configs/rig_20deg.toml").read_text(encoding="utf-8").partition("[rank]")[0]
-
-
-def sweep_study(folder, name, text, **options):
-    """Results of a study."""
-    (folder / f"{name}.toml").write_text(text)
-    return explore.sweep(explore.load_study(folder / f"{name}.toml"), folder / f"{name}.h5", **options).path
 
 
 def numbers(*arguments):
@@ -43,21 +31,21 @@ def numbers(*arguments):
 @pytest.mark.parametrize(
     ("text", "objectives"),
     [
-        (BOX, ["cv:min", "coupler:min"]),
-        (BOX, ["ground:min", "rocker:max"]),
-        (BOX, ["crank:min", "cv:min"]),  # one value: nothing is better in it
+        (STUDY, ["cv:min", "coupler:min"]),
+        (STUDY, ["ground:min", "rocker:max"]),
+        (STUDY, ["crank:min", "cv:min"]),  # one value: nothing is better in it
         (SOLVED, ["cv:min", "coupler:min"]),
         (RIG, ["pin_force_peak:min", "crank:min", "size:min"]),
     ],
 )
 def test_parameters_are_objectives_of_a_study_as_of_the_command_line(tmp_path, text, objectives):
-    plain = sweep_study(tmp_path, "plain", text)
+    plain = sweep_text(tmp_path, text, "plain").path
     options = [word for objective in objectives for word in ("--metric", objective)]
     expected, _ = numbers(plain, *options)
     text += f"[rank]\nmetrics = {json.dumps(objectives)}\n"
 
-    designs, _ = numbers(sweep_study(tmp_path, "objectives", text))
-    front_designs, _ = numbers(sweep_study(tmp_path, "front", text, keep="front"))
+    designs, _ = numbers(sweep_text(tmp_path, text, "objectives").path)
+    front_designs, _ = numbers(sweep_text(tmp_path, text, "front", keep="front").path)
 
     assert designs == front_designs == expected
     assert len(expected) > 0
@@ -67,7 +55,7 @@ def test_parameters_are_objectives_of_a_study_as_of_the_command_line(tmp_path, t
 def test_every_figure_and_the_report_take_a_parameter_as_an_objective(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "results").mkdir()
-    path = sweep_study(tmp_path, "objectives", BOX + '[rank]\nmetrics = ["coupler:min", "cv"]\n')
+    path = sweep_text(tmp_path, STUDY + '[rank]\nmetrics = ["coupler:min", "cv"]\n', "objectives").path
 
     code, out, err = call("rank", path, "--top", 3)
 
@@ -87,12 +75,12 @@ def boxes(tmp_path_factory):
     folder = tmp_path_factory.mktemp("boxes")
     metrics = 'metrics = ["cv", "swing_angle", "time_ratio"]'
     texts = {
-        "first": BOX + '[rank]\nmetrics = ["time_ratio:min", "swing_angle:max"]\n',
-        "second": BOX.replace(metrics, 'metrics = ["cv", "swing_angle"]') + '[rank]\nmetrics = ["cv"]\n',
-        "third": BOX.replace(metrics, 'metrics = ["cv"]') + '[rank]\nmetrics = ["cv"]\n',
-        "other_metric": BOX.replace(metrics, 'metrics = ["rocker_velocity_max"]'),
+        "first": STUDY + '[rank]\nmetrics = ["time_ratio:min", "swing_angle:max"]\n',
+        "second": STUDY.replace(metrics, 'metrics = ["cv", "swing_angle"]') + '[rank]\nmetrics = ["cv"]\n',
+        "third": STUDY.replace(metrics, 'metrics = ["cv"]') + '[rank]\nmetrics = ["cv"]\n',
+        "other_metric": STUDY.replace(metrics, 'metrics = ["rocker_velocity_max"]'),
     }
-    return {name: sweep_study(folder, name, text) for name, text in texts.items()}
+    return {name: sweep_text(folder, text, name).path for name, text in texts.items()}
 
 
 def test_results_of_other_objectives_are_ranked_in_those_that_all_have(boxes):

@@ -6,19 +6,12 @@ import math
 import numpy as np
 import pytest
 from command_line import call
+from studies import box, sweep_text
 
 import explore
 from explore.analysis.refining.polishing import polish
 
-STUDY = """
-mechanism = "crank-rocker"
-[parameters]
-crank = 50
-coupler = { min = 50, max = 1000 }
-rocker = { min = 50, max = 500 }
-ground = { min = 50, max = 1000 }
-[sampling]
-method = "sobol"
+STUDY = box("""\
 count = 4096
 seed = 1
 [evaluate]
@@ -30,14 +23,12 @@ transmission_angle_min = { min = 30 }
 transmission_angle_max = { max = 150 }
 [rank]
 metrics = ["cv", "mean_output_ratio:max"]
-"""
+""")
 
 
 @pytest.fixture(scope="module")
 def results(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("polish")
-    (folder / "study.toml").write_text(STUDY, encoding="utf-8")
-    return explore.sweep(explore.load_study(folder / "study.toml"), folder / "study.h5")
+    return sweep_text(tmp_path_factory.mktemp("polish"), STUDY)
 
 
 def test_the_published_bounds_hold_a_cv_of_0_353912252(results):

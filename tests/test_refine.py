@@ -13,6 +13,7 @@ import pandas as pd
 import pytest
 from command_line import call, run
 from distributed import Client, LocalCluster
+from studies import box, sweep_text
 from typer.testing import CliRunner
 
 import explore
@@ -22,15 +23,7 @@ from explore.cli.application import app
 from explore.results.ranking.pareto import is_nondominated
 from explore.results.store import rows
 
-STUDY = """
-mechanism = "crank-rocker"
-[parameters]
-crank = 50
-coupler = { min = 50, max = 1000 }
-rocker = { min = 50, max = 500 }
-ground = { min = 50, max = 1000 }
-[sampling]
-method = "sobol"
+STUDY = box("""\
 count = 8192
 seed = 1
 [evaluate]
@@ -40,22 +33,16 @@ transmission_angle_min = { min = 30 }
 transmission_angle_max = { max = 150 }
 [rank]
 metrics = ["cv", "mean_output_ratio:max", "transmission_angle_min:max"]
-"""
+""")
 #: The reference point of the published optimum: cv, ratio and angle, the last two negated.
 REFERENCE = (0.47, -0.01, -20.0)
 #: Designs of the refinements: eighteen generations of 256, the last one short.
 N = 4500
 
 
-def swept(folder, text=STUDY):
-    path = folder / "study.toml"
-    path.write_text(text, encoding="utf-8")
-    return explore.sweep(explore.load_study(path), folder / "study.h5")
-
-
 @pytest.fixture(scope="module")
 def source(tmp_path_factory):
-    return swept(tmp_path_factory.mktemp("source"))
+    return sweep_text(tmp_path_factory.mktemp("source"), STUDY)
 
 
 @pytest.fixture(scope="module")
@@ -203,7 +190,7 @@ pressure_angle_max = { max = 35 }
 [rank]
 metrics = ["cv", "time_ratio:max", "slider_acceleration_peak_cycle:min"]
 """
-    source = swept(tmp_path, text)
+    source = sweep_text(tmp_path, text)
     frame = explore.refine(source, tmp_path / "refined.h5", evaluations=3000).to_pandas()
     feasible = frame[frame["feasible"] == 1]
     assert len(feasible) > 1000
@@ -271,7 +258,7 @@ def test_another_refinement_in_the_file_is_described_without_checksums(source, t
 
 def refusal_of(tmp_path, text):
     with pytest.raises(explore.RequestError) as caught:
-        plan_refinement(swept(tmp_path, text))
+        plan_refinement(sweep_text(tmp_path, text))
     return str(caught.value)
 
 

@@ -9,6 +9,7 @@ import pandas as pd
 import pytest
 from command_line import call, run
 from distributed import Client, LocalCluster
+from studies import box, sweep_text
 
 import explore
 from explore.analysis.sensitivity.given_data import first_order
@@ -22,15 +23,7 @@ with warnings.catch_warnings():
     warnings.simplefilter("ignore")  # SALib's imports are deprecated by their packages
     from SALib.analyze import sobol as salib
 
-STUDY = """
-mechanism = "crank-rocker"
-[parameters]
-crank = 50
-coupler = { min = 50, max = 1000 }
-rocker = { min = 50, max = 500 }
-ground = { min = 50, max = 1000 }
-[sampling]
-method = "sobol"
+STUDY = box("""\
 count = 65_536
 seed = 1
 [evaluate]
@@ -42,20 +35,15 @@ transmission_angle_min = { min = 30 }
 transmission_angle_max = { max = 150 }
 [rank]
 metrics = ["cv", "mean_output_ratio:max"]
-"""
+""")
 LIMITS = {"transmission_angle_min": {"min": 30}, "transmission_angle_max": {"max": 150}}
 #: Evaluations of the classical indices in tests of anything but their values.
 FEW = 6000
 
 
-def sweep(folder, text=STUDY, name="study"):
-    (folder / f"{name}.toml").write_text(text, encoding="utf-8")
-    return explore.sweep(explore.load_study(folder / f"{name}.toml"), folder / f"{name}.h5")
-
-
 @pytest.fixture(scope="module")
 def results(tmp_path_factory):
-    return sweep(tmp_path_factory.mktemp("sensitivity"))
+    return sweep_text(tmp_path_factory.mktemp("sensitivity"), STUDY)
 
 
 def evaluate(function, dimensions, evaluations, seed=0):
@@ -347,7 +335,7 @@ def test_a_full_grid_is_exact(tmp_path):
             f"{name} = {{ min = {start}, max = {stop} }}",
             f"{name} = {{ start = {start}, stop = {stop}, num = {num} }}",
         )
-    results = sweep(tmp_path, text)
+    results = sweep_text(tmp_path, text)
     frame = results.to_pandas()
     feasible = frame[frame["feasible"] == 1]
     table = explore.sensitivity(results, "cv").set_index(["output", "parameter"])
@@ -367,7 +355,7 @@ def test_a_full_grid_is_exact(tmp_path):
 
 def test_solved_lengths_follow_from_the_drawn_parameters(tmp_path):
     text = STUDY.replace("crank = 50", 'crank = { solve = "swing_angle", value = "30 deg" }').replace("65_536", "8192")
-    results = sweep(tmp_path, text)
+    results = sweep_text(tmp_path, text)
     table = explore.sensitivity(results, evaluations=100_000)
     assert list(table["parameter"].unique()) == ["coupler", "rocker", "ground"]
     share = table.attrs["feasible"] / table["designs"].iloc[0]
@@ -381,12 +369,12 @@ def test_what_is_not_applicable_is_said_in_one_line(tmp_path, results):
     (note,) = table.attrs["notes"]
     assert note.startswith(f"cv, mean_output_ratio: not apportioned, because {front.path} has only the Pareto set")
 
-    few = sweep(tmp_path, STUDY.replace("65_536", "512"), "few")
+    few = sweep_text(tmp_path, STUDY.replace("65_536", "512"), "few")
     notes = explore.sensitivity(few, evaluations=FEW).attrs["notes"]
     assert notes[0].startswith("cv is not apportioned: it is defined in 1")
     assert notes[0].endswith("feasible designs, and 256 are needed; sweep more")
 
-    none = sweep(tmp_path, STUDY.replace("{ min = 30 }", "{ min = 149 }").replace("65_536", "512"), "none")
+    none = sweep_text(tmp_path, STUDY.replace("{ min = 30 }", "{ min = 149 }").replace("65_536", "512"), "none")
     with pytest.raises(RequestError, match="none of 5,760 designs drawn is feasible; `explore rank` says"):
         explore.sensitivity(none, evaluations=FEW)
 
@@ -394,7 +382,7 @@ def test_what_is_not_applicable_is_said_in_one_line(tmp_path, results):
     frame.assign(crank=50.0).to_csv(tmp_path / "designs.csv", index=False)
     parameters, sampling = STUDY.index("[parameters]"), STUDY.index("[evaluate]")
     text = STUDY[:parameters] + '[sampling]\nmethod = "table"\nfile = "designs.csv"\n' + STUDY[sampling:]
-    table = explore.sensitivity(sweep(tmp_path, text, "table"))
+    table = explore.sensitivity(sweep_text(tmp_path, text, "table"))
     assert set(table["output"]) == {"cv", "mean_output_ratio"}
     assert set(table["parameter"]) == {"coupler", "rocker", "ground"}
     assert "the designs of a table have no ranges to draw others from" in table.attrs["notes"][0]
@@ -417,7 +405,7 @@ def test_wrong_requests_are_refused(tmp_path, results):
     fixed = STUDY[: STUDY.index("coupler")] + "coupler = 940\nrocker = 211\nground = 869\n"
     fixed += STUDY[STUDY.index("[evaluate]") :]
     with pytest.raises(RequestError, match="no parameter of the study varies"):
-        explore.sensitivity(sweep(tmp_path, fixed))
+        explore.sensitivity(sweep_text(tmp_path, fixed))
 
 
 def test_the_command(results, tmp_path):

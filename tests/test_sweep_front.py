@@ -12,6 +12,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from distributed import Client, LocalCluster
+from studies import box
 
 import explore
 from explore.running import collectors, runs
@@ -31,19 +32,11 @@ transmission_angle_min = { min = 20 }
 [rank]
 metrics = ["cv", "swing_angle:max", "transmission_angle_min:max"]
 """
-SOBOL = """
-mechanism = "crank-rocker"
-[parameters]
-crank = 50
-coupler = { min = 50, max = 1000 }
-rocker = { min = 50, max = 500 }
-ground = { min = 50, max = 1000 }
-[sampling]
-method = "sobol"
+SOBOL = box("""\
 count = 400_000
 [constraints]
 transmission_angle_min = { min = 30 }
-"""
+""")
 
 
 @pytest.fixture
