@@ -81,9 +81,7 @@ def _sum(*terms: FloatArray) -> FloatArray:
 
 
 def declare_four_bar_size(transmission_angle: str) -> tuple[Formula, ...]:
-    """Declare the overall size of a four-bar, with a metric `transmission_angle` that every linkage has whose crank
-    turns.
-    """
+    """Declare the overall size of a four-bar; every linkage has the named transmission angle whose crank turns."""
     swing = ("mid_angle", "swing_angle")
     inputs = ("crank", "coupler", "rocker", "ground", *swing, transmission_angle)
     return declare_size("the line of the ground pivots", inputs, Extent("x", _along_x), Extent("y", _along_y), swing)

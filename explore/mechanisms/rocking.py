@@ -42,10 +42,9 @@ _OK = float(Status.OK)
 
 @subroutine(contract=True, inlined=True)
 def prepare(crank, coupler, rocker, ground, branch, constants, lane):
-    """Fill the rows of the four-bar, the singularities and the noise of one lane; return class, Grashof margin and
-    status.
+    """Fill the rows of the four-bar, the singularities and the noise of one lane; return class, margin and status.
 
-    The rows are NaN or meaningless where the crank does not turn.
+    The margin is Grashof's. The rows are NaN or meaningless where the crank does not turn.
     """
     linkage_class, margin = four_bar.classify(crank, coupler, rocker, ground)
     four_bar.prepare(crank, coupler, rocker, ground, branch, constants, lane)

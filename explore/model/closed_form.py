@@ -12,8 +12,10 @@ from explore.model.quantities import FloatArray
 
 @dataclass(frozen=True)
 class ClosedFormResult:
-    """What the compiled closed form of a mechanism fills for n designs: metrics (m, n) in declared order and units, NaN
-    where undefined, and status (n,), codes of `Declaration.status_labels`.
+    """What the compiled closed form of a mechanism fills for n designs.
+
+    Metrics (m, n) are in declared order and units, NaN where undefined; status (n,) has codes of
+    `Declaration.status_labels`.
     """
 
     metrics: FloatArray

@@ -31,8 +31,9 @@ Keep = Literal["all", "front"]
 
 @dataclass(frozen=True)
 class Progress:
-    """Progress of a sweep, in designs: those that are committed (`n_done`), and of these the ones of earlier runs
-    (`n_resumed`) and of this run (`n_computed`, with `n_feasible` feasible ones).
+    """Progress of a sweep, in designs.
+
+    `n_done` are committed: `n_resumed` by earlier runs, `n_computed` by this one, with `n_feasible` feasible ones.
     """
 
     n_done: int

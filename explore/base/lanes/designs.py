@@ -69,10 +69,10 @@ def constants_of(close, parameters, record_rows, first_parameter, constants):
     types.void(_FILL, _F2, types.int64, _F1, types.int64, types.int64, types.int64, types.int64, _F1), allocates=True
 )
 def fill_row(fill, constants, rows_read, tangents, anchor, needs, rows, row, values):
-    """Fill `values` (n,): a `row` of the signals of many designs, each at one half-tangent from the anchor; lanes are
-    designs.
+    """Fill `values` (n,), a `row` of the signals of n designs, each at one half-tangent from the anchor.
 
-    `fill` reads the first `rows_read` rows of the constants (k, n), and takes `anchor`, `needs` and `rows`.
+    The lanes are designs. `fill` reads the first `rows_read` rows of the constants (k, n), and takes `anchor`, `needs`
+    and `rows`.
     """
     tile, node, out = np.empty(rows_read * LANES), np.empty(LANES), np.empty(rows * LANES)
     n = len(tangents)

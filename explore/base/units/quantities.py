@@ -54,7 +54,7 @@ class WrittenNumber(float):
 
 
 def quantity(value: object, unit: str) -> float:
-    """A finite number in `unit`, or a string such as "1440 rpm", in the declared unit; "1" or "" is that of plain
+    """A finite number in the declared unit, or a string such as "1440 rpm", converted to it; "1" or "" for plain
     numbers.
 
     The exact value of a string is rounded once: "15 cm" is exactly 150 mm. A `RequestError` has the reason alone; the

@@ -48,8 +48,7 @@ _NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?", re.ASCII)
 
 @dataclass(frozen=True)
 class Scale:
-    """The units that values are declared and shown in, "1" or "" for plain numbers, and the factor from one to the
-    other.
+    """The units that values are declared and shown in, "1" or "" for plain numbers, and the factor between them.
 
     The factor is exact but for 50 digits of pi.
     """
@@ -81,9 +80,7 @@ class Scale:
         return np.asarray(values * top / bottom)
 
     def read(self, text: str) -> float:
-        """The declared value of a text, a number in the shown unit or one with a unit; a `RequestError` has the reason
-        alone.
-        """
+        """The declared value of a text, a number in the shown unit or one with a unit; an error has the reason alone."""
         if not _NUMBER.fullmatch(text.strip()):
             return quantity(text, self.declared)
         number = float(text)

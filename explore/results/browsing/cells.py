@@ -21,8 +21,7 @@ _EQUAL_NUMBERS = 4096
 
 @dataclass(frozen=True)
 class Cells:
-    """The least and the greatest value of each cell of a column, in the declared unit, and its number of designs,
-    (cells,).
+    """The least and the greatest value of each cell of a column, declared, and its number of designs, (cells,).
 
     The first cell is that of NaN.
     """

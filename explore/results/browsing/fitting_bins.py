@@ -24,8 +24,7 @@ _UNEVEN = 1e-3
 
 @dataclass(frozen=True)
 class FittingBins:
-    """Bins that fit a column. On a grid they begin half a step below the least value, and end half a step above the
-    largest.
+    """Bins that fit a column: on a grid from half a step below the least value to half a step above the largest.
 
     `values_per_bin` is the number of distinct values that each bin holds; None where they are no grid, or where some
     bins hold one more than others, of 16 or more.

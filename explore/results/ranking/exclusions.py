@@ -63,9 +63,7 @@ class Exclusions:
         return replace(self, _least={metric: scales[metric].show_all(least) for metric, least in self._least.items()})
 
     def count(self, margins: Mapping[str, FloatArray], measured: npt.NDArray[np.bool_]) -> None:
-        """Count the designs of one block by the margins of their constrained metrics, (n,), where these are measured,
-        (n,).
-        """
+        """Count the designs of one block by the margins of constrained metrics, (n,), where they are measured, (n,)."""
         metrics = list(margins)
         values = np.array([margin[measured] for margin in margins.values()])
         self.n_unmeasured += int(np.count_nonzero(~measured))

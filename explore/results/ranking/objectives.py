@@ -14,10 +14,10 @@ _MINIMISED_ENDINGS = ("cv", "variance", "_std", "_rms", "_peak", "_peak_to_peak"
 
 
 def read_objective(text: str, default_sense: Callable[[str], Sense | None]) -> Objective:
-    """Make an objective from a text such as "cv" or "swing_angle:max", where the sense overrides the default of the
-    name.
+    """Make an objective from a text such as "cv" or "swing_angle:max".
 
-    `default_sense` returns None for a name without one, and raises `RequestError` for what cannot be an objective.
+    A sense in it overrides the default one of the name: `default_sense` returns None for a name without, and raises
+    `RequestError` for what cannot be an objective.
     """
     name, colon, suffix = (part.strip() for part in text.partition(":"))
     sense = default_sense(name)

@@ -84,7 +84,7 @@ class Tally:
             raise ResultsError(_DAMAGED.format(error)) from error
 
     def count(self, columns: Arrays, feasible: npt.NDArray[np.bool_], finite: npt.NDArray[np.bool_]) -> None:
-        """Count the designs of one block, with masks (n,) of the feasible ones and of those whose objectives are all
+        """Count the designs of one block, with masks (n,) of feasible ones and of those whose objectives are all
         finite.
 
         The columns have ``status`` and the margins, unless the block has no status.

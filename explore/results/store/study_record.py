@@ -24,32 +24,9 @@ _OLD_ENDS = ("start", "stop")
 class StudyRecord:
     """Properties of a study that its results file stores as JSON; each is empty if the file lacks it.
 
-    Attributes
-    ----------
-    objectives
-        Metrics with senses, such as ``"cv:min"``.
-    senses
-        The better side of each metric, None where it has none.
-    speed_powers
-        The power of the input speed that each metric is proportional to, None where there is none.
-    status_sentences
-        What each status means, by its label.
-    label_sentences
-        What labels of other columns mean, such as how a candidate of a task passes the points.
-    studied_counts
-        Number of designs by the label of their status, in a file that keeps the front only.
-    tally
-        Counts of `explore.results.ranking.tallies.Tally`, in a file that keeps the front only.
-    constraints
-        Bounds "min" and "max" of each constrained metric in its unit, None where a side is open.
-    window
-        Part of the turn that the statistics run over: a name, or "from" and "to" in degrees.
-    drive
-        Stroke that the window "drive" means; empty for a mechanism without drives, whose files say "none".
-    points
-        Names of the points of the floating link.
-    target
-        What the linkage is to do; None where the study has no target.
+    They are those of `explore.results.store.recorded_study.RecordedStudy`. The `studied_counts` are numbers of designs
+    by the label of their status, in a file that keeps the front only; `constraints` bounds "min" and "max" of each
+    constrained metric in its unit, None where a side is open. Files of a mechanism without drives say "none".
     """
 
     objectives: tuple[str, ...] = ()

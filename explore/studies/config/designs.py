@@ -82,8 +82,7 @@ def read_space(
     problems: Problems,
     table_problems: list[str],
 ) -> DesignSpace | None:
-    """Read the design space, which is valid only when there are no problems, from the sections [parameters] and
-    [sampling].
+    """Read the design space from the sections [parameters] and [sampling]; it is valid only when there are no problems.
 
     `sampling` is None when it is wrong; the name of a table is relative to `folder`.
     """

@@ -115,9 +115,7 @@ _REASONS = {
 
 
 def read(model: type[Model], entries: Mapping[str, Any], path: KeyPath, problems: Problems) -> Model | None:
-    """Validate a section, whose key is `path`; return it without its invalid keys, or None when required keys are
-    missing.
-    """
+    """Validate the section of this key; return it without its invalid keys, or None when required keys are missing."""
     try:
         return model.model_validate(entries)
     except ValidationError as error:

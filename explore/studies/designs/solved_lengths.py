@@ -141,9 +141,7 @@ def _difference(mechanism: Mechanism, solved: SolvedLength, columns: Arrays) -> 
 
 
 def _interval_ends(others: list[FloatArray], is_signed: bool) -> list[tuple[FloatArray, FloatArray]]:
-    """Ends of the intervals, ascending, and the clearance to keep from each, both (n,); a signed length may be
-    negative.
-    """
+    """Ends of the intervals, ascending, and the clearance to keep from each, (n,); a signed length may be negative."""
     first, *rest = others
     flattened = [
         np.abs(first + np.sum([sign * length for sign, length in zip(signs, rest, strict=True)], axis=0))

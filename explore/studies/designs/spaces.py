@@ -123,8 +123,7 @@ class TableAxis:
 
 @dataclass(frozen=True)
 class SolvedLength:
-    """A length that follows from the other parameters and the prescribed value of a metric, in its unit, in all
-    designs.
+    """A length that follows from the other parameters and the prescribed value of a metric, the same in all designs.
 
     The bounds `low` and `high` are inclusive. A solved length is not swept, and 0 in few designs: `varies`,
     `has_nonzero`.

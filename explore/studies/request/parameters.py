@@ -56,9 +56,7 @@ def _numbers(parameter: Parameter, column: Any) -> FloatArray:
 
 
 def read_value(parameter: Parameter, entry: object) -> float:
-    """A number in the parameter's unit, within its bounds; a `RequestError` has the reason alone, the caller adds the
-    key.
-    """
+    """A number in the parameter's unit, within its bounds; a `RequestError` has the reason alone, without the key."""
     value = quantity(entry, parameter.unit)
     unit = "" if parameter.unit in ("", "1") else f" {parameter.unit}"
     if parameter.choices and value not in parameter.choices:
