@@ -80,7 +80,7 @@ class Scale:
         return np.asarray(values * top / bottom)
 
     def read(self, text: str) -> float:
-        """The declared value of a text, a number in the shown unit or one with a unit; an error has the reason alone."""
+        """The declared value of a text, a number in the shown unit or with a unit; an error has the reason alone."""
         if not _NUMBER.fullmatch(text.strip()):
             return quantity(text, self.declared)
         number = float(text)

@@ -41,19 +41,7 @@ class AllDesignsWriter(SweepWriter):
     full or the folder cannot be written; on committing, that the disk reports an error.
     """
 
-    def __init__(
-        self,
-        path: Path,
-        columns: Sequence[Column],
-        n_designs: int,
-        block_size: int,
-        attributes: Mapping[str, Attribute],
-        *,
-        restart: bool = False,
-    ) -> None:
-        super().__init__(path, restart=restart)
-        self._content = (tuple(columns), n_designs, block_size, dict(attributes))
-        self._wrote = False
+    _wrote = False
 
     def _check_written(self) -> None:
         if self._wrote:

@@ -81,23 +81,6 @@ class FrontWriter(SweepWriter):
     When the results file exists, `is_finished`, nothing is left to compute. Errors are those of `AllDesignsWriter`.
     """
 
-    def __init__(
-        self,
-        path: Path,
-        columns: Sequence[Column],
-        n_designs: int,
-        block_size: int,
-        attributes: Mapping[str, Attribute],
-        *,
-        restart: bool = False,
-    ) -> None:
-        super().__init__(path, restart=restart)
-        self._columns, self._attributes = tuple(columns), dict(attributes)
-        self._study = study_description(attributes, n_designs, columns)
-        self._block_size = block_size
-        self._journal = Journal(journal_name(self.path), {**self._study, "blocks": -(-n_designs // block_size)})
-        self.is_finished = False
-
     @property
     def n_damaged(self) -> int:
         """Number of records of the journal that were damaged when it was opened; their blocks are computed again."""
@@ -113,20 +96,24 @@ class FrontWriter(SweepWriter):
 
     def finish(self, arrays: Mapping[str, npt.NDArray[Any]], attributes: Mapping[str, Attribute]) -> None:
         """Write the results file, with attributes that are known only at the end, and remove the journal."""
-        write_front(self.path, self._columns, arrays, self._block_size, {**self._attributes, **attributes})
+        columns, _, block_size, own = self._content
+        write_front(self.path, columns, arrays, block_size, {**own, **attributes})
         self.is_finished = True
         self._journal.remove()
 
     def _open(self, stack: contextlib.ExitStack) -> None:
+        columns, n_designs, block_size, attributes = self._content
+        study = study_description(attributes, n_designs, columns)
+        self._journal = Journal(journal_name(self.path), {**study, "blocks": -(-n_designs // block_size)})
         self.is_finished = self.path.exists()
         if self.is_finished:
-            self._check_finished()
+            self._check_finished(study)
             sync_folder(self.path.parent)  # a killed run may have left a name that is not durable
             journal_name(self.path).unlink(missing_ok=True)  # left by a kill between the last two steps
         else:
             stack.enter_context(self._journal)
 
-    def _check_finished(self) -> None:
+    def _check_finished(self, study: Mapping[str, Any]) -> None:
         """Raise `ResultsError` if the file is of another study or does not have its checksums."""
         if not is_hdf5(self.path):
             unfinished = journal_name(self.path).exists()
@@ -138,8 +125,8 @@ class FrontWriter(SweepWriter):
             raise ResultsError(f"{error}; {START_OVER}") from error
         n_designs = int(layout.attributes.get("studied_designs", layout.n_designs))
         file_study = study_description(layout.attributes, n_designs, layout.columns)
-        if file_study != self._study:
-            raise other_study_error(self.path, file_study, self._study)
+        if file_study != study:
+            raise other_study_error(self.path, file_study, study)
         with io.FileIO(self.path) as file:
             if not read_words(file, layout).all() or damaged_blocks(file, layout):
                 raise ResultsError(f"{self.path} is damaged; {START_OVER}")

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import contextlib
 from abc import ABC, abstractmethod
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from types import TracebackType
 from typing import Self
 
 from explore.base.errors import ResultsError
 from explore.base.files import real_path
+from explore.model.columns import Attribute, Column
 from explore.results.store.locking import LockFile
 from explore.results.store.sidecar_files import check_journal, remove_leftovers, set_aside
 
@@ -26,12 +27,22 @@ def exclusive_access(path: Path) -> Iterator[None]:
 class SweepWriter(ABC):
     """The single writer of a sweep's results file, a context manager.
 
-    With `restart` an existing file and journal are moved aside. On entering, a `ResultsError` says that another process
-    is writing, or that the file cannot be opened or created.
+    The arguments are those of `create_results_file`; with `restart` an existing file and journal are moved aside. On
+    entering, a `ResultsError` says that another process is writing, or that the file cannot be opened or created.
     """
 
-    def __init__(self, path: Path, *, restart: bool) -> None:
+    def __init__(
+        self,
+        path: Path,
+        columns: Sequence[Column],
+        n_designs: int,
+        block_size: int,
+        attributes: Mapping[str, Attribute],
+        *,
+        restart: bool = False,
+    ) -> None:
         self.path = real_path(path)
+        self._content = (tuple(columns), n_designs, block_size, dict(attributes))
         self._restart = restart
         self._closing = contextlib.ExitStack()
 
