@@ -47,7 +47,7 @@ _AGREED = 1e-6
 _AGREED_AT_INFINITY = 1e-4
 #: A length counts as zero below this fraction of its value on the circle.
 _ZERO = 1e-3
-#: Reciprocal of an infinite unknown: it was 1e-13, and 1e-6 at the largest solutions of generic points.
+#: Largest reciprocal of an infinite unknown: 1e-13 were met, and 1e-6 at the largest finite solutions.
 _ZERO_AT_INFINITY = 1e-9
 #: Number of solutions of one task of a thread.
 _CHUNK = 4

@@ -22,9 +22,9 @@ N_UNKNOWNS, N_POINTS, N_PARAMETERS = 8, 8, 16
 HATS = [1, 0, 3, 2, 5, 4, 7, 6]
 #: Largest relative distance of hats from conjugates in candidates for real solutions.
 NEARLY_REAL = 1e-6
-#: Place of the crank's pivot among the unknowns.
+#: Place of the pivot a among the unknowns.
 A = 2
-#: Place of the rocker's pivot among the unknowns.
+#: Place of the pivot b among the unknowns.
 B = 6
 #: Smallest size of the terms of an equation.
 _TINY = 1e-300

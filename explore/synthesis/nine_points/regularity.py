@@ -10,7 +10,7 @@ import numpy.typing as npt
 from explore.synthesis.linkages import ComplexArray
 from explore.synthesis.nine_points.equations import N_POINTS, N_UNKNOWNS
 
-#: Least over largest singular value of singular solutions; 1e-15 in symmetric points, 1e-13 at regular ones beyond 1e5.
+#: Largest ratio of least to largest singular value of a singular solution, 1e-15; regular ones have 1e-13 and more.
 _SINGULAR = 1e-14
 #: Largest Cramer determinant over its terms of a linkage at a dead point.
 _DEAD = 1e-9
