@@ -46,7 +46,7 @@ def _turned(a):
     return -a[1], a[0]
 
 
-class _Loaded:
+class Loaded:
     """What both mechanisms share: a design's values, and statistics of signals that `at` gives for an angle."""
 
     cornering = ("drive_torque",)
@@ -179,7 +179,7 @@ def _nodes(start, stop):
     return [((centre + half * x).mid(), half * weight) for x, weight in _rule()]
 
 
-class ExactFourBar(_Loaded):
+class ExactFourBar(Loaded):
     """A crank-rocker under load, by the names of its parameters; lengths in mm, all else in SI units."""
 
     def __init__(self, design):
@@ -270,7 +270,7 @@ class ExactFourBar(_Loaded):
         return _cross(right, second) / determinant, _cross(first, right) / determinant
 
 
-class ExactSliderCrank(_Loaded):
+class ExactSliderCrank(Loaded):
     """A slider-crank under load, by the names of its parameters; lengths in mm, all else in SI units."""
 
     cornering = ("guide_force", "drive_torque")

@@ -3,6 +3,7 @@
 import mpmath
 import pytest
 from campaign_families import assert_few_above, long_rods, short_and_shifted_intervals, short_reversals
+from campaign_gears import intervals_of_gears
 from exact_slider_crank import ExactSliderCrank
 
 import explore
@@ -12,6 +13,7 @@ FAMILIES = {
     "short and shifted intervals": (short_and_shifted_intervals, 150, 6_000),
     "short reversals": (short_reversals, 8, 200),
     "long rods": (long_rods, 20, 600),
+    "intervals of gears": (intervals_of_gears, 12, 400),
 }
 
 

@@ -3,6 +3,7 @@
 import norms
 import numpy as np
 import pytest
+from exact_groove import ExactGroove
 from exact_loads import ExactFourBar, ExactSliderCrank
 from flint import ctx
 
@@ -24,6 +25,13 @@ SLIDER_REQUESTS = {
     "positive_power": ("mean", "rms", "max"),
     "friction_power": ("mean", "max"),
     **{f"{name}_force": ("rms", "max") for name in ("crank_pivot", "crank_pin", "slider_pin")},
+}
+GROOVE_REQUESTS = {
+    **dict.fromkeys(("thrust", "guide_force", "groove_force", "slot_force", "drive_power"), (*MOMENTS, *EXTREMES)),
+    "drive_torque": ("rms", "max"),
+    "positive_power": ("mean", "rms", "max"),
+    "friction_power": ("mean", "max"),
+    **{f"{name}_force": ("rms", "max") for name in ("crank_pin", "slider_pin", "disc_pivot")},
 }
 
 
@@ -101,6 +109,30 @@ def slider_crank(rng):
     return design
 
 
+def variable_crank(rng):
+    """A variable crank of short and of long reversals, with any load."""
+    rod, speed = power_of_ten(rng, 2.0, 3.0), power_of_ten(rng, 0.0, 1.5)
+    design = {
+        "rod": rod, "speed": speed, "slider_speed": rod * speed * rng.uniform(0.03, 0.5),
+        "reversal_time": power_of_ten(rng, -2.0, 0.35) / speed, "blend_order": float(rng.integers(1, 4)),
+        "mass": power_of_ten(rng, -1.0, 1.0),
+    }  # fmt: skip
+    for name, low, high in (
+        ("constant_force", 0.0, 2.5), ("opposing_force", 0.0, 2.5), ("stiffness", 1.0, 4.0), ("damping", -1.0, 2.5),
+        ("friction", -2.0, -0.1), ("rod_mass", -1.0, 1.0), ("rod_inertia", -4.0, -1.0), ("pin_mass", -1.0, 0.3),
+        ("disc_mass", -0.3, 1.3), ("disc_centroid", 0.0, 2.0),
+    ):  # fmt: skip
+        if rng.random() < 0.5:
+            design[name] = power_of_ten(rng, low, high)
+    return design
+
+
+def narrow_pulse_of_variable_crank(rng):
+    """A constant force with which the power is positive for 1e-6 to 1e-1 of a stroke, or nearly so."""
+    names = "variable-crank", "slider_velocity", "drive_power", "constant_force"
+    return pulse(rng, variable_crank(rng), names, 1e-3)
+
+
 def steepest(design):
     """Largest tangent of the rod's angle."""
     sine = (design["crank"] + abs(design["offset"])) / design["rod"]
@@ -137,7 +169,7 @@ def pulse(rng, design, names, unit):
     velocity, power = unit * motion[velocity_name].to_numpy(), motion[power_name].to_numpy()
     ends = np.abs(velocity) > 1e-3 * np.abs(velocity).max()
     way = velocity > 0.0 if rng.random() < 0.5 else velocity < 0.0
-    ratio = np.where(ends & way, power / np.abs(velocity), -np.inf)
+    ratio = np.divide(power, np.abs(velocity), out=np.full_like(power, -np.inf), where=ends & way)
     size = np.abs(power).max() / np.abs(velocity).max()
     angle, excess = float(angles[np.argmax(ratio)]), power_of_ten(rng, -10.0, -2.0) * size
     return balance(design, power_name, angle, excess, mechanism, load)
@@ -175,6 +207,7 @@ def interval(rng):
 
 
 FOUR_BAR_WINDOWS, SLIDER_WINDOWS = strokes_of("overlapped", "extended"), strokes_of("outer", "inner")
+GROOVE_WINDOWS = strokes_of("outer", "inner")
 FAMILIES = {
     "slider-like four-bar": ("crank-rocker", ExactFourBar, crank_rocker, FOUR_BAR_REQUESTS, FOUR_BAR_WINDOWS),
     "slider-like test rig": ("test-rig", ExactFourBar, slider_like, FOUR_BAR_REQUESTS, FOUR_BAR_WINDOWS),
@@ -188,6 +221,11 @@ FAMILIES = {
     ),
     "narrow positive power of four-bars": (
         "crank-rocker", ExactFourBar, narrow_pulse_of_four_bar, FOUR_BAR_REQUESTS, FOUR_BAR_WINDOWS,
+    ),
+    "variable cranks": ("variable-crank", ExactGroove, variable_crank, GROOVE_REQUESTS, GROOVE_WINDOWS),
+    "intervals of variable cranks": ("variable-crank", ExactGroove, variable_crank, GROOVE_REQUESTS, interval),
+    "narrow positive power of variable cranks": (
+        "variable-crank", ExactGroove, narrow_pulse_of_variable_crank, GROOVE_REQUESTS, GROOVE_WINDOWS,
     ),
 }  # fmt: skip
 
