@@ -1,0 +1,256 @@
+"""The order in which a linkage is solved: from the frame and the driver, one point or link after the other.
+
+A point on two known circles or lines becomes known, and so does a link with two known points. This finds the dyads RRR
+(two circles), RRP (circle and line), PRP (two lines) and RPR (a link with a known point whose slot has a known pin)
+without naming them. What is left when nothing follows any more is a group that no dyad solves.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from explore.base.errors import RequestError
+from explore.mechanisms.linkages.table import FRAME, Body, LinkageTable, Slide, Slot
+
+
+@dataclass(frozen=True)
+class Drive:
+    """The driver turns about a point of the frame."""
+
+    link: str
+    pivot: str
+
+
+@dataclass(frozen=True)
+class PlacePoint:
+    """A point of a link whose pose is known."""
+
+    point: str
+    body: str
+
+
+@dataclass(frozen=True)
+class PoseLink:
+    """The pose of a link from two of its points."""
+
+    link: str
+    first: str
+    second: str
+
+
+@dataclass(frozen=True)
+class TranslateLink:
+    """The pose of a link that only translates, from one of its points, which a `SlideLine` placed."""
+
+    link: str
+    point: str
+    slide: Slide
+
+
+@dataclass(frozen=True)
+class SlideInSlot:
+    """RPP: the place of a link that only translates, from the known pin in its slot."""
+
+    link: str
+    slide: Slide
+    slot: Slot
+
+
+@dataclass(frozen=True)
+class PoseBySlot:
+    """RPR: the direction of a link from its known point and from the known pin in its slot."""
+
+    link: str
+    point: str
+    slot: Slot
+
+
+@dataclass(frozen=True)
+class Circle:
+    """A point keeps its distance from a known point of the same link."""
+
+    link: str
+    centre: str
+
+
+@dataclass(frozen=True)
+class SlideLine:
+    """A point of a link that only translates along a direction of a known body."""
+
+    point: str
+    slide: Slide
+
+
+Locus = Circle | Slot | SlideLine
+
+
+@dataclass(frozen=True)
+class JoinPoint:
+    """RRR, RRP or PRP: a point from two of circles, slots of known bodies, and lines of links that translate."""
+
+    point: str
+    first: Locus
+    second: Locus
+
+    @property
+    def kind(self) -> str:
+        """The dyad's name."""
+        circles = isinstance(self.first, Circle) + isinstance(self.second, Circle)
+        return ("PRP", "RRP", "RRR")[circles]
+
+
+Step = Drive | PlacePoint | PoseLink | TranslateLink | SlideInSlot | PoseBySlot | JoinPoint
+
+
+class TableError(RequestError):
+    """A table that cannot be solved, with the name that the reason is about."""
+
+    def __init__(self, name: str, reason: str) -> None:
+        super().__init__(reason)
+        self.name = name
+
+
+def find_steps(table: LinkageTable) -> tuple[Step, ...]:
+    """The steps that solve a linkage.
+
+    Raises
+    ------
+    TableError
+        If links move freely, are held twice, or form a group that no dyad solves.
+    """
+    return _Search(table).run()
+
+
+def count_freedoms(table: LinkageTable) -> int:
+    """The mobility less 1 for the driver: 0 for a linkage that moves as the driver does."""
+    pins = sum(2 * (len(table.bodies_at(point)) - 1) for point in table.points)
+    return 3 * len(table.links) - pins - len(table.slots) - 2 * len(table.slides) - 1
+
+
+class _Search:
+    """Points and bodies whose places are known, and the equations that were not used yet."""
+
+    def __init__(self, table: LinkageTable) -> None:
+        self._table = table
+        self._points = {point: FRAME for point, _ in table.frame.points}
+        self._posed = {FRAME}
+        self._slides = {slide.link: slide for slide in table.slides}
+        self._slots = list(table.slots)
+        self._steps: list[Step] = []
+
+    def run(self) -> tuple[Step, ...]:
+        self._drive()
+        while self._place_points() or self._pose_link() or self._join_point():
+            pass
+        self._check()
+        return tuple(self._steps)
+
+    def _drive(self) -> None:
+        driver = self._table.body_of[self._table.driver]
+        pivots = [point for point, _ in driver.points if point in self._points]
+        if len(pivots) != 1:
+            found = " and ".join(pivots) or "none"
+            raise TableError(driver.name, f"the driver turns about one point of the frame, and {driver.name} has {found}")
+        self._steps.append(Drive(driver.name, pivots[0]))
+        self._posed.add(driver.name)
+
+    def _place_points(self) -> bool:
+        """Place the points of posed bodies; return whether there were any."""
+        found = False
+        for body in self._table.bodies:
+            for point, _ in body.points if body.name in self._posed else ():
+                if point not in self._points:
+                    self._steps.append(PlacePoint(point, body.name))
+                    self._points[point] = body.name
+                    found = True
+        return found
+
+    def _pose_link(self) -> bool:
+        for body in self._table.links:
+            if body.name not in self._posed and (step := self._pose(body)):
+                self._steps.append(step)
+                self._posed.add(body.name)
+                return True
+        return False
+
+    def _pose(self, body: Body) -> Step | None:
+        """How the pose of a link follows from what is known; None where it does not."""
+        known = [point for point, _ in body.points if point in self._points]
+        slide = self._slides.get(body.name)
+        if slide is not None:
+            if slide.body not in self._posed:
+                return None
+            if known:
+                return TranslateLink(body.name, known[0], slide)
+            slot = self._slot_of(body.name)
+            return SlideInSlot(body.name, slide, slot) if slot else None
+        if len(known) >= 2:
+            return PoseLink(body.name, known[0], known[1])
+        slot = self._slot_of(body.name) if known else None
+        return PoseBySlot(body.name, known[0], slot) if slot else None
+
+    def _slot_of(self, body: str) -> Slot | None:
+        """A slot of a body whose pin is known; it is used up."""
+        for slot in self._slots:
+            if slot.body == body and slot.pin in self._points:
+                self._slots.remove(slot)
+                return slot
+        return None
+
+    def _join_point(self) -> bool:
+        for point in self._table.points:
+            if point in self._points:
+                continue
+            loci = self._loci(point)
+            if len(loci) >= 2:
+                first, second = loci[:2]
+                self._slots = [slot for slot in self._slots if slot not in (first, second)]
+                self._steps.append(JoinPoint(point, first, second))
+                self._points[point] = "joint"
+                return True
+        return False
+
+    def _loci(self, point: str) -> list[Locus]:
+        """Circles and lines that a point is known to be on: circles first."""
+        circles: list[Locus] = []
+        lines: list[Locus] = []
+        for body in self._table.bodies_at(point):
+            slide = self._slides.get(body.name)
+            if body.name in self._posed:
+                continue
+            if slide is not None:
+                lines += [SlideLine(point, slide)] if slide.body in self._posed else []
+                continue
+            centre = next((each for each, _ in body.points if each in self._points), None)
+            circles += [Circle(body.name, centre)] if centre else []
+        lines += [slot for slot in self._slots if slot.pin == point and slot.body in self._posed]
+        return circles + lines
+
+    def _check(self) -> None:
+        """Raise an error unless every link is posed and every equation is used, once."""
+        rest = [body.name for body in self._table.links if body.name not in self._posed]
+        freedoms = count_freedoms(self._table)
+        words = " and ".join(filter(None, [", ".join(rest[:-1]), *rest[-1:]]))
+        if freedoms > 0 and rest:
+            verb = "moves" if len(rest) == 1 else "move"
+            hint = "a pin joins links that name the same point; look for a point that only one link names"
+            raise TableError(rest[0], f"{words} {verb} freely: {freedoms} joint equation{'s' * (freedoms > 1)} too few; {hint}")
+        if freedoms < 0:
+            name, held = self._held_twice()
+            raise TableError(name, f"{held}; leave out what is redundant")
+        if rest:
+            reason = "form a group that no dyad solves, which is not supported yet" if len(rest) > 1 else "is in no dyad"
+            raise TableError(rest[0], f"{words} {reason}")
+
+    def _held_twice(self) -> tuple[str, str]:
+        """A body or slot with more equations than it needs, and a sentence that says so."""
+        for slot in self._slots:
+            if slot.body in self._posed and slot.pin in self._points:
+                return slot.name, f"the slot {slot.name} holds {slot.pin}, which the other joints place already"
+        joined = {step.point: {step.first, step.second} for step in self._steps if isinstance(step, JoinPoint)}
+        for body in self._table.links:
+            known = [point for point, _ in body.points if self._points.get(point) not in (body.name, None)]
+            free = [point for point in known if Circle(body.name, known[0]) not in joined.get(point, ())]
+            if body.name != self._table.driver and len(free) > 2:
+                return body.name, f"{body.name} is held at {', '.join(free)}, where two points are enough"
+        return self._table.links[0].name, "the links are held by more joints than they need"

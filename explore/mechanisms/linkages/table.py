@@ -1,0 +1,155 @@
+"""The table of a planar linkage, as data: bodies with their points, slots, slides, and how each joint assembles.
+
+`explore.studies.linkages` reads it from the sections of a file and checks it; nothing here knows of files.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterator
+from dataclasses import dataclass, fields, is_dataclass
+from functools import cached_property
+
+#: The body that does not move.
+FRAME = "frame"
+
+
+@dataclass(frozen=True)
+class Coordinate:
+    """A coordinate, mm: an expression of parameters, in which numbers and angles are in degrees.
+
+    Attributes
+    ----------
+    names
+        The parameters it uses.
+    steps
+        Operations in postfix order, as in `explore.model.expressions.Expression`: ("input", k) is the parameter
+        ``names[k]``.
+    """
+
+    names: tuple[str, ...]
+    steps: tuple[tuple[str, float], ...]
+
+
+#: Two coordinates of a point in the frame of its body.
+Place = tuple[Coordinate, Coordinate]
+
+
+@dataclass(frozen=True)
+class Body:
+    """A link, or the frame: its points by name, in coordinates of the body."""
+
+    name: str
+    points: tuple[tuple[str, Place], ...]
+
+    @cached_property
+    def place_of(self) -> dict[str, Place]:
+        """The place of each point."""
+        return dict(self.points)
+
+
+@dataclass(frozen=True)
+class Slot:
+    """A pin on a line of another body.
+
+    Attributes
+    ----------
+    name
+        Name of the slot, of its signals and of its branch.
+    pin
+        The point that stays on the line.
+    body
+        The body that carries the line.
+    along
+        Two ends that give the line and its direction: points of `body` by name, or places in its coordinates.
+    """
+
+    name: str
+    pin: str
+    body: str
+    along: tuple[str | Place, str | Place]
+
+
+@dataclass(frozen=True)
+class Slide:
+    """A link that only translates along a direction of another body."""
+
+    link: str
+    body: str
+    direction: Place
+
+
+@dataclass(frozen=True)
+class TableParameter:
+    """A parameter of a table; ranges and units as in `explore.model.quantities.Parameter`."""
+
+    name: str
+    unit: str
+    meaning: str = ""
+    default: float | None = None
+    lower: float = -float("inf")
+    upper: float = float("inf")
+
+
+@dataclass(frozen=True)
+class LinkageTable:
+    """A planar linkage.
+
+    Attributes
+    ----------
+    driver
+        The link that turns about its point in the frame.
+    output
+        Link or slot that the plain statistics are of; empty for none.
+    frame
+        The points that do not move.
+    links
+        The moving bodies, in the order of the table.
+    slots, slides
+        Pins on lines, and links that only translate.
+    parameters
+        All parameters of coordinates, in the order of their first use.
+    signs
+        Side of each joint or slot that has two: 1 left, positive or far, -1 right, negative or near.
+    """
+
+    driver: str
+    output: str
+    frame: Body
+    links: tuple[Body, ...]
+    slots: tuple[Slot, ...]
+    slides: tuple[Slide, ...]
+    parameters: tuple[TableParameter, ...]
+    signs: tuple[tuple[str, int], ...] = ()
+
+    @property
+    def bodies(self) -> Iterator[Body]:
+        """The frame and all links."""
+        yield self.frame
+        yield from self.links
+
+    @cached_property
+    def body_of(self) -> dict[str, Body]:
+        """The bodies by name."""
+        return {body.name: body for body in self.bodies}
+
+    @cached_property
+    def points(self) -> tuple[str, ...]:
+        """All points, in the order of the table, each once."""
+        return tuple(dict.fromkeys(point for body in self.bodies for point, _ in body.points))
+
+    def bodies_at(self, point: str) -> tuple[Body, ...]:
+        """The bodies that have a point of that name, which a pin joins."""
+        return tuple(body for body in self.bodies if point in body.place_of)
+
+    @cached_property
+    def digest(self) -> str:
+        """A hash of everything that the motion, its signals and their names follow from."""
+        return hashlib.sha256(repr(_plain(self)).encode()).hexdigest()
+
+
+def _plain(value: object) -> object:
+    """Nested tuples of texts and numbers."""
+    if is_dataclass(value):
+        return tuple(_plain(getattr(value, field.name)) for field in fields(value))
+    return tuple(map(_plain, value)) if isinstance(value, tuple) else value
