@@ -25,7 +25,7 @@ from explore.evaluation.quadrature.work_space import Sizes, Tables, make_work_sp
 from explore.evaluation.statistics import Indices, error_of, statistic_of, statistics_beside_moments
 from explore.evaluation.windows import interval_place, specify_window
 from explore.model.mechanism import Mechanism
-from explore.model.quadrature import MOST_SINGULARITIES, Adaptive, Quadrature
+from explore.model.quadrature import MOST_SINGULARITIES, Adaptive, Graded, Located, Quadrature
 from explore.model.quantities import FloatArray, SampledMetric, Window
 from explore.model.request import Request
 from explore.model.status import Status
@@ -110,17 +110,27 @@ def sample_metrics(
     `parameters` (p, u) are those of the closed form.
     """
     quadrature, result = request.kernel.quadrature, SampledStatistics.empty(len(status))
-    groups = {quadrature: metrics}
-    if not isinstance(quadrature, Adaptive):
-        # A corner between the nodes of a graded rule may hide from its check.
-        groups = {
-            quadrature: tuple(metric for metric in metrics if not metric.signal.has_corners),
-            Adaptive(quadrature.singularities): tuple(metric for metric in metrics if metric.signal.has_corners),
-        }
-    for group_quadrature, group in groups.items():
+    adaptive = _adaptive(quadrature)
+    # A corner between the nodes of a rule may hide from its check.
+    regular = tuple(metric for metric in metrics if not metric.signal.has_corners)
+    if isinstance(quadrature, Located):
+        regular = tuple(metric for metric in regular if metric.window.kind == "turn")
+    if isinstance(quadrature, Adaptive):
+        regular = ()
+    for group_quadrature, group in (
+        (quadrature, regular),
+        (adaptive, tuple(metric for metric in metrics if metric not in regular)),
+    ):
         if group:
             result.add(_sample(request, group, group_quadrature, parameters, active, status))
     return result
+
+
+def _adaptive(quadrature: Quadrature) -> Adaptive:
+    """The adaptive quadrature, with panels graded towards the singularities of a graded one."""
+    if isinstance(quadrature, Graded):
+        return Adaptive(quadrature.singularities)
+    return quadrature if isinstance(quadrature, Adaptive) else Adaptive()
 
 
 def _sample(
@@ -155,7 +165,7 @@ def _sample(
         result.error[doubtful] = 0.0
         run(doubtful, Adaptive(), own)
     if cornered.any():
-        run(np.flatnonzero(cornered), Adaptive(quadrature.singularities), own | added)
+        run(np.flatnonzero(cornered), _adaptive(quadrature), own | added)
     result.evaluations = int(np.count_nonzero(active))
     status[active & ~(result.error <= request.tolerance)] = Status.TOLERANCE_NOT_MET
     status[active & ~np.isfinite(statistics).all(axis=0)] = Status.NOT_FINITE
@@ -212,8 +222,8 @@ def _loop_arguments(
         np.array([interval_place(mechanism, window) for window in windows]),
         np.array([mechanism.marks[name] for name in request.breaks], dtype=np.int64),
         singular_rows, singular_anchors, needs, tables.flags, tables.orders, tables.term_rows,
-        tables.references, corner_rows, tables.slots, float(tolerance), isinstance(quadrature, Adaptive), size_of,
-        row_of, rules,
+        tables.references, corner_rows, tables.slots, float(tolerance), isinstance(quadrature, Adaptive),
+        isinstance(quadrature, Located), size_of, row_of, rules,
     )  # fmt: skip
 
 

@@ -7,11 +7,15 @@ import sys
 import threading
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
 
 from explore.base.errors import RequestError
 from explore.mechanisms.entry_points import registered_entries, source_of
 from explore.model.mechanism import Mechanism
 from explore.model.targets import Target
+
+if TYPE_CHECKING:
+    from explore.mechanisms.linkages.table import LinkageTable
 
 #: Time after which a package whose module is still being imported is named, s.
 _PATIENCE = 5.0
@@ -25,8 +29,11 @@ class Registry(Mapping[str, Mechanism]):
 
     def __init__(self) -> None:
         self._loaded: dict[str, Mechanism] = {}
+        self._of_tables: dict[str, Mechanism] = {}
 
     def __getitem__(self, name: str) -> Mechanism:
+        if name in self._of_tables:
+            return self._of_tables[name]
         if name not in self._loaded:
             self._loaded[name] = _load(name)
         return self._loaded[name]
@@ -36,6 +43,17 @@ class Registry(Mapping[str, Mechanism]):
 
     def __len__(self) -> int:
         return len({*registered_entries(), *self._loaded})
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._of_tables or name in self._loaded or name in registered_entries()
+
+    def of_table(self, table: LinkageTable) -> Mechanism:
+        """The mechanism of a table, which has its name in this process from now on; lists leave it out."""
+        from explore.mechanisms.linkages.declaration import linkage_mechanism  # imports Numba, needed only here
+
+        mechanism = linkage_mechanism(table)
+        self._of_tables[mechanism.name] = mechanism
+        return mechanism
 
     def load_all(self) -> tuple[dict[str, Mechanism], list[str]]:
         """All mechanisms that can be loaded, and a line for each other one."""
@@ -101,8 +119,15 @@ def _extended_by_name(name: str, points: tuple[str, ...], target: Target | None)
     return mechanism.extended or mechanism
 
 
-def _reduce(mechanism: Mechanism) -> tuple[Callable[..., Mechanism], tuple[str, tuple[str, ...], Target | None]]:
-    """How a mechanism is pickled: as its name, so that a worker loads its own compiled functions."""
+def _of_table(table: LinkageTable, names: frozenset[str]) -> Mechanism:
+    """The mechanism of a table with a kernel for these signals, for a worker that unpickles it."""
+    return MECHANISMS.of_table(table).for_signals(names)
+
+
+def _reduce(mechanism: Mechanism) -> tuple[Callable[..., Mechanism], tuple[Any, ...]]:
+    """How a mechanism is pickled: as its name or its table, so that a worker loads its own compiled functions."""
+    if mechanism.origin is not None:
+        return _of_table, (mechanism.origin, frozenset(s.name for s in mechanism.signals if mechanism.fills(s)))
     # An extended mechanism has none of its own.
     find = mechanism_by_name if mechanism.extended else _extended_by_name
     return find, (mechanism.name, mechanism.points, mechanism.target)

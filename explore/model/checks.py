@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterator
 from dataclasses import fields
 
-from explore.model.declaration import ANCHORS, Declaration
+from explore.model.declaration import ANCHORS, Declaration, own_row
 from explore.model.drawing_checks import check_drawing
 from explore.model.name_checks import check_names, repeated, unknown_names
 from explore.model.points import MOST_POINTS, POINT_ROWS, SLOT_ROWS
@@ -32,8 +32,8 @@ def check_declaration(declaration: Declaration) -> None:
 
 
 def _parameters(declaration: Declaration) -> Iterator[str]:
-    if not declaration.kernel_parameters or not declaration.metrics:
-        yield "a mechanism has at least one parameter and one closed-form metric"
+    if not declaration.kernel_parameters or not (declaration.metrics or declaration.signals):
+        yield "a mechanism has at least one parameter, and a closed-form metric or a signal"
     speeds = [parameter.name for parameter in declaration.parameters if parameter.scales_speed]
     if len(speeds) > 1:
         yield f"{len(speeds)} parameters scale the speed, {' and '.join(speeds)}; at most one does"
@@ -63,7 +63,8 @@ def _parameters(declaration: Declaration) -> Iterator[str]:
 
 def _columns(declaration: Declaration) -> Iterator[str]:
     """Problems of the record's rows: names and order must be those of the declaration."""
-    rows = {row.name.lower(): int(row) for row in declaration.rows}
+    own = {own_row(parameter.name): parameter.name for parameter in declaration.parameters}
+    rows = {own.get(row.name, row.name.lower()): int(row) for row in declaration.rows}
     if rows.get("status") != declaration.n_constants:
         row = rows.get("status", "absent")
         yield f"the row of the status is {row}; it follows the {declaration.n_constants} constants"

@@ -9,13 +9,18 @@ from functools import cached_property
 
 from explore.model.drawing import Drawing, Panel
 from explore.model.points import FloatingLink
-from explore.model.quadrature import Adaptive, Graded, Quadrature
+from explore.model.quadrature import Adaptive, Graded, Located, Quadrature
 from explore.model.quantities import OUTPUT_STATISTICS, Formula, GivenMetric, Metric, Parameter, Signal, Window
 from explore.model.status import OwnStatus, Status
 from explore.model.targets import Target, TargetKind
 
 #: Names of the anchor and of its opposite, half a turn on, in `Signal.extremes_at`.
 ANCHORS = ("anchor", "opposite")
+
+
+def own_row(name: str) -> str:
+    """The name of a row of a parameter whose name a user chose."""
+    return f"parameter {name}"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -53,7 +58,7 @@ class Declaration:
         Number of constants of a design, the first rows of a record, which `fill` and the windows take.
     rows
         Rows of a record after those constants that the declaration does not name: further constants, then "STATUS", the
-        names of `kernel_parameters` and those of `metrics`, in capitals.
+        names of `kernel_parameters` and those of `metrics`, in capitals or, where case tells names apart, as `own_row`.
     signal_rows
         Number of rows of the signal array.
     marks
@@ -68,7 +73,7 @@ class Declaration:
     breaks
         Marks where the law of a signal changes, each forwards from the one before.
     quadrature
-        `Adaptive`, which needs to know nothing of the signals, or `Graded`, with their singularities.
+        `Adaptive`, which needs to know nothing of the signals, or `Graded` or `Located`, with their singularities.
     n_fill_constants
         Number of constants, the first ones, that `fill` reads; 0 for all.
     noise_row
@@ -156,8 +161,8 @@ class Declaration:
 
     @property
     def singularities(self) -> tuple[tuple[int, int], ...]:
-        """The singularities of the graded quadrature; none if it is adaptive."""
-        return self.quadrature.singularities if isinstance(self.quadrature, Graded) else ()
+        """The singularities of the quadrature; none if it is adaptive."""
+        return self.quadrature.singularities if isinstance(self.quadrature, Graded | Located) else ()
 
     def parameter(self, name: str) -> Parameter:
         """The parameter of that name."""
@@ -213,12 +218,21 @@ class Declaration:
     @cached_property
     def first_parameter(self) -> int:
         """Row of a record that holds the first parameter."""
-        return int(self.rows[self.kernel_parameters[0].name.upper()])
+        return self.row_of(self.kernel_parameters[0].name)
 
     @cached_property
     def first_metric(self) -> int:
-        """Row of a record that holds the first metric."""
-        return int(self.rows[self.metrics[0].name.upper()])
+        """Row of a record that holds the first metric; the number of rows where there are none."""
+        return self.row_of(self.metrics[0].name) if self.metrics else self.record_rows
+
+    def row_of(self, name: str) -> int:
+        """Row of a record that holds a parameter or a metric."""
+        return int(self.rows.__members__.get(own_row(name)) or self.rows[name.upper()])
+
+    @property
+    def any_metric(self) -> str:
+        """Name of a metric, one that needs no samples if there is one."""
+        return self.metrics[0].name if self.metrics else f"{self.signals[0].name}_mean"
 
     def derivative(self, signal: Signal) -> Signal | None:
         """The signal that is declared as the derivative of this one, or of the one whose row it shares."""
@@ -277,7 +291,8 @@ class Declaration:
         is_dynamic = any(p.is_dynamic for p in self.parameters)
         of_all = (p for p in self.axis_order if p.affects in ("motion", "load") and (is_dynamic or not p.scales_speed))
         if self.extended:
-            return tuple(p for p in of_all if p.name.upper() in self.rows.__members__)
+            members = self.rows.__members__
+            return tuple(p for p in of_all if p.name.upper() in members or own_row(p.name) in members)
         return (*of_all, *(p for p in self.parameters if p.affects == "point"))
 
     def fills(self, signal: Signal) -> bool:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Hashable, Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -43,12 +43,19 @@ class Mechanism(Declaration):
         speed, the row ``out[(k * INTEGRALS + j) * LANES + lane]`` for each number k of `integrated_rows`, over the
         window between two half-tangents from the anchor, ``starts[lane]`` and ``stops[lane]``, or over the full turn
         where both are half a turn off. A bound is NaN where there is no closed form. None where there is no function.
+    specialise
+        ``specialise(names)`` is the same mechanism with a kernel that fills the signals of these names and no others.
+        None for a mechanism whose kernel is written by hand.
+    origin
+        What the mechanism was made from, if it is not registered by name.
     """
 
     close: Callable[..., None]
     fill: Callable[..., None]
     integrals: Callable[..., None] | None = None
     extended: Mechanism | None = None
+    specialise: Callable[[frozenset[str]], Mechanism] | None = None
+    origin: Hashable = None
 
     def __post_init__(self) -> None:
         for name in ("close", "fill"):
@@ -65,6 +72,10 @@ class Mechanism(Declaration):
         if self.extended is None or all(self.fills(signal) for signal in signals):
             return self
         return self.extended
+
+    def for_signals(self, names: Iterable[str]) -> Mechanism:
+        """The mechanism with a kernel for signals of these names; itself where it has one kernel for all."""
+        return self.specialise(frozenset(names)) if self.specialise else self
 
     def with_points(self, points: tuple[str, ...]) -> Mechanism:
         """The mechanism with points of its floating link: their parameters, signals, panels, paths, and overall size.

@@ -35,4 +35,24 @@ class Graded:
     singularities: tuple[tuple[int, int], ...]
 
 
-Quadrature = Adaptive | Graded
+@dataclass(frozen=True)
+class Located:
+    """Sample full turns with equal steps, by the distance of the nearest complex singularity, wherever it stands.
+
+    Other windows, designs whose singularity is too near for that, and those that contradict it are sampled adaptively.
+
+    Attributes
+    ----------
+    row
+        Row of the constant that holds the half-tangent of the distance, tanh(distance/2).
+    """
+
+    row: int
+
+    @property
+    def singularities(self) -> tuple[tuple[int, int], ...]:
+        """The same distance above the anchor and above its opposite, which bounds the distance everywhere."""
+        return ((self.row, 0), (self.row, 1))
+
+
+Quadrature = Adaptive | Graded | Located

@@ -255,7 +255,7 @@ def simulate(
     places = {name: tuple(place) for name, place in (points or {}).items()}
     declared = find_mechanism(mechanism, tuple(places), target)
     columns = parameter_columns(declared, {**parameters, **_coordinates(places)})
-    request = make_request(declared, metrics=[declared.metrics[0].name], window=declared.full_turn.name)
+    request = make_request(declared, metrics=[declared.any_metric], window=declared.full_turn.name)
     if len(columns[next(iter(columns))]) != 1:
         raise RequestError("simulate takes one design; evaluate takes many")
     status = int(evaluate_columns(request, columns).columns["status"][0])

@@ -67,7 +67,7 @@ class Subject:
     @cached_property
     def is_computed(self) -> npt.NDArray[np.bool_]:
         """Whether each design is computed in some window, shape (n,)."""
-        first = [self.mechanism.metrics[0].name]
+        first = [self.mechanism.any_metric]
         statuses = [self.evaluate(first, window, drive)["status"] for window, drive in self.windows()]
         return np.asarray(np.isin(statuses, COMPUTED).any(axis=0))
 

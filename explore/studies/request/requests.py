@@ -83,6 +83,12 @@ def make_request(
 
 def resolve_request(mechanism: Mechanism, arguments: RequestArguments) -> tuple[Request, Problems]:
     """The request, and each problem with its key; the request is valid only without problems."""
+    request, problems = _resolve(mechanism, arguments)
+    specialised = mechanism.for_signals(metric.signal.name for metric in request.sampled)
+    return (request, problems) if problems or specialised is mechanism else _resolve(specialised, arguments)
+
+
+def _resolve(mechanism: Mechanism, arguments: RequestArguments) -> tuple[Request, Problems]:
     problems: Problems = []
     try:
         window = make_window(mechanism, arguments.window)

@@ -1,0 +1,120 @@
+"""How figures show a linkage: its points, links, slots and paths, from the table."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from explore.mechanisms.linkages.table import FRAME, Coordinate, LinkageTable, Place, Slot
+from explore.model.drawing import Drawing, Guide, Link, Panel, Path, Vector
+from explore.model.quantities import Signal
+
+#: Quantities of points that share a panel, and their signals.
+_PANELS = (("position", ("x", "y")), ("velocity", ("velocity",)), ("acceleration", ("acceleration",)))
+
+
+def draw_linkage(table: LinkageTable) -> Drawing | None:
+    """The drawing; None where a point of the frame is no sum of parameters times numbers."""
+    frame = {point: _fixed(place) for point, place in table.frame.points}
+    if None in frame.values():
+        return None
+    moving = [point for point in table.points if point not in frame]
+    points = {point: vectors or () for point, vectors in frame.items()}
+    points |= {point: (Vector(f"{point}_x"), Vector(f"{point}_y", 90.0)) for point in moving}
+    joints = [point for point in moving if len(table.bodies_at(point)) > 1]
+    ends = [point for point in moving if point not in joints]
+    return Drawing(
+        points=points,
+        links=tuple(Link(body.name, tuple(body.place_of)) for body in table.links if len(body.points) > 1),
+        pivots=tuple(point for point in frame if len(table.bodies_at(point)) > 1),
+        guides=tuple(guide for slot in table.slots if (guide := _guide(table, slot))),
+        paths=(
+            *(Path(point, f"path of {point}") for point in joints),
+            *(Path(point, f"path of {point}", "point") for point in ends),
+        ),
+    )
+
+
+def _fixed(place: Place) -> tuple[Vector, ...] | None:
+    """A point of the frame as a sum of vectors."""
+    x, y = _terms(place[0]), _terms(place[1])
+    if x is None or y is None:
+        return None
+    return (
+        *(Vector(length, factor=factor) for length, factor in x.items()),
+        *(Vector(length, 90.0, factor=factor) for length, factor in y.items()),
+    )
+
+
+def _terms(coordinate: Coordinate) -> dict[str | float, float] | None:
+    """A coordinate as factors of parameters, and of 1; None where it is no such sum."""
+    stack: list[dict[str | float, float]] = []
+    for operation, operand in coordinate.steps:
+        if operation == "number":
+            stack.append({1.0: operand})
+        elif operation == "input":
+            stack.append({coordinate.names[int(operand)]: 1.0})
+        elif operation == "negate":
+            stack.append({key: -factor for key, factor in stack.pop().items()})
+        elif operation in ("+", "-", "*", "/"):
+            second, first = stack.pop(), stack.pop()
+            result = _combine(operation, first, second)
+            if result is None:
+                return None
+            stack.append(result)
+        else:
+            return None
+    return {key: factor for key, factor in stack.pop().items() if factor}
+
+
+def _combine(
+    operation: str, first: dict[str | float, float], second: dict[str | float, float]
+) -> dict[str | float, float] | None:
+    if operation in ("+", "-"):
+        sign = 1.0 if operation == "+" else -1.0
+        return {key: first.get(key, 0.0) + sign * second.get(key, 0.0) for key in {**first, **second}}
+    if operation == "*" and set(first) == {1.0}:
+        first, second = second, first
+    if set(second) != {1.0} or (operation == "/" and second[1.0] == 0.0):
+        return None
+    factor = second[1.0] if operation == "*" else 1.0 / second[1.0]
+    return {key: value * factor for key, value in first.items()}
+
+
+def _guide(table: LinkageTable, slot: Slot) -> Guide | None:
+    """The guide of a pin in a slot of the frame whose direction is the same in all designs; None for others."""
+    if slot.body != FRAME:
+        return None
+    ends = [_terms_of_end(table, end) for end in slot.along]
+    if any(x is None or y is None for x, y in ends):
+        return None
+    (x0, y0), (x1, y1) = ends
+    dx, dy = _combine("-", x1 or {}, x0 or {}), _combine("-", y1 or {}, y0 or {})
+    values = [{key: factor for key, factor in (each or {}).items() if factor} for each in (dx, dy)]
+    if any(set(each) - {1.0} for each in values):
+        return None
+    return Guide(slot.pin, math.degrees(math.atan2(values[1].get(1.0, 0.0), values[0].get(1.0, 0.0))))
+
+
+def _terms_of_end(
+    table: LinkageTable, end: str | Place
+) -> tuple[dict[str | float, float] | None, dict[str | float, float] | None]:
+    place = table.frame.place_of[end] if isinstance(end, str) else end
+    return _terms(place[0]), _terms(place[1])
+
+
+def linkage_panels(table: LinkageTable, signals: Sequence[Signal]) -> tuple[Panel, ...]:
+    """Panels of a motion: of the slots, of the links, then of the points that are no joints."""
+    names = {signal.name for signal in signals}
+    panels = [
+        Panel(f"{name} {word}", (f"{name}_{word}",))
+        for name in (*(slot.name for slot in table.slots), *(link.name for link in table.links))
+        for word in ("position", "angle", "velocity", "acceleration")
+        if f"{name}_{word}" in names
+    ]
+    fixed = {point for point, _ in table.frame.points}
+    for point in table.points:
+        if point not in fixed and len(table.bodies_at(point)) == 1:
+            panels += [Panel(f"{point} {label}", tuple(f"{point}_{each}" for each in parts)) for label, parts in _PANELS]
+    joints = tuple(signal.name for signal in signals if signal.name.endswith("_transmission_angle"))
+    return (*panels, *([Panel("transmission angle", joints)] if joints else []))

@@ -1,0 +1,255 @@
+"""A straight-line program as a graph without repetitions, and numbers that record what is done to them.
+
+The equations of a linkage are written once, as functions of numbers with + - * / and `sqrt`. Run on `Number` they give a
+graph, which is split into what depends on the design only and what depends on the input angle too. `Series` are numbers
+with their first and second derivatives by the input angle.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable
+
+#: Levels of a node: a number; what depends on the design; what depends on the input angle as well.
+CONSTANT, DESIGN, ANGLE = range(3)
+#: Inputs of the input angle theta: cosine, sine, and 1 - cos(theta - k pi/2) for k = 0 ... 3 as sums of positive terms.
+COSINE, SINE = "@cos", "@sin"
+VERSINES = ("@versine0", "@versine1", "@versine2", "@versine3")
+
+Node = tuple[str | int | float, ...]
+
+
+class Graph:
+    """Operations without repetition, in the order in which they were first needed.
+
+    A node is ("constant", value), ("input", name), or an operation and the numbers of its operands.
+    """
+
+    def __init__(self) -> None:
+        self.nodes: list[Node] = []
+        self.levels: list[int] = []
+        self._numbers: dict[Node, int] = {}
+
+    def put(self, *node: str | float) -> Number:
+        """The number of a node, which is added unless it is there."""
+        if node[0] in ("add", "mul", "max") and node[1] > node[2]:  # type: ignore[operator]  # numbers of nodes
+            node = (node[0], node[2], node[1])
+        if node not in self._numbers:
+            self._numbers[node] = len(self.nodes)
+            self.nodes.append(node)
+            self.levels.append(self._level(node))
+        return Number(self, self._numbers[node])
+
+    def _level(self, node: Node) -> int:
+        if node[0] == "constant":
+            return CONSTANT
+        if node[0] == "input":
+            return ANGLE if str(node[1]).startswith("@") else DESIGN
+        return max(self.levels[int(k)] for k in node[1:])
+
+    def constant(self, value: float) -> Number:
+        """A number."""
+        return self.put("constant", float(value) + 0.0)  # + 0.0: no negative zero beside a positive one
+
+    def input(self, name: str) -> Number:
+        """A parameter, or an input of the angle."""
+        return self.put("input", name)
+
+    def exact_sum(self, *terms: Number) -> Number:
+        """The sum of four terms of the design, rounded once."""
+        values = [term.value for term in terms]
+        if None not in values:
+            return self.constant(math.fsum(values))  # type: ignore[arg-type]  # none of them is None
+        return self.put("exact_sum", *(term.index for term in terms))
+
+    def needed(self, outputs: Iterable[Number]) -> list[int]:
+        """Numbers of the nodes that outputs need, ascending."""
+        marked: set[int] = set()
+        waiting = [output.index for output in outputs]
+        while waiting:
+            k = waiting.pop()
+            if k not in marked:
+                marked.add(k)
+                waiting += operands(self.nodes[k])
+        return sorted(marked)
+
+
+def operands(node: Node) -> list[int]:
+    """Numbers of the nodes that an operation takes."""
+    return [] if node[0] in ("constant", "input") else [int(k) for k in node[1:]]
+
+
+class Number:
+    """A node of a graph, as a number."""
+
+    __slots__ = ("graph", "index")
+
+    def __init__(self, graph: Graph, index: int) -> None:
+        self.graph, self.index = graph, index
+
+    @property
+    def node(self) -> Node:
+        """The node itself."""
+        return self.graph.nodes[self.index]
+
+    @property
+    def level(self) -> int:
+        """Whether the number is a constant, depends on the design, or on the angle."""
+        return self.graph.levels[self.index]
+
+    @property
+    def value(self) -> float | None:
+        """The value of a constant; None of others."""
+        return float(self.node[1]) if self.node[0] == "constant" else None
+
+    def _of(self, other: Number | float) -> Number:
+        return other if isinstance(other, Number) else self.graph.constant(other)
+
+    def _folded(self, other: Number | float, function: Callable[[float, float], float]) -> tuple[Number, Number | None]:
+        """The other operand, and the result if both are constants."""
+        second = self._of(other)
+        x, y = self.value, second.value
+        return second, None if x is None or y is None else self.graph.constant(function(x, y))
+
+    def __add__(self, other: Number | float) -> Number:
+        second, result = self._folded(other, lambda x, y: x + y)
+        if result is not None:
+            return result
+        if second.value == 0.0:
+            return self
+        return second if self.value == 0.0 else self.graph.put("add", self.index, second.index)
+
+    def __sub__(self, other: Number | float) -> Number:
+        second, result = self._folded(other, lambda x, y: x - y)
+        if result is not None:
+            return result
+        if second.value == 0.0:
+            return self
+        if self.value == 0.0:
+            return -second
+        same = self.index == second.index
+        return self.graph.constant(0.0) if same else self.graph.put("sub", self.index, second.index)
+
+    def __mul__(self, other: Number | float) -> Number:
+        second, result = self._folded(other, lambda x, y: x * y)
+        if result is not None:
+            return result
+        for one, rest in ((self, second), (second, self)):
+            if one.value == 0.0:
+                return one
+            if one.value == 1.0:
+                return rest
+            if one.value == -1.0:
+                return -rest
+        return self.graph.put("mul", self.index, second.index)
+
+    def __truediv__(self, other: Number | float) -> Number:
+        second = self._of(other)
+        x, y = self.value, second.value
+        if x is not None and y:
+            return self.graph.constant(x / y)
+        if x == 0.0:
+            return self
+        return self if y == 1.0 else self.graph.put("div", self.index, second.index)
+
+    def __radd__(self, other: float) -> Number:
+        return self._of(other) + self
+
+    def __rsub__(self, other: float) -> Number:
+        return self._of(other) - self
+
+    def __rmul__(self, other: float) -> Number:
+        return self._of(other) * self
+
+    def __rtruediv__(self, other: float) -> Number:
+        return self._of(other) / self
+
+    def __neg__(self) -> Number:
+        if self.value is not None:
+            return self.graph.constant(-self.value)
+        if self.node[0] == "neg":
+            return Number(self.graph, operands(self.node)[0])
+        return self.graph.put("neg", self.index)
+
+    def sqrt(self) -> Number:
+        """The square root."""
+        if self.value is not None and self.value >= 0.0:
+            return self.graph.constant(math.sqrt(self.value))
+        return self.graph.put("sqrt", self.index)
+
+    def __abs__(self) -> Number:
+        if self.value is not None:
+            return self.graph.constant(abs(self.value))
+        inner = Number(self.graph, operands(self.node)[0]) if self.node[0] == "neg" else self
+        return inner if inner.node[0] == "abs" else self.graph.put("abs", inner.index)
+
+    def call(self, function: str, *others: Number) -> Number:
+        """A function of `explore.model.expressions`, or "maximum" or "arctangent" of two numbers."""
+        return self.graph.put(function, self.index, *(other.index for other in others))
+
+
+class Series:
+    """A number and its first and second derivatives by the input angle, as many as `terms` has."""
+
+    __slots__ = ("terms",)
+
+    def __init__(self, *terms: Number) -> None:
+        self.terms = terms
+
+    @classmethod
+    def still(cls, number: Number, like: Series) -> Series:
+        """A number that does not depend on the angle, with as many derivatives as another."""
+        return cls(number, *[number.graph.constant(0.0)] * (len(like.terms) - 1))
+
+    def _of(self, other: Series | Number | float) -> Series:
+        if isinstance(other, Series):
+            return other
+        return Series.still(other if isinstance(other, Number) else self.terms[0].graph.constant(other), self)
+
+    def __add__(self, other: Series | Number | float) -> Series:
+        return Series(*(a + b for a, b in zip(self.terms, self._of(other).terms, strict=True)))
+
+    def __sub__(self, other: Series | Number | float) -> Series:
+        return Series(*(a - b for a, b in zip(self.terms, self._of(other).terms, strict=True)))
+
+    def __neg__(self) -> Series:
+        return Series(*(-a for a in self.terms))
+
+    def __mul__(self, other: Series | Number | float) -> Series:
+        if not isinstance(other, Series):
+            return Series(*(a * other for a in self.terms))
+        a, b = self.terms, other.terms
+        product = [a[0] * b[0]]
+        if len(a) > 1:
+            product.append(a[1] * b[0] + a[0] * b[1])
+        if len(a) > 2:
+            cross = a[1] * b[1]
+            product.append((a[2] * b[0] + a[0] * b[2]) + (cross + cross))
+        return Series(*product)
+
+    def inverse(self) -> Series:
+        """1 over the number."""
+        a = self.terms
+        inverse = 1.0 / a[0]
+        result = [inverse]
+        if len(a) > 1:
+            rate = a[1] * inverse
+            result.append(-(inverse * rate))
+        if len(a) > 2:
+            result.append(inverse * (2.0 * (rate * rate) - a[2] * inverse))
+        return Series(*result)
+
+    def __truediv__(self, other: Series) -> Series:
+        return self * other.inverse()
+
+    def sqrt(self) -> Series:
+        """The square root."""
+        a = self.terms
+        root = a[0].sqrt()
+        result = [root]
+        if len(a) > 1:
+            half = 0.5 / root
+            result.append(a[1] * half)
+        if len(a) > 2:
+            result.append((a[2] - 2.0 * (result[1] * result[1])) * half)
+        return Series(*result)

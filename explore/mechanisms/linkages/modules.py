@@ -1,0 +1,77 @@
+"""Modules of generated text: compiled by Numba and cached on disk in a folder of the user's own.
+
+The text is always that of this process: a file of the cache only gives Numba the place of its own files, which hold for
+a content of the text and of what it imports. A folder that others can write is not used.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import linecache
+import os
+import stat
+import sys
+import tempfile
+from functools import cache
+from pathlib import Path
+from types import ModuleType
+
+#: Most modules that are kept; the least recently used ones go.
+MOST_MODULES = 256
+
+
+@cache
+def load_module(text: str) -> ModuleType:
+    """The module of a text, whose functions Numba finds in its cache where they were compiled before."""
+    name = f"linkage_{hashlib.sha256(text.encode()).hexdigest()[:32]}"
+    path = _folder() / f"{name}.py"
+    _write(path, text)
+    module = ModuleType(name)
+    module.__file__ = str(path)
+    sys.modules[name] = module  # where Numba looks for what its cache names
+    exec(compile(text, str(path), "exec"), module.__dict__)  # noqa: S102  (the text is made here)
+    linecache.cache[str(path)] = (len(text), None, text.splitlines(keepends=True), str(path))
+    return module
+
+
+def _write(path: Path, text: str) -> None:
+    """Write the text unless it is there, at once, so that no other process reads a part of it."""
+    try:
+        if path.read_text() == text:
+            os.utime(path)
+            return
+    except (OSError, UnicodeDecodeError):
+        pass
+    _prune(path.parent)
+    with tempfile.NamedTemporaryFile("w", dir=path.parent, suffix=".part", delete=False) as file:
+        file.write(text)
+    Path(file.name).replace(path)
+
+
+def _prune(folder: Path) -> None:
+    """Remove the modules that were not used for longest, with what Numba compiled of them."""
+    modules = []
+    for path in folder.glob("linkage_*.py"):
+        try:
+            modules.append((path.stat().st_mtime, path))
+        except OSError:
+            continue  # another process removed it
+    for _, path in sorted(modules)[: max(len(modules) - MOST_MODULES + 1, 0)]:
+        for each in (path, *folder.glob(f"**/{path.stem}.*")):
+            each.unlink(missing_ok=True)
+
+
+@cache
+def _folder() -> Path:
+    """The folder of the cache; one for this process alone where none can be had."""
+    home = os.environ.get("XDG_CACHE_HOME") or "~/.cache"
+    folder = Path(home).expanduser() / "explore" / "linkages"
+    try:
+        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+        status = folder.stat()
+        is_own = status.st_uid == os.getuid() and not status.st_mode & (stat.S_IWGRP | stat.S_IWOTH)
+        if is_own and os.access(folder, os.W_OK):
+            return folder
+    except (OSError, RuntimeError):
+        pass
+    return Path(tempfile.mkdtemp(prefix="explore-linkages-"))

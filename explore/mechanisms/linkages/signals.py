@@ -1,0 +1,121 @@
+"""The signals of a linkage: of its points, links, slots and joints, each with its number of the graph."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+from explore.mechanisms.linkages.equations import Equations
+from explore.mechanisms.linkages.graph import Number, Series
+from explore.mechanisms.linkages.table import FRAME
+from explore.model.quantities import Signal
+
+#: Names of inputs of the graph for the reference of a link's angle: REFERENCE, the link, and ":0" for the middle of the
+#: range (rad), ":1" for its cosine, ":2" for its sine.
+REFERENCE = "#reference:"
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A signal, whose rows are not placed yet.
+
+    Attributes
+    ----------
+    signal
+        The declaration.
+    number
+        Its number of the graph, in rad and per radian.
+    terms
+        Size of the terms that it is the sum of.
+    link
+        The link of an angle; empty for other signals.
+    """
+
+    signal: Signal
+    number: Number
+    terms: Number
+    link: str = ""
+
+
+def find_quantities(equations: Equations) -> list[Quantity]:
+    """All signals of a linkage, in the order in which they are listed."""
+    size, one = _size(equations), equations.graph.constant(1.0)
+    table = equations.table
+    fixed = {point for point, _ in table.frame.points}
+    result: list[Quantity] = []
+    for point in table.points:
+        if point not in fixed:
+            result += _of_point(point, equations, size)
+    for body in table.links:
+        if body.name != table.driver and equations.directions[body.name] is not equations.directions[FRAME]:
+            result += _of_link(body.name, equations, one)
+    for slot in table.slots:
+        result += _rates(slot.name, f"pin {slot.pin} in the slot {slot.name}", equations.slot_position(slot), size)
+    for joint, (sine, cosine) in equations.transmission.items():
+        name = f"{joint}_transmission_angle"
+        signal = Signal(name, "deg", f"transmission angle at {joint}", -1, 1)
+        result.append(Quantity(signal, sine.call("arctangent", cosine), one))
+    return result
+
+
+def _size(equations: Equations) -> Number:
+    """The sum of the distances of all points of bodies from the first of each, mm: what rounding is relative to."""
+    total = equations.graph.constant(0.0)
+    for body in equations.table.bodies:
+        for point in list(body.place_of)[1:]:
+            x, y = equations.between(body.name, next(iter(body.place_of)), point)
+            total = total + abs(x) + abs(y)
+    return total
+
+
+def _of_point(point: str, equations: Equations, size: Number) -> Iterator[Quantity]:
+    x, y = equations.points[point]
+    for axis, series in (("x", x), ("y", y)):
+        yield _quantity(f"{point}_{axis}", "mm", f"{axis} of {point}", series.terms[0], size)
+    squares = []
+    for order, (word, unit) in enumerate((("velocity", "mm/s"), ("acceleration", "mm/s^2")), 1):
+        for axis, series in (("x", x), ("y", y)):
+            below = f"{point}_{axis}" if order == 1 else f"{point}_velocity_{axis}"
+            yield _quantity(
+                f"{point}_{word}_{axis}", unit, f"{word} of {point} along {axis}", series.terms[order], size, order, below
+            )
+        square = x.terms[order] * x.terms[order] + y.terms[order] * y.terms[order]
+        squares.append(square)
+        quantity = _quantity(f"{point}_{word}", unit, f"{word} of {point}, its magnitude", square, size, order)
+        yield replace(quantity, signal=replace(quantity.signal, is_magnitude=True))
+    speed = squares[0].sqrt()
+    cube = squares[0] * speed
+    curvature = (x.terms[1] * y.terms[2] - y.terms[1] * x.terms[2]) / cube
+    terms = size * (speed + 4.0 * squares[1].sqrt()) / cube
+    long_name = f"curvature of the path of {point}, positive where it turns left"
+    quantity = _quantity(f"{point}_curvature", "1/mm", long_name, curvature, terms)
+    yield replace(quantity, signal=replace(quantity.signal, has_corners=True))
+
+
+def _of_link(link: str, equations: Equations, one: Number) -> Iterator[Quantity]:
+    graph = equations.graph
+    cosine, sine = equations.directions[link]
+    middle, to_cosine, to_sine = (graph.input(f"{REFERENCE}{link}:{part}") for part in range(3))
+    c, s = cosine.terms[0], sine.terms[0]
+    angle = middle + (s * to_cosine - c * to_sine).call("arctangent", c * to_cosine + s * to_sine)
+    yield replace(_quantity(f"{link}_angle", "deg", f"angle of {link}", angle, one), link=link)
+    for order, (word, unit) in enumerate((("velocity", "rad/s"), ("acceleration", "rad/s^2")), 1):
+        rate = c * sine.terms[order] - s * cosine.terms[order]
+        below = f"{link}_angle" if order == 1 else f"{link}_velocity"
+        yield _quantity(f"{link}_{word}", unit, f"angular {word} of {link}", rate, one, order, below)
+
+
+def _rates(name: str, words: str, series: Series, size: Number) -> Iterator[Quantity]:
+    names = ("position", "velocity", "acceleration")
+    for order, (word, unit) in enumerate(zip(names, ("mm", "mm/s", "mm/s^2"), strict=True)):
+        below = f"{name}_{names[order - 1]}" if order else ""
+        yield _quantity(f"{name}_{word}", unit, f"{word} of the {words}", series.terms[order], size, order, below)
+
+
+def _quantity(
+    name: str, unit: str, long_name: str, number: Number, terms: Number, order: int = 0, derivative_of: str = ""
+) -> Quantity:
+    signal = Signal(
+        name, unit, long_name, -1, 1, speed_power=order, pole_order=2 + 2 * order, derivative_of=derivative_of
+    )
+    return Quantity(signal, number, terms)

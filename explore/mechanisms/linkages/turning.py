@@ -1,0 +1,192 @@
+"""Whether a linkage assembles at every crank angle, and how far its links turn, from values at nodes of the turn.
+
+The factors of all joints must stay positive. In a cell between two nodes a factor is positive if the least Bernstein
+coefficient of the cubic through its values and slopes at the ends exceeds `SAFETY` sixteenths of what the cubic over the
+double cell missed in its middle. Cells that this does not decide are halved. Rows of the values of a node: the factors,
+their slopes by the angle, the sizes of their terms, and the condition of the places.
+"""
+
+import math
+
+from explore.base.compiling import LANES
+from explore.base.lanes.arctangent import arctangent
+from explore.base.subroutines import subroutine
+
+#: Nodes of each half turn, from a quarter of a turn before its anchor to a quarter after it.
+NODES = 17
+#: Nodes of the turn at which the directions of links are followed.
+DIRECTION_NODES = 256
+#: Verdicts on a design: it turns; not decided yet. Blocked at factor s is -1 - s, too close to tell 2 + s.
+TURNS, DOUBTFUL = 1.0, 0.0
+FIRST_TIE = 2.0
+#: Most cells of one half turn that wait to be halved.
+MOST_CELLS = 512
+SAFETY = 4.0
+#: Narrowest cell that is halved, rad.
+_FINEST = 1e-7
+#: Rounding error of a factor, relative to the size of its terms.
+_ROUNDING = 1e-14
+#: Largest turn of a link between two nodes that is followed, rad.
+_LARGEST_STEP = 1.0
+#: Largest half swing of a link about the middle of its range, rad: less than half a turn.
+_LARGEST_SWING = 3.0
+
+
+@subroutine()
+def node_tangent(j):
+    """Half-tangent, from its anchor, of node j of a half turn."""
+    return math.tan(0.25 * math.pi * (2.0 * j / (NODES - 1) - 1.0))
+
+
+@subroutine(apart=True)
+def sift(values, factors, verdicts, conditions):
+    """Fill the verdict and the largest condition of each lane from the nodes of both half turns."""
+    rows, width = 3 * factors + 1, math.pi / (NODES - 1)
+    for lane in range(LANES):
+        verdicts[lane], conditions[lane] = TURNS, 1.0
+    for j in range(2 * NODES):
+        condition = values[(j * rows + 3 * factors) * LANES :]
+        for lane in range(LANES):
+            conditions[lane] = condition[lane] if condition[lane] > conditions[lane] else conditions[lane]
+    for s in range(factors - 1, -1, -1):
+        for j in range(2 * NODES):
+            value = values[(j * rows + s) * LANES :]
+            size = values[(j * rows + 2 * factors + s) * LANES :]
+            for lane in range(LANES):
+                verdicts[lane] = verdicts[lane] if value[lane] >= -_ROUNDING * size[lane] else -1.0 - s
+    for s in range(factors):
+        for cell in range(2 * (NODES - 1)):
+            j = cell + cell // (NODES - 1)
+            before = j - 1 if j % NODES > 0 else j
+            after = j + 2 if j % NODES < NODES - 2 else j + 1
+            f0, f1 = values[(j * rows + s) * LANES :], values[((j + 1) * rows + s) * LANES :]
+            d0, d1 = values[(j * rows + factors + s) * LANES :], values[((j + 1) * rows + factors + s) * LANES :]
+            fl, dl = values[(before * rows + s) * LANES :], values[(before * rows + factors + s) * LANES :]
+            fr, dr = values[(after * rows + s) * LANES :], values[(after * rows + factors + s) * LANES :]
+            size = values[(j * rows + 2 * factors + s) * LANES :]
+            for lane in range(LANES):
+                left = abs(0.5 * (fl[lane] + f1[lane]) + 0.25 * width * (dl[lane] - d1[lane]) - f0[lane])
+                right = abs(0.5 * (f0[lane] + fr[lane]) + 0.25 * width * (d0[lane] - dr[lane]) - f1[lane])
+                left, right = left if before < j else 0.0, right if after > j + 1 else 0.0
+                missed = left if left > right else right
+                low = min(
+                    min(f0[lane], f0[lane] + width * d0[lane] / 3.0), min(f1[lane], f1[lane] - width * d1[lane] / 3.0)
+                )
+                sure = low - SAFETY / 16.0 * missed > _ROUNDING * size[lane]
+                verdicts[lane] = DOUBTFUL if (verdicts[lane] == TURNS) & (not sure) else verdicts[lane]
+
+
+@subroutine()
+def collect_cells(values, factors, half, lane, cells):
+    """Fill the cells of one half turn of one lane; return their number.
+
+    A cell has its start and width, rad from the anchor, then the factors and slopes of its two ends.
+    """
+    rows, width, length = 3 * factors + 1, math.pi / (NODES - 1), 2 + 4 * factors
+    for j in range(NODES - 1):
+        cell, at = cells[j * length :], half * NODES + j
+        cell[0], cell[1] = (j - 0.5 * (NODES - 1)) * width, width
+        for s in range(2 * factors):
+            cell[2 + s] = values[(at * rows + s) * LANES + lane]
+            cell[2 + 2 * factors + s] = values[((at + 1) * rows + s) * LANES + lane]
+    return NODES - 1
+
+
+@subroutine()
+def place_middles(cells, factors, count, tangents):
+    """Fill the half-tangents of the middles of the last cells, one a lane; return the number of cells."""
+    taken = min(count, LANES)
+    for lane in range(LANES):
+        cell = cells[(count - taken + min(lane, taken - 1)) * (2 + 4 * factors) :]
+        tangents[lane] = math.tan(0.5 * (cell[0] + 0.5 * cell[1]))
+    return taken
+
+
+@subroutine()
+def halve_cells(cells, factors, count, taken, middles, children):
+    """Replace the last cells by those halves that are not decided; return their number and the verdict."""
+    length, n_children, first = 2 + 4 * factors, 0, count - taken
+    for q in range(taken):
+        cell = cells[(first + q) * length :]
+        for s in range(factors):
+            if not middles[s * LANES + q] >= -_ROUNDING * middles[(2 * factors + s) * LANES + q]:
+                return 0, -1.0 - s
+        width = 0.5 * cell[1]
+        for side in range(2):
+            doubt = -1
+            for s in range(factors):
+                fm, dm = middles[s * LANES + q], middles[(factors + s) * LANES + q]
+                f0, d0 = cell[2 + s], cell[2 + factors + s]
+                f1, d1 = cell[2 + 2 * factors + s], cell[2 + 3 * factors + s]
+                missed = abs(0.5 * (f0 + f1) + 0.125 * cell[1] * (d0 - d1) - fm)
+                low = (
+                    min(min(f0, f0 + width * d0 / 3.0), min(fm, fm - width * dm / 3.0))
+                    if side == 0
+                    else min(min(fm, fm + width * dm / 3.0), min(f1, f1 - width * d1 / 3.0))
+                )
+                if not low - SAFETY / 16.0 * missed > _ROUNDING * middles[(2 * factors + s) * LANES + q]:
+                    doubt = s if doubt < 0 else doubt
+            if doubt >= 0:
+                if width < _FINEST:
+                    return 0, FIRST_TIE + doubt
+                child = children[n_children * length :]
+                child[0], child[1] = cell[0] + side * width, width
+                for s in range(2 * factors):
+                    child[2 + s] = cell[2 + s] if side == 0 else middles[s * LANES + q]
+                    child[2 + 2 * factors + s] = middles[s * LANES + q] if side == 0 else cell[2 + 2 * factors + s]
+                n_children += 1
+    for k in range(n_children * length):
+        cells[first * length + k] = children[k]
+    return first + n_children, DOUBTFUL
+
+
+@subroutine()
+def direction_node(j):
+    """Half-tangent and anchor of node j of a turn that begins at crank angle 0."""
+    quarter = DIRECTION_NODES // 4
+    if j <= quarter:
+        return math.tan(0.25 * math.pi * j / quarter), 0
+    if j < 3 * quarter:
+        return math.tan(0.25 * math.pi * (j / quarter - 2.0)), 1
+    return math.tan(0.25 * math.pi * (j / quarter - 4.0)), 0
+
+
+@subroutine(apart=True)
+def follow_directions(j, links, directions, before, ranges):
+    """Follow the angles of links from the node before to node j.
+
+    Rows of `directions` and `before`: cosine and sine of each link. Rows of `ranges` for each link: the angle at crank
+    angle 0, rad, the turn since, its least and greatest value, the largest step.
+    """
+    for link in range(links):
+        cosine, sine = directions[2 * link * LANES :], directions[(2 * link + 1) * LANES :]
+        old_cosine, old_sine = before[2 * link * LANES :], before[(2 * link + 1) * LANES :]
+        start, turn, least = ranges[5 * link * LANES :], ranges[(5 * link + 1) * LANES :], ranges[(5 * link + 2) * LANES :]
+        greatest, largest = ranges[(5 * link + 3) * LANES :], ranges[(5 * link + 4) * LANES :]
+        for lane in range(LANES):
+            c, s = cosine[lane], sine[lane]
+            if j == 0:
+                start[lane] = arctangent(s, c)
+                turn[lane] = least[lane] = greatest[lane] = largest[lane] = 0.0
+            else:
+                step = arctangent(old_cosine[lane] * s - old_sine[lane] * c, old_cosine[lane] * c + old_sine[lane] * s)
+                turn[lane] += step
+                least[lane] = turn[lane] if turn[lane] < least[lane] else least[lane]
+                greatest[lane] = turn[lane] if turn[lane] > greatest[lane] else greatest[lane]
+                largest[lane] = abs(step) if not abs(step) <= largest[lane] else largest[lane]
+            old_cosine[lane], old_sine[lane] = c, s
+
+
+@subroutine(apart=True)
+def place_references(links, ranges, references):
+    """Fill the middle of each link's range, rad, its cosine and sine; NaN for links that turn fully or too fast."""
+    for link in range(links):
+        for lane in range(LANES):
+            at = 5 * link * LANES + lane
+            start, turn, largest = ranges[at], ranges[at + LANES], ranges[at + 4 * LANES]
+            least, greatest = ranges[at + 2 * LANES], ranges[at + 3 * LANES]
+            rocks = (abs(turn) < 1.0) & (greatest - least < 2.0 * _LARGEST_SWING) & (largest < _LARGEST_STEP)
+            middle = start + 0.5 * (least + greatest) if rocks else math.nan
+            references[3 * link * LANES + lane] = middle
+            references[(3 * link + 1) * LANES + lane] = math.cos(middle)
+            references[(3 * link + 2) * LANES + lane] = math.sin(middle)
