@@ -114,7 +114,7 @@ def sample_metrics(
     # A corner between the nodes of a rule may hide from its check.
     regular = tuple(metric for metric in metrics if not metric.signal.has_corners)
     if isinstance(quadrature, Located):
-        regular = tuple(metric for metric in regular if metric.window.kind == "turn")
+        regular = tuple(metric for metric in regular if metric.window.kind == "turn" and not _is_power(metric))
     if isinstance(quadrature, Adaptive):
         regular = ()
     for group_quadrature, group in (
@@ -124,6 +124,11 @@ def sample_metrics(
         if group:
             result.add(_sample(request, group, group_quadrature, parameters, active, status))
     return result
+
+
+def _is_power(metric: SampledMetric) -> bool:
+    """Whether a metric is the mean of a power that is no polynomial of the row."""
+    return metric.signal.is_magnitude and metric.statistic in _POWERS
 
 
 def _adaptive(quadrature: Quadrature) -> Adaptive:

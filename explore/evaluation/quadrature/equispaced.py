@@ -46,6 +46,10 @@ WORTH = 1.1
 #: Largest half-tangent of a singularity's distance that counts: beyond it fewer than FEWEST_NODES would do.
 _FARTHEST = 0.99
 
+#: Mark of a panel that is left to the adaptive rule, in place of its singularity.
+_LEFT = -1.0
+#: Rate of decay of such a panel, with which its few nodes seem enough.
+_RATE_OF_LEFT = 50.0
 _FACTOR_4 = math.exp(LOG_CONSTANT_4 - LOG_CONSTANT_2)
 
 
@@ -66,10 +70,11 @@ def _nodes(rate, target, order):
 
 
 @subroutine(contract=True)
-def choose_equispaced(panels, n, order, target):
+def choose_equispaced(panels, n, order, target, is_located):
     """Turn the first of the two graded panels of n designs into one of equispaced nodes, where that takes less time.
 
-    Panel p of design i has the number ``p * n + i``, and COUNT is filled.
+    Panel p of design i has the number ``p * n + i``, and COUNT is filled. Where singularities may stand above any angle,
+    no design keeps graded panels: one that needs too many nodes has the fewest instead, and is left; see `is_left`.
     """
     for k in range(n):
         panels[SECOND + k] = panels[COUNT + k] + panels[COUNT + n + k]
@@ -82,7 +87,11 @@ def choose_equispaced(panels, n, order, target):
         nearest = s3 if s3 < nearest else nearest
         rate = logarithm((1.0 + nearest) / (1.0 - nearest))
         nodes = _nodes(rate, target, order)
-        chosen = (nodes <= WORTH * panels[SECOND + k]) & (nodes <= MOST_NODES)
+        fits = nodes <= MOST_NODES
+        chosen = is_located | ((nodes <= WORTH * panels[SECOND + k]) & fits)
+        left = is_located & (not fits)
+        panels[SINGULAR + k] = _LEFT if left else s1
+        nodes, rate = FEWEST_NODES if left else nodes, _RATE_OF_LEFT if left else rate
         panels[COUNT + k] = nodes if chosen else panels[COUNT + k]
         panels[TARGET + k] = target if chosen else panels[TARGET + k]
         panels[CENTRE + k] = 0.0 if chosen else panels[CENTRE + k]
@@ -90,6 +99,12 @@ def choose_equispaced(panels, n, order, target):
         panels[SCALE + k] = 0.0 if chosen else panels[SCALE + k]
         panels[RATE + k] = rate if chosen else panels[RATE + k]
         panels[DECAY + k] = exponential(-2.0 * rate) if chosen else panels[DECAY + k]
+
+
+@subroutine(inlined=True)
+def is_left(panels, k):
+    """Whether the turn of panel k is left to the adaptive rule, because it would need too many equispaced nodes."""
+    return panels[SINGULAR + k] == _LEFT
 
 
 @subroutine(contract=True)

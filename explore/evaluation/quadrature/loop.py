@@ -22,7 +22,7 @@ from explore.evaluation.quadrature.bin_filling import fill_bin
 from explore.evaluation.quadrature.bounds import CHUNK, FLAG_CV, FLAG_EXTREMES, FLAG_STD
 from explore.evaluation.quadrature.chunks import CLOSE_TYPE, add_panels, close_chunk, constant, sort_by_rule
 from explore.evaluation.quadrature.clutches import shorten_to_clutches
-from explore.evaluation.quadrature.equispaced import choose_equispaced, count_equispaced
+from explore.evaluation.quadrature.equispaced import choose_equispaced, count_equispaced, is_left
 from explore.evaluation.quadrature.magnitudes import fill_powers
 from explore.evaluation.quadrature.merging import bound_rows, choose_next, collect, merge, merge_regular
 from explore.evaluation.quadrature.panels import LENGTH, PANEL_CAPACITY, SCALE, TARGET, count_nodes, map_panels
@@ -104,7 +104,7 @@ def _open_window(fill, sizes, tables, w, begin, n_designs, demands, rare, work, 
     count_nodes(work.panels, count, pole_order)
     if tables.windows[w, KIND] != TURN or len(tables.breaks) > 0 or powers:
         return until, count, stride, count, False
-    choose_equispaced(work.panels, until, pole_order, target - headroom)
+    choose_equispaced(work.panels, until, pole_order, target - headroom, tables.is_located)
     return until, count, stride, _drop_second_halves(until, sizes.rows, tables.flags[w], work, sums), True
 
 
@@ -204,7 +204,7 @@ def _sample_window(
             n = min(n_todo, 1)
     for i in range(begin, until):
         error[here[i]] = max(error[here[i]], work.worst[i])
-        excess[here[i]] = max(excess[here[i]], work.excess[i])
+        excess[here[i]] = max(excess[here[i]], math.inf if tables.is_located and is_left(work.panels, i) else work.excess[i])
         if rare is not None:  # noqa: SIM102  (alone, so that Numba leaves out the block)
             if powers:
                 fill_powers(fill, sizes, tables, w, i, here[i], stride, statistics, nodes, error, work, tile)

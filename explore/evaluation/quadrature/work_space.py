@@ -76,6 +76,9 @@ class Tables(NamedTuple):
         Relative, in the norms of `explore.evaluation.evaluate`.
     is_adaptive
         Whether panels are halved as their samples demand; else their nodes follow from the singularities.
+    is_located
+        Whether these may stand above any angle: full turns have equal steps, and designs that would need too many are
+        left to the adaptive rule.
     size_of, row_of, rules
         From `explore.evaluation.quadrature.rules`.
     """
@@ -94,6 +97,7 @@ class Tables(NamedTuple):
     slots: IntArray
     tolerance: float
     is_adaptive: bool
+    is_located: bool
     size_of: IntArray
     row_of: IntArray
     rules: FloatArray
@@ -180,7 +184,7 @@ class ChunkWork(NamedTuple):
 SIZES_TYPE = types.NamedUniTuple(_INT, 7, Sizes)
 TABLES_TYPE = types.NamedTuple(
     (_I2, types.float64[:, ::1], _I1, _I1, _I1, _I1, _I2, _I2, _I1, _I1, _I1, types.int64[:, :, ::1], _FLOAT,
-     types.boolean, _I1, _I1, types.float64[:, ::1]),
+     types.boolean, types.boolean, _I1, _I1, types.float64[:, ::1]),
     Tables,
 )  # fmt: skip
 TILE_WORK_TYPE = types.NamedTuple((_I1, _I1, types.uint64[::1], *[_F1] * 11), TileWork)

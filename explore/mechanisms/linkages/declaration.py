@@ -14,11 +14,12 @@ from explore.mechanisms.linkages.equations import Equations
 from explore.mechanisms.linkages.graph import Number
 from explore.mechanisms.linkages.modules import load_module
 from explore.mechanisms.linkages.signals import Quantity, find_quantities
-from explore.mechanisms.linkages.source import NOISE_ROW, Source, write_source
+from explore.mechanisms.linkages.source import DISTANCE_ROW, NOISE_ROW, Source, write_source
 from explore.mechanisms.linkages.steps import find_steps
 from explore.mechanisms.linkages.table import LinkageTable
 from explore.model.declaration import own_row
 from explore.model.mechanism import Mechanism
+from explore.model.quadrature import Located
 from explore.model.quantities import FloatArray, Formula, Parameter, Signal, Window
 from explore.model.status import OwnStatus
 
@@ -143,6 +144,7 @@ def _declare(
         objectives=tuple(defaults[:1] + defaults[-1:]),
         kernel_version=f"{_VERSION}-{table.digest[:16]}",
         noise_row=NOISE_ROW,
+        quadrature=Located(DISTANCE_ROW),
         n_constants=source.n_constants,
         n_fill_constants=source.n_fill_constants,
         rows=_record_rows(source, [p.name for p in parameters]),

@@ -70,6 +70,8 @@ class Equations:
         For each joint, sine and cosine of its transmission angle times a positive number.
     factors
         In the order in which joints are solved.
+    squares
+        Squares of distances that are divided by, and so must not vanish, at complex angles either.
     condition
         Square of what errors of lengths are amplified by, over those of the places.
     """
@@ -82,6 +84,7 @@ class Equations:
     directions: dict[str, Vector] = field(default_factory=dict)
     transmission: dict[str, tuple[Number, Number]] = field(default_factory=dict)
     factors: list[Factor] = field(default_factory=list)
+    squares: list[Series] = field(default_factory=list)
     condition: Number = field(init=False)
 
     def __post_init__(self) -> None:
@@ -262,6 +265,7 @@ class Equations:
             self._add_factor(Factor(slot.name, square, None), inherited, inherited)
             root = square.sqrt()
         else:
+            self.squares.append(square)
             factor = square - across * across
             size = square.terms[0] + across * across
             self._add_factor(Factor(slot.name, factor, size), inherited, inherited * (size / factor.terms[0]))
@@ -297,6 +301,7 @@ class Equations:
             own = inherited * (0.25 * (both * both) / (p.terms[0] * q.terms[0]))
         self._add_factor(Factor(step.point, p, size), inherited, own)
         self._add_factor(Factor(step.point, q, size), inherited, own)
+        self.squares.append(square)
         inverse = square.inverse()
         root = (p * q).sqrt()
         k = (p + 2.0 * (r * (r - s))) * inverse * 0.5

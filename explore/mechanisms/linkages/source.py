@@ -23,6 +23,8 @@ _CALLS = {
 }  # fmt: skip
 #: Row of the constant by which rounding errors are amplified.
 NOISE_ROW = 0
+#: Row of the constant with the distance of the nearest singularity.
+DISTANCE_ROW = 1
 #: Longest expression that is written into the one that uses it, characters.
 _LONGEST = 160
 
@@ -53,6 +55,7 @@ from explore.mechanisms.linkages.turning import (
     direction_node,
     follow_directions,
     halve_cells,
+    locate,
     node_tangent,
     place_middles,
     place_references,
@@ -72,7 +75,8 @@ def close(record):
         for lane in range(LANES):
             tangents[lane] = node_tangent(j % NODES)
         check(record, tangents, j // NODES, values[j * {rows} * LANES :])
-    sift(values, {factors}, verdicts, conditions)
+    sift(values, {factors}, {functions}, verdicts, conditions)
+    locate(values, {factors}, {functions}, record[{distance} * LANES :])
     doubtful = 0
     for lane in range(LANES):
         doubtful += 1 if verdicts[lane] == DOUBTFUL else 0
@@ -85,13 +89,15 @@ def close(record):
                     for other in range(LANES):
                         tile[row * LANES + other] = record[row * LANES + lane]
                 for half in range(2):
-                    count = collect_cells(values, {factors}, half, lane, cells)
+                    count = collect_cells(values, {factors}, {functions}, half, lane, cells)
                     while count > 0 and count < MOST_CELLS - LANES:
                         taken = place_middles(cells, {factors}, count, tangents)
                         check(tile, tangents, half, middles)
                         for q in range(taken):
                             conditions[lane] = larger(conditions[lane], middles[{last} * LANES + q])
-                        count, verdict = halve_cells(cells, {factors}, count, taken, middles, children)
+                        count, verdict = halve_cells(
+                            cells, {factors}, {functions}, count, taken, middles, children
+                        )
                         if verdict != DOUBTFUL and verdicts[lane] == DOUBTFUL:
                             verdicts[lane] = verdict
                     if count > 0 and verdicts[lane] == DOUBTFUL:
@@ -173,7 +179,8 @@ def write_source(
         _node_function("direct", rows, directions) if links else "",
         _CLOSE.format(
             constants="\n".join(rows.constant_lines(parameters)), rows=len(checks), factors=factors,
-            n_constants=n_constants, cell=2 + 4 * factors, last=len(checks) - 1, undecided=undecided, noise=NOISE_ROW,
+            n_constants=n_constants, cell=2 + 4 * factors, last=len(checks) - 1, distance=DISTANCE_ROW,
+            functions=factors + len(equations.squares), undecided=undecided, noise=NOISE_ROW,
             status=status, references=_references(rows, links),
         ),
         _fill_function(rows, outputs),
@@ -189,12 +196,13 @@ def _references(rows: _Rows, links: Sequence[str]) -> str:
 
 
 def _check_rows(equations: Equations) -> list[Number]:
-    """Factors, slopes, sizes of terms, and the condition: the rows that `turning` takes."""
+    """The rows that `turning` takes."""
     zero = equations.graph.constant(0.0)
     factors = equations.factors
+    functions = [*(factor.value for factor in factors), *equations.squares]
     return [
-        *(factor.value.terms[0] for factor in factors),
-        *(factor.value.terms[1] for factor in factors),
+        *(function.terms[0] for function in functions),
+        *(function.terms[1] for function in functions),
         *(factor.size or zero for factor in factors),
         equations.condition,
     ]
@@ -207,14 +215,14 @@ class _Rows:
         self._graph = graph
         self._rows: dict[int, int] = {}
         self._references = {f"{REFERENCE}{link}:{part}": None for link in links for part in range(3)}
-        # Row 0 is the noise; references follow one after the other, whether used or not.
-        for row, name in enumerate(self._references, 1):
+        # Rows 0 and 1 are written at the end; references follow one after the other, whether used or not.
+        for row, name in enumerate(self._references, 2):
             self._rows[graph.input(name).index] = row
 
     @property
     def count(self) -> int:
         """Number of constants."""
-        return 1 + len(self._rows)
+        return 2 + len(self._rows)
 
     def row_of_reference(self, link: str) -> int:
         """The first of the three rows of a link's reference."""
@@ -314,7 +322,7 @@ def _node_function(name: str, rows: _Rows, outputs: Sequence[Number]) -> str:
     lines = "\n".join(f"        {line}" for line in _body(rows, outputs, "out"))
     angle = "\n".join(line[4:] for line in _ANGLE.format(tangent="tangents[lane]").splitlines())
     return (
-        f"\n\n@subroutine(fast=True, apart=True)\ndef {name}(constants, tangents, anchor, out):\n"
+        f"\n\n@subroutine(fast=True, no_alias=True)\ndef {name}(constants, tangents, anchor, out):\n"
         f"    mirror = 1.0 if anchor == 0 else -1.0\n    for lane in range(LANES):\n{angle}\n{lines}\n"
     )
 
@@ -322,7 +330,7 @@ def _node_function(name: str, rows: _Rows, outputs: Sequence[Number]) -> str:
 def _fill_function(rows: _Rows, outputs: Sequence[Number]) -> str:
     lines = "\n".join(f"            {line}" for line in _body(rows, outputs, "here"))
     return (
-        "\n\n@compiled(FILL_SIGNATURE, fast=True, apart=True)\n"
+        "\n\n@compiled(FILL_SIGNATURE, fast=True, no_alias=True)\n"
         "def fill(constants, tangents, anchor, _law, _variant, count, _needs, out):\n"
         "    mirror = 1.0 if anchor == 0 else -1.0\n    for j in range(count):\n"
         f"        here = out[j * {len(outputs) * LANES} :]\n        for lane in range(LANES):\n"

@@ -2,8 +2,10 @@
 
 The factors of all joints must stay positive. In a cell between two nodes a factor is positive if the least Bernstein
 coefficient of the cubic through its values and slopes at the ends exceeds `SAFETY` sixteenths of what the cubic over the
-double cell missed in its middle. Cells that this does not decide are halved. Rows of the values of a node: the factors,
-their slopes by the angle, the sizes of their terms, and the condition of the places.
+double cell missed in its middle. Cells that this does not decide are halved.
+
+Rows of the values of a node: the factors, and behind them squares of distances that must not vanish at complex angles
+either; the slopes of both by the angle; the sizes of the terms of the factors; and the condition of the places.
 """
 
 import math
@@ -21,7 +23,14 @@ TURNS, DOUBTFUL = 1.0, 0.0
 FIRST_TIE = 2.0
 #: Most cells of one half turn that wait to be halved.
 MOST_CELLS = 512
+#: Factor on what a cubic misses when a factor is taken for positive.
 SAFETY = 4.0
+#: Largest half-tangent of the distance of a singularity.
+_FARTHEST = 0.99
+#: Largest tangent of the angle from a node to a minimum that is looked for from it.
+_NEAR = 0.5
+#: Share of the distance of the nearest zero that is relied on, because zeros of no minimum are not looked for.
+_SHARE = 0.9
 #: Narrowest cell that is halved, rad.
 _FINEST = 1e-7
 #: Rounding error of a factor, relative to the size of its terms.
@@ -38,20 +47,23 @@ def node_tangent(j):
     return math.tan(0.25 * math.pi * (2.0 * j / (NODES - 1) - 1.0))
 
 
-@subroutine(apart=True)
-def sift(values, factors, verdicts, conditions):
-    """Fill the verdict and the largest condition of each lane from the nodes of both half turns."""
-    rows, width = 3 * factors + 1, math.pi / (NODES - 1)
+@subroutine(no_alias=True)
+def sift(values, factors, functions, verdicts, conditions):
+    """Fill the verdict and the largest condition of each lane from the nodes of both half turns.
+
+    `functions` is the number of factors and squares of distances.
+    """
+    rows, width = 2 * functions + factors + 1, math.pi / (NODES - 1)
     for lane in range(LANES):
         verdicts[lane], conditions[lane] = TURNS, 1.0
     for j in range(2 * NODES):
-        condition = values[(j * rows + 3 * factors) * LANES :]
+        condition = values[(j * rows + rows - 1) * LANES :]
         for lane in range(LANES):
             conditions[lane] = condition[lane] if condition[lane] > conditions[lane] else conditions[lane]
     for s in range(factors - 1, -1, -1):
         for j in range(2 * NODES):
             value = values[(j * rows + s) * LANES :]
-            size = values[(j * rows + 2 * factors + s) * LANES :]
+            size = values[(j * rows + 2 * functions + s) * LANES :]
             for lane in range(LANES):
                 verdicts[lane] = verdicts[lane] if value[lane] >= -_ROUNDING * size[lane] else -1.0 - s
     for s in range(factors):
@@ -60,10 +72,10 @@ def sift(values, factors, verdicts, conditions):
             before = j - 1 if j % NODES > 0 else j
             after = j + 2 if j % NODES < NODES - 2 else j + 1
             f0, f1 = values[(j * rows + s) * LANES :], values[((j + 1) * rows + s) * LANES :]
-            d0, d1 = values[(j * rows + factors + s) * LANES :], values[((j + 1) * rows + factors + s) * LANES :]
-            fl, dl = values[(before * rows + s) * LANES :], values[(before * rows + factors + s) * LANES :]
-            fr, dr = values[(after * rows + s) * LANES :], values[(after * rows + factors + s) * LANES :]
-            size = values[(j * rows + 2 * factors + s) * LANES :]
+            d0, d1 = values[(j * rows + functions + s) * LANES :], values[((j + 1) * rows + functions + s) * LANES :]
+            fl, dl = values[(before * rows + s) * LANES :], values[(before * rows + functions + s) * LANES :]
+            fr, dr = values[(after * rows + s) * LANES :], values[(after * rows + functions + s) * LANES :]
+            size = values[(j * rows + 2 * functions + s) * LANES :]
             for lane in range(LANES):
                 left = abs(0.5 * (fl[lane] + f1[lane]) + 0.25 * width * (dl[lane] - d1[lane]) - f0[lane])
                 right = abs(0.5 * (f0[lane] + fr[lane]) + 0.25 * width * (d0[lane] - dr[lane]) - f1[lane])
@@ -76,19 +88,54 @@ def sift(values, factors, verdicts, conditions):
                 verdicts[lane] = DOUBTFUL if (verdicts[lane] == TURNS) & (not sure) else verdicts[lane]
 
 
+@subroutine(no_alias=True)
+def locate(values, factors, functions, distances):
+    """Fill the half-tangent of the distance of the nearest complex zero of all functions, tanh(distance/2).
+
+    Near each node a function is taken for the first harmonic a - b cos(theta - phi) of the same value, slope and
+    curvature, the last from the slopes of the neighbours: its zeros are at the distance arcosh(a/b) above phi. A zero
+    counts if phi is near the node, where the harmonic holds.
+    """
+    rows, width = 2 * functions + factors + 1, math.pi / (NODES - 1)
+    for lane in range(LANES):
+        distances[lane] = _FARTHEST
+    for s in range(functions):
+        for j in range(2 * NODES - 2):
+            at = j + j // (NODES - 1)  # each node of the turn once
+            before = at - 1 if at > 0 else 2 * NODES - 2
+            before = NODES - 2 if at == NODES else before
+            f, d = values[(at * rows + s) * LANES :], values[(at * rows + functions + s) * LANES :]
+            left = values[(before * rows + functions + s) * LANES :]
+            right = values[((at + 1) * rows + functions + s) * LANES :]
+            for lane in range(LANES):
+                curvature = (right[lane] - left[lane]) * (0.5 / width)
+                slope = d[lane]
+                amplitude = math.sqrt(slope * slope + curvature * curvature)
+                # cosh(distance) - 1 where the minimum is near
+                excess = (f[lane] - slope * slope / (amplitude + curvature)) / amplitude
+                distance = math.sqrt(excess / (excess + 2.0))
+                near = (curvature > 0.0) & (abs(slope) <= _NEAR * curvature)
+                distance = distance if excess >= 0.0 else 0.0
+                distances[lane] = distance if near & (distance < distances[lane]) else distances[lane]
+    for lane in range(LANES):
+        distances[lane] *= _SHARE
+
+
 @subroutine()
-def collect_cells(values, factors, half, lane, cells):
+def collect_cells(values, factors, functions, half, lane, cells):
     """Fill the cells of one half turn of one lane; return their number.
 
     A cell has its start and width, rad from the anchor, then the factors and slopes of its two ends.
     """
-    rows, width, length = 3 * factors + 1, math.pi / (NODES - 1), 2 + 4 * factors
+    rows, width, length = 2 * functions + factors + 1, math.pi / (NODES - 1), 2 + 4 * factors
     for j in range(NODES - 1):
         cell, at = cells[j * length :], half * NODES + j
         cell[0], cell[1] = (j - 0.5 * (NODES - 1)) * width, width
-        for s in range(2 * factors):
+        for s in range(factors):
             cell[2 + s] = values[(at * rows + s) * LANES + lane]
+            cell[2 + factors + s] = values[(at * rows + functions + s) * LANES + lane]
             cell[2 + 2 * factors + s] = values[((at + 1) * rows + s) * LANES + lane]
+            cell[2 + 3 * factors + s] = values[((at + 1) * rows + functions + s) * LANES + lane]
     return NODES - 1
 
 
@@ -103,19 +150,19 @@ def place_middles(cells, factors, count, tangents):
 
 
 @subroutine()
-def halve_cells(cells, factors, count, taken, middles, children):
+def halve_cells(cells, factors, functions, count, taken, middles, children):
     """Replace the last cells by those halves that are not decided; return their number and the verdict."""
     length, n_children, first = 2 + 4 * factors, 0, count - taken
     for q in range(taken):
         cell = cells[(first + q) * length :]
         for s in range(factors):
-            if not middles[s * LANES + q] >= -_ROUNDING * middles[(2 * factors + s) * LANES + q]:
+            if not middles[s * LANES + q] >= -_ROUNDING * middles[(2 * functions + s) * LANES + q]:
                 return 0, -1.0 - s
         width = 0.5 * cell[1]
         for side in range(2):
             doubt = -1
             for s in range(factors):
-                fm, dm = middles[s * LANES + q], middles[(factors + s) * LANES + q]
+                fm, dm = middles[s * LANES + q], middles[(functions + s) * LANES + q]
                 f0, d0 = cell[2 + s], cell[2 + factors + s]
                 f1, d1 = cell[2 + 2 * factors + s], cell[2 + 3 * factors + s]
                 missed = abs(0.5 * (f0 + f1) + 0.125 * cell[1] * (d0 - d1) - fm)
@@ -124,7 +171,7 @@ def halve_cells(cells, factors, count, taken, middles, children):
                     if side == 0
                     else min(min(fm, fm + width * dm / 3.0), min(f1, f1 - width * d1 / 3.0))
                 )
-                if not low - SAFETY / 16.0 * missed > _ROUNDING * middles[(2 * factors + s) * LANES + q]:
+                if not low - SAFETY / 16.0 * missed > _ROUNDING * middles[(2 * functions + s) * LANES + q]:
                     doubt = s if doubt < 0 else doubt
             if doubt >= 0:
                 if width < _FINEST:
@@ -132,8 +179,9 @@ def halve_cells(cells, factors, count, taken, middles, children):
                 child = children[n_children * length :]
                 child[0], child[1] = cell[0] + side * width, width
                 for s in range(2 * factors):
-                    child[2 + s] = cell[2 + s] if side == 0 else middles[s * LANES + q]
-                    child[2 + 2 * factors + s] = middles[s * LANES + q] if side == 0 else cell[2 + 2 * factors + s]
+                    row = s if s < factors else functions + s - factors
+                    child[2 + s] = cell[2 + s] if side == 0 else middles[row * LANES + q]
+                    child[2 + 2 * factors + s] = middles[row * LANES + q] if side == 0 else cell[2 + 2 * factors + s]
                 n_children += 1
     for k in range(n_children * length):
         cells[first * length + k] = children[k]
@@ -151,7 +199,7 @@ def direction_node(j):
     return math.tan(0.25 * math.pi * (j / quarter - 4.0)), 0
 
 
-@subroutine(apart=True)
+@subroutine(no_alias=True)
 def follow_directions(j, links, directions, before, ranges):
     """Follow the angles of links from the node before to node j.
 
@@ -177,7 +225,7 @@ def follow_directions(j, links, directions, before, ranges):
             old_cosine[lane], old_sine[lane] = c, s
 
 
-@subroutine(apart=True)
+@subroutine(no_alias=True)
 def place_references(links, ranges, references):
     """Fill the middle of each link's range, rad, its cosine and sine; NaN for links that turn fully or too fast."""
     for link in range(links):
