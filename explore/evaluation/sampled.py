@@ -22,7 +22,7 @@ from explore.evaluation.quadrature.rules import gauss_legendre_rules
 from explore.evaluation.quadrature.slots import BOUND, MEAN, N_STATISTICS, VARIANCE
 from explore.evaluation.quadrature.tails import LARGEST_EXCESS
 from explore.evaluation.quadrature.work_space import Sizes, Tables, make_work_space
-from explore.evaluation.statistics import Indices, error_of, statistic_of, statistics_beside_moments
+from explore.evaluation.statistics import Indices, error_of, is_power, statistic_of, statistics_beside_moments
 from explore.evaluation.windows import interval_place, specify_window
 from explore.model.mechanism import Mechanism
 from explore.model.quadrature import MOST_SINGULARITIES, Adaptive, Graded, Located, Quadrature
@@ -114,7 +114,7 @@ def sample_metrics(
     # A corner between the nodes of a rule may hide from its check.
     regular = tuple(metric for metric in metrics if not metric.signal.has_corners)
     if isinstance(quadrature, Located):
-        regular = tuple(metric for metric in regular if metric.window.kind == "turn" and not _is_power(metric))
+        regular = tuple(metric for metric in regular if metric.window.kind == "turn" and not is_power(metric))
     if isinstance(quadrature, Adaptive):
         regular = ()
     for group_quadrature, group in (
@@ -124,11 +124,6 @@ def sample_metrics(
         if group:
             result.add(_sample(request, group, group_quadrature, parameters, active, status))
     return result
-
-
-def _is_power(metric: SampledMetric) -> bool:
-    """Whether a metric is the mean of a power that is no polynomial of the row."""
-    return metric.signal.is_magnitude and metric.statistic in _POWERS
 
 
 def _adaptive(quadrature: Quadrature) -> Adaptive:

@@ -16,9 +16,14 @@ _POWERS = {"mean": ROOT_MEAN, "power_mean": ROOT_POWER_MEAN}
 _DEGREES = 180.0 / np.pi
 
 
+def is_power(metric: SampledMetric) -> bool:
+    """Whether a metric is the mean of a power of a row that is no polynomial."""
+    return metric.signal.is_magnitude and metric.statistic in _POWERS
+
+
 def statistics_beside_moments(metric: SampledMetric) -> tuple[int, ...]:
     """Statistics that a metric needs beside the moments; both extremes of a rectified signal, which may swap."""
-    if metric.signal.is_magnitude and metric.statistic in _POWERS:
+    if is_power(metric):
         return (_POWERS[metric.statistic],)
     extremes: tuple[int, ...] = _EXTREMES.get(metric.statistic, ())
     return _BOTH_EXTREMES if metric.signal.is_rectified and extremes else extremes

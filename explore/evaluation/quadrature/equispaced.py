@@ -73,8 +73,8 @@ def _nodes(rate, target, order):
 def choose_equispaced(panels, n, order, target, is_located):
     """Turn the first of the two graded panels of n designs into one of equispaced nodes, where that takes less time.
 
-    Panel p of design i has the number ``p * n + i``, and COUNT is filled. Where singularities may stand above any angle,
-    no design keeps graded panels: one that needs too many nodes has the fewest instead, and is left; see `is_left`.
+    Panel p of design i has the number ``p * n + i``, and COUNT is filled. Where singularities may stand above any
+    angle, no design keeps graded panels: one that needs too many nodes has the fewest instead; see `is_left`.
     """
     for k in range(n):
         panels[SECOND + k] = panels[COUNT + k] + panels[COUNT + n + k]

@@ -204,7 +204,9 @@ def _sample_window(
             n = min(n_todo, 1)
     for i in range(begin, until):
         error[here[i]] = max(error[here[i]], work.worst[i])
-        excess[here[i]] = max(excess[here[i]], math.inf if tables.is_located and is_left(work.panels, i) else work.excess[i])
+        excess[here[i]] = max(
+            excess[here[i]], math.inf if tables.is_located and is_left(work.panels, i) else work.excess[i]
+        )
         if rare is not None:  # noqa: SIM102  (alone, so that Numba leaves out the block)
             if powers:
                 fill_powers(fill, sizes, tables, w, i, here[i], stride, statistics, nodes, error, work, tile)

@@ -29,9 +29,7 @@ FIRST_STATUS = 20
 _VERSION = "1"
 _WINDOWS = (
     Window("cycle", "the full turn", "turn", needs_stroke=False),
-    Window(
-        "interval", "an explicit interval of crank angles, { from = 0, to = 90 }", "interval", needs_stroke=False
-    ),
+    Window("interval", "an explicit interval of crank angles, { from = 0, to = 90 }", "interval", needs_stroke=False),
 )
 SPEED = Parameter("speed", "rad/s", "constant crank velocity", default=1.0, scales_speed=True)
 
@@ -219,5 +217,4 @@ def _transmission_angle(names: Sequence[str]) -> Formula | None:
 def _fold(*extremes: FloatArray) -> FloatArray:
     """The least of all minima and of 180 deg less each maximum."""
     smallest = np.minimum.reduce(extremes[::2])
-    return np.minimum(smallest, 180.0 - np.maximum.reduce(extremes[1::2]))
-
+    return np.asarray(np.minimum(smallest, 180.0 - np.maximum.reduce(extremes[1::2])))

@@ -4,8 +4,9 @@ A dyad RRR joins the points a and b at the distances r and s. With d = b - a, D 
 
     p = D - (r - s)^2,   q = (r + s)^2 - D,   k = (p + 2 r (r - s))/(2 D),   f = +- sqrt(p q)/(2 D)
 
-the joint is at a + k d + f J d, J a quarter of a turn to the left. Where a is of the frame and b on the driver, p, q and
-D are sums of positive terms: a versine of the input angle times the lengths, and sums of lengths that are rounded once.
+the joint is at a + k d + f J d, J a quarter of a turn to the left. Where a is of the frame and b on the driver, p, q
+and D are sums of positive terms: a versine of the input angle times the lengths, and sums of lengths that are rounded
+once.
 
 RRP: a line through g along n, and a point c at the distance r from the joint: with w = g - c and h = n x w the joint is
 at g + (+- sqrt((r - h)(r + h)) - n.w) n. RPR: the direction of a link follows from a known point of it and from the pin
@@ -14,10 +15,11 @@ in its slot, v apart, at the distance e across: v (+- sqrt(D - e^2) - i e)/D in 
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, field
 
-from explore.mechanisms.linkages.graph import COSINE, SINE, VERSINES, Graph, Number, Series
+from explore.mechanisms.linkages.driver_distance import DriverDistance, Input, find_distance
+from explore.mechanisms.linkages.expressions import read_expression
+from explore.mechanisms.linkages.graph import Graph, Number, Series
 from explore.mechanisms.linkages.steps import (
     Circle,
     Drive,
@@ -31,10 +33,7 @@ from explore.mechanisms.linkages.steps import (
     TranslateLink,
 )
 from explore.mechanisms.linkages.table import FRAME, Coordinate, LinkageTable, Slide, Slot
-
-#: Two coordinates of the design, and two series.
-Local = tuple[Number, Number]
-Vector = tuple[Series, Series]
+from explore.mechanisms.linkages.vectors import Local, Vector, cross, dot, larger, length, minus
 
 
 @dataclass(frozen=True)
@@ -78,7 +77,6 @@ class Equations:
 
     table: LinkageTable
     steps: tuple[Step, ...]
-    order: int = 2
     graph: Graph = field(default_factory=Graph)
     points: dict[str, Vector] = field(default_factory=dict)
     directions: dict[str, Vector] = field(default_factory=dict)
@@ -89,15 +87,8 @@ class Equations:
 
     def __post_init__(self) -> None:
         graph = self.graph
-        cosine, sine, zero = graph.input(COSINE), graph.input(SINE), graph.constant(0.0)
-        count = self.order + 1
-        self._cosine = Series(*(cosine, -sine, -cosine)[:count])
-        self._sine = Series(*(sine, cosine, -sine)[:count])
-        # 1 - cos(theta - k pi/2) and its derivatives
-        turned = ((sine, cosine), (-cosine, sine), (-sine, -cosine), (cosine, -sine))
-        self._versines = [
-            Series(*(graph.input(name), *rates)[:count]) for name, rates in zip(VERSINES, turned, strict=True)
-        ]
+        self._angle = Input(graph)
+        zero, one = graph.constant(0.0), graph.constant(1.0)
         self._signs = dict(self.table.signs)
         self._local = {
             body.name: {point: (self._read(x), self._read(y)) for point, (x, y) in body.points}
@@ -106,8 +97,7 @@ class Equations:
         self._conditions: dict[str, Number] = {}
         self._made_by: dict[str, str] = {}
         self._origins: dict[str, tuple[Vector, Local]] = {}
-        self.condition = graph.constant(1.0)
-        one = graph.constant(1.0)
+        self.condition = one
         self.directions[FRAME] = (self._still(one), self._still(zero))
         self._origins[FRAME] = ((self._still(zero), self._still(zero)), (zero, zero))
         for point, (x, y) in self._local[FRAME].items():
@@ -118,12 +108,12 @@ class Equations:
     def slot_position(self, slot: Slot) -> Series:
         """The place of the pin from the first end of a slot towards the second, mm."""
         start, direction = self._line(slot)
-        return _dot(_minus(self.points[slot.pin], start), direction)
+        return dot(minus(self.points[slot.pin], start), direction)
 
     def _take(self, step: Step) -> None:
         match step:
             case Drive():
-                self.directions[step.link] = (self._cosine, self._sine)
+                self.directions[step.link] = (self._angle.cosine, self._angle.sine)
                 self._origins[step.link] = (self.points[step.pivot], self._local[step.link][step.pivot])
                 self._pivot = step.pivot
             case PlacePoint():
@@ -138,33 +128,17 @@ class Equations:
                 self._slide_in_slot(step)
             case PoseBySlot():
                 self._pose_by_slot(step)
-            case JoinPoint(kind="RRR"):
-                self._join_circles(step)
-            case JoinPoint(kind="RRP"):
-                self._join_circle_and_line(step)
-            case JoinPoint():
-                self._join_lines(step)
+            case JoinPoint(first=Circle() as first, second=Circle() as second):
+                self._join_circles(step.point, first, second)
+            case JoinPoint(first=Circle() as circle, second=(Slot() | SlideLine()) as line):
+                self._join_circle_and_line(step.point, circle, line)
+            case JoinPoint(first=(Slot() | SlideLine()) as first, second=(Slot() | SlideLine()) as second):
+                self._join_lines(step.point, first, second)
 
     # coordinates of the design
 
     def _read(self, coordinate: Coordinate) -> Number:
-        """A coordinate, from its operations."""
-        stack: list[Number] = []
-        for operation, operand in coordinate.steps:
-            if operation == "number":
-                stack.append(self.graph.constant(operand))
-            elif operation == "input":
-                stack.append(self.graph.input(coordinate.names[int(operand)]))
-            elif operation == "negate":
-                stack.append(-stack.pop())
-            elif operation in ("sqrt", "abs"):
-                stack.append(stack.pop().sqrt() if operation == "sqrt" else abs(stack.pop()))
-            elif operation in ("sin", "cos", "tan", "log", "exp"):
-                stack.append(_called(operation, stack.pop()))
-            else:
-                second, first = stack.pop(), stack.pop()
-                stack.append(_combined(operation, first, second))
-        return stack.pop()
+        return read_expression(self.graph, coordinate)
 
     def between(self, body: str, start: str, end: str) -> Local:
         """From one point of a body to another, in its coordinates, mm."""
@@ -172,7 +146,7 @@ class Equations:
         return bx - ax, by - ay
 
     def _still(self, number: Number) -> Series:
-        return Series.still(number, self._cosine)
+        return Series.still(number)
 
     # places in the plane
 
@@ -191,12 +165,12 @@ class Equations:
         known = [self._conditions[point] for point in self._local[body] if point in self._conditions]
         result = self.graph.constant(1.0)
         for condition in known:
-            result = _larger(result, condition)
+            result = larger(result, condition)
         return result
 
     def _direction(self, body: str, along: Local) -> Vector:
         """A unit vector along a direction of a body."""
-        inverse = 1.0 / _length(along)
+        inverse = 1.0 / length(along)
         nx, ny = along[0] * inverse, along[1] * inverse
         cosine, sine = self.directions[body]
         return cosine * nx - sine * ny, cosine * ny + sine * nx
@@ -226,7 +200,7 @@ class Equations:
 
     def _pose(self, step: PoseLink) -> None:
         lx, ly = self.between(step.link, step.first, step.second)
-        dx, dy = _minus(self.points[step.second], self.points[step.first])
+        dx, dy = minus(self.points[step.second], self.points[step.first])
         inverse = 1.0 / (lx * lx + ly * ly)
         nx, ny = lx * inverse, ly * inverse
         self.directions[step.link] = (dx * nx + dy * ny, dy * nx - dx * ny)
@@ -237,11 +211,11 @@ class Equations:
         self.directions[step.link] = self.directions[step.slide.body]
         self._origins[step.link] = self._origins[step.slide.body]
         (g, m), n = self._line(step.slot), self._slide_direction(step.slide)
-        sine = _cross(n, m)
-        t = _cross(_minus(self.points[step.slot.pin], g), m) / sine
+        sine = cross(n, m)
+        t = cross(minus(self.points[step.slot.pin], g), m) / sine
         (x, y), local = self._origins[step.slide.body]
         self._origins[step.link] = ((x + t * n[0], y + t * n[1]), local)
-        inherited = _larger(self._condition_of(step.slide.body), self._conditions[step.slot.pin])
+        inherited = larger(self._condition_of(step.slide.body), self._conditions[step.slot.pin])
         self._add_line_factor(step.slot.name, sine, inherited)
         for point in self._local[step.link]:
             place = self._in_plane(step.link, self._local[step.link][point])
@@ -251,16 +225,19 @@ class Equations:
         slot, link = step.slot, step.link
         first, second = self._ends(slot)
         lx, ly = second[0] - first[0], second[1] - first[1]
-        inverse = 1.0 / _length((lx, ly))
+        inverse = 1.0 / length((lx, ly))
         nx, ny = lx * inverse, ly * inverse
         ax, ay = self._local[link][step.point]
         # distance of the line from the known point, to the left of its direction
         across = nx * (first[1] - ay) - ny * (first[0] - ax)
-        vx, vy = _minus(self.points[slot.pin], self.points[step.point])
-        known = self._exact_distance(step.point, slot.pin)
-        square = known.square if known else _dot((vx, vy), (vx, vy))
-        vx, vy = known.vector if known else (vx, vy)
-        inherited = _larger(self._conditions[step.point], self._conditions[slot.pin])
+        vx, vy = minus(self.points[slot.pin], self.points[step.point])
+        known = self._distance(step.point, slot.pin)
+        if known:
+            square = known[0].square
+            vx, vy = (each * known[1] for each in known[0].vector)
+        else:
+            square = dot((vx, vy), (vx, vy))
+        inherited = larger(self._conditions[step.point], self._conditions[slot.pin])
         if across.value == 0.0:
             self._add_factor(Factor(slot.name, square, None), inherited, inherited)
             root = square.sqrt()
@@ -277,71 +254,64 @@ class Equations:
         self.directions[link] = (cosine * nx + sine * ny, sine * nx - cosine * ny)
         self._origins[link] = (self.points[step.point], self._local[link][step.point])
 
-    def _join_circles(self, step: JoinPoint) -> None:
-        first, second = step.first, step.second
-        assert isinstance(first, Circle)
-        assert isinstance(second, Circle)
+    def _join_circles(self, point: str, first: Circle, second: Circle) -> None:
         a, b = first.centre, second.centre
-        r = _length(self.between(first.link, a, step.point))
-        s = _length(self.between(second.link, b, step.point))
-        d = _minus(self.points[b], self.points[a])
-        inherited = _larger(self._conditions[a], self._conditions[b])
-        known = self._exact_distance(a, b)
+        r = length(self.between(first.link, a, point))
+        s = length(self.between(second.link, b, point))
+        d = minus(self.points[b], self.points[a])
+        inherited = larger(self._conditions[a], self._conditions[b])
+        known = self._distance(a, b)
         if known:
-            square, d, total = known.square, known.vector, self.graph.exact_sum
-            g, c = known.ground, known.crank
-            p = known.versine * known.product + total(g, -c, r, -s) * total(g, -c, -r, s)
-            q = known.coversine * known.product + total(r, s, g, c) * total(r, s, -g, -c)
+            own_distance, total = known[0], self.graph.exact_sum
+            square, (dx, dy) = own_distance.square, own_distance.vector
+            d = dx * known[1], dy * known[1]
+            g, c = own_distance.ground, own_distance.crank
+            p = own_distance.versine * own_distance.product + total(g, -c, r, -s) * total(g, -c, -r, s)
+            q = own_distance.coversine * own_distance.product + total(r, s, g, c) * total(r, s, -g, -c)
             size, own = None, inherited
         else:
-            square = _dot(d, d)
+            square = dot(d, d)
             p, q = square - (r - s) * (r - s), self._still((r + s) * (r + s)) - square
             size = square.terms[0] + (r + s) * (r + s)
             both = p.terms[0] + q.terms[0]
             own = inherited * (0.25 * (both * both) / (p.terms[0] * q.terms[0]))
-        self._add_factor(Factor(step.point, p, size), inherited, own)
-        self._add_factor(Factor(step.point, q, size), inherited, own)
+        self._add_factor(Factor(point, p, size), inherited, own)
+        self._add_factor(Factor(point, q, size), inherited, own)
         self.squares.append(square)
         inverse = square.inverse()
         root = (p * q).sqrt()
         k = (p + 2.0 * (r * (r - s))) * inverse * 0.5
-        f = root * inverse * (0.5 * self._sign(step.point))
+        f = root * inverse * (0.5 * self._sign(point))
         (ax, ay), (dx, dy) = self.points[a], d
-        self._know(step.point, (ax + (k * dx - f * dy), ay + (k * dy + f * dx)), own, step.point)
-        self.transmission[step.point] = (root.terms[0], 0.5 * (q.terms[0] - p.terms[0]))
+        self._know(point, (ax + (k * dx - f * dy), ay + (k * dy + f * dx)), own, point)
+        self.transmission[point] = (root.terms[0], 0.5 * (q.terms[0] - p.terms[0]))
 
-    def _join_circle_and_line(self, step: JoinPoint) -> None:
-        circle, line = step.first, step.second
-        assert isinstance(circle, Circle)
-        assert isinstance(line, Slot | SlideLine)
-        r = _length(self.between(circle.link, circle.centre, step.point))
+    def _join_circle_and_line(self, point: str, circle: Circle, line: Slot | SlideLine) -> None:
+        r = length(self.between(circle.link, circle.centre, point))
         g, n = self._line(line)
-        w = _minus(g, self.points[circle.centre])
-        h = _cross(n, w)
+        w = minus(g, self.points[circle.centre])
+        h = cross(n, w)
         low, high = self._still(r) - h, h + r
         body = line.body if isinstance(line, Slot) else line.slide.body
-        inherited = _larger(self._conditions[circle.centre], self._condition_of(body))
+        inherited = larger(self._conditions[circle.centre], self._condition_of(body))
         size = r + abs(h.terms[0])
         own = inherited * ((r * r) / (low.terms[0] * high.terms[0]))
-        self._add_factor(Factor(step.point, low, size), inherited, own)
-        self._add_factor(Factor(step.point, high, size), inherited, own)
+        self._add_factor(Factor(point, low, size), inherited, own)
+        self._add_factor(Factor(point, high, size), inherited, own)
         root = (low * high).sqrt()
-        t = (root if self._sign(step.point) > 0 else -root) - _dot(w, n)
-        self._know(step.point, (g[0] + t * n[0], g[1] + t * n[1]), own, step.point)
-        self.transmission[step.point] = (root.terms[0], -h.terms[0])
+        t = (root if self._sign(point) > 0 else -root) - dot(w, n)
+        self._know(point, (g[0] + t * n[0], g[1] + t * n[1]), own, point)
+        self.transmission[point] = (root.terms[0], -h.terms[0])
 
-    def _join_lines(self, step: JoinPoint) -> None:
-        first, second = step.first, step.second
-        assert isinstance(first, Slot | SlideLine)
-        assert isinstance(second, Slot | SlideLine)
+    def _join_lines(self, point: str, first: Slot | SlideLine, second: Slot | SlideLine) -> None:
         (g, n), (h, m) = self._line(first), self._line(second)
-        sine = _cross(n, m)
-        t = _cross(_minus(h, g), m) / sine
+        sine = cross(n, m)
+        t = cross(minus(h, g), m) / sine
         inherited = self.graph.constant(1.0)
         for line in (first, second):
-            inherited = _larger(inherited, self._condition_of(line.body if isinstance(line, Slot) else line.slide.body))
-        own = self._add_line_factor(step.point, sine, inherited)
-        self._know(step.point, (g[0] + t * n[0], g[1] + t * n[1]), own, step.point)
+            inherited = larger(inherited, self._condition_of(line.body if isinstance(line, Slot) else line.slide.body))
+        own = self._add_line_factor(point, sine, inherited)
+        self._know(point, (g[0] + t * n[0], g[1] + t * n[1]), own, point)
 
     def _add_line_factor(self, joint: str, sine: Series, inherited: Number) -> Number:
         """Two lines meet unless they are parallel; return the condition of what they place."""
@@ -354,138 +324,16 @@ class Equations:
         """Note a factor; its terms have the errors of the places that it follows from."""
         size = None if factor.size is None else factor.size * inherited.sqrt()
         self.factors.append(Factor(factor.joint, factor.value, size))
-        self.condition = _larger(self.condition, own)
+        self.condition = larger(self.condition, own)
 
     def _sign(self, joint: str) -> int:
         return self._signs.get(joint, 1)
 
-    def _exact_distance(self, a: str, b: str) -> _Distance | None:
-        """From a to b where one is of the frame and one of the driver; None for others.
-
-        Each of the two must be along an axis from the driver's pivot, at crank angle 0.
-        """
+    def _distance(self, a: str, b: str) -> tuple[DriverDistance, float] | None:
+        """The distance of two points if one is of the frame and one of the driver, and the sense of it from a to b."""
         for still, moving, sense in ((a, b, -1.0), (b, a, 1.0)):
-            if self._made_by.get(still) != FRAME or self._made_by.get(moving) != self.table.driver:
-                continue
-            along = _along_axis(self.between(FRAME, self._pivot, still))
-            other = _along_axis(self.between(self.table.driver, self._pivot, moving))
-            if along is None or other is None:
-                return None
-            (ground, quarters), (crank, turned) = along, other
-            versine = self._versines[(quarters - turned) % 4]
-            coversine = self._versines[(quarters - turned + 2) % 4]
-            # from the driver's point to the frame's: along the frame's direction, and to the left of it
-            rates = (*versine.terms[1:], -versine.terms[1])
-            sine = Series(*rates[: self.order + 1]) if self.order else Series(self._sine_of((quarters - turned) % 4))
-            ahead, left = (versine * crank + (ground - crank)) * sense, sine * (-sense * crank)
-            vector = ((ahead, left), (-left, ahead), (-ahead, -left), (left, -ahead))[quarters]
-            product = 2.0 * (ground * crank)
-            square = versine * product + (ground - crank) * (ground - crank)
-            return _Distance(square, vector, ground, crank, product, versine, coversine)
+            if self._made_by.get(still) == FRAME and self._made_by.get(moving) == self.table.driver:
+                ground = self.between(FRAME, self._pivot, still)
+                distance = find_distance(self._angle, ground, self.between(self.table.driver, self._pivot, moving))
+                return (distance, sense) if distance else None
         return None
-
-    def _sine_of(self, quarters: int) -> Number:
-        """The sine of the input angle less some quarters of a turn."""
-        sine, cosine = self._sine.terms[0], self._cosine.terms[0]
-        return (sine, -cosine, -sine, cosine)[quarters]
-
-
-@dataclass(frozen=True)
-class _Distance:
-    """The vector between a point of the frame and one of the driver, in sums of positive terms.
-
-    Attributes
-    ----------
-    square, vector
-        Its square, and from the first to the second point.
-    ground, crank, product
-        Distances of the two points from the driver's pivot, and twice their product.
-    versine, coversine
-        1 - cos and 1 + cos of the angle between the two.
-    """
-
-    square: Series
-    vector: Vector
-    ground: Number
-    crank: Number
-    product: Number
-    versine: Series
-    coversine: Series
-
-
-def _along_axis(vector: Local) -> tuple[Number, int] | None:
-    """The length of a vector along an axis, and its direction in quarters of a turn; None for others.
-
-    A parameter counts as positive; where it is not, terms cancel that need not.
-    """
-    for axis in (0, 1):
-        along, across = vector[axis], vector[1 - axis]
-        if across.value == 0.0:
-            is_negative = along.node[0] == "neg" or (along.value is not None and along.value < 0.0)
-            return (-along, axis + 2) if is_negative else (along, axis)
-    return None
-
-
-def _length(vector: Local) -> Number:
-    """The length of a vector of the design; exact along an axis."""
-    for along, across in (vector, vector[::-1]):
-        if across.value == 0.0:
-            return abs(along)
-    return (vector[0] * vector[0] + vector[1] * vector[1]).sqrt()
-
-
-def _larger(a: Number, b: Number) -> Number:
-    if a.value is not None and b.value is not None:
-        return a if a.value >= b.value else b
-    if a.index == b.index or b.value == 1.0:
-        return a  # a condition is never below 1
-    return b if a.value == 1.0 else a.graph.put("max", a.index, b.index)
-
-
-def _called(function: str, number: Number) -> Number:
-    if number.value is not None:
-        return number.graph.constant(evaluate_function(function, number.value))
-    return number.call(function)
-
-
-def _combined(operation: str, first: Number, second: Number) -> Number:
-    match operation:
-        case "+":
-            return first + second
-        case "-":
-            return first - second
-        case "*":
-            return first * second
-        case "/":
-            return first / second
-        case "**" if second.value == 2.0:
-            return first * first
-    if first.value is not None and second.value is not None:
-        return first.graph.constant(evaluate_function(operation, first.value, second.value))
-    return first.call({"**": "power", "min": "minimum", "max": "maximum"}.get(operation, operation), second)
-
-
-def evaluate_function(function: str, x: float, y: float = 0.0) -> float:
-    """A function of a formula; angles in degrees, exact at multiples of 90 deg."""
-    if function in ("sin", "cos"):
-        turned = math.remainder(x + (90.0 if function == "cos" else 0.0), 360.0)
-        exact = {0.0: 0.0, 90.0: 1.0, 180.0: 0.0, -90.0: -1.0, -180.0: 0.0}
-        return exact[turned] if turned in exact else getattr(math, function)(math.radians(math.remainder(x, 360.0)))
-    if function == "tan":
-        return math.tan(math.radians(math.remainder(x, 180.0)))
-    if function == "atan2":
-        return math.degrees(math.atan2(x, y))
-    functions = {"**": math.pow, "min": min, "max": max, "hypot": math.hypot}
-    return functions[function](x, y) if function in functions else getattr(math, function)(x)
-
-
-def _minus(a: Vector, b: Vector) -> Vector:
-    return a[0] - b[0], a[1] - b[1]
-
-
-def _dot(a: Vector, b: Vector) -> Series:
-    return a[0] * b[0] + a[1] * b[1]
-
-
-def _cross(a: Vector, b: Vector) -> Series:
-    return a[0] * b[1] - a[1] * b[0]

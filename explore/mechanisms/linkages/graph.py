@@ -1,8 +1,8 @@
 """A straight-line program as a graph without repetitions, and numbers that record what is done to them.
 
-The equations of a linkage are written once, as functions of numbers with + - * / and `sqrt`. Run on `Number` they give a
-graph, which is split into what depends on the design only and what depends on the input angle too. `Series` are numbers
-with their first and second derivatives by the input angle.
+The equations of a linkage are written once, as functions of numbers with + - * / and `sqrt`. Run on `Number` they give
+a graph, which is split into what depends on the design only and what depends on the input angle too. `Series` are
+numbers with their first and second derivatives by the input angle.
 """
 
 from __future__ import annotations
@@ -146,8 +146,8 @@ class Number:
     def __truediv__(self, other: Number | float) -> Number:
         second = self._of(other)
         x, y = self.value, second.value
-        if x is not None and y:
-            return self.graph.constant(x / y)
+        if x is not None and y is not None:
+            return self.graph.constant(x / y if y else math.nan)
         if x == 0.0:
             return self
         return self if y == 1.0 else self.graph.put("div", self.index, second.index)
@@ -173,8 +173,8 @@ class Number:
 
     def sqrt(self) -> Number:
         """The square root."""
-        if self.value is not None and self.value >= 0.0:
-            return self.graph.constant(math.sqrt(self.value))
+        if self.value is not None:
+            return self.graph.constant(math.sqrt(self.value) if self.value >= 0.0 else math.nan)
         return self.graph.put("sqrt", self.index)
 
     def __abs__(self) -> Number:
@@ -189,22 +189,23 @@ class Number:
 
 
 class Series:
-    """A number and its first and second derivatives by the input angle, as many as `terms` has."""
+    """A number and its first and second derivatives by the input angle."""
 
     __slots__ = ("terms",)
 
-    def __init__(self, *terms: Number) -> None:
-        self.terms = terms
+    def __init__(self, value: Number, first: Number, second: Number) -> None:
+        self.terms = (value, first, second)
 
     @classmethod
-    def still(cls, number: Number, like: Series) -> Series:
-        """A number that does not depend on the angle, with as many derivatives as another."""
-        return cls(number, *[number.graph.constant(0.0)] * (len(like.terms) - 1))
+    def still(cls, number: Number) -> Series:
+        """A number that does not depend on the angle."""
+        zero = number.graph.constant(0.0)
+        return cls(number, zero, zero)
 
     def _of(self, other: Series | Number | float) -> Series:
         if isinstance(other, Series):
             return other
-        return Series.still(other if isinstance(other, Number) else self.terms[0].graph.constant(other), self)
+        return Series.still(other if isinstance(other, Number) else self.terms[0].graph.constant(other))
 
     def __add__(self, other: Series | Number | float) -> Series:
         return Series(*(a + b for a, b in zip(self.terms, self._of(other).terms, strict=True)))
@@ -218,38 +219,24 @@ class Series:
     def __mul__(self, other: Series | Number | float) -> Series:
         if not isinstance(other, Series):
             return Series(*(a * other for a in self.terms))
-        a, b = self.terms, other.terms
-        product = [a[0] * b[0]]
-        if len(a) > 1:
-            product.append(a[1] * b[0] + a[0] * b[1])
-        if len(a) > 2:
-            cross = a[1] * b[1]
-            product.append((a[2] * b[0] + a[0] * b[2]) + (cross + cross))
-        return Series(*product)
+        (a, da, dda), (b, db, ddb) = self.terms, other.terms
+        cross = da * db
+        return Series(a * b, da * b + a * db, (dda * b + a * ddb) + (cross + cross))
 
     def inverse(self) -> Series:
         """1 over the number."""
-        a = self.terms
-        inverse = 1.0 / a[0]
-        result = [inverse]
-        if len(a) > 1:
-            rate = a[1] * inverse
-            result.append(-(inverse * rate))
-        if len(a) > 2:
-            result.append(inverse * (2.0 * (rate * rate) - a[2] * inverse))
-        return Series(*result)
+        a, da, dda = self.terms
+        inverse = 1.0 / a
+        rate = da * inverse
+        return Series(inverse, -(inverse * rate), inverse * (2.0 * (rate * rate) - dda * inverse))
 
     def __truediv__(self, other: Series) -> Series:
         return self * other.inverse()
 
     def sqrt(self) -> Series:
         """The square root."""
-        a = self.terms
-        root = a[0].sqrt()
-        result = [root]
-        if len(a) > 1:
-            half = 0.5 / root
-            result.append(a[1] * half)
-        if len(a) > 2:
-            result.append((a[2] - 2.0 * (result[1] * result[1])) * half)
-        return Series(*result)
+        a, da, dda = self.terms
+        root = a.sqrt()
+        half = 0.5 / root
+        rate = da * half
+        return Series(root, rate, (dda - 2.0 * (rate * rate)) * half)

@@ -77,7 +77,13 @@ def _of_point(point: str, equations: Equations, size: Number) -> Iterator[Quanti
         for axis, series in (("x", x), ("y", y)):
             below = f"{point}_{axis}" if order == 1 else f"{point}_velocity_{axis}"
             yield _quantity(
-                f"{point}_{word}_{axis}", unit, f"{word} of {point} along {axis}", series.terms[order], size, order, below
+                f"{point}_{word}_{axis}",
+                unit,
+                f"{word} of {point} along {axis}",
+                series.terms[order],
+                size,
+                order,
+                below,
             )
         square = x.terms[order] * x.terms[order] + y.terms[order] * y.terms[order]
         squares.append(square)

@@ -63,7 +63,7 @@ from explore.mechanisms.linkages.turning import (
 )
 '''
 
-_CLOSE = '''
+_CLOSE = """
 
 @compiled(CLOSE_SIGNATURE, allocates=True)
 def close(record):
@@ -114,9 +114,9 @@ def close(record):
             status = 1.0 * STATUS_OF_FACTOR[s] + 1.0 if verdict == 2.0 + s else status
         status = {undecided} if verdict == {undecided} else status
         record[{status} * LANES + lane] = 1.0 if verdict == 1.0 else status
-'''
+"""
 
-_REFERENCES = '''    directions, before = np.empty({two} * LANES), np.empty({two} * LANES)
+_REFERENCES = """    directions, before = np.empty({two} * LANES), np.empty({two} * LANES)
     ranges = np.empty({five} * LANES)
     for j in range(DIRECTION_NODES + 1):
         tangent, anchor = direction_node(j)
@@ -124,7 +124,7 @@ _REFERENCES = '''    directions, before = np.empty({two} * LANES), np.empty({two
             tangents[lane] = tangent
         direct(record, tangents, anchor, directions)
         follow_directions(j, {links}, directions, before, ranges)
-    place_references({links}, ranges, record[{first} * LANES :])'''
+    place_references({links}, ranges, record[{first} * LANES :])"""
 
 
 @dataclass(frozen=True)
@@ -282,7 +282,7 @@ def _expression(operation: str, parts: list[str]) -> str:
 
 
 def _body(rows: _Rows, outputs: Sequence[Number], place: str) -> list[str]:
-    """Statements that fill rows of one lane at one angle; numbers that are used once are written where they are used."""
+    """Statements that fill rows of one lane at one angle; what is used once is written where it is used."""
     graph = outputs[0].graph
     order = [k for k in graph.needed(outputs) if graph.levels[k] == ANGLE]
     uses: dict[int, int] = {}

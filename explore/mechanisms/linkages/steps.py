@@ -150,7 +150,9 @@ class _Search:
         pivots = [point for point, _ in driver.points if point in self._points]
         if len(pivots) != 1:
             found = " and ".join(pivots) or "none"
-            raise TableError(driver.name, f"the driver turns about one point of the frame, and {driver.name} has {found}")
+            raise TableError(
+                driver.name, f"the driver turns about one point of the frame, and {driver.name} has {found}"
+            )
         self._steps.append(Drive(driver.name, pivots[0]))
         self._posed.add(driver.name)
 
@@ -234,12 +236,16 @@ class _Search:
         if freedoms > 0 and rest:
             verb = "moves" if len(rest) == 1 else "move"
             hint = "a pin joins links that name the same point; look for a point that only one link names"
-            raise TableError(rest[0], f"{words} {verb} freely: {freedoms} joint equation{'s' * (freedoms > 1)} too few; {hint}")
+            raise TableError(
+                rest[0], f"{words} {verb} freely: {freedoms} joint equation{'s' * (freedoms > 1)} too few; {hint}"
+            )
         if freedoms < 0:
             name, held = self._held_twice()
             raise TableError(name, f"{held}; leave out what is redundant")
         if rest:
-            reason = "form a group that no dyad solves, which is not supported yet" if len(rest) > 1 else "is in no dyad"
+            reason = (
+                "form a group that no dyad solves, which is not supported yet" if len(rest) > 1 else "is in no dyad"
+            )
             raise TableError(rest[0], f"{words} {reason}")
 
     def _held_twice(self) -> tuple[str, str]:

@@ -1,8 +1,8 @@
 """Whether a linkage assembles at every crank angle, and how far its links turn, from values at nodes of the turn.
 
 The factors of all joints must stay positive. In a cell between two nodes a factor is positive if the least Bernstein
-coefficient of the cubic through its values and slopes at the ends exceeds `SAFETY` sixteenths of what the cubic over the
-double cell missed in its middle. Cells that this does not decide are halved.
+coefficient of the cubic through its values and slopes at the ends exceeds `SAFETY` sixteenths of what the cubic over
+the double cell missed in its middle. Cells that this does not decide are halved.
 
 Rows of the values of a node: the factors, and behind them squares of distances that must not vanish at complex angles
 either; the slopes of both by the angle; the sizes of the terms of the factors; and the condition of the places.
@@ -209,7 +209,11 @@ def follow_directions(j, links, directions, before, ranges):
     for link in range(links):
         cosine, sine = directions[2 * link * LANES :], directions[(2 * link + 1) * LANES :]
         old_cosine, old_sine = before[2 * link * LANES :], before[(2 * link + 1) * LANES :]
-        start, turn, least = ranges[5 * link * LANES :], ranges[(5 * link + 1) * LANES :], ranges[(5 * link + 2) * LANES :]
+        start, turn, least = (
+            ranges[5 * link * LANES :],
+            ranges[(5 * link + 1) * LANES :],
+            ranges[(5 * link + 2) * LANES :],
+        )
         greatest, largest = ranges[(5 * link + 3) * LANES :], ranges[(5 * link + 4) * LANES :]
         for lane in range(LANES):
             c, s = cosine[lane], sine[lane]

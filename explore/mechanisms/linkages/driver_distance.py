@@ -1,0 +1,81 @@
+"""The distance of a point of the frame and one of the driver, without terms that cancel.
+
+With g and c the distances of the two points from the driver's pivot and phi the angle between them, the square of the
+distance is (g - c)^2 + 2 g c (1 - cos phi). From the driver's point to the frame's, along the frame's direction and to
+the left of it, they are g - c + c (1 - cos phi) and -c sin phi apart.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from explore.mechanisms.linkages.graph import COSINE, SINE, VERSINES, Graph, Number, Series
+from explore.mechanisms.linkages.vectors import Local, Vector
+
+
+class Input:
+    """The input angle: its cosine and sine, and 1 less the cosine of its differences from quarters of a turn."""
+
+    def __init__(self, graph: Graph) -> None:
+        cosine, sine = graph.input(COSINE), graph.input(SINE)
+        self.cosine, self.sine = Series(cosine, -sine, -cosine), Series(sine, cosine, -sine)
+        rates = ((sine, cosine), (-cosine, sine), (-sine, -cosine), (cosine, -sine))
+        self._versines = [Series(graph.input(name), *rate) for name, rate in zip(VERSINES, rates, strict=True)]
+
+    def versine(self, quarters: int) -> Series:
+        """1 less the cosine of the input angle less some quarters of a turn."""
+        return self._versines[quarters % 4]
+
+    def sine_from(self, quarters: int) -> Series:
+        """The sine of the input angle less some quarters of a turn."""
+        return (self.sine, -self.cosine, -self.sine, self.cosine)[quarters % 4]
+
+
+@dataclass(frozen=True)
+class DriverDistance:
+    """The vector between a point of the frame and one of the driver.
+
+    Attributes
+    ----------
+    square, vector
+        The square of its length, and from the driver's point to the frame's.
+    ground, crank, product
+        Distances of the two points from the driver's pivot, and twice their product.
+    versine, coversine
+        1 - cos and 1 + cos of the angle between the two.
+    """
+
+    square: Series
+    vector: Vector
+    ground: Number
+    crank: Number
+    product: Number
+    versine: Series
+    coversine: Series
+
+
+def find_distance(angle: Input, still: Local, moving: Local) -> DriverDistance | None:
+    """The distance of two points, from the pivot at input angle 0; None unless each is along an axis."""
+    along, other = _along_axis(still), _along_axis(moving)
+    if along is None or other is None:
+        return None
+    (ground, quarters), (crank, turned) = along, other
+    versine = angle.versine(quarters - turned)
+    ahead, left = versine * crank + (ground - crank), angle.sine_from(quarters - turned) * -crank
+    vector = ((ahead, left), (-left, ahead), (-ahead, -left), (left, -ahead))[quarters]
+    product = 2.0 * (ground * crank)
+    square = versine * product + (ground - crank) * (ground - crank)
+    return DriverDistance(square, vector, ground, crank, product, versine, angle.versine(quarters - turned + 2))
+
+
+def _along_axis(vector: Local) -> tuple[Number, int] | None:
+    """The length of a vector along an axis, and its direction in quarters of a turn; None for others.
+
+    A parameter counts as positive; where it is not, terms cancel that need not.
+    """
+    for axis in (0, 1):
+        along, across = vector[axis], vector[1 - axis]
+        if across.value == 0.0:
+            is_negative = along.node[0] == "neg" or (along.value is not None and along.value < 0.0)
+            return (-along, axis + 2) if is_negative else (along, axis)
+    return None

@@ -1,0 +1,80 @@
+"""The expressions of a table as numbers of a graph, and their functions of constants."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+from explore.mechanisms.linkages.graph import Graph, Number
+from explore.mechanisms.linkages.table import Coordinate
+
+#: Functions of one value, by their names in formulas; those of angles take degrees.
+_FUNCTIONS = ("sin", "cos", "tan", "log", "exp")
+
+
+def read_expression(graph: Graph, coordinate: Coordinate) -> Number:
+    """A coordinate as a number, from its operations."""
+    stack: list[Number] = []
+    for operation, operand in coordinate.steps:
+        if operation == "number":
+            stack.append(graph.constant(operand))
+        elif operation == "input":
+            stack.append(graph.input(coordinate.names[int(operand)]))
+        elif operation == "negate":
+            stack.append(-stack.pop())
+        elif operation in ("sqrt", "abs"):
+            stack.append(stack.pop().sqrt() if operation == "sqrt" else abs(stack.pop()))
+        elif operation in _FUNCTIONS:
+            stack.append(_called(operation, stack.pop()))
+        else:
+            second, first = stack.pop(), stack.pop()
+            stack.append(_combined(operation, first, second))
+    return stack.pop()
+
+
+def _called(function: str, number: Number) -> Number:
+    if number.value is not None:
+        return number.graph.constant(evaluate_function(function, number.value))
+    return number.call(function)
+
+
+def _combined(operation: str, first: Number, second: Number) -> Number:
+    match operation:
+        case "+":
+            return first + second
+        case "-":
+            return first - second
+        case "*":
+            return first * second
+        case "/":
+            return first / second
+        case "**" if second.value == 2.0:
+            return first * first
+    if first.value is not None and second.value is not None:
+        return first.graph.constant(evaluate_function(operation, first.value, second.value))
+    return first.call({"**": "power", "min": "minimum", "max": "maximum"}.get(operation, operation), second)
+
+
+def evaluate_function(function: str, x: float, y: float = 0.0) -> float:
+    """A function of a formula; angles in degrees, exact at multiples of 90 deg; NaN where it is undefined."""
+    try:
+        return _evaluate(function, x, y)
+    except (ValueError, ZeroDivisionError, OverflowError):
+        return math.nan
+
+
+def _evaluate(function: str, x: float, y: float) -> float:
+    if function in ("sin", "cos"):
+        turned = math.remainder(x + (90.0 if function == "cos" else 0.0), 360.0)
+        exact = {0.0: 0.0, 90.0: 1.0, 180.0: 0.0, -90.0: -1.0, -180.0: 0.0}
+        angle = math.radians(math.remainder(x, 360.0))
+        return exact.get(turned, math.sin(angle) if function == "sin" else math.cos(angle))
+    if function == "tan":
+        return math.tan(math.radians(math.remainder(x, 180.0)))
+    if function == "atan2":
+        return math.degrees(math.atan2(x, y))
+    of_two: dict[str, Callable[[float, float], float]] = {
+        "**": math.pow, "min": min, "max": max, "hypot": math.hypot
+    }  # fmt: skip
+    of_one: dict[str, Callable[[float], float]] = {"log": math.log, "exp": math.exp}
+    return of_two[function](x, y) if function in of_two else of_one[function](x)

@@ -1,0 +1,42 @@
+"""Vectors of the plane as pairs of numbers of a graph."""
+
+from __future__ import annotations
+
+from explore.mechanisms.linkages.graph import Number, Series
+
+#: Two coordinates of the design, mm.
+Local = tuple[Number, Number]
+#: Two coordinates in the plane, mm, with their derivatives.
+Vector = tuple[Series, Series]
+
+
+def length(vector: Local) -> Number:
+    """The length of a vector of the design; exact along an axis."""
+    for along, across in (vector, vector[::-1]):
+        if across.value == 0.0:
+            return abs(along)
+    return (vector[0] * vector[0] + vector[1] * vector[1]).sqrt()
+
+
+def larger(a: Number, b: Number) -> Number:
+    """The larger of two conditions, which are at least 1."""
+    if a.value is not None and b.value is not None:
+        return a if a.value >= b.value else b
+    if a.index == b.index or b.value == 1.0:
+        return a
+    return b if a.value == 1.0 else a.graph.put("max", a.index, b.index)
+
+
+def minus(a: Vector, b: Vector) -> Vector:
+    """From b to a."""
+    return a[0] - b[0], a[1] - b[1]
+
+
+def dot(a: Vector, b: Vector) -> Series:
+    """The scalar product."""
+    return a[0] * b[0] + a[1] * b[1]
+
+
+def cross(a: Vector, b: Vector) -> Series:
+    """The product of the lengths and the sine of the angle from a to b."""
+    return a[0] * b[1] - a[1] * b[0]
