@@ -1,0 +1,187 @@
+"""Coordinates of tables: read from numbers and expressions, written as text again, and their values."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from explore.base.errors import KeyPath, Problems, RequestError
+from explore.base.suggest import format_value, suggestion
+from explore.base.units.quantities import quantity
+from explore.evaluation.propagation import Bounded, propagate
+from explore.mechanisms.linkages.table import Coordinate, Place
+from explore.model.expressions import FUNCTIONS, Expression
+from explore.studies.request.formula_text import ANGULAR, parse_formula
+
+Steps = tuple[tuple[str, float], ...]
+
+_POLAR = ("radius", "angle")
+_FORMS = 'a number, an expression, [x, y] or { radius = "r", angle = 30 }'
+#: How strongly operations bind their operands, as in formulas; functions and names bind most.
+_SUM, _PRODUCT, _NEGATION, _POWER, _OPERAND = range(1, 6)
+_OPERATORS = {"+": _SUM, "-": _SUM, "*": _PRODUCT, "/": _PRODUCT, "**": _POWER}
+
+
+def constant(value: float) -> Coordinate:
+    """The coordinate that is a number."""
+    return Coordinate((), (("number", float(value) + 0.0),))
+
+
+ZERO = constant(0.0)
+
+
+def read_place(entry: object, key: KeyPath, problems: Problems) -> Place:
+    """The place of a point in one of its forms; the origin after its problems are appended."""
+    if isinstance(entry, Mapping):
+        return _polar(entry, key, problems)
+    if isinstance(entry, list | tuple):
+        return read_pair(entry, key, problems)
+    return _coordinate(entry, key, problems, _FORMS), ZERO
+
+
+def read_pair(entry: object, key: KeyPath, problems: Problems) -> Place:
+    """The place ``[x, y]``."""
+    if not isinstance(entry, list | tuple) or len(entry) != 2:
+        problems.append((key, f"must be a pair [x, y], got {format_value(entry)}"))
+        return ZERO, ZERO
+    x, y = (_coordinate(each, (*key, number), problems) for number, each in enumerate(entry))
+    return x, y
+
+
+def _polar(entry: Mapping[str, object], key: KeyPath, problems: Problems) -> Place:
+    """The place ``{ radius, angle }``."""
+    unknown = [str(word) for word in entry if word not in _POLAR]
+    problems += [((*key, word), f"unknown key; {suggestion(word, _POLAR)}") for word in unknown]
+    missing = [] if unknown else [word for word in _POLAR if word not in entry]
+    problems += [(key, f"the key '{word}' is missing; a place is {_FORMS}") for word in missing]
+    if unknown or missing:
+        return ZERO, ZERO
+    radius, angle = (_coordinate(entry[word], (*key, word), problems) for word in _POLAR)
+    names = tuple(dict.fromkeys((*radius.names, *angle.names)))
+    lengths, turns = (_with_inputs(each, names) for each in (radius, angle))
+    cosine, sine = (Coordinate(names, (*lengths, *turns, (f, 0.0), ("*", 0.0))) for f in ("cos", "sin"))
+    return _checked(cosine, key, problems), _checked(sine, key, [])  # the two have the same problems
+
+
+def _with_inputs(coordinate: Coordinate, names: tuple[str, ...]) -> Steps:
+    """Its steps with positions among other names, and without negative numbers, which no formula has."""
+    steps: list[tuple[str, float]] = []
+    for operation, operand in coordinate.steps:
+        if operation == "input":
+            steps.append((operation, float(names.index(coordinate.names[int(operand)]))))
+        elif operation == "number" and operand < 0.0:
+            steps += [(operation, -operand), ("negate", 0.0)]
+        else:
+            steps.append((operation, operand))
+    return tuple(steps)
+
+
+def _coordinate(
+    entry: object, key: KeyPath, problems: Problems, forms: str = "a number or an expression"
+) -> Coordinate:
+    try:
+        if not isinstance(entry, str):
+            if isinstance(entry, bool) or not isinstance(entry, int | float):
+                raise RequestError(f"must be {forms}, got {format_value(entry)}")  # noqa: TRY301  # one way to note it
+            return constant(quantity(entry, "mm"))
+        formula = parse_formula(entry)
+    except RequestError as error:
+        problems.append((key, str(error)))
+        return ZERO
+    return _checked(Coordinate(tuple(formula.names), formula.expression.steps), key, problems)
+
+
+def _checked(coordinate: Coordinate, key: KeyPath, problems: Problems) -> Coordinate:
+    """The coordinate, one without parameters as its number; 0 if a study could not hold its text."""
+    if coordinate.names:
+        try:
+            parse_formula(text_of(coordinate))
+        except RequestError:
+            problems.append((key, "is too long; shorten it"))
+            return ZERO
+        return coordinate
+    value = value_of(coordinate, {})
+    if not math.isfinite(value):
+        problems.append((key, "is not a finite number"))
+        return ZERO
+    return constant(value)
+
+
+def value_of(coordinate: Coordinate, values: Mapping[str, float]) -> float:
+    """The value of a coordinate, mm; NaN where it is undefined."""
+    inputs = [Bounded.exact(np.array([values[name]])) for name in coordinate.names]
+    expression = Expression("", coordinate.steps)
+    return float(propagate(expression, inputs or [Bounded.exact(np.zeros(1))]).value[0])
+
+
+@dataclass(frozen=True)
+class _Text:
+    """A part of an expression: its text, how strongly it binds, and the function that it is a call of, if any."""
+
+    text: str
+    strength: int = _OPERAND
+    function: str = ""
+
+    def within(self, strength: int) -> str:
+        """The text as an operand of an operation that binds so strongly."""
+        return self.text if self.strength >= strength else f"({self.text})"
+
+
+def text_of(coordinate: Coordinate) -> str:
+    """The expression that `parse_formula` reads as the same steps; of a number that number."""
+    if len(coordinate.steps) == 1 and coordinate.steps[0][0] == "number":
+        return _number_text(coordinate.steps[0][1])
+    stack: list[_Text] = []
+    for operation, operand in coordinate.steps:
+        if operation == "number":
+            stack.append(_Text(_number_text(operand)))
+        elif operation == "input":
+            stack.append(_Text(coordinate.names[int(operand)]))
+        elif operation == "negate":
+            stack.append(_Text(f"-{stack.pop().within(_POWER)}", _NEGATION))
+        elif operation in FUNCTIONS and FUNCTIONS[operation] == (1, 1):
+            stack.append(_Text(f"{operation}({stack.pop().text})"))
+        else:
+            right, left = stack.pop(), stack.pop()
+            stack.append(_joined(operation, left, right))
+    return stack.pop().text
+
+
+def _joined(operation: str, left: _Text, right: _Text) -> _Text:
+    """An operation of two values."""
+    if operation not in _OPERATORS:
+        # min(a, b, c) is min(a, min(b, c)).
+        rest = right.text[len(operation) + 1 : -1] if right.function == operation else right.text
+        return _Text(f"{operation}({left.text},{rest})", function=operation)
+    strength = _OPERATORS[operation]
+    if operation == "**":
+        return _Text(f"{left.within(_OPERAND)}**{right.within(_POWER)}", strength)
+    return _Text(f"{left.within(strength)}{operation}{right.within(strength + 1)}", strength)
+
+
+def _number_text(number: float) -> str:
+    if number == math.pi:
+        return "pi"
+    return repr(int(number)) if number.is_integer() and abs(number) < 1e16 else repr(number)
+
+
+def uses_of(coordinate: Coordinate) -> tuple[set[str], set[str]]:
+    """The parameters that a coordinate uses as lengths, and those that it uses as angles."""
+    lengths: set[str] = set()
+    angles: set[str] = set()
+    stack: list[set[str]] = []
+    for operation, operand in coordinate.steps:
+        if operation in ("number", "input"):
+            stack.append({coordinate.names[int(operand)]} if operation == "input" else set())
+        elif operation in ANGULAR:
+            angles |= stack.pop()
+            stack.append(set())
+        elif operation == "atan2":
+            lengths |= stack.pop() | stack.pop()
+            stack.append(set())
+        elif operation != "negate" and FUNCTIONS.get(operation) != (1, 1):
+            stack.append(stack.pop() | stack.pop())
+    return lengths | stack.pop(), angles

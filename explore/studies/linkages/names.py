@@ -1,0 +1,43 @@
+"""Names of points, links, slots and parameters of a table: what they must not be."""
+
+from __future__ import annotations
+
+import re
+
+from explore.mechanisms.linkages.table import FRAME
+from explore.model.quantities import OUTPUT_STATISTICS, STATISTICS
+from explore.studies.request.formula_text import RESERVED
+
+_IDENTIFIER = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
+_LONGEST_NAME = 40
+#: The parameter that every linkage has: the speed of its driver.
+SPEED = "speed"
+#: Endings of the signals of points, links, slots and joints.
+_SIGNALS = ("x", "y", "velocity", "acceleration", "curvature", "angle", "position")
+#: Endings of statistics of signals, of windows, and of columns that results add.
+_OTHERS = (*STATISTICS, "drive", "return", "cycle", "interval", "margin", "label")
+#: Names of metrics, windows and columns that are whole.
+_WHOLE = (
+    *OUTPUT_STATISTICS, "time_ratio", "swing_angle", "stroke", "footprint", "cycle", "drive", "return", "interval",
+    "design", "nodes", "error", "feasible", "status", "front", "results", "knee", "crowding", "hypervolume_share",
+    "alike", "transmission_angle",
+)  # fmt: skip
+
+
+def reason_against(name: str) -> str:
+    """Why nothing in a table can have this name; empty if it can."""
+    if not _IDENTIFIER.fullmatch(name) or len(name) > _LONGEST_NAME:
+        return f"a name has letters, digits and _, at most {_LONGEST_NAME}, and begins with a letter"
+    if name == FRAME:
+        return f"{FRAME} is the link that does not move; choose another name"
+    if name == SPEED:
+        return f"{SPEED} is the speed of the driver; choose another name"
+    if name in RESERVED:
+        return "this is a function or a word of formulas and conditions; choose another name"
+    if name in _WHOLE:
+        return "this is the name of a metric, a window or a column; choose another"
+    ending = name.rpartition("_")[2] if "_" in name else ""
+    if ending in (*_SIGNALS, *_OTHERS):
+        kind = "signals" if ending in _SIGNALS else "other columns"
+        return f"names that end with _{ending} are of {kind}; choose another"
+    return "names that begin with envelope_ are of metrics; choose another" if name.startswith("envelope_") else ""

@@ -1,0 +1,158 @@
+"""The parameters of a table: their units by how coordinates use them, what [linkage.parameters] says, and values."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from explore.base.errors import KeyPath, Problems, RequestError
+from explore.base.suggest import format_value, suggestion
+from explore.base.units.quantities import quantity
+from explore.mechanisms.linkages.table import Coordinate, LinkageTable, TableParameter
+from explore.studies.linkages.coordinates import uses_of
+from explore.studies.linkages.names import SPEED, reason_against
+from explore.studies.linkages.structure import SECTION, Structure
+
+_KEYS = ("unit", "default", "min", "max", "meaning")
+_UNITS = ("mm", "deg", "1")
+
+#: A coordinate, and its key.
+Located = tuple[Coordinate, KeyPath]
+
+
+def located_coordinates(structure: Structure) -> Iterator[Located]:
+    """All coordinates of a table with their keys, in the order of the table."""
+    for body in structure.bodies.values():
+        base: KeyPath = (SECTION, "frame") if body.name not in {link.name for link in structure.links} else (
+            SECTION, "links", body.name,
+        )  # fmt: skip
+        for point, place in body.points:
+            yield from ((coordinate, (*base, point)) for coordinate in place)
+    for slot in structure.slots:
+        for number, end in enumerate(slot.along):
+            key = (SECTION, "slots", slot.name, "along", number)
+            yield from ((coordinate, key) for coordinate in end if isinstance(coordinate, Coordinate))
+    for slide in structure.slides:
+        yield from ((coordinate, (SECTION, "slides", slide.link, "direction")) for coordinate in slide.direction)
+
+
+def read_parameters(
+    declared: Mapping[str, Any], coordinates: list[Located], taken: Mapping[str, str], problems: Problems
+) -> tuple[TableParameter, ...]:
+    """The parameters of all coordinates, in the order of their first use.
+
+    Parameters
+    ----------
+    declared
+        The section [linkage.parameters].
+    taken
+        What points and slots are, by name; a parameter has another name.
+    """
+    units: dict[str, str] = {}
+    found: dict[str, KeyPath] = {}
+    for coordinate, key in coordinates:
+        lengths, angles = uses_of(coordinate)
+        for name in coordinate.names:
+            found.setdefault(name, key)
+            if name not in lengths | angles:  # as in "0 * r": of no unit of its own
+                continue
+            unit = "both" if name in lengths & angles else "deg" if name in angles else "mm"
+            if units.setdefault(name, unit) != unit:
+                units[name] = "both"
+    for name, key in found.items():
+        if reason := reason_against(name) or (f"{name} is also the name of {taken[name]}" if name in taken else ""):
+            problems.append((key, f"the parameter {format_value(name)}: {reason}"))
+    for name in declared:
+        if name not in found:
+            hint = suggestion(name, found) if found else "no coordinate has a parameter"
+            problems.append(((SECTION, "parameters", name), f"is never used; {hint}"))
+    return tuple(
+        _parameter(name, units.get(name, "mm"), declared.get(name, {}), found[name], problems) for name in found
+    )
+
+
+def _parameter(name: str, unit: str, entry: object, use: KeyPath, problems: Problems) -> TableParameter:
+    key: KeyPath = (SECTION, "parameters", name)
+    if not isinstance(entry, Mapping):
+        problems.append((key, f'must be a table such as {{ unit = "1" }}, got {format_value(entry)}'))
+        entry = {}
+    problems += [
+        ((*key, str(word)), f"unknown key; {suggestion(str(word), _KEYS)}") for word in entry if word not in _KEYS
+    ]
+    given = entry.get("unit", unit if unit != "both" else "")
+    if unit == "both" and given != "1":
+        advice = f'if it is a plain number, write {name} = {{ unit = "1" }} in [linkage.parameters]'
+        problems.append((use, f"{name} is a length here or elsewhere, and an angle as well; {advice}"))
+    elif given not in _UNITS:
+        problems.append(((*key, "unit"), f'must be "mm", "deg" or "1", got {format_value(given)}'))
+    elif given not in ("1", unit) and unit != "both":
+        kind = {"mm": "a length", "deg": "an angle"}[unit]
+        problems.append(((*key, "unit"), f'coordinates use it as {kind}; write "{unit}" or "1"'))
+    unit = given if given in _UNITS else "mm"
+    numbers: dict[str, float] = {}
+    for word in ("default", "min", "max"):
+        if word in entry:
+            try:
+                numbers[word] = quantity(entry[word], unit)
+            except RequestError as error:
+                problems.append(((*key, word), str(error)))
+    meaning = entry.get("meaning", "")
+    if not isinstance(meaning, str) or len(meaning) > 200:
+        problems.append(((*key, "meaning"), f"must be a text of at most 200 characters, got {format_value(meaning)}"))
+        meaning = ""
+    low, high, default = numbers.get("min", -math.inf), numbers.get("max", math.inf), numbers.get("default")
+    if low >= high:
+        problems.append((key, f"min = {low:g} must be below max = {high:g}"))
+    elif default is not None and not low < default <= high:
+        problems.append(((*key, "default"), f"must be above min and at most max, got {default:g}"))
+    return TableParameter(name, unit, " ".join(meaning.split()), default, low, high)
+
+
+def note_unused(table: LinkageTable, entries: Mapping[str, Any], problems: Problems) -> None:
+    """Note entries of [parameters] that no coordinate uses."""
+    used = [parameter.name for parameter in table.parameters]
+    for name in entries:
+        if name not in used and name != SPEED:
+            hint = suggestion(str(name), [*used, SPEED])
+            problems.append((("parameters", str(name)), f"no coordinate of [linkage] uses it; {hint}"))
+
+
+def rough_values(
+    parameters: tuple[TableParameter, ...], entries: Mapping[str, Any], problems: Problems
+) -> dict[str, float]:
+    """Values at which a sketch is read: the first of a list, the middle of a range, or the default.
+
+    A parameter without any of them has none, after this is noted.
+    """
+    found: dict[str, float] = {}
+    for parameter in parameters:
+        name, entry = parameter.name, entries.get(parameter.name)
+        key: KeyPath = ("parameters", name) if name in entries else ("parameters",)
+        try:
+            value = _rough_value(entry, parameter.unit)
+        except RequestError as error:
+            problems.append((key, str(error)))
+            continue
+        value = parameter.default if value is None else value
+        if value is None:
+            reason = f"the sketch needs a value of {name}; write it here, or as its default in [linkage.parameters]"
+            problems.append((key, reason))
+        else:
+            found[name] = value
+    return found
+
+
+def _rough_value(entry: object, unit: str) -> float | None:
+    """The value that stands for all of an entry of [parameters]; None where it has none."""
+    if isinstance(entry, Mapping):
+        if "value" in entry:  # the parameter is solved for
+            return None
+        ends = [quantity(entry[end], unit) for end in ("start", "stop", "min", "max") if end in entry]
+        if len(ends) != 2:
+            return None
+        is_log = entry.get("log") is True and min(ends) > 0.0
+        return math.sqrt(ends[0]) * math.sqrt(ends[1]) if is_log else ends[0] / 2.0 + ends[1] / 2.0
+    if isinstance(entry, list | tuple):
+        return quantity(entry[0], unit) if entry else None
+    return None if entry is None else quantity(entry, unit)

@@ -1,0 +1,142 @@
+"""Read the section [linkage] of a study as the table of a linkage, with all its mistakes at once."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+from explore.base.errors import KeyPath, Problems
+from explore.base.suggest import format_value, suggestion
+from explore.mechanisms.linkages.steps import PoseBySlot, TableError, find_steps
+from explore.mechanisms.linkages.table import FRAME, LinkageTable
+from explore.studies.linkages.branch import note_missing, read_branch, two_sided
+from explore.studies.linkages.parameters import located_coordinates, note_unused, read_parameters, rough_values
+from explore.studies.linkages.sketch import Sketch
+from explore.studies.linkages.structure import SECTION, Structure, note_loose_links, read_part, read_structure
+
+_KEYS = ("driver", "output", "frame", "links", "slots", "slides", "branch", "sketch", "parameters")
+#: What a later version will read, and why this does not.
+_LATER = {
+    "range": "crank angles that are limited are not supported yet; evaluate intervals with window = { from, to }",
+    "copies": "copies of a chain are not supported yet",
+}
+_MOST_POINTS, _MOST_LINKS, _MOST_SLOTS, _MOST_PARAMETERS = 60, 40, 40, 100
+#: Numbers, names and operators of all coordinates together.
+_MOST_STEPS = 10_000
+
+
+def read_table(section: object, entries: Mapping[str, Any] | None, problems: Problems) -> LinkageTable | None:
+    """The table that a section describes, valid only without problems; None where it describes no linkage.
+
+    Parameters
+    ----------
+    section
+        The content of [linkage].
+    entries
+        The section [parameters], whose values a sketch is of; None where there is no such section.
+    problems
+        Each problem is appended with its key in a study.
+    """
+    before = len(problems)
+    if not isinstance(section, Mapping):
+        problems.append(((SECTION,), f"must be a table with driver, frame and links, got {format_value(section)}"))
+        return None
+    for name in section:
+        if name in _LATER or name not in _KEYS:
+            reason = _LATER.get(name) or f"unknown key; {suggestion(str(name), _KEYS)}"
+            problems.append(((SECTION, str(name)), reason))
+    if reason := _reason_against_size(section):
+        problems.append(((SECTION,), reason))
+        return None
+    structure = read_structure(section, problems)
+    driver, output = _ends(section, structure, problems)
+    coordinates = list(located_coordinates(structure))
+    taken = dict.fromkeys(structure.points, "a point") | {slot.name: "a slot" for slot in structure.slots}
+    parameters = read_parameters(read_part(section, "parameters", problems), coordinates, taken, problems)
+    steps = sum(len(coordinate.steps) for coordinate, _ in coordinates)
+    for count, most, what in (
+        (len(parameters), _MOST_PARAMETERS, "parameters"),
+        (steps, _MOST_STEPS, "numbers, names and operators in its coordinates"),
+    ):
+        if count > most:
+            problems.append(((SECTION,), f"has {count:,} {what}; at most {most:,} are possible"))
+    n_before = len(problems)
+    note_loose_links(structure)
+    table = LinkageTable(
+        driver, output, structure.bodies[FRAME], structure.links, tuple(structure.slots), tuple(structure.slides),
+        parameters,
+    )  # fmt: skip
+    if entries is not None and n_before == len(problems) == before:
+        note_unused(table, entries, problems)
+    if len(problems) > before:
+        return None
+    return _with_signs(table, section, entries or {}, problems)
+
+
+def _reason_against_size(section: Mapping[str, Any]) -> str:
+    """Why a table is too large to be read; empty if it is not."""
+    bodies = [section.get("frame"), *_values(section.get("links"))]
+    points = {point for body in bodies if isinstance(body, Mapping) for point in body}
+    for count, most, what in (
+        (len(points), _MOST_POINTS, "points"),
+        (len(_values(section.get("links"))), _MOST_LINKS, "links"),
+        (len(_values(section.get("slots"))), _MOST_SLOTS, "slots"),
+        (len(_values(section.get("parameters"))), _MOST_PARAMETERS, "parameters"),
+    ):
+        if count > most:
+            return f"has {count:,} {what}; at most {most} are possible"
+    return ""
+
+
+def _values(entries: object) -> list[Any]:
+    return list(entries.values()) if isinstance(entries, Mapping) else []
+
+
+def _ends(section: Mapping[str, Any], structure: Structure, problems: Problems) -> tuple[str, str]:
+    """The driver and the output."""
+    links = [link.name for link in structure.links]
+    slots = [slot.name for slot in structure.slots]
+    driver, output = section.get("driver"), section.get("output", "")
+    key: KeyPath = (SECTION, "driver")
+    if driver is None:
+        problems.append(
+            ((SECTION,), "the key 'driver' is missing; write the link that turns, such as driver = \"crank\"")
+        )
+    elif driver in slots:
+        problems.append(
+            (key, f"{driver} is a slot, and pins that are driven along one are not supported yet; name a link")
+        )
+    elif driver not in links:
+        problems.append((key, f"unknown link {format_value(driver)}; {suggestion(str(driver), links)}"))
+    if output not in ("", *links, *slots):
+        reason = f"unknown link or slot {format_value(output)}; {suggestion(str(output), [*links, *slots])}"
+        problems.append(((SECTION, "output"), reason))
+    return str(driver), str(output)
+
+
+def _with_signs(
+    table: LinkageTable, section: Mapping[str, Any], entries: Mapping[str, Any], problems: Problems
+) -> LinkageTable | None:
+    """The table with the side of each joint, by [linkage.branch] or by the sketch."""
+    try:
+        steps = find_steps(table)
+    except TableError as error:
+        kind = "slots" if error.name in {slot.name for slot in table.slots} else "links"
+        problems.append(((SECTION, kind, error.name), str(error)))
+        return None
+    sides = two_sided(steps)
+    before = len(problems)
+    signs = read_branch(read_part(section, "branch", problems), table, sides, problems)
+    if "sketch" in section:
+        values = rough_values(table.parameters, entries, problems)
+        if len(values) < len(table.parameters):
+            return None
+        sketch = Sketch.read(read_part(section, "sketch", problems), table, steps, values, problems)
+        if sketch is not None:
+            signs |= sketch.signs(sides, signs)
+    signs = {name: 1 for name, step in sides.items() if isinstance(step, PoseBySlot)} | signs
+    if len(problems) == before:
+        missing = {name: step for name, step in sides.items() if name not in signs}
+        note_missing(missing, problems, has_branch="branch" in section)
+    return replace(table, signs=tuple((name, signs.get(name, 1)) for name in sides))

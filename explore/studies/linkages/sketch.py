@@ -1,0 +1,247 @@
+"""How each joint assembles, from a sketch: rough places of the points at one crank angle. Nothing is solved."""
+
+from __future__ import annotations
+
+import cmath
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from itertools import pairwise
+from typing import Any, Self
+
+from explore.base.errors import KeyPath, Problems, RequestError
+from explore.base.suggest import format_value, suggestion
+from explore.base.units.quantities import quantity
+from explore.mechanisms.linkages.steps import Circle, Drive, JoinPoint, Locus, SlideLine, Step
+from explore.mechanisms.linkages.table import FRAME, Body, LinkageTable, Place, Slot
+from explore.studies.linkages.branch import TwoSided, words_of
+from explore.studies.linkages.coordinates import value_of
+from explore.studies.linkages.structure import SECTION
+
+_ANGLE = "crank_angle"
+#: Distance from the border between two assemblies below which a sketch is refused, as a share of the lengths there.
+_NEAREST = 0.02
+#: Ratio of a sketched distance to that of the table, or its inverse, above which the sketch is of another linkage.
+_MOST_OFF = 2.0
+
+
+@dataclass
+class Sketch:
+    """Rough places as complex numbers, mm; those of the frame and of the driver are exact.
+
+    Attributes
+    ----------
+    drive
+        The first step: the driver and its point in the frame.
+    angle
+        The crank angle, rad.
+    rough
+        The sketched places.
+    values
+        The values of all parameters.
+    problems
+        Each problem is appended with its key.
+    """
+
+    table: LinkageTable
+    drive: Drive
+    angle: float
+    rough: Mapping[str, complex]
+    values: Mapping[str, float]
+    problems: Problems
+    places: dict[str, complex] = field(init=False)
+    _said: set[str] = field(default_factory=set)
+
+    @classmethod
+    def read(
+        cls,
+        entries: Mapping[str, Any],
+        table: LinkageTable,
+        steps: tuple[Step, ...],
+        values: Mapping[str, float],
+        problems: Problems,
+    ) -> Self | None:
+        """The sketch that the section [linkage.sketch] describes; None after its problems are appended."""
+        key: KeyPath = (SECTION, "sketch")
+        before = len(problems)
+        angle = 0.0
+        if _ANGLE in entries:
+            angle = _number(entries[_ANGLE], "deg", (*key, _ANGLE), problems)
+        else:
+            problems.append((key, f"the key '{_ANGLE}' is missing; a sketch is of one crank angle, {_ANGLE} = 40"))
+        rough: dict[str, complex] = {}
+        for name, entry in entries.items():
+            if name == _ANGLE:
+                continue
+            if name not in table.points:
+                problems.append(((*key, name), f"unknown point {format_value(name)}; {suggestion(name, table.points)}"))
+            elif not isinstance(entry, list | tuple) or len(entry) != 2:
+                problems.append(((*key, name), f"must be a pair [x, y], got {format_value(entry)}"))
+            else:
+                rough[name] = complex(*(_number(each, "mm", (*key, name, n), problems) for n, each in enumerate(entry)))
+        if len(problems) > before:
+            return None
+        drive = next(step for step in steps if isinstance(step, Drive))
+        return cls(table, drive, math.radians(angle), rough, values, problems)
+
+    def __post_init__(self) -> None:
+        driver, turn = self.table.body_of[self.drive.link], cmath.rect(1.0, self.angle)
+        self.places = dict(self.rough) | {point: self.local(place) for point, place in self.table.frame.points}
+        origin = self.places[self.drive.pivot] - self.local(driver.place_of[self.drive.pivot]) * turn
+        self.places |= {
+            point: origin + self.local(place) * turn for point, place in driver.points if point != self.drive.pivot
+        }
+
+    def signs(self, sides: Mapping[str, TwoSided], given: Mapping[str, int]) -> dict[str, int]:
+        """The side of each joint or slot, as far as the sketch tells it; `given` are those of [linkage.branch]."""
+        undefined = [point for point, place in self.places.items() if not cmath.isfinite(place)]
+        if undefined:
+            self.note(undefined[0], f"the place of {undefined[0]} is not a finite number{self._at_values(self.values)}")
+            return {}
+        self._note_misfits()
+        found: dict[str, int] = {}
+        for name, step in sides.items():
+            if name in given:
+                self._compare(name, step, given[name])
+            elif sign := self._sign(name, step):
+                found[name] = sign
+        return found
+
+    def _compare(self, name: str, step: TwoSided, given: int) -> None:
+        """Note that a side of [linkage.branch] is not that of the sketch."""
+        said, self.problems = self.problems, []
+        sign = self._sign(name, step)
+        self.problems = said
+        if sign and sign != given:
+            plus, minus = words_of(step)
+            reason = f'is not the side of the sketch, "{plus if sign > 0 else minus}"; leave out one of the two'
+            self.problems.append(((SECTION, "branch", name), reason))
+
+    def local(self, place: Place) -> complex:
+        """A place in coordinates of its body."""
+        return complex(*(value_of(coordinate, self.values) for coordinate in place))
+
+    def note(self, name: str, reason: str) -> None:
+        """Note a problem of a sketched point, or of the whole sketch."""
+        key: KeyPath = (SECTION, "sketch", name) if name in self.rough else (SECTION, "sketch")
+        self.problems.append((key, reason))
+
+    def _note_misfits(self) -> None:
+        """Note links of which the sketch has quite another length than the table."""
+        for body in self.table.links:
+            points = [point for point, _ in body.points if point in self.places]
+            for first, second in pairwise(points):
+                length = abs(self.local(body.place_of[second]) - self.local(body.place_of[first]))
+                sketched = abs(self.places[second] - self.places[first])
+                if first not in self.rough and second not in self.rough:
+                    continue
+                if not length <= _MOST_OFF * sketched or not sketched <= _MOST_OFF * length:
+                    name = second if second in self.rough else first
+                    names = dict.fromkeys(name for _, place in body.points for c in place for name in c.names)
+                    self.note(
+                        name,
+                        f"fits no assembly: {first} and {second} of {body.name} are {sketched:.4g} mm apart in the "
+                        f"sketch and {length:.4g} mm in the table{self._at_values(names)}",
+                    )
+                    self._said.update((first, second))
+
+    def _at_values(self, names: Iterable[str]) -> str:
+        """The values of some parameters, for a message."""
+        shown = ", ".join(f"{name} = {self.values[name]:.4g}" for name in list(names)[:4])
+        return f" at {shown}" if shown else ""
+
+    def _sign(self, name: str, step: TwoSided) -> int:
+        """The side on which the sketch shows a joint or the pin of a slot; 0 after a problem is noted."""
+        joint = step.point if isinstance(step, JoinPoint) else step.slot.pin
+        from_ = [step.point] if not isinstance(step, JoinPoint) else [
+            locus.centre for locus in (step.first, step.second) if isinstance(locus, Circle)
+        ]  # fmt: skip
+        missing = [point for point in (joint, *from_) if point not in self.places and not self._find(point)]
+        if missing:
+            self._note_missing(missing[0], name)
+            return 0
+        ends = [self.places[point] for point in from_]
+        if len(ends) == 2:
+            along, size = (
+                ends[1] - ends[0],
+                max(abs(ends[1] - ends[0]), *(abs(self.places[joint] - end) for end in ends)),
+            )
+            distance = ((self.places[joint] - ends[0]) * along.conjugate()).imag / abs(along) if along else 0.0
+            border = f"the line from {from_[0]} to {from_[1]}"
+        else:
+            direction = self._direction(step.second if isinstance(step, JoinPoint) else step.slot, name)
+            if not direction:
+                return 0
+            offset = self.places[joint] - ends[0]
+            distance, size = (offset * direction.conjugate()).real, abs(offset)
+            border = f"the foot of {from_[0]} on its line"
+        if self._said & {joint, *from_}:
+            return 0
+        if not abs(distance) >= _NEAREST * size or not distance:
+            self.note(
+                joint,
+                f"{joint} is too near to {border}, {abs(distance):.2g} mm, to tell on which side it is; "
+                "sketch another crank angle, or write the side in [linkage.branch]",
+            )
+            return 0
+        # A joint is left of the line from the first to the second centre where the product of the vectors is positive.
+        return 1 if distance > 0.0 else -1
+
+    def _note_missing(self, point: str, name: str) -> None:
+        if point not in self._said:
+            self._said.add(point)
+            reason = f"the place of {point} is missing, which the side of {name} needs; write {point} = [x, y]"
+            self.problems.append(((SECTION, "sketch"), reason))
+
+    def _find(self, point: str) -> bool:
+        """Place a point that is not sketched by two sketched ones of its link; return whether there are any."""
+        for body in self.table.bodies_at(point):
+            turn, known = self._turn(body), next((each for each, _ in body.points if each in self.places), None)
+            if turn and known is not None:
+                offset = self.local(body.place_of[point]) - self.local(body.place_of[known])
+                self.places[point] = self.places[known] + offset * turn
+                return True
+        return False
+
+    def _turn(self, body: Body, depth: int = 0) -> complex:
+        """The direction of the x axis of a body; 0 where the sketch does not tell it."""
+        if body.name in (FRAME, self.drive.link):
+            return 1.0 + 0.0j if body.name == FRAME else cmath.rect(1, self.angle)
+        slide = next((slide for slide in self.table.slides if slide.link == body.name), None)
+        if slide is not None:
+            return self._turn(self.table.body_of[slide.body], depth + 1) if depth < len(self.table.links) else 0.0j
+        points = [point for point, _ in body.points if point in self.places]
+        pairs = [(a, b) for number, a in enumerate(points) for b in points[:number]]
+        turns = [
+            (self.places[b] - self.places[a])
+            * (self.local(body.place_of[b]) - self.local(body.place_of[a])).conjugate()
+            for a, b in pairs
+        ]
+        turn = max(turns, key=abs, default=0.0j)
+        return turn / abs(turn) if turn and cmath.isfinite(turn) else 0.0j
+
+    def _direction(self, line: Locus, name: str) -> complex:
+        """The direction of the line of a slot or a slide; 0 after a problem is noted."""
+        if isinstance(line, Slot):
+            body = self.table.body_of[line.body]
+            ends = [self.local(body.place_of[end] if isinstance(end, str) else end) for end in line.along]
+            along = ends[1] - ends[0]
+        elif isinstance(line, SlideLine):
+            body, along = self.table.body_of[line.slide.body], self.local(line.slide.direction)
+        else:
+            raise TypeError(line)
+        turn = self._turn(body)
+        if not turn or not along or not cmath.isfinite(along):
+            reason = f"two places of points of {body.name} are needed to tell the side of {name}"
+            self.problems.append(((SECTION, "sketch"), reason))
+            return 0.0j
+        return along * turn / abs(along)
+
+
+def _number(entry: object, unit: str, key: KeyPath, problems: Problems) -> float:
+    """A number in a unit; 0 after its problem is noted."""
+    try:
+        return quantity(entry, unit)
+    except RequestError as error:
+        problems.append((key, str(error)))
+        return 0.0

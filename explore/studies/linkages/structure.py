@@ -1,0 +1,215 @@
+"""Read the bodies and joints of a table: points of the frame and of links, slots, and links that only translate."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from explore.base.errors import KeyPath, Problems
+from explore.base.suggest import closest_name, format_value, suggestion
+from explore.mechanisms.linkages.table import FRAME, Body, Place, Slide, Slot
+from explore.studies.linkages.coordinates import ZERO, read_pair, read_place, value_of
+from explore.studies.linkages.names import reason_against
+
+#: The section of a study, which the keys of all problems begin with.
+SECTION = "linkage"
+_EXAMPLES = {
+    "frame": "O = [0, 0]",
+    "links": 'crank = { O = 0, A = "r" }',
+    "slots": 'ram = { pin = "S", link = "frame", along = [[0, 0], [1, 0]] }',
+    "slides": 'yoke = { link = "frame", direction = [1, 0] }',
+    "branch": 'B = "left of A C"',
+    "sketch": "crank_angle = 40",
+    "parameters": 'k = { unit = "1" }',
+}
+_SLOT_KEYS, _SLIDE_KEYS = ("pin", "link", "along"), ("link", "direction")
+
+
+def read_part(section: Mapping[str, Any], name: str, problems: Problems) -> Mapping[str, Any]:
+    """A table within [linkage], by its name; an empty one where it is missing or wrong."""
+    entries = section.get(name, {})
+    if isinstance(entries, Mapping):
+        return entries
+    problems.append(((SECTION, name), f"must be a table such as {_EXAMPLES[name]}, got {format_value(entries)}"))
+    return {}
+
+
+@dataclass
+class Structure:
+    """The bodies and joints that a section describes; `problems` has what is wrong with them."""
+
+    problems: Problems
+    bodies: dict[str, Body] = field(default_factory=dict)
+    slots: list[Slot] = field(default_factory=list)
+    slides: list[Slide] = field(default_factory=list)
+
+    @property
+    def links(self) -> tuple[Body, ...]:
+        """The moving bodies."""
+        return tuple(body for body in self.bodies.values() if body.name != FRAME)
+
+    @property
+    def points(self) -> tuple[str, ...]:
+        """All points, each once."""
+        return tuple(dict.fromkeys(point for body in self.bodies.values() for point, _ in body.points))
+
+
+def read_structure(section: Mapping[str, Any], problems: Problems) -> Structure:
+    """The bodies and joints of a section; those that are wrong are left out after their problems are appended."""
+    structure = Structure(problems)
+    parts = {name: read_part(section, name, problems) for name in ("frame", "links", "slots", "slides")}
+    for name in ("frame", "links"):
+        if not parts[name] and isinstance(section.get(name, {}), Mapping):
+            key: KeyPath = (SECTION, name) if name in section else (SECTION,)
+            problems.append((key, f"[linkage.{name}] has no entry; write one such as {_EXAMPLES[name]}"))
+    structure.bodies[FRAME] = _body(FRAME, parts["frame"], (SECTION, "frame"), problems)
+    for name, entry in parts["links"].items():
+        key = (SECTION, "links", name)
+        if not isinstance(entry, Mapping):
+            problems.append((key, f"must be a table such as {_EXAMPLES['links']}, got {format_value(entry)}"))
+        elif not entry:
+            problems.append((key, f"has no point; write the points of the link, such as {_EXAMPLES['links']}"))
+        structure.bodies[name] = _body(name, entry if isinstance(entry, Mapping) else {}, key, problems)
+    structure.slots += [_slot(structure, name, entry) for name, entry in parts["slots"].items()]
+    structure.slides += [_slide(structure, name, entry) for name, entry in parts["slides"].items()]
+    _check_names(structure, parts)
+    return structure
+
+
+def _body(name: str, entries: Mapping[str, Any], key: KeyPath, problems: Problems) -> Body:
+    points = []
+    for point, entry in entries.items():
+        if reason := reason_against(point):
+            problems.append(((*key, point), reason))
+        points.append((point, read_place(entry, (*key, point), problems)))
+    return Body(name, tuple(points))
+
+
+def _check_names(structure: Structure, parts: Mapping[str, Mapping[str, Any]]) -> None:
+    """Note names of links and slots that cannot be, or that something else has."""
+    taken = dict.fromkeys(structure.points, "a point")
+    for kind, word in (("links", "a link"), ("slots", "a slot")):
+        for name in parts[kind]:
+            reason = f"this is also the name of {taken[name]}; choose another" if name in taken else ""
+            if reason := reason_against(name) or reason:
+                structure.problems.append(((SECTION, kind, name), reason))
+            taken.setdefault(name, word)
+
+
+def _slot(structure: Structure, name: str, entry: object) -> Slot:
+    key = (SECTION, "slots", name)
+    given = _entries(entry, key, _SLOT_KEYS, "slots", structure.problems)
+    pin = _named(given, "pin", key, structure.points, "point", structure.problems)
+    link = _named(given, "link", key, structure.bodies, "link", structure.problems)
+    along = given.get("along")
+    ends: tuple[str | Place, ...] = ()
+    if isinstance(along, list | tuple) and len(along) == 2:
+        ends = tuple(_end(structure, each, link, (*key, "along", number)) for number, each in enumerate(along))
+        _check_line(structure, ends, link, (*key, "along"))
+    elif along is not None:
+        reason = 'must be two points of the link, or pairs in its coordinates, such as ["C", [1, 0]]'
+        structure.problems.append(((*key, "along"), f"{reason}, got {format_value(along)}"))
+    body = structure.bodies.get(link)
+    if body and pin in body.place_of:
+        reason = f"{pin} is a point of {link}, so it cannot move along a line of it; name a pin of another link"
+        structure.problems.append(((*key, "pin"), reason))
+    return Slot(name, pin, link, (ends[0], ends[1]) if ends else ((ZERO, ZERO), (ZERO, ZERO)))
+
+
+def _end(structure: Structure, entry: object, link: str, key: KeyPath) -> str | Place:
+    """One of the two ends of a slot."""
+    if not isinstance(entry, str):
+        return read_pair(entry, key, structure.problems)
+    body = structure.bodies.get(link)
+    if body is not None and entry not in body.place_of:
+        hint = suggestion(entry, body.place_of)
+        structure.problems.append((key, f"{format_value(entry)} is no point of {link}; {hint}"))
+    return entry
+
+
+def _check_line(structure: Structure, ends: Sequence[str | Place], link: str, key: KeyPath) -> None:
+    """Note a line whose two ends are the same place."""
+    places = structure.bodies[link].place_of if link in structure.bodies else {}
+    found = [places.get(end) if isinstance(end, str) else end for end in ends]
+    if None not in found and found[0] == found[1]:
+        structure.problems.append((key, "the two ends are the same place, so they give no direction"))
+
+
+def _slide(structure: Structure, name: str, entry: object) -> Slide:
+    key = (SECTION, "slides", name)
+    problems = structure.problems
+    links = [link.name for link in structure.links]
+    if name not in links:
+        problems.append(
+            (key, f"unknown link {format_value(name)}; a slide has the name of its link; {suggestion(name, links)}")
+        )
+    given = _entries(entry, key, _SLIDE_KEYS, "slides", problems)
+    body = _named(given, "link", key, structure.bodies, "link", problems)
+    if body == name:
+        problems.append(((*key, "link"), f"{name} cannot slide in itself; name another link or {FRAME}"))
+    before = len(problems)
+    direction = read_pair(given["direction"], (*key, "direction"), problems) if "direction" in given else (ZERO, ZERO)
+    fixed = not direction[0].names and not direction[1].names
+    if (
+        "direction" in given
+        and len(problems) == before
+        and fixed
+        and math.hypot(*(value_of(c, {}) for c in direction)) == 0.0
+    ):
+        problems.append(((*key, "direction"), "has no length, so it is no direction; write one such as [1, 0]"))
+    return Slide(name, body, direction)
+
+
+def _entries(entry: object, key: KeyPath, keys: Sequence[str], kind: str, problems: Problems) -> Mapping[str, Any]:
+    """The entries of a slot or a slide after unknown and missing keys are noted."""
+    if not isinstance(entry, Mapping):
+        problems.append((key, f"must be a table such as {_EXAMPLES[kind]}, got {format_value(entry)}"))
+        return {}
+    unknown = [str(word) for word in entry if word not in keys]
+    problems += [((*key, word), f"unknown key; {suggestion(word, keys)}") for word in unknown]
+    corrections = {closest_name(word, keys) for word in unknown}
+    missing = [word for word in keys if word not in entry and word not in corrections]
+    problems += [(key, f"the key '{word}' is missing; a complete one is {_EXAMPLES[kind]}") for word in missing]
+    return entry
+
+
+def _named(
+    given: Mapping[str, Any], word: str, key: KeyPath, names: Iterable[str], kind: str, problems: Problems
+) -> str:
+    """The point or link that an entry names; an unknown one after it is noted."""
+    if word not in given:
+        return ""
+    name = given[word]
+    if not isinstance(name, str):
+        problems.append(((*key, word), f"must be a string in quotes, got {format_value(name)}"))
+        return ""
+    if name not in (known := list(names)):
+        problems.append(((*key, word), f"unknown {kind} {format_value(name)}; {suggestion(name, known)}"))
+    return name
+
+
+def note_loose_links(structure: Structure) -> None:
+    """Note links with one joint or none, which are mostly misspelt pins."""
+    for body in structure.links:
+        joints = _joints(structure, body)
+        if len(joints) > 1:
+            continue
+        found = f"has one joint only, {joints[0]}" if joints else "has no joint"
+        alone = [point for point, _ in body.points if point not in joints]
+        others = [point for point in structure.points if point not in body.place_of]
+        matches = [(point, match) for point in alone if (match := closest_name(point, others))]
+        hint = f"is {matches[0][0]} to be '{matches[0][1]}'?" if matches else "is the name of a point misspelt?"
+        reason = f"{found}; a pin joins links that name the same point: {hint}"
+        structure.problems.append(((SECTION, "links", body.name), reason))
+
+
+def _joints(structure: Structure, body: Body) -> list[str]:
+    """The pins, slots and slides that join a body to others."""
+    others = [other for other in structure.bodies.values() if other is not body]
+    shared = {point for other in others for point, _ in other.points}
+    pins = shared | {slot.pin for slot in structure.slots if slot.body != body.name}
+    joints = [point for point, _ in body.points if point in pins]
+    joints += [slot.name for slot in structure.slots if slot.body == body.name]
+    return joints + [slide.link for slide in structure.slides if body.name in (slide.link, slide.body)]
