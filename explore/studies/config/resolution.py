@@ -16,6 +16,7 @@ from explore.model.mechanism import Mechanism
 from explore.model.quantities import Window
 from explore.model.request import Objective, Request
 from explore.studies.config.designs import check_sampling, read_space, space_content
+from explore.studies.config.linkage import Linkage, read_linkage
 from explore.studies.config.points import key_of_coordinate, read_points
 from explore.studies.config.remarks import study_remarks
 from explore.studies.config.schema import Evaluate, Rank, Sampling, SceneTable, StudyFile, read
@@ -28,6 +29,8 @@ from explore.studies.request.tolerances import resolve_tolerances
 
 #: The parameters that designs have by name, and whether any is not 0; None where they are wrong.
 _Axes = Mapping[str, bool] | None
+#: The mechanism of a study whose section [linkage] describes it.
+_BY_TABLE = "linkage"
 
 
 @dataclass(frozen=True)
@@ -43,6 +46,7 @@ class ResolvedStudy:
     identity: str
     units: ShownUnits
     remarks: tuple[tuple[KeyPath, str], ...]
+    linkage: Linkage | None = None
 
 
 @dataclass(frozen=True)
@@ -53,10 +57,10 @@ class Question:
     objectives: tuple[Objective, ...]
     units: ShownUnits
 
-    def of_designs(self, space: DesignSpace, remarks: Problems) -> ResolvedStudy:
-        """The study of these designs."""
-        identity = _identity(self.request, space)
-        return ResolvedStudy(self.request, space, self.objectives, identity, self.units, tuple(remarks))
+    def of_designs(self, space: DesignSpace, remarks: Problems, linkage: Linkage | None = None) -> ResolvedStudy:
+        """The study of these designs, of a linkage or of a mechanism that has a name."""
+        identity = _identity(self.request, space, linkage)
+        return ResolvedStudy(self.request, space, self.objectives, identity, self.units, tuple(remarks), linkage)
 
 
 @dataclass(frozen=True)
@@ -98,11 +102,13 @@ def resolve_study(
         read(SceneTable, study.scene, ("scene",), problems)
     if sampling is not None:
         check_sampling(sampling, study.sampling, problems)
-    mechanism = _mechanism(study, has_key="mechanism" in sections, problems=problems)
+    linkage = _linkage(study, folder, problems, table_problems)
+    mechanism = _mechanism(study, linkage, has_key="mechanism" in sections, problems=problems)
     if mechanism is None:
         return None
     method = sampling.method if sampling else ""
-    mechanism, parameters = read_points(mechanism, study.points, study.parameters, method, problems)
+    used = _used(study.parameters, mechanism) if linkage else study.parameters
+    mechanism, parameters = read_points(mechanism, study.points, used, method, problems)
     mechanism = add_target_section(mechanism, study.target, folder, problems)
     n_before = len(problems)
     space = read_space(mechanism, parameters, sampling, folder, problems, table_problems)
@@ -111,7 +117,7 @@ def resolve_study(
     question = _question(mechanism, entries, has_nonzero, _prescribed_metric(space), problems)
     if problems or table_problems or space is None:
         return None
-    return question.of_designs(space, study_remarks(study, question.request, question.units))
+    return question.of_designs(space, study_remarks(study, question.request, question.units), linkage)
 
 
 def _question(mechanism: Mechanism, entries: _Entries, axes: _Axes, prescribed: str, problems: Problems) -> Question:
@@ -134,13 +140,31 @@ def _units(study: StudyFile, problems: Problems) -> ShownUnits:
     return ShownUnits({name: str(unit) for name, unit in study.units.items() if not reasons[name]})
 
 
-def _mechanism(study: StudyFile, *, has_key: bool, problems: Problems) -> Mechanism | None:
+def _linkage(study: StudyFile, folder: Path, problems: Problems, file_problems: list[str]) -> Linkage | None:
+    """The linkage that the study describes, valid only without problems; None for another mechanism."""
+    if study.mechanism == _BY_TABLE:
+        return read_linkage(study.linkage, study.parameters, folder, problems, file_problems)
+    if study.linkage is not None and study.mechanism is not None:
+        problems.append((("linkage",), f'needs mechanism = "{_BY_TABLE}", not {format_value(study.mechanism)}'))
+    return None
+
+
+def _used(entries: Mapping[str, Any], mechanism: Mechanism) -> dict[str, Any]:
+    """The entries of parameters that there are; those of others were noted with the linkage."""
+    known = {parameter.name for parameter in mechanism.parameters}
+    return {name: entry for name, entry in entries.items() if name in known}
+
+
+def _mechanism(study: StudyFile, linkage: Linkage | None, *, has_key: bool, problems: Problems) -> Mechanism | None:
     if study.mechanism is None:
         if not has_key:
-            problems.append((("mechanism",), 'is missing; begin the file with mechanism = "crank-rocker"'))
+            name = "crank-rocker" if study.linkage is None else _BY_TABLE
+            problems.append((("mechanism",), f'is missing; begin the file with mechanism = "{name}"'))
+        return None
+    if study.mechanism == _BY_TABLE and linkage is None:
         return None
     try:
-        return find_mechanism(study.mechanism)
+        return find_mechanism(linkage or study.mechanism)
     except RequestError as error:
         problems.append((("mechanism",), str(error)))
         return None
@@ -226,7 +250,7 @@ def _reason_not_in_results(name: str, request: Request, axes: _Axes) -> str:
     return "" if name in columns else f'{name} is not computed; add "{name}" to the metrics'
 
 
-def _identity(request: Request, space: DesignSpace) -> str:
+def _identity(request: Request, space: DesignSpace, linkage: Linkage | None) -> str:
     """Everything that determines the columns, as JSON; equal for equal studies, however they are written."""
     content = {
         "mechanism": request.mechanism.name,
@@ -241,6 +265,8 @@ def _identity(request: Request, space: DesignSpace) -> str:
         "constraints": {c.metric.name: {"min": c.minimum, "max": c.maximum} for c in request.constraints},
         "block_size": BLOCK_SIZE,
     }
+    if linkage:
+        content["linkage"] = linkage.content
     if request.mechanism.points:
         content["points"] = list(request.mechanism.points)
     if request.mechanism.target:

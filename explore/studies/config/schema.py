@@ -31,6 +31,7 @@ class StudyFile(Section):
     """The whole file."""
 
     mechanism: StrictStr | None = None
+    linkage: Unchecked = None
     parameters: Entries = {}
     points: Entries = {}
     target: dict[str, Any] | None = None

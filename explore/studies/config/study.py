@@ -14,6 +14,7 @@ from explore.base.errors import ConfigError, DoubtfulInputWarning, KeyPath, Prob
 from explore.base.units.shown import ShownUnits
 from explore.model.request import Objective, Request
 from explore.studies.config import toml_text
+from explore.studies.config.linkage import Linkage, inlined
 from explore.studies.config.resolution import ResolvedStudy, resolve_study
 from explore.studies.designs.spaces import DesignSpace
 
@@ -35,7 +36,9 @@ class Study:
     Parameters
     ----------
     mechanism
-        Name, as listed by `explore.list_mechanisms`.
+        Name, as listed by `explore.list_mechanisms`, or a `Linkage`.
+    linkage
+        With ``mechanism="linkage"``: a `Linkage`, its content, or the name of a file that has it.
     parameters
         For each parameter a value, a list of values, ``{"start": …, "stop": …, "num": …}``, a range to draw from
         ``{"min": …, "max": …, "log": False}``, or a length to solve for ``{"solve": "swing_angle", "value": 20}``.
@@ -84,6 +87,8 @@ class Study:
         Units in which commands show the results; all numbers of the study itself are in declared units.
     remarks
         What may not be meant, such as points of a path in a wrong order; a line with its key for each.
+    linkage
+        The linkage, if a table describes it; None for other mechanisms.
 
     Raises
     ------
@@ -112,12 +117,13 @@ class Study:
     identity: str
     units: ShownUnits
     remarks: tuple[str, ...]
+    linkage: Linkage | None
     _text: str
 
     def __init__(
         self,
         *,
-        mechanism: str,
+        mechanism: str | Linkage,
         parameters: Mapping[str, npt.ArrayLike | Sequence[object] | Mapping[str, Any]],
         points: Mapping[str, Mapping[str, Any]] | None = None,
         target: Mapping[str, Any] | None = None,
@@ -131,9 +137,13 @@ class Study:
         tolerance: float = 1e-9,
         units: Mapping[str, str] | None = None,
         tolerances: Mapping[str, Any] | None = None,
+        linkage: Linkage | Mapping[str, Any] | str | None = None,
     ) -> None:
+        if isinstance(mechanism, Linkage):
+            mechanism, linkage = "linkage", linkage or mechanism
         content = {
             "mechanism": mechanism,
+            "linkage": linkage.content if isinstance(linkage, Linkage) else linkage,
             "parameters": parameters,
             "points": points,
             "target": target,
@@ -153,7 +163,7 @@ class Study:
             lines = [f"{toml_text.dotted(_argument(key))}: {reason}" for key, reason in problems]
             raise ConfigError(toml_text.first_problems("", list(dict.fromkeys(lines))) + table_problems)
         remarks = [f"{toml_text.dotted(_argument(key))}: {text}" for key, text in resolved.remarks]
-        self._set(resolved, toml_text.format_toml(sections), remarks)
+        self._set(resolved, inlined(toml_text.format_toml(sections), resolved.linkage), remarks)
         for remark in remarks:
             warnings.warn(remark, DoubtfulInputWarning, stacklevel=2)
 
@@ -164,8 +174,9 @@ class Study:
     def to_toml(self) -> str:
         """The text of a study file from which `load_study` reads an equal study.
 
-        For a study read from a file this is the text of that file. The name of a table of designs is unchanged: save
-        the text where that name leads to the table. Results files hold this text.
+        For a study read from a file this is the text of that file, with the linkage in place of the name of its file.
+        The name of a table of designs is unchanged: save the text where that name leads to the table. Results files
+        hold this text.
         """
         return self._text
 
@@ -205,7 +216,7 @@ class Study:
 def make_study(resolved: ResolvedStudy, text: str, remarks: Sequence[str] = ()) -> Study:
     """The study of a file: its entries with all names resolved, its text, and its remarks with their lines."""
     study = object.__new__(Study)
-    study._set(resolved, text, remarks)
+    study._set(resolved, inlined(text, resolved.linkage), remarks)
     return study
 
 

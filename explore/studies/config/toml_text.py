@@ -7,7 +7,7 @@ import os
 import re
 import stat
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -91,10 +91,21 @@ def format_toml(sections: Mapping[str, Any]) -> str:
     keys = [f"{key} = {_format(value)}" for key, value in sections.items() if not isinstance(value, Mapping)]
     tables = [
         "\n".join([f"[{name}]", *(f"{key} = {_format(value)}" for key, value in table.items())])
-        for name, table in sections.items()
-        if isinstance(table, Mapping) and table
+        for name, table in _tables(sections)
+        if table
     ]
-    return "\n\n".join(["\n".join(keys), *tables]) + "\n"
+    return "\n\n".join([*(["\n".join(keys)] if keys else []), *tables]) + "\n"
+
+
+def _tables(sections: Mapping[str, Any]) -> Iterator[tuple[str, Mapping[str, Any]]]:
+    """The sections that are tables, and in place of the tables of a linkage sections of their own."""
+    for name, table in sections.items():
+        if name == "linkage" and isinstance(table, Mapping):
+            parts = {key: part for key, part in table.items() if isinstance(part, Mapping)}
+            yield name, {key: value for key, value in table.items() if key not in parts}
+            yield from ((f"{name}.{key}", part) for key, part in parts.items())
+        elif isinstance(table, Mapping):
+            yield name, table
 
 
 def _format(value: object) -> str:

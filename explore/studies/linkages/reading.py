@@ -11,7 +11,7 @@ from explore.base.suggest import format_value, suggestion
 from explore.mechanisms.linkages.steps import PoseBySlot, TableError, find_steps
 from explore.mechanisms.linkages.table import FRAME, LinkageTable
 from explore.studies.linkages.branch import note_missing, read_branch, two_sided
-from explore.studies.linkages.parameters import located_coordinates, note_unused, read_parameters, rough_values
+from explore.studies.linkages.parameters import located_coordinates, read_parameters, rough_values
 from explore.studies.linkages.sketch import Sketch
 from explore.studies.linkages.structure import SECTION, Structure, note_loose_links, read_part, read_structure
 
@@ -26,7 +26,7 @@ _MOST_POINTS, _MOST_LINKS, _MOST_SLOTS, _MOST_PARAMETERS = 60, 40, 40, 100
 _MOST_STEPS = 10_000
 
 
-def read_table(section: object, entries: Mapping[str, Any] | None, problems: Problems) -> LinkageTable | None:
+def read_table(section: object, entries: Mapping[str, Any], problems: Problems) -> LinkageTable | None:
     """The table that a section describes, valid only without problems; None where it describes no linkage.
 
     Parameters
@@ -34,7 +34,7 @@ def read_table(section: object, entries: Mapping[str, Any] | None, problems: Pro
     section
         The content of [linkage].
     entries
-        The section [parameters], whose values a sketch is of; None where there is no such section.
+        The section [parameters], whose values a sketch is of.
     problems
         Each problem is appended with its key in a study.
     """
@@ -61,17 +61,12 @@ def read_table(section: object, entries: Mapping[str, Any] | None, problems: Pro
     ):
         if count > most:
             problems.append(((SECTION,), f"has {count:,} {what}; at most {most:,} are possible"))
-    n_before = len(problems)
     note_loose_links(structure)
     table = LinkageTable(
         driver, output, structure.bodies[FRAME], structure.links, tuple(structure.slots), tuple(structure.slides),
         parameters,
     )  # fmt: skip
-    if entries is not None and n_before == len(problems) == before:
-        note_unused(table, entries, problems)
-    if len(problems) > before:
-        return None
-    return _with_signs(table, section, entries or {}, problems)
+    return _with_signs(table, section, entries, problems) if len(problems) == before else None
 
 
 def _reason_against_size(section: Mapping[str, Any]) -> str:

@@ -232,8 +232,11 @@ class Sketch:
             raise TypeError(line)
         turn = self._turn(body)
         if not turn or not along or not cmath.isfinite(along):
-            reason = f"two places of points of {body.name} are needed to tell the side of {name}"
-            self.problems.append(((SECTION, "sketch"), reason))
+            unknown = [point for point, _ in body.points if point not in self.places]
+            if unknown:
+                self._note_missing(unknown[0], name)
+            else:
+                self.note(name, f"the direction of {body.name} does not follow from its points; sketch others of it")
             return 0.0j
         return along * turn / abs(along)
 

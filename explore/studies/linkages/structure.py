@@ -38,9 +38,13 @@ def read_part(section: Mapping[str, Any], name: str, problems: Problems) -> Mapp
 
 @dataclass
 class Structure:
-    """The bodies and joints that a section describes; `problems` has what is wrong with them."""
+    """The bodies and joints that a section describes.
+
+    `problems` has what is wrong with them; `is_whole` is False where so much is that joints may be missing.
+    """
 
     problems: Problems
+    is_whole: bool = True
     bodies: dict[str, Body] = field(default_factory=dict)
     slots: list[Slot] = field(default_factory=list)
     slides: list[Slide] = field(default_factory=list)
@@ -64,6 +68,7 @@ def read_structure(section: Mapping[str, Any], problems: Problems) -> Structure:
         if not parts[name] and isinstance(section.get(name, {}), Mapping):
             key: KeyPath = (SECTION, name) if name in section else (SECTION,)
             problems.append((key, f"[linkage.{name}] has no entry; write one such as {_EXAMPLES[name]}"))
+        structure.is_whole &= bool(parts[name])
     structure.bodies[FRAME] = _body(FRAME, parts["frame"], (SECTION, "frame"), problems)
     for name, entry in parts["links"].items():
         key = (SECTION, "links", name)
@@ -71,6 +76,7 @@ def read_structure(section: Mapping[str, Any], problems: Problems) -> Structure:
             problems.append((key, f"must be a table such as {_EXAMPLES['links']}, got {format_value(entry)}"))
         elif not entry:
             problems.append((key, f"has no point; write the points of the link, such as {_EXAMPLES['links']}"))
+        structure.is_whole &= isinstance(entry, Mapping) and bool(entry)
         structure.bodies[name] = _body(name, entry if isinstance(entry, Mapping) else {}, key, problems)
     structure.slots += [_slot(structure, name, entry) for name, entry in parts["slots"].items()]
     structure.slides += [_slide(structure, name, entry) for name, entry in parts["slides"].items()]
@@ -101,8 +107,8 @@ def _check_names(structure: Structure, parts: Mapping[str, Mapping[str, Any]]) -
 def _slot(structure: Structure, name: str, entry: object) -> Slot:
     key = (SECTION, "slots", name)
     given = _entries(entry, key, _SLOT_KEYS, "slots", structure.problems)
-    pin = _named(given, "pin", key, structure.points, "point", structure.problems)
-    link = _named(given, "link", key, structure.bodies, "link", structure.problems)
+    pin = _named(structure, given, "pin", key, structure.points)
+    link = _named(structure, given, "link", key, structure.bodies)
     along = given.get("along")
     ends: tuple[str | Place, ...] = ()
     if isinstance(along, list | tuple) and len(along) == 2:
@@ -115,6 +121,7 @@ def _slot(structure: Structure, name: str, entry: object) -> Slot:
     if body and pin in body.place_of:
         reason = f"{pin} is a point of {link}, so it cannot move along a line of it; name a pin of another link"
         structure.problems.append(((*key, "pin"), reason))
+        structure.is_whole = False
     return Slot(name, pin, link, (ends[0], ends[1]) if ends else ((ZERO, ZERO), (ZERO, ZERO)))
 
 
@@ -123,7 +130,7 @@ def _end(structure: Structure, entry: object, link: str, key: KeyPath) -> str | 
     if not isinstance(entry, str):
         return read_pair(entry, key, structure.problems)
     body = structure.bodies.get(link)
-    if body is not None and entry not in body.place_of:
+    if body is not None and body.points and entry not in body.place_of:
         hint = suggestion(entry, body.place_of)
         structure.problems.append((key, f"{format_value(entry)} is no point of {link}; {hint}"))
     return entry
@@ -146,7 +153,7 @@ def _slide(structure: Structure, name: str, entry: object) -> Slide:
             (key, f"unknown link {format_value(name)}; a slide has the name of its link; {suggestion(name, links)}")
         )
     given = _entries(entry, key, _SLIDE_KEYS, "slides", problems)
-    body = _named(given, "link", key, structure.bodies, "link", problems)
+    body = _named(structure, given, "link", key, structure.bodies)
     if body == name:
         problems.append(((*key, "link"), f"{name} cannot slide in itself; name another link or {FRAME}"))
     before = len(problems)
@@ -175,24 +182,24 @@ def _entries(entry: object, key: KeyPath, keys: Sequence[str], kind: str, proble
     return entry
 
 
-def _named(
-    given: Mapping[str, Any], word: str, key: KeyPath, names: Iterable[str], kind: str, problems: Problems
-) -> str:
-    """The point or link that an entry names; an unknown one after it is noted."""
-    if word not in given:
-        return ""
-    name = given[word]
+def _named(structure: Structure, given: Mapping[str, Any], word: str, key: KeyPath, names: Iterable[str]) -> str:
+    """The point or link that an entry names; in place of an unknown one, which is noted, the closest or none."""
+    name, known = given.get(word, ""), list(names)
+    if name in known:
+        return str(name)
+    kind = "point" if word == "pin" else "link"
     if not isinstance(name, str):
-        problems.append(((*key, word), f"must be a string in quotes, got {format_value(name)}"))
-        return ""
-    if name not in (known := list(names)):
-        problems.append(((*key, word), f"unknown {kind} {format_value(name)}; {suggestion(name, known)}"))
-    return name
+        structure.problems.append(((*key, word), f"must be a string in quotes, got {format_value(name)}"))
+    elif word in given:
+        structure.problems.append(((*key, word), f"unknown {kind} {format_value(name)}; {suggestion(name, known)}"))
+    match = closest_name(str(name), known) or ""
+    structure.is_whole &= bool(match)
+    return match
 
 
 def note_loose_links(structure: Structure) -> None:
-    """Note links with one joint or none, which are mostly misspelt pins."""
-    for body in structure.links:
+    """Note links with one joint or none, which are mostly misspelt pins; nothing where other joints are missing."""
+    for body in structure.links if structure.is_whole else ():
         joints = _joints(structure, body)
         if len(joints) > 1:
             continue
@@ -200,8 +207,10 @@ def note_loose_links(structure: Structure) -> None:
         alone = [point for point, _ in body.points if point not in joints]
         others = [point for point in structure.points if point not in body.place_of]
         matches = [(point, match) for point in alone if (match := closest_name(point, others))]
-        hint = f"is {matches[0][0]} to be '{matches[0][1]}'?" if matches else "is the name of a point misspelt?"
-        reason = f"{found}; a pin joins links that name the same point: {hint}"
+        hint = (
+            f"is {matches[0][0]} to be '{matches[0][1]}'?" if matches else f"is {alone[0]} misspelt?" if alone else ""
+        )
+        reason = f"{found}; a pin joins links that name the same point{hint and f': {hint}'}"
         structure.problems.append(((SECTION, "links", body.name), reason))
 
 

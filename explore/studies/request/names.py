@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from types import MappingProxyType
+from typing import Protocol
 
 from explore.base.errors import RequestError
 from explore.base.suggest import closest_name, format_value, suggestion
@@ -48,13 +49,27 @@ _LONG_NAMES = {
 }
 
 
-def find_mechanism(name: str, points: Sequence[str] = (), target: TargetOrSection | None = None) -> Mechanism:
-    """Find a mechanism by name, with points of its floating link and a target.
+class DescribedLinkage(Protocol):
+    """A linkage that a table describes, `explore.Linkage`."""
+
+    @property
+    def mechanism(self) -> Mechanism:
+        """Its mechanism."""
+
+
+#: The name of a mechanism, or a linkage.
+NameOrLinkage = str | DescribedLinkage
+
+
+def find_mechanism(name: NameOrLinkage, points: Sequence[str] = (), target: TargetOrSection | None = None) -> Mechanism:
+    """Find a mechanism by name, or that of a linkage, with points of its floating link and a target.
 
     A `RequestError` suggests the closest name, or says that the mechanism cannot have these points or this target.
     """
+    if hasattr(name, "mechanism"):
+        return add_target(add_points(name.mechanism, points), target)
     if name not in MECHANISMS:
-        raise RequestError(f"unknown mechanism {format_value(name)}; {suggestion(name, MECHANISMS)}")
+        raise RequestError(f"unknown mechanism {format_value(name)}; {suggestion(str(name), MECHANISMS)}")
     return add_target(add_points(MECHANISMS[name], points), target)
 
 

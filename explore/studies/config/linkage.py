@@ -1,0 +1,275 @@
+"""Linkages that a user describes by a table: in Python, in a file of their own, in a study, and in results."""
+
+from __future__ import annotations
+
+import os
+import tomllib
+from collections.abc import Mapping
+from contextlib import suppress
+from dataclasses import dataclass
+from html import escape
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from explore.base.errors import ConfigError, KeyPath, Problems, ResultsError
+from explore.mechanisms.linkages.table import LinkageTable
+from explore.model.mechanism import Mechanism
+from explore.studies.config import toml_text
+from explore.studies.config.key_lines import line_of, locate
+from explore.studies.linkages.content import content_of
+from explore.studies.linkages.parameters import note_unused
+from explore.studies.linkages.reading import read_table
+from explore.studies.linkages.structure import SECTION
+from explore.studies.request.names import find_mechanism
+
+if TYPE_CHECKING:
+    from explore.results.store.results import Results
+
+#: What the names of mechanisms of tables begin with.
+_PREFIX = "linkage-"
+
+
+@dataclass(frozen=True, init=False, repr=False)
+class Linkage:
+    """A planar linkage that a table describes; it stands wherever the name of a mechanism does.
+
+    Linkages are immutable, can be pickled, and are equal if their tables are.
+
+    Parameters
+    ----------
+    content
+        The keys of the section [linkage] of a study: `driver`, `output`, `frame`, `links`, `slots`, `slides`, `branch`
+        or `sketch`, and `parameters`. Or all of a file: this section under "linkage", and "parameters".
+    parameters
+        Values of parameters, as of a study, for which a sketch is drawn: of a list the first counts, of a range its
+        middle.
+
+    Attributes
+    ----------
+    table
+        The table as data, with the side of each joint.
+
+    Raises
+    ------
+    ConfigError
+        With one line ``key: reason; suggestion`` for each of the first twenty problems, and the number of the others.
+
+    Examples
+    --------
+    >>> linkage = Linkage(
+    ...     {
+    ...         "driver": "crank",
+    ...         "frame": {"O": [0, 0], "C": ["r4", 0]},
+    ...         "links": {"crank": {"O": 0, "A": "r1"}, "rod": {"A": 0, "B": "r2"}, "rocker": {"C": 0, "B": "r3"}},
+    ...         "branch": {"B": "left of A C"},
+    ...     }
+    ... )
+    >>> linkage
+    Linkage(links=['crank', 'rod', 'rocker'], points=['O', 'C', 'A', 'B'], parameters=['r4', 'r1', 'r2', 'r3'])
+    """
+
+    table: LinkageTable
+
+    def __init__(self, content: Mapping[str, Any], *, parameters: Mapping[str, Any] | None = None) -> None:
+        sections = toml_text.toml_value(content)
+        if isinstance(sections, Mapping) and SECTION in sections and "links" not in sections:
+            parameters = sections.get("parameters") if parameters is None else parameters
+            sections = sections[SECTION]
+        problems: Problems = []
+        values = toml_text.toml_value({} if parameters is None else parameters)
+        table = read_table(sections, values, problems)
+        if table is not None:
+            note_unused(table, values, problems)
+        if problems or table is None:
+            lines = [f"{toml_text.dotted(key)}: {reason}" for key, reason in problems]
+            raise ConfigError(toml_text.first_problems("", list(dict.fromkeys(lines))))
+        object.__setattr__(self, "table", table)
+
+    @property
+    def content(self) -> dict[str, Any]:
+        """The section [linkage] of a study that describes the same table, with the side of each joint in words."""
+        return content_of(self.table)
+
+    @property
+    def mechanism(self) -> Mechanism:
+        """The mechanism of the table: its signals, metrics and statuses, as `explore mechanisms FILE` lists them."""
+        return make_mechanism(self.table)
+
+    def to_toml(self) -> str:
+        """The text of a file from which `load_linkage` reads an equal linkage."""
+        return toml_text.format_toml({SECTION: self.content})
+
+    def __repr__(self) -> str:
+        table = self.table
+        names = [[link.name for link in table.links], list(table.points), [p.name for p in table.parameters]]
+        fields = zip(("links", "points", "parameters"), names, strict=True)
+        return f"Linkage({', '.join(f'{name}={value}' for name, value in fields)})"
+
+    def _repr_html_(self) -> str:
+        """For notebooks: the text of the table."""
+        return f"<p><b>linkage</b> of {len(self.table.links)} links</p><pre>{escape(self.to_toml())}</pre>"
+
+
+def make_mechanism(table: LinkageTable) -> Mechanism:
+    """The mechanism of a table."""
+    from explore.mechanisms.linkages.declaration import linkage_mechanism  # imports a compiler, needed only here
+
+    return linkage_mechanism(table)
+
+
+def make_linkage(table: LinkageTable) -> Linkage:
+    """The linkage of a table that was read without problems."""
+    linkage = object.__new__(Linkage)
+    object.__setattr__(linkage, "table", table)
+    return linkage
+
+
+def load_linkage(path: str | os.PathLike[str]) -> Linkage:
+    """Read the linkage of a TOML file.
+
+    Parameters
+    ----------
+    path
+        A study with [linkage], or a file with this section alone, and with [parameters] if it has a sketch.
+
+    Raises
+    ------
+    ConfigError
+        With one line ``file:line: key: reason; suggestion`` for each problem; of these the first twenty and the number
+        of the others.
+    """
+    file = os.fspath(path)
+    text = toml_text.read_text(file)
+    sections = toml_text.parse_toml(file, text)
+    named = sections.get(SECTION)
+    if isinstance(named, str):
+        file_problems: list[str] = []
+        problems: Problems = []
+        linkage = read_linkage(named, _values(sections), Path(file).parent, problems, file_problems)
+        lines = toml_text.first_problems(f"{file}: ", toml_text.locate_problems(file, text, problems)) + file_problems
+        if linkage is None or lines:
+            raise ConfigError(lines)
+        return linkage
+    return _linkage_of_text(file, text, sections)
+
+
+def _linkage_of_text(file: str, text: str, sections: Mapping[str, Any]) -> Linkage:
+    problems: Problems = []
+    if SECTION not in sections:
+        problems.append(((SECTION,), "is missing; describe the linkage in the section [linkage]"))
+    values = _values(sections)
+    table = None if problems else read_table(sections[SECTION], values, problems)
+    if table is not None:
+        note_unused(table, values, problems)
+    if problems or table is None:
+        raise ConfigError(toml_text.first_problems(f"{file}: ", toml_text.locate_problems(file, text, problems)))
+    return make_linkage(table)
+
+
+def _values(sections: Mapping[str, Any]) -> Mapping[str, Any]:
+    entries = sections.get("parameters")
+    return entries if isinstance(entries, Mapping) else {}
+
+
+def read_linkage(
+    entry: object, entries: Mapping[str, Any], folder: Path, problems: Problems, file_problems: list[str]
+) -> Linkage | None:
+    """The linkage of a study, in its text or in a file that it names, valid only without problems.
+
+    Parameters
+    ----------
+    entry
+        The section [linkage], or the name of a file that has it.
+    entries
+        The section [parameters] of the study. A sketch in a file with such a section is of the values there.
+    folder
+        The folder that the name of the file is relative to.
+    problems, file_problems
+        The problems of the study and of the file are appended.
+    """
+    key: KeyPath = (SECTION,)
+    if entry is None:
+        reason = 'is missing; describe the linkage in the section [linkage], or name its file, linkage = "shaper.toml"'
+        problems.append((key, reason))
+        return None
+    table = _read_file(entry, entries, folder, problems, file_problems) if isinstance(entry, str) else read_table(
+        entry, entries, problems
+    )  # fmt: skip
+    if table is None:
+        return None
+    note_unused(table, entries, problems)
+    return make_linkage(table)
+
+
+def _read_file(
+    name: str, entries: Mapping[str, Any], folder: Path, problems: Problems, file_problems: list[str]
+) -> LinkageTable | None:
+    """The table of a file that a study names; None after its problems are appended."""
+    file = os.fspath(folder / name)
+    try:
+        text = toml_text.read_text(file)
+        sections = toml_text.parse_toml(file, text)
+        if "parameters" in sections or isinstance(sections.get(SECTION), str):
+            return _linkage_of_text(file, text, sections).table
+        found: Problems = []
+        table = None
+        if SECTION in sections:
+            table = read_table(sections[SECTION], entries, found)
+        else:
+            found.append(((SECTION,), "is missing; describe the linkage in the section [linkage]"))
+    except ConfigError as error:
+        file_problems += error.problems
+        return None
+    # The values of a sketch are those of the study.
+    problems += [(key, reason) for key, reason in found if key[0] == "parameters"]
+    own = [(key, reason) for key, reason in found if key[0] != "parameters"]
+    file_problems += toml_text.first_problems(f"{file}: ", toml_text.locate_problems(file, text, own))
+    return table
+
+
+def inlined(text: str, linkage: Linkage | None) -> str:
+    """The text of a study, with its table in place of the name of the file that has it."""
+    own = tomllib.loads(text)
+    if linkage is None or not isinstance(own.get(SECTION), str):
+        return text
+    wanted = {**own, SECTION: linkage.content}
+    lines = text.replace("\r\n", "\n").split("\n")
+    del lines[line_of(locate("\n".join(lines)), (SECTION,)) - 1]
+    written = "\n".join(lines).rstrip() + f"\n\n{linkage.to_toml()}"
+    with suppress(tomllib.TOMLDecodeError):
+        if tomllib.loads(written) == wanted:
+            return written
+    return toml_text.format_toml(wanted)
+
+
+def mechanism_of(results: Results) -> Mechanism:
+    """The mechanism of results, with their points and their target; a table is read from their study.
+
+    Raises
+    ------
+    RequestError
+        If this version does not have it.
+    ResultsError
+        If the study of the results does not describe the linkage.
+    """
+    source = linkage_of(results) or results.mechanism
+    return find_mechanism(source, results.points, results.target)
+
+
+def linkage_of(results: Results) -> Linkage | None:
+    """The linkage that the study of results describes; None for other mechanisms."""
+    if not results.mechanism.startswith(_PREFIX):
+        return None
+    problems: Problems = []
+    try:
+        sections = tomllib.loads(results.config)
+    except tomllib.TOMLDecodeError as error:
+        raise ResultsError(f"{results.path} is damaged: its study cannot be read: {error}") from None
+    table = read_table(sections.get(SECTION), _values(sections), problems)
+    if table is None or problems:
+        reasons = "; ".join(f"{toml_text.dotted(key)}: {reason}" for key, reason in problems[:1])
+        raise ResultsError(f"{results.path} is damaged: its study describes no linkage: {reasons}")
+    linkage = make_linkage(table)
+    if linkage.mechanism.name != results.mechanism:
+        raise ResultsError(f"{results.path} is damaged: its study describes {linkage.mechanism.name}")
+    return linkage
