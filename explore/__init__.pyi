@@ -33,6 +33,8 @@ from .running.public import simulate as simulate
 from .running.public import sweep as sweep
 from .service.client import Service as Service
 from .service.requester import ServiceError as ServiceError
+from .studies.config.linkage import Linkage as Linkage
+from .studies.config.linkage import load_linkage as load_linkage
 from .studies.config.study import Study as Study
 from .studies.config.study_file import load_study as load_study
 from .synthesis.public import synthesize as synthesize

@@ -22,7 +22,7 @@ from explore.results.labels import results_name
 from explore.results.queries import choose_design
 from explore.running.motions import mark_angles, window_limits
 from explore.running.public import simulate
-from explore.studies.request.names import find_mechanism
+from explore.studies.config.linkage import mechanism_of
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -132,7 +132,7 @@ def drawing_of(simulated: SimulatedDesign) -> Drawing:
 def simulate_design(results: Results, design: int | None = None) -> SimulatedDesign:
     """Simulate one design of results, with the drive stroke of its study; arguments and errors as of `motion_chart`."""
     units, results = results.shown_units, results.declared
-    mechanism = find_mechanism(results.mechanism, results.points, results.target)
+    mechanism = mechanism_of(results)
     chosen = choose_design(results, design)
     row = results.design(chosen)
     values = {p.name: float(row[p.name]) if p.name in row else p.default for p in mechanism.parameters}

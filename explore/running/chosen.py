@@ -12,7 +12,7 @@ from explore.base.errors import RequestError, ResultsError
 from explore.model.request import Request
 from explore.results.ranking.rankings import rank_source
 from explore.results.store.results import Results
-from explore.studies.request.names import find_mechanism
+from explore.studies.config.linkage import mechanism_of
 from explore.studies.request.requests import make_request
 
 if TYPE_CHECKING:
@@ -37,7 +37,7 @@ def request_of(results: Results) -> Request:
         raise ResultsError(f"{results.path} is damaged: its study cannot be read: {error}") from None
     evaluate = study.get("evaluate", {})
     return make_request(
-        find_mechanism(results.mechanism, results.points, results.target),
+        mechanism_of(results),
         metrics=evaluate.get("metrics"),
         window=evaluate.get("window"),
         drive=evaluate.get("drive"),

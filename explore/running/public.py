@@ -40,6 +40,7 @@ if TYPE_CHECKING:
     import pandas as pd
     from distributed import Client
 
+    from explore.studies.config.linkage import Linkage
     from explore.studies.config.study import Study
 
 
@@ -118,7 +119,7 @@ def sweep(
 
 
 def evaluate(
-    mechanism: str,
+    mechanism: str | Linkage,
     designs: Mapping[str, npt.ArrayLike] | pd.DataFrame,
     *,
     metrics: Sequence[str] | str | None = None,
@@ -135,7 +136,7 @@ def evaluate(
     Parameters
     ----------
     mechanism
-        Name, as listed by `list_mechanisms`.
+        Name, as listed by `list_mechanisms`, or a `Linkage`.
     designs
         Parameters by name: columns of a table, or numbers and arrays that broadcast, in declared units. A string has a
         unit, such as ``"40 rpm"``.
@@ -202,7 +203,7 @@ def evaluate(
 
 
 def simulate(
-    mechanism: str,
+    mechanism: str | Linkage,
     parameters: Mapping[str, float | str],
     *,
     points: Mapping[str, Sequence[float | str]] | None = None,
@@ -216,7 +217,7 @@ def simulate(
     Parameters
     ----------
     mechanism
-        Name, as listed by `list_mechanisms`.
+        Name, as listed by `list_mechanisms`, or a `Linkage`.
     parameters
         Parameters of the design by name, in declared units or as strings with a unit. Forces follow from the load
         parameters and are 0 without.

@@ -1,4 +1,4 @@
-"""The points of a file that a study or a task names, written into its text: a service reads no file by its path."""
+"""What a study or a task names as a file, written into its text: a service reads no file by its path."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _GIVEN = (*_PATH, "poses", "table")
 
 
 def with_points(text: str, file: Path) -> str:
-    """The text with the points in place of the name of their file, or as it is if it names none.
+    """The text with points and a linkage in place of the names of their files, or as it is if it names none.
 
     Raises `ConfigError` with every problem of the study or task, that of the file of points among them, and
     `RequestError` if the points cannot be written in place of the name.
@@ -31,6 +31,8 @@ def with_points(text: str, file: Path) -> str:
         sections = tomllib.loads(text)
     except (tomllib.TOMLDecodeError, RecursionError):
         return text  # whose problems the service tells
+    if isinstance(sections.get("linkage"), str):
+        return text_with_points(parse_study(text, str(file), file.parent))
     if not _names_file(sections):
         return text
     is_task = "task" in sections and "mechanism" not in sections

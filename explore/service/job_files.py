@@ -96,6 +96,9 @@ def _named_files(sections: dict[str, Any]) -> Problems:
     """The keys that name a file, which is refused before anything opens it: it would be a file of the server."""
     sampling, target = (sections.get(name) for name in ("sampling", "target"))
     problems: Problems = []
+    if isinstance(sections.get("linkage"), str):
+        reason = "a server reads no file of a linkage; write its sections in the study, [linkage] and others"
+        problems.append((("linkage",), reason))
     if isinstance(sampling, dict) and ("file" in sampling or sampling.get("method") == "table"):
         key = "file" if "file" in sampling else "method"
         reason = "a server reads no table of designs; write lists of values, or sweep the study with `explore sweep`"

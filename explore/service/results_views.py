@@ -19,7 +19,7 @@ from explore.results.store.results import Results
 from explore.results.store.study_units import given_units, units_of_study
 from explore.results.store.summaries import summarise
 from explore.results.store.table_words import with_labels, with_units
-from explore.studies.request.names import find_mechanism
+from explore.studies.config.linkage import mechanism_of
 
 
 def open_shown(path: Path) -> Results:
@@ -31,7 +31,7 @@ def open_shown(path: Path) -> Results:
 
 def with_mechanism(results: Results) -> tuple[Results, Mechanism]:
     """Results and their mechanism; `RequestError` if this version does not have it."""
-    return results, find_mechanism(results.mechanism, results.points, results.target)
+    return results, mechanism_of(results)
 
 
 def show(results: Results) -> dict[str, Any]:

@@ -78,6 +78,24 @@ def choose_design(results: explore.Results) -> dict[str, float]:
     return design
 
 
+def use_linkage(folder: Path) -> pd.DataFrame:
+    """A slider-crank as a table: read, swept as a study, and evaluated."""
+    linkage = explore.Linkage(
+        {
+            "driver": "crank",
+            "frame": {"O": [0, 0]},
+            "links": {"crank": {"O": 0, "A": "r"}, "rod": {"A": 0, "B": "l"}},
+            "slots": {"guide": {"pin": "B", "link": "frame", "along": ["O", [1, 0]]}},
+            "branch": {"B": "far"},
+        }
+    )
+    (folder / "linkage.toml").write_text(linkage.to_toml(), encoding="utf-8")
+    same: explore.Linkage = explore.load_linkage(folder / "linkage.toml")
+    study = explore.Study(mechanism=same, parameters={"r": [20, 30], "l": 100}, metrics=["guide_velocity_peak"])
+    assert study.linkage == linkage
+    return explore.evaluate(linkage, {"r": [20, 30], "l": 100}, metrics=["guide_velocity_peak"])
+
+
 def tune_design(design: dict[str, float]) -> explore.Tuning:
     """The cranks with which the steadiest design swings by 20 to 30 deg."""
     tuning: explore.Tuning = explore.tune(
@@ -191,6 +209,7 @@ def main(folder: Path) -> None:
         [13.58, 37.0], rocker=595.0, ground=751.0, coupler=(460.0, 1271.5), transmission_angle=(30.0, 150.0)
     )
     export_design(results, design, folder)
+    assert len(use_linkage(folder)) == 2
     found = find_linkages(folder)
     figures = draw_charts(results, found, cover, tune_design(design), tolerance_designs(results))
     print(study, design, cover.gaps, len(figures), *refused(found), sep="\n")

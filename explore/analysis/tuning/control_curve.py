@@ -26,6 +26,8 @@ from explore.studies.request.targets import TargetOrSection
 if TYPE_CHECKING:
     import pandas as pd
 
+    from explore.studies.config.linkage import Linkage
+
 #: Largest value that is searched, over the largest parameter of the design with the same unit.
 _WIDEST = 10.0
 #: Smallest positive value that is searched, over the largest.
@@ -92,7 +94,7 @@ class Tuning:
 
 
 def tune(
-    mechanism: str,
+    mechanism: str | Linkage,
     design: Mapping[str, float | str],
     *,
     parameter: str,
@@ -118,7 +120,7 @@ def tune(
     Parameters
     ----------
     mechanism
-        Name, as listed by `list_mechanisms`.
+        Name, as listed by `list_mechanisms`, or a `Linkage`.
     design
         Parameters by name, in declared units or as strings with a unit; the varied one may be missing.
     parameter

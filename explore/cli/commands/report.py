@@ -83,6 +83,7 @@ def _rank_command(paths: Sequence[Path], units: Sequence[str]) -> str:
 
 def _mechanism(sources: Sequence[Results]) -> Mechanism | None:
     """The mechanism of the results; None if this version does not have it, and the page draws none."""
+    from explore.studies.config.linkage import mechanism_source
     from explore.studies.request.names import find_mechanism
 
     announce_compiling()
@@ -91,8 +92,7 @@ def _mechanism(sources: Sequence[Results]) -> Mechanism | None:
         # The paths of points are drawn where all results have the same.
         is_shared = all(source.points == points for source in sources)
         has_target = is_shared and all(source.target == target for source in sources)
-        return find_mechanism(
-            sources[0].mechanism, points if is_shared else type(points)(), target if has_target else None
-        )
+        source = mechanism_source(sources[0])
+        return find_mechanism(source, points if is_shared else type(points)(), target if has_target else None)
     except RequestError:
         return None

@@ -16,8 +16,8 @@ from explore.cli.output import count_of, print_json, say
 if TYPE_CHECKING:
     from explore.service.client import JobHandle, Service
 
-#: Pattern of a line that may name a file of points.
-_NAMES_A_FILE = re.compile(r"^\s*file\s*=", re.MULTILINE)
+#: Pattern of a line that may name a file of points or of a linkage.
+_NAMES_A_FILE = re.compile(r"^\s*(?:file\s*=|linkage\s*=\s*[\"'])", re.MULTILINE)
 
 
 def submit(
@@ -111,7 +111,7 @@ class _NewFile:
         from explore.studies.config import toml_text
 
         text = toml_text.read_text(str(self.file))
-        if _NAMES_A_FILE.search(text):  # what reads points takes a second to import
+        if _NAMES_A_FILE.search(text):  # what reads files takes a second to import
             from explore.service.inlined_points import with_points
 
             text = with_points(text, self.file)

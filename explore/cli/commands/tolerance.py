@@ -122,9 +122,9 @@ def _parse(texts: Sequence[str], source: Results, units: ShownUnits) -> dict[str
 
     A VALUE without a name is that of all lengths that no other text names.
     """
-    from explore.studies.request.names import find_mechanism
+    from explore.studies.config.linkage import mechanism_of
 
-    mechanism = find_mechanism(source.mechanism, source.points)
+    mechanism = mechanism_of(source)
     scales = units.scales({parameter.name: parameter.unit for parameter in mechanism.parameters})
     swept = {column.name for column in source.columns if column.role == "parameter"}
     lengths = [p.name for p in mechanism.parameters if p.unit == "mm" and p.affects in ("motion", "point")]

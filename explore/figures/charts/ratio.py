@@ -14,7 +14,7 @@ from explore.figures.charts.style import BLUE, GREEN, INFEASIBLE_OPACITY, INK, M
 from explore.results.labels import axis_label, completeness_note, results_name
 from explore.results.queries import choose_design, designs_like, numeric_column
 from explore.results.store.open_results import ResultsOrPath, results_of
-from explore.studies.request.names import find_mechanism
+from explore.studies.config.linkage import mechanism_of
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -45,7 +45,7 @@ def ratio_chart(results: ResultsOrPath, *, design: int | None = None) -> Figure:
         If the design is not in the file.
     """
     results = results_of(results)
-    mechanism = find_mechanism(results.mechanism, results.points, results.target)
+    mechanism = mechanism_of(results)
     offered = {*(parameter.name for parameter in mechanism.parameters), *mechanism.metric_names()}
     missing = [name for name in (_CRANK, _RATIO) if name not in offered]
     if missing:

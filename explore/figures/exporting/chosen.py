@@ -19,6 +19,7 @@ from explore.results.queries import choose_design
 from explore.results.store.results import Results
 from explore.running.motions import mark_angles
 from explore.running.public import simulate
+from explore.studies.config.linkage import Linkage, mechanism_source
 from explore.studies.config.study import Study
 from explore.studies.config.study_file import parse_study
 from explore.studies.config.toml_text import format_toml
@@ -26,7 +27,7 @@ from explore.studies.request.names import find_mechanism
 from explore.studies.request.parameters import parameter_columns
 
 #: Sections of a study of many designs that the study of one design does not take over.
-_OF_MANY = ("mechanism", "parameters", "points", "target", "sampling", "rank", "scene")
+_OF_MANY = ("mechanism", "linkage", "parameters", "points", "target", "sampling", "rank", "scene")
 
 
 @dataclass(frozen=True)
@@ -64,7 +65,7 @@ class DesignOfResults:
         places = coordinates(results.points, values)
         of_points = {f"{point}_{axis}" for point in places for axis in COORDINATES}
         parts: dict[str, object] = {
-            "mechanism": results.mechanism,
+            **_mechanism_entries(mechanism_source(results)),
             "parameters": {name: value for name, value in values.items() if name not in of_points},
             "points": {point: dict(zip(COORDINATES, place, strict=True)) for point, place in places.items()},
             **({"target": results.target.to_content()} if results.target else {}),
@@ -76,18 +77,23 @@ class DesignOfResults:
         return text
 
 
+def _mechanism_entries(source: str | Linkage) -> dict[str, object]:
+    """What a study says of its mechanism; of a linkage the side of each joint in words, since a sketch is of others."""
+    return {"mechanism": "linkage", "linkage": source.content} if isinstance(source, Linkage) else {"mechanism": source}
+
+
 @dataclass(frozen=True)
 class DesignOfParameters:
     """A design of a mechanism by its parameters in declared units, those of its points included."""
 
-    mechanism: str
+    mechanism: str | Linkage
     parameters: Mapping[str, float]
     points: tuple[str, ...]
 
     @classmethod
     def read(
         cls,
-        mechanism: str,
+        mechanism: str | Linkage,
         parameters: Mapping[str, float | str],
         points: Mapping[str, Sequence[float | str]],
     ) -> DesignOfParameters:

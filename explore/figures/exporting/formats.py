@@ -16,6 +16,7 @@ from explore.figures.exporting.svg import write_svg
 from explore.results.store.open_results import ResultsOrPath, results_of
 from explore.results.store.outputs import new_output
 from explore.results.store.results import Results
+from explore.studies.config.linkage import Linkage
 
 Design = DesignOfResults | DesignOfParameters
 #: Writers by ending; a longer ending is looked for first. Not .h5, which results have.
@@ -33,7 +34,7 @@ _WRITERS: dict[str, Callable[[Design, Path], object]] = {
 
 
 def export(
-    source: ResultsOrPath,
+    source: ResultsOrPath | Linkage,
     path: Path | str | Sequence[Path | str],
     *,
     design: int | None = None,
@@ -45,7 +46,8 @@ def export(
     Parameters
     ----------
     source
-        The results of a sweep, or the path of their file; with `parameters` the name of a mechanism.
+        The results of a sweep, or the path of their file; with `parameters` the name of a mechanism, or a
+        `Linkage`.
     path
         A file, or several. The ending of the name is the format: ``.toml`` (a study of this design alone that computes
         the same row), ``.csv``, ``.hdf5`` and ``.mat`` (the motion over a turn), ``.dxf`` and ``.svg`` (the drawing at
@@ -94,12 +96,14 @@ def find_writer(path: Path) -> Callable[[Design, Path], object]:
 
 
 def _choose(
-    source: ResultsOrPath,
+    source: ResultsOrPath | Linkage,
     design: int | None,
     parameters: Mapping[str, float | str] | None,
     points: Mapping[str, Sequence[float | str]],
 ) -> Design:
     if parameters is None:
+        if isinstance(source, Linkage):
+            raise RequestError("a linkage alone is no design; give its `parameters`")
         if points:
             raise RequestError("points are given with the parameters of a mechanism; results have their own")
         return DesignOfResults.choose(results_of(source), design)
@@ -107,4 +111,4 @@ def _choose(
         raise RequestError("a number chooses a design of results; leave it out, or the parameters")
     if isinstance(source, Results):
         raise RequestError("parameters are those of a mechanism; give its name in place of results")
-    return DesignOfParameters.read(str(source), parameters, points)
+    return DesignOfParameters.read(source if isinstance(source, Linkage) else str(source), parameters, points)

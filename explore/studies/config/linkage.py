@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from explore.base.errors import ConfigError, KeyPath, Problems, ResultsError
 from explore.mechanisms.linkages.table import LinkageTable
+from explore.mechanisms.registry import MECHANISMS
 from explore.model.mechanism import Mechanism
 from explore.studies.config import toml_text
 from explore.studies.config.key_lines import line_of, locate
@@ -93,7 +94,7 @@ class Linkage:
     @property
     def mechanism(self) -> Mechanism:
         """The mechanism of the table: its signals, metrics and statuses, as `explore mechanisms FILE` lists them."""
-        return make_mechanism(self.table)
+        return MECHANISMS.of_table(self.table)
 
     def to_toml(self) -> str:
         """The text of a file from which `load_linkage` reads an equal linkage."""
@@ -108,13 +109,6 @@ class Linkage:
     def _repr_html_(self) -> str:
         """For notebooks: the text of the table."""
         return f"<p><b>linkage</b> of {len(self.table.links)} links</p><pre>{escape(self.to_toml())}</pre>"
-
-
-def make_mechanism(table: LinkageTable) -> Mechanism:
-    """The mechanism of a table."""
-    from explore.mechanisms.linkages.declaration import linkage_mechanism  # imports a compiler, needed only here
-
-    return linkage_mechanism(table)
 
 
 def make_linkage(table: LinkageTable) -> Linkage:
@@ -243,23 +237,22 @@ def inlined(text: str, linkage: Linkage | None) -> str:
 
 
 def mechanism_of(results: Results) -> Mechanism:
-    """The mechanism of results, with their points and their target; a table is read from their study.
+    """The mechanism of results, with their points and their target; its name is known in this process from now on.
 
     Raises
     ------
     RequestError
         If this version does not have it.
     ResultsError
-        If the study of the results does not describe the linkage.
+        If the study of the results does not describe their linkage.
     """
-    source = linkage_of(results) or results.mechanism
-    return find_mechanism(source, results.points, results.target)
+    return find_mechanism(mechanism_source(results), results.points, results.target)
 
 
-def linkage_of(results: Results) -> Linkage | None:
-    """The linkage that the study of results describes; None for other mechanisms."""
+def mechanism_source(results: Results) -> str | Linkage:
+    """The name of the mechanism of results, or the linkage that their study describes; errors as of `mechanism_of`."""
     if not results.mechanism.startswith(_PREFIX):
-        return None
+        return results.mechanism
     problems: Problems = []
     try:
         sections = tomllib.loads(results.config)
@@ -267,9 +260,11 @@ def linkage_of(results: Results) -> Linkage | None:
         raise ResultsError(f"{results.path} is damaged: its study cannot be read: {error}") from None
     table = read_table(sections.get(SECTION), _values(sections), problems)
     if table is None or problems:
-        reasons = "; ".join(f"{toml_text.dotted(key)}: {reason}" for key, reason in problems[:1])
-        raise ResultsError(f"{results.path} is damaged: its study describes no linkage: {reasons}")
+        reason = next((f"{toml_text.dotted(key)}: {reason}" for key, reason in problems), "")
+        raise ResultsError(f"{results.path} is damaged: its study does not describe its linkage: {reason}")
     linkage = make_linkage(table)
     if linkage.mechanism.name != results.mechanism:
-        raise ResultsError(f"{results.path} is damaged: its study describes {linkage.mechanism.name}")
+        raise ResultsError(
+            f"{results.path} is damaged: its study describes {linkage.mechanism.name}, not {results.mechanism}"
+        )
     return linkage
