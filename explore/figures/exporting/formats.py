@@ -103,7 +103,7 @@ def _choose(
 ) -> Design:
     if parameters is None:
         if isinstance(source, Linkage):
-            raise RequestError("a linkage alone is no design; give its `parameters`")
+            raise RequestError("a linkage alone is no design; give its parameters")
         if points:
             raise RequestError("points are given with the parameters of a mechanism; results have their own")
         return DesignOfResults.choose(results_of(source), design)
