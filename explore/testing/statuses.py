@@ -69,7 +69,7 @@ def _wrong_rows(subject: Subject, window: WindowArgument, drive: str) -> Iterato
 def _accepted_parameters(subject: Subject) -> Iterator[str]:
     """Parameters of which a value outside the declared range does not give the status 'not_finite'."""
     mechanism, designs = subject.mechanism, subject.complete_designs
-    metrics = [metric.name for metric in mechanism.metrics]
+    metrics = [metric.name for metric in mechanism.metrics] or [mechanism.any_metric]
     window, drive = next(iter(subject.windows()))
     for parameter in mechanism.parameters:
         for value in (np.nan, np.inf, -np.inf, -1.0, 0.0):

@@ -25,7 +25,7 @@ def draw_linkage(table: LinkageTable) -> Drawing | None:
     ends = [point for point in moving if point not in joints]
     return Drawing(
         points=points,
-        links=tuple(Link(body.name, tuple(body.place_of)) for body in table.links if len(body.points) > 1),
+        links=tuple(Link(body.name, _outline(tuple(body.place_of))) for body in table.links if len(body.points) > 1),
         pivots=tuple(point for point in frame if len(table.bodies_at(point)) > 1),
         guides=tuple(guide for slot in table.slots if (guide := _guide(table, slot))),
         paths=(
@@ -33,6 +33,11 @@ def draw_linkage(table: LinkageTable) -> Drawing | None:
             *(Path(point, f"path of {point}", "point") for point in ends),
         ),
     )
+
+
+def _outline(points: tuple[str, ...]) -> tuple[str, ...]:
+    """The points of a link, closed where there are three or more."""
+    return points if len(points) == 2 else (*points, points[0])
 
 
 def _fixed(place: Place) -> tuple[Vector, ...] | None:

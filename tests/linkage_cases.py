@@ -1,0 +1,129 @@
+"""Linkages for tests: those of tests/reference/linkages.json, and random ones; graphs evaluated by mpmath."""
+
+import json
+import tomllib
+from pathlib import Path
+
+import mpmath
+import numpy as np
+
+from explore import Linkage
+from explore.base.lanes.designs import fill_motion_of_design
+from explore.mechanisms.linkages.equations import Equations
+from explore.mechanisms.linkages.expressions import evaluate_function
+from explore.mechanisms.linkages.graph import operands
+from explore.mechanisms.linkages.steps import find_steps
+
+REFERENCE = json.loads((Path(__file__).parent / "reference" / "linkages.json").read_text())
+#: Cases of joints that no dyad solves: the yoke of the first is held by two pins in one line.
+NO_DYADS = ("scotch-yoke", "stephenson-2")
+#: Cases whose crank does not turn fully.
+PARTIAL = ("peaucellier", "scott-russell")
+CASES = {case["name"]: case for case in REFERENCE["cases"] if case["name"] not in NO_DYADS}
+
+
+def linkage_of(case):
+    return Linkage(tomllib.loads(case["table"]))
+
+
+def values_of(case):
+    return {name: float(value) for name, value in case["parameters"].items()}
+
+
+def trace(linkage):
+    return Equations(linkage.table, find_steps(linkage.table))
+
+
+def evaluate_graph(numbers, parameters, angle):
+    """Numbers of a graph with the digits of mpmath; `angle` in rad."""
+    graph = numbers[0].graph
+    cosine, sine = mpmath.cos(angle), mpmath.sin(angle)
+    inputs = {"@cos": cosine, "@sin": sine}
+    inputs |= {f"@versine{k}": 1 - part for k, part in enumerate((cosine, sine, -cosine, -sine))}
+    done = {}
+    for k in graph.needed(numbers):
+        operation, *rest = graph.nodes[k]
+        values = [done[each] for each in operands(graph.nodes[k])]
+        match operation:
+            case "constant":
+                done[k] = mpmath.mpf(rest[0])
+            case "input":
+                done[k] = inputs[rest[0]] if rest[0] in inputs else mpmath.mpf(parameters[rest[0]])
+            case "add" | "exact_sum":
+                done[k] = mpmath.fsum(values)
+            case "sub":
+                done[k] = values[0] - values[1]
+            case "mul":
+                done[k] = values[0] * values[1]
+            case "div":
+                done[k] = values[0] / values[1]
+            case "neg":
+                done[k] = -values[0]
+            case "sqrt":
+                done[k] = mpmath.sqrt(values[0])
+            case "abs":
+                done[k] = abs(values[0])
+            case "max":
+                done[k] = max(values)
+            case "arctangent":
+                done[k] = mpmath.atan2(values[0], values[1])
+            case _:  # of degrees
+                done[k] = mpmath.mpf(evaluate_function(operation, *map(float, values)))
+    return [done[number.index] for number in numbers]
+
+
+def columns(mechanism, designs):
+    return np.array(
+        [np.broadcast_to(designs[p.name], len(next(iter(designs.values())))) for p in mechanism.kernel_parameters]
+    )
+
+
+def dense(mechanism, designs, count):
+    """Mean, variance, least and greatest value of all rows of signals by equal steps, each of shape (n, rows)."""
+    angles = (np.arange(count) + 0.5) * 360.0 / count
+    half_turns = np.round(angles / 180.0)
+    tangents = np.tan(0.5 * np.deg2rad(angles - 180.0 * half_turns))
+    anchors, laws = (half_turns % 2).astype(np.int64), np.zeros(count, np.int64)
+    signals, result = np.zeros((mechanism.signal_rows, count)), []
+    for constants in mechanism.constants(columns(mechanism, designs)).T:
+        fill_motion_of_design(
+            mechanism.fill,
+            np.ascontiguousarray(constants),
+            anchors,
+            laws,
+            tangents,
+            0,
+            1,
+            mechanism.signal_rows,
+            signals,
+        )
+        mean = signals.mean(axis=1)
+        result.append((mean, ((signals - mean[:, None]) ** 2).mean(axis=1), signals.min(axis=1), signals.max(axis=1)))
+    return [np.array(parts) for parts in zip(*result, strict=True)]
+
+
+def turns(mechanism, designs):
+    return mechanism.evaluate_closed_form(columns(mechanism, designs)).status == 1
+
+
+def scattered(case, count, rng, share):
+    """Designs around a case, each parameter by up to a share of it."""
+    return {name: value * (1.0 + share * rng.uniform(-1.0, 1.0, count)) for name, value in values_of(case).items()}
+
+
+def near_limits(mechanism, designs, count, rng):
+    """Designs that turn beside others that do not, at distances of 1e-6 to 0.3 of the way; None if all turn."""
+    ok = turns(mechanism, designs)
+    if ok.all():
+        return None
+    inside, outside = rng.choice(np.flatnonzero(ok), count), rng.choice(np.flatnonzero(~ok), count)
+    low, high = np.zeros(count), np.ones(count)
+
+    def between(share):
+        return {name: column[inside] * (1.0 - share) + column[outside] * share for name, column in designs.items()}
+
+    for _ in range(45):
+        middle = 0.5 * (low + high)
+        moves = turns(mechanism, between(middle))
+        low, high = np.where(moves, middle, low), np.where(moves, high, middle)
+    return between(low * (1.0 - 10.0 ** rng.uniform(-6.0, -0.5, count)))

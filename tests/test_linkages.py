@@ -1,0 +1,282 @@
+"""Linkages of tables: motions, statistics and statuses against references of other roads."""
+
+import math
+import re
+import tomllib
+
+import mpmath
+import numpy as np
+import pytest
+from linkage_cases import (
+    CASES,
+    PARTIAL,
+    REFERENCE,
+    dense,
+    evaluate_graph,
+    linkage_of,
+    near_limits,
+    scattered,
+    trace,
+    turns,
+    values_of,
+)
+
+import explore
+from explore import Linkage
+from explore.evaluation.evaluate import evaluate_columns
+from explore.studies.request.requests import make_request
+
+FULL = [name for name in CASES if name not in PARTIAL]
+#: Those of the fast form: each kind of dyad, one or more of them.
+FAST = ("slider-crank", "watt-2", "crank-shaper", "jansen", "oscillating-cylinder")
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_places_and_rates_equal_the_reference(name):
+    """To 1e-27 of the reference's 30 digits, as the graph is exact: points and slots at all its angles."""
+    case = CASES[name]
+    equations = trace(linkage_of(case))
+    compared = 0
+    # Decimals of the table, and sines of its angles, are doubles.
+    has_doubles = re.search(r"\d\.\d|angle =", case["table"]) is not None
+    digits = mpmath.mpf("1e-13" if has_doubles else "1e-27")
+    with mpmath.workdps(40):
+        for degrees, reference in case["at"].items():
+            angle = mpmath.mpf(degrees) * mpmath.pi / 180
+            numbers = {
+                f"{point}_{word}{axis}": series.terms[order]
+                for point, place in equations.points.items()
+                for order, word in enumerate(("", "velocity_", "acceleration_"))
+                for axis, series in zip("xy", place, strict=True)
+            }
+            for slot in equations.table.slots:
+                words = ("position", "velocity", "acceleration")
+                terms = equations.slot_position(slot).terms
+                numbers |= {f"{slot.name}_{word}": term for word, term in zip(words, terms, strict=True)}
+            numbers = {key: number for key, number in numbers.items() if key in reference}
+            values = evaluate_graph(list(numbers.values()), case["parameters"], angle)
+            for key, value in zip(numbers, values, strict=True):
+                expected = mpmath.mpf(reference[key])
+                assert abs(value - expected) <= digits * max(abs(expected), 100), (degrees, key)
+                compared += 1
+    assert compared >= 60
+
+
+@pytest.mark.parametrize("name", [pytest.param(n, marks=() if n in FAST else pytest.mark.slow) for n in FULL])
+def test_statistics_equal_the_reference(name):
+    """Statistics over the turn to 1e-12 of the size of the signal."""
+    case = CASES[name]
+    linkage = linkage_of(case)
+    declared = {signal.name: signal for signal in linkage.mechanism.signals}
+    wanted = {
+        f"{signal}_{statistic}": (float(value), signal)
+        for signal, statistics in case["turn"].items()
+        for statistic, value in statistics.items()
+        if signal in declared and statistic in declared[signal].statistics
+    }
+    assert len(wanted) >= 12
+    row = explore.evaluate(linkage, values_of(case), metrics=list(wanted), window="cycle", tolerance=1e-12).iloc[0]
+    for metric, (expected, signal) in wanted.items():
+        size = max(abs(float(value)) for value in case["turn"][signal].values() if not isinstance(value, list))
+        assert row[metric] == pytest.approx(expected, abs=1e-12 * max(size, 1.0)), metric
+
+
+def test_signals_of_a_simulation_equal_the_reference():
+    case = CASES["crank-shaper"]
+    motion = explore.simulate(linkage_of(case), values_of(case), angles=[float(a) for a in case["at"]])
+    for degrees, reference in case["at"].items():
+        row = motion.loc[float(degrees)]
+        for name, value in reference.items():
+            if name in motion:
+                assert row[name] == pytest.approx(float(value), rel=1e-12, abs=1e-11), (degrees, name)
+    assert {"ram_position", "lever_angle", "S_transmission_angle", "D_curvature"} <= set(motion)
+
+
+def _statuses():
+    for name, topology in REFERENCE["statuses"]["topologies"].items():
+        for number, entry in enumerate(topology["sets"]):
+            yield pytest.param(topology, entry, id=f"{name}-{number}")
+
+
+@pytest.mark.parametrize(("topology", "entry"), list(_statuses()))
+def test_statuses_equal_the_reference(topology, entry):
+    """One set of 79 is blocked by 1.5e-6 rad, which is nearer than rounding tells: the status says that."""
+    words = topology.get("branch", {}) | entry.get("branch", {})
+    side = {joint: word.split(" (or ")[0] for joint, word in words.items()}
+    linkage = _with_sides(topology["table"], side)
+    row = explore.evaluate(linkage, {k: float(v) for k, v in entry["parameters"].items()}, metrics=_one_metric(linkage))
+    label = row.attrs["labels"]["status"][row["status"].iloc[0]]
+    expected = {"turns": "ok", "change_point": "change_point_at_"}.get(entry["status"], "crank_blocked_at_")
+    widths = [float(width) for width in entry.get("blocked_widths_rad", [])]
+    is_near = entry["status"] == "blocked" and widths and max(widths) < 2e-6
+    assert label.startswith(expected) or (is_near and label.startswith("change_point_at_")), label
+
+
+def _one_metric(linkage):
+    return [linkage.mechanism.any_metric]
+
+
+def _with_sides(text, sides):
+    """The linkage of a table whose joints are left or right as seen from the first to the second known point."""
+    section = tomllib.loads(text)["linkage"]
+    section.pop("sketch", None)
+    branch = {joint: _words(section, joint, 1 if side == "left" else -1) for joint, side in sides.items()}
+    return Linkage({**section, "branch": branch})
+
+
+def _words(section, joint, sign):
+    for slot in section.get("slots", {}).values():
+        if slot["pin"] == joint:
+            return "far" if sign > 0 else "near"
+    centres = [
+        next(point for point in points if point != joint) for points in section["links"].values() if joint in points
+    ]
+    return f"{'left' if sign > 0 else 'right'} of {centres[0]} {centres[1]}"
+
+
+def test_a_four_bar_equals_the_crank_rocker_near_change_points_and_kites():
+    """To 4e-15 of the largest value, as the hand-written kernel is: no digit is lost to the general form."""
+    linkage = linkage_of(CASES["hoecken"])
+    section = linkage.content | {"frame": {"O": [0, 0], "C": ["r4", 0]}}
+    section["links"] = {
+        "crank": {"O": 0, "A": "r1"}, "coupler": {"A": 0, "B": "r2"}, "rocker": {"C": 0, "B": "r3"},
+    }  # fmt: skip
+    four_bar = Linkage(section)
+    angles = [0.0, 1e-7, 1e-3, 1.0, 40.0, 179.0, 180.0, 180.001, 250.0, 359.999999]
+    rates = [f"{link}_{rate}" for link in ("coupler", "rocker") for rate in ("velocity", "acceleration")]
+    for r1, r2, r3, r4 in (
+        (66.0, 1083.4, 540.0, 680.0), (100.0, 300.0, 250.0, 300.0 + 250.0 - 100.0 - 1e-9), (1e-4, 90.0, 70.0, 100.0),
+        (100.0, 200.0, 200.0 + 1e-9, 100.0 + 2e-9),
+    ):  # fmt: skip
+        own = explore.simulate(four_bar, {"r1": r1, "r2": r2, "r3": r3, "r4": r4}, angles=angles)
+        lengths = {"crank": r1, "coupler": r2, "rocker": r3, "ground": r4, "branch": 1}
+        other = explore.simulate("crank-rocker", lengths, angles=angles)
+        for rate in rates:
+            size = np.abs(other[rate]).max()
+            assert np.abs(own[rate] - other[rate]).max() <= 4e-15 * size, (rate, r1, r2, r3, r4)
+
+
+def _families(form):
+    for name, share in (("watt-2", 0.25), ("crank-shaper", 0.25), ("slider-crank", 0.3), ("jansen", 0.12),
+                        ("stephenson-3", 0.15), ("toggle-press", 0.15), ("wiper", 0.1), ("klann", 0.1),
+                        ("whitworth", 0.2), ("oscillating-cylinder", 0.2)):  # fmt: skip
+        for tolerance in (1e-6, 1e-9, 1e-12):
+            is_fast = name in ("watt-2", "crank-shaper") and tolerance == 1e-9
+            if (form == "fast") == is_fast:
+                yield pytest.param(name, share, tolerance, marks=() if is_fast else pytest.mark.slow)
+
+
+@pytest.mark.parametrize(("name", "share", "tolerance"), [*_families("fast"), *_families("slow")])
+def test_bounds_hold(name, share, tolerance, request):
+    """Means, variances and extremes of rates are within `error` of dense sampling, where that is exact enough."""
+    is_slow = request.node.get_closest_marker("slow") is not None
+    count, samples, rng = (1000, 16384, np.random.default_rng(7)) if is_slow else (60, 8192, np.random.default_rng(7))
+    case, linkage = CASES[name], linkage_of(CASES[name])
+    names = [s.name for s in linkage.mechanism.signals if s.name.endswith(("_velocity", "_acceleration"))]
+    names = [each for each in names if not linkage.mechanism.signal(each).is_magnitude][:4]
+    metrics = [f"{each}_{statistic}" for each in names for statistic in ("mean", "variance", "max")]
+    made = make_request(linkage.mechanism, metrics=metrics, window="cycle", tolerance=tolerance)
+    kernel = made.kernel
+    designs = scattered(case, 4 * count, rng, share)
+    families = [{key: column[turns(kernel, designs)][:count] for key, column in designs.items()}]
+    families += [near for near in [near_limits(kernel, designs, count, rng)] if near]
+    checked = above = 0
+    for family in families:
+        found = evaluate_columns(made, family).columns
+        ok = np.isin(found["status"], (1, 7))
+        fine, coarse = dense(kernel, family, samples), dense(kernel, family, samples // 2)
+        for each in names:
+            row = kernel.signal(each).row
+            rms = np.sqrt(fine[0][:, row] ** 2 + fine[1][:, row])
+            peak = np.maximum(np.abs(fine[2][:, row]), np.abs(fine[3][:, row]))
+            for k, (statistic, scale) in enumerate((("mean", rms), ("variance", rms**2))):
+                error = np.abs(found[f"{each}_{statistic}"] - fine[k][:, row]) / scale
+                sure = ok & (np.abs(fine[k][:, row] - coarse[k][:, row]) / scale < 0.1 * found["error"] + 1e-15)
+                checked, above = checked + sure.sum(), above + (error[sure] > found["error"][sure]).sum()
+                assert (error[sure] <= 10.0 * found["error"][sure]).all(), (each, statistic)
+            # A sample is never above the maximum.
+            assert (fine[3][:, row] - found[f"{each}_max"] <= found["error"] * peak + 1e-15 * peak)[ok].all(), each
+    assert checked >= count
+    assert above <= 0.001 * checked
+
+
+def test_windows_and_magnitudes_that_have_no_turn_of_equal_steps():
+    """Intervals, means of magnitudes and curvatures take the adaptive rule; an interval of a turn is the turn."""
+    case = CASES["watt-2"]
+    linkage, values = linkage_of(case), values_of(case)
+    motion = explore.simulate(linkage, values, angles=np.arange(0.005, 360.0, 0.01))
+    names = ["E_velocity_mean", "E_curvature_max", "output_velocity_mean"]
+    row = explore.evaluate(linkage, values, metrics=names, window="cycle").iloc[0]
+    assert row["E_velocity_mean"] == pytest.approx(motion["E_velocity"].mean(), rel=1e-9)
+    assert row["E_curvature_max"] == pytest.approx(motion["E_curvature"].max(), rel=1e-6)
+    part = explore.evaluate(linkage, values, metrics=["output_velocity_mean"], window={"from": 20, "to": 110}).iloc[0]
+    inside = motion["output_velocity"].loc[20.0:110.0]
+    assert part["output_velocity_mean"] == pytest.approx(inside.mean(), rel=1e-7)
+    angles = explore.simulate(linkage, values, angles=[20.0, 110.0])["output_angle"]
+    assert part["output_velocity_mean"] == pytest.approx(np.deg2rad(np.diff(angles)[0]) / (math.pi / 2), rel=1e-12)
+
+
+def test_a_link_that_turns_fully_has_rates_but_no_statistics_of_its_angle():
+    case = CASES["whitworth"]
+    linkage, values = linkage_of(case), values_of(case)
+    row = explore.evaluate(linkage, values, metrics=["lever_angle_mean"]).iloc[0]
+    assert row["status"] == 8
+    assert math.isnan(row["lever_angle_mean"])
+    mean = explore.evaluate(linkage, values, metrics=["lever_velocity_mean"]).iloc[0]["lever_velocity_mean"]
+    assert mean == pytest.approx(1.0, rel=1e-12)  # a turn of the lever for a turn of the crank
+
+
+def test_the_transmission_angle_is_the_worst_of_all_joints():
+    case = CASES["watt-2"]
+    row = explore.evaluate(linkage_of(case), values_of(case), metrics=["transmission_angle_min"]).iloc[0]
+    extremes = [case["turn"][f"{joint}_transmission_angle"] for joint in "BE"]
+    expected = min(min(float(e["min"]), 180.0 - float(e["max"])) for e in extremes)
+    assert row["transmission_angle_min"] == pytest.approx(expected, rel=1e-12)
+
+
+@pytest.mark.parametrize("seed", [*range(12), *(pytest.param(s, marks=pytest.mark.slow) for s in range(12, 1000))])
+def test_random_chains_of_dyads_keep_their_lengths(seed):
+    """Places satisfy all joints to 60 digits, and rates are derivatives of the places."""
+    rng = np.random.default_rng(seed)
+    section, values, angle = _random_chain(rng)
+    equations = trace(Linkage(section))
+    with mpmath.workdps(60):
+        points = {
+            name: evaluate_graph([x.terms[0], y.terms[0]], values, angle) for name, (x, y) in equations.points.items()
+        }
+        for link in section["links"].values():
+            (a, _), (b, length) = link.items()
+            distance = mpmath.hypot(points[a][0] - points[b][0], points[a][1] - points[b][1])
+            assert abs(distance - mpmath.mpf(values[length])) < mpmath.mpf("1e-50")
+        last = equations.points[list(equations.points)[-1]]
+        for series in last:
+            place = [evaluate_graph([series.terms[0]], values, angle + k * mpmath.mpf("1e-15"))[0] for k in (-1, 0, 1)]
+            velocity, acceleration = evaluate_graph(list(series.terms[1:]), values, angle)
+            assert abs((place[2] - place[0]) / mpmath.mpf("2e-15") - velocity) < mpmath.mpf("1e-20") * (
+                1 + abs(velocity)
+            )
+            second = (place[2] - 2 * place[1] + place[0]) / mpmath.mpf("1e-30")
+            assert abs(second - acceleration) < mpmath.mpf("1e-20") * (1 + abs(acceleration))
+
+
+def _random_chain(rng):
+    """One to six dyads of two bars each on known points, with lengths that assemble at a crank angle."""
+    angle = float(rng.uniform(0.0, 2.0 * math.pi))
+    places = {"O": (0.0, 0.0), "A": (30.0 * math.cos(angle), 30.0 * math.sin(angle))}
+    frame, links, values, branch = {"O": [0, 0]}, {"crank": {"O": 0, "A": "c"}}, {"c": 30.0}, {}
+    for k in range(rng.integers(1, 7)):
+        ground = f"G{k}"
+        places[ground] = tuple(rng.uniform(-100.0, 100.0, 2))
+        frame[ground] = [f"{ground}x", f"{ground}y"]
+        values |= {f"{ground}x": places[ground][0], f"{ground}y": places[ground][1]}
+        moving = [point for point in places if point not in frame]
+        first, second = str(rng.choice(moving)), ground
+        joint = f"J{k}"
+        places[joint] = tuple(rng.uniform(-150.0, 150.0, 2))
+        for end in (first, second):
+            links[f"bar_{joint}_{end}"] = {end: 0, joint: f"l_{joint}_{end}"}
+            values[f"l_{joint}_{end}"] = math.dist(places[end], places[joint])
+        (ax, ay), (bx, by), (px, py) = places[first], places[second], places[joint]
+        side = (bx - ax) * (py - ay) - (by - ay) * (px - ax)
+        branch[joint] = f"{'left' if side > 0 else 'right'} of {first} {second}"
+    return {"driver": "crank", "frame": frame, "links": links, "branch": branch}, values, angle
