@@ -107,7 +107,8 @@ def _of_link(link: str, equations: Equations, one: Number) -> Iterator[Quantity]
     yield replace(_quantity(f"{link}_angle", "deg", f"angle of {link}", angle, one), link=link)
     for order, (word, unit) in enumerate((("velocity", "rad/s"), ("acceleration", "rad/s^2")), 1):
         rate = c * sine.terms[order] - s * cosine.terms[order]
-        below = f"{link}_angle" if order == 1 else f"{link}_velocity"
+        # The angle of a link that turns fully is not the same after a turn, so its rate has a mean.
+        below = "" if order == 1 else f"{link}_velocity"
         yield _quantity(f"{link}_{word}", unit, f"angular {word} of {link}", rate, one, order, below)
 
 
