@@ -11,13 +11,14 @@ import typer
 
 from explore.cli.completion import complete_mechanisms
 from explore.cli.options import JsonOption
-from explore.cli.output import number, print_json, say, shown_unit
+from explore.cli.output import announce_compiling, number, print_json, say, shown_unit
 from explore.cli.tables import print_table
 
 if TYPE_CHECKING:
     from explore.model.mechanism import Mechanism
     from explore.model.points import FloatingLink
     from explore.model.quantities import Formula, Metric, Parameter, Signal
+    from explore.studies.config.linkage import Linkage
 
 #: Number of values up to which all are listed; of more that count up, the first two and the last are.
 _MOST_CHOICES = 4
@@ -25,7 +26,12 @@ _MOST_CHOICES = 4
 
 def mechanisms(
     name: Annotated[
-        str | None, typer.Argument(metavar="NAME", autocompletion=complete_mechanisms, help="One mechanism in full.")
+        str | None,
+        typer.Argument(
+            metavar="NAME",
+            autocompletion=complete_mechanisms,
+            help="One mechanism in full, or the file.toml of a linkage: a study, or its table alone.",
+        ),
     ] = None,
     as_json: JsonOption = False,
 ) -> None:
@@ -34,7 +40,8 @@ def mechanisms(
     from explore.studies.request.names import find_mechanism
 
     if name is not None:
-        _print_mechanism(find_mechanism(name), as_json=as_json)
+        found = _linkage(name) if name.lower().endswith(".toml") else name
+        _print_mechanism(find_mechanism(found), as_json=as_json)
         return
     available, problems = MECHANISMS.load_all()
     for problem in problems:
@@ -45,6 +52,16 @@ def mechanisms(
         rows = [[mechanism.name, mechanism.summary] for mechanism in available.values()]
         print_table("mechanisms", [("mechanism", ""), ("meaning", "")], rows)
         say("explore mechanisms NAME shows parameters, signals, metrics and windows", "dim")
+        say("explore init --linkage NAME writes a study of a linkage that a table describes", "dim")
+
+
+def _linkage(file: str) -> Linkage:
+    """The linkage of a file; what its mechanism has takes a compiler to find out."""
+    from explore.studies.config.linkage import load_linkage
+
+    linkage = load_linkage(file)
+    announce_compiling()
+    return linkage
 
 
 def _print_mechanism(mechanism: Mechanism, *, as_json: bool) -> None:
