@@ -29,6 +29,13 @@ def complete_tasks() -> list[tuple[str, str]]:
     return [(each.name, each.summary) for each in TASK_TYPES.values()]
 
 
+def complete_linkages() -> list[tuple[str, str]]:
+    """Names of the classic linkages, with what they do."""
+    from explore.studies.config.study_file import linkage_starters
+
+    return list(linkage_starters().items())
+
+
 def complete_objectives(ctx: typer.Context) -> list[tuple[str, str]]:
     """Columns of the results that can be objectives, with their meaning."""
     from explore.results.ranking.rankings import RANKABLE_ROLES

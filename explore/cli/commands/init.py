@@ -7,8 +7,9 @@ from typing import Annotated
 import typer
 
 from explore.base.errors import RequestError
-from explore.cli.completion import complete_mechanisms, complete_tasks
+from explore.cli.completion import complete_linkages, complete_mechanisms, complete_tasks
 from explore.cli.output import say
+from explore.cli.tables import print_table
 
 
 def init(
@@ -27,11 +28,24 @@ def init(
             "or dwell.",
         ),
     ] = None,
+    linkage: Annotated[
+        str | None,
+        typer.Option(
+            autocompletion=complete_linkages,
+            metavar="NAME",
+            help="Write a study of a classic linkage that a table describes, such as watt-2, whitworth or jansen.",
+        ),
+    ] = None,
+    list_linkages: Annotated[bool, typer.Option("--list", help="List the linkages, and write nothing.")] = False,
 ) -> None:
     """Write a commented study or task that runs, to start from."""
-    if task is not None and mechanism is not None:
-        raise RequestError("--task has a mechanism of its own; leave out --mechanism")
-    text = _study(mechanism or "crank-rocker") if task is None else _task(task)
+    if list_linkages:
+        _print_linkages()
+        return
+    given = [f"--{name}" for name, value in (("mechanism", mechanism), ("task", task), ("linkage", linkage)) if value]
+    if len(given) > 1:
+        raise RequestError(f"{' and '.join(given)} are given; name one of them")
+    text = _linkage(linkage) if linkage else _study(mechanism or "crank-rocker") if task is None else _task(task)
     path = config or Path("study.toml" if task is None else "task.toml")
     try:
         with path.open("x", encoding="utf-8") as stream:
@@ -40,6 +54,20 @@ def init(
         raise RequestError(f"{path} exists; name another file") from None
     command = "sweep" if task is None else "synthesize"
     say(f"wrote {path}; now run: {shlex.join(['explore', command, str(path)])}")
+
+
+def _linkage(name: str) -> str:
+    from explore.studies.config.study_file import linkage_starter
+
+    return linkage_starter(name)
+
+
+def _print_linkages() -> None:
+    from explore.studies.config.study_file import linkage_starters
+
+    rows = [[name, summary] for name, summary in linkage_starters().items()]
+    print_table("linkages that tables describe", [("linkage", ""), ("meaning", "")], rows)
+    say("explore init --linkage NAME writes its study", "dim")
 
 
 def _study(mechanism: str) -> str:

@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 import os
+import re
 import warnings
 from importlib.resources import files
 from pathlib import Path
 
 from explore.base.errors import ConfigError, DoubtfulInputWarning, Problems, RequestError
+from explore.base.suggest import closest_name, format_value
 from explore.model.mechanism import Mechanism
 from explore.model.targets import Target
 from explore.studies.config import toml_text
 from explore.studies.config.resolution import resolve_study
 from explore.studies.config.study import Study, make_study
+
+#: Folder of the studies of classic linkages.
+_LINKAGES = files("explore").joinpath("data/linkages")
 
 
 def load_study(path: str | os.PathLike[str]) -> Study:
@@ -75,3 +80,32 @@ def starter(mechanism: Mechanism) -> str:
             f"{mechanism.name} declares no starter; `explore mechanisms {mechanism.name}` lists it in full"
         )
     return file.read_text(encoding="utf-8")
+
+
+def linkage_starters() -> dict[str, str]:
+    """What each classic linkage does that a table describes, by its name: the first sentence of its study."""
+    found = {file.name.removesuffix(".toml"): file.read_text(encoding="utf-8") for file in _LINKAGES.iterdir()}
+    return {name: _first_sentence(found[name]) for name in sorted(found)}
+
+
+def linkage_starter(name: str) -> str:
+    """The text of a commented study of a classic linkage, ready to run.
+
+    Raises
+    ------
+    RequestError
+        If there is none of that name.
+    """
+    names = list(linkage_starters())
+    if name not in names:
+        known = f"available: {', '.join(names)}"
+        match = closest_name(name, names)
+        hint = f"did you mean '{match}'? {known}" if match else known
+        raise RequestError(f"unknown linkage {format_value(name)}; {hint}")
+    return _LINKAGES.joinpath(f"{name}.toml").read_text(encoding="utf-8")
+
+
+def _first_sentence(text: str) -> str:
+    """The first sentence of the comment at the top of a study."""
+    lines = [line[2:] for line in text.split("\n#\n")[0].split("\n")]
+    return re.split(r"[.;:](?:\s|$)", " ".join(lines), maxsplit=1)[0]
