@@ -7,7 +7,6 @@ from pathlib import Path
 
 import pytest
 
-import explore
 from explore.base.errors import ConfigError
 from explore.mechanisms.linkages.steps import find_steps
 from explore.studies.config.linkage import Linkage, load_linkage

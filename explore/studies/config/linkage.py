@@ -202,6 +202,10 @@ def _read_file(
     file = os.fspath(folder / name)
     try:
         text = toml_text.read_text(file)
+    except ConfigError as error:
+        problems.append(((SECTION,), str(error)))
+        return None
+    try:
         sections = toml_text.parse_toml(file, text)
         if "parameters" in sections or isinstance(sections.get(SECTION), str):
             return _linkage_of_text(file, text, sections).table

@@ -108,4 +108,4 @@ def linkage_starter(name: str) -> str:
 def _first_sentence(text: str) -> str:
     """The first sentence of the comment at the top of a study."""
     lines = [line[2:] for line in text.split("\n#\n")[0].split("\n")]
-    return re.split(r"[.;:](?:\s|$)", " ".join(lines), maxsplit=1)[0]
+    return re.split(r"[.;](?:\s|$)", " ".join(lines), maxsplit=1)[0]

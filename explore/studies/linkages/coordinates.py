@@ -14,7 +14,7 @@ from explore.base.units.quantities import quantity
 from explore.evaluation.propagation import Bounded, propagate
 from explore.mechanisms.linkages.table import Coordinate, Place
 from explore.model.expressions import FUNCTIONS, Expression
-from explore.studies.request.formula_text import ANGULAR, parse_formula
+from explore.studies.request.formula_text import ANGULAR, MOST_CHARACTERS, parse_formula
 
 Steps = tuple[tuple[str, float], ...]
 
@@ -147,7 +147,8 @@ def text_of(coordinate: Coordinate) -> str:
         else:
             right, left = stack.pop(), stack.pop()
             stack.append(_joined(operation, left, right))
-    return stack.pop().text
+    text = stack.pop().text
+    return text if len(text) <= MOST_CHARACTERS else text.replace(" ", "")
 
 
 def _joined(operation: str, left: _Text, right: _Text) -> _Text:
@@ -155,11 +156,11 @@ def _joined(operation: str, left: _Text, right: _Text) -> _Text:
     if operation not in _OPERATORS:
         # min(a, b, c) is min(a, min(b, c)).
         rest = right.text[len(operation) + 1 : -1] if right.function == operation else right.text
-        return _Text(f"{operation}({left.text},{rest})", function=operation)
+        return _Text(f"{operation}({left.text}, {rest})", function=operation)
     strength = _OPERATORS[operation]
     if operation == "**":
         return _Text(f"{left.within(_OPERAND)}**{right.within(_POWER)}", strength)
-    return _Text(f"{left.within(strength)}{operation}{right.within(strength + 1)}", strength)
+    return _Text(f"{left.within(strength)} {operation} {right.within(strength + 1)}", strength)
 
 
 def _number_text(number: float) -> str:

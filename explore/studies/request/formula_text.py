@@ -24,7 +24,7 @@ from explore.base.suggest import format_value, suggestion
 from explore.model.expressions import FUNCTIONS, Expression
 
 #: Length of the longest text of a formula.
-_MOST_CHARACTERS = 1000
+MOST_CHARACTERS = 1000
 #: Words of the grammars of formulas and of conditions, which are not names of columns.
 RESERVED = (*FUNCTIONS, "pi", "and", "or", "not")
 #: Notations of other languages, and their replacements.
@@ -47,8 +47,8 @@ class FormulaText:
 
 def parse_formula(text: str) -> FormulaText:
     """Parse a formula; the message of a `RequestError` has the position of the first error."""
-    if len(text) > _MOST_CHARACTERS:
-        raise RequestError(f"has {len(text):,} characters, but a formula has at most {_MOST_CHARACTERS:,}; split it")
+    if len(text) > MOST_CHARACTERS:
+        raise RequestError(f"has {len(text):,} characters, but a formula has at most {MOST_CHARACTERS:,}; split it")
     if not text.strip():
         raise RequestError('is empty; write a formula such as "coupler + ground"')
     return _FormulaParser(text).parse()

@@ -1,0 +1,115 @@
+"""Mutated tables of linkages: each is read, or refused with a line for each mistake, and nothing else happens."""
+
+import json
+import re
+import tomllib
+from pathlib import Path
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from test_fuzz_config import toml
+
+from explore.base.errors import ConfigError
+from explore.mechanisms.linkages.steps import find_steps
+from explore.studies.config.linkage import Linkage, load_linkage
+from explore.studies.config.study_file import linkage_starter, linkage_starters
+
+REFERENCE = json.loads((Path(__file__).parent / "reference" / "linkages.json").read_text())
+TABLES = [case["table"] for case in REFERENCE["cases"]] + [linkage_starter(name) for name in linkage_starters()]
+
+NAMES = [
+    "O",
+    "A",
+    "B",
+    "C",
+    "D",
+    "S",
+    "crank",
+    "rod",
+    "rocker",
+    "frame",
+    "guide",
+    "ram",
+    "r",
+    "speed",
+    "pi",
+    "sin",
+    "x_y",
+]
+KEYS = st.sampled_from([
+    *NAMES, "driver", "output", "frame", "links", "slots", "slides", "branch", "sketch", "parameters", "range",
+    "copies", "pin", "link", "along", "direction", "radius", "angle", "crank_angle", "unit", "default", "min", "max",
+    "meaning", "", "a b", "ω", "x" * 200, "a\nb", "A_x", "mean",
+])  # fmt: skip
+TEXTS = [
+    *NAMES, "r + 1", "2 * r", "r / 0", "1 / 0", "(r", "r ** r ** -r", "9 ** 9 ** 9 ** 9", "sin(r)", "sin(r) + r",
+    "atan2(r, 1)", "-" * 900 + "r", "(" * 400, "min(r, 1, 2)", "sqrt(-1)", "left of A C", "right of C A", "far", "near",
+    "positive", "negative", "left", "60 rpm", "1 mm", "\x00", "a\nb", "x" * 3000, "__import__('os')", "1e308 * r",
+]  # fmt: skip
+SCALARS = st.one_of(
+    st.floats(), st.floats(-100, 100), st.integers(-3, 10), st.integers(-(2**70), 2**70), st.booleans(),
+    st.text(max_size=8), st.sampled_from(TEXTS), st.dates(),
+)  # fmt: skip
+TREES = st.recursive(SCALARS, lambda inner: st.lists(inner, max_size=3) | st.dictionaries(KEYS, inner, max_size=3))
+
+
+@st.composite
+def mutated_tables(draw):
+    """One of the tables with a few of its values, at any depth, replaced, removed or given another key."""
+    table = tomllib.loads(draw(st.sampled_from(TABLES)))
+    for _ in range(draw(st.integers(1, 4))):
+        place, keys = table, list(table)
+        while True:
+            keys = list(place) if isinstance(place, dict) else list(range(len(place)))
+            if not keys:
+                break
+            key = draw(st.sampled_from(keys))
+            if not isinstance(place[key], dict | list) or draw(st.integers(0, 7)) == 0:
+                break
+            place = place[key]
+        change = draw(st.sampled_from(["replace", "replace", "copy", "remove", "rename", "add"]))
+        if change == "add" or not keys:
+            place.update({draw(KEYS): draw(TREES)}) if isinstance(place, dict) else place.append(draw(TREES))
+        elif change == "replace":
+            place[key] = draw(TREES)
+        elif change == "copy":
+            place[key] = place[draw(st.sampled_from(keys))]
+        elif change == "remove":
+            del place[key]
+        elif isinstance(place, dict):
+            place[draw(KEYS)] = place.pop(key)
+    return table
+
+
+@given(mutated_tables())
+@settings(max_examples=300, deadline=None, suppress_health_check=list(HealthCheck))
+def test_mutated_tables_are_read_or_refused(tmp_path_factory, table):
+    assert_read_or_refused(tmp_path_factory.getbasetemp() / "table.toml", table)
+
+
+@pytest.mark.slow
+@given(mutated_tables())
+@settings(max_examples=5000, deadline=None, suppress_health_check=list(HealthCheck))
+def test_many_mutated_tables_are_read_or_refused(tmp_path_factory, table):
+    assert_read_or_refused(tmp_path_factory.getbasetemp() / "table.toml", table)
+
+
+def assert_read_or_refused(file, table):
+    """A linkage that its own content describes, or a line for each mistake that begins with the file and a line."""
+    text = "".join(f"{toml(key)} = {toml(value)}\n" for key, value in table.items())
+    file.write_text(text, encoding="utf-8", errors="surrogatepass")
+    problems, linkage = [], None
+    try:
+        linkage = load_linkage(file)
+    except ConfigError as error:
+        problems = error.problems
+    for problem in problems:
+        assert problem.startswith(f"{file}:")
+        assert re.fullmatch(r"\d+: .+| and [\d,]+ more| .+", problem.removeprefix(f"{file}:"))
+        assert len(problem) < 1500
+    assert len(set(problems)) == len(problems)
+    if linkage is not None:
+        assert Linkage(linkage.content) == linkage
+        assert Linkage(tomllib.loads(linkage.to_toml())).content == linkage.content
+        assert find_steps(linkage.table)
