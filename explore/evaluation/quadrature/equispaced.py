@@ -45,11 +45,11 @@ MOST_NODES = 160
 WORTH = 1.1
 #: Largest half-tangent of a singularity's distance that counts: beyond it fewer than FEWEST_NODES would do.
 _FARTHEST = 0.99
-
 #: Mark of a panel that is left to the adaptive rule, in place of its singularity.
 _LEFT = -1.0
-#: Rate of decay of such a panel, with which its few nodes seem enough.
+#: Rate of decay of a panel with that mark, with which its few nodes seem enough.
 _RATE_OF_LEFT = 50.0
+
 _FACTOR_4 = math.exp(LOG_CONSTANT_4 - LOG_CONSTANT_2)
 
 

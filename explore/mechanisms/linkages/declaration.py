@@ -27,6 +27,7 @@ from explore.model.status import OwnStatus
 FIRST_STATUS = 20
 #: Version of the equations and of what follows from them; raised when a number changes.
 _VERSION = "1"
+
 _WINDOWS = (
     Window("cycle", "the full turn", "turn", needs_stroke=False),
     Window("interval", "an explicit interval of crank angles, { from = 0, to = 90 }", "interval", needs_stroke=False),
@@ -34,7 +35,7 @@ _WINDOWS = (
 SPEED = Parameter("speed", "rad/s", "constant crank velocity", default=1.0, scales_speed=True)
 
 
-#: Most mechanisms of tables, and kernels of them, that are kept.
+#: Largest number of mechanisms of tables, and of kernels of them, that are kept.
 _MOST_KEPT = 256
 
 

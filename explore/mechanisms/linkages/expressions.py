@@ -8,7 +8,7 @@ from collections.abc import Callable
 from explore.mechanisms.linkages.graph import Graph, Number
 from explore.mechanisms.linkages.table import Coordinate
 
-#: Functions of one value, by their names in formulas; those of angles take degrees.
+#: Functions of one value, by their names in formulas; sines, cosines and tangents take degrees.
 _FUNCTIONS = ("sin", "cos", "tan", "log", "exp")
 
 

@@ -10,10 +10,17 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable
 
-#: Levels of a node: a number; what depends on the design; what depends on the input angle as well.
-CONSTANT, DESIGN, ANGLE = range(3)
-#: Inputs of the input angle theta: cosine, sine, and 1 - cos(theta - k pi/2) for k = 0 ... 3 as sums of positive terms.
-COSINE, SINE = "@cos", "@sin"
+#: Level of a number.
+CONSTANT = 0
+#: Level of a node that depends on the design.
+DESIGN = 1
+#: Level of a node that depends on the input angle as well.
+ANGLE = 2
+#: Input of the cosine of the input angle.
+COSINE = "@cos"
+#: Input of the sine of the input angle.
+SINE = "@sin"
+#: Inputs of 1 - cos(theta - k pi/2), k = 0 ... 3, of the input angle theta, as sums of positive terms.
 VERSINES = ("@versine0", "@versine1", "@versine2", "@versine3")
 
 Node = tuple[str | int | float, ...]

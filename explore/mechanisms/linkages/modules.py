@@ -16,7 +16,7 @@ from functools import cache
 from pathlib import Path
 from types import ModuleType
 
-#: Most modules that are kept; the least recently used ones go.
+#: Largest number of modules that are kept; the least recently used ones go.
 MOST_MODULES = 256
 
 

@@ -10,8 +10,7 @@ from explore.mechanisms.linkages.graph import Number, Series
 from explore.mechanisms.linkages.table import FRAME
 from explore.model.quantities import Signal
 
-#: Names of inputs of the graph for the reference of a link's angle: REFERENCE, the link, and ":0" for the middle of the
-#: range (rad), ":1" for its cosine, ":2" for its sine.
+#: Beginning of the names of inputs for the middle of a link's range (rad, ":0"), its cosine (":1") and sine (":2").
 REFERENCE = "#reference:"
 
 

@@ -18,10 +18,13 @@ from explore.base.subroutines import subroutine
 NODES = 17
 #: Nodes of the turn at which the directions of links are followed.
 DIRECTION_NODES = 256
-#: Verdicts on a design: it turns; not decided yet. Blocked at factor s is -1 - s, too close to tell 2 + s.
-TURNS, DOUBTFUL = 1.0, 0.0
+#: Verdict on a design that turns; -1 - s is one that is blocked at factor s.
+TURNS = 1.0
+#: Verdict on a design that is not decided yet.
+DOUBTFUL = 0.0
+#: Verdict on a design whose factor 0 is too close to tell; that of factor s is larger by s.
 FIRST_TIE = 2.0
-#: Most cells of one half turn that wait to be halved.
+#: Largest number of cells of one half turn that wait to be halved.
 MOST_CELLS = 512
 #: Factor on what a cubic misses when a factor is taken for positive.
 SAFETY = 4.0

@@ -26,7 +26,7 @@ from explore.studies.request.names import find_mechanism
 if TYPE_CHECKING:
     from explore.results.store.results import Results
 
-#: What the names of mechanisms of tables begin with.
+#: Beginning of the names of mechanisms of tables.
 _PREFIX = "linkage-"
 
 

@@ -14,6 +14,7 @@ from explore.studies.linkages.structure import SECTION
 
 #: A step that has two solutions.
 TwoSided = JoinPoint | PoseBySlot
+
 _SIDE = re.compile(r"\s*(left|right)\s+of\s+(\w+)\s+(\w+)\s*")
 
 

@@ -20,7 +20,7 @@ Steps = tuple[tuple[str, float], ...]
 
 _POLAR = ("radius", "angle")
 _FORMS = 'a number, an expression, [x, y] or { radius = "r", angle = 30 }'
-#: How strongly operations bind their operands, as in formulas; functions and names bind most.
+# Ranks of operations by how strongly they bind their operands, as in formulas.
 _SUM, _PRODUCT, _NEGATION, _POWER, _OPERAND = range(1, 6)
 _OPERATORS = {"+": _SUM, "-": _SUM, "*": _PRODUCT, "/": _PRODUCT, "**": _POWER}
 

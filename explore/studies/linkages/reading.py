@@ -16,13 +16,20 @@ from explore.studies.linkages.sketch import Sketch
 from explore.studies.linkages.structure import SECTION, Structure, note_loose_links, read_part, read_structure
 
 _KEYS = ("driver", "output", "frame", "links", "slots", "slides", "branch", "sketch", "parameters")
-#: What a later version will read, and why this does not.
+#: Keys that are not supported yet, with what to do.
 _LATER = {
     "range": "crank angles that are limited are not supported yet; evaluate intervals with window = { from, to }",
     "copies": "copies of a chain are not supported yet",
 }
-_MOST_POINTS, _MOST_LINKS, _MOST_SLOTS, _MOST_PARAMETERS = 60, 40, 40, 100
-#: Numbers, names and operators of all coordinates together.
+#: Largest number of points.
+_MOST_POINTS = 60
+#: Largest number of links.
+_MOST_LINKS = 40
+#: Largest number of slots.
+_MOST_SLOTS = 40
+#: Largest number of parameters.
+_MOST_PARAMETERS = 100
+#: Largest number of numbers, names and operators of all coordinates together.
 _MOST_STEPS = 10_000
 
 

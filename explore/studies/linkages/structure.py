@@ -15,6 +15,7 @@ from explore.studies.linkages.names import reason_against
 
 #: The section of a study, which the keys of all problems begin with.
 SECTION = "linkage"
+
 _EXAMPLES = {
     "frame": "O = [0, 0]",
     "links": 'crank = { O = 0, A = "r" }',
