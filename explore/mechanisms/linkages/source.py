@@ -28,7 +28,7 @@ DISTANCE_ROW = 1
 #: Longest expression that is written into the one that uses it, characters.
 _LONGEST = 160
 
-_HEAD = '''"""Made from the table of a linkage; see `explore.mechanisms.linkages.source`."""
+_HEAD = '''"""Made from the table of a linkage by explore.mechanisms.linkages.source."""
 
 import math
 
