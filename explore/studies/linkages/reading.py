@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 from explore.base.errors import KeyPath, Problems
-from explore.base.suggest import format_value, suggestion
+from explore.base.suggest import format_value, one_line, suggestion
 from explore.mechanisms.linkages.steps import PoseBySlot, TableError, find_steps
 from explore.mechanisms.linkages.table import FRAME, LinkageTable
 from explore.studies.linkages.branch import note_missing, read_branch, two_sided
@@ -31,6 +31,8 @@ _MOST_SLOTS = 40
 _MOST_PARAMETERS = 100
 #: Largest number of numbers, names and operators of all coordinates together.
 _MOST_STEPS = 10_000
+#: Largest number of characters of a reason.
+_LONGEST_REASON = 1000
 
 
 def read_table(section: object, entries: Mapping[str, Any], problems: Problems) -> LinkageTable | None:
@@ -45,6 +47,14 @@ def read_table(section: object, entries: Mapping[str, Any], problems: Problems) 
     problems
         Each problem is appended with its key in a study.
     """
+    found: Problems = []
+    table = _read(section, entries, found)
+    # The names in a reason may be anything that a text can hold.
+    problems += [(key, one_line(reason[:_LONGEST_REASON])) for key, reason in found]
+    return table
+
+
+def _read(section: object, entries: Mapping[str, Any], problems: Problems) -> LinkageTable | None:
     before = len(problems)
     if not isinstance(section, Mapping):
         problems.append(((SECTION,), f"must be a table with driver, frame and links, got {format_value(section)}"))
