@@ -168,6 +168,22 @@ def test_the_content_of_a_linkage_describes_it(name):
     assert hash(pickle.loads(pickle.dumps(linkage))) == hash(linkage)
 
 
+def test_a_sketch_near_the_border_between_two_assemblies(tmp_path):
+    near = FOUR_BAR.replace("90", "60").replace("70", "40").replace(
+        '[linkage.branch]\nB = "left of A C"', "[linkage.sketch]\ncrank_angle = 40\nB = [66, 9]"
+    )  # fmt: skip
+    (line,) = problems_of(tmp_path, near)
+    assert line == (
+        "15: linkage.sketch.B: B is too near to the line from A to C, 0.48 mm, to tell on which side it is; "
+        "sketch another crank angle, or write the side in [linkage.branch]"
+    )
+    far = tmp_path / "far.toml"
+    far.write_text(near.replace("[66, 9]", "[66, 12]"))
+    assert load_linkage(far).table.signs == (("B", 1),)
+    far.write_text(near.replace("[66, 9]", "[66, 5]"))
+    assert load_linkage(far).table.signs == (("B", -1),)
+
+
 def test_the_side_seen_from_the_other_end():
     sides = {
         words: Linkage(tomllib.loads(FOUR_BAR.replace("left of A C", words))).table.signs

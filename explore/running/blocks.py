@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
 
@@ -11,7 +11,8 @@ import numpy as np
 
 from explore._version import __version__
 from explore.evaluation.evaluate import evaluate_columns
-from explore.mechanisms.registry import mechanism_by_name
+from explore.mechanisms.linkages.table import LinkageTable
+from explore.mechanisms.registry import MECHANISMS, mechanism_by_name
 from explore.model.columns import Arrays
 from explore.model.request import Objective, Request
 from explore.model.status import Status
@@ -67,6 +68,13 @@ def evaluate_block(
     return BlockResult(
         number, arrays, len(status), n_feasible, evaluation.kinematic_evaluations, environment, counts, tally
     )
+
+
+def environment_there(mechanism: str, table: Hashable) -> dict[str, str]:
+    """`environment_of` on a worker, which does not know the name of the mechanism of a table yet."""
+    if isinstance(table, LinkageTable):
+        MECHANISMS.of_table(table)
+    return environment_of(mechanism)
 
 
 @cache

@@ -152,30 +152,29 @@ class Sketch:
 
     def _sign(self, name: str, step: TwoSided) -> int:
         """The side on which the sketch shows a joint or the pin of a slot; 0 after a problem is noted."""
-        joint = step.point if isinstance(step, JoinPoint) else step.slot.pin
-        from_ = [step.point] if not isinstance(step, JoinPoint) else [
-            locus.centre for locus in (step.first, step.second) if isinstance(locus, Circle)
-        ]  # fmt: skip
-        missing = [point for point in (joint, *from_) if point not in self.places and not self._find(point)]
+        if isinstance(step, JoinPoint):
+            joint, line = step.point, step.second
+            ends = [locus.centre for locus in (step.first, step.second) if isinstance(locus, Circle)]
+        else:
+            joint, line, ends = step.slot.pin, step.slot, [step.point]
+        missing = [point for point in (joint, *ends) if point not in self.places and not self._find(point)]
         if missing:
             self._note_missing(missing[0], name)
             return 0
-        ends = [self.places[point] for point in from_]
+        offset = self.places[joint] - self.places[ends[0]]
         if len(ends) == 2:
-            along, size = (
-                ends[1] - ends[0],
-                max(abs(ends[1] - ends[0]), *(abs(self.places[joint] - end) for end in ends)),
-            )
-            distance = ((self.places[joint] - ends[0]) * along.conjugate()).imag / abs(along) if along else 0.0
-            border = f"the line from {from_[0]} to {from_[1]}"
+            along = self.places[ends[1]] - self.places[ends[0]]
+            # A joint is left of the line from the first to the second centre where this is positive.
+            distance = (offset * along.conjugate()).imag / abs(along) if along else 0.0
+            size = max(abs(along), abs(offset), abs(offset - along))
+            border = f"the line from {ends[0]} to {ends[1]}"
         else:
-            direction = self._direction(step.second if isinstance(step, JoinPoint) else step.slot, name)
-            if not direction:
+            direction = self._direction(line, name)
+            if not direction or (isinstance(line, Slot) and self._is_off(joint, line, direction, abs(offset))):
                 return 0
-            offset = self.places[joint] - ends[0]
             distance, size = (offset * direction.conjugate()).real, abs(offset)
-            border = f"the foot of {from_[0]} on its line"
-        if self._said & {joint, *from_}:
+            border = f"the foot of {ends[0]} on its line"
+        if self._said & {joint, *ends}:
             return 0
         if not abs(distance) >= _NEAREST * size or not distance:
             self.note(
@@ -184,8 +183,23 @@ class Sketch:
                 "sketch another crank angle, or write the side in [linkage.branch]",
             )
             return 0
-        # A joint is left of the line from the first to the second centre where the product of the vectors is positive.
         return 1 if distance > 0.0 else -1
+
+    def _is_off(self, pin: str, slot: Slot, direction: complex, size: float) -> bool:
+        """Whether the sketch has a pin far from the line of its slot, which is noted; `size` is a length there."""
+        body = self.table.body_of[slot.body]
+        known = next((point for point, _ in body.points if point in self.places), None)
+        if known is None:
+            return False
+        start = self._end(slot.along[0], body) - self.local(body.place_of[known])
+        offset = self.places[pin] - self.places[known] - start * self._turn(body)
+        distance = abs((offset * direction.conjugate()).imag)
+        if distance <= size / _MOST_OFF:
+            return False
+        if pin not in self._said:
+            self._said.add(pin)
+            self.note(pin, f"fits no assembly: {pin} is {distance:.4g} mm away from the line of {slot.name}")
+        return True
 
     def _note_missing(self, point: str, name: str) -> None:
         if point not in self._said:
@@ -220,12 +234,15 @@ class Sketch:
         turn = max(turns, key=abs, default=0.0j)
         return turn / abs(turn) if turn and cmath.isfinite(turn) else 0.0j
 
+    def _end(self, end: str | Place, body: Body) -> complex:
+        """An end of a slot in coordinates of its body."""
+        return self.local(body.place_of[end] if isinstance(end, str) else end)
+
     def _direction(self, line: Locus, name: str) -> complex:
         """The direction of the line of a slot or a slide; 0 after a problem is noted."""
         if isinstance(line, Slot):
             body = self.table.body_of[line.body]
-            ends = [self.local(body.place_of[end] if isinstance(end, str) else end) for end in line.along]
-            along = ends[1] - ends[0]
+            along = self._end(line.along[1], body) - self._end(line.along[0], body)
         elif isinstance(line, SlideLine):
             body, along = self.table.body_of[line.slide.body], self.local(line.slide.direction)
         else:
