@@ -174,7 +174,7 @@ def test_a_sketch_near_the_border_between_two_assemblies(tmp_path):
     )  # fmt: skip
     (line,) = problems_of(tmp_path, near)
     assert line == (
-        "15: linkage.sketch.B: B is too near to the line from A to C, 0.48 mm, to tell on which side it is; "
+        "15: linkage.sketch.B: B is too near to the line from A to C, 0.47 mm, to tell on which side it is; "
         "sketch another crank angle, or write the side in [linkage.branch]"
     )
     far = tmp_path / "far.toml"
