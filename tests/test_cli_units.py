@@ -393,3 +393,19 @@ def test_a_speed_given_in_rpm_is_shown_in_rpm(entry, unit, shown, tmp_path):
     assert own.design(0)["speed"] == pytest.approx(shown, rel=1e-15)
     for texts, expected in ((["declared"], "rad/s"), (["speed=Hz"], "Hz"), (["speed=rad/s"], "rad/s")):
         assert open_shown(tmp_path / "study.h5", texts).units["speed"] == expected
+
+
+def test_simulate_tells_the_speed_of_a_study_in_rpm(tmp_path):
+    """As all commands do where the study gives it so; bare numbers of --set stay in the declared unit."""
+    text = 'mechanism = "crank-rocker"\n[parameters]\ncrank = 100\ncoupler = 1083.4236\nrocker = 541.7118\n'
+    (tmp_path / "turning.toml").write_text(text + 'ground = 691.7118\nspeed = "60 rpm"\n')
+    (tmp_path / "plain.toml").write_text(text + "ground = 691.7118\nspeed = 6\n")
+    for name, words, end in (
+        ("turning", (), "speed = 60 rpm"),
+        ("turning", ("--units", "declared"), "speed = 6.283185307"),
+        ("turning", ("--set", "speed=6"), "speed = 60 rpm, but speed = 57.29577951 rpm"),
+        ("plain", (), "speed = 6"),
+    ):
+        told = run("simulate", f"{name}.toml", "--angles", 1, *words, cwd=tmp_path).stderr.splitlines()
+        assert told[0].startswith("design 0 of 1: crank = 100, ")
+        assert told[0].endswith(end)

@@ -4,13 +4,14 @@ import queue
 import threading
 import time
 import weakref
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from multiprocessing.pool import ThreadPool
 
 import dask
 import pytest
 from dask.callbacks import Callback
 
+from explore.base.errors import RequestError
 from explore.running import threads
 from explore.running.threads import SPARE_BLOCKS, BlocksOnThreads, LocalThreads
 
@@ -113,6 +114,12 @@ def test_a_pool_of_multiprocessing_computes_the_blocks_as_elsewhere_in_dask():
     with ThreadPool(2) as pool, dask.config.set(pool=pool):
         BlocksOnThreads(LocalThreads(1), abs, accepted.__setitem__, pytest.fail, ignore).run(range(-5, 5))
     assert accepted == {number: abs(number) for number in range(-5, 5)}
+
+
+def test_a_pool_of_processes_in_the_configuration_of_dask_is_refused_in_words():
+    runner = BlocksOnThreads(LocalThreads(1), abs, pytest.fail, pytest.fail, ignore)
+    with ProcessPoolExecutor(1) as pool, dask.config.set(pool=pool), pytest.raises(RequestError, match="of processes"):
+        runner.run(range(5))
 
 
 def test_after_an_error_no_block_runs_in_the_pool_of_dask():

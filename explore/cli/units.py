@@ -14,6 +14,7 @@ if TYPE_CHECKING:
 
     from explore.base.units.shown import ShownUnits
     from explore.results.store.results import Results
+    from explore.studies.config.study import Study
 
 #: Entry of --units that leaves out the choices of the study.
 _DECLARED = "declared"
@@ -53,6 +54,15 @@ def choose_units(texts: Sequence[str] | None, study: Mapping[str, object] | None
             raise RequestError(f"--units {text}: {reason}")
         entries[name] = unit
     return read_shown_units(entries)
+
+
+def units_of_designs(texts: Sequence[str] | None, study: Study) -> ShownUnits:
+    """The units in which the designs of a study are told: as `choose_units`, and rpm where its speed is given so."""
+    from explore.results.store.study_units import unit_of_speed
+
+    speed = study.request.mechanism.speed
+    given = {} if speed is None or _DECLARED in (texts or ()) else unit_of_speed(study.to_toml(), speed.name)
+    return choose_units(texts, study.units.units).with_given(given)
 
 
 def open_shown(path: Path, texts: Sequence[str] | None) -> Results:

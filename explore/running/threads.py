@@ -13,11 +13,12 @@ import multiprocessing.pool
 import queue
 import threading
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import Future, wait
+from concurrent.futures import Future, ProcessPoolExecutor, wait
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from typing import Any
 
+from explore.base.errors import RequestError
 from explore.running.attempts import Attempts
 
 #: Number of blocks under way beyond one for each thread: they keep the threads busy while a block is committed.
@@ -187,6 +188,11 @@ def _submitter(threads: _Threads) -> Iterator[Submit]:
     if pool is None:
         yield threads.submit
         return
+    if isinstance(pool, ProcessPoolExecutor) or type(pool) is multiprocessing.pool.Pool:
+        raise RequestError(
+            "the pool in dask's configuration is one of processes, but blocks run on threads; configure a "
+            "ThreadPoolExecutor or none, or sweep with `processes=True`"
+        )
     if isinstance(pool, multiprocessing.pool.Pool):
         pool = MultiprocessingPoolExecutor(pool)
     unfinished: set[Future[Any]] = set()

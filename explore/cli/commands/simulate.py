@@ -18,7 +18,7 @@ from explore.cli.output import announce_compiling, print_json, say
 from explore.cli.paths import check_new_file, refuse_overwriting
 from explore.cli.settings import Places, list_settings, parse_points, parse_settings
 from explore.cli.table_files import with_units
-from explore.cli.units import UnitsOption, choose_units
+from explore.cli.units import UnitsOption, choose_units, units_of_designs
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -71,7 +71,8 @@ def simulate(
         study = load_study(config)
         shown = choose_units(units, study.units.units)
         places = parse_points(points or [], shown)
-        name, parameters, places = _study_design(study, config, design, settings or [], places, shown)
+        told = units_of_designs(units, study)
+        name, parameters, places = _study_design(study, config, design, settings or [], places, (shown, told))
         target = study.request.mechanism.target
     else:
         shown, name, target = choose_units(units), mechanism or "", None
@@ -87,9 +88,12 @@ def simulate(
 
 
 def _study_design(
-    study: Study, config: Path, design: int, settings: list[str], places: Places, units: ShownUnits
+    study: Study, config: Path, design: int, settings: list[str], places: Places, units: tuple[ShownUnits, ShownUnits]
 ) -> tuple[str, dict[str, float], Places]:
-    """The mechanism of a study, and one of its designs, with the given parameters and points in place of its own."""
+    """The mechanism of a study, and one of its designs, with the given parameters and points in place of its own.
+
+    `units` are those of numbers of the command line without one, and those in which the design is told.
+    """
     from explore.model.points import coordinates
     from explore.model.status import Status
 
@@ -98,11 +102,11 @@ def _study_design(
         raise RequestError(f"{config} has {n_designs:,} designs, numbered from 0; there is no design {design}")
     name, points = study.request.mechanism.name, study.request.mechanism.points
     own = {key: float(values[0]) for key, values in study.space.designs(design, design + 1).items()}
-    replaced = parse_settings(name, settings, points, units, study.request.mechanism.target)
+    replaced = parse_settings(name, settings, points, units[0], study.request.mechanism.target)
     unreachable = [key for key, value in own.items() if math.isnan(value) and key not in replaced]
     if unreachable:
         raise MotionError(f"design {design} of {config} has no {unreachable[0]}: {Status.UNREACHABLE.sentence}")
-    scales = units.scales({p.name: p.unit for p in study.request.mechanism.parameters})
+    scales = units[1].scales({p.name: p.unit for p in study.request.mechanism.parameters})
     exceptions = f", but {list_settings(replaced, scales)}" if replaced else ""
     say(f"design {design} of {n_designs:,}: {list_settings(own, scales)}{exceptions}")
     parameters = own | replaced
