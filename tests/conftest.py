@@ -2,6 +2,7 @@
 
 import codecs
 import os
+import signal
 import tempfile
 from pathlib import Path
 
@@ -13,6 +14,9 @@ import explore
 from explore.base.errors import ConfigError
 from explore.results.store.packing import pack
 from explore.studies.config.study_file import load_study
+
+if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:  # as in the background of a shell; processes would inherit it
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 @pytest.fixture

@@ -373,8 +373,6 @@ def test_an_interrupted_sweep_says_how_to_continue(tmp_path):
         cwd=tmp_path,
         stderr=subprocess.PIPE,
         text=True,
-        # pytest in the background of a shell has SIGINT ignored, which a process inherits
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
     )
     deadline = time.monotonic() + 240
     results = tmp_path / "results/long.h5"

@@ -129,9 +129,8 @@ def test_an_interrupt_leaves_the_folder_unchanged(folder, existing, capsys):
 def test_an_interrupt_ends_a_comparison(command, folder):
     """A real process, interrupted as soon as it has begun; its work is long enough for a slow test to be in time."""
     process = subprocess.Popen(
-        [sys.executable, "-m", "explore", *command, "-o", "charts"], stderr=subprocess.PIPE, text=True,
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
-    )  # fmt: skip
+        [sys.executable, "-m", "explore", *command, "-o", "charts"], stderr=subprocess.PIPE, text=True
+    )
     while process.poll() is None and not list(folder.glob("charts/.unfinished-*")):
         time.sleep(0.01)
     time.sleep(0.2)  # the folder appears a moment before Python's own bookkeeping of it is done

@@ -101,9 +101,10 @@ def with_closed_form(monkeypatch, change):
     return subject
 
 
+@pytest.mark.parametrize("designs", [10, pytest.param(24, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("name", sorted(MECHANISMS))
-def test_registered_mechanisms_keep_their_promises(name):
-    check_mechanism(MECHANISMS[name])
+def test_registered_mechanisms_keep_their_promises(name, designs):
+    check_mechanism(MECHANISMS[name], designs=designs)
 
 
 @pytest.mark.parametrize("name", sorted(MECHANISMS))
