@@ -5,7 +5,8 @@ from enum import IntEnum
 
 from explore.base.compiling import CLOSE_SIGNATURE, FILL_SIGNATURE, LANES, compiled
 from explore.model.mechanism import Mechanism
-from explore.model.quantities import Metric, Parameter, Signal, Window
+from explore.model.quantities import Metric, Parameter, Signal
+from explore.model.window import Window
 
 NAMES = ("peak", "corner", "step", "polynomial", "wave", "constant")
 

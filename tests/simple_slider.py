@@ -9,8 +9,9 @@ from enum import IntEnum
 from explore.base.compiling import CLOSE_SIGNATURE, FILL_SIGNATURE, LANES, compiled
 from explore.model.drawing import INPUT, Drawing, Guide, Link, Vector
 from explore.model.mechanism import Mechanism
-from explore.model.quantities import Metric, Parameter, Signal, Window
+from explore.model.quantities import Metric, Parameter, Signal
 from explore.model.status import OwnStatus
+from explore.model.window import Window
 
 PARAMETERS = (
     Parameter("crank", "mm", "crank length"),

@@ -10,8 +10,9 @@ from simple_slider import SIMPLE_SLIDER
 from explore.base.compiling import LANES
 from explore.mechanisms.registry import MECHANISMS
 from explore.model.quadrature import Graded
-from explore.model.quantities import Metric, Window
+from explore.model.quantities import Metric
 from explore.model.status import OwnStatus, Status
+from explore.model.window import Window
 from explore.studies.config.study_file import starter
 from explore.testing.drawn_designs import draw_designs
 

@@ -10,7 +10,8 @@ from explore.base.errors import RequestError
 from explore.base.suggest import format_value
 from explore.base.units.quantities import WrittenNumber
 from explore.mechanisms.registry import MECHANISMS
-from explore.model.quantities import STATISTICS, Metric, SampledMetric, Window
+from explore.model.quantities import STATISTICS, Metric, SampledMetric
+from explore.model.window import Window
 from explore.studies.request.names import find_mechanism, find_metric
 from explore.studies.request.requests import make_objective, make_request
 

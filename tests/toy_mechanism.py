@@ -7,7 +7,8 @@ from enum import IntEnum
 from explore.base.compiling import CLOSE_SIGNATURE, FILL_SIGNATURE, LANES, compiled
 from explore.model.mechanism import Mechanism
 from explore.model.quadrature import Graded
-from explore.model.quantities import Metric, Parameter, Signal, Window
+from explore.model.quantities import Metric, Parameter, Signal
+from explore.model.window import Window
 
 #: Starts a study of the peak; smaller distances make it higher and narrower.
 STUDY = """mechanism = "peak"

@@ -11,7 +11,8 @@ from explore.evaluation.quadrature.integrals import integrate
 from explore.evaluation.statistics import moment_statistic
 from explore.evaluation.windows import interval_half_tangents, specify_window
 from explore.model.mechanism import Mechanism
-from explore.model.quantities import FloatArray, Window
+from explore.model.quantities import FloatArray
+from explore.model.window import Window
 
 
 def integrate_window(

@@ -13,7 +13,8 @@ from explore.evaluation.quadrature.windows import INTERVAL, LARGEST_TANGENT, TUR
 from explore.evaluation.windows import interval_place, specify_window
 from explore.model.declaration import ANCHORS
 from explore.model.mechanism import Mechanism
-from explore.model.quantities import FloatArray, Signal, Window
+from explore.model.quantities import FloatArray, Signal
+from explore.model.window import Window
 
 #: Angle beyond the end of a window that counts as inside, because a signal is stationary at an extreme, rad.
 _SAME = 1e-12

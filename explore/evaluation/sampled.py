@@ -26,9 +26,10 @@ from explore.evaluation.statistics import Indices, error_of, is_power, statistic
 from explore.evaluation.windows import interval_place, specify_window
 from explore.model.mechanism import Mechanism
 from explore.model.quadrature import MOST_SINGULARITIES, Adaptive, Graded, Located, Quadrature
-from explore.model.quantities import FloatArray, SampledMetric, Window
+from explore.model.quantities import FloatArray, SampledMetric
 from explore.model.request import Request
 from explore.model.status import Status
+from explore.model.window import Window
 
 _FLAGS = {
     "cv": FLAG_CV,

@@ -21,7 +21,8 @@ from explore.evaluation.quadrature.panels import (
 from explore.evaluation.quadrature.windows import ARC, INTERVAL, LONGER, SHORTER, TURN, add_interval, add_window
 from explore.model.mechanism import Mechanism
 from explore.model.quadrature import MOST_SINGULARITIES
-from explore.model.quantities import FloatArray, Window
+from explore.model.quantities import FloatArray
+from explore.model.window import Window
 
 
 def specify_window(mechanism: Mechanism, window: Window, drive: str) -> tuple[int, ...]:

@@ -10,9 +10,10 @@ from functools import cached_property
 from explore.model.drawing import Drawing, Panel
 from explore.model.points import FloatingLink
 from explore.model.quadrature import Adaptive, Graded, Located, Quadrature
-from explore.model.quantities import OUTPUT_STATISTICS, Formula, GivenMetric, Metric, Parameter, Signal, Window
+from explore.model.quantities import OUTPUT_STATISTICS, Formula, GivenMetric, Metric, Parameter, Signal
 from explore.model.status import OwnStatus, Status
 from explore.model.targets import Target, TargetKind
+from explore.model.window import Window
 
 #: Names of the anchor and of its opposite, half a turn on, in `Signal.extremes_at`.
 ANCHORS = ("anchor", "opposite")

@@ -1,10 +1,9 @@
-"""Quantities of a mechanism, as frozen data: parameters, signals, windows, and metrics of all kinds."""
+"""Quantities of a mechanism, as frozen data: parameters, signals, and metrics of all kinds."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from fractions import Fraction
 from typing import Literal
 
 import numpy as np
@@ -12,6 +11,7 @@ import numpy.typing as npt
 
 from explore.model.columns import Column
 from explore.model.expressions import Expression
+from explore.model.window import Window
 
 FloatArray = npt.NDArray[np.float64]
 Sense = Literal["min", "max"]
@@ -202,39 +202,6 @@ class Metric(Quantity):
     worst_of: str = ""
     closed_form_of: str = ""
     needs_stroke: bool = False
-
-
-@dataclass(frozen=True)
-class Window:
-    """A part of the turn that statistics are taken over.
-
-    Attributes
-    ----------
-    name, long_name
-        Name in study files and at the end of names of metrics, and description.
-    kind
-        The full turn; the arc from one mark to another; the stroke that the drive names, or the other one; the part of
-        the drive stroke that drives the output through one-way clutches; an explicit interval.
-    ends
-        Marks between which an arc lies.
-    needs_stroke
-        Whether the window exists only where the output rocks.
-    start, stop
-        First and last input angle of an explicit interval, deg, exact; the first is less than a turn from 0.
-    """
-
-    name: str
-    long_name: str
-    kind: Literal["turn", "arc", "drive", "return", "clutch", "interval"]
-    ends: tuple[str, ...] = ()
-    needs_stroke: bool = True
-    start: Fraction = Fraction(0)
-    stop: Fraction = Fraction(0)
-
-    @property
-    def length(self) -> Fraction:
-        """Length of an explicit interval, deg, exact."""
-        return self.stop - self.start
 
 
 @dataclass(frozen=True)

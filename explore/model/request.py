@@ -7,16 +7,8 @@ from functools import cached_property
 
 from explore.model.expressions import Expression
 from explore.model.mechanism import Mechanism
-from explore.model.quantities import (
-    AnyMetric,
-    DerivedMetric,
-    GivenMetric,
-    Metric,
-    Parameter,
-    SampledMetric,
-    Sense,
-    Window,
-)
+from explore.model.quantities import AnyMetric, DerivedMetric, GivenMetric, Metric, Parameter, SampledMetric, Sense
+from explore.model.window import Window
 
 
 @dataclass(frozen=True)

@@ -15,8 +15,9 @@ from explore.evaluation.evaluate import evaluate_columns
 from explore.model.columns import Arrays
 from explore.model.declaration import ANCHORS
 from explore.model.mechanism import Mechanism
-from explore.model.quantities import AnyMetric, FloatArray, SampledMetric, Signal, Window
+from explore.model.quantities import AnyMetric, FloatArray, SampledMetric, Signal
 from explore.model.status import Status
+from explore.model.window import Window
 from explore.running.motions import mark_angles, motion_signals, window_limits
 from explore.studies.request.names import find_metric, make_window
 from explore.studies.request.requests import make_request

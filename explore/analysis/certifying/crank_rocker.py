@@ -15,9 +15,10 @@ from explore.analysis.certifying.four_bar_shape import classify, overall_size
 from explore.analysis.certifying.positions import Arc, Position, extremes, full_turn
 from explore.analysis.certifying.statistics import from_extremes, from_moments, in_its_unit, stroke_of, time_ratio
 from explore.mechanisms import four_bar, rocking
-from explore.model.quantities import EXTREME_STATISTICS, DerivedMetric, Metric, SampledMetric, Window
+from explore.model.quantities import EXTREME_STATISTICS, DerivedMetric, Metric, SampledMetric
 from explore.model.request import Request
 from explore.model.status import Status
+from explore.model.window import Window
 
 _LENGTHS = ("crank", "coupler", "rocker", "ground")
 _STATUSES = {

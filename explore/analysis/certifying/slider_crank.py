@@ -23,9 +23,10 @@ from explore.analysis.certifying.integration import arctangent, integrate_over
 from explore.analysis.certifying.positions import Arc, Position, extremes, full_turn, other_coordinate, real_roots
 from explore.analysis.certifying.statistics import from_extremes, from_moments, in_its_unit, stroke_of, time_ratio
 from explore.mechanisms.slider_crank import kernel
-from explore.model.quantities import EXTREME_STATISTICS, DerivedMetric, Metric, SampledMetric, Window
+from explore.model.quantities import EXTREME_STATISTICS, DerivedMetric, Metric, SampledMetric
 from explore.model.request import Request
 from explore.model.status import Status
+from explore.model.window import Window
 
 _SINE = fmpq_poly([0, 1])
 #: Signal whose rate each signal is; empty for a position and an angle.

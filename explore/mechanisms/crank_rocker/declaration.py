@@ -18,7 +18,8 @@ from explore.model.drawing import Panel
 from explore.model.mechanism import Mechanism
 from explore.model.points import FloatingLink
 from explore.model.quadrature import Graded
-from explore.model.quantities import Metric, Parameter, Signal, Window
+from explore.model.quantities import Metric, Parameter, Signal
+from explore.model.window import Window
 
 _VELOCITY_SIGNALS = tuple(
     Signal(

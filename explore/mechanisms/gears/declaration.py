@@ -7,7 +7,8 @@ from explore.mechanisms.gears.columns import Row
 from explore.mechanisms.gears.formulas import FORMULAS
 from explore.model.drawing import INPUT, Drawing, Panel, Path, Profile, Vector
 from explore.model.mechanism import Mechanism
-from explore.model.quantities import OMITTED, Metric, Parameter, Signal, Window
+from explore.model.quantities import OMITTED, Metric, Parameter, Signal
+from explore.model.window import Window
 
 _PARAMETERS = (
     Parameter("growth", "1", "factor by which the driven gear speeds up per radian in the working sector, above 1"),

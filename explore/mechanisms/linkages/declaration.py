@@ -20,8 +20,9 @@ from explore.mechanisms.linkages.table import LinkageTable
 from explore.model.declaration import own_row
 from explore.model.mechanism import Mechanism
 from explore.model.quadrature import Located
-from explore.model.quantities import FloatArray, Formula, Parameter, Signal, Window
+from explore.model.quantities import FloatArray, Formula, Parameter, Signal
 from explore.model.status import OwnStatus
+from explore.model.window import Window
 
 #: Code of the status of a crank that the first joint blocks.
 FIRST_STATUS = 20

@@ -13,7 +13,8 @@ from explore.model.drawing import Panel
 from explore.model.mechanism import Mechanism
 from explore.model.points import FloatingLink
 from explore.model.quadrature import Graded
-from explore.model.quantities import Metric, Parameter, Signal, Window
+from explore.model.quantities import Metric, Parameter, Signal
+from explore.model.window import Window
 
 _SIGNALS = (
     Signal("coupler_angle", "deg", "coupler angle", four_bar.COUPLER_ANGLE, four_bar.ANGLES),

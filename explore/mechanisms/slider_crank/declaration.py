@@ -15,7 +15,8 @@ from explore.model.drawing import INPUT, Drawing, Guide, Link, Panel, Path, Vect
 from explore.model.mechanism import Mechanism
 from explore.model.points import Extent, FloatingLink
 from explore.model.quadrature import Graded
-from explore.model.quantities import FloatArray, Metric, Parameter, Signal, Window
+from explore.model.quantities import FloatArray, Metric, Parameter, Signal
+from explore.model.window import Window
 
 _STROKES = ("outer_to_inner", "inner_to_outer")
 _METRICS = (

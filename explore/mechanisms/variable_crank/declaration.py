@@ -9,7 +9,8 @@ from explore.mechanisms.variable_crank.columns import Row
 from explore.model.drawing import INPUT, Drawing, Guide, Link, Panel, Path, Vector
 from explore.model.mechanism import Mechanism
 from explore.model.points import Extent, FloatingLink
-from explore.model.quantities import FloatArray, Formula, Metric, Parameter, Signal, Window
+from explore.model.quantities import FloatArray, Formula, Metric, Parameter, Signal
+from explore.model.window import Window
 
 _STROKES = ("outer_to_inner", "inner_to_outer")
 

@@ -13,8 +13,8 @@ from explore.base.suggest import format_value
 from explore.base.units.shown import ShownUnits, explain_entry
 from explore.evaluation.derived import unavailable_metrics
 from explore.model.mechanism import Mechanism
-from explore.model.quantities import Window
 from explore.model.request import Objective, Request
+from explore.model.window import Window
 from explore.studies.config.designs import check_sampling, read_space, space_content
 from explore.studies.config.linkage import Linkage, read_linkage
 from explore.studies.config.points import key_of_coordinate, read_points

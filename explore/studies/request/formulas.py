@@ -11,7 +11,8 @@ from explore.base.suggest import format_value, suggestion
 from explore.base.units.quantities import check_unit
 from explore.model.expressions import Expression
 from explore.model.mechanism import Mechanism
-from explore.model.quantities import ComputedMetric, DerivedMetric, Formula, Metric, Parameter, Window
+from explore.model.quantities import ComputedMetric, DerivedMetric, Formula, Metric, Parameter
+from explore.model.window import Window
 from explore.studies.request.formula_text import FormulaText, parse_formula
 from explore.studies.request.names import find_input
 from explore.studies.request.user_names import reason_against_name

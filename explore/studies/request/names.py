@@ -24,8 +24,8 @@ from explore.model.quantities import (
     Parameter,
     SampledMetric,
     Signal,
-    Window,
 )
+from explore.model.window import Window
 from explore.studies.request.points import add_points
 from explore.studies.request.targets import TargetOrSection, add_target
 

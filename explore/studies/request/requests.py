@@ -10,8 +10,9 @@ from explore.base.errors import KeyPath, Problems, RequestError
 from explore.base.suggest import format_value, suggestion
 from explore.base.units.quantities import quantity
 from explore.model.mechanism import Mechanism
-from explore.model.quantities import AnyMetric, DerivedMetric, GivenMetric, Metric, Sense, Window
+from explore.model.quantities import AnyMetric, DerivedMetric, GivenMetric, Metric, Sense
 from explore.model.request import Constraint, Objective, Request
+from explore.model.window import Window
 from explore.results.ranking.objectives import read_objective
 from explore.studies.request.formulas import resolve_formulas
 from explore.studies.request.names import closest_window, find_metric, make_window

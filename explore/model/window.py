@@ -1,0 +1,40 @@
+"""Windows: parts of the turn that statistics are taken over."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Literal
+
+
+@dataclass(frozen=True)
+class Window:
+    """A part of the turn that statistics are taken over.
+
+    Attributes
+    ----------
+    name, long_name
+        Name in study files and at the end of names of metrics, and description.
+    kind
+        The full turn; the arc from one mark to another; the stroke that the drive names, or the other one; the part of
+        the drive stroke that drives the output through one-way clutches; an explicit interval.
+    ends
+        Marks between which an arc lies.
+    needs_stroke
+        Whether the window exists only where the output rocks.
+    start, stop
+        First and last input angle of an explicit interval, deg, exact; the first is less than a turn from 0.
+    """
+
+    name: str
+    long_name: str
+    kind: Literal["turn", "arc", "drive", "return", "clutch", "interval"]
+    ends: tuple[str, ...] = ()
+    needs_stroke: bool = True
+    start: Fraction = Fraction(0)
+    stop: Fraction = Fraction(0)
+
+    @property
+    def length(self) -> Fraction:
+        """Length of an explicit interval, deg, exact."""
+        return self.stop - self.start
