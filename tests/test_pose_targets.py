@@ -203,7 +203,7 @@ def test_poses_travel(tmp_path):
 @pytest.mark.parametrize(
     ("target", "reason"),
     [
-        ({"kind": "poses"}, "target.poses: is missing"),
+        ({"kind": "poses"}, "the key 'poses' is missing"),
         ({"kind": "poses", "poses": 3}, "must be a list of poses"),
         ({"kind": "poses", "poses": POSES[:1]}, "1 poses; give 2 or more"),
         ({"kind": "poses", "poses": [[0, 0, 0]] * 10**6}, "1,000,000 poses; at most 500 are possible"),

@@ -317,7 +317,7 @@ def test_linkages_that_do_not_pass_are_rows_that_are_not_feasible(tmp_path):
 @pytest.mark.parametrize(
     ("poses", "message"),
     [
-        ("", "poses: is missing"),
+        ("", "the key 'poses' is missing"),
         ("poses = 3", "must be a list"),
         ("poses = [[0, 0, 0], [1, 1, 1]]", "2 poses; give 3 or more"),
         ("poses = [[0, 0, 0], [1, 1], [2, 2, 'x']]", r"pose 2 must be \[x, y, angle\]"),
