@@ -42,6 +42,7 @@ _OPTIONS = {
     "path": "-o",
     "objectives": "--metric",
     "restart=True": "--restart",
+    "processes=True": "--processes",
     'keep="all"': "--keep all",
     'keep="front"': "--keep front",
     "design": "--design",
