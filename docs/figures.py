@@ -1,7 +1,8 @@
 """Make the pictures of the documentation from real runs: ``python docs/figures.py`` in the repository's root.
 
 Needs the results of ``explore sweep`` of configs/grid.toml, optimum.toml, published.toml, slider_crank.toml,
-variable_crank.toml, straight_line.toml, rig_20deg.toml and of wiper.toml in docs/tutorials.md, of
+variable_crank.toml, straight_line.toml, rig_20deg.toml, of wiper.toml in docs/tutorials.md and of shaper.toml in
+docs/linkages.md, of
 ``explore synthesize`` with the tasks that ``explore init NAME.toml --task NAME`` writes of path, motion and dwell, and
 those of ``explore precision`` and of ``explore stability`` with crank-rocker, with variable-crank and with gears.
 """
@@ -127,6 +128,7 @@ PAGES = {
     "rig-pareto": "plot pareto results/rig_20deg.h5 --x pin_force_peak --y velocity_thd --design 28",
     "rig-coverage": "coverage configs/rig_coverage.toml",
     "variable-crank": "plot motion results/variable_crank.h5 --design 0",
+    "linkages": "plot mechanism results/shaper.h5 --design 163",
     "nearest": "plot map results/wiper.h5 --x rocker --y crank",
     "sensitivity": "sensitivity results/optimum.h5",
     "tune": "tune --mechanism crank-rocker --set crank=50 --set coupler=940.62 --set rocker=211.79 --set ground=869.44 "

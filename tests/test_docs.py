@@ -314,6 +314,13 @@ def test_tutorials_are_true(tmp_path, monkeypatch):
     run_blocks("tutorials.md")
 
 
+def test_linkages_is_true(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    run_blocks("linkages.md")
+    assert Path("part.dxf").stat().st_size > 10_000
+    run_page("linkages.md", capsys)
+
+
 def test_synthesis_is_true(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     run_blocks("synthesis.md")

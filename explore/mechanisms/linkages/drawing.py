@@ -21,8 +21,8 @@ def draw_linkage(table: LinkageTable) -> Drawing | None:
     moving = [point for point in table.points if point not in frame]
     points = {point: vectors or () for point, vectors in frame.items()}
     points |= {point: (Vector(f"{point}_x"), Vector(f"{point}_y", 90.0)) for point in moving}
-    joints = [point for point in moving if len(table.bodies_at(point)) > 1]
-    ends = [point for point in moving if point not in joints]
+    ends = free_points(table)
+    joints = [point for point in moving if point not in ends]
     return Drawing(
         points=points,
         links=tuple(Link(body.name, _outline(tuple(body.place_of))) for body in table.links if len(body.points) > 1),
@@ -106,6 +106,12 @@ def _terms_of_end(
 ) -> tuple[dict[str | float, float] | None, dict[str | float, float] | None]:
     place = table.frame.place_of[end] if isinstance(end, str) else end
     return _terms(place[0]), _terms(place[1])
+
+
+def free_points(table: LinkageTable) -> list[str]:
+    """The moving points that are no joints: those that a designer names for their paths."""
+    pins = {slot.pin for slot in table.slots} | set(table.frame.place_of)
+    return [point for point in table.points if point not in pins and len(table.bodies_at(point)) == 1]
 
 
 def linkage_panels(table: LinkageTable, signals: Sequence[Signal]) -> tuple[Panel, ...]:
