@@ -141,11 +141,11 @@ def _subject_of_results(
     from explore.studies.config.linkage import mechanism_of
 
     results = open_results(path)
-    name = mechanism_of(results).name
+    mechanism = mechanism_of(results).name
     units, chosen = units_of(results, texts), choose_design(results, design)
     row = results.design(chosen)
     parameters = {column.name: float(row[column.name]) for column in results.columns if column.role == "parameter"}
-    parameters |= parse_settings(name, settings, results.points, units, results.target)
+    parameters |= parse_settings(mechanism, settings, results.points, units, results.target)
     for name, value in list(parameters.items()):
         if math.isnan(value):
             if name != parameter:
@@ -164,7 +164,7 @@ def _subject_of_results(
         "target": results.target,
     }
     metrics = [name for name in (text.partition(":")[0] for text in results.objectives) if name not in parameters]
-    return _Subject(name, parameters, units, metrics, results.constraints, arguments)
+    return _Subject(mechanism, parameters, units, metrics, results.constraints, arguments)
 
 
 def _find_curve(subject: _Subject, arguments: Mapping[str, Any]) -> Tuning:
