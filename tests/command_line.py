@@ -13,14 +13,13 @@ from unittest import mock
 
 import pytest
 import typer
+from waiting import PATIENCE
 
 from explore.cli import main
 from explore.cli.application import app
 
 #: Names of all commands.
 COMMANDS = tuple(typer.main.get_command(app).commands)
-#: Seconds after which a run of a few designs counts as hung; a usual one takes some milliseconds.
-PATIENCE = 240
 
 
 @dataclass(frozen=True)

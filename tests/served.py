@@ -6,12 +6,12 @@ import re
 import signal
 import subprocess
 import sys
-import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Self
 
 import httpx
+from waiting import wait_until
 
 
 class Served:
@@ -85,21 +85,23 @@ def serving(folder: Path, **studies: str) -> Iterator[Served]:
         assert server.stop() == 0
 
 
-def build_index(client: httpx.Client, name: str, seconds: float = 240.0) -> dict:
+def build_index(client: httpx.Client, name: str) -> dict:
     """Make the index of results; the state of it that the service tells."""
     client.get(f"/api/results/{name}/index", params={"build": True}).raise_for_status()
-    end = time.monotonic() + seconds
-    while (state := client.get(f"/api/results/{name}/index").json())["state"] != "ready":
-        assert state["state"] == "building"
-        assert time.monotonic() < end, state
-        time.sleep(0.01)
-    return state
+
+    def built() -> dict | None:
+        state = client.get(f"/api/results/{name}/index").json()
+        assert state["state"] in ("building", "ready")
+        return state if state["state"] == "ready" else None
+
+    return wait_until(built)
 
 
-def wait_settled(client: httpx.Client, name: str, seconds: float = 240) -> dict:
+def wait_settled(client: httpx.Client, name: str) -> dict:
     """The job, when nothing more happens to it."""
-    end = time.monotonic() + seconds
-    while (job := client.get(f"/api/jobs/{name}").json())["state"] in ("queued", "running"):
-        assert time.monotonic() < end, job
-        time.sleep(0.02)
-    return job
+
+    def settled() -> dict | None:
+        job = client.get(f"/api/jobs/{name}").json()
+        return None if job["state"] in ("queued", "running") else job
+
+    return wait_until(settled)

@@ -20,6 +20,7 @@ import pytest
 import typer
 from command_line import COMMANDS, run
 from studies import GOOD
+from waiting import wait_until
 
 import explore
 from explore.base.json_text import json_text
@@ -374,10 +375,8 @@ def test_an_interrupted_sweep_says_how_to_continue(tmp_path):
         stderr=subprocess.PIPE,
         text=True,
     )
-    deadline = time.monotonic() + 240
     results = tmp_path / "results/long.h5"
-    while not (results.exists() and explore.open_results(results).n_committed) and time.monotonic() < deadline:
-        time.sleep(0.02)
+    wait_until(lambda: results.exists() and explore.open_results(results).n_committed)
     process.send_signal(signal.SIGINT)
     _, errors = process.communicate(timeout=240)
 

@@ -11,6 +11,7 @@ import pytest
 from served import Served, build_index, serving, wait_settled
 from studies import FEW, GOOD
 from test_serving_jobs import reopened
+from waiting import wait_until
 
 from explore.service import jobs as jobs_module
 from explore.service.folder import State
@@ -93,9 +94,8 @@ def test_a_full_disk_is_said_and_ends_nothing(disk):
         assert [job["name"] for job in client.get("/api/jobs").json()["jobs"]] == ["before"]
         for route in ("", "/rank?metric=cv", "/columns", "/design/0", "/file", "/index?build=true", "/browsing"):
             assert client.get(f"/api/results/before{route}").status_code < 500
-        end = time.monotonic() + 240
-        while (index := client.get("/api/results/before/index")).json().get("state") == "building":
-            assert time.monotonic() < end
+        wait_until(lambda: client.get("/api/results/before/index").json().get("state") != "building")
+        index = client.get("/api/results/before/index")
         assert index.status_code in (200, 409), index.text
         assert client.get("/healthz").status_code == 200
         (disk / "filler").unlink()

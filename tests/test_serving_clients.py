@@ -9,6 +9,7 @@ from command_line import on_terminal, run
 from refinable import BASE, TASK
 from served import serving, wait_settled
 from studies import FEW, GOOD
+from waiting import wait_until
 
 import explore
 from explore.base.errors import ConfigError, RequestError
@@ -191,9 +192,7 @@ def test_a_job_is_prioritised_cancelled_retried_and_deleted_from_python(served):
     assert second.progress().state == "queued"
     for job in (second, first):
         job.cancel()
-        end = time.monotonic() + 240
-        while not is_deleted(job):
-            assert time.monotonic() < end
+        wait_until(lambda job=job: is_deleted(job))
     assert not {"first", "second"} & {job["name"] for job in service.jobs()}
 
 

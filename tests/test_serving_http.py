@@ -27,6 +27,7 @@ from prometheus_client.parser import text_string_to_metric_families
 from served import Served, serving, wait_settled
 from studies import FEW, GOOD
 from uvicorn.server import ServerState
+from waiting import wait_until
 
 import explore
 from explore.base.errors import RequestError
@@ -529,9 +530,7 @@ def test_many_watchers_see_the_same(served):
         ready.wait(30)
         client.post("/api/studies", json={"name": "watched", "study": GOOD}).raise_for_status()
         assert wait_settled(client, "watched")["state"] == "done"
-        end = time.monotonic() + 120
-        while client.delete("/api/jobs/watched").status_code != 204:
-            assert time.monotonic() < end
+        wait_until(lambda: client.delete("/api/jobs/watched").status_code == 204)
         for thread in threads:
             thread.join(30)
     assert len(outcomes) == 8
@@ -633,10 +632,7 @@ def test_a_stop_or_a_kill_in_a_sweep_loses_nothing_and_watchers_come_back(tmp_pa
     service = explore.Service(server.url, tmp_path / "served/token")
     job = service.submit(LONG, name="long")
     for end in (Served.stop, Served.kill):
-        stop = time.monotonic() + 240
-        while job.progress().done == 0 and job.progress().state != "done":
-            assert time.monotonic() < stop
-            time.sleep(0.01)
+        wait_until(lambda job=job: job.progress().done > 0 or job.progress().state == "done")
         end(server)
         with pytest.raises(explore.ServiceError, match="no service answers at|is it running"):
             service.jobs()

@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 from command_line import run
 from studies import FEW, GOOD
+from waiting import wait_until
 
 from explore.base.errors import ConfigError, RequestError, ResultsError
 from explore.service.estimates import Estimates
@@ -54,13 +55,6 @@ def files(tmp_path):
     """The studies of a folder, as `ls` shows them."""
     folder = tmp_path / "served"
     return sorted(str(file.relative_to(folder)) for file in folder.rglob("*.toml"))
-
-
-def wait_until(condition, seconds=240):
-    end = time.monotonic() + seconds
-    while not condition():
-        assert time.monotonic() < end, "not in time"
-        time.sleep(0.01)
 
 
 def wait_settled(station, *names):

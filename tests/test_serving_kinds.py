@@ -8,6 +8,7 @@ import pytest
 from command_line import run
 from refinable import BASE, TASK
 from studies import FEW
+from waiting import wait_until
 
 import explore
 from explore.base.errors import ConfigError, RequestError, ResultsError
@@ -53,11 +54,9 @@ def refinement(**changes):
 
 
 def wait_done(station, *names):
-    end = time.monotonic() + 240
     for name in names:
-        while (job := station.jobs.get(name)).state in (State.queued, State.running):
-            assert time.monotonic() < end
-            time.sleep(0.01)
+        wait_until(lambda name=name: station.jobs.get(name).state not in (State.queued, State.running))
+        job = station.jobs.get(name)
         assert (job.state, job.reason) == (State.done, "")
 
 

@@ -1,10 +1,9 @@
 """The page of a service in a real browser: log in, submit, dry run, watch, cancel, delete."""
 
-import time
-
 import pytest
 from served import Served
 from studies import FEW
+from waiting import wait_until
 
 from browser.service_pages import accessibility_faults, service_page
 from explore.results.store.open_results import open_results
@@ -24,13 +23,6 @@ def served(tmp_path_factory):
 def page(browser, served):
     with service_page(browser, served) as page:
         yield page
-
-
-def wait_until(condition, seconds=240):
-    end = time.monotonic() + seconds
-    while not condition():
-        assert time.monotonic() < end, "not in time"
-        time.sleep(0.1)
 
 
 def delete(page, name):

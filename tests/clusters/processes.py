@@ -11,11 +11,12 @@ import subprocess
 import sys
 import time
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Self
 
 from faults.checker import done_blocks
+from waiting import wait_until
 
 from explore.results.store.block_bytes import damaged_blocks
 from explore.results.store.layout_reader import read_layout
@@ -57,15 +58,6 @@ def committed_blocks(path: Path) -> list[int]:
         with path.open("rb", buffering=0) as file:
             assert damaged_blocks(file, layout) == []
     return sorted(done_blocks(path))
-
-
-def wait_until(condition: Callable[[], Any], seconds: float = 240.0) -> Any:
-    """Wait until the condition returns a true value, and return it."""
-    end = time.monotonic() + seconds
-    while not (value := condition()):
-        assert time.monotonic() < end, f"not true within {seconds} s"
-        time.sleep(0.02)
-    return value
 
 
 def is_running(pid: int) -> bool:

@@ -6,8 +6,9 @@ import signal
 import time
 
 import pytest
+from waiting import wait_until
 
-from clusters.processes import Cluster, Sweep, committed_blocks, digest, study_file, wait_until
+from clusters.processes import Cluster, Sweep, committed_blocks, digest, study_file
 
 BLOCKS = 12
 SIGNALS = [signal.SIGINT, signal.SIGTERM]
@@ -73,7 +74,7 @@ def test_repeated_interrupts_do_no_harm(folder, expected_digest, options):
             sweep.signal_all(signal.SIGINT)
             time.sleep(0.1)
         code, lines = sweep.end()
-        wait_until(lambda: not sweep.members, 10)
+        wait_until(lambda: not sweep.members)
     assert code in (130, -signal.SIGINT), "the same to a shell"
     assert not any("Traceback" in line for line in lines), lines
     with Sweep(config, path, "--quiet") as second:

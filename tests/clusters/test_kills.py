@@ -10,9 +10,10 @@ import time
 import dask
 import pytest
 from distributed import Client, LocalCluster
+from waiting import wait_until
 
 import explore
-from clusters.processes import Cluster, Sweep, committed_blocks, digest, is_running, study_file, wait_until
+from clusters.processes import Cluster, Sweep, committed_blocks, digest, is_running, study_file
 from explore.running.in_flight import SPARE_BLOCKS, BlocksInFlight
 
 WORKERS = 2
@@ -121,6 +122,6 @@ def test_a_killed_sweep_frees_the_lock_at_once_and_its_workers_end(folder, expec
         start = time.monotonic()
         with Sweep(config, path, "--quiet") as second:
             assert second.end() == (0, [])
-        wait_until(lambda: not first.members, 10)
+        wait_until(lambda: not first.members)
         report(f"all processes of the killed sweep were gone after {time.monotonic() - start:.1f} s")
     assert digest(path) == expected_digest(blocks)

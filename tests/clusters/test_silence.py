@@ -12,9 +12,10 @@ from pathlib import Path
 
 import pytest
 from distributed import Client
+from waiting import wait_until
 
 import explore
-from clusters.processes import Cluster, Sweep, digest, read_log, study_file, wait_until
+from clusters.processes import Cluster, Sweep, digest, read_log, study_file
 from explore.running import clusters, watch
 from explore.running.in_flight import SPARE_BLOCKS, BlocksInFlight
 
@@ -95,7 +96,7 @@ def test_a_stopped_process_is_named_and_others_compute_its_blocks(folder, expect
     blocks, path = 30, folder / "a.h5"
     options = ("--processes", "--workers", "2", "--quiet")
     with Sweep(study_file(folder, blocks), path, *options, seconds=0.2, silence=SILENCE) as sweep:
-        wait_until(lambda: sweep.executions, 60)
+        wait_until(lambda: sweep.executions)
         stop(sweep.at_work())
         start = time.monotonic()
         code, lines = sweep.end()

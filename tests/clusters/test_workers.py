@@ -8,9 +8,10 @@ import time
 
 import pytest
 from distributed import Client, LocalCluster
+from waiting import wait_until
 
 import explore
-from clusters.processes import ROOT, Cluster, Sweep, committed_blocks, digest, study_file, wait_until
+from clusters.processes import ROOT, Cluster, Sweep, committed_blocks, digest, study_file
 from explore.running.in_flight import SPARE_BLOCKS
 
 BLOCKS = 12

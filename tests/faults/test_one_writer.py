@@ -11,6 +11,7 @@ from pathlib import Path
 
 import h5py
 import pytest
+from waiting import wait_until
 
 from faults.checker import check, sha256
 from faults.content import N_BLOCKS, fill
@@ -18,14 +19,6 @@ from faults.sweeps import study
 
 #: Rarely the holder has not written its process number yet; then the message has "another process".
 REFUSAL = r"error: .*grid.h5 is being written by (process (\d+) on host \S+|another process); wait for it or stop it\n"
-
-
-def wait_for(condition, seconds=240.0):
-    """Wait until a condition is true."""
-    give_up = time.monotonic() + seconds
-    while not condition():
-        assert time.monotonic() < give_up, "it never happened"
-        time.sleep(0.001)
 
 
 @pytest.mark.parametrize("rounds", [40, pytest.param(400, marks=pytest.mark.slow)])
@@ -37,7 +30,7 @@ def test_of_four_writers_at_once_one_writes(server, fresh, whole, figures, round
         start = time.monotonic() + 0.02
         four = [server.start(path, start=start, hold=str(release)) for _ in range(4)]
         # The writer holds the lock until it is released, so that the others cannot start after its end.
-        wait_for(lambda four=four: any("complete" in writing.lines for writing in four))
+        wait_until(lambda four=four: any("complete" in writing.lines for writing in four))
         winners = [writing for writing in four if "open" in writing.lines]
         assert len(winners) == 1
         losers = [writing for writing in four if writing is not winners[0]]
@@ -66,7 +59,7 @@ def test_of_four_commands_at_once_one_sweeps(command, tmp_path, figures, rounds)
         path = tmp_path / str(number) / "grid.h5"
         four = [command(config, path) for _ in range(4)]
         lock = path.with_name("grid.h5.lock")
-        wait_for(lambda lock=lock: lock.exists() and "host" in lock.read_text())
+        wait_until(lambda lock=lock: lock.exists() and "host" in lock.read_text())
         holder = int(lock.read_text().split()[1])
         os.kill(holder, signal.SIGSTOP)
         try:
@@ -89,7 +82,7 @@ def test_lock_of_a_killed_writer_is_free_at_once(server, fresh, whole, figures, 
     for _ in range(trials):
         path = fresh() / "grid.h5"
         holder = server.start(path, hold="/never")
-        wait_for(lambda holder=holder: "open" in holder.lines)
+        wait_until(lambda holder=holder: "open" in holder.lines)
         holder.kill()
         assert path.with_name("grid.h5.lock").exists(), "it was stale"
         fill(path)
@@ -102,7 +95,7 @@ def test_children_of_a_killed_writer_do_not_hold_its_lock(server, fresh, whole, 
     for _ in range(trials):
         path = fresh() / "grid.h5"
         holder = server.start(path, hold="/never", children=True)
-        wait_for(lambda holder=holder: any(line.startswith("children") for line in holder.lines))
+        wait_until(lambda holder=holder: any(line.startswith("children") for line in holder.lines))
         children = [int(word) for word in holder.lines[-1].split()[1:]]
         try:
             holder.kill()
@@ -121,7 +114,7 @@ def test_other_programs_cannot_write_meanwhile(server, fresh, memory, whole, fig
     for _ in range(trials):
         path, release = fresh() / "grid.h5", memory / "release"
         writing = server.start(path, hold=str(release))
-        wait_for(lambda writing=writing: "open" in writing.lines)
+        wait_until(lambda writing=writing: "open" in writing.lines)
         for mode in ("r+", "a"):
             with pytest.raises(OSError, match="lock"):
                 h5py.File(path, mode)
