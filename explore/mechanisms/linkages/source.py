@@ -9,7 +9,6 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from explore.base.compiling import LANES
 from explore.mechanisms.linkages.equations import Equations
 from explore.mechanisms.linkages.graph import ANGLE, COSINE, DESIGN, SINE, VERSINES, Graph, Number, operands
 from explore.mechanisms.linkages.signals import REFERENCE
@@ -244,7 +243,7 @@ class _Rows:
         node = self._graph.nodes[k]
         if node[0] == "constant":
             return _literal(float(node[1]))
-        return f"constants[{self._rows[k] * LANES} + lane]" if k in self._rows else None
+        return f"constants[{self._rows[k]} * LANES + lane]" if k in self._rows else None
 
     def constant_lines(self, parameters: Mapping[str, int]) -> list[str]:
         """Statements that compute the constants of one lane."""
@@ -256,12 +255,12 @@ class _Rows:
                 texts[k] = _literal(float(node[1]))
                 continue
             if node[0] == "input":
-                body = f"record[{parameters[str(node[1])] * LANES} + lane]"
+                body = f"record[{parameters[str(node[1])]} * LANES + lane]"
             else:
                 body = _expression(str(node[0]), [texts[each] for each in operands(node)])
             texts[k] = f"d{k}"
             lines.append(f"        d{k} = {body}")
-        lines += [f"        record[{row * LANES} + lane] = {texts[k]}" for k, row in self._rows.items() if k in texts]
+        lines += [f"        record[{row} * LANES + lane] = {texts[k]}" for k, row in self._rows.items() if k in texts]
         return lines or ["        pass"]
 
     def _is_reference(self, k: int) -> bool:
@@ -302,7 +301,7 @@ def _body(rows: _Rows, outputs: Sequence[Number], place: str) -> list[str]:
         texts[k] = text
     for row, output in enumerate(outputs):
         text = rows.operand(output.index) or texts[output.index]
-        lines.append(f"{place}[{row * LANES} + lane] = {text}")
+        lines.append(f"{place}[{row} * LANES + lane] = {text}")
     return lines
 
 
@@ -333,6 +332,6 @@ def _fill_function(rows: _Rows, outputs: Sequence[Number]) -> str:
         "\n\n@compiled(FILL_SIGNATURE, fast=True, no_alias=True)\n"
         "def fill(constants, tangents, anchor, _law, _variant, count, _needs, out):\n"
         "    mirror = 1.0 if anchor == 0 else -1.0\n    for j in range(count):\n"
-        f"        here = out[j * {len(outputs) * LANES} :]\n        for lane in range(LANES):\n"
+        f"        here = out[j * {len(outputs)} * LANES :]\n        for lane in range(LANES):\n"
         f"{_ANGLE.format(tangent='tangents[j * LANES + lane]')}\n{lines}\n"
     )
