@@ -89,9 +89,9 @@ def test_own_statuses_have_labels_of_their_own():
     )
 
 
-def test_a_mechanism_has_a_parameter_and_a_metric():
-    sentence = "a mechanism has at least one parameter and one closed-form metric"
-    assert problem(MECHANISM, parameters=()) == problem(MECHANISM, metrics=()) == sentence
+def test_a_mechanism_has_a_parameter_and_a_metric_or_a_signal():
+    sentence = "a mechanism has at least one parameter, and a closed-form metric or a signal"
+    assert problem(MECHANISM, parameters=()) == problem(MECHANISM, metrics=(), signals=()) == sentence
 
 
 @pytest.mark.parametrize("default", [0.0, 13.0, 2.5, np.nan])
