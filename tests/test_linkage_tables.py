@@ -110,7 +110,7 @@ def test_mobility_other_than_one(tmp_path):
     assert line.startswith("10: linkage.links.rod: rod, rod_2 and rocker move freely: 1 joint equation too few; ")
     twice = FOUR_BAR.replace("rocker = {", "third = { C = [0, 5], A = 30, B = 9 }\nrocker = {")
     (line,) = problems_of(tmp_path, twice)
-    assert line.endswith("; leave out what is redundant")
+    assert line.endswith(": third holds what the other joints hold already; leave it out")
     (line,) = problems_of(tmp_path, TABLES["stephenson-2"])
     assert line.endswith("form a group that no dyad solves, which is not supported yet")
 

@@ -7,7 +7,9 @@ without naming them. What is left when nothing follows any more is a group that 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from typing import TypeVar
 
 from explore.base.errors import RequestError
 from explore.mechanisms.linkages.table import FRAME, Body, LinkageTable, Slide, Slot
@@ -240,23 +242,33 @@ class _Search:
                 rest[0], f"{words} {verb} freely: {freedoms} joint equation{'s' * (freedoms > 1)} too few; {hint}"
             )
         if freedoms < 0:
-            name, held = self._held_twice()
-            raise TableError(name, f"{held}; leave out what is redundant")
+            raise self._too_many(-freedoms)
         if rest:
             reason = (
                 "form a group that no dyad solves, which is not supported yet" if len(rest) > 1 else "is in no dyad"
             )
             raise TableError(rest[0], f"{words} {reason}")
 
-    def _held_twice(self) -> tuple[str, str]:
-        """A body or slot with more equations than it needs, and a sentence that says so."""
-        for slot in self._slots:
-            if slot.body in self._posed and slot.pin in self._points:
-                return slot.name, f"the slot {slot.name} holds {slot.pin}, which the other joints place already"
-        joined = {step.point: {step.first, step.second} for step in self._steps if isinstance(step, JoinPoint)}
-        for body in self._table.links:
-            known = [point for point, _ in body.points if self._points.get(point) not in (body.name, None)]
-            free = [point for point in known if Circle(body.name, known[0]) not in joined.get(point, ())]
-            if body.name != self._table.driver and len(free) > 2:
-                return body.name, f"{body.name} is held at {', '.join(free)}, where two points are enough"
-        return self._table.links[0].name, "the links are held by more joints than they need"
+    def _too_many(self, count: int) -> TableError:
+        """The error of more equations than freedoms; it names what the linkage moves without, if that is one thing."""
+        table = self._table
+        less = [(slot.name, replace(table, slots=_without(table.slots, slot))) for slot in reversed(table.slots)]
+        less += [
+            (link.name, replace(table, links=_without(table.links, link)))
+            for link in reversed(table.links)
+            if link.name != table.driver and link.name not in {slot.body for slot in table.slots}
+        ]
+        for name, other in less:
+            with suppress(TableError):
+                if count_freedoms(other) == 0 and find_steps(other):
+                    return TableError(name, f"{name} holds what the other joints hold already; leave it out")
+        equations = f"{count} joint equation{'s' * (count > 1)}"
+        name = table.links[0].name
+        return TableError(name, f"the links are held by {equations} too many; leave out what is redundant")
+
+
+_Item = TypeVar("_Item", Body, Slot)
+
+
+def _without(items: tuple[_Item, ...], item: _Item) -> tuple[_Item, ...]:
+    return tuple(each for each in items if each is not item)
