@@ -179,8 +179,9 @@ def short_reversals(count, seed=0):
             return abs(exact.speed * exact.crank_slope(angle))
 
         # beside a law's end the rate bends within a small part of the reversal
-        edges = [tiny, half * mp.mpf("0.9"), half * mp.mpf("0.999"), half, mp.pi / 2, mp.pi - half,
-                 mp.pi - half * mp.mpf("0.999"), mp.pi - half * mp.mpf("0.9"), mp.pi - tiny]  # fmt: skip
+        shares = [1 - mp.mpf(10) ** -k for k in range(1, 8)]
+        edges = [tiny, *(half * share for share in shares), half, mp.pi / 2, mp.pi - half,
+                 *(mp.pi - half * share for share in reversed(shares)), mp.pi - tiny]  # fmt: skip
         peak = _largest(rate, edges, 6)
         rows.append(measure("variable-crank", design, "crank_rate_peak", peak, peak, tolerance))
         wanted = exact.wanted
