@@ -123,11 +123,7 @@ def linkage_panels(table: LinkageTable, signals: Sequence[Signal]) -> tuple[Pane
         for word in ("position", "angle", "velocity", "acceleration")
         if f"{name}_{word}" in names
     ]
-    fixed = {point for point, _ in table.frame.points}
-    for point in table.points:
-        if point not in fixed and len(table.bodies_at(point)) == 1:
-            panels += [
-                Panel(f"{point} {label}", tuple(f"{point}_{each}" for each in parts)) for label, parts in _PANELS
-            ]
+    for point in free_points(table):
+        panels += [Panel(f"{point} {label}", tuple(f"{point}_{each}" for each in parts)) for label, parts in _PANELS]
     joints = tuple(signal.name for signal in signals if signal.name.endswith("_transmission_angle"))
     return (*panels, *([Panel("transmission angle", joints)] if joints else []))
