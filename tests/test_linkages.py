@@ -277,3 +277,84 @@ def _random_chain(rng):
         side = (bx - ax) * (py - ay) - (by - ay) * (px - ax)
         branch[joint] = f"{'left' if side > 0 else 'right'} of {first} {second}"
     return {"driver": "crank", "frame": frame, "links": links, "branch": branch}, values, angle
+
+
+FOUR_BAR = {
+    "driver": "crank",
+    "frame": {"O": [0, 0], "C": ["r4", 0]},
+    "links": {"crank": {"O": 0, "A": "r1"}, "coupler": {"A": 0, "B": "r2"}, "rocker": {"C": 0, "B": "r3"}},
+    "branch": {"B": "left of A C"},
+}
+
+
+@pytest.mark.parametrize("ground", [50.1, 50.01, 50.000001])
+def test_designs_whose_singularity_is_too_near_for_equal_steps_are_halved(ground):
+    """The distance that is located is 0 there; equal steps gave a bound above 1 and no second attempt."""
+    lengths = {"r1": 30.0, "r2": 100.0, "r3": 80.0, "r4": ground}
+    row = explore.evaluate(Linkage(FOUR_BAR), lengths, metrics=["B_transmission_angle_min"]).iloc[0]
+    d = ground - 30.0
+    expected = np.rad2deg(np.arccos((100.0**2 + 80.0**2 - d * d) / (2 * 100.0 * 80.0)))
+    assert row["nodes"] > 300
+    assert row["error"] < 1e-7
+    assert row["B_transmission_angle_min"] == pytest.approx(expected, rel=1e-7)
+
+
+def test_a_negative_length_of_the_frame_is_bounded_by_what_it_cancels():
+    """The sums of the driver's distance cancel there: a bound of the form with a positive length would be too small."""
+    lengths = {"r1": 30.0, "r2": 100.0, "r3": 80.0}
+    one = explore.evaluate(Linkage(FOUR_BAR), {**lengths, "r4": 60.0}, metrics=["rocker_velocity_rms"]).iloc[0]
+    other = explore.evaluate(Linkage(FOUR_BAR), {**lengths, "r4": -60.0}, metrics=["rocker_velocity_rms"]).iloc[0]
+    # Half a turn apart, and mirrored: the same rms.
+    assert other["rocker_velocity_rms"] == pytest.approx(one["rocker_velocity_rms"], rel=1e-12)
+    assert other["error"] > one["error"]
+
+
+def test_constants_of_a_table_need_no_parameter():
+    """A joint of three bars with lengths that are numbers keeps its transmission angle."""
+    fixed = {
+        "driver": "crank",
+        "frame": {"O": [0, 0], "C": ["g", 0]},
+        "links": {
+            "crank": {"O": 0, "A": 30}, "one": {"O": 0, "J": 40}, "two": {"A": 0, "J": 25},
+            "rod": {"J": 0, "B": 100}, "rocker": {"C": 0, "B": 80},
+        },
+        "branch": {"B": "left of J C", "J": "left of O A"},
+    }  # fmt: skip
+    motion = explore.simulate(Linkage(fixed), {"g": 110.0}, angles=[0, 100, 200])
+    expected = np.rad2deg(np.arccos((40.0**2 + 25.0**2 - 30.0**2) / (2 * 40.0 * 25.0)))
+    assert motion["J_transmission_angle"].to_list() == pytest.approx([expected] * 3, rel=1e-12)
+
+
+def test_lines_that_become_parallel_have_a_status_of_their_own():
+    """A pin on a slide of the frame and in a slot of the crank goes to infinity where both are parallel."""
+    linkage = Linkage(
+        {
+            "driver": "crank",
+            "frame": {"O": [0, 0]},
+            "links": {"crank": {"O": 0, "A": "r"}, "bar": {"J": ["x", 50]}},
+            "slots": {"slot": {"pin": "J", "link": "crank", "along": ["O", "A"]}},
+            "slides": {"bar": {"link": "frame", "direction": [1, 0]}},
+        }
+    )
+    row = explore.evaluate(linkage, {"r": 30.0, "x": 0.0}, metrics=["J_x_mean"])
+    assert row.attrs["labels"]["status"][row["status"].iloc[0]] == "parallel_lines_at_J"
+
+
+@pytest.mark.parametrize(
+    ("changes", "problem"),
+    [
+        ({"output": "crank"}, "output: crank turns at constant speed; name another link or a slot"),
+        (
+            {"frame": {"O": [0, 0], "C": [110, 0]},
+             "links": {"crank": {"O": 0, "A": 30}, "coupler": {"A": 0, "B": 100}, "rocker": {"C": 0, "B": 80}}},
+            "no coordinate has a parameter; give one length a name",
+        ),
+        (
+            {"links": {**FOUR_BAR["links"], "x": {"B": 0, "Q": "b"}, "y": {"B": 0, "Q": "b"}}},
+            "x and y form a group that no dyad solves",
+        ),
+    ],
+)  # fmt: skip
+def test_tables_without_a_motion_of_their_own_are_refused_in_a_line(changes, problem):
+    with pytest.raises(explore.ConfigError, match=re.escape(problem)):
+        Linkage({**FOUR_BAR, **changes})

@@ -87,7 +87,7 @@ def choose_equispaced(panels, n, order, target, is_located):
         nearest = s3 if s3 < nearest else nearest
         rate = logarithm((1.0 + nearest) / (1.0 - nearest))
         nodes = _nodes(rate, target, order)
-        fits = nodes <= MOST_NODES
+        fits = (rate > 0.0) & (nodes <= MOST_NODES)
         chosen = is_located | ((nodes <= WORTH * panels[SECOND + k]) & fits)
         left = is_located & (not fits)
         panels[SINGULAR + k] = _LEFT if left else s1

@@ -151,7 +151,7 @@ def _declare(
         signal_rows=len(outputs),
         close=module.close,
         fill=module.fill,
-        statuses=_statuses(joints),
+        statuses=_statuses(joints, {factor.joint for factor in equations.factors if factor.of_lines}),
         drawing=draw_linkage(table),
         panels=linkage_panels(table, signals),
         extended=extended,
@@ -176,15 +176,23 @@ def _record_rows(source: Source, parameters: Sequence[str]) -> type[IntEnum]:
     return IntEnum("LinkageRow", {"STATUS": source.n_constants, **rows})  # type: ignore[return-value]  # a type
 
 
-def _statuses(joints: Sequence[str]) -> dict[int, OwnStatus]:
+def _statuses(joints: Sequence[str], of_lines: set[str]) -> dict[int, OwnStatus]:
+    """Two statuses for each joint, blocked and too close to tell, and that of a turn that was not decided."""
     statuses = {}
     for k, joint in enumerate(joints):
         statuses[FIRST_STATUS + 2 * k] = OwnStatus(
             f"crank_blocked_at_{joint}", f"the crank cannot turn fully: {joint} is out of reach at some crank angles"
         )
-        statuses[FIRST_STATUS + 2 * k + 1] = OwnStatus(
-            f"change_point_at_{joint}",
-            f"two assemblies of {joint} meet at a crank angle, or are nearer to each other than rounding tells",
+        statuses[FIRST_STATUS + 2 * k + 1] = (
+            OwnStatus(
+                f"parallel_lines_at_{joint}",
+                f"the two lines that place {joint} become parallel, or nearly so, at a crank angle: it has no place",
+            )
+            if joint in of_lines
+            else OwnStatus(
+                f"change_point_at_{joint}",
+                f"two assemblies of {joint} meet at a crank angle, or are nearer to each other than rounding tells",
+            )
         )
     statuses[FIRST_STATUS + 2 * len(joints)] = OwnStatus(
         "turn_not_decided", "whether the crank turns fully was not decided: joints are close to their limits too often"

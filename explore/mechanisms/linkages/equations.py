@@ -15,7 +15,7 @@ in its slot, v apart, at the distance e across: v (+- sqrt(D - e^2) - i e)/D in 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from explore.mechanisms.linkages.driver_distance import DriverDistance, Input, find_distance
 from explore.mechanisms.linkages.expressions import read_expression
@@ -35,6 +35,9 @@ from explore.mechanisms.linkages.steps import (
 from explore.mechanisms.linkages.table import FRAME, Coordinate, LinkageTable, Slide, Slot
 from explore.mechanisms.linkages.vectors import Local, Vector, cross, dot, larger, length, minus
 
+#: Least product of two factors that conditions are relative to, over the square of their sum.
+_LEAST_SQUARE = 1e-30
+
 
 @dataclass(frozen=True)
 class Factor:
@@ -48,11 +51,14 @@ class Factor:
         The factor.
     size
         Size of the terms that it is the difference of; None where it has no terms of both signs.
+    of_lines
+        Whether it vanishes where two lines become parallel.
     """
 
     joint: str
     value: Series
     size: Number | None
+    of_lines: bool = False
 
 
 @dataclass
@@ -73,6 +79,8 @@ class Equations:
         Squares of distances that are divided by, and so must not vanish, at complex angles either.
     condition
         Square of what errors of lengths are amplified by, over those of the places.
+    size
+        Sum of the distances of all points of bodies from the first of each, mm.
     """
 
     table: LinkageTable
@@ -84,6 +92,7 @@ class Equations:
     factors: list[Factor] = field(default_factory=list)
     squares: list[Series] = field(default_factory=list)
     condition: Number = field(init=False)
+    size: Number = field(init=False)
 
     def __post_init__(self) -> None:
         graph = self.graph
@@ -94,7 +103,9 @@ class Equations:
             body.name: {point: (self._read(x), self._read(y)) for point, (x, y) in body.points}
             for body in self.table.bodies
         }
+        self.size = self._total_distance()
         self._conditions: dict[str, Number] = {}
+        self._conditions_of_links: dict[str, Number] = {}
         self._made_by: dict[str, str] = {}
         self._origins: dict[str, tuple[Vector, Local]] = {}
         self.condition = one
@@ -137,6 +148,14 @@ class Equations:
 
     # coordinates of the design
 
+    def _total_distance(self) -> Number:
+        total = self.graph.constant(0.0)
+        for body, (first, *others) in ((name, [*points]) for name, points in self._local.items() if points):
+            for point in others:
+                x, y = self.between(body, first, point)
+                total = total + abs(x) + abs(y)
+        return total
+
     def _read(self, coordinate: Coordinate) -> Number:
         return read_expression(self.graph, coordinate)
 
@@ -161,9 +180,9 @@ class Equations:
         return x + (cosine * dx - sine * dy), y + (cosine * dy + sine * dx)
 
     def _condition_of(self, body: str) -> Number:
-        """The largest condition of the points that a body hangs at."""
+        """The largest condition of the points that a body hangs at, and of its direction."""
         known = [self._conditions[point] for point in self._local[body] if point in self._conditions]
-        result = self.graph.constant(1.0)
+        result = self._conditions_of_links.get(body, self.graph.constant(1.0))
         for condition in known:
             result = larger(result, condition)
         return result
@@ -216,10 +235,10 @@ class Equations:
         (x, y), local = self._origins[step.slide.body]
         self._origins[step.link] = ((x + t * n[0], y + t * n[1]), local)
         inherited = larger(self._condition_of(step.slide.body), self._conditions[step.slot.pin])
-        self._add_line_factor(step.slot.name, sine, inherited)
+        own = self._add_line_factor(step.slot.name, sine, inherited)
         for point in self._local[step.link]:
             place = self._in_plane(step.link, self._local[step.link][point])
-            self._know(point, place, inherited, step.link)
+            self._know(point, place, own, step.link)
 
     def _pose_by_slot(self, step: PoseBySlot) -> None:
         slot, link = step.slot, step.link
@@ -239,14 +258,18 @@ class Equations:
             square = dot((vx, vy), (vx, vy))
         inherited = larger(self._conditions[step.point], self._conditions[slot.pin])
         if across.value == 0.0:
-            self._add_factor(Factor(slot.name, square, None), inherited, inherited)
+            # Where the pin is near the known point, the errors of both are large beside their distance.
+            own = inherited if known else inherited * (1.0 + self.size * self.size / square.terms[0])
+            self._add_factor(Factor(slot.name, square, None), inherited, own)
             root = square.sqrt()
         else:
             self.squares.append(square)
             factor = square - across * across
             size = square.terms[0] + across * across
-            self._add_factor(Factor(slot.name, factor, size), inherited, inherited * (size / factor.terms[0]))
+            own = inherited * (size / factor.terms[0])
+            self._add_factor(Factor(slot.name, factor, size), inherited, own)
             root = factor.sqrt()
+        self._conditions_of_links[link] = own
         root = root if self._signs.get(slot.name, 1) > 0 else -root
         inverse_square = square.inverse()
         # the slot's direction in the plane: v (root - i across)/D, then turned back by that in the link
@@ -268,7 +291,12 @@ class Equations:
             g, c = own_distance.ground, own_distance.crank
             p = own_distance.versine * own_distance.product + total(g, -c, r, -s) * total(g, -c, -r, s)
             q = own_distance.coversine * own_distance.product + total(r, s, g, c) * total(r, s, -g, -c)
-            size, own = None, inherited
+            # What the sums cancel by where a parameter is negative; else 0.
+            cancelled = abs(own_distance.product) - own_distance.product
+            size, both = 2.0 * cancelled, p.terms[0] + q.terms[0]
+            # Above 0, so that a design at its change point has a condition.
+            product = self.graph.put("max", (p.terms[0] * q.terms[0]).index, (_LEAST_SQUARE * (both * both)).index)
+            own = inherited * (1.0 + 0.25 * cancelled * both / product)
         else:
             square = dot(d, d)
             p, q = square - (r - s) * (r - s), self._still((r + s) * (r + s)) - square
@@ -317,13 +345,13 @@ class Equations:
         """Two lines meet unless they are parallel; return the condition of what they place."""
         square = sine * sine
         own = inherited / square.terms[0]
-        self._add_factor(Factor(joint, square, self.graph.constant(1.0)), inherited, own)
+        self._add_factor(Factor(joint, square, self.graph.constant(1.0), of_lines=True), inherited, own)
         return own
 
     def _add_factor(self, factor: Factor, inherited: Number, own: Number) -> None:
         """Note a factor; its terms have the errors of the places that it follows from."""
         size = None if factor.size is None else factor.size * inherited.sqrt()
-        self.factors.append(Factor(factor.joint, factor.value, size))
+        self.factors.append(replace(factor, size=size))
         self.condition = larger(self.condition, own)
 
     def _sign(self, joint: str) -> int:

@@ -38,7 +38,7 @@ class Quantity:
 
 def find_quantities(equations: Equations) -> list[Quantity]:
     """All signals of a linkage, in the order in which they are listed."""
-    size, one = _size(equations), equations.graph.constant(1.0)
+    size, one = equations.size, equations.graph.constant(1.0)
     table = equations.table
     fixed = {point for point, _ in table.frame.points}
     result: list[Quantity] = []
@@ -55,16 +55,6 @@ def find_quantities(equations: Equations) -> list[Quantity]:
         signal = Signal(name, "deg", f"transmission angle at {joint}", -1, 1)
         result.append(Quantity(signal, sine.call("arctangent", cosine), one))
     return result
-
-
-def _size(equations: Equations) -> Number:
-    """The sum of the distances of all points of bodies from the first of each, mm: what rounding is relative to."""
-    total = equations.graph.constant(0.0)
-    for body in equations.table.bodies:
-        for point in list(body.place_of)[1:]:
-            x, y = equations.between(body.name, next(iter(body.place_of)), point)
-            total = total + abs(x) + abs(y)
-    return total
 
 
 def _of_point(point: str, equations: Equations, size: Number) -> Iterator[Quantity]:

@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from explore.mechanisms.linkages.equations import Equations
-from explore.mechanisms.linkages.graph import ANGLE, COSINE, DESIGN, SINE, VERSINES, Graph, Number, operands
+from explore.mechanisms.linkages.graph import ANGLE, COSINE, SINE, VERSINES, Graph, Number, operands
 from explore.mechanisms.linkages.signals import REFERENCE
 
 _SYMBOLS = {"add": "+", "sub": "-", "mul": "*", "div": "/", "power": "**"}
@@ -235,7 +235,7 @@ class _Rows:
             if graph.levels[k] == ANGLE:
                 found.update(operands(graph.nodes[k]))
         for k in sorted(found):
-            if graph.levels[k] == DESIGN and k not in self._rows:
+            if graph.levels[k] < ANGLE and graph.nodes[k][0] != "constant" and k not in self._rows:
                 self._rows[k] = self.count
 
     def operand(self, k: int) -> str | None:

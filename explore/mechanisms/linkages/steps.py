@@ -216,7 +216,7 @@ class _Search:
 
     def _loci(self, point: str) -> list[Locus]:
         """Circles and lines that a point is known to be on: circles first."""
-        circles: list[Locus] = []
+        circles: list[Circle] = []
         lines: list[Locus] = []
         for body in self._table.bodies_at(point):
             slide = self._slides.get(body.name)
@@ -226,9 +226,11 @@ class _Search:
                 lines += [SlideLine(point, slide)] if slide.body in self._posed else []
                 continue
             centre = next((each for each, _ in body.points if each in self._points), None)
-            circles += [Circle(body.name, centre)] if centre else []
+            # Two circles about one point meet everywhere or nowhere.
+            if centre and centre not in {circle.centre for circle in circles}:
+                circles.append(Circle(body.name, centre))
         lines += [slot for slot in self._slots if slot.pin == point and slot.body in self._posed]
-        return circles + lines
+        return [*circles, *lines]
 
     def _check(self) -> None:
         """Raise an error unless every link is posed and every equation is used, once."""

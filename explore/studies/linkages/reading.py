@@ -72,6 +72,8 @@ def _read(section: object, entries: Mapping[str, Any], problems: Problems) -> Li
     taken = dict.fromkeys(structure.points, "a point") | {slot.name: "a slot" for slot in structure.slots}
     parameters = read_parameters(read_part(section, "parameters", problems), coordinates, taken, problems)
     steps = sum(len(coordinate.steps) for coordinate, _ in coordinates)
+    if not parameters and len(problems) == before:
+        problems.append(((SECTION,), 'no coordinate has a parameter; give one length a name, such as A = "crank"'))
     for count, most, what in (
         (len(parameters), _MOST_PARAMETERS, "parameters"),
         (steps, _MOST_STEPS, "numbers, names and operators in its coordinates"),
@@ -121,7 +123,13 @@ def _ends(section: Mapping[str, Any], structure: Structure, problems: Problems) 
         )
     elif driver not in links:
         problems.append((key, f"unknown link {format_value(driver)}; {suggestion(str(driver), links)}"))
-    if output not in ("", *links, *slots):
+    translating = {slide.link: slide.body for slide in structure.slides}
+    if output == driver and output in links:
+        problems.append(((SECTION, "output"), f"{output} turns at constant speed; name another link or a slot"))
+    elif translating.get(str(output)) == FRAME:
+        reason = f"{output} does not turn; name a slot with a pin of it, such as one along its slide"
+        problems.append(((SECTION, "output"), reason))
+    elif output not in ("", *links, *slots):
         reason = f"unknown link or slot {format_value(output)}; {suggestion(str(output), [*links, *slots])}"
         problems.append(((SECTION, "output"), reason))
     return str(driver), str(output)
