@@ -101,7 +101,7 @@ functions = {
     four_bar._fill_rates: "f8[::1], f8[::1], i8, i8, f8[::1]", four_bar._fill_angles: "f8[::1], f8[::1], i8, f8[::1]",
     four_bar_forces._fill_forces_with_masses: "f8[::1], f8[::1], i8, f8[::1]",
     panels.map_panels: "f8[::1], i8, i8[::1]",
-    equispaced.choose_equispaced: "f8[::1], i8, i8, f8", panels.count_nodes: "f8[::1], i8, i8",
+    equispaced.choose_equispaced: "f8[::1], i8, i8, f8, b1", panels.count_nodes: "f8[::1], i8, i8",
     panels.model_errors: "f8[::1], i8", tiles._place_pair: "f8[::1], f8, f8, f8[::1], f8[::1], f8[::1], f8[::1]",
 }
 kernel.close.compile(CLOSE_SIGNATURE)

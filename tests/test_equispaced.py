@@ -99,7 +99,7 @@ def test_the_count_is_the_smallest_that_the_error_model_allows(order):
     rows[SINGULAR // PANEL_CAPACITY, :n] = np.where(np.arange(n) % 2, half, 1.0)
     of_graded = rows[COUNT // PANEL_CAPACITY, : 2 * n] = rng.integers(4, 60, 2 * n)
     rows[SCALE // PANEL_CAPACITY], target = 0.5, math.log(1e-9)
-    choose_equispaced(panels, n, order, target)
+    choose_equispaced(panels, n, order, target, False)
     chosen, nodes = rows[SCALE // PANEL_CAPACITY, :n] == 0.0, rows[COUNT // PANEL_CAPACITY, :n]
     delta = 2.0 * np.arctanh(np.minimum(half, 0.99))
     constant = LOG_CONSTANT_2 if order == 2 else LOG_CONSTANT_4

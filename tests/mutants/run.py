@@ -70,6 +70,8 @@ def run_tests(tree: Path, tests: Iterable[str], limit: float) -> tuple[int | Non
     """Exit code of pytest in a tree, None where it ran out of time, and the last line that it printed."""
     command = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", *tests]
     environment = {**os.environ, "PYTHONPATH": str(tree), "PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1"}  # starts sooner
+    # A change of the same length within a second would leave Python's cached code valid.
+    environment["PYTHONDONTWRITEBYTECODE"] = "1"
     environment.pop("NUMBA_CACHE_DIR", None)  # the copy brings its own cache
     with subprocess.Popen(
         command, cwd=tree, env=environment, text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,

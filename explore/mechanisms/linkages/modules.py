@@ -13,8 +13,11 @@ import stat
 import sys
 import tempfile
 from functools import cache
+from importlib.abc import InspectLoader
+from importlib.machinery import ModuleSpec
+from importlib.util import module_from_spec
 from pathlib import Path
-from types import ModuleType
+from types import CodeType, ModuleType
 
 #: Largest number of modules that are kept; the least recently used ones go.
 MOST_MODULES = 256
@@ -26,12 +29,28 @@ def load_module(text: str) -> ModuleType:
     name = f"linkage_{hashlib.sha256(text.encode()).hexdigest()[:32]}"
     path = _folder() / f"{name}.py"
     _write(path, text)
-    module = ModuleType(name)
+    loader = _TextLoader(text, str(path))
+    module = module_from_spec(ModuleSpec(name, loader, origin=str(path)))
     module.__file__ = str(path)
     sys.modules[name] = module  # where Numba looks for what its cache names
-    exec(compile(text, str(path), "exec"), module.__dict__)  # noqa: S102  (the text is made here)
+    loader.exec_module(module)
     linecache.cache[str(path)] = (len(text), None, text.splitlines(keepends=True), str(path))
     return module
+
+
+class _TextLoader(InspectLoader):
+    """A loader of a text that was made in this process; the file has the same one."""
+
+    def __init__(self, text: str, path: str) -> None:
+        self._text, self._path = text, path
+
+    def get_source(self, fullname: str) -> str:  # noqa: ARG002  (the signature is Python's)
+        """The text."""
+        return self._text
+
+    def get_code(self, fullname: str) -> CodeType:  # noqa: ARG002  (likewise)
+        """The code of the text, with the path of the file."""
+        return self.source_to_code(self._text, self._path)
 
 
 def _write(path: Path, text: str) -> None:
