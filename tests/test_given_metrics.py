@@ -1,5 +1,7 @@
 """Metrics that come with the designs: named, bounded and ranked as any other, but not computed."""
 
+import pickle
+
 import numpy as np
 import pytest
 
@@ -70,6 +72,11 @@ def test_formulas_neither_use_it_nor_take_its_name():
 
     assert problem("twice", "2 * cost").endswith("cost comes with the designs, so a formula cannot use it")
     assert "this is the name of a metric or signal" in problem("cost", "crank")
+
+
+def test_a_worker_that_unpickles_the_mechanism_has_it_too():
+    for mechanism in (MECHANISM, MECHANISM.extended):
+        assert pickle.loads(pickle.dumps(mechanism)).given == (COST, GRADE)
 
 
 def test_the_extended_mechanism_has_it_too():

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 from explore.base.errors import RequestError
 from explore.mechanisms.entry_points import registered_entries, source_of
 from explore.model.mechanism import Mechanism
+from explore.model.quantities import GivenMetric
 from explore.model.targets import Target
 
 if TYPE_CHECKING:
@@ -106,31 +107,36 @@ def _say_slow(name: str, source: str) -> None:
 MECHANISMS = Registry()
 
 
-def mechanism_by_name(name: str, points: tuple[str, ...] = (), target: Target | None = None) -> Mechanism:
-    """The mechanism of that name with points and a target, for a worker that unpickles it."""
+def mechanism_by_name(
+    name: str, points: tuple[str, ...] = (), target: Target | None = None, given: tuple[GivenMetric, ...] = ()
+) -> Mechanism:
+    """The mechanism of that name with points, a target and given metrics, for a worker that unpickles it."""
     if name not in MECHANISMS:
         raise RequestError(f"the mechanism '{name}' is not installed here")
-    return MECHANISMS[name].with_points(points).with_target(target)
+    return MECHANISMS[name].with_points(points).with_target(target).with_given(given)
 
 
-def _extended_by_name(name: str, points: tuple[str, ...], target: Target | None) -> Mechanism:
+def _extended_by_name(
+    name: str, points: tuple[str, ...], target: Target | None, given: tuple[GivenMetric, ...]
+) -> Mechanism:
     """The extended mechanism of the mechanism of that name, or this where one kernel fills all signals."""
-    mechanism = mechanism_by_name(name, points, target)
+    mechanism = mechanism_by_name(name, points, target, given)
     return mechanism.extended or mechanism
 
 
-def _of_table(table: LinkageTable, names: frozenset[str]) -> Mechanism:
+def _of_table(table: LinkageTable, names: frozenset[str], given: tuple[GivenMetric, ...]) -> Mechanism:
     """The mechanism of a table with a kernel for these signals, for a worker that unpickles it."""
-    return MECHANISMS.of_table(table).for_signals(names)
+    return MECHANISMS.of_table(table).for_signals(names).with_given(given)
 
 
 def _reduce(mechanism: Mechanism) -> tuple[Callable[..., Mechanism], tuple[Any, ...]]:
     """How a mechanism is pickled: as its name or its table, so that a worker loads its own compiled functions."""
     if mechanism.origin is not None:
-        return _of_table, (mechanism.origin, frozenset(s.name for s in mechanism.signals if mechanism.fills(s)))
+        names = frozenset(signal.name for signal in mechanism.signals if mechanism.fills(signal))
+        return _of_table, (mechanism.origin, names, mechanism.given)
     # An extended mechanism has none of its own.
     find = mechanism_by_name if mechanism.extended else _extended_by_name
-    return find, (mechanism.name, mechanism.points, mechanism.target)
+    return find, (mechanism.name, mechanism.points, mechanism.target, mechanism.given)
 
 
 copyreg.pickle(Mechanism, _reduce)

@@ -100,11 +100,6 @@ class Number:
         return self.graph.nodes[self.index]
 
     @property
-    def level(self) -> int:
-        """Whether the number is a constant, depends on the design, or on the angle."""
-        return self.graph.levels[self.index]
-
-    @property
     def value(self) -> float | None:
         """The value of a constant; None of others."""
         return float(self.node[1]) if self.node[0] == "constant" else None

@@ -94,12 +94,6 @@ class JoinPoint:
     first: Locus
     second: Locus
 
-    @property
-    def kind(self) -> str:
-        """The dyad's name."""
-        circles = isinstance(self.first, Circle) + isinstance(self.second, Circle)
-        return ("PRP", "RRP", "RRR")[circles]
-
 
 Step = Drive | PlacePoint | PoseLink | TranslateLink | SlideInSlot | PoseBySlot | JoinPoint
 
