@@ -5,12 +5,11 @@ import pytest
 
 import explore
 from explore.base.errors import ConfigError
-from explore.synthesis.function_search import FunctionTask
 from explore.synthesis.functions import output_angles, wrapped
 from explore.synthesis.laws import formula_law
 from explore.synthesis.linkages import FourBar
 from explore.synthesis.tasks.task_files import parse_task, task_starter
-from explore.synthesis.turning_generators import find_turning_generators
+from explore.synthesis.turning_generators import FunctionTask, find_turning_generators
 
 LOGARITHM = formula_law("log(x) / log(10)", 1, 2)
 

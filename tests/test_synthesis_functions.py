@@ -5,9 +5,9 @@ import pytest
 from synthesis_cases import case
 
 from explore.base.errors import RequestError
-from explore.synthesis.function_search import FunctionTask, find_generators
 from explore.synthesis.functions import FourBarGenerator, fit_four_bar, output_angles, wrapped
 from explore.synthesis.linkages import FourBar
+from explore.synthesis.turning_generators import FunctionTask, find_turning_generators
 
 LAWS = {"log10": np.log10, "x^1.5": lambda x: x**1.5}
 
@@ -64,35 +64,10 @@ def test_exact_data_give_the_four_bar_back():
         assert np.abs(wrapped(found.outputs(phi) - psi)).max() < 1e-6
 
 
-def test_the_true_error_with_free_initial_angles():
-    """With transmission from 30 deg and links up to 10 times another: 2.364 deg becomes 0.0977 at worst, 0.0293 rms."""
-    inputs, _ = case("funcgen3_log10")
-    phi, psi = angles_of(inputs, np.linspace(1, 2, 101))
-    task = FunctionTask(phi - phi[0], psi - psi[0], np.radians(30), 10.0)
-    best = find_generators(task)[0]
-    assert np.degrees(best.error_rms) == pytest.approx(0.02927, abs=5e-6)
-    assert np.degrees(best.error_max) == pytest.approx(0.0977, abs=1e-4)
-    links = np.array([best.generator.crank, best.generator.coupler, best.generator.rocker, 1.0])
-    assert links.max() / links.min() <= 10.0 * (1 + 1e-9)
-
-
-def test_without_limits_longer_links_do_better():
-    inputs, _ = case("funcgen3_log10")
-    phi, psi = angles_of(inputs, np.linspace(1, 2, 101))
-    best = find_generators(FunctionTask(phi - phi[0], psi - psi[0]))[0]
-    assert np.degrees(best.error_rms) < 0.0045
-    errors = wrapped(best.generator.outputs(best.input_start + task_angles(phi)) - best.output_start - task_angles(psi))
-    assert np.sqrt(np.mean(errors**2)) == pytest.approx(best.error_rms, rel=1e-9)
-
-
-def task_angles(angles):
-    return angles - angles[0]
-
-
 def test_x_to_the_power_1_5():
     inputs, _ = case("funcgen3_x^1.5")
     phi, psi = angles_of(inputs, np.linspace(1, 4, 101))
-    best = find_generators(FunctionTask(task_angles(phi), task_angles(psi), np.radians(30), 10.0))[0]
+    best = find_turning_generators(FunctionTask(phi - phi[0], psi - psi[0], np.radians(30), 10.0))[0]
     assert np.degrees(best.error_max) == pytest.approx(0.0360, abs=1e-4)
 
 
@@ -117,14 +92,6 @@ def test_outputs_are_those_of_the_linkage():
 def test_pairs_that_determine_no_four_bar(inputs, outputs, message):
     with pytest.raises(RequestError, match=message):
         fit_four_bar(np.array(inputs), np.array(outputs))
-
-
-def test_a_range_without_a_linkage():
-    """Half a turn back and forth within the range, many times: no four-bar, whatever its angles."""
-    turned = np.linspace(0, 6, 200)
-    task = FunctionTask(turned, np.where(turned % 0.2 < 0.1, 0.0, 3.0), np.radians(89))
-    with pytest.raises(RequestError, match="reaches over the whole range"):
-        find_generators(task)
 
 
 def test_branch_is_that_of_the_data():

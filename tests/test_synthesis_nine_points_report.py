@@ -40,7 +40,7 @@ def test_a_planted_crank_rocker_passes_in_order():
     points = CRANK_ROCKER.points(ANGLES)
     report = planted_report()
     assert report.is_complete
-    assert report.is_certified
+    assert report.solutions.certificates.is_complete
     assert len(report.linkages) == 3 * len(report.solutions.real)
     (source,) = [each for each in report.linkages if is_same(each.linkage, CRANK_ROCKER)]
     assert source.passage.fate == PASSES
@@ -69,7 +69,7 @@ def test_points_in_another_order():
 def test_singular_linkages_are_reported_but_not_proved():
     report = find_linkages(SYMMETRIC)
     assert report.is_complete
-    assert report.is_certified
+    assert report.solutions.certificates.is_complete
     unproved = [each for each in report.linkages if not each.is_proved]
     assert unproved
     # Their pivot is the point on the axis.
@@ -86,7 +86,7 @@ def test_the_sentence_says_what_is_lost_and_not_proved():
     proofs = dataclasses.replace(report.solutions.certificates, is_proved=np.arange(1442) < 1440)
     partial = dataclasses.replace(report, solutions=dataclasses.replace(report.solutions, certificates=proofs))
     assert not partial.is_complete
-    assert not partial.is_certified
+    assert not partial.solutions.certificates.is_complete
     assert partial.sentence.startswith(
         "Of 1,442 paths 1,440 lead to regular solutions, all proved; 2 are lost or lead to"
     )

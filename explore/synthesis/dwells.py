@@ -66,35 +66,6 @@ def _gauss_newton_step(points: ComplexArray, centres: ComplexArray) -> ComplexAr
     return np.asarray((vv * a - uv * b + 1j * (uu * b - uv * a)) / (uu * vv - uv * uv))
 
 
-def narrowest_ring(points: ComplexArray) -> tuple[complex, float]:
-    """Centre and middle radius of the narrowest ring around points near a circle, shape (k,).
-
-    A link of that radius has the least travel at its other end. From the least-squares circle, linear programmes in the
-    shift of the centre, the radius and half the width.
-    """
-    from scipy.optimize import linprog
-
-    circle = fit_circles(points[None])
-    centre, radius = complex(circle.centres[0]), float(circle.radii[0])
-    for _ in range(_N_STEPS):
-        vectors = points - centre
-        distances = np.abs(vectors)
-        column, one = (vectors / distances)[:, None], np.ones((len(points), 1))
-        # |distance - direction . shift - radius| <= half
-        outside = np.hstack([-column.real, -column.imag, -one, -one])
-        inside = np.hstack([column.real, column.imag, one, -one])
-        found = linprog(
-            [0.0, 0.0, 0.0, 1.0],
-            A_ub=np.vstack([outside, inside]),
-            b_ub=np.concatenate([-distances, distances]),
-            bounds=[(None, None)] * 3 + [(0.0, None)],
-        )
-        if found.x is None:
-            break
-        centre, radius = centre + complex(found.x[0], found.x[1]), float(found.x[2])
-    return centre, radius
-
-
 @dataclass(frozen=True)
 class Dwell:
     """A dwell mechanism and what it does.
@@ -127,12 +98,6 @@ def slider_positions(
         along = np.sqrt(links[:, None] ** 2 - local.imag**2)
     side = np.where(local[:, :1].real > 0.0, -1.0, 1.0)
     return local.real + side * along, local.imag / links[:, None]
-
-
-def measure(linkage: FourBar, start: float, span: float, direction: float) -> Dwell:
-    """Fit the link to the arc, the slider's place to its centre, and measure as `measure_slider`."""
-    centre, link = narrowest_ring(linkage.points(start + np.linspace(0.0, span, _N_DWELL)))
-    return measure_slider(linkage, start, span, direction, link, centre)
 
 
 def measure_slider(

@@ -7,7 +7,7 @@ of four-bar linkages, Trans. ASME 77 (1955) 853-861)::
     K1 = -ground/rocker,   K2 = ground/crank,   K3 = (crank^2 + rocker^2 + ground^2 - coupler^2) / (2 crank rocker)
 
 It is linear in K1, K2, K3: three positions are met exactly. More are met in the least-squares sense of this equation,
-which is not that of the output; `function_search` goes on from there to the true error of the output.
+which is not that of the output; `turning_generators` minimises the true error of the output.
 """
 
 from __future__ import annotations

@@ -8,7 +8,7 @@ the turn is one on two numbers.
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -16,7 +16,6 @@ import numpy.typing as npt
 
 from explore.base.errors import RequestError
 from explore.model.quantities import FloatArray
-from explore.synthesis.function_search import FoundGenerator, FunctionTask
 from explore.synthesis.functions import FourBarGenerator, wrapped
 from explore.synthesis.levenberg_marquardt import Kept, Rows, Stepped, gauss_newton, improve
 
@@ -48,6 +47,31 @@ _INSIDE = 1e-3
 _TINY = 1e-12
 #: Difference of numbers up to which linkages are the same.
 _SAME = 1e-3
+
+
+@dataclass(frozen=True)
+class FunctionTask:
+    """A function between two angles, each counted from an initial angle that is free.
+
+    A table of the angles that crank and rocker turn from there, rad, (n,); the least angle between coupler and rocker,
+    or its supplement, over the range, rad; the largest ratio of the longest to the shortest link.
+    """
+
+    inputs: FloatArray
+    outputs: FloatArray
+    transmission_angle_min: float = 0.0
+    link_ratio_max: float = np.inf
+
+
+@dataclass(frozen=True)
+class FoundGenerator:
+    """A generator, its initial angles from the line of the pivots, and its errors at the pairs of the task, rad."""
+
+    generator: FourBarGenerator
+    input_start: float
+    output_start: float
+    error_rms: float
+    error_max: float
 
 
 class _Batch(NamedTuple):

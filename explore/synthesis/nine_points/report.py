@@ -49,11 +49,6 @@ class NinePointReport:
         return self.solutions.is_complete
 
     @property
-    def is_certified(self) -> bool:
-        """Whether all regular solutions are proved to exist, to differ, and to be real or not."""
-        return self.solutions.certificates.is_complete
-
-    @property
     def sentence(self) -> str:
         """What was found, what of it is proved, and whether anything can be missing."""
         solutions, n_passing = self.solutions, sum(each.passage.fate == PASSES for each in self.linkages)

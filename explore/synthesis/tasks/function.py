@@ -18,13 +18,12 @@ from explore.model.targets import STARTS, FunctionTarget
 from explore.studies.request.target_entries import read_rows
 from explore.studies.request.target_files import FileColumn
 from explore.synthesis.candidates import SOLUTION, Candidates
-from explore.synthesis.function_search import FoundGenerator, FunctionTask
 from explore.synthesis.functions import FourBarGenerator, fit_four_bar, wrapped
 from explore.synthesis.laws import Law, chebyshev_points, formula_law, remarks_on_angles, table_law
 from explore.synthesis.tasks.contract import MOST_CANDIDATES, Task, TaskSections, TaskType
 from explore.synthesis.tasks.four_bars import FORMULAS, LENGTHS, FourBarBounds
 from explore.synthesis.tasks.sections import SectionReader
-from explore.synthesis.turning_generators import find_turning_generators, is_same
+from explore.synthesis.turning_generators import FoundGenerator, FunctionTask, find_turning_generators, is_same
 
 #: Number of values of x over which the search takes its mean.
 _N_SEARCHED = 101
