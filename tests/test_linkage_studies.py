@@ -218,7 +218,7 @@ def test_mistakes_of_studies(folder):
     ]
     naming.write_text(NAMING)
     (folder / "slider.toml").write_text(TABLE.replace('driver = "crank"', 'driver = "crnk"'))
-    assert problems_of(naming) == ["slider.toml:2: linkage.driver: unknown link 'crnk'; did you mean 'crank'?"]
+    assert problems_of(naming) == ["slider.toml:2: linkage.driver: unknown link or slot 'crnk'; did you mean 'crank'?"]
     (folder / "slider.toml").write_text('linkage = "other.toml"\n')
     assert len(problems_of(naming)) == 1
 

@@ -124,8 +124,9 @@ def _declare(
         for p in table.parameters
     )
     names = [signal.name for signal in signals]
-    output = f"{table.output or _last_mover(table)}_velocity"
-    defaults = [f"{output}_rms", f"{output}_peak", f"{output.removesuffix('velocity')}acceleration_peak"]
+    mover, axis = (table.output, "") if table.output else _last_mover(table)
+    output = f"{mover}_velocity{axis}"
+    defaults = [f"{output}_rms", f"{output}_peak", f"{mover}_acceleration{axis}_peak"]
     transmission = _transmission_angle(names)
     if transmission:
         defaults.insert(0, transmission.name)
@@ -160,10 +161,11 @@ def _declare(
     )
 
 
-def _last_mover(table: LinkageTable) -> str:
-    """The slot or link whose velocity the plain statistics are of, where the table names no output."""
+def _last_mover(table: LinkageTable) -> tuple[str, str]:
+    """The slot, link or point, with its axis, of the plain statistics where the table names no output."""
+    slots = [slot.name for slot in table.slots if slot.name != table.driver]
     moving = [link.name for link in table.links if link.name != table.driver and link.name not in _slides(table)]
-    return table.slots[-1].name if table.slots else moving[-1]
+    return ([*moving, *slots][-1], "") if moving or slots else (table.points[-1], "_x")
 
 
 def _slides(table: LinkageTable) -> set[str]:

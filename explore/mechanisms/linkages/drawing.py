@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from explore.mechanisms.linkages.table import FRAME, Coordinate, LinkageTable, Place, Slot
+from explore.mechanisms.linkages.table import FRAME, Body, Coordinate, LinkageTable, Place, Slot
 from explore.model.drawing import Drawing, Guide, Link, Panel, Path, Vector
 from explore.model.quantities import Signal
 
@@ -25,7 +25,9 @@ def draw_linkage(table: LinkageTable) -> Drawing | None:
     joints = [point for point in moving if point not in ends]
     return Drawing(
         points=points,
-        links=tuple(Link(body.name, _outline(tuple(body.place_of))) for body in table.links if len(body.points) > 1),
+        links=tuple(
+            Link(body.name, _outline(outer)) for body in table.links if len(outer := _ends_of_link(table, body)) > 1
+        ),
         pivots=tuple(point for point in frame if len(table.bodies_at(point)) > 1),
         guides=tuple(guide for slot in table.slots if (guide := _guide(table, slot))),
         paths=(
@@ -33,6 +35,12 @@ def draw_linkage(table: LinkageTable) -> Drawing | None:
             *(Path(point, f"path of {point}", "point") for point in ends),
         ),
     )
+
+
+def _ends_of_link(table: LinkageTable, body: Body) -> tuple[str, ...]:
+    """The points of a link; of one with a single point, as the tube of a cylinder, also the pins in its slots."""
+    pins = [slot.pin for slot in table.slots if slot.body == body.name] if len(body.points) == 1 else []
+    return tuple(dict.fromkeys([*body.place_of, *pins]))
 
 
 def _outline(points: tuple[str, ...]) -> tuple[str, ...]:

@@ -23,6 +23,7 @@ from explore.mechanisms.linkages.graph import Graph, Number, Series
 from explore.mechanisms.linkages.steps import (
     Circle,
     Drive,
+    DriveOnLines,
     JoinPoint,
     PlacePoint,
     PoseBySlot,
@@ -32,7 +33,7 @@ from explore.mechanisms.linkages.steps import (
     Step,
     TranslateLink,
 )
-from explore.mechanisms.linkages.table import FRAME, Coordinate, LinkageTable, Slide, Slot
+from explore.mechanisms.linkages.table import FRAME, LinkageTable, Place, Slide, Slot
 from explore.mechanisms.linkages.vectors import Local, Vector, cross, dot, larger, length, minus
 
 #: Least product of two factors that conditions are relative to, over the square of their sum.
@@ -100,19 +101,21 @@ class Equations:
         zero, one = graph.constant(0.0), graph.constant(1.0)
         self._signs = dict(self.table.signs)
         self._local = {
-            body.name: {point: (self._read(x), self._read(y)) for point, (x, y) in body.points}
-            for body in self.table.bodies
+            body.name: {point: self._read(place) for point, place in body.points} for body in self.table.bodies
         }
         self.size = self._total_distance()
         self._conditions: dict[str, Number] = {}
         self._conditions_of_links: dict[str, Number] = {}
         self._made_by: dict[str, str] = {}
-        self._origins: dict[str, tuple[Vector, Local]] = {}
+        self._origins: dict[str, tuple[Vector, Vector]] = {}
+        self._pivot = ""
         self.condition = one
-        self.directions[FRAME] = (self._still(one), self._still(zero))
-        self._origins[FRAME] = ((self._still(zero), self._still(zero)), (zero, zero))
-        for point, (x, y) in self._local[FRAME].items():
-            self._know(point, (self._still(x), self._still(y)), one, FRAME)
+        self._zero = Series.still(zero), Series.still(zero)
+        self.directions[FRAME] = (Series.still(one), self._zero[1])
+        self._origins[FRAME] = (self._zero, self._zero)
+        for point, place in self._local[FRAME].items():
+            self._know(point, place, one, FRAME)
+        self._drive_pin()
         for step in self.steps:
             self._take(step)
 
@@ -127,6 +130,8 @@ class Equations:
                 self.directions[step.link] = (self._angle.cosine, self._angle.sine)
                 self._origins[step.link] = (self.points[step.pivot], self._local[step.link][step.pivot])
                 self._pivot = step.pivot
+            case DriveOnLines():
+                self._drive_on_lines(step)
             case PlacePoint():
                 place = self._in_plane(step.body, self._local[step.body][step.point])
                 self._know(step.point, place, self._condition_of(step.body), step.body)
@@ -152,30 +157,27 @@ class Equations:
         total = self.graph.constant(0.0)
         for body, (first, *others) in ((name, [*points]) for name, points in self._local.items() if points):
             for point in others:
-                x, y = self.between(body, first, point)
+                x, y = (part.terms[0] for part in self.between(body, first, point))
                 total = total + abs(x) + abs(y)
         return total
 
-    def _read(self, coordinate: Coordinate) -> Number:
-        return read_expression(self.graph, coordinate)
+    def _read(self, place: Place) -> Vector:
+        x, y = (Series.still(read_expression(self.graph, coordinate)) for coordinate in place)
+        return x, y
 
-    def between(self, body: str, start: str, end: str) -> Local:
+    def between(self, body: str, start: str, end: str) -> Vector:
         """From one point of a body to another, in its coordinates, mm."""
-        (ax, ay), (bx, by) = self._local[body][start], self._local[body][end]
-        return bx - ax, by - ay
-
-    def _still(self, number: Number) -> Series:
-        return Series.still(number)
+        return minus(self._local[body][end], self._local[body][start])
 
     # places in the plane
 
     def _know(self, point: str, place: Vector, condition: Number, maker: str) -> None:
         self.points[point], self._conditions[point], self._made_by[point] = place, condition, maker
 
-    def _in_plane(self, body: str, local: Local) -> Vector:
+    def _in_plane(self, body: str, local: Vector) -> Vector:
         """The place of a point of a posed body."""
-        (x, y), (ox, oy) = self._origins[body]
-        dx, dy = local[0] - ox, local[1] - oy
+        (x, y), origin = self._origins[body]
+        dx, dy = minus(local, origin)
         cosine, sine = self.directions[body]
         return x + (cosine * dx - sine * dy), y + (cosine * dy + sine * dx)
 
@@ -187,40 +189,61 @@ class Equations:
             result = larger(result, condition)
         return result
 
-    def _direction(self, body: str, along: Local) -> Vector:
+    def _direction(self, body: str, along: Vector) -> Vector:
         """A unit vector along a direction of a body."""
-        inverse = 1.0 / length(along)
+        inverse = length(along).inverse()
         nx, ny = along[0] * inverse, along[1] * inverse
         cosine, sine = self.directions[body]
         return cosine * nx - sine * ny, cosine * ny + sine * nx
 
-    def _ends(self, slot: Slot) -> tuple[Local, Local]:
+    def _ends(self, slot: Slot) -> tuple[Vector, Vector]:
         """The ends of a slot in the coordinates of its body."""
-        first, second = (
-            self._local[slot.body][end] if isinstance(end, str) else (self._read(end[0]), self._read(end[1]))
-            for end in slot.along
-        )
+        first, second = (self._local[slot.body][end] if isinstance(end, str) else self._read(end) for end in slot.along)
         return first, second
 
     def _line(self, locus: Slot | SlideLine) -> tuple[Vector, Vector]:
         """A point of a line and its unit direction."""
         if isinstance(locus, Slot):
             first, second = self._ends(locus)
-            return self._in_plane(locus.body, first), self._direction(
-                locus.body, (second[0] - first[0], second[1] - first[1])
-            )
+            return self._in_plane(locus.body, first), self._direction(locus.body, minus(second, first))
         slide = locus.slide
         return self._in_plane(slide.body, self._local[slide.link][locus.point]), self._slide_direction(slide)
 
     def _slide_direction(self, slide: Slide) -> Vector:
-        return self._direction(slide.body, (self._read(slide.direction[0]), self._read(slide.direction[1])))
+        return self._direction(slide.body, self._read(slide.direction))
 
     # steps
+
+    def _drive_pin(self) -> None:
+        """Make the driven pin a point of the body with its slot: at `travel` on the way there and back, as a sine."""
+        slot, travel = self.table.driven_slot, self.table.travel
+        if slot is None or travel is None:
+            return
+        (x, y), second = self._ends(slot)
+        inverse = length(minus(second, (x, y))).inverse()
+        nx, ny = (part * inverse for part in minus(second, (x, y)))
+        start, end = self._read(travel)
+        self.size = self.size + abs(start.terms[0]) + abs(end.terms[0])
+        position = start + (end - start) * (self._angle.versine(0) * 0.5)
+        self._local[slot.body][slot.pin] = (x + nx * position, y + ny * position)
+
+    def _drive_on_lines(self, step: DriveOnLines) -> None:
+        """The origin of the driver is on each line, moved by the vector from the point on it to the origin."""
+        self.directions[step.link] = (self._angle.cosine, self._angle.sine)
+        self._origins[step.link] = (self._zero, self._zero)
+        (g, n), (h, m) = (
+            (minus(place, self._in_plane(step.link, self._local[step.link][point])), direction)
+            for point, (place, direction) in ((point, self._line(line)) for point, line in (step.first, step.second))
+        )
+        sine = cross(n, m)
+        t = cross(minus(h, g), m) / sine
+        self._origins[step.link] = ((g[0] + t * n[0], g[1] + t * n[1]), self._zero)
+        self._conditions_of_links[step.link] = self._add_line_factor(step.link, sine, self.graph.constant(1.0))
 
     def _pose(self, step: PoseLink) -> None:
         lx, ly = self.between(step.link, step.first, step.second)
         dx, dy = minus(self.points[step.second], self.points[step.first])
-        inverse = 1.0 / (lx * lx + ly * ly)
+        inverse = (lx * lx + ly * ly).inverse()
         nx, ny = lx * inverse, ly * inverse
         self.directions[step.link] = (dx * nx + dy * ny, dy * nx - dx * ny)
         self._origins[step.link] = (self.points[step.first], self._local[step.link][step.first])
@@ -243,8 +266,8 @@ class Equations:
     def _pose_by_slot(self, step: PoseBySlot) -> None:
         slot, link = step.slot, step.link
         first, second = self._ends(slot)
-        lx, ly = second[0] - first[0], second[1] - first[1]
-        inverse = 1.0 / length((lx, ly))
+        lx, ly = minus(second, first)
+        inverse = length((lx, ly)).inverse()
         nx, ny = lx * inverse, ly * inverse
         ax, ay = self._local[link][step.point]
         # distance of the line from the known point, to the left of its direction
@@ -257,7 +280,7 @@ class Equations:
         else:
             square = dot((vx, vy), (vx, vy))
         inherited = larger(self._conditions[step.point], self._conditions[slot.pin])
-        if across.value == 0.0:
+        if across.is_zero:
             # Where the pin is near the known point, the errors of both are large beside their distance.
             own = inherited if known else inherited * (1.0 + self.size * self.size / square.terms[0])
             self._add_factor(Factor(slot.name, square, None), inherited, own)
@@ -265,7 +288,7 @@ class Equations:
         else:
             self.squares.append(square)
             factor = square - across * across
-            size = square.terms[0] + across * across
+            size = square.terms[0] + across.terms[0] * across.terms[0]
             own = inherited * (size / factor.terms[0])
             self._add_factor(Factor(slot.name, factor, size), inherited, own)
             root = factor.sqrt()
@@ -285,10 +308,10 @@ class Equations:
         inherited = larger(self._conditions[a], self._conditions[b])
         known = self._distance(a, b)
         if known:
-            own_distance, total = known[0], self.graph.exact_sum
+            own_distance, total = known[0], self._exact_sum
             square, (dx, dy) = own_distance.square, own_distance.vector
             d = dx * known[1], dy * known[1]
-            g, c = own_distance.ground, own_distance.crank
+            g, c = Series.still(own_distance.ground), Series.still(own_distance.crank)
             p = own_distance.versine * own_distance.product + total(g, -c, r, -s) * total(g, -c, -r, s)
             q = own_distance.coversine * own_distance.product + total(r, s, g, c) * total(r, s, -g, -c)
             # What the sums cancel by where a parameter is negative; else 0.
@@ -299,8 +322,8 @@ class Equations:
             own = inherited * (1.0 + 0.25 * cancelled * both / product)
         else:
             square = dot(d, d)
-            p, q = square - (r - s) * (r - s), self._still((r + s) * (r + s)) - square
-            size = square.terms[0] + (r + s) * (r + s)
+            p, q = square - (r - s) * (r - s), (r + s) * (r + s) - square
+            size = square.terms[0] + ((r + s) * (r + s)).terms[0]
             both = p.terms[0] + q.terms[0]
             own = inherited * (0.25 * (both * both) / (p.terms[0] * q.terms[0]))
         self._add_factor(Factor(point, p, size), inherited, own)
@@ -308,7 +331,7 @@ class Equations:
         self.squares.append(square)
         inverse = square.inverse()
         root = (p * q).sqrt()
-        k = (p + 2.0 * (r * (r - s))) * inverse * 0.5
+        k = (p + r * (r - s) * 2.0) * inverse * 0.5
         f = root * inverse * (0.5 * self._sign(point))
         (ax, ay), (dx, dy) = self.points[a], d
         self._know(point, (ax + (k * dx - f * dy), ay + (k * dy + f * dx)), own, point)
@@ -319,11 +342,11 @@ class Equations:
         g, n = self._line(line)
         w = minus(g, self.points[circle.centre])
         h = cross(n, w)
-        low, high = self._still(r) - h, h + r
+        low, high = r - h, h + r
         body = line.body if isinstance(line, Slot) else line.slide.body
         inherited = larger(self._conditions[circle.centre], self._condition_of(body))
-        size = r + abs(h.terms[0])
-        own = inherited * ((r * r) / (low.terms[0] * high.terms[0]))
+        size = r.terms[0] + abs(h.terms[0])
+        own = inherited * ((r * r).terms[0] / (low.terms[0] * high.terms[0]))
         self._add_factor(Factor(point, low, size), inherited, own)
         self._add_factor(Factor(point, high, size), inherited, own)
         root = (low * high).sqrt()
@@ -360,8 +383,18 @@ class Equations:
     def _distance(self, a: str, b: str) -> tuple[DriverDistance, float] | None:
         """The distance of two points if one is of the frame and one of the driver, and the sense of it from a to b."""
         for still, moving, sense in ((a, b, -1.0), (b, a, 1.0)):
-            if self._made_by.get(still) == FRAME and self._made_by.get(moving) == self.table.driver:
-                ground = self.between(FRAME, self._pivot, still)
-                distance = find_distance(self._angle, ground, self.between(self.table.driver, self._pivot, moving))
+            if self._pivot and self._made_by.get(still) == FRAME and self._made_by.get(moving) == self.table.driver:
+                ground = _local(self.between(FRAME, self._pivot, still))
+                crank = _local(self.between(self.table.driver, self._pivot, moving))
+                distance = find_distance(self._angle, ground, crank)
                 return (distance, sense) if distance else None
         return None
+
+    def _exact_sum(self, *terms: Series) -> Number:
+        """A sum of the design, rounded once."""
+        return self.graph.exact_sum(*(term.terms[0] for term in terms))
+
+
+def _local(vector: Vector) -> Local:
+    """A vector of a body that does not depend on the input angle."""
+    return vector[0].terms[0], vector[1].terms[0]

@@ -218,6 +218,17 @@ class Series:
     def __neg__(self) -> Series:
         return Series(*(-a for a in self.terms))
 
+    def __abs__(self) -> Series:
+        a, da, dda = self.terms
+        size = abs(a)
+        sign = a / size
+        return Series(size, da * sign, dda * sign)
+
+    @property
+    def is_zero(self) -> bool:
+        """Whether it is 0 in all designs, at all angles."""
+        return all(term.value == 0.0 for term in self.terms)
+
     def __mul__(self, other: Series | Number | float) -> Series:
         if not isinstance(other, Series):
             return Series(*(a * other for a in self.terms))

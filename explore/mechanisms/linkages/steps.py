@@ -24,6 +24,15 @@ class Drive:
 
 
 @dataclass(frozen=True)
+class DriveOnLines:
+    """The driver turns with two of its points on lines of the frame, as the bar of a trammel."""
+
+    link: str
+    first: tuple[str, Slot | SlideLine]
+    second: tuple[str, Slot | SlideLine]
+
+
+@dataclass(frozen=True)
 class PlacePoint:
     """A point of a link whose pose is known."""
 
@@ -95,7 +104,7 @@ class JoinPoint:
     second: Locus
 
 
-Step = Drive | PlacePoint | PoseLink | TranslateLink | SlideInSlot | PoseBySlot | JoinPoint
+Step = Drive | DriveOnLines | PlacePoint | PoseLink | TranslateLink | SlideInSlot | PoseBySlot | JoinPoint
 
 
 class TableError(RequestError):
@@ -119,19 +128,20 @@ def find_steps(table: LinkageTable) -> tuple[Step, ...]:
 
 def count_freedoms(table: LinkageTable) -> int:
     """The mobility less 1 for the driver: 0 for a linkage that moves as the driver does."""
+    table = table.pinned
     pins = sum(2 * (len(table.bodies_at(point)) - 1) for point in table.points)
-    return 3 * len(table.links) - pins - len(table.slots) - 2 * len(table.slides) - 1
+    return 3 * len(table.links) - pins - len(table.slots) - 2 * len(table.slides) - (table.driver in table.body_of)
 
 
 class _Search:
     """Points and bodies whose places are known, and the equations that were not used yet."""
 
     def __init__(self, table: LinkageTable) -> None:
-        self._table = table
+        self._table = table.pinned
         self._points = {point: FRAME for point, _ in table.frame.points}
         self._posed = {FRAME}
         self._slides = {slide.link: slide for slide in table.slides}
-        self._slots = list(table.slots)
+        self._slots = list(self._table.slots)
         self._steps: list[Step] = []
 
     def run(self) -> tuple[Step, ...]:
@@ -142,14 +152,21 @@ class _Search:
         return tuple(self._steps)
 
     def _drive(self) -> None:
-        driver = self._table.body_of[self._table.driver]
+        driver = self._table.body_of.get(self._table.driver)
+        if driver is None:  # a pin is driven
+            return
         pivots = [point for point, _ in driver.points if point in self._points]
-        if len(pivots) != 1:
-            found = " and ".join(pivots) or "none"
+        lines = [] if pivots else [(point, line) for point, _ in driver.points for line in self._lines(point)]
+        if len(pivots) == 1:
+            self._steps.append(Drive(driver.name, pivots[0]))
+        elif len(lines) >= 2:
+            self._steps.append(DriveOnLines(driver.name, lines[0], lines[1]))
+            self._use(lines[0][1], lines[1][1])
+        else:
+            found = " and ".join(pivots) or "none, nor pins on two lines of it"
             raise TableError(
                 driver.name, f"the driver turns about one point of the frame, and {driver.name} has {found}"
             )
-        self._steps.append(Drive(driver.name, pivots[0]))
         self._posed.add(driver.name)
 
     def _place_points(self) -> bool:
@@ -202,29 +219,34 @@ class _Search:
             loci = self._loci(point)
             if len(loci) >= 2:
                 first, second = loci[:2]
-                self._slots = [slot for slot in self._slots if slot not in (first, second)]
+                self._use(first, second)
                 self._steps.append(JoinPoint(point, first, second))
                 self._points[point] = "joint"
                 return True
         return False
 
+    def _use(self, *loci: Locus) -> None:
+        """Take slots off those that were not used yet."""
+        self._slots = [slot for slot in self._slots if slot not in loci]
+
     def _loci(self, point: str) -> list[Locus]:
         """Circles and lines that a point is known to be on: circles first."""
         circles: list[Circle] = []
-        lines: list[Locus] = []
         for body in self._table.bodies_at(point):
-            slide = self._slides.get(body.name)
-            if body.name in self._posed:
-                continue
-            if slide is not None:
-                lines += [SlideLine(point, slide)] if slide.body in self._posed else []
+            if body.name in self._posed or body.name in self._slides:
                 continue
             centre = next((each for each, _ in body.points if each in self._points), None)
             # Two circles about one point meet everywhere or nowhere.
             if centre and centre not in {circle.centre for circle in circles}:
                 circles.append(Circle(body.name, centre))
-        lines += [slot for slot in self._slots if slot.pin == point and slot.body in self._posed]
-        return [*circles, *lines]
+        return [*circles, *self._lines(point)]
+
+    def _lines(self, point: str) -> list[Slot | SlideLine]:
+        """Lines of posed bodies that a point is known to be on."""
+        bodies = [body.name for body in self._table.bodies_at(point) if body.name not in self._posed]
+        slides = [self._slides[name] for name in bodies if name in self._slides]
+        lines: list[Slot | SlideLine] = [SlideLine(point, slide) for slide in slides if slide.body in self._posed]
+        return lines + [slot for slot in self._slots if slot.pin == point and slot.body in self._posed]
 
     def _check(self) -> None:
         """Raise an error unless every link is posed and every equation is used, once."""

@@ -6,8 +6,9 @@
 from __future__ import annotations
 
 import hashlib
+import math
 from collections.abc import Iterator
-from dataclasses import dataclass, fields, is_dataclass
+from dataclasses import dataclass, fields, is_dataclass, replace
 from functools import cached_property
 
 #: The body that does not move.
@@ -33,6 +34,9 @@ class Coordinate:
 
 #: Two coordinates of a point in the frame of its body.
 Place = tuple[Coordinate, Coordinate]
+
+#: Stands for the place of a driven pin, which depends on the input angle.
+_DRIVEN: Place = (Coordinate((), (("number", math.nan),)),) * 2
 
 
 @dataclass(frozen=True)
@@ -98,7 +102,7 @@ class LinkageTable:
     Attributes
     ----------
     driver
-        The link that turns about its point in the frame.
+        The link that turns, or the slot whose pin is driven along it.
     output
         Link or slot that the plain statistics are of; empty for none.
     frame
@@ -111,6 +115,8 @@ class LinkageTable:
         All parameters of coordinates, in the order of their first use.
     signs
         Side of each joint or slot that has two: 1 left, positive or far, -1 right, negative or near.
+    travel
+        Positions in the driven slot at input angles of 0 and 180 deg, mm; between them the pin moves as a sine.
     """
 
     driver: str
@@ -121,6 +127,7 @@ class LinkageTable:
     slides: tuple[Slide, ...]
     parameters: tuple[TableParameter, ...]
     signs: tuple[tuple[str, int], ...] = ()
+    travel: Place | None = None
 
     @property
     def bodies(self) -> Iterator[Body]:
@@ -141,6 +148,25 @@ class LinkageTable:
     def bodies_at(self, point: str) -> tuple[Body, ...]:
         """The bodies that have a point of that name, which a pin joins."""
         return tuple(body for body in self.bodies if point in body.place_of)
+
+    @property
+    def driven_slot(self) -> Slot | None:
+        """The slot whose pin is driven; None where a link turns."""
+        return next((slot for slot in self.slots if slot.name == self.driver), None)
+
+    @cached_property
+    def pinned(self) -> LinkageTable:
+        """The table in which a driven pin is a point of the body with its slot, as its place there is known."""
+        slot = self.driven_slot
+        if slot is None:
+            return self
+        bodies = {
+            body.name: replace(body, points=(*body.points, (slot.pin, _DRIVEN))) if body.name == slot.body else body
+            for body in self.bodies
+        }
+        others = tuple(each for each in self.slots if each is not slot)
+        links = tuple(bodies[link.name] for link in self.links)
+        return replace(self, frame=bodies[FRAME], links=links, slots=others)
 
     @cached_property
     def digest(self) -> str:

@@ -6,16 +6,16 @@ from explore.mechanisms.linkages.graph import Number, Series
 
 #: Two coordinates of the design, mm.
 Local = tuple[Number, Number]
-#: Two coordinates in the plane, mm, with their derivatives.
+#: Two coordinates in the plane, or in a body, mm, with their derivatives.
 Vector = tuple[Series, Series]
 
 
-def length(vector: Local) -> Number:
-    """The length of a vector of the design; exact along an axis."""
+def length(vector: Vector) -> Series:
+    """The length of a vector; exact along an axis."""
     for along, across in (vector, vector[::-1]):
-        if across.value == 0.0:
+        if across.is_zero:
             return abs(along)
-    return (vector[0] * vector[0] + vector[1] * vector[1]).sqrt()
+    return dot(vector, vector).sqrt()
 
 
 def larger(a: Number, b: Number) -> Number:

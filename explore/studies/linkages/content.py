@@ -20,6 +20,7 @@ def content_of(table: LinkageTable) -> dict[str, Any]:
     parts: dict[str, Any] = {
         "driver": table.driver,
         "output": table.output,
+        "travel": _pair(table.travel) if table.travel else [],
         "frame": {name: _pair(place) for name, place in table.frame.points},
         "links": {link.name: _points(link) for link in table.links},
         "slots": {

@@ -42,10 +42,10 @@ def read_place(entry: object, key: KeyPath, problems: Problems) -> Place:
     return _coordinate(entry, key, problems, _FORMS), ZERO
 
 
-def read_pair(entry: object, key: KeyPath, problems: Problems) -> Place:
-    """The place ``[x, y]``."""
+def read_pair(entry: object, key: KeyPath, problems: Problems, form: str = "[x, y]") -> Place:
+    """The place ``[x, y]``, or another pair of coordinates."""
     if not isinstance(entry, list | tuple) or len(entry) != 2:
-        problems.append((key, f"must be a pair [x, y], got {format_value(entry)}"))
+        problems.append((key, f"must be a pair {form}, got {format_value(entry)}"))
         return ZERO, ZERO
     x, y = (_coordinate(each, (*key, number), problems) for number, each in enumerate(entry))
     return x, y

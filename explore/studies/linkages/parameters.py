@@ -35,6 +35,7 @@ def located_coordinates(structure: Structure) -> Iterator[Located]:
             yield from ((coordinate, key) for coordinate in end if isinstance(coordinate, Coordinate))
     for slide in structure.slides:
         yield from ((coordinate, (SECTION, "slides", slide.link, "direction")) for coordinate in slide.direction)
+    yield from ((coordinate, (SECTION, "travel")) for coordinate in structure.travel or ())
 
 
 def read_parameters(

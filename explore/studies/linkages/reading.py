@@ -11,11 +11,12 @@ from explore.base.suggest import format_value, one_line, suggestion
 from explore.mechanisms.linkages.steps import PoseBySlot, TableError, find_steps
 from explore.mechanisms.linkages.table import FRAME, LinkageTable
 from explore.studies.linkages.branch import note_missing, read_branch, two_sided
+from explore.studies.linkages.parallel_lines import note_parallel_lines
 from explore.studies.linkages.parameters import located_coordinates, read_parameters, rough_values
 from explore.studies.linkages.sketch import Sketch
 from explore.studies.linkages.structure import SECTION, Structure, note_loose_links, read_part, read_structure
 
-_KEYS = ("driver", "output", "frame", "links", "slots", "slides", "branch", "sketch", "parameters")
+_KEYS = ("driver", "travel", "output", "frame", "links", "slots", "slides", "branch", "sketch", "parameters")
 #: Keys that are not supported yet, with what to do.
 _LATER = {
     "range": "crank angles that are limited are not supported yet; evaluate intervals with window = { from, to }",
@@ -83,7 +84,7 @@ def _read(section: object, entries: Mapping[str, Any], problems: Problems) -> Li
     note_loose_links(structure)
     table = LinkageTable(
         driver, output, structure.bodies[FRAME], structure.links, tuple(structure.slots), tuple(structure.slides),
-        parameters,
+        parameters, travel=structure.travel,
     )  # fmt: skip
     return _with_signs(table, section, entries, problems) if len(problems) == before else None
 
@@ -117,15 +118,18 @@ def _ends(section: Mapping[str, Any], structure: Structure, problems: Problems) 
         problems.append(
             ((SECTION,), "the key 'driver' is missing; write the link that turns, such as driver = \"crank\"")
         )
-    elif driver in slots:
-        problems.append(
-            (key, f"{driver} is a slot, and pins that are driven along one are not supported yet; name a link")
-        )
-    elif driver not in links:
-        problems.append((key, f"unknown link {format_value(driver)}; {suggestion(str(driver), links)}"))
+    elif driver in slots and "travel" not in section:
+        reason = f"{driver} is a slot; write the two positions that its pin is driven between, such as travel = [0, 50]"
+        problems.append((key, reason))
+    elif driver not in (*links, *slots):
+        reason = f"unknown link or slot {format_value(driver)}; {suggestion(str(driver), [*links, *slots])}"
+        problems.append((key, reason))
+    elif driver not in slots and "travel" in section:
+        problems.append(((SECTION, "travel"), f"{driver} turns; leave it out, or name the slot of a driven pin"))
     translating = {slide.link: slide.body for slide in structure.slides}
-    if output == driver and output in links:
-        problems.append(((SECTION, "output"), f"{output} turns at constant speed; name another link or a slot"))
+    if output == driver and output in (*links, *slots):
+        motion = "turns at constant speed" if output in links else "is driven"
+        problems.append(((SECTION, "output"), f"{output} {motion}; name another link or a slot"))
     elif translating.get(str(output)) == FRAME:
         reason = f"{output} does not turn; name a slot with a pin of it, such as one along its slide"
         problems.append(((SECTION, "output"), reason))
@@ -145,6 +149,7 @@ def _with_signs(
         kind = "slots" if error.name in {slot.name for slot in table.slots} else "links"
         problems.append(((SECTION, kind, error.name), str(error)))
         return None
+    note_parallel_lines(table, steps, problems)
     sides = two_sided(steps)
     before = len(problems)
     signs = read_branch(read_part(section, "branch", problems), table, sides, problems)

@@ -32,9 +32,9 @@ class Sketch:
     Attributes
     ----------
     drive
-        The first step: the driver and its point in the frame.
+        The first step: the driver and its point in the frame; None for another driver.
     angle
-        The crank angle, rad.
+        The crank angle, rad; 0 where a pin is driven.
     rough
         The sketched places.
     values
@@ -44,7 +44,7 @@ class Sketch:
     """
 
     table: LinkageTable
-    drive: Drive
+    drive: Drive | None
     angle: float
     rough: Mapping[str, complex]
     values: Mapping[str, float]
@@ -65,7 +65,11 @@ class Sketch:
         key: KeyPath = (SECTION, "sketch")
         before = len(problems)
         angle = 0.0
-        if _ANGLE in entries:
+        if table.driven_slot:
+            if _ANGLE in entries:
+                reason = f"{table.driver} is a driven slot, whose pin is sketched; leave it out"
+                problems.append(((*key, _ANGLE), reason))
+        elif _ANGLE in entries:
             angle = _number(entries[_ANGLE], "deg", (*key, _ANGLE), problems)
         else:
             problems.append((key, f"the key '{_ANGLE}' is missing; a sketch is of one crank angle, {_ANGLE} = 40"))
@@ -81,12 +85,14 @@ class Sketch:
                 rough[name] = complex(*(_number(each, "mm", (*key, name, n), problems) for n, each in enumerate(entry)))
         if len(problems) > before:
             return None
-        drive = next(step for step in steps if isinstance(step, Drive))
+        drive = next((step for step in steps if isinstance(step, Drive)), None)
         return cls(table, drive, math.radians(angle), rough, values, problems)
 
     def __post_init__(self) -> None:
-        driver, turn = self.table.body_of[self.drive.link], cmath.rect(1.0, self.angle)
         self.places = dict(self.rough) | {point: self.local(place) for point, place in self.table.frame.points}
+        if self.drive is None:
+            return
+        driver, turn = self.table.body_of[self.drive.link], cmath.rect(1.0, self.angle)
         origin = self.places[self.drive.pivot] - self.local(driver.place_of[self.drive.pivot]) * turn
         self.places |= {
             point: origin + self.local(place) * turn for point, place in driver.points if point != self.drive.pivot
@@ -219,7 +225,7 @@ class Sketch:
 
     def _turn(self, body: Body, depth: int = 0) -> complex:
         """The direction of the x axis of a body; 0 where the sketch does not tell it."""
-        if body.name in (FRAME, self.drive.link):
+        if body.name in (FRAME, self.table.driver):
             return 1.0 + 0.0j if body.name == FRAME else cmath.rect(1, self.angle)
         slide = next((slide for slide in self.table.slides if slide.link == body.name), None)
         if slide is not None:

@@ -49,6 +49,7 @@ class Structure:
     bodies: dict[str, Body] = field(default_factory=dict)
     slots: list[Slot] = field(default_factory=list)
     slides: list[Slide] = field(default_factory=list)
+    travel: Place | None = None
 
     @property
     def links(self) -> tuple[Body, ...]:
@@ -81,6 +82,8 @@ def read_structure(section: Mapping[str, Any], problems: Problems) -> Structure:
         structure.bodies[name] = _body(name, entry if isinstance(entry, Mapping) else {}, key, problems)
     structure.slots += [_slot(structure, name, entry) for name, entry in parts["slots"].items()]
     structure.slides += [_slide(structure, name, entry) for name, entry in parts["slides"].items()]
+    if "travel" in section:
+        structure.travel = read_pair(section["travel"], (SECTION, "travel"), problems, "[first, last]")
     _check_names(structure, parts)
     return structure
 

@@ -1,0 +1,129 @@
+"""Drivers of linkages: pins that are driven along slots, bars between two lines, and copies at other phases."""
+
+import math
+
+import mpmath
+import pytest
+from linkage_cases import evaluate_graph, trace
+
+import explore
+from explore import Linkage
+
+#: A boom that a cylinder lifts: the cylinder is `offset` to the side of its pivot.
+BOOM = {
+    "driver": "cylinder",
+    "travel": ["low", "high"],
+    "frame": {"O": [0, 0], "C": ["c", 0]},
+    "links": {"tube": {"O": 0}, "boom": {"C": 0, "B": "b", "P": ["p", 20]}},
+    "slots": {"cylinder": {"pin": "B", "link": "tube", "along": [[0, "offset"], [1, "offset"]]}},
+    "branch": {"B": "left of O C"},
+}
+LENGTHS = {"low": 60.0, "high": 110.0, "c": 100.0, "b": 50.0, "p": 120.0, "offset": 0.0}
+
+
+@pytest.mark.parametrize("offset", [0.0, 15.0])
+def test_a_driven_pin_is_where_the_length_of_its_cylinder_puts_it(offset):
+    """To 60 digits, rates by differences; the position is that of a sine between the two ends of the travel."""
+    equations, values = trace(Linkage(BOOM)), LENGTHS | {"offset": offset}
+    position = equations.slot_position(equations.table.slots[0])
+    step = mpmath.mpf(10) ** -25
+    with mpmath.workdps(90):
+        for angle in (mpmath.mpf("0.3"), mpmath.mpf("2.9"), mpmath.mpf("5.5")):
+            numbers = [*(part.terms[0] for part in equations.points["B"]), position.terms[0]]
+            x, y, s = evaluate_graph(numbers, values, angle)
+            assert abs(s - (85 - 25 * mpmath.cos(angle))) < mpmath.mpf("1e-60")
+            assert abs(mpmath.hypot(x, y) - mpmath.hypot(s, offset)) < mpmath.mpf("1e-60")
+            assert abs(mpmath.hypot(x - 100, y) - 50) < mpmath.mpf("1e-60")
+            for series in equations.points["P"]:
+                before, place, after = (
+                    evaluate_graph([series.terms[0]], values, angle + k * step)[0] for k in (-1, 0, 1)
+                )
+                velocity, acceleration = evaluate_graph(list(series.terms[1:]), values, angle)
+                assert abs((after - before) / (2 * step) - velocity) < mpmath.mpf("1e-40")
+                assert abs((after - 2 * place + before) / step**2 - acceleration) < mpmath.mpf("1e-20")
+
+
+def test_a_driven_pin_that_its_link_cannot_follow_has_a_status():
+    row = explore.evaluate(Linkage(BOOM), LENGTHS | {"high": 151.0}, metrics=["boom_angle_max"])
+    assert row.attrs["labels"]["status"][row["status"].iloc[0]] == "crank_blocked_at_B"
+
+
+def test_a_driven_pin_in_the_frame():
+    """A slider that is driven: the rod's other end runs in a second slot, so the two keep its length."""
+    section = {
+        "driver": "h",
+        "travel": ["-t", "t"],
+        "frame": {"O": [0, 0]},
+        "links": {"rod": {"P": 0, "Q": "l"}},
+        "slots": {
+            "h": {"pin": "P", "link": "frame", "along": ["O", [1, 0]]},
+            "v": {"pin": "Q", "link": "frame", "along": ["O", [0, 1]]},
+        },
+        "branch": {"Q": "far"},
+    }
+    equations = trace(Linkage(section))
+    positions = [equations.slot_position(slot).terms[0] for slot in equations.table.slots]
+    for angle in (0.0, 0.5, 2.0, math.pi, 5.0):
+        first, second = evaluate_graph(positions, {"t": 30.0, "l": 50.0}, angle)
+        assert float(first) == pytest.approx(-30.0 * math.cos(angle), abs=1e-14)
+        assert float(second) == pytest.approx(math.sqrt(50.0**2 - first**2), rel=1e-15)
+
+
+def trammel(**parts):
+    """A bar that turns with its ends on two perpendicular lines."""
+    section = {
+        "driver": "bar",
+        "frame": {"O": [0, 0]},
+        "links": {"bar": {"P": 0, "Q": "l", "M": ["m", 0]}},
+        "slots": {
+            "h": {"pin": "P", "link": "frame", "along": ["O", [1, 0]]},
+            "v": {"pin": "Q", "link": "frame", "along": ["O", [0, 1]]},
+        },
+    }
+    return Linkage(section | parts)
+
+
+def test_the_bar_of_a_trammel_draws_an_ellipse():
+    """With slots, and with blocks that only translate: M is at ((m - l) cos, m sin) of the bar's angle."""
+    blocks = trammel(
+        links={"bar": {"P": 0, "Q": "l", "M": ["m", 0]}, "h": {"P": 0}, "v": {"Q": 0}},
+        slots={},
+        slides={"h": {"link": "frame", "direction": [1, 0]}, "v": {"link": "frame", "direction": [0, 1]}},
+    )
+    for linkage in (trammel(), blocks):
+        x, y = trace(linkage).points["M"]
+        for angle in (0.0, 0.5, math.pi / 2, 5.0):
+            expected = (-70.0 * math.cos(angle), 30.0 * math.sin(angle))
+            found = evaluate_graph([x.terms[0], y.terms[0]], {"l": 100.0, "m": 30.0}, angle)
+            assert list(map(float, found)) == pytest.approx(expected, abs=3e-14)
+    row = explore.evaluate(blocks, {"l": 100.0, "m": 30.0}, metrics=["M_velocity_x_peak"])
+    assert row["M_velocity_x_peak"].iloc[0] == pytest.approx(70.0, rel=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("section", "problem"),
+    [
+        (
+            {"slots": {"h": {"pin": "P", "link": "frame", "along": ["O", ["k", 0]]},
+                       "v": {"pin": "Q", "link": "frame", "along": [["k", 30], ["l", 30]]}}},
+            "linkage.slots.v: is parallel to the slot h in all designs, so the two place no joint; turn one of them",
+        ),
+        (
+            {"driver": "crank", "links": {"crank": {"O": 0, "A": "l"}, "yoke": {"P": [120, 0]}},
+             "slots": {"h": {"pin": "A", "link": "yoke", "along": [[0, 0], ["l", "2 * l"]]}},
+             "slides": {"yoke": {"link": "frame", "direction": ["l", "l + l"]}}},
+            "linkage.slots.h: is parallel to the slide of yoke in all designs, so the two place no joint; turn one",
+        ),
+        ({"slots": {}}, "linkage.links.bar: has no joint"),
+        (
+            {"links": {"bar": {"P": 0, "Q": "l", "M": ["m", 0]}, "rod": {"M": 0, "N": "l"}},
+             "slots": {"h": {"pin": "P", "link": "frame", "along": ["O", [1, 0]]},
+                       "v": {"pin": "N", "link": "frame", "along": ["O", [0, 1]]}}},
+            "linkage.links.bar: the driver turns about one point of the frame, and bar has none, nor pins on two lines",
+        ),
+    ],
+)  # fmt: skip
+def test_lines_that_place_nothing_are_refused(section, problem):
+    with pytest.raises(explore.ConfigError) as error:
+        trammel(**section)
+    assert any(line.startswith(problem) for line in error.value.problems), error.value.problems
