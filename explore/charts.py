@@ -1,5 +1,9 @@
-"""The charts of results under their public name; see `explore.figures.charts`."""
+"""Figures of results: each function returns a matplotlib Figure.
 
-from explore.figures.charts import __all__ as __all__
-from explore.figures.charts import __dir__ as __dir__
-from explore.figures.charts import __getattr__ as __getattr__
+The public names are listed in the stub beside this file and are loaded on first use, because the kernels and matplotlib
+take time to import.
+"""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub("explore", __file__)

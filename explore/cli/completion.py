@@ -50,25 +50,25 @@ def complete_columns(ctx: typer.Context) -> list[tuple[str, str]]:
 
 def complete_metrics(ctx: typer.Context) -> list[tuple[str, str]]:
     """Metrics of the results, or of the mechanism that the line names its closed-form ones, with their meaning."""
-    from explore.mechanisms.registry import MECHANISMS
-
-    name = ctx.params.get("mechanism")
-    if name is None:
-        return [(c.name, c.long_name) for c in _columns(ctx) if c.role == "metric" and not c.labels]
-    with suppress(ExploreError, KeyError):
-        return [(m.name, m.long_name) for m in MECHANISMS[name].metrics if not m.labels]
-    return []
+    return _quantities(ctx, "metric")
 
 
 def complete_parameters(ctx: typer.Context) -> list[tuple[str, str]]:
     """Parameters of the mechanism that the line names, else those of the results."""
+    return _quantities(ctx, "parameter")
+
+
+def _quantities(ctx: typer.Context, role: str) -> list[tuple[str, str]]:
     from explore.mechanisms.registry import MECHANISMS
 
     name = ctx.params.get("mechanism")
     if name is None:
-        return [(c.name, c.long_name) for c in _columns(ctx) if c.role == "parameter"]
+        return [(c.name, c.long_name) for c in _columns(ctx) if c.role == role and not c.labels]
     with suppress(ExploreError, KeyError):
-        return [(p.name, p.long_name) for p in MECHANISMS[name].parameters]
+        mechanism = MECHANISMS[name]
+        if role == "parameter":
+            return [(p.name, p.long_name) for p in mechanism.parameters]
+        return [(m.name, m.long_name) for m in mechanism.metrics if not m.labels]
     return []
 
 

@@ -43,18 +43,23 @@ def block_bar(activity: str, *, lines: bool = False) -> Iterator[ReportProgress 
 
 
 def _count_lines(activity: str) -> ReportProgress:
+    tell = _lines()
+    return lambda done, total: tell(f"{activity}: {done:,} of {total:,}", done, total - done)
+
+
+def _lines() -> Callable[[str, int, int], None]:
+    """A function that prints a text with the rate and the time left now and then, from what is done and left."""
     start = last = time.monotonic()
 
-    def update(done: int, total: int) -> None:
+    def tell(text: str, done: int, left: int) -> None:
         nonlocal last
         now = time.monotonic()
-        if now - last < LINE_INTERVAL or not done:
-            return
-        last = now
-        left = (total - done) * (now - start) / done
-        say(f"{activity}: {done:,} of {total:,}, {done / (now - start):,.0f}/s, {left:.0f} s left")
+        if now - last >= LINE_INTERVAL and done:
+            last = now
+            rate = done / (now - start)
+            say(f"{text}, {rate:,.0f}/s, {left / rate:.0f} s left")
 
-    return update
+    return tell
 
 
 @contextmanager
@@ -110,22 +115,11 @@ def _sweep_bar(total: int) -> Iterator[Callable[[Progress], None]]:
 
 
 def _sweep_lines() -> Callable[[Progress], None]:
-    start = last = time.monotonic()
-
-    def update(state: Progress) -> None:
-        nonlocal last
-        now = time.monotonic()
-        if now - last < LINE_INTERVAL:
-            return
-        last = now
-        rate = state.n_computed / (now - start)
-        left = (state.n_designs - state.n_done) / rate
-        say(
-            f"{state.n_done:,} of {state.n_designs:,} designs, {rate:,.0f}/s, "
-            f"{state.n_feasible / state.n_computed:.0%} feasible, {left:.0f} s left"
-        )
-
-    return update
+    tell = _lines()
+    return lambda state: tell(
+        f"{state.n_done:,} of {state.n_designs:,} designs, {state.n_feasible / state.n_computed:.0%} feasible",
+        state.n_computed, state.n_designs - state.n_done,
+    )  # fmt: skip
 
 
 @contextmanager

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -39,15 +40,21 @@ def check_outputs(paths: Sequence[Path], others: Sequence[str] = ()) -> None:
             check_table(path)
 
 
-def write_output(path: Path, frame: pd.DataFrame, units: Mapping[str, str], draw: Callable[[], Figure]) -> None:
-    """Write a table, or the figure that a function draws, by the ending of the name, and say so."""
+def write_output(path: Path, frame: pd.DataFrame, units: Mapping[str, str], kind: str, drawn: object) -> None:
+    """Write a table, or the figure of a kind of what is drawn, by the ending of the name, and say so."""
     if path.suffix.lower() in ENDINGS:
         write_table(frame, path, units)
     else:
         from explore.figures.charts.style import save_figure
 
-        save_figure(draw(), path)
+        save_figure(load_chart(kind)(drawn), path)
     say(f"wrote {path}")
+
+
+def load_chart(kind: str) -> Callable[..., Figure]:
+    """The function of a kind of chart, by its public name."""
+    chart: Callable[..., Figure] = getattr(import_module("explore.charts"), f"{kind}_chart")
+    return chart
 
 
 def tell_designs(frame: pd.DataFrame, output: Path | None, units: Mapping[str, str], *, as_json: bool) -> bool:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import logging
+import shlex
+import sys
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import dataclass
@@ -11,14 +13,15 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from explore.base.errors import RequestError
-from explore.cli.output import complain, number, say
+from explore.cli.output import announce_compiling, complain, count_of, number, say
 from explore.cli.progress import sweep_progress
 from explore.cli.termination import terminable
 
 if TYPE_CHECKING:
     from distributed import Client
 
-    from explore.running.runs import Progress
+    from explore.model.request import Request
+    from explore.running.runs import Progress, Summary
     from explore.running.threads import LocalThreads
 
     Workers = AbstractContextManager[Client | LocalThreads]
@@ -40,53 +43,71 @@ class WorkerOptions:
     """The options of the workers and of what is printed while they work."""
 
     workers: int | None
-    processes: bool
-    scheduler: str | None
-    verbose: bool
-    quiet: bool
+    processes: bool = False
+    scheduler: str | None = None
+    verbose: bool = False
+    quiet: bool = False
 
-    @property
-    def places(self) -> list[str]:
-        """The words of a command line with the options of the workers."""
-        words = ["--workers", str(self.workers)] if self.workers else []
-        words += ["--processes"] if self.processes else []
-        return words + (["--scheduler", self.scheduler] if self.scheduler else [])
+    def __post_init__(self) -> None:
+        if self.scheduler is not None and (self.workers is not None or self.processes):
+            raise RequestError("--scheduler brings its own workers; leave out --workers and --processes")
 
-    @property
-    def prints(self) -> list[str]:
-        """The words of a command line with the options of what is printed."""
-        return ["--verbose"] * self.verbose + ["--quiet"] * self.quiet
-
-    def cluster(self, mechanism: str) -> Workers:
-        """The workers, for a mechanism of this name."""
+    def prepare(self, request: Request) -> Workers:
+        """The workers for a request, whose kernels are compiled first if this process needs them."""
+        from explore.evaluation.evaluate import compile_kernels
         from explore.running.clusters import local_cluster, remote_cluster
 
-        if self.scheduler is None:
-            return local_cluster(self.workers, processes=self.processes)
-        if self.workers is not None or self.processes:
-            raise RequestError("--scheduler brings its own workers; leave out --workers and --processes")
-        return remote_cluster(self.scheduler, mechanism)
+        if not self.quiet:
+            announce_compiling()
+        if self.scheduler is not None:
+            return remote_cluster(self.scheduler, request.mechanism.name)
+        compile_kernels(request)
+        return local_cluster(self.workers, processes=self.processes)
 
     @contextmanager
-    def connected(
-        self, cluster: Workers, n_designs: int
+    def computing(
+        self, request: Request, n_designs: int, safe: str
     ) -> Iterator[tuple[Workers, Callable[[Progress], None] | None]]:
-        """The cluster, and a function for the progress, for as long as the command computes so many designs.
+        """The workers, and a function for the progress, for as long as the command computes so many designs.
 
-        A cluster that may fail to connect is connected at once: before anything is written.
+        A cluster that may fail to connect is connected at once: before anything is written. After an interrupt the
+        command ends, and `safe` says what was kept.
         """
         # dask's event loops may stop with an unfinished future, which asyncio logs on stderr.
         logging.getLogger("asyncio").setLevel(logging.CRITICAL + 1)
-        with terminable(), self._ready(cluster) as ready, sweep_progress(n_designs, quiet=self.quiet) as progress:
-            yield ready, progress
+        workers = self.prepare(request)
+        try:
+            with terminable(), self._ready(workers) as ready, sweep_progress(n_designs, quiet=self.quiet) as progress:
+                yield ready, progress
+        except KeyboardInterrupt:
+            say(f"interrupted; {safe}")
+            raise typer.Exit(130) from None
 
     @contextmanager
-    def _ready(self, cluster: Workers) -> Iterator[Workers]:
+    def _ready(self, workers: Workers) -> Iterator[Workers]:
         if self.scheduler is None:
-            yield cluster
+            yield workers
             return
-        with cluster as client:
+        with workers as client:
             yield nullcontext(client)
+
+
+def same_command() -> str:
+    """The command line that continues this one: the same without --restart."""
+    return shlex.join(["explore", *(word for word in sys.argv[1:] if word != "--restart")])
+
+
+def say_computed(summary: Summary, more: str = "") -> None:
+    """Say how many designs were computed and how fast, and where they are."""
+    if summary.n_computed == 0 and not summary.failures:
+        say(f"{summary.path} is complete already: {summary.n_designs:,} designs")
+        return
+    rate = summary.n_computed / summary.seconds
+    resumed = f", {summary.n_resumed:,} were there" if summary.n_resumed else ""
+    say(
+        f"{count_of(summary.n_computed, 'design')} in {summary.seconds:.1f} s ({rate:,.0f}/s){resumed}; "
+        f"{summary.n_feasible:,} feasible{more} -> {summary.path}"
+    )
 
 
 class EventPrinter:

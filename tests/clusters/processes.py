@@ -195,7 +195,7 @@ class Sweep(_Process):
     @property
     def command_to_continue(self) -> str:
         """The command that continues it."""
-        return " ".join(["explore", *(word for word in self.words if word != "--quiet")])
+        return " ".join(["explore", *self.words])
 
 
 def read_log(results: Path) -> list[Mapping[str, Any]]:

@@ -20,7 +20,7 @@ def interrupt(sweep: Sweep, number: signal.Signals, before: int) -> list[int]:
     sweep.signal_all(number)
     code, lines = sweep.end()
     assert code == 130
-    assert lines == [f"interrupted; finished blocks are safe. To continue: {sweep.command_to_continue} --quiet"]
+    assert lines == [f"interrupted; finished blocks are safe. To continue: {sweep.command_to_continue}"]
     wait_until(lambda: not sweep.members)
     results_name = "a.h5.journal" if "front" in sweep.words else "a.h5"
     assert sorted(path.name for path in sweep.results.parent.glob("a.h5*")) == [results_name, "a.h5.log.jsonl"]

@@ -10,7 +10,7 @@ import typer
 
 from explore.base.errors import ResultsError
 from explore.cli.atlas_study import atlas_text
-from explore.cli.output import announce_compiling, count_of, say
+from explore.cli.output import count_of, say
 from explore.cli.workers import EventPrinter, QuietOption, WorkerOptions, WorkersOption
 
 
@@ -26,7 +26,6 @@ def atlas(
     quiet: QuietOption = False,
 ) -> None:
     """Compute coupler curves of crank-rockers of all proportions, as results that all other commands read."""
-    from explore.evaluation.evaluate import compile_kernels
     from explore.running.runs import run_study
     from explore.studies.config.study_file import parse_study
 
@@ -34,19 +33,12 @@ def atlas(
     path = output or Path("results") / "atlas.h5"
     if path.is_dir():
         raise ResultsError(f"{path} is a folder; name another file with -o")
-    if not quiet:
-        announce_compiling()
-    compile_kernels(study.request)
-    work = WorkerOptions(workers, processes=False, scheduler=None, verbose=False, quiet=quiet)
-    cluster = work.cluster(study.request.mechanism.name)
-    try:
-        with work.connected(cluster, study.space.n_designs) as (connected, progress):
-            summary = run_study(
-                study, path, connected, restart=restart, progress=progress, listener=EventPrinter(verbose=False)
-            )
-    except KeyboardInterrupt:
-        say("interrupted; finished blocks are safe, and the same command continues")
-        raise typer.Exit(130) from None
+    work = WorkerOptions(workers, quiet=quiet)
+    safe = "finished blocks are safe, and the same command continues"
+    with work.computing(study.request, study.space.n_designs, safe) as (connected, progress):
+        summary = run_study(
+            study, path, connected, restart=restart, progress=progress, listener=EventPrinter(verbose=False)
+        )
     if not quiet:
         turning = f", {summary.n_feasible:,} with transmission from 20 deg" if summary.n_computed == count else ""
         say(f"{count_of(count, 'linkage')}{turning} -> {path}; now run: {shlex.join(['explore', 'rank', str(path)])}")

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from importlib import import_module
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -15,10 +14,11 @@ from explore.cli.completion import complete_columns
 from explore.cli.output import announce_compiling, say
 from explore.cli.paths import FIGURE_ENDINGS, check_output, newest_results, refuse_overwriting
 from explore.cli.progress import block_bar
+from explore.cli.table_files import load_chart
 from explore.cli.units import UnitsOption, open_all_shown
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    pass
 
 #: Kinds of figures, each with the options that apply to it.
 KINDS = {
@@ -94,7 +94,9 @@ def plot(
 
     # A dollar sign in a file's name or in the results does not begin a formula.
     with block_bar("drawing"), mpl.rc_context({"text.parse_math": False}):
-        chart = _load_chart(kind if len(sources) == 1 else f"joint_{kind}")
+        if kind in _SIMULATED_KINDS:
+            announce_compiling()
+        chart = load_chart(kind if len(sources) == 1 else f"joint_{kind}")
         figure = chart(sources[0] if len(sources) == 1 else sources, **options)
         if output is None:
             names = "+".join(results_name(source) for source in sources)
@@ -122,10 +124,3 @@ def _check_several(kind: str, paths: Sequence[Path], options: Mapping[str, str |
         raise RequestError(f"'{kind}' draws one results file, not {len(paths)}; only 'pareto' draws several together")
     if "design" in options:
         raise RequestError("--design applies to one results file: each of several has a design of this number")
-
-
-def _load_chart(kind: str) -> Callable[..., Figure]:
-    if kind in _SIMULATED_KINDS:
-        announce_compiling()
-    chart: Callable[..., Figure] = getattr(import_module("explore.figures.charts"), f"{kind}_chart")
-    return chart

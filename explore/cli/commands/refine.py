@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import shlex
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from explore.cli.completion import complete_objectives
-from explore.cli.output import announce_compiling, count_of, say
+from explore.cli.output import count_of, say
 from explore.cli.paths import check_output
 from explore.cli.workers import (
     EventPrinter,
@@ -20,6 +18,8 @@ from explore.cli.workers import (
     VerboseOption,
     WorkerOptions,
     WorkersOption,
+    same_command,
+    say_computed,
 )
 
 if TYPE_CHECKING:
@@ -51,80 +51,28 @@ def refine(
     quiet: QuietOption = False,
 ) -> None:
     """Improve the Pareto front of results; run it again to continue an interrupted refinement."""
-    work = WorkerOptions(workers, processes, scheduler, verbose, quiet)
-    raise typer.Exit(_refine(RefineOptions(results, output, metric or [], evaluations, seed, restart, work)))
-
-
-@dataclass(frozen=True)
-class RefineOptions:
-    """The options of a refinement."""
-
-    results: Path
-    output: Path | None
-    metrics: list[str]
-    evaluations: int | None
-    seed: int
-    restart: bool
-    work: WorkerOptions
-
-    @property
-    def path(self) -> Path:
-        """The new results file."""
-        return self.output or self.results.with_name(f"{self.results.stem}-refined.h5")
-
-    @property
-    def command(self) -> str:
-        """The command line that continues this refinement: the same without --restart."""
-        words = ["explore", "refine", str(self.results)]
-        words += ["-o", str(self.output)] if self.output else []
-        words += [word for metric in self.metrics for word in ("--metric", metric)]
-        words += ["--evaluations", str(self.evaluations)] if self.evaluations else []
-        words += ["--seed", str(self.seed)] if self.seed else []
-        return shlex.join(words + self.work.places + self.work.prints)
-
-
-def _refine(options: RefineOptions) -> int:
-    """Refine the front of results and return the exit code."""
     from explore.analysis.refining.plan import EVALUATIONS, plan_refinement
     from explore.analysis.refining.runs import run_refinement
-    from explore.evaluation.evaluate import compile_kernels
     from explore.results.store.open_results import open_results
 
-    source = open_results(options.results)
-    check_output(options.path, (".h5",))
-    evaluations = options.evaluations or EVALUATIONS
-    plan = plan_refinement(source, objectives=options.metrics or None, evaluations=evaluations, seed=options.seed)
-    request, work = plan.study.request, options.work
-    cluster = work.cluster(request.mechanism.name)
-    if not work.quiet:
-        announce_compiling()
-    if work.scheduler is None:
-        compile_kernels(request)
-    try:
-        with work.connected(cluster, plan.n_designs) as (connected, progress):
-            summary = run_refinement(
-                plan, source.path, options.path, connected, restart=options.restart, progress=progress,
-                listener=EventPrinter(verbose=work.verbose),
-            )  # fmt: skip
-    except KeyboardInterrupt:
-        say(f"interrupted; finished generations are safe. To continue: {options.command}")
-        return 130
-    if not work.quiet:
+    work = WorkerOptions(workers, processes, scheduler, verbose, quiet)
+    source = open_results(results)
+    path = output or results.with_name(f"{results.stem}-refined.h5")
+    check_output(path, (".h5",))
+    plan = plan_refinement(source, objectives=metric or None, evaluations=evaluations or EVALUATIONS, seed=seed)
+    safe = f"finished generations are safe. To continue: {same_command()}"
+    with work.computing(plan.study.request, plan.n_designs, safe) as (connected, progress):
+        summary = run_refinement(
+            plan, source.path, path, connected, restart=restart, progress=progress,
+            listener=EventPrinter(verbose=verbose),
+        )  # fmt: skip
+    if not quiet:
         _report(summary, plan)
-    return 0
 
 
 def _report(summary: Summary, plan: RefinementPlan) -> None:
     """Say how many designs were computed, and how the front grew."""
-    if summary.n_computed:
-        rate = summary.n_computed / summary.seconds
-        resumed = f", {summary.n_resumed:,} were there" if summary.n_resumed else ""
-        say(
-            f"{count_of(summary.n_computed, 'design')} in {summary.seconds:.1f} s ({rate:,.0f}/s){resumed}; "
-            f"{summary.n_feasible:,} feasible -> {summary.path}"
-        )
-    else:
-        say(f"{summary.path} is complete already: {summary.n_designs:,} designs")
+    say_computed(summary)
     from explore.analysis.refining.plan import growth
     from explore.results.ranking.rankings import rank_source
     from explore.results.store.open_results import open_results

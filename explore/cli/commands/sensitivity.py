@@ -10,7 +10,7 @@ import typer
 
 from explore.cli.completion import complete_objectives
 from explore.cli.options import JsonOption, ResultsArgument
-from explore.cli.output import announce_compiling, number, print_json, say
+from explore.cli.output import number, print_json, say
 from explore.cli.paths import newest_results, refuse_overwriting
 from explore.cli.table_files import check_outputs, write_output
 from explore.cli.tables import print_table
@@ -18,7 +18,6 @@ from explore.cli.workers import ProcessesOption, SchedulerOption, WorkerOptions,
 
 if TYPE_CHECKING:
     import pandas as pd
-    from matplotlib.figure import Figure
 
     from explore.analysis.sensitivity.feasibility import FeasibilityIndices
     from explore.analysis.sensitivity.public import SensitivityPlan
@@ -62,12 +61,7 @@ def sensitivity(
     from explore.results.store.open_results import open_results
 
     plan = plan_sensitivity(open_results(path), metric, evaluations, seed)
-    work = WorkerOptions(workers, processes, scheduler, verbose=False, quiet=False)
-    try:
-        table = plan.table(_evaluate(plan, work))
-    except KeyboardInterrupt:
-        say("interrupted; nothing was written", "yellow")
-        raise typer.Exit(130) from None
+    table = plan.table(_evaluate(plan, WorkerOptions(workers, processes, scheduler)))
     if as_json:
         print_json({**table.attrs, "indices": table.to_dict(orient="records")})
     else:
@@ -75,7 +69,7 @@ def sensitivity(
     for note in table.attrs["notes"]:
         say(note, "yellow")
     for other in output or []:
-        write_output(other, table.set_index("output"), {}, lambda: _chart(table))
+        write_output(other, table.set_index("output"), {}, "sensitivity", table)
 
 
 def _evaluate(plan: SensitivityPlan, work: WorkerOptions) -> FeasibilityIndices | None:
@@ -83,14 +77,9 @@ def _evaluate(plan: SensitivityPlan, work: WorkerOptions) -> FeasibilityIndices 
     if plan.feasibility is None:
         return None
     from explore.analysis.sensitivity.feasibility import run_feasibility
-    from explore.evaluation.evaluate import compile_kernels
 
-    request = plan.feasibility.study.request
-    cluster = work.cluster(request.mechanism.name)
-    announce_compiling()
-    if work.scheduler is None:
-        compile_kernels(request)
-    with work.connected(cluster, plan.feasibility.points.n_evaluations) as (connected, progress):
+    request, n_designs = plan.feasibility.study.request, plan.feasibility.points.n_evaluations
+    with work.computing(request, n_designs, "nothing was written") as (connected, progress):
         return run_feasibility(plan.feasibility, connected, progress)
 
 
@@ -143,9 +132,3 @@ def _interval(row: Mapping[Hashable, float], kind: str) -> str:
 
 def _share(value: float) -> str:
     return "–" if value != value else f"{value:.4f}"
-
-
-def _chart(table: pd.DataFrame) -> Figure:
-    from explore.figures.charts.sensitivity import sensitivity_chart
-
-    return sensitivity_chart(table)

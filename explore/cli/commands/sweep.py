@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import shlex
-from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -23,11 +22,12 @@ from explore.cli.workers import (
     VerboseOption,
     WorkerOptions,
     WorkersOption,
+    same_command,
+    say_computed,
 )
 
 if TYPE_CHECKING:
     from explore.base.units.shown import ShownUnits
-    from explore.cli.workers import Workers
     from explore.running.runs import Summary
     from explore.studies.config.study import Study
 
@@ -53,96 +53,35 @@ def sweep(
     quiet: QuietOption = False,
 ) -> None:
     """Compute every design of a study; run it again to continue an interrupted sweep."""
-    options = SweepOptions(
-        config=config,
-        output=output,
-        keep=keep.value,
-        restart=restart,
-        max_failures=0 if fail_fast else max_failures,
-        work=WorkerOptions(workers, processes, scheduler, verbose, quiet),
-    )
-    raise typer.Exit(_sweep(options, dry_run=dry_run))
-
-
-@dataclass(frozen=True)
-class SweepOptions:
-    """The options of a sweep."""
-
-    config: Path
-    output: Path | None
-    keep: Literal["all", "front"]
-    restart: bool
-    max_failures: int | None
-    work: WorkerOptions
-
-    @property
-    def path(self) -> Path:
-        """The results file."""
-        return self.output or Path("results") / f"{self.config.stem}.h5"
-
-    @property
-    def command(self) -> str:
-        """The command line that continues this sweep: the same without --restart."""
-        words = ["explore", "sweep", str(self.config)]
-        words += ["-o", str(self.output)] if self.output else []
-        words += self.work.places
-        words += ["--keep", self.keep] if self.keep != "all" else []
-        words += ["--max-failures", str(self.max_failures)] if self.max_failures is not None else []
-        return shlex.join(words + self.work.prints)
-
-
-def _sweep(options: SweepOptions, *, dry_run: bool) -> int:
-    """Sweep a study and return the exit code."""
     from explore.studies.config import toml_text
 
-    toml_text.read_text(str(options.config))  # reports a missing file before anything slow is imported
-    from explore.evaluation.evaluate import compile_kernels
+    work = WorkerOptions(workers, processes, scheduler, verbose, quiet)
+    toml_text.read_text(str(config))  # reports a missing file before anything slow is imported
     from explore.studies.config.study_file import load_study
 
-    study = load_study(options.config)
-    path, cluster = options.path, options.work.cluster(study.request.mechanism.name)
+    study, path = load_study(config), output or Path("results") / f"{config.stem}.h5"
     if dry_run:
         from explore.cli.sweep_plan import print_plan
 
         announce_compiling()
-        print_plan(
-            study, path, keep=options.keep, workers=options.work.workers, on_cluster=options.work.scheduler is not None
-        )
-        return 0
-    refuse_overwriting(options.config, path, "the study")
+        print_plan(study, path, keep=keep.value, workers=workers, on_cluster=scheduler is not None)
+        return
+    refuse_overwriting(config, path, "the study")
     if path.is_dir():
         raise ResultsError(f"{path} is a folder; name another file with -o")
-    if not options.work.quiet:
-        announce_compiling()
-    if options.work.scheduler is None:
-        compile_kernels(study.request)
-    try:
-        summary = _run(study, options, cluster)
-    except KeyboardInterrupt:
-        say(f"interrupted; finished blocks are safe. To continue: {options.command}")
-        return 130
-    _report(summary, study, options)
-    if options.keep == "all":
-        _report_changed_objectives(study, path)
-    _report_changed_units(study, path)
-    return 3 if summary.failures else 0
-
-
-def _run(study: Study, options: SweepOptions, cluster: Workers) -> Summary:
-    """Compute the study into the results file, with progress and events on stderr."""
     from explore.running.runs import run_study
 
-    with options.work.connected(cluster, study.space.n_designs) as (connected, progress):
-        return run_study(
-            study,
-            options.path,
-            connected,
-            keep=options.keep,
-            max_failures=options.max_failures,
-            restart=options.restart,
-            progress=progress,
-            listener=EventPrinter(verbose=options.work.verbose),
-        )
+    safe = f"finished blocks are safe. To continue: {same_command()}"
+    with work.computing(study.request, study.space.n_designs, safe) as (connected, progress):
+        summary = run_study(
+            study, path, connected, keep=keep.value, max_failures=0 if fail_fast else max_failures, restart=restart,
+            progress=progress, listener=EventPrinter(verbose=verbose),
+        )  # fmt: skip
+    _report(summary, study, keep, quiet=quiet)
+    if keep == KeepOption.all:
+        _report_changed_objectives(study, path)
+    _report_changed_units(study, path)
+    raise typer.Exit(3 if summary.failures else 0)
 
 
 def _report_changed_objectives(study: Study, path: Path) -> None:
@@ -167,23 +106,16 @@ def _report_changed_units(study: Study, path: Path) -> None:
         say(f"[units] differs from the one that {path} was made with; to show it in these units: {option}")
 
 
-def _report(summary: Summary, study: Study, options: SweepOptions) -> None:
+def _report(summary: Summary, study: Study, keep: KeepOption, *, quiet: bool) -> None:
     if summary.failures:
         blocks = count_of(len(summary.failures), "block")
-        until = "; the front is written when all are computed" if options.keep == "front" else ""
+        until = "; the front is written when all are computed" if keep == KeepOption.front else ""
         complain(f"{blocks} failed; run the same command again to compute what is missing{until}")
-    if options.work.quiet or (summary.failures and options.keep == "front"):
+    if quiet or (summary.failures and keep == KeepOption.front):
         return
-    if summary.n_computed == 0 and not summary.failures:
-        say(f"{summary.path} is complete already: {summary.n_designs:,} designs")
+    say_computed(summary, f"; {count_of(summary.kinematic_evaluations, 'kinematic evaluation')}")
+    if not summary.n_computed and not summary.failures:
         return
-    rate = summary.n_computed / summary.seconds
-    resumed = f", {summary.n_resumed:,} were there" if summary.n_resumed else ""
-    evaluations = count_of(summary.kinematic_evaluations, "kinematic evaluation")
-    say(
-        f"{count_of(summary.n_computed, 'design')} in {summary.seconds:.1f} s ({rate:,.0f}/s){resumed}; "
-        f"{summary.n_feasible:,} feasible; {evaluations} -> {summary.path}"
-    )
     _report_unreachable(summary.path, study)
     _report_nearest(summary, study.units)
 

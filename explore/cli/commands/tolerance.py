@@ -11,7 +11,7 @@ import typer
 
 from explore.base.errors import RequestError
 from explore.cli.options import JsonOption, ResultsArgument
-from explore.cli.output import announce_compiling, count_of, number, print_json, say, shown_unit
+from explore.cli.output import count_of, number, print_json, say, shown_unit
 from explore.cli.paths import newest_results, refuse_overwriting
 from explore.cli.progress import block_bar
 from explore.cli.settings import number_or_text
@@ -23,7 +23,6 @@ from explore.cli.workers import ProcessesOption, SchedulerOption, WorkerOptions,
 
 if TYPE_CHECKING:
     import pandas as pd
-    from matplotlib.figure import Figure
 
     from explore.analysis.tolerancing.robustness import Robustness, TolerancePlan
     from explore.base.units.shown import Scale, ShownUnits
@@ -83,7 +82,7 @@ def tolerance(
     for target in output or []:
         if target.suffix.lower() == _RESULTS_ENDING:
             check_target(plan, target, restart=restart)
-    robustness = _compute(plan, WorkerOptions(workers, processes, scheduler, verbose=False, quiet=False))
+    robustness = _compute(plan, WorkerOptions(workers, processes, scheduler))
     scales = robustness.scales(shown_units)
     shown = robustness.in_units(scales)
     if as_json:
@@ -98,20 +97,15 @@ def tolerance(
             say(f"wrote {target}")
         else:
             table = with_units(with_labels(shown.designs, source.columns), scales)
-            write_output(target, table, shown.designs.attrs["units"], lambda: _chart(shown))
+            write_output(target, table, shown.designs.attrs["units"], "tolerance", shown)
 
 
 def _compute(plan: TolerancePlan, work: WorkerOptions) -> Robustness:
     """Draw and analyse the parts, with progress on stderr."""
-    from explore.evaluation.evaluate import compile_kernels
-
-    announce_compiling()
-    cluster = work.cluster(plan.run.request.request.mechanism.name)
-    if work.scheduler is None:
-        compile_kernels(plan.run.request.exact.request)
+    workers = work.prepare(plan.run.request.exact.request)
     try:
         with terminable(), block_bar("parts evaluated", lines=True) as progress:
-            return plan.robustness(plan.run.compute(cluster, progress))
+            return plan.robustness(plan.run.compute(workers, progress))
     except KeyboardInterrupt:
         say("interrupted; nothing was written")
         raise typer.Exit(130) from None
@@ -263,9 +257,3 @@ def _as_json(robustness: Robustness, scales: Mapping[str, Scale]) -> dict[str, A
         "seed": robustness.seed,
         **{name: table.reset_index().to_dict(orient="records") for name, table in tables.items()},
     }
-
-
-def _chart(robustness: Robustness) -> Figure:
-    from explore.figures.charts.tolerances import tolerance_chart
-
-    return tolerance_chart(robustness)

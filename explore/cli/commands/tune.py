@@ -22,8 +22,6 @@ from explore.cli.tuning_sentences import describe_tuning, wanted_values
 from explore.cli.units import UnitsOption, choose_units, units_of
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
     from explore.analysis.tuning.control_curve import Tuning
     from explore.base.units.shown import Scale, ShownUnits
 
@@ -104,7 +102,7 @@ def tune(
     for path in output or []:
         table = with_units(shown.curve, scales)
         table = table.set_index(str(table.columns[0]))
-        write_output(path, table, shown.curve.attrs["units"], lambda: _chart(shown))
+        write_output(path, table, shown.curve.attrs["units"], "tuning", shown)
 
 
 @dataclass(frozen=True)
@@ -268,9 +266,3 @@ def _as_json(tuning: Tuning, scales: Mapping[str, Scale]) -> dict[str, Any]:
         "reach": [asdict(end) for end in tuning.reach],
         "curve": with_units(tuning.curve, scales).to_dict(orient="records"),
     }
-
-
-def _chart(tuning: Tuning) -> Figure:
-    from explore.figures.charts.tuning import tuning_chart
-
-    return tuning_chart(tuning)

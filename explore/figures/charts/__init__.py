@@ -1,9 +1,1 @@
-"""Figures of results: each function returns a matplotlib Figure.
-
-The public names are listed in the stub beside this file and are loaded on first use, because the kernels and matplotlib
-take time to import.
-"""
-
-import lazy_loader
-
-__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+"""Charts of results, whose public names are in `explore.charts`, and of comparisons."""

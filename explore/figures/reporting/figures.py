@@ -30,7 +30,9 @@ class DrawnFigure:
 
 def draw_figures(results: Results, design: int) -> tuple[DrawnFigure, ...]:
     """The cognates of a path, the Burmester curves of four poses, the slider of a dwell; none of other results."""
-    from explore.figures.charts import burmester_chart, cognates_chart, dwell_chart
+    from explore.figures.charts.burmester import burmester_chart
+    from explore.figures.charts.cognates import cognates_chart
+    from explore.figures.charts.dwell import dwell_chart
     from explore.figures.charts.style import figure_svg
 
     names = {column.name for column in results.columns}
