@@ -39,8 +39,8 @@ NAMES = [
 ]
 KEYS = st.sampled_from([
     *NAMES, "driver", "travel", "output", "frame", "links", "slots", "slides", "branch", "sketch", "parameters",
-    "range", "copies", "pin", "link", "along", "direction", "radius", "angle", "crank_angle", "unit", "default", "min",
-    "max", "meaning", "", "a b", "ω", "x" * 200, "a\nb", "A_x", "mean",
+    "range", "copies", "b", "pin", "link", "along", "direction", "radius", "angle", "crank_angle", "unit", "default",
+    "min", "max", "meaning", "", "a b", "ω", "x" * 200, "a\nb", "A_x", "mean",
 ])  # fmt: skip
 TEXTS = [
     *NAMES, "r + 1", "2 * r", "r / 0", "1 / 0", "(r", "r ** r ** -r", "9 ** 9 ** 9 ** 9", "sin(r)", "sin(r) + r",

@@ -1,6 +1,7 @@
 """Drivers of linkages: pins that are driven along slots, bars between two lines, and copies at other phases."""
 
 import math
+import tomllib
 
 import mpmath
 import pytest
@@ -8,6 +9,8 @@ from linkage_cases import evaluate_graph, trace
 
 import explore
 from explore import Linkage
+from explore.studies.config.linkage import make_linkage
+from explore.studies.config.study_file import linkage_starter
 
 #: A boom that a cylinder lifts: the cylinder is `offset` to the side of its pivot.
 BOOM = {
@@ -127,3 +130,61 @@ def test_lines_that_place_nothing_are_refused(section, problem):
     with pytest.raises(explore.ConfigError) as error:
         trammel(**section)
     assert any(line.startswith(problem) for line in error.value.problems), error.value.problems
+
+
+#: A pin on a slide of the frame and in a slot of the driver, whose pivot is not at its origin.
+SLOTTED = {
+    "driver": "crank",
+    "frame": {"O": [0, 0]},
+    "links": {"crank": {"O": [3, 4], "A": ["r", 5]}, "bar": {"J": ["r", 50]}},
+    "slots": {"slot": {"pin": "J", "link": "crank", "along": ["A", [60, 70]]}},
+    "slides": {"bar": {"link": "frame", "direction": [1, 0]}},
+}
+
+
+@pytest.mark.parametrize("name", ["crank-shaper", "jansen", "scotch-yoke", "watt-2", "", "slide"])
+def test_a_copy_moves_as_its_original_at_another_phase(name):
+    section, values = SLOTTED, {"r": 40.0, "turn": 17.0}
+    if name == "slide":  # along a direction of the driver
+        section = {**SLOTTED, "links": {"crank": {"O": [3, 4], "A": ["r", 5]}, "bar": {"J": 0, "K": [9, 2]}}}
+        section["slots"] = {"slot": {"pin": "K", "link": "frame", "along": [[0, 60], [1, 60]]}}
+        section["slides"] = {"bar": {"link": "crank", "direction": [1, 2]}}
+    elif name:
+        sections = tomllib.loads(linkage_starter(name))
+        section, entries = Linkage(sections).content, sections["parameters"]
+        values = {key: e if isinstance(e, int | float) else (e["min"] + e["max"]) / 2.0 for key, e in entries.items()
+                  if key != "speed"} | {"turn": 17.0}  # fmt: skip
+    original = Linkage(section)
+    table = Linkage({**section, "copies": {"b": 90, "c": "3 * turn"}}).table
+    equations, first = trace(make_linkage(table)), trace(original)
+    moving = [point for point in original.table.points if point not in original.table.frame.place_of]
+    compared = 0
+    with mpmath.workdps(30):
+        for copy, phase in (("b", mpmath.pi / 2), ("c", mpmath.pi * 51 / 180)):
+            for point in moving:
+                if f"{point}_{copy}" not in equations.points:  # a point of the driver that nothing hangs at
+                    continue
+                numbers = [series.terms[order] for series in equations.points[f"{point}_{copy}"] for order in (0, 1)]
+                others = [series.terms[order] for series in first.points[point] for order in (0, 1)]
+                found, expected = evaluate_graph(numbers, values, 0.7), evaluate_graph(others, values, 0.7 + phase)
+                assert [float(x) for x in found] == pytest.approx([float(x) for x in expected], rel=1e-12, abs=1e-10)
+                compared += 1
+    assert compared >= 2
+
+
+@pytest.mark.parametrize(
+    ("parts", "line"),
+    [
+        ({"copies": {"x": 120}}, "linkage.copies.x: names of the copy end with _x: names that end with _x are of "),
+        ({"copies": {"b": "sin("}}, "linkage.copies.b: "),
+        ({"copies": {f"q{n}": 1 for n in range(30)}}, "linkage.copies: make 63 points; at most 60 are possible"),
+        ({"copies": {"b": 1}, "links": {**SLOTTED["links"], "bar_b": {"J": 0}}},
+         "linkage.copies.b: names of the copy end with _b: bar_b is the name of something else"),
+        ({"copies": {"b": 1}, **{key: BOOM[key] for key in ("driver", "travel", "frame", "links", "slots")},
+          "slides": {}}, "linkage.copies: cylinder is driven, so it has no phases; leave them out"),
+    ],
+)  # fmt: skip
+def test_copies_that_cannot_be_have_a_line(parts, line):
+    with pytest.raises(explore.ConfigError) as error:
+        Linkage({**SLOTTED, **parts})
+    assert any(each.startswith(line) for each in error.value.problems), error.value.problems

@@ -1,5 +1,6 @@
 """Modules that are made from tables: their cache, their translation for a page, their way to workers."""
 
+import gc
 import os
 import shutil
 import stat
@@ -15,7 +16,8 @@ from linkage_cases import CASES, linkage_of, values_of
 import explore
 from explore.base.lanes.designs import fill_motion_of_design
 from explore.figures.reporting.javascript import translate
-from explore.mechanisms.linkages import modules
+from explore.mechanisms.linkages import declaration, modules
+from explore.mechanisms.registry import MECHANISMS
 
 TEXT = "import math\n\n\ndef half_turn():\n    return math.pi\n"
 
@@ -25,10 +27,10 @@ def home(tmp_path, monkeypatch):
     """A cache of its own, which is empty."""
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     modules._folder.cache_clear()
-    modules.load_module.cache_clear()
+    modules._MODULES.clear()
     yield tmp_path / "explore" / "linkages"
     modules._folder.cache_clear()
-    modules.load_module.cache_clear()
+    modules._MODULES.clear()
 
 
 def test_a_module_is_kept_in_a_folder_of_the_user_alone(home):
@@ -38,11 +40,27 @@ def test_a_module_is_kept_in_a_folder_of_the_user_alone(home):
     assert path.read_text() == TEXT
 
 
+def test_memory_is_bounded(home, monkeypatch):
+    """A service reads tables without end: modules, and mechanisms by name, go when others were used since."""
+    monkeypatch.setattr(modules, "MOST_MODULES", 3)
+    loaded = [modules.load_module(f"{TEXT}# {number}\n") for number in range(5)]
+    assert [sys.modules.get(module.__name__) is module for module in loaded] == [False, False, True, True, True]
+    assert modules.load_module(f"{TEXT}# 4\n") is loaded[4]
+
+    name = linkage_of(CASES["hoecken"]).mechanism.name
+    assert name in MECHANISMS
+    for cached in (declaration.linkage_mechanism, declaration._specialise):
+        assert cached.cache_parameters()["maxsize"] <= 256
+        cached.cache_clear()
+    gc.collect()
+    assert name not in MECHANISMS
+
+
 def test_a_damaged_module_is_written_anew(home):
     modules.load_module(TEXT)
     (path,) = home.glob("linkage_*.py")
     path.write_bytes(b"\xff\x00 not a module")
-    modules.load_module.cache_clear()
+    modules._MODULES.clear()
     assert modules.load_module(TEXT).half_turn() == np.pi
     assert path.read_text() == TEXT
 

@@ -8,6 +8,7 @@ import threading
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
+from weakref import WeakValueDictionary
 
 from explore.base.errors import RequestError
 from explore.mechanisms.entry_points import registered_entries, source_of
@@ -30,11 +31,12 @@ class Registry(Mapping[str, Mechanism]):
 
     def __init__(self) -> None:
         self._loaded: dict[str, Mechanism] = {}
-        self._of_tables: dict[str, Mechanism] = {}
+        # Those that something holds, of which the last ones are kept: `linkages.declaration.linkage_mechanism`.
+        self._of_tables: WeakValueDictionary[str, Mechanism] = WeakValueDictionary()
 
     def __getitem__(self, name: str) -> Mechanism:
-        if name in self._of_tables:
-            return self._of_tables[name]
+        if (of_table := self._of_tables.get(name)) is not None:
+            return of_table
         if name not in self._loaded:
             self._loaded[name] = _load(name)
         return self._loaded[name]
@@ -49,7 +51,7 @@ class Registry(Mapping[str, Mechanism]):
         return name in self._of_tables or name in self._loaded or name in registered_entries()
 
     def of_table(self, table: LinkageTable) -> Mechanism:
-        """The mechanism of a table, which has its name in this process from now on; lists leave it out."""
+        """The mechanism of a table, which has its name in this process while it is in use; lists leave it out."""
         from explore.mechanisms.linkages.declaration import linkage_mechanism  # imports Numba, needed only here
 
         mechanism = linkage_mechanism(table)

@@ -12,6 +12,7 @@ import os
 import stat
 import sys
 import tempfile
+import threading
 from functools import cache
 from importlib.abc import InspectLoader
 from importlib.machinery import ModuleSpec
@@ -19,13 +20,25 @@ from importlib.util import module_from_spec
 from pathlib import Path
 from types import CodeType, ModuleType
 
-#: Largest number of modules that are kept; the least recently used ones go.
+#: Largest number of modules that are kept, on disk and in memory; the least recently used ones go.
 MOST_MODULES = 256
+#: The modules in memory by their texts, the least recently used one first.
+_MODULES: dict[str, ModuleType] = {}
+_LOCK = threading.Lock()
 
 
-@cache
 def load_module(text: str) -> ModuleType:
     """The module of a text, whose functions Numba finds in its cache where they were compiled before."""
+    with _LOCK:
+        _MODULES[text] = module = _MODULES.pop(text, None) or _load(text)
+        while len(_MODULES) > MOST_MODULES:
+            oldest = _MODULES.pop(next(iter(_MODULES)))
+            sys.modules.pop(oldest.__name__, None)
+            linecache.cache.pop(str(oldest.__file__), None)
+    return module
+
+
+def _load(text: str) -> ModuleType:
     name = f"linkage_{hashlib.sha256(text.encode()).hexdigest()[:32]}"
     path = _folder() / f"{name}.py"
     _write(path, text)

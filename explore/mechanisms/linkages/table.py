@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import hashlib
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, fields, is_dataclass, replace
 from functools import cached_property
 
@@ -81,6 +81,14 @@ class Slide:
     link: str
     body: str
     direction: Place
+
+
+def carrier(body: str, slides: Iterable[Slide]) -> str:
+    """The body that a body turns with: links that only translate turn with what they slide on."""
+    found = {slide.link: slide.body for slide in slides}
+    for _ in found:
+        body = found.get(body, body)
+    return body
 
 
 @dataclass(frozen=True)

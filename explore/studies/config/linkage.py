@@ -241,7 +241,7 @@ def inlined(text: str, linkage: Linkage | None) -> str:
 
 
 def mechanism_of(results: Results) -> Mechanism:
-    """The mechanism of results, with their points and their target; its name is known in this process from now on.
+    """The mechanism of results, with their points and their target; its name is known while it is in use.
 
     Raises
     ------

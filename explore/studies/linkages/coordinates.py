@@ -60,10 +60,38 @@ def _polar(entry: Mapping[str, object], key: KeyPath, problems: Problems) -> Pla
     if unknown or missing:
         return ZERO, ZERO
     radius, angle = (_coordinate(entry[word], (*key, word), problems) for word in _POLAR)
-    names = tuple(dict.fromkeys((*radius.names, *angle.names)))
-    lengths, turns = (_with_inputs(each, names) for each in (radius, angle))
-    cosine, sine = (Coordinate(names, (*lengths, *turns, (f, 0.0), ("*", 0.0))) for f in ("cos", "sin"))
-    return _checked(cosine, key, problems), _checked(sine, key, [])  # the two have the same problems
+    return turned((radius, ZERO), angle, key, problems)
+
+
+def read_angle(entry: object, key: KeyPath, problems: Problems) -> Coordinate:
+    """An angle: a number, deg, or an expression."""
+    return _coordinate(entry, key, problems, "a number or an expression", "deg")
+
+
+def turned(place: Place, angle: Coordinate, key: KeyPath, problems: Problems) -> Place:
+    """A place turned about the origin by an angle, deg."""
+    (x, y), (cosine, sine) = place, (_of_angle(angle, function) for function in ("cos", "sin"))
+    along, across = _joined_by("*", x, cosine), _joined_by("*", x, sine)
+    if y != ZERO:
+        along = _joined_by("-", along, _joined_by("*", y, sine))
+        across = _joined_by("+", across, _joined_by("*", y, cosine))
+    return _checked(along, key, problems), _checked(across, key, [])  # the two have the same problems
+
+
+def moved(place: Place, by: Place, operation: str) -> Place:
+    """The sum (operation "+") or the difference ("-") of two places."""
+    x, y = (one if other == ZERO else _joined_by(operation, one, other) for one, other in zip(place, by, strict=True))
+    return x, y
+
+
+def _of_angle(angle: Coordinate, function: str) -> Coordinate:
+    return Coordinate(angle.names, (*angle.steps, (function, 0.0)))
+
+
+def _joined_by(operation: str, first: Coordinate, second: Coordinate) -> Coordinate:
+    """An operation of two coordinates, which is not checked yet."""
+    names = tuple(dict.fromkeys((*first.names, *second.names)))
+    return Coordinate(names, (*_with_inputs(first, names), *_with_inputs(second, names), (operation, 0.0)))
 
 
 def _with_inputs(coordinate: Coordinate, names: tuple[str, ...]) -> Steps:
@@ -80,13 +108,13 @@ def _with_inputs(coordinate: Coordinate, names: tuple[str, ...]) -> Steps:
 
 
 def _coordinate(
-    entry: object, key: KeyPath, problems: Problems, forms: str = "a number or an expression"
+    entry: object, key: KeyPath, problems: Problems, forms: str = "a number or an expression", unit: str = "mm"
 ) -> Coordinate:
     try:
         if not isinstance(entry, str):
             if isinstance(entry, bool) or not isinstance(entry, int | float):
                 raise RequestError(f"must be {forms}, got {format_value(entry)}")  # noqa: TRY301  # one way to note it
-            return constant(quantity(entry, "mm"))
+            return constant(quantity(entry, unit))
         formula = parse_formula(entry)
     except RequestError as error:
         problems.append((key, str(error)))

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator, Mapping
 
 from explore.base.errors import KeyPath, Problems
 from explore.mechanisms.linkages.steps import Circle, DriveOnLines, JoinPoint, Locus, SlideInSlot, SlideLine, Step
-from explore.mechanisms.linkages.table import LinkageTable, Slide, Slot
+from explore.mechanisms.linkages.table import LinkageTable, Slide, Slot, carrier
 from explore.studies.linkages.coordinates import value_of
 from explore.studies.linkages.structure import SECTION
 
@@ -23,7 +23,7 @@ def note_parallel_lines(table: LinkageTable, steps: Iterable[Step], problems: Pr
         for trial in range(_TRIALS)
     ]
     for first, second in _pairs(steps):
-        if _carrier(table, first) != _carrier(table, second):
+        if carrier(first.body, table.slides) != carrier(second.body, table.slides):
             continue
         if all(_are_parallel(_direction(table, first, values), _direction(table, second, values)) for values in trials):
             slot = second if isinstance(second, Slot) else first
@@ -45,15 +45,6 @@ def _pairs(steps: Iterable[Step]) -> Iterator[tuple[Slot | Slide, Slot | Slide]]
         lines = [each.slide if isinstance(each, SlideLine) else each for each in loci if not isinstance(each, Circle)]
         if len(lines) == 2:
             yield lines[0], lines[1]
-
-
-def _carrier(table: LinkageTable, line: Slot | Slide) -> str:
-    """The body that a line turns with: links that only translate turn with what they slide on."""
-    slides = {slide.link: slide.body for slide in table.slides}
-    body = line.body
-    for _ in slides:
-        body = slides.get(body, body)
-    return body
 
 
 def _direction(table: LinkageTable, line: Slot | Slide, values: Mapping[str, float]) -> complex:

@@ -11,16 +11,16 @@ from explore.base.suggest import format_value, one_line, suggestion
 from explore.mechanisms.linkages.steps import PoseBySlot, TableError, find_steps
 from explore.mechanisms.linkages.table import FRAME, LinkageTable
 from explore.studies.linkages.branch import note_missing, read_branch, two_sided
+from explore.studies.linkages.copies import add_copies
 from explore.studies.linkages.parallel_lines import note_parallel_lines
 from explore.studies.linkages.parameters import located_coordinates, read_parameters, rough_values
 from explore.studies.linkages.sketch import Sketch
 from explore.studies.linkages.structure import SECTION, Structure, note_loose_links, read_part, read_structure
 
-_KEYS = ("driver", "travel", "output", "frame", "links", "slots", "slides", "branch", "sketch", "parameters")
+_KEYS = ("driver", "travel", "output", "frame", "links", "slots", "slides", "copies", "branch", "sketch", "parameters")
 #: Keys that are not supported yet, with what to do.
 _LATER = {
     "range": "crank angles that are limited are not supported yet; evaluate intervals with window = { from, to }",
-    "copies": "copies of a chain are not supported yet",
 }
 #: Largest number of points.
 _MOST_POINTS = 60
@@ -68,7 +68,9 @@ def _read(section: object, entries: Mapping[str, Any], problems: Problems) -> Li
         problems.append(((SECTION,), reason))
         return None
     structure = read_structure(section, problems)
-    driver, output = _ends(section, structure, problems)
+    driver = _driver(section, structure, problems)
+    _add_copies(structure, driver, read_part(section, "copies", problems))
+    output = _output(section, driver, structure, problems)
     coordinates = list(located_coordinates(structure))
     taken = dict.fromkeys(structure.points, "a point") | {slot.name: "a slot" for slot in structure.slots}
     parameters = read_parameters(read_part(section, "parameters", problems), coordinates, taken, problems)
@@ -86,7 +88,7 @@ def _read(section: object, entries: Mapping[str, Any], problems: Problems) -> Li
         driver, output, structure.bodies[FRAME], structure.links, tuple(structure.slots), tuple(structure.slides),
         parameters, travel=structure.travel,
     )  # fmt: skip
-    return _with_signs(table, section, entries, problems) if len(problems) == before else None
+    return _with_signs(table, section, entries, structure.copied, problems) if len(problems) == before else None
 
 
 def _reason_against_size(section: Mapping[str, Any]) -> str:
@@ -97,6 +99,7 @@ def _reason_against_size(section: Mapping[str, Any]) -> str:
         (len(points), _MOST_POINTS, "points"),
         (len(_values(section.get("links"))), _MOST_LINKS, "links"),
         (len(_values(section.get("slots"))), _MOST_SLOTS, "slots"),
+        (len(_values(section.get("copies"))), _MOST_LINKS, "copies"),
         (len(_values(section.get("parameters"))), _MOST_PARAMETERS, "parameters"),
     ):
         if count > most:
@@ -104,15 +107,32 @@ def _reason_against_size(section: Mapping[str, Any]) -> str:
     return ""
 
 
+def _add_copies(structure: Structure, driver: str, entries: Mapping[str, Any]) -> None:
+    """Add copies to a structure without mistakes; note a number of links, points or slots that is too large."""
+    if not entries or structure.problems:
+        return
+    if driver not in {link.name for link in structure.links}:
+        structure.problems.append(((SECTION, "copies"), f"{driver} is driven, so it has no phases; leave them out"))
+        return
+    add_copies(structure, driver, entries)
+    for count, most, what in (
+        (len(structure.points), _MOST_POINTS, "points"),
+        (len(structure.links), _MOST_LINKS, "links"),
+        (len(structure.slots), _MOST_SLOTS, "slots"),
+    ):
+        if count > most:
+            structure.problems.append(((SECTION, "copies"), f"make {count:,} {what}; at most {most} are possible"))
+
+
 def _values(entries: object) -> list[Any]:
     return list(entries.values()) if isinstance(entries, Mapping) else []
 
 
-def _ends(section: Mapping[str, Any], structure: Structure, problems: Problems) -> tuple[str, str]:
-    """The driver and the output."""
+def _driver(section: Mapping[str, Any], structure: Structure, problems: Problems) -> str:
+    """The link that turns, or the slot of a driven pin."""
     links = [link.name for link in structure.links]
     slots = [slot.name for slot in structure.slots]
-    driver, output = section.get("driver"), section.get("output", "")
+    driver = section.get("driver")
     key: KeyPath = (SECTION, "driver")
     if driver is None:
         problems.append(
@@ -126,6 +146,14 @@ def _ends(section: Mapping[str, Any], structure: Structure, problems: Problems) 
         problems.append((key, reason))
     elif driver not in slots and "travel" in section:
         problems.append(((SECTION, "travel"), f"{driver} turns; leave it out, or name the slot of a driven pin"))
+    return str(driver)
+
+
+def _output(section: Mapping[str, Any], driver: str, structure: Structure, problems: Problems) -> str:
+    """The link or slot of the plain statistics."""
+    links = [link.name for link in structure.links]
+    slots = [slot.name for slot in structure.slots]
+    output = section.get("output", "")
     translating = {slide.link: slide.body for slide in structure.slides}
     if output == driver and output in (*links, *slots):
         motion = "turns at constant speed" if output in links else "is driven"
@@ -136,13 +164,17 @@ def _ends(section: Mapping[str, Any], structure: Structure, problems: Problems) 
     elif output not in ("", *links, *slots):
         reason = f"unknown link or slot {format_value(output)}; {suggestion(str(output), [*links, *slots])}"
         problems.append(((SECTION, "output"), reason))
-    return str(driver), str(output)
+    return str(output)
 
 
 def _with_signs(
-    table: LinkageTable, section: Mapping[str, Any], entries: Mapping[str, Any], problems: Problems
+    table: LinkageTable,
+    section: Mapping[str, Any],
+    entries: Mapping[str, Any],
+    copied: Mapping[str, str],
+    problems: Problems,
 ) -> LinkageTable | None:
-    """The table with the side of each joint, by [linkage.branch] or by the sketch."""
+    """The table with the side of each joint, by [linkage.branch] or the sketch; copies have that of their original."""
     try:
         steps = find_steps(table)
     except TableError as error:
@@ -150,7 +182,8 @@ def _with_signs(
         problems.append(((SECTION, kind, error.name), str(error)))
         return None
     note_parallel_lines(table, steps, problems)
-    sides = two_sided(steps)
+    all_sides = two_sided(steps)
+    sides = {name: step for name, step in all_sides.items() if name not in copied}
     before = len(problems)
     signs = read_branch(read_part(section, "branch", problems), table, sides, problems)
     if "sketch" in section:
@@ -164,4 +197,4 @@ def _with_signs(
     if len(problems) == before:
         missing = {name: step for name, step in sides.items() if name not in signs}
         note_missing(missing, problems, has_branch="branch" in section)
-    return replace(table, signs=tuple((name, signs.get(name, 1)) for name in sides))
+    return replace(table, signs=tuple((name, signs.get(copied.get(name, name), 1)) for name in all_sides))

@@ -21,6 +21,7 @@ _EXAMPLES = {
     "links": 'crank = { O = 0, A = "r" }',
     "slots": 'ram = { pin = "S", link = "frame", along = [[0, 0], [1, 0]] }',
     "slides": 'yoke = { link = "frame", direction = [1, 0] }',
+    "copies": "b = 120",
     "branch": 'B = "left of A C"',
     "sketch": "crank_angle = 40",
     "parameters": 'k = { unit = "1" }',
@@ -41,7 +42,8 @@ def read_part(section: Mapping[str, Any], name: str, problems: Problems) -> Mapp
 class Structure:
     """The bodies and joints that a section describes.
 
-    `problems` has what is wrong with them; `is_whole` is False where so much is that joints may be missing.
+    `problems` has what is wrong with them; `is_whole` is False where so much is that joints may be missing. `copied`
+    has the point or slot that each one of a copy is of.
     """
 
     problems: Problems
@@ -50,6 +52,7 @@ class Structure:
     slots: list[Slot] = field(default_factory=list)
     slides: list[Slide] = field(default_factory=list)
     travel: Place | None = None
+    copied: dict[str, str] = field(default_factory=dict)
 
     @property
     def links(self) -> tuple[Body, ...]:
