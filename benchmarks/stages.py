@@ -112,7 +112,7 @@ def sampled(
     for start in range(0, len(designs), CHUNK):
         here = designs[start : start + CHUNK]
         n = len(here)
-        close_chunk(close, parameters, here, first_parameter, constant_count, record, constants)
+        close_chunk(close, parameters, parameters[:0], here, first_parameter, constant_count, record, constants)
         sum_ += constants[0]
         if stage < WINDOWS:
             continue

@@ -13,6 +13,7 @@ from explore.evaluation import constraints
 from explore.evaluation.derived import Derivation
 from explore.evaluation.known import KnownStatistics, evaluate_known
 from explore.evaluation.sampled import SampledStatistics, sample_metrics
+from explore.model.closed_form import ClosedFormResult
 from explore.model.columns import Arrays
 from explore.model.quantities import (
     AnyMetric,
@@ -72,7 +73,7 @@ def evaluate_kinematics(
     active = result.status == Status.OK
     if is_screened.any():
         active &= _has_any(~is_screened, inverse, len(active))
-    sampled = _sample(request, known, geometry, active, result.status)
+    sampled = _sample(request, known, geometry, active, result)
     values, errors = _scale(request, closed, sampled, inverse, speed)
     kinematics = Kinematics(
         values,
@@ -139,13 +140,13 @@ def _has_any(designs: BoolArray, inverse: _Indices | None, count: int) -> BoolAr
 
 
 def _sample(
-    request: Request, known: KnownStatistics, geometry: FloatArray, active: BoolArray, status: npt.NDArray[np.int8]
+    request: Request, known: KnownStatistics, geometry: FloatArray, active: BoolArray, closed: ClosedFormResult
 ) -> SampledStatistics:
     """Statistics of the active geometries: known where the bound allows, else sampled."""
     others = tuple(metric for metric in request.sampled if metric.name not in known.values)
     is_complete = known.is_known if known.values else np.ones(len(active), dtype=np.bool_)
     result = (
-        sample_metrics(request, others, geometry, active & is_complete, status)
+        sample_metrics(request, others, geometry, active & is_complete, closed)
         if others
         else SampledStatistics.empty(len(active))
     )
@@ -156,7 +157,7 @@ def _sample(
     result.error = np.maximum(result.error, known.error)  # those that are sampled below have one of their own
     incomplete = active & ~is_complete
     if incomplete.any():
-        result.replace(incomplete, sample_metrics(request, request.sampled, geometry, incomplete, status))
+        result.replace(incomplete, sample_metrics(request, request.sampled, geometry, incomplete, closed))
     return result
 
 

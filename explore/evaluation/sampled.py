@@ -24,6 +24,7 @@ from explore.evaluation.quadrature.tails import LARGEST_EXCESS
 from explore.evaluation.quadrature.work_space import Sizes, Tables, make_work_space
 from explore.evaluation.statistics import Indices, error_of, is_power, statistic_of, statistics_beside_moments
 from explore.evaluation.windows import interval_place, specify_window
+from explore.model.closed_form import ClosedFormResult
 from explore.model.mechanism import Mechanism
 from explore.model.quadrature import MOST_SINGULARITIES, Adaptive, Graded, Located, Quadrature
 from explore.model.quantities import FloatArray, SampledMetric
@@ -104,13 +105,13 @@ def sample_metrics(
     metrics: tuple[SampledMetric, ...],
     parameters: FloatArray,
     active: npt.NDArray[np.bool_],
-    status: npt.NDArray[np.int8],
+    closed: ClosedFormResult,
 ) -> SampledStatistics:
-    """Sample the metrics of the active ones of u distinct geometries, and update their `status` (u,).
+    """Sample the metrics of the active ones of u distinct geometries, and update their status.
 
-    `parameters` (p, u) are those of the closed form.
+    `parameters` (p, u) are those of the closed form, whose result is `closed`.
     """
-    quadrature, result = request.kernel.quadrature, SampledStatistics.empty(len(status))
+    quadrature, result = request.kernel.quadrature, SampledStatistics.empty(len(closed.status))
     adaptive = _adaptive(quadrature)
     # A corner between the nodes of a rule may hide from its check.
     regular = tuple(metric for metric in metrics if not metric.signal.has_corners)
@@ -125,7 +126,7 @@ def sample_metrics(
         (adaptive, tuple(metric for metric in metrics if metric not in regular)),
     ):
         if group:
-            result.add(_sample(request, group, group_quadrature, parameters, active, status))
+            result.add(_sample(request, group, group_quadrature, parameters, active, closed))
     return result
 
 
@@ -142,10 +143,10 @@ def _sample(
     quadrature: Quadrature,
     parameters: FloatArray,
     active: npt.NDArray[np.bool_],
-    status: npt.NDArray[np.int8],
+    closed: ClosedFormResult,
 ) -> SampledStatistics:
     """Sample metrics by one quadrature; see `sample_metrics`."""
-    mechanism = request.kernel
+    mechanism, status = request.kernel, closed.status
     bounded = {metric for derived in request.derived for metric in derived.sampled}
     tables = _make_tables(mechanism, metrics, bounded)
     tolerance = statistics_tolerance(request)
@@ -155,8 +156,8 @@ def _sample(
     def run(designs: Indices, quadrature: Quadrature, corners: Collection[str]) -> None:
         sizes, loop_tables = _loop_arguments(request, tables, tolerance, quadrature, corners)
         sample(
-            mechanism.close, mechanism.fill, sizes, loop_tables, parameters, designs, statistics, result.nodes,
-            result.error, excess, *make_work_space(sizes, len(request.breaks)),
+            mechanism.close, mechanism.fill, sizes, loop_tables, parameters, closed.constants, designs, statistics,
+            result.nodes, result.error, excess, *make_work_space(sizes, len(request.breaks)),
         )  # fmt: skip
 
     own = {metric.signal.corners_at for metric in metrics} - {""}

@@ -14,14 +14,16 @@ from explore.model.quantities import FloatArray
 class ClosedFormResult:
     """What the compiled closed form of a mechanism fills for n designs.
 
-    Metrics (m, n) are in declared order and units, NaN where undefined; status (n,) has codes of
-    `Declaration.status_labels`.
+    Constants (k, n) are the first rows of the records, if they were asked for. Metrics (m, n) are in declared order and
+    units, NaN where undefined; status (n,) has codes of `Declaration.status_labels`.
     """
 
+    constants: FloatArray
     metrics: FloatArray
     status: npt.NDArray[np.int8]
 
     @classmethod
-    def allocate(cls, metrics: int, designs: int) -> ClosedFormResult:
-        """Arrays to fill for so many metrics and designs."""
-        return cls(np.empty((metrics, designs)), np.zeros(designs, dtype=np.int8))
+    def allocate(cls, constants: int, metrics: int, designs: int) -> ClosedFormResult:
+        """Arrays to fill for so many constants, metrics and designs."""
+        status = np.zeros(designs, dtype=np.int8)
+        return cls(np.empty((constants, designs)), np.empty((metrics, designs)), status)

@@ -77,6 +77,8 @@ class Declaration:
         `Adaptive`, which needs to know nothing of the signals, or `Graded` or `Located`, with their singularities.
     n_fill_constants
         Number of constants, the first ones, that `fill` reads; 0 for all.
+    keeps_constants
+        Whether the constants of all designs are kept for sampling, because it takes longer to compute them twice.
     noise_row
         Row of the constant by which rounding errors in velocities are amplified; -1 for none.
     phases_row
@@ -136,6 +138,7 @@ class Declaration:
     breaks: tuple[str, ...] = ()
     quadrature: Quadrature = field(default_factory=Adaptive)
     n_fill_constants: int = 0
+    keeps_constants: bool = False
     noise_row: int = -1
     phases_row: int = -1
     variant_row: int = -1

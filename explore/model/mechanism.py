@@ -123,22 +123,23 @@ class Mechanism(Declaration):
         return replace(self, given=metrics, extended=extended) if metrics else self
 
     def evaluate_closed_form(self, parameters: FloatArray) -> ClosedFormResult:
-        """Evaluate the closed form for `kernel_parameters` (p, n), in declared units."""
-        from explore.base.lanes.designs import close_all  # imports Numba, needed only here
+        """Evaluate the closed form for `kernel_parameters` (p, n), in declared units.
 
-        result = ClosedFormResult.allocate(len(self.metrics), parameters.shape[1])
-        inputs = np.ascontiguousarray(parameters, dtype=np.float64)
-        close_all(
-            self.close, inputs, self.record_rows, self.first_parameter, self.first_metric, self.status_row,
-            result.metrics, result.status,
-        )  # fmt: skip
-        return result
+        The result has constants if they are to be kept.
+        """
+        return self._close(parameters, self.n_constants if self.keeps_constants else 0)
 
     def constants(self, parameters: FloatArray) -> FloatArray:
         """The constants of designs, shape (k, n); see `evaluate_closed_form`."""
-        from explore.base.lanes.designs import constants_of
+        return self._close(parameters, self.n_constants).constants
 
-        constants = np.empty((self.n_constants, parameters.shape[1]))
+    def _close(self, parameters: FloatArray, constants: int) -> ClosedFormResult:
+        from explore.base.lanes.designs import close_all  # imports Numba, needed only here
+
+        result = ClosedFormResult.allocate(constants, len(self.metrics), parameters.shape[1])
         inputs = np.ascontiguousarray(parameters, dtype=np.float64)
-        constants_of(self.close, inputs, self.record_rows, self.first_parameter, constants)
-        return constants
+        close_all(
+            self.close, inputs, self.record_rows, self.first_parameter, self.first_metric, self.status_row,
+            result.constants, result.metrics, result.status,
+        )  # fmt: skip
+        return result

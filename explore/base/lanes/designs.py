@@ -24,14 +24,29 @@ def load_tile(parameters, start, tile):
                 row[lane] = parameters[p, start + min(lane, lanes - 1)]
 
 
+@subroutine(no_alias=True)
+def _store_rows(tile, start, columns):
+    """Fill the designs of a tile from `start` on, as many as there are, in columns (m, n)."""
+    lanes = min(LANES, columns.shape[1] - start)
+    for m in range(columns.shape[0]):
+        row = tile[m * LANES :]
+        if lanes == LANES:
+            for lane in range(LANES):
+                columns[m, start + lane] = row[lane]
+        else:
+            for lane in range(lanes):
+                columns[m, start + lane] = row[lane]
+
+
 @compiled(
-    types.void(_CLOSE, _F2, types.int64, types.int64, types.int64, types.int64, _F2, types.int8[::1]),
+    types.void(_CLOSE, _F2, types.int64, types.int64, types.int64, types.int64, _F2, _F2, types.int8[::1]),
     allocates=True,
 )
-def close_all(close, parameters, record_rows, first_parameter, first_metric, status_row, metrics, status):
-    """Evaluate the closed form of every design: fill `metrics` (m, n) and `status` (n,) from `parameters` (p, n).
+def close_all(close, parameters, record_rows, first_parameter, first_metric, status_row, constants, metrics, status):
+    """Evaluate the closed form of every design from `parameters` (p, n).
 
-    A tile of records has `record_rows` rows; the parts begin at `first_parameter`, `first_metric` and `status_row`.
+    Fill `metrics` (m, n), `status` (n,) and the first `constants` (k, n). A tile of records has `record_rows` rows; the
+    parts begin at `first_parameter`, `first_metric` and `status_row`.
     """
     record = np.zeros(record_rows * LANES)
     n = parameters.shape[1]
@@ -39,30 +54,10 @@ def close_all(close, parameters, record_rows, first_parameter, first_metric, sta
         lanes = min(LANES, n - start)
         load_tile(parameters, start, record[first_parameter * LANES :])
         close(record)
-        for m in range(metrics.shape[0]):
-            row = record[(first_metric + m) * LANES :]
-            if lanes == LANES:
-                for lane in range(LANES):
-                    metrics[m, start + lane] = row[lane]
-            else:
-                for lane in range(lanes):
-                    metrics[m, start + lane] = row[lane]
+        _store_rows(record, start, constants)
+        _store_rows(record[first_metric * LANES :], start, metrics)
         for lane in range(lanes):
             status[start + lane] = np.int8(record[status_row * LANES + lane])
-
-
-@compiled(types.void(_CLOSE, _F2, types.int64, types.int64, _F2), allocates=True)
-def constants_of(close, parameters, record_rows, first_parameter, constants):
-    """Fill the constants of every design, shape (k, n), for uses that need few designs."""
-    record = np.zeros(record_rows * LANES)
-    n = parameters.shape[1]
-    for start in range(0, n, LANES):
-        lanes = min(LANES, n - start)
-        load_tile(parameters, start, record[first_parameter * LANES :])
-        close(record)
-        for k in range(constants.shape[0]):
-            for lane in range(lanes):
-                constants[k, start + lane] = record[k * LANES + lane]
 
 
 @compiled(

@@ -46,25 +46,37 @@ _F1, _F2, _I1 = types.float64[::1], types.float64[:, ::1], types.int64[::1]
 
 
 @subroutine(no_alias=True)
-def close_chunk(close, parameters, designs, first_parameter, constant_count, record, constants):
-    """Fill the constants of a chunk of designs, tile after tile; the last tile is filled up with its last design."""
+def _gather(columns, designs, first, together, tile):
+    """Fill the rows of a tile with columns (m, n) of designs: from the `first` on, if they stand `together`."""
+    for m in range(columns.shape[0]):
+        row, source = tile[m * LANES :], columns[m, first:]
+        if together:
+            for lane in range(LANES):
+                row[lane] = source[lane]
+        else:
+            for lane in range(LANES):
+                row[lane] = columns[m, designs[min(lane, len(designs) - 1)]]
+
+
+@subroutine(no_alias=True)
+def close_chunk(close, parameters, kept, designs, first_parameter, constant_count, record, constants):
+    """Fill the constants of a chunk of designs, tile after tile; the last tile is filled up with its last design.
+
+    They are those that were `kept` (k, n), or what `close` fills where none were.
+    """
     count = len(designs)
     for tile in range((count + LANES - 1) // LANES):
         begin = tile * LANES
         first = designs[begin]
         together = begin + LANES <= count and designs[begin + LANES - 1] - first == LANES - 1
-        for p in range(parameters.shape[0]):
-            row, source = record[(first_parameter + p) * LANES :], parameters[p, first:]
-            if together:
-                for lane in range(LANES):
-                    row[lane] = source[lane]
-            else:
-                for lane in range(LANES):
-                    row[lane] = parameters[p, designs[min(begin + lane, count - 1)]]
-        close(record)
         to = constants[tile * constant_count * LANES :]
-        for j in range(constant_count * LANES):
-            to[j] = record[j]
+        if kept.shape[0] > 0:
+            _gather(kept, designs[begin:], first, together, to)
+        else:
+            _gather(parameters, designs[begin:], first, together, record[first_parameter * LANES :])
+            close(record)
+            for j in range(constant_count * LANES):
+                to[j] = record[j]
 
 
 @subroutine(inlined=True)

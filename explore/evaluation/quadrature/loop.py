@@ -214,12 +214,15 @@ def _sample_window(
 
 
 def _sample(
-    close, fill, sizes, tables, parameters, designs, statistics, nodes, error, excess, extremes, rare, work, tile, sums
+    close, fill, sizes, tables, parameters, kept, designs, statistics, nodes, error, excess, extremes, rare, work, tile,
+    sums,
 ):  # fmt: skip
     """Like `sample`; None for `extremes` or `rare` leaves them out of the compiled code."""
     for start in range(0, len(designs), CHUNK):
         here = designs[start : start + CHUNK]
-        close_chunk(close, parameters, here, sizes.first_parameter, sizes.n_constants, work.record, work.constants)
+        close_chunk(
+            close, parameters, kept, here, sizes.first_parameter, sizes.n_constants, work.record, work.constants
+        )
         for w in range(tables.windows.shape[0]):
             begin = 0
             while begin < len(here):
@@ -231,8 +234,8 @@ def _sample(
 
 def _signature(extremes, rare):
     return types.void(
-        CLOSE_TYPE, FILL_TYPE, SIZES_TYPE, TABLES_TYPE, _F2, _I1, _F2, _I1, _F1, _F1, extremes, rare, CHUNK_WORK_TYPE,
-        TILE_WORK_TYPE, PANEL_SUMS_TYPE,
+        CLOSE_TYPE, FILL_TYPE, SIZES_TYPE, TABLES_TYPE, _F2, _F2, _I1, _F2, _I1, _F1, _F1, extremes, rare,
+        CHUNK_WORK_TYPE, TILE_WORK_TYPE, PANEL_SUMS_TYPE,
     )  # fmt: skip
 
 
@@ -241,16 +244,18 @@ sample_extremes = compiled(_signature(types.int64, types.none), allocates=True)(
 sample_all = compiled(_signature(types.int64, types.int64), allocates=True)(_sample)
 
 
-def sample(close, fill, sizes, tables, parameters, designs, statistics, nodes, error, excess, work, tile, sums) -> None:
+def sample(
+    close, fill, sizes, tables, parameters, kept, designs, statistics, nodes, error, excess, work, tile, sums
+) -> None:
     """Statistics of d `designs` of n over every window, by the compiled functions `close` and `fill` of a mechanism.
 
     Extremes, and clutches, means of powers and the adaptive rule are compiled when a request needs one of them:
     together they take two fifths of the time of a compilation.
 
     `sizes`, `tables` and the work space `work`, `tile` and `sums` are those of `quadrature.work_space`, `parameters`
-    (p, n) of the closed form. The entries of the sampled designs are filled in `statistics` (m, n), for unit speed and
-    rad, `nodes` (n,), the signal evaluations, `error` (n,), the bound, and `excess` (n,), how many times the samples
-    exceed the error model.
+    (p, n) of the closed form, `kept` (k, n) the constants, without rows where `close` is to fill them. The entries of
+    the sampled designs are filled in `statistics` (m, n), for unit speed and rad, `nodes` (n,), the signal evaluations,
+    `error` (n,), the bound, and `excess` (n,), how many times the samples exceed the error model.
     """
     has_powers = (tables.slots[:, :, ROOT_MEAN : ROOT_POWER_MEAN + 1] >= 0).any()
     if tables.is_adaptive or has_powers or tables.windows[:, CLUTCH].any():
@@ -260,6 +265,6 @@ def sample(close, fill, sizes, tables, parameters, designs, statistics, nodes, e
     else:
         loop, extremes, rare = sample_moments, None, None
     loop(
-        close, fill, sizes, tables, parameters, designs, statistics, nodes, error, excess, extremes, rare, work, tile,
-        sums,
+        close, fill, sizes, tables, parameters, kept, designs, statistics, nodes, error, excess, extremes, rare, work,
+        tile, sums,
     )  # fmt: skip

@@ -147,7 +147,7 @@ def _declare(
         noise_row=NOISE_ROW,
         quadrature=Located(DISTANCE_ROW),
         n_constants=source.n_constants,
-        n_fill_constants=source.n_fill_constants,
+        keeps_constants=True,
         rows=_record_rows(source, [p.name for p in parameters]),
         signal_rows=len(outputs),
         close=module.close,

@@ -66,6 +66,7 @@ _CLOSE = """
 
 @compiled(CLOSE_SIGNATURE, allocates=True)
 def close(record):
+    constants = np.empty({n_constants} * LANES)
     for lane in range(LANES):
 {constants}
     values, tangents = np.empty(2 * NODES * {rows} * LANES), np.empty(LANES)
@@ -73,9 +74,9 @@ def close(record):
     for j in range(2 * NODES):
         for lane in range(LANES):
             tangents[lane] = node_tangent(j % NODES)
-        check(record, tangents, j // NODES, values[j * {rows} * LANES :])
+        check(constants, tangents, j // NODES, values[j * {rows} * LANES :])
     sift(values, {factors}, {functions}, verdicts, conditions)
-    locate(values, {factors}, {functions}, record[{distance} * LANES :])
+    locate(values, {factors}, {functions}, constants[{distance} * LANES :])
     doubtful = 0
     for lane in range(LANES):
         doubtful += 1 if verdicts[lane] == DOUBTFUL else 0
@@ -86,7 +87,7 @@ def close(record):
             if verdicts[lane] == DOUBTFUL:
                 for row in range({n_constants}):
                     for other in range(LANES):
-                        tile[row * LANES + other] = record[row * LANES + lane]
+                        tile[row * LANES + other] = constants[row * LANES + lane]
                 for half in range(2):
                     count = collect_cells(values, {factors}, {functions}, half, lane, cells)
                     while count > 0 and count < MOST_CELLS - LANES:
@@ -106,13 +107,15 @@ def close(record):
 {references}
     for lane in range(LANES):
         verdict = verdicts[lane]
-        record[{noise} * LANES + lane] = 5.0 * math.sqrt(conditions[lane])
+        constants[{noise} * LANES + lane] = 5.0 * math.sqrt(conditions[lane])
         status = STATUS_OF_FACTOR[0] + 1.0
         for s in range({factors}):
             status = 1.0 * STATUS_OF_FACTOR[s] if verdict == -1.0 - s else status
             status = 1.0 * STATUS_OF_FACTOR[s] + 1.0 if verdict == 2.0 + s else status
         status = {undecided} if verdict == {undecided} else status
         record[{status} * LANES + lane] = 1.0 if verdict == 1.0 else status
+    for k in range({status} * LANES):
+        record[k] = constants[k]
 """
 
 _REFERENCES = """    directions, before = np.empty({two} * LANES), np.empty({two} * LANES)
@@ -121,9 +124,9 @@ _REFERENCES = """    directions, before = np.empty({two} * LANES), np.empty({two
         tangent, anchor = direction_node(j)
         for lane in range(LANES):
             tangents[lane] = tangent
-        direct(record, tangents, anchor, directions)
+        direct(constants, tangents, anchor, directions)
         follow_directions(j, {links}, directions, before, ranges)
-    place_references({links}, ranges, record[{first} * LANES :])"""
+    place_references({links}, ranges, constants[{first} * LANES :])"""
 
 
 @dataclass(frozen=True)
@@ -134,13 +137,12 @@ class Source:
     ----------
     text
         Defines `close` and `fill`.
-    n_constants, n_fill_constants
-        Constants of a design, and those, the first ones, that `fill` reads.
+    n_constants
+        Constants of a design that `fill` reads; `close` computes more than it keeps.
     """
 
     text: str
     n_constants: int
-    n_fill_constants: int
 
 
 def write_source(
@@ -167,7 +169,7 @@ def write_source(
     rows.add(checks)
     rows.add(directions)
     factors, n_constants = len(equations.factors), rows.count
-    status = n_constants
+    status = n_fill
     parameters = {p.name: status + 1 + k for k, p in enumerate(equations.table.parameters)}
     undecided = first_status + 2 * len(joints)
     statuses = [first_status + 2 * joints.index(factor.joint) for factor in equations.factors]
@@ -184,7 +186,7 @@ def write_source(
         ),
         _fill_function(rows, outputs),
     ]  # fmt: skip
-    return Source("".join(parts), n_constants, n_fill)
+    return Source("".join(parts), n_fill)
 
 
 def _references(rows: _Rows, links: Sequence[str]) -> str:
@@ -260,7 +262,9 @@ class _Rows:
                 body = _expression(str(node[0]), [texts[each] for each in operands(node)])
             texts[k] = f"d{k}"
             lines.append(f"        d{k} = {body}")
-        lines += [f"        record[{row} * LANES + lane] = {texts[k]}" for k, row in self._rows.items() if k in texts]
+        lines += [
+            f"        constants[{row} * LANES + lane] = {texts[k]}" for k, row in self._rows.items() if k in texts
+        ]
         return lines or ["        pass"]
 
     def _is_reference(self, k: int) -> bool:
