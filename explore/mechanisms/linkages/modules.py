@@ -24,6 +24,7 @@ from types import CodeType, ModuleType
 MOST_MODULES = 256
 #: The modules in memory by their texts, the least recently used one first.
 _MODULES: dict[str, ModuleType] = {}
+#: Held while modules come and go.
 _LOCK = threading.Lock()
 
 
