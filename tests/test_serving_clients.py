@@ -211,16 +211,23 @@ def test_starters_are_those_of_the_command_line(client, served, tmp_path):
     assert {"crank-rocker", "slider-crank", "test-rig", "gears", "variable-crank"} <= {
         s["name"] for s in told["studies"]
     }
-    assert all(entry["summary"] for entry in (*told["studies"], *told["tasks"]))
+    assert {"watt-2", "jansen", "crank-shaper"} <= {s["name"] for s in told["linkages"]}
+    assert all(entry["summary"] for entries in told.values() for entry in entries)
+    options = {"studies": "--mechanism", "linkages": "--linkage", "tasks": "--task"}
     with served.client((served.folder / "token.read-only").read_text().strip()) as viewer:
-        for kind, option, entries in (("studies", "--mechanism", told["studies"]), ("tasks", "--task", told["tasks"])):
-            for name in (entry["name"] for entry in entries):
-                run("init", f"{name}.toml", option, name, cwd=tmp_path)
+        for kind, entries in told.items():
+            # The classics come from one folder: two stand for all.
+            for name in [entry["name"] for entry in entries][: 2 if kind == "linkages" else None]:
+                run("init", f"{name}.toml", options[kind], name, cwd=tmp_path)
                 answer = viewer.get(f"/api/starters/{kind}/{name}")
                 assert answer.headers["content-type"] == "text/plain; charset=utf-8"
                 assert answer.text == (tmp_path / f"{name}.toml").read_text(encoding="utf-8")
                 (tmp_path / f"{name}.toml").unlink()
-    for path, reason in (("studies/crank-rock", "did you mean 'crank-rocker'?"), ("tasks/pth", "did you mean 'path'?")):
+    for path, reason in (
+        ("studies/crank-rock", "did you mean 'crank-rocker'?"),
+        ("linkages/wat-2", "did you mean 'watt-2'?"),
+        ("tasks/pth", "did you mean 'path'?"),
+    ):
         answer = client.get(f"/api/starters/{path}")
         assert answer.status_code == 400
         assert reason in answer.json()["detail"]
@@ -228,10 +235,13 @@ def test_starters_are_those_of_the_command_line(client, served, tmp_path):
 
 def test_each_starter_is_accepted_as_it_is(client):
     told = client.get("/api/starters").json()
-    for kind, key in (("studies", "study"), ("tasks", "task")):
+    told["linkages"] = [entry for entry in told["linkages"] if entry["name"] == "four-bar"]
+    for kind, key in (("studies", "study"), ("linkages", "study"), ("tasks", "task")):
         for name in (entry["name"] for entry in told[kind]):
             text = client.get(f"/api/starters/{kind}/{name}").text
-            answer = client.post(f"/api/{kind}", json={"name": f"start-{key}-{name}", key: text})
+            answer = client.post(
+                f"/api/{'tasks' if key == 'task' else 'studies'}", json={"name": f"start-{key}-{name}", key: text}
+            )
             assert answer.status_code == 201, answer.text
             client.post(f"/api/jobs/start-{key}-{name}/cancel")
             assert client.get(f"/api/jobs/start-{key}-{name}/study").text == text

@@ -12,12 +12,13 @@ from explore.mechanisms.registry import MECHANISMS
 from explore.model.mechanism import Mechanism
 from explore.model.quantities import STATISTICS, Formula, Metric, Signal
 from explore.service.requests import StationOf
-from explore.studies.config.study_file import starter
+from explore.studies.config.study_file import linkage_starter, linkage_starters, starter
 from explore.studies.request.names import find_mechanism
 from explore.synthesis.tasks.registry import TASK_TYPES
 from explore.synthesis.tasks.task_files import task_starter
 
 _Mechanism = Annotated[str, Path(max_length=100, description="Name of a mechanism.")]
+_Linkage = Annotated[str, Path(max_length=100, description="Name of a classic linkage.")]
 _Task = Annotated[str, Path(max_length=100, description="Type of a task.")]
 
 router = APIRouter(prefix="/api/starters", tags=["starters"])
@@ -25,11 +26,12 @@ router = APIRouter(prefix="/api/starters", tags=["starters"])
 
 @router.get("")
 def list_starters(station: StationOf, later: BackgroundTasks) -> dict[str, Any]:
-    """The mechanisms that have a study to start from, and the types of tasks, with what they are."""
+    """The mechanisms that have a study to start from, classic linkages and types of tasks, with what they are."""
     later.add_task(station.estimates.warm)  # who asks for these makes a dry run next
     mechanisms, _ = MECHANISMS.load_all()
     return {
         "studies": [_entry(name, mechanism.summary) for name, mechanism in mechanisms.items() if _has_one(mechanism)],
+        "linkages": [_entry(name, summary) for name, summary in linkage_starters().items()],
         "tasks": [_entry(name, task.summary) for name, task in TASK_TYPES.items()],
     }
 
@@ -50,6 +52,12 @@ def metrics_of(mechanism: _Mechanism) -> dict[str, Any]:
         "signals": [_quantity(each) for each in found.signals],
         "statistics": list(STATISTICS),
     }
+
+
+@router.get("/linkages/{linkage}", response_class=PlainTextResponse)
+def starter_of_linkage(linkage: _Linkage) -> str:
+    """The text of `explore init --linkage`."""
+    return linkage_starter(linkage)
 
 
 @router.get("/tasks/{task}", response_class=PlainTextResponse)

@@ -148,6 +148,7 @@ def test_a_study_is_started_from_edited_and_submitted_by_keys_alone(page, served
         starter = client.get("/api/starters/studies/crank-rocker").text
         task = client.get("/api/starters/tasks/dead-positions").text
 
+    assert page.get_attribute("#start-linkages option[value='starters/linkages/jansen']", "title")
     page.focus("#start")
     page.keyboard.type("sl")
     page.wait_for_function("() => document.getElementById('name').value === 'slider-crank'")

@@ -36,10 +36,11 @@ export class Editor {
 
   /** Offer the studies and tasks that `explore init` writes. */
   async offerStarters() {
-    const { studies, tasks } = await ask("GET", "/api/starters");
-    const entries = (kind, list) => list.map(({ name, summary }) => el("option", { value: `starters/${kind}/${name}`, title: summary }, name));
-    this.root("start-studies").replaceChildren(...entries("studies", studies));
-    this.root("start-tasks").replaceChildren(...entries("tasks", tasks));
+    const starters = await ask("GET", "/api/starters");
+    for (const [kind, list] of Object.entries(starters)) {
+      const options = list.map(({ name, summary }) => el("option", { value: `starters/${kind}/${name}`, title: summary }, name));
+      this.root(`start-${kind}`).replaceChildren(...options);
+    }
   }
 
   /** Offer what was submitted before. */
