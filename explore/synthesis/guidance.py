@@ -124,10 +124,16 @@ def find_pairs(poses: Poses, length_max: float, seed: int = 0, boxes: tuple[Pivo
 def _dyads_of_three(
     poses: Poses, length_max: float, seed: int, boxes: tuple[PivotBox, PivotBox]
 ) -> tuple[ComplexArray, ComplexArray]:
-    """Fixed and moving pivots of dyads: from moving pivots at random, or from fixed ones where these have boxes."""
+    """Fixed and moving pivots of dyads: from moving pivots at random, or from fixed ones where these have boxes.
+
+    The distances of moving pivots spread evenly over the orders of magnitude between the size of the poses and the
+    longest link: evenly over the plane, few would be near where links may be long, and small linkages be missed.
+    """
     rng, first = np.random.default_rng(seed), complex(poses.points[0])
     if boxes == ANYWHERE:
-        moving = PivotBox().draw(rng, _N_PIVOTS, first, length_max)
+        size = max(np.ptp(poses.points.real), np.ptp(poses.points.imag))
+        shares = min(1.0, size / length_max) ** rng.uniform(size=_N_PIVOTS)
+        moving = first + shares * (PivotBox().draw(rng, _N_PIVOTS, first, length_max) - first)
         return fixed_pivots(poses, moving), moving
     fixed = np.concatenate([box.draw(rng, _N_PIVOTS, first, 2.0 * length_max) for box in boxes])
     # Seen from the body the ground takes the inverse poses, and the two pivots of a dyad change places.
