@@ -9,7 +9,7 @@ import pytest
 from command_line import run
 
 import explore
-from explore.cli.commands.synthesize import _best_first
+from explore.cli.commands.synthesize import _best_first, _order
 from explore.synthesis.paths import search
 from explore.synthesis.paths.search import find_paths
 
@@ -152,6 +152,8 @@ def test_candidates_that_pass_come_before_those_with_a_smaller_error():
     })  # fmt: skip
     results = SimpleNamespace(to_pandas=lambda: frame, objectives=["path_error_rms:min"])
     assert list(_best_first(results).index) == [2, 1, 0, 3]
+    assert _order(frame, "path_error_rms") == "those that pass first, then by path_error_rms"
+    assert _order(frame[1:], "path_error_rms") == "best path_error_rms first"
     frame["feasible"] = False
     assert list(_best_first(results).index) == [2, 1, 3, 0]
     swing = SimpleNamespace(to_pandas=lambda: frame.drop(columns="passage"), objectives=["path_error_rms:max"])

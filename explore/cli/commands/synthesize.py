@@ -122,6 +122,15 @@ def _best_first(results: Results) -> pd.DataFrame:
     return frame.loc[frame.assign(**keys).sort_values(list(keys), kind="stable").index]
 
 
+def _order(shown: pd.DataFrame, objective: str) -> str:
+    """The order of candidates in words."""
+    from explore.synthesis.tasks.placed_four_bars import PASSAGE
+
+    if PASSAGE.name in shown and shown[PASSAGE.name].nunique() > 1:
+        return f"those that pass first, then by {objective}"
+    return f"best {objective} first"
+
+
 def _print_candidates(results: Results, candidates: Candidates) -> None:
     """Print what was tried, and the best candidates."""
     frame = _best_first(results)
@@ -145,7 +154,7 @@ def _print_candidates(results: Results, candidates: Candidates) -> None:
     ]
     hidden = len(frame) - len(shown)
     print_table(
-        f"{count_of(len(frame), 'candidate')}, {n_feasible:,} within the bounds, best {objectives[0]} first",
+        f"{count_of(len(frame), 'candidate')}, {n_feasible:,} within the bounds, {_order(shown, objectives[0])}",
         [("design", ""), *((name, results.units.get(name, "")) for name in names)],
         rows,
         f"{hidden:,} more: explore rank {results.path} --top 0 lists the best of them" if hidden > 0 else "",
