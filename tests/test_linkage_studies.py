@@ -12,6 +12,7 @@ from command_line import run
 
 import explore
 from explore.base.errors import ConfigError, RequestError, ResultsError
+from explore.results.store.recorded_study import RecordedStudy
 from explore.service.inlined_points import with_points
 from explore.service.job_files import read_job_file
 from explore.studies.config.linkage import mechanism_of
@@ -169,7 +170,9 @@ def test_a_changed_table_is_another_study(folder):
 
 
 def test_damaged_studies_of_results_are_said(results):
-    class Altered:
+    class Altered(RecordedStudy):
+        config, mechanism, points, target = "", "", (), None
+
         def __init__(self, config):
             self.config, self.mechanism, self.path = config, results.mechanism, results.path
             self.points, self.target = results.points, results.target

@@ -116,6 +116,19 @@ def test_a_refinement_in_objectives_of_the_study(dwell):
     assert explore.open_results(dwell / "results" / "dwell.h5").senses["dwell_error"] == "min"
 
 
+def test_the_study_of_a_design_has_the_objectives_that_it_computes(dwell):
+    run("export", "results/dwell.h5", "--design", "0", "-o", "one.toml", cwd=dwell)
+    study = explore.load_study(dwell / "one.toml")
+    assert [objective.metric for objective in study.objectives] == ["transmission_angle_worst", "footprint"]
+
+
+def test_tuning_shows_what_the_study_computes(dwell):
+    output = run("tune", "results/dwell.h5", "--design", "0", "--parameter", "rocker", "--json", cwd=dwell)
+    (first, *_) = json.loads(output.stdout)["curve"]
+    assert set(first) == {"rocker", "transmission_angle_worst", "footprint", "piece"}
+    assert "slider_stroke" not in output.stderr
+
+
 def test_searches_lower_the_error_of_a_function(folder, results):
     """The solver's candidates have the least mean error; the largest error can be made less."""
     best = explore.rank(results).iloc[0]

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from explore.base.errors import RequestError, ResultsError
+from explore.base.errors import RequestError
 from explore.model.request import Request
 from explore.results.ranking.rankings import rank_source
 from explore.results.store.results import Results
@@ -31,10 +30,7 @@ def chosen_designs(results: Results, numbers: Sequence[int] | int | None = None)
 
 def request_of(results: Results) -> Request:
     """What the study of results computes of each design: its metrics, constraints and tolerance."""
-    try:
-        study = tomllib.loads(results.config)
-    except tomllib.TOMLDecodeError as error:
-        raise ResultsError(f"{results.path} is damaged: its study cannot be read: {error}") from None
+    study = results.sections
     evaluate = study.get("evaluate", {})
     return make_request(
         mechanism_of(results),

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -119,7 +118,7 @@ def plan_tolerances(
     if seed < 0:
         raise RequestError(f"seed = {seed}: must be at least 0")
     request = request_of(source)
-    study: Mapping[str, object] = tomllib.loads(source.config).get("tolerances", {})
+    study: Mapping[str, object] = source.sections.get("tolerances", {})
     chosen = make_tolerances(request.mechanism, {**study, **(tolerances or {})})
     frame = chosen_designs(source, designs)
     objectives = tuple(parse_objective(text, source.senses, rankable_names(source)) for text in source.objectives)

@@ -126,7 +126,7 @@ def _order(shown: pd.DataFrame, objective: str) -> str:
     """The order of candidates in words."""
     from explore.synthesis.tasks.placed_four_bars import PASSAGE
 
-    if PASSAGE.name in shown and shown[PASSAGE.name].nunique() > 1:
+    if PASSAGE.name in shown and len(set(shown[PASSAGE.name])) > 1:
         return f"those that pass first, then by {objective}"
     return f"best {objective} first"
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from explore.base.errors import MotionError, RequestError, ResultsError
+from explore.base.errors import MotionError, RequestError
 from explore.cli.completion import complete_metrics, complete_parameters
 from explore.cli.options import DesignOption, DesignResultsArgument, JsonOption, MechanismOption
 from explore.cli.output import announce_compiling, number, print_json, say, shown_unit
@@ -132,8 +132,6 @@ def _subject_of_results(
     path: Path, design: int | None, parameter: str, settings: Sequence[str], texts: Sequence[str] | None
 ) -> _Subject:
     """A design of results with the settings in place of its own, and what its study asks for."""
-    import tomllib
-
     from explore.results.queries import choose_design
     from explore.results.store.open_results import open_results
     from explore.studies.config.linkage import mechanism_of
@@ -150,19 +148,17 @@ def _subject_of_results(
                 raise RequestError(f"design {chosen} of {path} has no {name}; give one with --set {name}=VALUE")
             del parameters[name]
     say(f"design {chosen} of {path}")
-    try:
-        formulas = tomllib.loads(results.config).get("metrics")
-    except tomllib.TOMLDecodeError as error:
-        raise ResultsError(f"{path} is damaged: its study cannot be read: {error}") from None
     arguments = {
         "window": results.window or None,
         "drive": results.drive or None,
-        "formulas": formulas,
+        "formulas": results.sections.get("metrics"),
         "points": results.points,
         "target": results.target,
     }
-    metrics = [name for name in (text.partition(":")[0] for text in results.objectives) if name not in parameters]
-    return _Subject(mechanism, parameters, units, metrics, results.constraints, arguments)
+    others = results.given | set(parameters)
+    metrics = [name for name in (text.partition(":")[0] for text in results.objectives) if name not in others]
+    constraints = {name: sides for name, sides in results.constraints.items() if name not in results.given}
+    return _Subject(mechanism, parameters, units, metrics, constraints, arguments)
 
 
 def _find_curve(subject: _Subject, arguments: Mapping[str, Any]) -> Tuning:

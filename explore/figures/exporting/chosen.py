@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import math
-import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
-from explore.base.errors import MotionError, ResultsError
+from explore.base.errors import MotionError
 from explore.figures.charts.turn import turn_angles
 from explore.figures.simulation import SimulatedDesign, simulate_design
 from explore.model.points import COORDINATES, coordinates
@@ -56,21 +55,18 @@ class DesignOfResults:
     def study(self) -> str:
         """The text of the study of this design alone, which computes the same row."""
         results = self.results
-        row = results.design(self.number)
-        try:
-            sections = tomllib.loads(results.config)
-        except tomllib.TOMLDecodeError as error:
-            raise ResultsError(f"{results.path} is damaged: its study cannot be read: {error}") from None
+        row, sections = results.design(self.number), results.sections
         values = {column.name: row[column.name] for column in results.columns if column.role == "parameter"}
         places = coordinates(results.points, values)
         of_points = {f"{point}_{axis}" for point in places for axis in COORDINATES}
+        objectives = [text for text in results.objectives if text.partition(":")[0] not in results.given]
         parts: dict[str, object] = {
             **_mechanism_entries(mechanism_source(results)),
             "parameters": {name: value for name, value in values.items() if name not in of_points},
             "points": {point: dict(zip(COORDINATES, place, strict=True)) for point, place in places.items()},
             **({"target": results.target.to_content()} if results.target else {}),
             **{name: section for name, section in sections.items() if name not in _OF_MANY},
-            "rank": {"metrics": list(results.objectives)} if results.objectives else {},
+            "rank": {"metrics": objectives} if objectives else {},
         }
         text = f"# Design {self.number} of {results.path.name}\n\n{format_toml(parts)}"
         parse_study(text, f"the study of design {self.number}", results.path.parent)

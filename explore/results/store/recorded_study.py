@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import tomllib
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
+from explore.base.errors import ResultsError
 from explore.model.columns import Attribute
 from explore.model.quantities import Sense
 from explore.model.targets import Target
@@ -14,6 +17,7 @@ from explore.results.store.layout import Layout
 class RecordedStudy:
     """The study of a results file, from its attributes; each property is empty if the file lacks it."""
 
+    path: Path
     _layout: Layout
 
     @property
@@ -25,6 +29,23 @@ class RecordedStudy:
     def config(self) -> str:
         """The study as written, TOML."""
         return str(self._layout.attributes.get("config", ""))
+
+    @property
+    def sections(self) -> dict[str, Any]:
+        """The study by its sections; `ResultsError` if its text cannot be read."""
+        try:
+            return tomllib.loads(self.config)
+        except tomllib.TOMLDecodeError as error:
+            raise ResultsError(f"{self.path} is damaged: its study cannot be read: {error}") from None
+
+    @property
+    def given(self) -> frozenset[str]:
+        """Names of objectives and of constrained metrics that the solver of a task measured, and no study computes."""
+        if self._layout.attributes.get("sampler") != "synthesis":
+            return frozenset()
+        sections, asked = self.sections, [*self.objectives, *self._layout.study.constraints]
+        computed = [*sections.get("rank", {}).get("metrics", []), *sections.get("constraints", {})]
+        return frozenset(map(_metric, asked)) - set(map(_metric, computed))
 
     @property
     def mechanism(self) -> str:
@@ -109,3 +130,8 @@ class RecordedStudy:
     def row_range(self, block: int) -> tuple[int, int]:
         """First row of a block in the file and the first row after it; rows are designs when all are kept."""
         return self._layout.row_range(block)
+
+
+def _metric(objective: str) -> str:
+    """The metric of an objective such as ``"cv:min"``."""
+    return objective.partition(":")[0].strip()

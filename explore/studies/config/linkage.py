@@ -258,10 +258,7 @@ def mechanism_source(results: Results) -> str | Linkage:
     if not results.mechanism.startswith(_PREFIX):
         return results.mechanism
     problems: Problems = []
-    try:
-        sections = tomllib.loads(results.config)
-    except tomllib.TOMLDecodeError as error:
-        raise ResultsError(f"{results.path} is damaged: its study cannot be read: {error}") from None
+    sections = results.sections
     table = read_table(sections.get(SECTION), _values(sections), problems)
     if table is None or problems:
         reason = next((f"{toml_text.dotted(key)}: {reason}" for key, reason in problems), "")
