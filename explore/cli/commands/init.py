@@ -36,22 +36,40 @@ def init(
             help="Write a study of a classic linkage that a table describes, such as watt-2, whitworth or jansen.",
         ),
     ] = None,
+    source: Annotated[
+        str | None,
+        typer.Option(
+            "--from",
+            metavar="FILE",
+            help="Write a study of a linkage of another program: a file of pylinkage (mechanism_to_json), or an "
+            "expression of Pyslvs, M[...], or an address of PMKS+, each in a file or as it is.",
+        ),
+    ] = None,
     list_linkages: Annotated[bool, typer.Option("--list", help="List the linkages, and write nothing.")] = False,
 ) -> None:
     """Write a commented study or task that runs, to start from."""
     if list_linkages:
         _print_linkages()
         return
-    given = [f"--{name}" for name, value in (("mechanism", mechanism), ("task", task), ("linkage", linkage)) if value]
+    options = {"mechanism": mechanism, "task": task, "linkage": linkage, "from": source}
+    given = [f"--{name}" for name, value in options.items() if value is not None]
     if len(given) > 1:
         raise RequestError(f"{' and '.join(given)} are given; name one of them")
-    text = _linkage(linkage) if linkage else _study(mechanism or "crank-rocker") if task is None else _task(task)
+    remarks: list[str] = []
+    if source is not None:
+        text, remarks = _imported(source)
+    elif linkage is not None:
+        text = _linkage(linkage)
+    else:
+        text = _study(mechanism or "crank-rocker") if task is None else _task(task)
     path = config or Path("study.toml" if task is None else "task.toml")
     try:
         with path.open("x", encoding="utf-8") as stream:
             stream.write(text)
     except FileExistsError:
         raise RequestError(f"{path} exists; name another file") from None
+    for remark in remarks:
+        say(remark)
     command = "sweep" if task is None else "synthesize"
     say(f"wrote {path}; now run: {shlex.join(['explore', command, str(path)])}")
 
@@ -60,6 +78,12 @@ def _linkage(name: str) -> str:
     from explore.studies.config.study_file import linkage_starter
 
     return linkage_starter(name)
+
+
+def _imported(source: str) -> tuple[str, list[str]]:
+    from explore.studies.imports.sources import imported_study
+
+    return imported_study(source)
 
 
 def _print_linkages() -> None:

@@ -1,0 +1,1 @@
+"""Linkages of other programs as studies: files of pylinkage, expressions of Pyslvs, addresses of PMKS+."""
