@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numba import float64, int64, njit, types
+from numba import float64, int64, types
 from scipy.optimize import brentq
 
 import explore
-from explore.base.compiling import FILL_SIGNATURE, LANES, function_type
+from explore.base.compiling import FILL_SIGNATURE, LANES, compiled, function_type
 from explore.evaluation.quadrature.magnitudes import power_means
 from explore.evaluation.quadrature.panels import (
     ANCHOR,
@@ -211,7 +211,7 @@ def test_the_node_count_is_the_smallest_that_the_error_model_allows(order, row, 
 PEAK_WIDTH = 0.1
 
 
-@njit(FILL_SIGNATURE)
+@compiled(FILL_SIGNATURE)
 def fill_squared_peak(constants, tangents, anchor, law, variant, count, needs, out):
     """The square of the magnitude, as a mechanism fills it; the constant is the place of the peak."""
     for k in range(count * LANES):
@@ -222,8 +222,9 @@ def fill_squared_peak(constants, tangents, anchor, law, variant, count, needs, o
 _F1, _F2, _I1 = float64[::1], float64[:, ::1], int64[::1]
 
 
-@njit(
+@compiled(
     types.Tuple((float64, float64, int64))(function_type(FILL_SIGNATURE), _F1, _F1, float64, _I1, _I1, _F2),
+    allocates=True,
 )
 def integrate_magnitude(fill, constants, panels, tolerance, size_of, row_of, table):
     """`power_means` of power 0 of row 0, over one panel."""

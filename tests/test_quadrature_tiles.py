@@ -4,10 +4,10 @@ import math
 
 import numpy as np
 import pytest
-from numba import float64, int64, njit, void
+from numba import float64, int64, void
 from scipy.optimize import brentq, minimize_scalar
 
-from explore.base.compiling import FILL_SIGNATURE, LANES, function_type
+from explore.base.compiling import FILL_SIGNATURE, LANES, compiled, function_type
 from explore.evaluation.quadrature.extremes import RESULT, STATE_SIZE, find_minimum
 from explore.evaluation.quadrature.hand_over import HAND_OVER_SIZE, find_hand_overs
 from explore.evaluation.quadrature.panels import (
@@ -37,7 +37,7 @@ _FILL, _F1, _F2 = function_type(FILL_SIGNATURE), float64[::1], float64[:, ::1]
 HARMONICS, PHASE, OFFSET, CONSTANTS = 3, 3, 6, 7
 
 
-@njit(FILL_SIGNATURE)
+@compiled(FILL_SIGNATURE)
 def fill_harmonics(constants, tangents, anchor, law, variant, count, needs, out):
     """A sum of harmonics of the angle, and its derivative, in two rows."""
     for j in range(count):
@@ -51,7 +51,7 @@ def fill_harmonics(constants, tangents, anchor, law, variant, count, needs, out)
             out[2 * j * LANES + lane], out[(2 * j + 1) * LANES + lane] = value, slope
 
 
-@njit(void(_FILL, _F1, _F1, int64, float64, int64, _F2, int64, _F1, _F1, _F1, _F1))
+@compiled(void(_FILL, _F1, _F1, int64, float64, int64, _F2, int64, _F1, _F1, _F1, _F1), allocates=True)
 def find_minima(fill, constants, shape, anchor, sign, count, table, rule, samples, state, tangents, signals):
     """`find_minimum` of the first row."""
     find_minimum(
@@ -59,7 +59,7 @@ def find_minima(fill, constants, shape, anchor, sign, count, table, rule, sample
     )
 
 
-@njit(void(_FILL, _F1, int64, _F1, _F1, _F1))
+@compiled(void(_FILL, _F1, int64, _F1, _F1, _F1), allocates=True)
 def hand_over(fill, constants, anchor, state, tangents, signals):
     """`find_hand_overs` of the first row."""
     find_hand_overs(fill, constants, anchor, 0, 0, 0, 2, 0, 1, state, tangents, signals)
