@@ -26,6 +26,15 @@ metrics = ["cv", "transmission_angle_min:max"]
 """
 
 
+@pytest.fixture(scope="module")
+def cluster(tmp_path_factory):
+    """A cluster of two workers, which start while other sweeps run."""
+    with Cluster(tmp_path_factory.mktemp("cluster")) as cluster:
+        for _ in range(2):
+            cluster.add_worker()
+        yield cluster
+
+
 @pytest.fixture
 def study(folder):
     path = folder / "study.toml"
@@ -55,8 +64,6 @@ def test_the_same_bytes_from_threads_processes_clusters_orders_and_resumed_sweep
 
     digests: dict[str, str] = {}
     assert study.space.n_blocks == 4
-    for _ in range(2):
-        cluster.add_worker()  # starts while the others run
     for threads in (1, 2, 4):
         sweep(f"{threads} threads", workers=threads)
     sweep("processes", workers=2, processes=True)

@@ -44,7 +44,7 @@ def test_an_interrupted_sweep_says_how_to_continue_and_continues(folder, expecte
     for number in SIGNALS:
         with Sweep(config, path, *options, "--quiet", seconds=0.2) as sweep:
             saved_blocks = interrupt(sweep, number, len(saved_blocks))
-    with Sweep(config, path, *options, "--quiet", seconds=0.01) as sweep:
+    with Sweep(config, path, "--keep", keep, "--quiet", seconds=0.01) as sweep:
         assert sweep.end() == (0, [])
     assert sorted(sweep.executed_blocks + saved_blocks) == list(range(BLOCKS))
     assert digest(path) == expected_digest(BLOCKS, keep)
