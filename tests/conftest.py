@@ -4,6 +4,7 @@ import codecs
 import os
 import signal
 import tempfile
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -17,6 +18,32 @@ from explore.studies.config.study_file import load_study
 
 if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:  # as in the background of a shell; processes would inherit it
     signal.signal(signal.SIGINT, signal.default_int_handler)
+
+#: Beginnings of the names of the longest files, one that computes after one that waits; they are run first.
+LONGEST = (
+    "clusters/test_kills", "test_contract", "clusters/test_interrupts", "test_linkages", "clusters/test_silence",
+    "test_synthesis_motion", "test_serving_jobs", "test_compiling", "clusters/", "test_docs", "test_serving_http",
+    "test_points_contract", "faults/", "test_synthesis_nine", "browser/", "test_cli_comparisons", "test_serving_",
+    "test_synthesis_", "test_browsing_http", "test_variable_crank", "test_pose_targets", "test_fuzz_",
+    "test_linkage_modules", "test_methods", "test_slider_crank", "test_campaign_", "test_comparison_",
+)  # fmt: skip
+
+
+def pytest_configure(config):
+    """Give files to the workers of pytest-xdist in the order below, not those with the most tests first."""
+    config.option.loadscopereorder = False
+
+
+def pytest_collection_modifyitems(items):
+    """Begin with the longest files, so that no worker ends alone with one of them."""
+    items.sort(key=lambda item: place_in_order(item.path))
+
+
+@cache
+def place_in_order(path):
+    """The place of a file among the longest ones, or after them."""
+    file = path.relative_to(Path(__file__).parent).as_posix()
+    return next((place for place, beginning in enumerate(LONGEST) if file.startswith(beginning)), len(LONGEST))
 
 
 @pytest.fixture
