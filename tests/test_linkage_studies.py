@@ -5,6 +5,7 @@ import pickle
 import subprocess
 import sys
 import tomllib
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -254,7 +255,9 @@ def test_the_command_line_lists_what_a_table_has(folder):
 def test_init_writes_classic_linkages(tmp_path):
     names = linkage_starters()
     assert len(names) >= 16
-    assert all(name in run("init", "--list", cwd=tmp_path).stdout for name in names)
+    listed = run("init", "--list", cwd=tmp_path).stdout
+    picture = (Path(__file__).parents[1] / "docs" / "linkages-gallery.svg").read_text(encoding="utf-8")
+    assert all(name in listed and f">{name}</text>" in picture for name in names)
     refused = run("init", "--linkage", "wat-2", cwd=tmp_path, code=2).stderr
     assert "unknown linkage 'wat-2'; did you mean 'watt-2'? available: crank-shaper, " in refused
     refused = run("init", "--linkage", "watt-2", "--task", "path", cwd=tmp_path, code=2).stderr

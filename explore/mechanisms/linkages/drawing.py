@@ -38,8 +38,9 @@ def draw_linkage(table: LinkageTable) -> Drawing | None:
 
 
 def _ends_of_link(table: LinkageTable, body: Body) -> tuple[str, ...]:
-    """The points of a link; of one with a single point, as the tube of a cylinder, also the pins in its slots."""
-    pins = [slot.pin for slot in table.slots if slot.body == body.name] if len(body.points) == 1 else []
+    """The points of a link; of one that turns about a single point, as a tube does, also the pins in its slots."""
+    is_tube = len(body.points) == 1 and body.name not in {slide.link for slide in table.slides}
+    pins = [slot.pin for slot in table.slots if slot.body == body.name] if is_tube else []
     return tuple(dict.fromkeys([*body.place_of, *pins]))
 
 
