@@ -10,6 +10,7 @@ from pathlib import Path
 import pandas as pd
 import pytest
 from command_line import call
+from few_methods import only
 
 from explore.cli.paths import atomic_files
 from explore.comparison import gear_starts
@@ -25,14 +26,11 @@ def folder(tmp_path, monkeypatch):
 @pytest.fixture(params=["few methods", pytest.param("all methods", marks=pytest.mark.slow)])
 def methods(request):
     """The methods that are compared: one of each kind without pylinkage, or all."""
-    registered = dict(METHODS)
-    if request.param == "few methods":
-        for name in METHODS.keys() - {"closed-form", "textbook", "newton", "pylinkage", "rk4", "dop853"}:
-            del METHODS[name]
-        METHODS["pylinkage"] = ()
-    yield METHODS
-    METHODS.clear()  # in the order that other tests rely on
-    METHODS.update(registered)
+    few = ("closed-form", "textbook", "newton", "pylinkage", "rk4", "dop853")
+    with only(*(few if request.param == "few methods" else METHODS)) as methods:
+        if request.param == "few methods":
+            methods["pylinkage"] = ()
+        yield methods
 
 
 def test_precision_writes_tables_and_charts_and_prints_the_fastest(methods):

@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pandas as pd
 import pytest
+from few_methods import only
 
 from explore.comparison.methods.contract import Outcome
 from explore.comparison.methods.geometry import geometric_outcome
@@ -18,9 +19,11 @@ ACCURACY = 1e-6
 CASE = stability_case("crank-rocker")
 
 
-@pytest.fixture(scope="module")
-def rows():
-    return map_stability(CASE, ACCURACY)
+@pytest.fixture(scope="module", params=["few methods", pytest.param("all methods", marks=pytest.mark.slow)])
+def rows(request):
+    few = ("closed-form", "textbook", "newton", "newton-unchecked", "rk45")
+    with only(*(few if request.param == "few methods" else METHODS)):
+        yield map_stability(CASE, ACCURACY)
 
 
 def turning_rows(rows, setting, angles=72):
@@ -98,14 +101,8 @@ def test_the_smallest_margin_may_be_the_only_inaccurate_one():
 def slicer_rows():
     """Rows of the variable crank by four methods."""
     case = stability_case("variable-crank")
-    registered = dict(METHODS)
-    try:
-        for name in METHODS.keys() - {"closed-form", "textbook", "newton-compiled", "rk45"}:
-            del METHODS[name]
+    with only("closed-form", "textbook", "newton-compiled", "rk45"):
         return map_stability(case, ACCURACY), trace_turn(case)
-    finally:
-        METHODS.clear()
-        METHODS.update(registered)
 
 
 def test_at_the_singular_angle_only_the_closed_form_is_left(slicer_rows):
