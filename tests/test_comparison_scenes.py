@@ -1,8 +1,5 @@
 """Scenes: the files that come with the package, and the section [scene] of a study file."""
 
-import subprocess
-import sys
-import zipfile
 from fractions import Fraction
 from pathlib import Path
 
@@ -143,23 +140,3 @@ def test_the_branch_of_a_scene(tmp_path):
     assert scene.name == "mirrored"
     assert scene.branch.tolist() == [1.0, -1.0]
     assert scene.parameters.tolist() == [[100.0, 1000.0, 500.0, 700.0]] * 2
-
-
-def test_a_wheel_contains_the_scenes(tmp_path):
-    """A wheel is built from this tree and unpacked; its scenes are listed from another folder."""
-    build = "import sys; from hatchling.build import build_wheel; print(build_wheel(sys.argv[1]))"
-    build_run = subprocess.run(
-        [sys.executable, "-c", build, tmp_path], cwd=ROOT, capture_output=True, text=True, check=True
-    )
-    with zipfile.ZipFile(tmp_path / build_run.stdout.split()[-1]) as wheel:
-        wheel.extractall(tmp_path / "site")
-    script = (
-        "import sys; sys.path.insert(0, 'site'); from explore.comparison.scenes import bundled_scenes as b;"
-        "print(*(f'{path} {path.is_file()}' for path in b().values()), sep='\\n')"
-    )
-    listing = subprocess.run(
-        [sys.executable, "-I", "-c", script], cwd=tmp_path, capture_output=True, text=True, check=True
-    )
-    assert listing.stdout.split("\n")[:-1] == [
-        f"{tmp_path}/site/explore/data/scenes/{name}.toml True" for name in sorted(EXPECTED)
-    ]

@@ -1,15 +1,13 @@
 """Mutated studies: each is planned, or refused with the file and line of each problem."""
 
 import contextlib
-import datetime
-import json
-import math
 import re
 import resource
 import tomllib
 from pathlib import Path
 
 import pytest
+from changed_trees import change, text_of
 from command_line import call
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
@@ -102,42 +100,7 @@ TREES = st.recursive(SCALARS, lambda inner: st.lists(inner, max_size=4) | st.dic
 @st.composite
 def mutated_trees(draw):
     """One of the studies with a few of its values, at any depth, replaced, removed or given another key."""
-    study = tomllib.loads(draw(st.sampled_from(STUDIES)))
-    for _ in range(draw(st.integers(1, 3))):
-        place = study
-        while True:
-            keys = list(place) if isinstance(place, dict) else list(range(len(place)))
-            if not keys:
-                break
-            key = draw(st.sampled_from(keys))
-            if not isinstance(place[key], dict | list) or draw(st.integers(0, 5)) == 0:
-                break
-            place = place[key]
-        change = draw(st.sampled_from(["replace", "replace", "replace", "remove", "rename", "add"]))
-        if change == "add" or not keys:
-            place.update({draw(KEYS): draw(TREES)}) if isinstance(place, dict) else place.append(draw(TREES))
-        elif change == "replace":
-            place[key] = draw(TREES)
-        elif change == "remove":
-            del place[key]
-        elif isinstance(place, dict):
-            place[draw(KEYS)] = place.pop(key)
-    return "".join(f"{toml(key)} = {toml(value)}\n" for key, value in study.items())
-
-
-def toml(value):
-    """A value as TOML."""
-    if isinstance(value, bool):
-        return str(value).lower()
-    if isinstance(value, str):
-        return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
-    if isinstance(value, list):
-        return f"[{', '.join(map(toml, value))}]"
-    if isinstance(value, dict):
-        return "{" + ", ".join(f"{toml(key)} = {toml(item)}" for key, item in value.items()) + "}"
-    if isinstance(value, datetime.date | datetime.time):
-        return value.isoformat()
-    return repr(value) if isinstance(value, int) or not math.isnan(value) else "nan"
+    return text_of(change(draw, tomllib.loads(draw(st.sampled_from(STUDIES))), KEYS, TREES, most=3))
 
 
 @contextlib.contextmanager
@@ -209,7 +172,7 @@ def assert_planned_or_refused(folder, text):
 
 
 # Examples of the same seed on every run; the generators make texts of several kB.
-SHORT = settings(derandomize=True, deadline=None, max_examples=60,
+SHORT = settings(derandomize=True, deadline=None, max_examples=25,
                  suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large])  # fmt: skip
 LONG = settings(SHORT, max_examples=2_500)
 

@@ -6,9 +6,9 @@ import tomllib
 from pathlib import Path
 
 import pytest
+from changed_trees import change, text_of
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from test_fuzz_config import toml
 
 from explore.base.errors import ConfigError
 from explore.mechanisms.linkages.steps import find_steps
@@ -19,24 +19,8 @@ REFERENCE = json.loads((Path(__file__).parent / "reference" / "linkages.json").r
 TABLES = [case["table"] for case in REFERENCE["cases"]] + [linkage_starter(name) for name in linkage_starters()]
 
 NAMES = [
-    "O",
-    "A",
-    "B",
-    "C",
-    "D",
-    "S",
-    "crank",
-    "rod",
-    "rocker",
-    "frame",
-    "guide",
-    "ram",
-    "r",
-    "speed",
-    "pi",
-    "sin",
-    "x_y",
-]
+    "O", "A", "B", "C", "D", "S", "crank", "rod", "rocker", "frame", "guide", "ram", "r", "speed", "pi", "sin", "x_y",
+]  # fmt: skip
 KEYS = st.sampled_from([
     *NAMES, "driver", "travel", "output", "frame", "links", "slots", "slides", "branch", "sketch", "parameters",
     "range", "copies", "b", "pin", "link", "along", "direction", "radius", "angle", "crank_angle", "unit", "default",
@@ -57,48 +41,29 @@ TREES = st.recursive(SCALARS, lambda inner: st.lists(inner, max_size=3) | st.dic
 @st.composite
 def mutated_tables(draw):
     """One of the tables with a few of its values, at any depth, replaced, removed or given another key."""
-    table = tomllib.loads(draw(st.sampled_from(TABLES)))
-    for _ in range(draw(st.integers(1, 4))):
-        place, keys = table, list(table)
-        while True:
-            keys = list(place) if isinstance(place, dict) else list(range(len(place)))
-            if not keys:
-                break
-            key = draw(st.sampled_from(keys))
-            if not isinstance(place[key], dict | list) or draw(st.integers(0, 7)) == 0:
-                break
-            place = place[key]
-        change = draw(st.sampled_from(["replace", "replace", "copy", "remove", "rename", "add"]))
-        if change == "add" or not keys:
-            place.update({draw(KEYS): draw(TREES)}) if isinstance(place, dict) else place.append(draw(TREES))
-        elif change == "replace":
-            place[key] = draw(TREES)
-        elif change == "copy":
-            place[key] = place[draw(st.sampled_from(keys))]
-        elif change == "remove":
-            del place[key]
-        elif isinstance(place, dict):
-            place[draw(KEYS)] = place.pop(key)
-    return table
+    return change(draw, tomllib.loads(draw(st.sampled_from(TABLES))), KEYS, TREES, most=4)
+
+
+# Examples of the same seed on every run.
+SHORT = settings(derandomize=True, max_examples=200, deadline=None, suppress_health_check=list(HealthCheck))
 
 
 @given(mutated_tables())
-@settings(max_examples=300, deadline=None, suppress_health_check=list(HealthCheck))
+@SHORT
 def test_mutated_tables_are_read_or_refused(tmp_path_factory, table):
     assert_read_or_refused(tmp_path_factory.getbasetemp() / "table.toml", table)
 
 
 @pytest.mark.slow
 @given(mutated_tables())
-@settings(max_examples=5000, deadline=None, suppress_health_check=list(HealthCheck))
+@settings(SHORT, max_examples=5000)
 def test_many_mutated_tables_are_read_or_refused(tmp_path_factory, table):
     assert_read_or_refused(tmp_path_factory.getbasetemp() / "table.toml", table)
 
 
 def assert_read_or_refused(file, table):
     """A linkage that its own content describes, or a line for each mistake that begins with the file and a line."""
-    text = "".join(f"{toml(key)} = {toml(value)}\n" for key, value in table.items())
-    file.write_text(text, encoding="utf-8", errors="surrogatepass")
+    file.write_text(text_of(table), encoding="utf-8", errors="surrogatepass")
     problems, linkage = [], None
     try:
         linkage = load_linkage(file)

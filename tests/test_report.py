@@ -5,9 +5,6 @@ import json
 import os
 import re
 import shlex
-import subprocess
-import sys
-import zipfile
 from pathlib import Path
 
 import h5py
@@ -68,21 +65,6 @@ def test_the_bundle_can_be_embedded_in_html():
     assert "</script" not in script.lower()
     assert "<!--" not in script
     assert all(len(path.read_text().splitlines()) < 300 for path in PAGE.glob("src/*.js"))
-
-
-def test_a_wheel_contains_the_page(tmp_path):
-    build = "import sys; from hatchling.build import build_wheel; print(build_wheel(sys.argv[1]))"
-    build_run = subprocess.run(
-        [sys.executable, "-c", build, tmp_path], cwd=ROOT, capture_output=True, text=True, check=True
-    )
-    with zipfile.ZipFile(tmp_path / build_run.stdout.split()[-1]) as wheel:
-        names = {
-            name.removeprefix("explore/figures/reporting/page/")
-            for name in wheel.namelist()
-            if "reporting/page" in name
-        }
-    assert {"template.html", "page.css", "package-lock.json", *(f"bundle/{name}" for name in BUNDLED)} <= names
-    assert not any("node_modules" in name for name in names)
 
 
 def test_the_same_results_give_the_same_page(in_results):
