@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from command_line import run
+from distributed import Client, LocalCluster
 from pandas.testing import assert_frame_equal
 from simple_slider import SIMPLE_SLIDER
 from toy_mechanism import PEAK, STUDY, WRONG_PEAK
@@ -107,16 +107,22 @@ def test_registered_mechanisms_keep_their_promises(name, designs):
     check_mechanism(MECHANISMS[name], designs=designs)
 
 
+@pytest.fixture(scope="module")
+def client():
+    """A client of a cluster with one worker, a process."""
+    settings = {"n_workers": 1, "threads_per_worker": 1, "processes": True, "dashboard_address": "127.0.0.1:0"}
+    with LocalCluster(**settings) as cluster, Client(cluster, set_as_default=False) as client:
+        yield client
+
+
 @pytest.mark.parametrize("name", sorted(MECHANISMS))
-def test_every_mechanism_sweeps_in_processes(name, tmp_path):
-    """The study of `explore init`, on processes that load the mechanism by its name, gives the same columns."""
-    run("init", "study.toml", "--mechanism", name, cwd=tmp_path)
-    run("sweep", "study.toml", "-o", "processes.h5", "--processes", "--workers", "1", "--quiet", cwd=tmp_path)
-    run("sweep", "study.toml", "-o", "threads.h5", "--quiet", cwd=tmp_path)
-    ranked = [run("rank", f"{kind}.h5", "--top", "3", cwd=tmp_path).stdout for kind in ("processes", "threads")]
-    assert ranked[0] == ranked[1] != ""
-    tables = [explore.open_results(tmp_path / f"{kind}.h5").to_pandas() for kind in ("processes", "threads")]
-    assert_frame_equal(*tables, check_exact=True)
+def test_every_mechanism_sweeps_in_processes(name, client, tmp_path):
+    """The study of `explore init`, on a process that loads the mechanism by its name, gives the same columns."""
+    (tmp_path / "study.toml").write_text(starter(MECHANISMS[name]))
+    study = explore.load_study(tmp_path / "study.toml")
+    there = explore.sweep(study, tmp_path / "process.h5", client=client)
+    here = explore.sweep(study, tmp_path / "threads.h5")
+    assert_frame_equal(there.to_pandas(), here.to_pandas(), check_exact=True)
 
 
 @pytest.mark.parametrize("name", ["crank-rocker", "test-rig"])
