@@ -27,6 +27,12 @@ ALL = [
     for methods in METHODS.values()
     for method in methods
 ]
+LAST = {methods[-1] for methods in METHODS.values() if methods}
+#: One setting of each method, the most accurate, by night all: they differ in a tolerance or a number of steps.
+EACH = [
+    case if case.values[0] in LAST else pytest.param(*case.values, id=case.id, marks=(*case.marks, pytest.mark.slow))
+    for case in ALL
+]
 #: Crank, coupler, rocker, ground of benign crank-rockers.
 BENIGN = np.array([
     [100.0, 1083.4236, 541.7118, 691.7118],
@@ -148,7 +154,7 @@ def test_errors_on_benign_linkages_are_within_their_bounds(method, benign):
     assert all(error <= bound for error, bound in zip(errors, BOUNDS[method_label(method)], strict=True)), errors
 
 
-@pytest.mark.parametrize("method", ALL)
+@pytest.mark.parametrize("method", EACH)
 @pytest.mark.parametrize("level", [Level.POSITIONS, Level.VELOCITIES, Level.ACCELERATIONS])
 def test_a_lower_level_gives_the_same_signals(method, level):
     full, lower = solve_screened(method, turn(BENIGN)), solve_screened(method, turn(BENIGN, level=level))
@@ -157,7 +163,7 @@ def test_a_lower_level_gives_the_same_signals(method, level):
     assert np.allclose(lower.signals, full.signals[: 2 * level], rtol=0, atol=5e-15)
 
 
-@pytest.mark.parametrize("method", ALL)
+@pytest.mark.parametrize("method", EACH)
 def test_a_double_crank_is_solved_too(method):
     task = turn([4.0, 5.0, 4.5, 2.0])
     motion, closed = solve_screened(method, task), METHODS["closed-form"][0].solve(task)
@@ -168,7 +174,7 @@ def test_a_double_crank_is_solved_too(method):
     )
 
 
-@pytest.mark.parametrize("method", ALL)
+@pytest.mark.parametrize("method", EACH)
 def test_every_method_reports_the_geometric_outcome(method):
     lengths = np.array(list(IMPOSSIBLE))
     motion = solve_screened(method, turn(lengths))
@@ -177,7 +183,7 @@ def test_every_method_reports_the_geometric_outcome(method):
     assert motion.evaluations.sum() == 0
 
 
-@pytest.mark.parametrize("method", ALL)
+@pytest.mark.parametrize("method", EACH)
 @pytest.mark.parametrize("name", list(bundled_scenes()))
 def test_on_every_scene_ok_means_a_closed_loop(method, name):
     """No method reports ok where no motion exists; where it reports ok, the gap in its loop is small."""
@@ -199,7 +205,7 @@ def test_on_every_scene_ok_means_a_closed_loop(method, name):
     assert (gap[ok] <= 0.1 * scene.loop.size(parameters.T)[ok, None]).all()
 
 
-@pytest.mark.parametrize("method", ALL)
+@pytest.mark.parametrize("method", EACH)
 def test_a_method_without_screening_never_raises(method):
     """Linkages that cannot turn give an outcome, not an exception or a warning."""
     motion = method.solve(turn(np.array(list(IMPOSSIBLE)), count=13))
@@ -208,7 +214,7 @@ def test_a_method_without_screening_never_raises(method):
     assert np.isfinite(motion.signals[:, ok]).all(), "NaN reported as OK"
 
 
-@pytest.mark.parametrize("method", ALL)
+@pytest.mark.parametrize("method", EACH)
 def test_a_linkage_without_motion_does_not_change_the_others(method):
     mixed = np.vstack([BENIGN[:2], [list(k) for k in list(IMPOSSIBLE)[:4]], BENIGN[2:]])
     motion, alone = solve_screened(method, turn(mixed)), solve_screened(method, turn(BENIGN))
@@ -219,7 +225,7 @@ def test_a_linkage_without_motion_does_not_change_the_others(method):
     assert np.array_equal(motion.iterations[has_motion], alone.iterations)
 
 
-@pytest.mark.parametrize("method", ALL)
+@pytest.mark.parametrize("method", EACH)
 def test_evaluations_are_counted(method):
     motion = solve_screened(method, turn(BENIGN))
     iterates = Capability.ANY_ANGLE not in method.capabilities
@@ -228,7 +234,7 @@ def test_evaluations_are_counted(method):
     assert motion.outcome.dtype == np.int8
 
 
-@pytest.mark.parametrize("method", [p for p in ALL if Capability.ANY_ANGLE in p.values[0].capabilities])
+@pytest.mark.parametrize("method", [p for p in EACH if Capability.ANY_ANGLE in p.values[0].capabilities])
 def test_the_order_of_angles_does_not_matter_to_independent_methods(method):
     task = turn(BENIGN)
     reversed_task = Task(task.parameters, task.branch, task.crank_angle[:, ::-1].copy(), task.level)
@@ -237,7 +243,7 @@ def test_the_order_of_angles_does_not_matter_to_independent_methods(method):
     )
 
 
-@pytest.mark.parametrize("method", ALL)
+@pytest.mark.parametrize("method", EACH)
 def test_the_layout_of_the_arrays_in_memory_does_not_matter(method):
     task = turn(BENIGN, count=13)
     column_major = Task(np.asfortranarray(task.parameters), task.branch, np.asfortranarray(task.crank_angle))
