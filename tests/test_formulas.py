@@ -2,8 +2,6 @@
 
 import json
 import pickle
-import subprocess
-import sys
 
 import numpy as np
 import pandas as pd
@@ -395,18 +393,5 @@ def test_other_formulas_of_one_name_are_pointed_out(folder):
 
 
 def test_processes_compute_the_same_bytes(folder):
-    command = [
-        sys.executable,
-        "-m",
-        "explore",
-        "sweep",
-        "study.toml",
-        "--processes",
-        "--workers",
-        "1",
-        "-o",
-        "processes.h5",
-    ]
-    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=300, check=False)
-    assert done.returncode == 0, done.stderr
+    explore.sweep(explore.load_study(folder / "study.toml"), folder / "processes.h5", processes=True, workers=1)
     assert (folder / "processes.h5").read_bytes() == (folder / "own.h5").read_bytes()
