@@ -120,6 +120,9 @@ def test_a_colleague_is_invited_and_a_link_that_was_used_says_so(browser, page, 
         guest.click("#form button[type=submit]")
         page.wait_for_selector("#jobs tr:has(th:text-is('annas')) td:has-text(', Anna')")
         page.wait_for_selector(state("annas", "done"), timeout=240_000)
+    edge = "element => element.getBoundingClientRect().right"
+    table, button = (page.locator(one).evaluate(edge) for one in ("#list .scrolls", "[aria-label='Delete annas']"))
+    assert button <= table, "the actions are beside the screen"
     with service_page(browser, served) as late:
         late.goto(link)
         late.wait_for_selector("#state:has-text('this link was used already')")
