@@ -1,7 +1,6 @@
 """The pages under docs: every Python block runs, and prints what the page says that it prints."""
 
 import importlib
-import json
 import re
 import shlex
 import warnings
@@ -175,10 +174,10 @@ def test_tutorial_of_the_service_is_true(tmp_path, monkeypatch):
     with Served(tmp_path / "served") as server:
         page = page.replace("http://127.0.0.1:8765", server.url)
         assert run_commands(page, tmp_path, monkeypatch) == {"submit", "rank"}
-        (command,) = re.findall(r"^```sh\n(curl .*?)^```", page, re.MULTILINE | re.DOTALL)
-        right = json.loads(re.search(r"-d '(.*)'", command)[1])
+        (form,) = re.findall(r"\*\*(Invite\s.*?)\*\*", page, re.DOTALL)
         with server.client() as client:
-            link = client.post(f"{server.url}/api/links", json=right).json()["link"]
+            assert f">{' '.join(form.split())}</h2>" in client.get(server.url).text
+            link = client.post(f"{server.url}/api/links", json={"right": "read"}).json()["link"]
         assert re.fullmatch(rf"{server.url}/#token=[\w-]{{43}}", link)
         with server.browser(link.partition("=")[2]) as browser:
             assert browser.get("/api/session").json() == {"right": "read"}
