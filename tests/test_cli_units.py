@@ -395,6 +395,17 @@ def test_a_speed_given_in_rpm_is_shown_in_rpm(entry, unit, shown, tmp_path):
         assert open_shown(tmp_path / "study.h5", texts).units["speed"] == expected
 
 
+def test_a_speed_that_shapes_the_motion_is_shown_in_rpm_too(tmp_path):
+    study = explore.Study(
+        mechanism="variable-crank",
+        parameters={"rod": 600, "slider_speed": 800, "speed": "100 rpm", "reversal_time": 0.07},
+        metrics=["stroke"],
+    )
+    explore.sweep(study, tmp_path / "study.h5")
+    own = open_shown(tmp_path / "study.h5", None)
+    assert (own.units["speed"], own.design(0)["speed"]) == ("rpm", pytest.approx(100, rel=1e-15))
+
+
 def test_simulate_tells_the_speed_of_a_study_in_rpm(tmp_path):
     """As all commands do where the study gives it so; bare numbers of --set stay in the declared unit."""
     text = 'mechanism = "crank-rocker"\n[parameters]\ncrank = 100\ncoupler = 1083.4236\nrocker = 541.7118\n'

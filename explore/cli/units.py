@@ -57,11 +57,11 @@ def choose_units(texts: Sequence[str] | None, study: Mapping[str, object] | None
 
 
 def units_of_designs(texts: Sequence[str] | None, study: Study) -> ShownUnits:
-    """The units in which the designs of a study are told: as `choose_units`, and rpm where its speed is given so."""
-    from explore.results.store.study_units import unit_of_speed
+    """The units in which the designs of a study are told: as `choose_units`, and rpm for speeds that are given so."""
+    from explore.results.store.study_units import units_as_given
 
-    speed = study.request.mechanism.speed
-    given = {} if speed is None or _DECLARED in (texts or ()) else unit_of_speed(study.to_toml(), speed.name)
+    declared = {parameter.name: parameter.unit for parameter in study.request.mechanism.parameters}
+    given = {} if _DECLARED in (texts or ()) else units_as_given(study.to_toml(), declared)
     return choose_units(texts, study.units.units).with_given(given)
 
 

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import tomllib
+from collections.abc import Mapping
 
 from explore.results.store.results import Results
 
-#: Unit in which the input speed is shown where its study gives it so.
+#: Declared unit of speeds.
+_SPEED = "rad/s"
+#: Unit in which a speed is shown where its study gives it so.
 _RPM = "rpm"
 
 
@@ -20,18 +23,23 @@ def units_of_study(results: Results) -> dict[str, object]:
 
 
 def given_units(results: Results) -> dict[str, str]:
-    """The unit of the input speed, where the study gives it in rpm alone."""
-    return unit_of_speed(results.config, results.speed)
+    """The units of speeds among the parameters that the study gives in rpm alone."""
+    return units_as_given(results.config, {c.name: c.unit for c in results.columns if c.role == "parameter"})
 
 
-def unit_of_speed(study: str, speed: str) -> dict[str, str]:
-    """The unit of the input speed of this name, where the text of a study gives it in rpm alone."""
+def units_as_given(study: str, declared: Mapping[str, str]) -> dict[str, str]:
+    """The units of speeds that the text of a study gives in rpm alone, of parameters with these declared units."""
     try:
-        entry = tomllib.loads(study).get("parameters", {}).get(speed)
-    except (tomllib.TOMLDecodeError, AttributeError):
+        entries = tomllib.loads(study).get("parameters", {})
+    except tomllib.TOMLDecodeError:
         return {}
+    speeds = [name for name, unit in declared.items() if unit == _SPEED]
+    return {name: _RPM for name in speeds if isinstance(entries, dict) and _is_in_rpm(entries.get(name))}
+
+
+def _is_in_rpm(entry: object) -> bool:
+    """Whether all speeds of an entry are in rpm."""
     values = list(entry.values()) if isinstance(entry, dict) else entry if isinstance(entry, list) else [entry]
     texts = [value for value in values if isinstance(value, str)]
-    is_in_rpm = bool(texts) and all(text.split()[-1:] == [_RPM] for text in texts)
     has_numbers = isinstance(entry, list) and len(texts) < len(values)
-    return {speed: _RPM} if is_in_rpm and not has_numbers else {}
+    return bool(texts) and all(text.split()[-1:] == [_RPM] for text in texts) and not has_numbers
