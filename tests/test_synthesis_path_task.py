@@ -246,7 +246,7 @@ def test_timed_candidates_are_ranked_by_their_error_at_the_angles(tmp_path):
     (tmp_path / "task.toml").write_text(task_text(LINKAGE.points(angles), text, search="count = 4"), encoding="utf-8")
     output = run("synthesize", "task.toml", cwd=tmp_path)
     assert "timed_error_rms" in output.stdout
-    assert "best timed_error_rms first" in output.stdout
+    assert "those that pass first, then by timed_error_rms" in output.stdout
     run("rank", "--metric", "timed_error_rms", "--metric", "timed_error_max", cwd=tmp_path)
     results = explore.open_results(tmp_path / "results" / "task.h5")
     assert results.objectives == ("timed_error_rms:min", "transmission_angle_worst:max", "footprint:min")
@@ -262,7 +262,7 @@ def test_a_drawn_path_from_a_table_to_a_drawing(tmp_path):
     (tmp_path / "path.csv").write_text(f"x,y\n{rows}\n", encoding="utf-8")
     (tmp_path / "task.toml").write_text('task = "path"\n[target]\nfile = "path.csv"\nclosed = true\n', encoding="utf-8")
     output = run("synthesize", "task.toml", cwd=tmp_path)
-    assert "best path_error_rms first" in output.stdout
+    assert "those that pass first, then by path_error_rms" in output.stdout
     assert "passes: the crank takes the coupler point through all points in their order" in output.stdout
     best = explore.rank(tmp_path / "results" / "task.h5").iloc[0]
     # the best sum of squares known for these 20 points with 20 deg is 0.85426
