@@ -10,10 +10,10 @@ import subprocess
 import sys
 from pathlib import Path
 
+from waiting import PATIENCE
+
 #: Address space of a worker, bytes: its packages take about 1 GB of it, a results file here some kB.
 MEMORY = 3 << 30
-#: Longest time of a command, s.
-TIMEOUT = 30
 
 
 class Worker:
@@ -28,7 +28,7 @@ class Worker:
             self._start()
         self._process.stdin.write(json.dumps(commands) + "\n")
         self._process.stdin.flush()
-        if not select.select([self._process.stdout], [], [], TIMEOUT * len(commands))[0]:
+        if not select.select([self._process.stdout], [], [], PATIENCE * len(commands))[0]:
             self.close()
             raise AssertionError(f"still not done: {commands}")
         answer = self._process.stdout.readline()

@@ -368,7 +368,7 @@ def test_a_changed_formula_is_another_study(folder):
     ],
 )
 def test_commands_take_formulas_as_columns(folder, command):
-    code, out, err = call(*(word.format(folder / "own.h5") for word in command), seconds=120)
+    code, out, err = call(*(word.format(folder / "own.h5") for word in command))
     assert code == 0, err
     if command[0] in ("show", "rank"):
         assert "slack" in out

@@ -140,14 +140,14 @@ def test_any_terminal_encoding_works(folder, sound, encoding):
     environment = os.environ | {"PYTHONIOENCODING": encoding}
     for extra in ([], ["--json"], ["--design", "0"]):
         command = [sys.executable, "-m", "explore", "show", "bad\udcff ω.h5", *extra]
-        done = subprocess.run(command, capture_output=True, env=environment, timeout=60, check=False)
+        done = subprocess.run(command, capture_output=True, env=environment, timeout=240, check=False)
         assert (done.returncode, done.stderr) == (0, b"")
 
 
 @pytest.mark.parametrize("stream", [1, 2])
 def test_closed_streams(folder, stream):
     command = f"{sys.executable} -m explore show missing.h5 {stream}>&-"
-    done = subprocess.run(["bash", "-c", command], capture_output=True, text=True, timeout=60, check=False)
+    done = subprocess.run(["bash", "-c", command], capture_output=True, text=True, timeout=240, check=False)
     assert done.returncode == 1
     assert done.stderr in ("", "error: missing.h5 does not exist; sweep its study first\n")
 
@@ -226,7 +226,7 @@ def test_endless_inputs_end_as_processes_too(odd_files, name):
             [sys.executable, "-m", "explore", *command],
             capture_output=True,
             text=True,
-            timeout=60,
+            timeout=240,
             check=False,
             preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_AS, (4 << 30, 4 << 30)),
         )

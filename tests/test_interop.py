@@ -92,7 +92,7 @@ def find_program(name):
 
 
 def run(*command, cwd=None):
-    done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False, cwd=cwd)
+    done = subprocess.run(command, capture_output=True, text=True, timeout=240, check=False, cwd=cwd)
     assert done.returncode == 0, done.stderr
     return done.stdout
 

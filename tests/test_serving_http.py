@@ -517,7 +517,7 @@ def test_many_watchers_see_the_same(served):
             with served.client() as own:
                 stream, seen = events_of(own), []
                 next(stream)
-                ready.wait(30)
+                ready.wait(240)
                 for number, kind, job in stream:
                     seen.append(number)
                     if kind == "deleted" and job["name"] == "watched":
@@ -527,7 +527,7 @@ def test_many_watchers_see_the_same(served):
         threads = [threading.Thread(target=watch) for _ in range(8)]
         for thread in threads:
             thread.start()
-        ready.wait(30)
+        ready.wait(240)
         client.post("/api/studies", json={"name": "watched", "study": GOOD}).raise_for_status()
         assert wait_settled(client, "watched")["state"] == "done"
         wait_until(lambda: client.delete("/api/jobs/watched").status_code == 204)

@@ -408,7 +408,7 @@ def test_kills_at_any_moment_lose_nothing(kills, tmp_path, start):
     expected = results_without_kills(tmp_path)
     with folder.locked():
         Jobs(folder, Limits(), lambda *_: None).submit("base", LONG.encode())
-    assert start().wait(timeout=120) == 0
+    assert start().wait(timeout=240) == 0
 
     n_killed = rounds = 0
     while n_killed < kills:

@@ -207,7 +207,7 @@ def test_limit_on_the_length_of_a_file(packed, finished, tmp_path):
     """The same call fails as on a full disk, at 60 different lengths: each time with one line, and no crash."""
     size, target = packed.stat().st_size, tmp_path / "new.h5"
     code = LIMITED.format(paths=sys.path, size=size, step=size // 60, source=str(finished), target=str(target))
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=120, check=False)
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=240, check=False)
     assert (done.returncode, done.stderr) == (0, "")
     lines = done.stdout.splitlines()
     assert len(lines) >= 60

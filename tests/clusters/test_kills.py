@@ -36,7 +36,7 @@ def test_killed_workers_cost_only_time(folder, expected_digest, report, kills, b
             os.kill(sweep.at_work(n_executions), signal.SIGKILL)
             n_executions = len(sweep.executions)
         killed.touch()
-        code, lines = sweep.end(120)
+        code, lines = sweep.end()
 
     report(f"{kills} kills, {blocks} blocks, keep {keep}: {sweep.n_repetitions} extra executions")
     assert (code, [line for line in lines if "waiting for one" not in line]) == (0, [])

@@ -51,7 +51,7 @@ def test_a_block_that_kills_its_workers_is_left_out_and_the_others_finish(
     path = folder / "a.h5"
     start = time.monotonic()
     with Sweep(config, path, "--processes", "--workers", "2", "--quiet", poison={"3": death}) as sweep:
-        code, lines = sweep.end(120)
+        code, lines = sweep.end()
 
     lines = [line for line in lines if "waiting for one" not in line]
     seconds = time.monotonic() - start

@@ -82,7 +82,7 @@ def test_a_worker_without_the_package_that_joins_late_does_no_harm(
     with Sweep(config, path, "--scheduler", cluster.address, "--quiet", seconds=0.5) as sweep:
         sweep.wait_for_blocks(1)
         worker = cluster.add_worker(empty_package)
-        worker.process.wait(30)
+        worker.process.wait(240)
         assert sweep.end() == (0, [])
     assert digest(path) == expected_digest(BLOCKS)
 

@@ -67,7 +67,7 @@ class Command:
     def finish(self) -> tuple[int, str]:
         """Wait for its end; return the exit code and stderr."""
         if not self._process.stderr.closed:
-            self._errors = self._process.communicate(timeout=120)[1]
+            self._errors = self._process.communicate(timeout=240)[1]
         return self._process.returncode, self._errors
 
     def kill(self) -> None:
