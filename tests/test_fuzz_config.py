@@ -122,7 +122,7 @@ def folder(tmp_path_factory):
         (folder / f"{number}.toml").write_text(text, encoding="utf-8")
         assert call("sweep", folder / f"{number}.toml", "--dry-run")[0] == 0
         if not is_scene(str(folder / f"{number}.toml")):
-            call("precision", folder / f"{number}.toml", seconds=120)
+            call("precision", folder / f"{number}.toml")
         (folder / f"{number}.toml").unlink()
     return folder
 

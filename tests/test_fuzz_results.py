@@ -149,7 +149,7 @@ def assert_answered(reply):
         assert "error: " in reply["err"], reply
 
 
-SHORT = settings(derandomize=True, deadline=None, max_examples=40,
+SHORT = settings(derandomize=True, deadline=None, max_examples=20,
                  suppress_health_check=[HealthCheck.too_slow])  # fmt: skip
 LONG = settings(SHORT, max_examples=1_500)
 
@@ -239,7 +239,7 @@ def with_other_inside(owner, names, name, where, value):
     return name, texts[name][:start] + value + texts[name][end:]
 
 
-@settings(SHORT, max_examples=25)
+@settings(SHORT, max_examples=15)
 @given(changes=altered_attributes(), drawn=st.integers(0, 99))
 def test_altered_attributes(worker, sound, changes, drawn):
     assert_survived(worker, sound, alter(sound, changes), drawn=KINDS[drawn : drawn + 1])

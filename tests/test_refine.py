@@ -111,7 +111,7 @@ def test_the_file_says_how_it_came_about(source, refined):
 def test_threads_and_processes_over_tcp_give_the_same_bytes(source, refined, tmp_path):
     explore.refine(source.path, tmp_path / "three.h5", evaluations=N, workers=3)
     with (
-        LocalCluster(n_workers=2, threads_per_worker=1, processes=True, dashboard_address="127.0.0.1:0") as cluster,
+        LocalCluster(n_workers=1, threads_per_worker=1, processes=True, dashboard_address="127.0.0.1:0") as cluster,
         Client(cluster) as client,
     ):
         assert cluster.scheduler_address.startswith("tcp://")
@@ -153,7 +153,7 @@ explore.refine(source, path, evaluations=4500, workers=2, report_progress=report
 @pytest.mark.parametrize("moment", ["between", "within"])
 def test_a_killed_run_goes_on_bit_by_bit(moment, source, refined, tmp_path):
     path = tmp_path / "killed.h5"
-    victim = subprocess.run([sys.executable, "-c", VICTIM, source.path, path, moment], timeout=120)
+    victim = subprocess.run([sys.executable, "-c", VICTIM, source.path, path, moment], timeout=240)
     assert victim.returncode == -signal.SIGKILL
     part = explore.open_results(path)
     assert part.n_committed == 1024

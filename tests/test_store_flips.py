@@ -17,7 +17,7 @@ from explore.results.store.sealing import COMMIT_OFFSET, SEAL
 #: Ways that take a tenth of a second or more, which every tenth flip is tried on.
 SLOW = ("report",)
 QUICK = [name for name in DOORS if name not in SLOW]
-FLIPS = [12, pytest.param(400, marks=pytest.mark.slow)]
+FLIPS = [5, pytest.param(400, marks=pytest.mark.slow)]
 
 
 @pytest.fixture(scope="module")

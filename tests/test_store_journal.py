@@ -30,7 +30,7 @@ HEADER = {
     "kernel": "four-bar 1",
     "block_size": 1000,
 }
-KILLS = 8
+KILLS = 5
 
 
 def record(number: int) -> tuple[dict, dict[str, np.ndarray]]:

@@ -38,7 +38,7 @@ from explore.results.store.layout_reader import read_layout
 from explore.results.store.open_results import open_results
 
 #: Kills of a real writer; each costs about half a second, mostly the child's imports.
-KILLS = 12
+KILLS = 6
 
 
 def test_bytes_do_not_depend_on_order_or_time(finished, tmp_path):

@@ -103,7 +103,7 @@ def test_failing_call_in_a_real_sweep(server, memory, fresh, figures, request, t
         assert sorted(entry.name for entry in folder.iterdir()) == ["grid.h5", "grid.h5.log.jsonl"]
 
 
-@pytest.mark.parametrize(("trials", "keep"), [(4, "all"), (1, "front"), night(20, "all"), night(10, "front")])
+@pytest.mark.parametrize(("trials", "keep"), [(2, "all"), (1, "front"), night(20, "all"), night(10, "front")])
 def test_failing_call_in_the_command(command, recorder, tmp_path, figures, trials, keep):
     """A separate process from start to exit, including the shutdown of the interpreter and of HDF5."""
     config, path, trace = study(tmp_path), tmp_path / "out" / "grid.h5", tmp_path / "trace"

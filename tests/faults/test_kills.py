@@ -25,7 +25,7 @@ def night(*values):
     return pytest.param(*values, marks=pytest.mark.slow)
 
 
-@pytest.mark.parametrize(("kills", "keep"), [(50, "all"), (20, "front"), night(500, "all"), night(200, "front")])
+@pytest.mark.parametrize(("kills", "keep"), [(25, "all"), (10, "front"), night(500, "all"), night(200, "front")])
 def test_random_kills_lose_nothing_and_cost_a_block_each(server, tmp_path, whole, figures, kills, keep):
     """On the disk, not in memory, so that commits take time."""
     chance = random.Random(20_240_601)
@@ -68,7 +68,7 @@ def duration(server, path, keep) -> float:
 
 @pytest.mark.parametrize(
     ("kills", "keep"),
-    [(4, "all"), (2, "front"), (3, "atlas"), night(30, "all"), night(15, "front"), night(30, "atlas")],
+    [(2, "all"), (1, "front"), (2, "atlas"), night(30, "all"), night(15, "front"), night(30, "atlas")],
 )
 def test_random_kills_of_the_command(command, tmp_path, figures, kills, keep):
     """The real command: blocks that a reader saw committed before the kill stay."""
