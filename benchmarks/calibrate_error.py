@@ -196,7 +196,7 @@ def main():
     intervals = np.column_stack([start, start + rng.uniform(0.05, 2 * math.pi, len(parameters))])
     print(f"now: order 2 {LOG_CONSTANT_2}, others {LOG_CONSTANT_4}; of a turn with equispaced nodes")
     print(f"{equispaced_rule.LOG_CONSTANT_2}, {equispaced_rule.LOG_CONSTANT_4}; ln(true error / model):")
-    sizes = Sizes(CRANK_ROCKER.record_rows, CRANK_ROCKER.first_parameter, _CONSTANTS, _CONSTANTS, _ROWS, -1, -1)
+    sizes = Sizes(CRANK_ROCKER.record_rows, CRANK_ROCKER.first_parameter, _CONSTANTS, _CONSTANTS, _ROWS, -1, -1, 0)
     work, lanes, _ = make_work_space(sizes, 0)
     print("order, window, class, measured designs; quantiles .5 .99 .999, largest; .999 by kind; the worst design")
     for order in (2, 4):

@@ -199,19 +199,32 @@ def test_bounds_hold(name, share, tolerance, request):
 
 
 def test_windows_and_magnitudes_that_have_no_turn_of_equal_steps():
-    """Intervals, means of magnitudes and curvatures take the adaptive rule; an interval of a turn is the turn."""
+    """Intervals, means of magnitudes and curvatures take the adaptive rule; an interval of a turn is the turn.
+
+    The curvature where a point rests is a quotient of rounding errors: its bound says that.
+    """
     case = CASES["watt-2"]
     linkage, values = linkage_of(case), values_of(case)
     motion = explore.simulate(linkage, values, angles=np.arange(0.005, 360.0, 0.01))
     names = ["E_velocity_mean", "E_curvature_max", "output_velocity_mean"]
     row = explore.evaluate(linkage, values, metrics=names, window="cycle").iloc[0]
     assert row["E_velocity_mean"] == pytest.approx(motion["E_velocity"].mean(), rel=1e-8)
-    assert row["E_curvature_max"] == pytest.approx(motion["E_curvature"].max(), rel=1e-6)
+    assert row["status"] == 7
+    assert row["error"] > 1.0
+    assert row["nodes"] < 15_000  # panels are not halved for rounding errors
     part = explore.evaluate(linkage, values, metrics=["output_velocity_mean"], window={"from": 20, "to": 110}).iloc[0]
     inside = motion["output_velocity"].loc[20.0:110.0]
     assert part["output_velocity_mean"] == pytest.approx(inside.mean(), rel=1e-7)
     angles = explore.simulate(linkage, values, angles=[20.0, 110.0])["output_angle"]
     assert part["output_velocity_mean"] == pytest.approx(np.deg2rad(np.diff(angles)[0]) / (math.pi / 2), rel=1e-12)
+
+
+def test_the_curvature_of_a_point_that_moves_at_all_angles():
+    linkage, values = linkage_of(CASES["hoecken"]), values_of(CASES["hoecken"])
+    motion = explore.simulate(linkage, values, angles=np.arange(0.005, 360.0, 0.01))
+    row = explore.evaluate(linkage, values, metrics=["P_curvature_max"], window="cycle").iloc[0]
+    assert row["status"] == 1
+    assert row["P_curvature_max"] == pytest.approx(motion["P_curvature"].max(), rel=1e-6)
 
 
 def test_a_link_that_turns_fully_has_rates_but_no_statistics_of_its_angle():

@@ -61,8 +61,10 @@ def _is_known(request: Request, metric: SampledMetric) -> bool:
         return False
     if metric.statistic == "mean":
         antiderivative = mechanism.signal(signal.derivative_of) if signal.derivative_of else None
-        # Terms that add up to a signal bound its rounding, but `_KnownSources._at` does not compute them.
-        return antiderivative is not None and not antiderivative.depends_on_load and antiderivative.terms_row < 0
+        # `_KnownSources._at` computes neither terms that bound the rounding of a signal nor disturbed samples.
+        if antiderivative is None or antiderivative.terms_row >= 0 or mechanism.knows_rounding:
+            return False
+        return not antiderivative.depends_on_load
     return metric.statistic in EXTREME_STATISTICS and bool(signal.extremes_at)
 
 

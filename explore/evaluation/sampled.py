@@ -156,8 +156,9 @@ def _sample(
     def run(designs: Indices, quadrature: Quadrature, corners: Collection[str]) -> None:
         sizes, loop_tables = _loop_arguments(request, tables, tolerance, quadrature, corners)
         sample(
-            mechanism.close, mechanism.fill, sizes, loop_tables, parameters, closed.constants, designs, statistics,
-            result.nodes, result.error, excess, *make_work_space(sizes, len(request.breaks)),
+            mechanism.close, mechanism.fill, mechanism.disturbed_fill or mechanism.fill, sizes, loop_tables, parameters,
+            closed.constants, designs, statistics, result.nodes, result.error, excess,
+            *make_work_space(sizes, len(request.breaks)),
         )  # fmt: skip
 
     own = {metric.signal.corners_at for metric in metrics} - {""}
@@ -218,7 +219,7 @@ def _loop_arguments(
     sizes = Sizes(
         mechanism.record_rows, mechanism.first_parameter, int(mechanism.n_constants),
         int(mechanism.n_fill_constants or mechanism.n_constants), mechanism.signal_rows, int(mechanism.noise_row),
-        int(mechanism.variant_row),
+        int(mechanism.variant_row), int(mechanism.disturbed_fill is not None),
     )  # fmt: skip
     size_of, row_of, rules = gauss_legendre_rules()
     return sizes, Tables(

@@ -149,7 +149,8 @@ def _references(declaration: Declaration) -> Iterator[str]:
             yield f"the signal '{signal.name}' is, by derivative_of, a derivative of itself"
     for signal in declaration.signals:
         reference = declaration.reference(signal)
-        if reference is None and signal.terms_row < 0 and not _PLAIN_UNIT.fullmatch(signal.unit):
+        is_bounded = declaration.knows_rounding or reference is not None or signal.terms_row >= 0
+        if not is_bounded and not _PLAIN_UNIT.fullmatch(signal.unit):
             yield f"the signal '{signal.name}' is in {signal.unit}; relative_to names the length that it grows with"
         if signal.shares_row_with and reference != declaration.reference(by_name[signal.shares_row_with]):
             yield f"the signals '{signal.name}' and '{signal.shares_row_with}' share a row, but differ in relative_to"
@@ -268,7 +269,7 @@ def _defaults(declaration: Declaration) -> Iterator[str]:
 #: Fields in which an extended mechanism may differ: all that its kernel fills or takes, and how that is integrated.
 _KERNEL_FIELDS = (
     "rows", "n_constants", "n_fill_constants", "phases_row", "variant_row", "signal_rows", "breaks", "quadrature",
-    "close", "fill", "extended",
+    "close", "fill", "disturbed_fill", "extended",
 )  # fmt: skip
 
 

@@ -164,6 +164,11 @@ class Declaration:
         return self.drives[0] if self.drives else ""
 
     @property
+    def knows_rounding(self) -> bool:
+        """Whether rounding errors of signals are known beside what is declared of them."""
+        return False
+
+    @property
     def singularities(self) -> tuple[tuple[int, int], ...]:
         """The singularities of the quadrature; none if it is adaptive."""
         return self.quadrature.singularities if isinstance(self.quadrature, Graded | Located) else ()

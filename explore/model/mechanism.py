@@ -38,6 +38,9 @@ class Mechanism(Declaration):
         each lane: ``out[(node * signal_rows + row) * LANES + lane]`` from ``tangents[node * LANES + lane]``, the
         half-tangent of the node's angle from the anchor (0) or its opposite (1). `law` and `variant` are the same in
         all lanes.
+    disturbed_fill
+        Like `fill`, with every operation disturbed as `explore.base.lanes.disturbance` says: it tells how each signal
+        amplifies rounding errors. None where `noise_row`, the terms and the lengths of signals tell that.
     integrals
         ``integrals(constants, starts, stops, out)`` fills mean, variance and bounds of their absolute errors for unit
         speed, the row ``out[(k * INTEGRALS + j) * LANES + lane]`` for each number k of `integrated_rows`, over the
@@ -52,6 +55,7 @@ class Mechanism(Declaration):
 
     close: Callable[..., None]
     fill: Callable[..., None]
+    disturbed_fill: Callable[..., None] | None = None
     integrals: Callable[..., None] | None = None
     extended: Mechanism | None = None
     specialise: Callable[[frozenset[str]], Mechanism] | None = None
@@ -66,6 +70,11 @@ class Mechanism(Declaration):
         check_declaration(self)
         if (self.integrals is None) != (not self.integrated_rows):
             raise ValueError(f"mechanism '{self.name}': integrals and integrated_rows are given together or not at all")
+
+    @property
+    def knows_rounding(self) -> bool:
+        """Whether the rounding errors of every signal follow from a disturbed kernel."""
+        return self.disturbed_fill is not None
 
     def kernel_of(self, signals: Iterable[Signal]) -> Mechanism:
         """The mechanism itself, or its extended one if it does not fill all of these signals."""

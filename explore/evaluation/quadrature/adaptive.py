@@ -33,6 +33,8 @@ MOST_HALVINGS = 48
 _SHORTEST = 1e-12
 #: Largest tail that may be rounding, relative to the size of the signal on the panel.
 _ROUNDING_TAIL = 1e-9
+#: Largest tail that is rounding, over the amplification of rounding errors on the panel, where that is known.
+_TAIL_OF_ROUNDING = 4e-15
 #: Share of its earlier tail that a panel's tail exceeds where halving hardly lowers it, because it is rounding.
 _HARDLY = 0.25
 #: Share of the error budget left to accepted panels.
@@ -120,7 +122,7 @@ def estimate_errors(work, sums, w, flags, count):
 
 
 @subroutine()
-def _mark_panels(work, sums, s, count, flags, tolerance):
+def _mark_panels(work, sums, s, count, flags, tolerance, is_disturbed):
     """Mark, in `codes`, the panels that one row needs halved."""
     total, largest, scale = _errors_of_row(work, sums, s, count, flags)
     mean, length = work.means[s * CHUNK], work.bounds[bounds.AVERAGING]
@@ -130,13 +132,15 @@ def _mark_panels(work, sums, s, count, flags, tolerance):
         error, size = _error_of_panel(sums, s, k, mean, length, scale, flags & FLAG_SQUARES != 0)
         at = s * PANEL_CAPACITY + k
         tail, earlier = sums.tails[at], sums.earlier_tails[at]
+        if is_disturbed and not tail > _TAIL_OF_ROUNDING * math.sqrt(sums.roundings[at]):
+            continue
         too_large = error > allowed or (flags & FLAG_EXTREMES != 0 and tail > allowed_tail)
         if too_large and not (tail <= _ROUNDING_TAIL * size and tail > _HARDLY * earlier):
             work.codes[k] = 1
 
 
 @subroutine()
-def halve_panels(work, sums, w, flags, tolerance, count):
+def halve_panels(work, sums, w, flags, tolerance, count, is_disturbed):
     """Halve the panels that keep a bound of the first live design above the tolerance.
 
     Return the number of panels, and of those to sample: none where no panel can be halved, or there is no room.
@@ -146,7 +150,7 @@ def halve_panels(work, sums, w, flags, tolerance, count):
         work.codes[k] = 0
     for s in range(flags.shape[1]):
         if flags[w, s] and flags[w, s] != FLAG_TERMS and work.row_bounds[s * CHUNK] > tolerance:
-            _mark_panels(work, sums, s, count, flags[w, s], tolerance)
+            _mark_panels(work, sums, s, count, flags[w, s], tolerance, is_disturbed)
     marked = 0
     for k in range(count):
         if panels[HALF + k] < _SHORTEST * (1.0 + abs(panels[CENTRE + k])):

@@ -7,6 +7,7 @@ from explore.evaluation.quadrature.chunks import gather_constants
 from explore.evaluation.quadrature.equispaced import place_equispaced, place_equispaced_factors, repeat_turn
 from explore.evaluation.quadrature.extremes import RESULT, find_minimum
 from explore.evaluation.quadrature.panels import ANCHOR, COUNT, LAW, PANEL_CAPACITY, SCALE, VARIANT
+from explore.evaluation.quadrature.rounding import fill_roundings
 from explore.evaluation.quadrature.slots import MAXIMUM, MINIMUM
 from explore.evaluation.quadrature.tails import fill_roots, place_factors
 from explore.evaluation.quadrature.tiles import (
@@ -71,7 +72,7 @@ def _store_sums(rows, flags, w, lanes, tile, sums):
 
 
 @subroutine()
-def fill_bin(fill, sizes, tables, w, begin, end, ends, extremes, work, tile, sums):
+def fill_bin(fill, disturbed_fill, sizes, tables, w, begin, end, ends, extremes, work, tile, sums):
     """Fill moments and extremes of the panels ``order[begin:end]``, which share rule, anchor, law and variant."""
     panels, first = work.panels, work.order[begin]
     count, anchor = int(panels[COUNT + first]), int(panels[ANCHOR + first])
@@ -104,6 +105,10 @@ def fill_bin(fill, sizes, tables, w, begin, end, ends, extremes, work, tile, sum
         )  # fmt: skip
         join_tails(tile.sums, sizes.rows, tables.is_adaptive, tile.shape)
         _store_sums(sizes.rows, tables.flags, w, lanes, tile, sums)
+        if sizes.is_disturbed:
+            fill_roundings(
+                disturbed_fill, sizes, tables, w, anchor, law, variant, samples, lanes, signals, tile, sums
+            )  # fmt: skip
         if extremes is not None:
             if is_turn:
                 repeat_turn(tile.signals, sizes.rows, count)

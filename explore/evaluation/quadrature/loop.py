@@ -146,8 +146,8 @@ def _merge_rows(n, regular, per_design, stride, flags, w, work, sums):
 
 @subroutine(allocates=True)
 def _sample_window(
-    fill, sizes, tables, parameters, w, begin, here, statistics, nodes, error, excess, extremes, rare, work, tile,
-    sums,
+    fill, disturbed_fill, sizes, tables, parameters, w, begin, here, statistics, nodes, error, excess, extremes, rare,
+    work, tile, sums,
 ):  # fmt: skip
     """Statistics of a window of the designs of the chunk from `begin` on, as many as fit; return the first left."""
     demands = _demands(tables, w)
@@ -171,7 +171,10 @@ def _sample_window(
             work.starts,
         )  # fmt: skip
         for k in range(n_bins):
-            fill_bin(fill, sizes, tables, w, work.starts[k], work.starts[k + 1], ends, extremes, work, tile, sums)
+            fill_bin(
+                fill, disturbed_fill, sizes, tables, w, work.starts[k], work.starts[k + 1], ends, extremes, work, tile,
+                sums,
+            )  # fmt: skip
         collect(
             work.bounds, work.panels, 0 if tables.is_adaptive else count, has_turns, n, work.live, work.first_panel,
             work.panel_count, stride, 2 if ends else 0, work.averaging, work.rest, work.noise,
@@ -186,10 +189,7 @@ def _sample_window(
                 work.bounds, n, regular and number == 0, per_design, work.live, work.first_panel, work.panel_count,
                 stride, w, tables, sums.tails, work.means, work.variances,
             )  # fmt: skip
-        bound_rows(
-            work.bounds, n, w, tables, parameters, here, work.live, work.estimates, work.means, work.variances,
-            work.row_bounds, work.terms,
-        )  # fmt: skip
+        bound_rows(n, w, sizes, tables, parameters, here, stride, work, sums)
         store(n, number == 0, here, stride, w, tables.flags, tables.slots, statistics, nodes, work, sums)
         if not tables.is_adaptive:
             n, n_todo = choose_next(
@@ -200,7 +200,9 @@ def _sample_window(
             break
         else:
             if rare is not None:
-                count, n_todo = halve_panels(work, sums, w, tables.flags, tables.tolerance, count)
+                count, n_todo = halve_panels(
+                    work, sums, w, tables.flags, tables.tolerance, count, sizes.is_disturbed != 0
+                )  # fmt: skip
             n = min(n_todo, 1)
     for i in range(begin, until):
         error[here[i]] = max(error[here[i]], work.worst[i])
@@ -214,8 +216,8 @@ def _sample_window(
 
 
 def _sample(
-    close, fill, sizes, tables, parameters, kept, designs, statistics, nodes, error, excess, extremes, rare, work, tile,
-    sums,
+    close, fill, disturbed_fill, sizes, tables, parameters, kept, designs, statistics, nodes, error, excess, extremes,
+    rare, work, tile, sums,
 ):  # fmt: skip
     """Like `sample`; None for `extremes` or `rare` leaves them out of the compiled code."""
     for start in range(0, len(designs), CHUNK):
@@ -227,14 +229,14 @@ def _sample(
             begin = 0
             while begin < len(here):
                 begin = _sample_window(
-                    fill, sizes, tables, parameters, w, begin, here, statistics, nodes, error, excess, extremes, rare,
-                    work, tile, sums,
+                    fill, disturbed_fill, sizes, tables, parameters, w, begin, here, statistics, nodes, error, excess,
+                    extremes, rare, work, tile, sums,
                 )  # fmt: skip
 
 
 def _signature(extremes, rare):
     return types.void(
-        CLOSE_TYPE, FILL_TYPE, SIZES_TYPE, TABLES_TYPE, _F2, _F2, _I1, _F2, _I1, _F1, _F1, extremes, rare,
+        CLOSE_TYPE, FILL_TYPE, FILL_TYPE, SIZES_TYPE, TABLES_TYPE, _F2, _F2, _I1, _F2, _I1, _F1, _F1, extremes, rare,
         CHUNK_WORK_TYPE, TILE_WORK_TYPE, PANEL_SUMS_TYPE,
     )  # fmt: skip
 
@@ -245,9 +247,10 @@ sample_all = compiled(_signature(types.int64, types.int64), allocates=True)(_sam
 
 
 def sample(
-    close, fill, sizes, tables, parameters, kept, designs, statistics, nodes, error, excess, work, tile, sums
-) -> None:
-    """Statistics of d `designs` of n over every window, by the compiled functions `close` and `fill` of a mechanism.
+    close, fill, disturbed_fill, sizes, tables, parameters, kept, designs, statistics, nodes, error, excess, work, tile,
+    sums,
+) -> None:  # fmt: skip
+    """Statistics of d `designs` of n over every window, by the compiled functions of a mechanism.
 
     Extremes, and clutches, means of powers and the adaptive rule are compiled when a request needs one of them:
     together they take two fifths of the time of a compilation.
@@ -265,6 +268,6 @@ def sample(
     else:
         loop, extremes, rare = sample_moments, None, None
     loop(
-        close, fill, sizes, tables, parameters, kept, designs, statistics, nodes, error, excess, extremes, rare, work,
-        tile, sums,
+        close, fill, disturbed_fill, sizes, tables, parameters, kept, designs, statistics, nodes, error, excess,
+        extremes, rare, work, tile, sums,
     )  # fmt: skip

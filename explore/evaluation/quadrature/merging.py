@@ -25,6 +25,7 @@ from explore.evaluation.quadrature.panels import (
     TARGET,
     model_errors,
 )
+from explore.evaluation.quadrature.rounding import merge_roundings
 from explore.evaluation.quadrature.rules import LARGEST_NODE_COUNT
 
 _F1, _I1, _I2 = types.float64[::1], types.int64[::1], types.int64[:, ::1]
@@ -131,14 +132,11 @@ def _collect_sizes(b, n, w, flags, orders, term_rows, references, reference, mea
 
 
 @subroutine()
-def _bound_row(b, n, s, flags, order, term_row, tolerance, means, variances, row_bounds, terms):
-    """Fill the bounds of one row of the live designs."""
+def _bound_row(b, n, s, flags, order, has_terms, tolerance, means, variances, row_bounds, terms):
+    """Fill the bounds of one row of the live designs, which may have terms."""
     copy_numbers(b[bounds.MEAN :], means[s * CHUNK :], n)
     copy_numbers(b[bounds.VARIANCE :], variances[s * CHUNK :], n)
-    if term_row >= 0:
-        at = term_row * CHUNK
-        for j in range(n):
-            terms[j] = math.sqrt(means[at + j] * means[at + j] + variances[at + j])
+    if has_terms:
         bound_sum_of_terms(b, n, flags, order, tolerance, terms)
     else:
         bound_row(b, n, flags, order, tolerance)
@@ -146,12 +144,14 @@ def _bound_row(b, n, s, flags, order, term_row, tolerance, means, variances, row
 
 
 @subroutine()
-def bound_rows(b, n, w, tables, parameters, here, live, estimates, means, variances, row_bounds, terms):
+def bound_rows(n, w, sizes, tables, parameters, here, stride, work, sums):
     """Fill the bounds of all rows of the live designs, and their worst.
 
-    The rounding of a row is compared with rows that are relative to the same parameter: others have other units. The
-    error of the quadrature is that of the model, or what the adaptive rule estimates for the only live design.
+    The rounding of a row follows from disturbed samples, from its terms, or from rows that are relative to the same
+    parameter: others have other units. The error of the quadrature is that of the model, or what the adaptive rule
+    estimates for the only live design.
     """
+    b, means, variances, terms = work.bounds, work.means, work.variances, work.terms
     for row in (bounds.WORST, bounds.IMPROVABLE):
         b[row : row + n] = 0.0
     flags, references = tables.flags, tables.references
@@ -162,17 +162,23 @@ def bound_rows(b, n, w, tables, parameters, here, live, estimates, means, varian
         if count == 0:
             continue
         for j in range(n):
-            b[bounds.REFERENCE + j] = abs(parameters[reference, here[live[j]]]) if reference >= 0 else 1.0
+            b[bounds.REFERENCE + j] = abs(parameters[reference, here[work.live[j]]]) if reference >= 0 else 1.0
         _collect_sizes(b, n, w, flags, tables.orders, tables.term_rows, references, reference, means, variances)
         for s in range(flags.shape[1]):
             if _is_bounded(flags, w, references, reference, s):
                 of_row = flags[w, s]
                 if tables.is_adaptive:
-                    b[bounds.SECOND] = b[bounds.FOURTH] = b[bounds.SIXTH] = estimates[s]
+                    b[bounds.SECOND] = b[bounds.FOURTH] = b[bounds.SIXTH] = work.estimates[s]
                     of_row &= ~FLAG_RESIDUAL
+                has_terms, at = sizes.is_disturbed != 0 or tables.term_rows[s] >= 0, tables.term_rows[s] * CHUNK
+                if sizes.is_disturbed:
+                    merge_roundings(n, s, of_row, stride, work, sums)
+                elif has_terms:
+                    for j in range(n):
+                        terms[j] = math.sqrt(means[at + j] * means[at + j] + variances[at + j])
                 _bound_row(
-                    b, n, s, of_row, tables.orders[w, s], tables.term_rows[s], tables.tolerance, means, variances,
-                    row_bounds, terms,
+                    b, n, s, of_row, tables.orders[w, s], has_terms, tables.tolerance, means, variances,
+                    work.row_bounds, terms,
                 )  # fmt: skip
 
 

@@ -17,6 +17,7 @@ from explore.evaluation.quadrature.chunks import CODES, MOST_KINDS
 from explore.evaluation.quadrature.extremes import STATE_SIZE
 from explore.evaluation.quadrature.hand_over import HAND_OVER_SIZE
 from explore.evaluation.quadrature.panels import PANEL_CAPACITY, PANELS_SIZE
+from explore.evaluation.quadrature.rounding import STRIDE
 from explore.evaluation.quadrature.tiles import NODE_CAPACITY, SHAPE_SIZE, SUMS_SIZE
 
 FloatArray = npt.NDArray[np.float64]
@@ -37,6 +38,8 @@ class Sizes(NamedTuple):
         Number of signal rows.
     noise_row, variant_row
         Rows of the constants that hold the amplification of rounding errors and the variant; -1 for none.
+    is_disturbed
+        Whether the mechanism has a disturbed kernel, which tells of rounding errors; 0 for no.
     """
 
     record_rows: int
@@ -46,6 +49,7 @@ class Sizes(NamedTuple):
     rows: int
     noise_row: int
     variant_row: int
+    is_disturbed: int
 
 
 class Tables(NamedTuple):
@@ -120,12 +124,15 @@ class TileWork(NamedTuple):
     state: FloatArray
     node: FloatArray
     node_signals: FloatArray
+    few_tangents: FloatArray
+    disturbed: FloatArray
 
 
 class PanelSums(NamedTuple):
     """Weights of panels, one number each, and of their signals, row after row, the sums, extremes and tails.
 
-    `quadrature.tails` says what a tail is; `earlier_tails` are those on the panel of which this one is a half.
+    `quadrature.tails` says what a tail is; `earlier_tails` are those on the panel of which this one is a half, and
+    `roundings` squares of amplifications of `quadrature.rounding`.
     """
 
     masses: FloatArray
@@ -135,6 +142,7 @@ class PanelSums(NamedTuple):
     highs: FloatArray
     tails: FloatArray
     earlier_tails: FloatArray
+    roundings: FloatArray
 
 
 class ChunkWork(NamedTuple):
@@ -181,20 +189,20 @@ class ChunkWork(NamedTuple):
     estimates: FloatArray
 
 
-SIZES_TYPE = types.NamedUniTuple(_INT, 7, Sizes)
+SIZES_TYPE = types.NamedUniTuple(_INT, 8, Sizes)
 TABLES_TYPE = types.NamedTuple(
     (_I2, types.float64[:, ::1], _I1, _I1, _I1, _I1, _I2, _I2, _I1, _I1, _I1, types.int64[:, :, ::1], _FLOAT,
      types.boolean, types.boolean, _I1, _I1, types.float64[:, ::1]),
     Tables,
 )  # fmt: skip
-TILE_WORK_TYPE = types.NamedTuple((_I1, _I1, types.uint64[::1], *[_F1] * 11), TileWork)
-PANEL_SUMS_TYPE = types.NamedUniTuple(_F1, 7, PanelSums)
+TILE_WORK_TYPE = types.NamedTuple((_I1, _I1, types.uint64[::1], *[_F1] * 13), TileWork)
+PANEL_SUMS_TYPE = types.NamedUniTuple(_F1, 8, PanelSums)
 CHUNK_WORK_TYPE = types.NamedTuple((*[_F1] * 4, *[_I1] * 10, *[_F1] * 12), ChunkWork)
 
 
 def make_work_space(sizes: Sizes, n_breaks: int) -> tuple[ChunkWork, TileWork, PanelSums]:
     """The work space of one call of the loop."""
-    n, rows = sizes.n_constants, sizes.rows
+    n, rows, few = sizes.n_constants, sizes.rows, NODE_CAPACITY // STRIDE + 1
     chunk = ChunkWork(
         record=np.zeros(sizes.record_rows * LANES), constants=np.empty((CHUNK + LANES) * n),
         positions=np.empty(max(n_breaks, 1)), panels=np.zeros(PANELS_SIZE), owner=_integers(PANEL_CAPACITY),
@@ -212,10 +220,11 @@ def make_work_space(sizes: Sizes, n_breaks: int) -> tuple[ChunkWork, TileWork, P
         weights=np.empty(NODE_CAPACITY * LANES), roots=np.empty(NODE_CAPACITY * LANES),
         factors=np.empty(2 * NODE_CAPACITY), signals=np.empty(rows * NODE_CAPACITY * LANES),
         sums=np.empty(rows * SUMS_SIZE), state=np.zeros(max(STATE_SIZE, HAND_OVER_SIZE)), node=np.empty(LANES),
-        node_signals=np.empty(rows * LANES),
+        node_signals=np.empty(rows * LANES), few_tangents=np.empty(few * LANES),
+        disturbed=np.empty(rows * few * LANES),
     )  # fmt: skip
     of_rows = rows * PANEL_CAPACITY
-    sums = PanelSums(np.empty(PANEL_CAPACITY), *(np.empty(of_rows) for _ in range(6)))
+    sums = PanelSums(np.empty(PANEL_CAPACITY), *(np.empty(of_rows) for _ in range(7)))
     return chunk, tile, sums
 
 

@@ -14,7 +14,7 @@ from explore.mechanisms.linkages.equations import Equations
 from explore.mechanisms.linkages.graph import Number
 from explore.mechanisms.linkages.modules import load_module
 from explore.mechanisms.linkages.signals import Quantity, find_quantities
-from explore.mechanisms.linkages.source import DISTANCE_ROW, NOISE_ROW, Source, write_source
+from explore.mechanisms.linkages.source import DISTANCE_ROW, Source, write_source
 from explore.mechanisms.linkages.steps import find_steps
 from explore.mechanisms.linkages.table import LinkageTable
 from explore.model.declaration import own_row
@@ -27,7 +27,7 @@ from explore.model.window import Window
 #: Code of the status of a crank that the first joint blocks.
 FIRST_STATUS = 20
 #: Version of the equations and of what follows from them; raised when a number changes.
-_VERSION = "1"
+_VERSION = "2"
 
 _WINDOWS = (
     Window("cycle", "the full turn", "turn", needs_stroke=False),
@@ -79,7 +79,7 @@ class _Kernels:
 
 @dataclass
 class _Layout:
-    """Rows of the signals: those that are wanted with their terms, then the others with theirs."""
+    """Rows of the signals: those that are wanted, then the others."""
 
     outputs: list[Number]
     signals: dict[str, Signal]
@@ -89,17 +89,12 @@ class _Layout:
     def of(cls, equations: Equations, wanted: Sequence[Quantity], others: Sequence[Quantity]) -> _Layout:
         outputs: list[Number] = []
         signals: dict[str, Signal] = {}
-        terms: dict[int, int] = {}
         first_rows = 0
         for group in (wanted, others):
             first = len(outputs)
             outputs += [each.number for each in group]
-            for each in group:
-                if each.terms.index not in terms:
-                    terms[each.terms.index] = len(outputs)
-                    outputs.append(each.terms)
             for row, each in enumerate(group, first):
-                signals[each.signal.name] = replace(each.signal, row=row, terms_row=terms[each.terms.index])
+                signals[each.signal.name] = replace(each.signal, row=row)
             if not outputs:
                 outputs.append(equations.graph.constant(1.0))
             first_rows = first_rows or len(outputs)
@@ -144,7 +139,6 @@ def _declare(
         default_metrics={"": tuple(defaults)},
         objectives=tuple(defaults[:1] + defaults[-1:]),
         kernel_version=f"{_VERSION}-{table.digest[:16]}",
-        noise_row=NOISE_ROW,
         quadrature=Located(DISTANCE_ROW),
         n_constants=source.n_constants,
         keeps_constants=True,
@@ -152,6 +146,7 @@ def _declare(
         signal_rows=len(outputs),
         close=module.close,
         fill=module.fill,
+        disturbed_fill=module.disturbed_fill,
         statuses=_statuses(joints, {factor.joint for factor in equations.factors if factor.of_lines}),
         drawing=draw_linkage(table),
         panels=linkage_panels(table, signals),

@@ -78,8 +78,6 @@ class Equations:
         In the order in which joints are solved.
     squares
         Squares of distances that are divided by, and so must not vanish, at complex angles either.
-    condition
-        Square of what errors of lengths are amplified by, over those of the places.
     size
         Sum of the distances of all points of bodies from the first of each, mm.
     """
@@ -92,7 +90,6 @@ class Equations:
     transmission: dict[str, tuple[Number, Number]] = field(default_factory=dict)
     factors: list[Factor] = field(default_factory=list)
     squares: list[Series] = field(default_factory=list)
-    condition: Number = field(init=False)
     size: Number = field(init=False)
 
     def __post_init__(self) -> None:
@@ -109,7 +106,6 @@ class Equations:
         self._made_by: dict[str, str] = {}
         self._origins: dict[str, tuple[Vector, Vector]] = {}
         self._pivot = ""
-        self.condition = one
         self._zero = Series.still(zero), Series.still(zero)
         self.directions[FRAME] = (Series.still(one), self._zero[1])
         self._origins[FRAME] = (self._zero, self._zero)
@@ -283,14 +279,14 @@ class Equations:
         if across.is_zero:
             # Where the pin is near the known point, the errors of both are large beside their distance.
             own = inherited if known else inherited * (1.0 + self.size * self.size / square.terms[0])
-            self._add_factor(Factor(slot.name, square, None), inherited, own)
+            self._add_factor(Factor(slot.name, square, None), inherited)
             root = square.sqrt()
         else:
             self.squares.append(square)
             factor = square - across * across
             size = square.terms[0] + across.terms[0] * across.terms[0]
             own = inherited * (size / factor.terms[0])
-            self._add_factor(Factor(slot.name, factor, size), inherited, own)
+            self._add_factor(Factor(slot.name, factor, size), inherited)
             root = factor.sqrt()
         self._conditions_of_links[link] = own
         root = root if self._signs.get(slot.name, 1) > 0 else -root
@@ -326,8 +322,8 @@ class Equations:
             size = square.terms[0] + ((r + s) * (r + s)).terms[0]
             both = p.terms[0] + q.terms[0]
             own = inherited * (0.25 * (both * both) / (p.terms[0] * q.terms[0]))
-        self._add_factor(Factor(point, p, size), inherited, own)
-        self._add_factor(Factor(point, q, size), inherited, own)
+        self._add_factor(Factor(point, p, size), inherited)
+        self._add_factor(Factor(point, q, size), inherited)
         self.squares.append(square)
         inverse = square.inverse()
         root = (p * q).sqrt()
@@ -347,8 +343,8 @@ class Equations:
         inherited = larger(self._conditions[circle.centre], self._condition_of(body))
         size = r.terms[0] + abs(h.terms[0])
         own = inherited * ((r * r).terms[0] / (low.terms[0] * high.terms[0]))
-        self._add_factor(Factor(point, low, size), inherited, own)
-        self._add_factor(Factor(point, high, size), inherited, own)
+        self._add_factor(Factor(point, low, size), inherited)
+        self._add_factor(Factor(point, high, size), inherited)
         root = (low * high).sqrt()
         t = (root if self._sign(point) > 0 else -root) - dot(w, n)
         self._know(point, (g[0] + t * n[0], g[1] + t * n[1]), own, point)
@@ -368,14 +364,13 @@ class Equations:
         """Two lines meet unless they are parallel; return the condition of what they place."""
         square = sine * sine
         own = inherited / square.terms[0]
-        self._add_factor(Factor(joint, square, self.graph.constant(1.0), of_lines=True), inherited, own)
+        self._add_factor(Factor(joint, square, self.graph.constant(1.0), of_lines=True), inherited)
         return own
 
-    def _add_factor(self, factor: Factor, inherited: Number, own: Number) -> None:
+    def _add_factor(self, factor: Factor, inherited: Number) -> None:
         """Note a factor; its terms have the errors of the places that it follows from."""
         size = None if factor.size is None else factor.size * inherited.sqrt()
         self.factors.append(replace(factor, size=size))
-        self.condition = larger(self.condition, own)
 
     def _sign(self, joint: str) -> int:
         return self._signs.get(joint, 1)

@@ -1,4 +1,4 @@
-"""The functions `close` and `fill` of a linkage as the text of a module, for the signals that are asked for.
+"""The functions of a linkage as the text of a module, for the signals that are asked for.
 
 Names of the table never enter the text: parameters, links and signals are rows.
 """
@@ -6,9 +6,10 @@ Names of the table never enter the text: parameters, links and signals are rows.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
+from explore.base.lanes.disturbance import PERIOD
 from explore.mechanisms.linkages.equations import Equations
 from explore.mechanisms.linkages.graph import ANGLE, COSINE, SINE, VERSINES, Graph, Number, operands
 from explore.mechanisms.linkages.signals import REFERENCE
@@ -20,10 +21,10 @@ _CALLS = {
     "tan": "tangent_of_degrees", "log": "math.log", "exp": "math.exp", "atan2": "degrees_of", "hypot": "math.hypot",
     "max": "larger", "maximum": "larger", "minimum": "smaller", "arctangent": "arctangent",
 }  # fmt: skip
-#: Row of the constant by which rounding errors are amplified.
-NOISE_ROW = 0
+#: Operations that round nothing.
+_EXACT = ("neg", "abs", "max", "maximum", "minimum")
 #: Row of the constant with the distance of the nearest singularity.
-DISTANCE_ROW = 1
+DISTANCE_ROW = 0
 #: Longest expression that is written into the one that uses it, characters.
 _LONGEST = 160
 
@@ -35,6 +36,7 @@ import numpy as np
 
 from explore.base.compiling import CLOSE_SIGNATURE, FILL_SIGNATURE, LANES, compiled
 from explore.base.lanes.arctangent import arctangent
+from explore.base.lanes.disturbance import FACTORS, first_factor
 from explore.base.lanes.elementary import exact_sum
 from explore.base.subroutines import subroutine
 from explore.mechanisms.linkages.degrees import (
@@ -70,12 +72,12 @@ def close(record):
     for lane in range(LANES):
 {constants}
     values, tangents = np.empty(2 * NODES * {rows} * LANES), np.empty(LANES)
-    verdicts, conditions = np.empty(LANES), np.empty(LANES)
+    verdicts = np.empty(LANES)
     for j in range(2 * NODES):
         for lane in range(LANES):
             tangents[lane] = node_tangent(j % NODES)
         check(constants, tangents, j // NODES, values[j * {rows} * LANES :])
-    sift(values, {factors}, {functions}, verdicts, conditions)
+    sift(values, {factors}, {functions}, verdicts)
     locate(values, {factors}, {functions}, constants[{distance} * LANES :])
     doubtful = 0
     for lane in range(LANES):
@@ -93,8 +95,6 @@ def close(record):
                     while count > 0 and count < MOST_CELLS - LANES:
                         taken = place_middles(cells, {factors}, count, tangents)
                         check(tile, tangents, half, middles)
-                        for q in range(taken):
-                            conditions[lane] = larger(conditions[lane], middles[{last} * LANES + q])
                         count, verdict = halve_cells(
                             cells, {factors}, {functions}, count, taken, middles, children
                         )
@@ -107,7 +107,6 @@ def close(record):
 {references}
     for lane in range(LANES):
         verdict = verdicts[lane]
-        constants[{noise} * LANES + lane] = 5.0 * math.sqrt(conditions[lane])
         status = STATUS_OF_FACTOR[0] + 1.0
         for s in range({factors}):
             status = 1.0 * STATUS_OF_FACTOR[s] if verdict == -1.0 - s else status
@@ -136,7 +135,7 @@ class Source:
     Attributes
     ----------
     text
-        Defines `close` and `fill`.
+        Defines `close`, `fill` and `disturbed_fill`.
     n_constants
         Constants of a design that `fill` reads; `close` computes more than it keeps.
     """
@@ -165,6 +164,7 @@ def write_source(
     directions = [term.terms[0] for link in links for term in equations.directions[link]]
     rows = _Rows(graph, links)
     rows.add(outputs)
+    rows.add_parameters(outputs)
     n_fill = rows.count
     rows.add(checks)
     rows.add(directions)
@@ -180,11 +180,12 @@ def write_source(
         _node_function("direct", rows, directions) if links else "",
         _CLOSE.format(
             constants="\n".join(rows.constant_lines(parameters)), rows=len(checks), factors=factors,
-            n_constants=n_constants, cell=2 + 4 * factors, last=len(checks) - 1, distance=DISTANCE_ROW,
-            functions=factors + len(equations.squares), undecided=undecided, noise=NOISE_ROW,
+            n_constants=n_constants, cell=2 + 4 * factors, distance=DISTANCE_ROW,
+            functions=factors + len(equations.squares), undecided=undecided,
             status=status, references=_references(rows, links),
         ),
         _fill_function(rows, outputs),
+        _disturbed_function(rows, outputs),
     ]  # fmt: skip
     return Source("".join(parts), n_fill)
 
@@ -205,7 +206,6 @@ def _check_rows(equations: Equations) -> list[Number]:
         *(function.terms[0] for function in functions),
         *(function.terms[1] for function in functions),
         *(factor.size or zero for factor in factors),
-        equations.condition,
     ]
 
 
@@ -216,14 +216,14 @@ class _Rows:
         self._graph = graph
         self._rows: dict[int, int] = {}
         self._references = {f"{REFERENCE}{link}:{part}": None for link in links for part in range(3)}
-        # Rows 0 and 1 are written at the end; references follow one after the other, whether used or not.
-        for row, name in enumerate(self._references, 2):
+        # Row 0 is written at the end; references follow one after the other, whether used or not.
+        for row, name in enumerate(self._references, 1):
             self._rows[graph.input(name).index] = row
 
     @property
     def count(self) -> int:
         """Number of constants."""
-        return 2 + len(self._rows)
+        return 1 + len(self._rows)
 
     def row_of_reference(self, link: str) -> int:
         """The first of the three rows of a link's reference."""
@@ -240,12 +240,17 @@ class _Rows:
             if graph.levels[k] < ANGLE and graph.nodes[k][0] != "constant" and k not in self._rows:
                 self._rows[k] = self.count
 
-    def operand(self, k: int) -> str | None:
-        """How a function of the angle reads a number; None for one that it computes."""
+    def add_parameters(self, outputs: Sequence[Number]) -> None:
+        """Add the parameters that outputs need."""
+        graph = self._graph
+        for k in graph.needed(outputs):
+            if graph.nodes[k][0] == "input" and graph.levels[k] < ANGLE:
+                self._rows.setdefault(k, self.count)
+
+    def operand(self, k: int) -> str:
+        """How a function of the angle reads a number that it does not compute."""
         node = self._graph.nodes[k]
-        if node[0] == "constant":
-            return _literal(float(node[1]))
-        return f"constants[{self._rows[k]} * LANES + lane]" if k in self._rows else None
+        return _literal(float(node[1])) if node[0] == "constant" else f"constants[{self._rows[k]} * LANES + lane]"
 
     def constant_lines(self, parameters: Mapping[str, int]) -> list[str]:
         """Statements that compute the constants of one lane."""
@@ -284,27 +289,49 @@ def _expression(operation: str, parts: list[str]) -> str:
     return f"{_CALLS[operation]}({', '.join(parts)})"
 
 
-def _body(rows: _Rows, outputs: Sequence[Number], place: str) -> list[str]:
-    """Statements that fill rows of one lane at one angle; what is used once is written where it is used."""
+def _is_of_angle(graph: Graph, k: int) -> bool:
+    return graph.levels[k] == ANGLE
+
+
+def _is_computed(graph: Graph, k: int) -> bool:
+    """Whether a number is neither written out nor a parameter."""
+    return graph.nodes[k][0] != "constant" and (graph.nodes[k][0] != "input" or graph.levels[k] == ANGLE)
+
+
+def _body(
+    rows: _Rows, outputs: Sequence[Number], place: str, computes: Callable[[Graph, int], bool] = _is_of_angle,
+    factor: str = "",
+) -> list[str]:  # fmt: skip
+    """Statements that fill rows of one lane at one angle; what is used once is written where it is used.
+
+    `computes` tells numbers that are computed from those that are read, and `factor`, if there is one, what disturbs
+    the operation of a number.
+    """
     graph = outputs[0].graph
-    order = [k for k in graph.needed(outputs) if graph.levels[k] == ANGLE]
+    order = [k for k in graph.needed(outputs) if computes(graph, k)]
     uses: dict[int, int] = {}
     for k in order:
         for each in operands(graph.nodes[k]):
             uses[each] = uses.get(each, 0) + 1
-    wanted, texts, lines = {output.index for output in outputs}, {}, []
+    wanted, lines = {output.index for output in outputs}, []
+    texts: dict[int, str] = {}
     for k in order:
         node = graph.nodes[k]
         if node[0] == "input":
-            texts[k] = _INPUTS[str(node[1])]
+            text = _INPUTS[str(node[1])]
+        else:
+            text = _expression(str(node[0]), [texts.get(each) or rows.operand(each) for each in operands(node)])
+        if factor and node[0] not in _EXACT:
+            text = f"({text} * {factor.format(k % PERIOD)})"
+        elif node[0] == "input":
+            texts[k] = text
             continue
-        text = _expression(str(node[0]), [rows.operand(each) or texts[each] for each in operands(node)])
         if uses.get(k, 0) > 1 or k in wanted or len(text) > _LONGEST:
             lines.append(f"t{k} = {text}")
             text = f"t{k}"
         texts[k] = text
     for row, output in enumerate(outputs):
-        text = rows.operand(output.index) or texts[output.index]
+        text = texts.get(output.index) or rows.operand(output.index)
         lines.append(f"{place}[{row} * LANES + lane] = {text}")
     return lines
 
@@ -331,11 +358,22 @@ def _node_function(name: str, rows: _Rows, outputs: Sequence[Number]) -> str:
 
 
 def _fill_function(rows: _Rows, outputs: Sequence[Number]) -> str:
-    lines = "\n".join(f"            {line}" for line in _body(rows, outputs, "here"))
+    return _all_nodes("fill", "", _body(rows, outputs, "here"), len(outputs))
+
+
+def _disturbed_function(rows: _Rows, outputs: Sequence[Number]) -> str:
+    """Like `fill`, from the parameters on; see `explore.base.lanes.disturbance`."""
+    lines = _body(rows, outputs, "here", _is_computed, "factors[{}]")
+    return _all_nodes("disturbed_fill", "        factors = FACTORS[first_factor(j) :]\n", lines, len(outputs))
+
+
+def _all_nodes(name: str, of_node: str, lines: Sequence[str], rows: int) -> str:
+    """A function that fills rows at all nodes of each lane."""
+    body = "\n".join(f"            {line}" for line in lines)
     return (
-        "\n\n@compiled(FILL_SIGNATURE, fast=True, no_alias=True)\n"
-        "def fill(constants, tangents, anchor, _law, _variant, count, _needs, out):\n"
+        f"\n\n@compiled(FILL_SIGNATURE, fast=True, no_alias=True)\n"
+        f"def {name}(constants, tangents, anchor, _law, _variant, count, _needs, out):\n"
         "    mirror = 1.0 if anchor == 0 else -1.0\n    for j in range(count):\n"
-        f"        here = out[j * {len(outputs)} * LANES :]\n        for lane in range(LANES):\n"
-        f"{_ANGLE.format(tangent='tangents[j * LANES + lane]')}\n{lines}\n"
+        f"        here = out[j * {rows} * LANES :]\n{of_node}        for lane in range(LANES):\n"
+        f"{_ANGLE.format(tangent='tangents[j * LANES + lane]')}\n{body}\n"
     )

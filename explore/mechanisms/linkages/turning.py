@@ -5,7 +5,7 @@ coefficient of the cubic through its values and slopes at the ends exceeds `SAFE
 the double cell missed in its middle. Cells that this does not decide are halved.
 
 Rows of the values of a node: the factors, and behind them squares of distances that must not vanish at complex angles
-either; the slopes of both by the angle; the sizes of the terms of the factors; and the condition of the places.
+either; the slopes of both by the angle; and the sizes of the terms of the factors.
 """
 
 import math
@@ -51,18 +51,14 @@ def node_tangent(j):
 
 
 @subroutine(no_alias=True)
-def sift(values, factors, functions, verdicts, conditions):
-    """Fill the verdict and the largest condition of each lane from the nodes of both half turns.
+def sift(values, factors, functions, verdicts):
+    """Fill the verdict of each lane from the nodes of both half turns.
 
     `functions` is the number of factors and squares of distances.
     """
-    rows, width = 2 * functions + factors + 1, math.pi / (NODES - 1)
+    rows, width = 2 * functions + factors, math.pi / (NODES - 1)
     for lane in range(LANES):
-        verdicts[lane], conditions[lane] = TURNS, 1.0
-    for j in range(2 * NODES):
-        condition = values[(j * rows + rows - 1) * LANES :]
-        for lane in range(LANES):
-            conditions[lane] = condition[lane] if condition[lane] > conditions[lane] else conditions[lane]
+        verdicts[lane] = TURNS
     for s in range(factors - 1, -1, -1):
         for j in range(2 * NODES):
             value = values[(j * rows + s) * LANES :]
@@ -99,7 +95,7 @@ def locate(values, factors, functions, distances):
     curvature, the last from the slopes of the neighbours: its zeros are at the distance arcosh(a/b) above phi. A zero
     counts if phi is near the node, where the harmonic holds.
     """
-    rows, width = 2 * functions + factors + 1, math.pi / (NODES - 1)
+    rows, width = 2 * functions + factors, math.pi / (NODES - 1)
     for lane in range(LANES):
         distances[lane] = _FARTHEST
     for s in range(functions):
@@ -130,7 +126,7 @@ def collect_cells(values, factors, functions, half, lane, cells):
 
     A cell has its start and width, rad from the anchor, then the factors and slopes of its two ends.
     """
-    rows, width, length = 2 * functions + factors + 1, math.pi / (NODES - 1), 2 + 4 * factors
+    rows, width, length = 2 * functions + factors, math.pi / (NODES - 1), 2 + 4 * factors
     for j in range(NODES - 1):
         cell, at = cells[j * length :], half * NODES + j
         cell[0], cell[1] = (j - 0.5 * (NODES - 1)) * width, width

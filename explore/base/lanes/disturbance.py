@@ -1,0 +1,26 @@
+"""Factors that disturb operations: how a result changes by them tells how it changes by rounding errors.
+
+Each operation of a calculation is multiplied by 1 + DISTURBANCE or by 1 - DISTURBANCE. The change of the result, over
+DISTURBANCE, is a sum of the amplifications of all operations with random signs. Its square has the sum of their squares
+as mean over many signs, whatever terms cancel and however the operations depend on each other (D. S. Parker, Monte
+Carlo Arithmetic, 1997; here with a disturbance that is large beside rounding, so that one calculation is enough).
+"""
+
+import numpy as np
+
+from explore.base.subroutines import subroutine
+
+#: Relative change of an operation: large beside rounding, small beside what separates a design from its limits.
+DISTURBANCE = 2.0**-40
+#: Number of operations after which the factors of one node repeat.
+PERIOD = 128
+#: Distance of the first factor of a node from that of the node before; odd, so that PERIOD nodes have different ones.
+_STEP = 37
+#: Factors of the operations of all nodes; see `first_factor`.
+FACTORS = 1.0 + DISTURBANCE * np.random.default_rng(1).choice([-1.0, 1.0], 2 * PERIOD)
+
+
+@subroutine(inlined=True)
+def first_factor(node):
+    """Position in FACTORS of the first of the PERIOD factors of a node."""
+    return _STEP * node % PERIOD
