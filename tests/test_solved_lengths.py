@@ -321,7 +321,7 @@ def test_a_sweep_walks_designs_of_the_same_swing(load, tmp_path):
     with pytest.raises(Stop):
         explore.sweep(study, tmp_path / "b.h5", report_progress=stop)
     with (
-        LocalCluster(n_workers=2, threads_per_worker=1, processes=True, dashboard_address="127.0.0.1:0") as cluster,
+        LocalCluster(n_workers=1, threads_per_worker=1, processes=True, dashboard_address="127.0.0.1:0") as cluster,
         Client(cluster) as client,
     ):
         explore.sweep(study, tmp_path / "b.h5", client=client)
