@@ -24,8 +24,8 @@ from waiting import wait_until
 
 import explore
 from explore.base.json_text import json_text
-from explore.cli import sweep_plan
 from explore.cli.application import app
+from explore.cli.commands import sweep
 from explore.running.timing import seconds_per_design
 
 SMALL = """mechanism = "crank-rocker"
@@ -491,9 +491,9 @@ def test_durations_and_sizes_have_suitable_units():
         7_300: "about 2 h",
         2e5: "about 2.3 days",
     }
-    assert {seconds: sweep_plan._duration(seconds) for seconds in durations} == durations
+    assert {seconds: sweep._duration(seconds) for seconds in durations} == durations
     sizes = {2_500_000: "2.5 MB", 1_200_000_000: "1.2 GB", 3.4e12: "3.4 TB"}
-    assert {count: sweep_plan._bytes(count) for count in sizes} == sizes
+    assert {count: sweep._bytes(count) for count in sizes} == sizes
 
 
 def test_json_has_null_for_what_is_no_number():

@@ -7,8 +7,7 @@ import pytest
 from command_line import call
 
 import explore
-from explore.cli.table_layout import lay_out
-from explore.cli.tables import print_table
+from explore.cli.tables import lay_out, print_table
 from explore.studies.request.names import find_mechanism
 
 COLUMNS = [("design", ""), ("alike", ""), ("crank", "mm"), ("speed", "rad/s"), ("rocker_acceleration_max", "rad/s^2"),

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from scipy.stats import linregress
 
-from explore.comparison.orders import fit_order
+from explore.comparison.convergence import fit_order
 
 STEPS = 2.0 ** -np.arange(1.0, 13.0)
 

@@ -9,12 +9,12 @@ import pytest
 from scipy.integrate import DOP853, RK45
 from test_methods import BENIGN, BOUNDS, METHODS, turn
 
+from explore.comparison.convergence import fit_order
 from explore.comparison.methods.contract import Level, Outcome, Task, method_label
 from explore.comparison.methods.four_bar_loop import FOUR_BAR
 from explore.comparison.methods.loop_closure import project_onto_loop
 from explore.comparison.methods.ode import LoopEquations, VelocityIntegration
 from explore.comparison.methods.runge_kutta import RungeKutta4
-from explore.comparison.orders import fit_order
 
 SOLVERS = ("RK45", "DOP853", "Radau")
 PLAIN = [pytest.param(m, id=method_label(m)) for name in ("rk4", "rk45", "dop853", "radau") for m in METHODS[name]]

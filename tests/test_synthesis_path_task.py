@@ -15,9 +15,8 @@ from explore.base.errors import ConfigError
 from explore.synthesis.cognates import cognate_angles, find_cognates
 from explore.synthesis.linkages import FourBar, driven_by_rocker, is_alike
 from explore.synthesis.paths.search import PathSolution
-from explore.synthesis.tasks.path_search import _distinct
+from explore.synthesis.tasks.path_search import _distinct, find_timed_errors
 from explore.synthesis.tasks.task_files import load_task, parse_task, task_starter
-from explore.synthesis.tasks.timed_errors import find_timed_errors
 
 PROBLEMS = json.loads((Path(__file__).parent / "reference" / "path_benchmarks.json").read_text(encoding="utf-8"))
 LINKAGE = FourBar(1 + 2j, 1 + 2j + 40 * np.exp(0.3j), 10.0, 35.0, 25.0, 0.6 + 0.7j, 1)

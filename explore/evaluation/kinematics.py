@@ -13,8 +13,8 @@ from explore.evaluation import constraints
 from explore.evaluation.derived import Derivation
 from explore.evaluation.known import KnownStatistics, evaluate_known
 from explore.evaluation.sampled import SampledStatistics, sample_metrics
-from explore.model.closed_form import ClosedFormResult
 from explore.model.columns import Arrays
+from explore.model.mechanism import ClosedFormResult
 from explore.model.quantities import (
     AnyMetric,
     DerivedMetric,

@@ -24,8 +24,7 @@ from explore.evaluation.quadrature.tails import LARGEST_EXCESS
 from explore.evaluation.quadrature.work_space import Sizes, Tables, make_work_space
 from explore.evaluation.statistics import Indices, error_of, is_power, statistic_of, statistics_beside_moments
 from explore.evaluation.windows import interval_place, specify_window
-from explore.model.closed_form import ClosedFormResult
-from explore.model.mechanism import Mechanism
+from explore.model.mechanism import ClosedFormResult, Mechanism
 from explore.model.quadrature import MOST_SINGULARITIES, Adaptive, Graded, Located, Quadrature
 from explore.model.quantities import FloatArray, SampledMetric
 from explore.model.request import Request

@@ -16,7 +16,7 @@ from explore._version import __version__
 from explore.base.errors import ConfigError, ExploreError, RequestError
 from explore.service import browsing_routes, job_routes, results_routes, starter_routes
 from explore.service.access import Access, Right
-from explore.service.head import Head
+from explore.service.guard import Head
 from explore.service.metrics import metrics_text
 from explore.service.queue import StateError, UnknownJobError
 from explore.service.requests import AccessOf, LinkRequest, Login, StationOf

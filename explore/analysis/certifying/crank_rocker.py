@@ -9,7 +9,7 @@ from flint import acb, arb, fmpq_poly
 
 from explore.analysis.certifying import four_bar_clutch, four_bar_extremes, four_bar_integrals
 from explore.analysis.certifying.balls import Enclosure, UnprovedError
-from explore.analysis.certifying.four_bar_moments import SquareOfVelocity
+from explore.analysis.certifying.four_bar_integrals import SquareOfVelocity
 from explore.analysis.certifying.four_bar_motion import COUPLER, ROCKER, Linkage, State
 from explore.analysis.certifying.four_bar_shape import classify, overall_size
 from explore.analysis.certifying.positions import Arc, Position, extremes, full_turn

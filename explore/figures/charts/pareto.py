@@ -2,14 +2,26 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from explore.base.errors import RequestError
 from explore.figures.charts.bounds import draw_metric_bounds
-from explore.figures.charts.candidates import draw_kinds, kinds_of_candidates
-from explore.figures.charts.style import BLUE, GREEN, INFEASIBLE_OPACITY, INK, RED, new_figure
+from explore.figures.charts.style import (
+    BLUE,
+    BROWN,
+    GREEN,
+    INFEASIBLE_OPACITY,
+    INK,
+    ORANGE,
+    PURPLE,
+    RED,
+    SKY,
+    new_figure,
+)
+from explore.model.columns import Column
 from explore.model.quantities import FloatArray
 from explore.results.labels import axis_label, completeness_note, results_name
 from explore.results.queries import choose_design, numeric_column, violation_columns, violations
@@ -40,6 +52,12 @@ _MOST_CANDIDATES = 500
 _RING = 9.0
 #: Share of the feasible designs outside the axes on each side: a few outliers would compress all others.
 _OUTSIDE = 0.005
+#: Marks of kinds of candidates in the order of their codes' labels; more kinds share the last.
+_MARKS = (("o", INK), ("^", ORANGE), ("s", PURPLE), ("D", BROWN), ("v", SKY))
+#: Words of the column of cognates of candidates.
+_COGNATES = {0: "0, as found", 1: "1", 2: "2"}
+#: Columns with labels that every results file has.
+_OF_ALL = ("feasible", "status")
 
 
 def pareto_chart(
@@ -232,3 +250,24 @@ def _mark_design(panel: Axes, chosen: pd.DataFrame) -> None:
     if not np.isfinite(point).all():
         label += " (without values here)"
     panel.plot(*point, "*", color=GREEN, mec=INK, mew=0.8, ms=17, ls="", label=label, zorder=4, clip_on=False)
+
+
+def kinds_of_candidates(results: Results) -> Column | None:
+    """The column that says of which kind each candidate is; None where there is none.
+
+    Of linkages with cognates it is which of them a candidate is, else the first that has labels.
+    """
+    own = [c for c in results.columns if c.role == "bookkeeping" and c.name not in _OF_ALL]
+    cognates = (replace(c, labels=_COGNATES) for c in own if c.name == "cognate")
+    return next(cognates, None) or next((c for c in own if c.labels), None)
+
+
+def draw_kinds(panel: Axes, points: FloatArray, codes: np.ndarray, column: Column) -> None:
+    """Draw feasible designs, (n, 2), with a mark for each kind, a code of a column, and their numbers in the legend."""
+    for number, (code, label) in enumerate(column.labels.items()):
+        marker, colour = _MARKS[min(number, len(_MARKS) - 1)]
+        own = points[codes == code]
+        if not len(own):
+            continue
+        text = f"feasible, {column.name} {label.replace('_', ' ')}: {len(own):,}"
+        panel.plot(*own.T, ls="", marker=marker, color=colour, ms=5, mew=0, zorder=3.5, label=text)

@@ -17,13 +17,13 @@ from explore.figures.charts.bounds import drive_of, signal_bounds, uses_drive_st
 from explore.figures.reporting.density import count_densities
 from explore.figures.reporting.figures import DrawnFigure, draw_figures
 from explore.figures.reporting.motion import describe_motion, kernel_for, translate_functions
-from explore.figures.reporting.nearness import describe_nearest
 from explore.figures.reporting.packing import ColumnPacker
 from explore.figures.reporting.rows import FEASIBLE, FRONT, INFEASIBLE, ReportRows, choose_rows
 from explore.model.columns import Attribute, Column
 from explore.model.mechanism import Mechanism
 from explore.model.points import drawn_name
 from explore.results.labels import results_name, unit_text
+from explore.results.ranking.nearest import find_nearest, is_little
 from explore.results.ranking.rankings import Ranking, rank_source
 from explore.results.store.results import Results
 
@@ -37,6 +37,14 @@ _BOOLEAN_LABELS = {0: "no", 1: "yes"}
 
 #: Function that is told the name of each step at its start.
 ReportStep = Callable[[str], None]
+#: Number of steps of `collect_contents`.
+STEPS = 5
+#: Largest number of designs that a page lists.
+_MOST_DESIGNS = 10
+#: Largest number of combinations of constraints that a page lists.
+_MOST_COMBINATIONS = 5
+#: Numbers of designs to let in by relaxing a constraint.
+_LET_IN = (1, 10, 100)
 
 
 @dataclass(frozen=True)
@@ -99,10 +107,6 @@ def collect_contents(results: Results, mechanism: Mechanism | None, command: str
     kernel = translate_functions(design_kernel(results, mechanism)) if mechanism else ""
     chosen = int(rows.numbers[study["chosen"]])
     return Contents(study, packer.texts, kernel, draw_figures(results, chosen) if mechanism else ())
-
-
-#: Number of steps of `collect_contents`.
-STEPS = 5
 
 
 def describe_column(column: Column, scale: Scale) -> dict[str, Any]:
@@ -230,3 +234,30 @@ def data_elements(contents: Contents) -> Iterator[str]:
     yield "</script>\n"
     for number, packed in enumerate(contents.texts):
         yield f'<script type="text/plain" id="data-{number}">{packed}</script>\n'
+
+
+def describe_nearest(results: Results, n_feasible: int | None) -> dict[str, Any] | None:
+    """The designs nearest to feasible and what excludes the others, as JSON; None where enough is feasible.
+
+    Results of the front alone have no infeasible designs.
+    """
+    if n_feasible is None or results.keep != "all" or not results.constraints:
+        return None
+    if not is_little(n_feasible, results.n_committed):
+        return None
+    nearness = find_nearest(results, _MOST_DESIGNS)
+    exclusions = nearness.exclusions
+    units = {metric: unit_text(results.units.get(f"{metric}_margin", "")) for metric in nearness.scales}
+    designs = []
+    for design, row in zip(nearness.frame.index, nearness.frame.to_dict(orient="records"), strict=True):
+        margins = {metric: float(row[f"{metric}_margin"]) for metric in nearness.scales}
+        missed = [[metric, -margin, units[metric]] for metric, margin in margins.items() if margin < 0.0]
+        unknown = [metric for metric, margin in margins.items() if math.isnan(margin)]
+        designs.append([int(design), float(row["violation"]), missed, unknown])
+    widths = {metric: [[n, exclusions.relaxation(metric, n)] for n in _LET_IN] for metric in nearness.scales}
+    return {
+        "designs": designs,
+        "alone": {metric: exclusions.alone(metric) for metric in nearness.scales},
+        "lets_in": {metric: [pair for pair in pairs if pair[1] is not None] for metric, pairs in widths.items()},
+        "together": [[list(metrics), count] for metrics, count in exclusions.together()[:_MOST_COMBINATIONS]],
+    }

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from itertools import accumulate
+from typing import TYPE_CHECKING
 
 from explore.base.errors import RequestError
 from explore.model.columns import Arrays
@@ -13,12 +14,14 @@ from explore.results.ranking.pareto import find_fronts
 from explore.results.ranking.rankings import (
     Ranking,
     RankRequest,
-    Source,
     rank_declared,
     rankable_names,
     sort_fronts,
 )
 from explore.results.ranking.tallies import Tally
+
+if TYPE_CHECKING:
+    from explore.results.store.results import Results
 
 #: Column with the name of the results that a design is from.
 RESULTS_COLUMN = "results"
@@ -40,7 +43,7 @@ class JointRanking:
 
 
 def rank_sources(
-    sources: Mapping[str, Source], request: RankRequest, report_progress: ReportProgress | None = None
+    sources: Mapping[str, Results], request: RankRequest, report_progress: ReportProgress | None = None
 ) -> JointRanking:
     """Rank several results together.
 
@@ -89,7 +92,7 @@ def _merge_rankings(parts: Mapping[str, Ranking], request: RankRequest) -> Ranki
     return Ranking(ranked, objectives, order, tally, is_incomplete=is_incomplete)
 
 
-def _shared_objectives(sources: Mapping[str, Source]) -> tuple[list[str], list[str]]:
+def _shared_objectives(sources: Mapping[str, Results]) -> tuple[list[str], list[str]]:
     """Objectives of the first results that all results have as a column, and a sentence on each other objective."""
     (first, source), *others = sources.items()
     shared, caveats = [], []
@@ -104,7 +107,7 @@ def _shared_objectives(sources: Mapping[str, Source]) -> tuple[list[str], list[s
 
 
 def _split_progress(
-    sources: Mapping[str, Source], report_progress: ReportProgress | None
+    sources: Mapping[str, Results], report_progress: ReportProgress | None
 ) -> dict[str, ReportProgress | None]:
     """A callback for each of the results, which counts the designs of those before it as done."""
     counts = [source.n_committed for source in sources.values()]
@@ -119,7 +122,7 @@ def _shift_progress(report_progress: ReportProgress, start: int, total: int) -> 
     return lambda done, _: report_progress(start + done, total)
 
 
-def _rank_part(name: str, source: Source, request: RankRequest, report_progress: ReportProgress | None) -> Ranking:
+def _rank_part(name: str, source: Results, request: RankRequest, report_progress: ReportProgress | None) -> Ranking:
     """The ranking of one of several results; errors begin with its name."""
     try:
         return rank_declared(source, request, report_progress)
@@ -127,7 +130,7 @@ def _rank_part(name: str, source: Source, request: RankRequest, report_progress:
         raise RequestError(f"{name}: {error}") from None
 
 
-def _differences(first: str, source: Source, name: str, other: Source, metrics: list[str]) -> list[str]:
+def _differences(first: str, source: Results, name: str, other: Results, metrics: list[str]) -> list[str]:
     """Sentences on metrics that mean something else in the first results than in others."""
     here, there = ({column.name: column for column in each.columns} for each in (source, other))
     for metric in metrics:

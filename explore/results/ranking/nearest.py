@@ -10,18 +10,20 @@ import numpy as np
 import numpy.typing as npt
 
 from explore.base.errors import RequestError
-from explore.base.units.shown import Scale, in_units
+from explore.base.units.shown import in_units
 from explore.model.columns import Arrays
 from explore.model.progress import ReportProgress
 from explore.model.quantities import FloatArray
 from explore.results.ranking.exclusions import Exclusions
 from explore.results.ranking.limits import Limits
-from explore.results.ranking.rankings import Source
+from explore.results.ranking.rankings import criteria_of_table, report_each
 from explore.results.ranking.selection import RankingCriteria, make_criteria
 from explore.results.ranking.violations import find_margins, find_scales, is_measured, total_violations
 
 if TYPE_CHECKING:
     import pandas as pd
+
+    from explore.results.store.results import Results
 
 _SUFFIX = "_margin"
 #: Column with the total violation.
@@ -50,7 +52,7 @@ class Nearness:
 
 
 def find_nearest(
-    source: Source,
+    source: Results,
     count: int,
     *,
     where: str | None = None,
@@ -71,24 +73,19 @@ def find_nearest(
     criteria = make_criteria(where, limits, names, limitable, source.constraints, shown.scales)
     metrics = [column.name.removesuffix(_SUFFIX) for column in source.columns if column.role == "margin"]
     needed = list(dict.fromkeys(["design", "status", *(m + _SUFFIX for m in metrics), *criteria.column_names]))
-    total = 2 * source.n_committed
 
-    def read_blocks(start: int) -> Iterator[Arrays]:
-        done = start
-        for columns in source.blocks(needed):
-            yield columns
-            done += len(columns["design"])
-            if report_progress is not None:
-                report_progress(done, total)
+    def read_blocks(is_second: bool) -> Iterator[Arrays]:
+        done = source.n_committed * is_second
+        return report_each(source.blocks(needed), 2 * source.n_committed, report_progress, done)
 
     search = _NearestSearch(metrics, criteria, count)
-    search.run(lambda is_second: read_blocks(source.n_committed * is_second), source.n_committed)
+    search.run(read_blocks, source.n_committed)
     order = np.argsort(search.rows)
     frame = source.designs(search.rows[order]).iloc[np.argsort(order)]
     return _show(search.finish(frame), shown)
 
 
-def _show(nearness: Nearness, source: Source) -> Nearness:
+def _show(nearness: Nearness, source: Results) -> Nearness:
     """The same in the units in which the results are shown."""
     scales = source.scales
     if source is source.declared:
@@ -107,12 +104,7 @@ def find_nearest_rows(
     frame: pd.DataFrame, count: int, *, where: str | None = None, limits: Limits | None = None
 ) -> Nearness:
     """Find the infeasible rows of least total violation in a table, such as one of `explore.evaluate`."""
-    import pandas as pd
-
-    numeric = [str(name) for name in frame.columns if pd.api.types.is_numeric_dtype(frame.dtypes[name])]
-    bounds = frame.attrs.get("constraints", {})
-    scales = {name: Scale(unit, unit) for name, unit in frame.attrs.get("units", {}).items()}
-    criteria = make_criteria(where, limits, numeric, numeric, bounds, scales)
+    numeric, criteria = criteria_of_table(frame, where, limits)
     metrics = [name.removesuffix(_SUFFIX) for name in numeric if name.endswith(_SUFFIX)]
     needed = dict.fromkeys([*(metric + _SUFFIX for metric in metrics), *criteria.column_names])
     columns: Arrays = {name: frame[name].to_numpy(dtype=np.float64, na_value=np.nan) for name in needed}

@@ -3,28 +3,29 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
 from explore.base.errors import RequestError
 from explore.base.units.shown import Scale
-from explore.model.columns import Arrays, Column
+from explore.model.columns import Arrays
 from explore.model.progress import ReportProgress
-from explore.model.quantities import Sense
 from explore.model.request import Objective
-from explore.results.ranking.limits import Bounds, Limits, parse_limits
+from explore.results.ranking.limits import Limits, parse_limits
 from explore.results.ranking.objectives import choose_objectives
 from explore.results.ranking.pareto import find_fronts
 from explore.results.ranking.quality import add_quality_columns
-from explore.results.ranking.selection import make_criteria
+from explore.results.ranking.selection import RankingCriteria, make_criteria
 from explore.results.ranking.tallies import Tally
 
 if TYPE_CHECKING:
     import pandas as pd
+
+    from explore.results.store.results import Results
 
 #: Roles of columns that can be an objective.
 RANKABLE_ROLES = ("parameter", "metric", "margin")
@@ -58,63 +59,6 @@ class RankRequest:
 DEFAULT_REQUEST = RankRequest()
 
 
-class Source(Protocol):
-    """The interface of results that a ranking uses, implemented by `explore.results.store.results.Results`.
-
-    They may be shown in other units than the declared ones. A ranking compares the declared values, of which two may
-    become one by a conversion, and returns the shown ones.
-    """
-
-    @property
-    def declared(self) -> Source:
-        """The same results in declared units."""
-
-    @property
-    def scales(self) -> Mapping[str, Scale]:
-        """The declared and the shown unit of each column."""
-
-    def show(self, frame: pd.DataFrame) -> pd.DataFrame:
-        """A table of `declared` in the shown units."""
-
-    @property
-    def objectives(self) -> tuple[str, ...]:
-        """The objectives of the study, such as "cv:min"."""
-
-    @property
-    def senses(self) -> Mapping[str, Sense | None]:
-        """The default sense of each metric, or None."""
-
-    @property
-    def keep(self) -> str:
-        """Which designs of the study are kept: "all", or "front" for the Pareto-optimal ones."""
-
-    @property
-    def drive(self) -> str:
-        """Stroke that the window "drive" means; empty if the file has none."""
-
-    @property
-    def tally(self) -> Mapping[str, Any]:
-        """Counts of all studied designs where only the front is kept, as `Tally.to_json` writes them."""
-
-    @property
-    def columns(self) -> tuple[Column, ...]:
-        """All columns, in order."""
-
-    @property
-    def constraints(self) -> Bounds:
-        """The bounds of the constraints of the sweep."""
-
-    @property
-    def n_committed(self) -> int:
-        """Number of designs in the blocks."""
-
-    def blocks(self, columns: Sequence[str] | None = None) -> Iterable[Arrays]:
-        """Blocks of consecutive designs, with these columns."""
-
-    def designs(self, numbers: npt.NDArray[np.int64]) -> pd.DataFrame:
-        """The designs of these numbers, with all columns."""
-
-
 @dataclass(frozen=True)
 class Ranking:
     """Pareto-optimal designs, best first, with their objectives and the counts of the other designs.
@@ -137,17 +81,12 @@ def rank_frame(frame: pd.DataFrame, request: RankRequest) -> pd.DataFrame:
     Rows whose column ``feasible`` is false or whose objectives are not all finite are left out. Rows that are equal in
     ``order_by`` keep their order. A `RequestError` says that a column is unknown or not numeric.
     """
-    import pandas as pd
-
     attributes = frame.attrs
     names = [str(name) for name in frame.columns]
     objectives, order = choose_objectives(
         request.objectives, request.order_by, attributes.get("senses", {}), names, attributes.get("objectives", ())
     )
-    numeric = [str(name) for name in frame.columns if pd.api.types.is_numeric_dtype(frame.dtypes[name])]
-    scales = {name: Scale(unit, unit) for name, unit in attributes.get("units", {}).items()}
-    bounds = attributes.get("constraints", {})
-    criteria = make_criteria(request.where, request.limits, numeric, numeric, bounds, scales)
+    numeric, criteria = criteria_of_table(frame, request.where, request.limits)
     needed = dict.fromkeys([*(objective.metric for objective in objectives), *criteria.column_names])
     for name in needed:
         if name not in numeric:
@@ -158,6 +97,17 @@ def rank_frame(frame: pd.DataFrame, request: RankRequest) -> pd.DataFrame:
     # Rows are selected by position, because the labels of a table may repeat.
     rows, numbers = find_fronts(criteria.apply([columns]), objectives, request.fronts)
     return sort_fronts(frame.iloc[rows], numbers, objectives, order, request)
+
+
+def criteria_of_table(
+    frame: pd.DataFrame, where: str | None, limits: Limits | None
+) -> tuple[list[str], RankingCriteria]:
+    """The columns of a table that hold numbers, and the criteria of a request on them."""
+    import pandas as pd
+
+    numeric = [str(name) for name in frame.columns if pd.api.types.is_numeric_dtype(frame.dtypes[name])]
+    scales = {name: Scale(unit, unit) for name, unit in frame.attrs.get("units", {}).items()}
+    return numeric, make_criteria(where, limits, numeric, numeric, frame.attrs.get("constraints", {}), scales)
 
 
 def sort_fronts(
@@ -173,21 +123,24 @@ def sort_fronts(
     return add_quality_columns(ranked, objectives) if request.quality else ranked
 
 
-def rankable_names(source: Source) -> list[str]:
+def rankable_names(source: Results) -> list[str]:
     """Names of the columns that can be an objective."""
     return [c.name for c in source.columns if c.role in RANKABLE_ROLES and not c.labels]
 
 
 def rank_source(
-    source: Source, request: RankRequest = DEFAULT_REQUEST, report_progress: ReportProgress | None = None
+    source: Results, request: RankRequest = DEFAULT_REQUEST, report_progress: ReportProgress | None = None
 ) -> Ranking:
     """Rank the designs of a results file, block by block, and show them in the units of `source`; see `rank_frame`."""
     ranking = rank_declared(source, request, report_progress)
     return replace(ranking, frame=source.show(ranking.frame))
 
 
-def rank_declared(source: Source, request: RankRequest, report_progress: ReportProgress | None = None) -> Ranking:
-    """Rank the designs of a results file by the request in shown units; the table is in declared units."""
+def rank_declared(source: Results, request: RankRequest, report_progress: ReportProgress | None = None) -> Ranking:
+    """Rank the designs of a results file by the request in shown units; the table is in declared units.
+
+    The declared values are compared, of which two may become one by a conversion.
+    """
     scales, source = source.scales, source.declared
     defaults = source.objectives
     objectives, order = choose_objectives(
@@ -204,7 +157,7 @@ def rank_declared(source: Source, request: RankRequest, report_progress: ReportP
     objective_names = (objective.metric for objective in objectives)
     used = (*tally.margins, *objective_names, *criteria.column_names)
     needed = list(dict.fromkeys(["design", "feasible", "status", *used]))
-    blocks = _report_each(source.blocks(needed), source.n_committed, report_progress)
+    blocks = report_each(source.blocks(needed), source.n_committed, report_progress)
     rows, numbers = find_fronts(criteria.apply(blocks), objectives, request.fronts, tally)
     has_study_objectives = {f"{o.metric}:{o.sense}" for o in objectives} == set(defaults)
     keeps_best = has_study_objectives and criteria.preserves_front(objectives)
@@ -215,9 +168,10 @@ def rank_declared(source: Source, request: RankRequest, report_progress: ReportP
     return Ranking(frame, objectives, order, tally, criteria.exclusions, has_front_only and not keeps_best)
 
 
-def _report_each(blocks: Iterable[Arrays], total: int, report_progress: ReportProgress | None) -> Iterator[Arrays]:
-    """Yield the blocks and report the progress after each."""
-    done = 0
+def report_each(
+    blocks: Iterable[Arrays], total: int, report_progress: ReportProgress | None, done: int = 0
+) -> Iterator[Arrays]:
+    """Yield the blocks and report the progress after each, from what was done before."""
     for columns in blocks:
         yield columns
         done += len(columns["design"])

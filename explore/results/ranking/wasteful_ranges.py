@@ -5,13 +5,16 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
 from explore.model.quantities import FloatArray
 from explore.model.status import Status
-from explore.results.ranking.rankings import Source
+
+if TYPE_CHECKING:
+    from explore.results.store.results import Results
 
 #: Approximate number of intervals into which the range of a parameter is divided.
 _N_INTERVALS = 20
@@ -35,7 +38,7 @@ class WastefulRange:
     n_reachable: int
 
 
-def find_wasteful_ranges(source: Source) -> list[WastefulRange]:
+def find_wasteful_ranges(source: Results) -> list[WastefulRange]:
     """Find the ends of the swept ranges where the reachable fraction is less than half of that of all designs.
 
     The source keeps every design, and is read twice, block by block. The ends are sorted by falling number of
@@ -55,7 +58,7 @@ def find_wasteful_ranges(source: Source) -> list[WastefulRange]:
     return sorted(ranges, key=lambda end: end.n_reachable - end.n_designs)
 
 
-def _edges(source: Source) -> dict[str, FloatArray]:
+def _edges(source: Results) -> dict[str, FloatArray]:
     """Round values that divide the range of each swept parameter; none for the solved length, which can be NaN."""
     names = [column.name for column in source.columns if column.role == "parameter"]
     low, high = dict.fromkeys(names, math.inf), dict.fromkeys(names, -math.inf)

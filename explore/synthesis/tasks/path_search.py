@@ -18,7 +18,6 @@ from explore.synthesis.defects import find_passage
 from explore.synthesis.linkages import ComplexArray, FourBar, is_alike
 from explore.synthesis.tasks.pivot_boxes import Box
 from explore.synthesis.tasks.placed_four_bars import PlacedFourBar, candidates_of
-from explore.synthesis.tasks.timed_errors import find_timed_errors
 
 if TYPE_CHECKING:
     from explore.synthesis.paths.search import PathSolution
@@ -33,6 +32,8 @@ _SAME = 1e-3
 _SAME_ROUNDED = 1e-9
 #: Difference up to which crank angles are the same, rad.
 _SAME_ANGLE = 1e-6
+#: Number of directions of the angle 0 that are tried where it is free, before the best is improved.
+_N_SHIFTS = 720
 
 
 @dataclass(frozen=True)
@@ -185,3 +186,39 @@ def _with_cognates(solution: PathSolution, number: int) -> list[PlacedFourBar]:
 def _apart(points: ComplexArray, angles: FloatArray) -> ComplexArray:
     """The points without those at the crank angle of the one before."""
     return np.asarray(points[np.concatenate([[True], np.abs(np.diff(angles)) > _SAME_ANGLE])])
+
+
+def find_timed_errors(
+    linkage: FourBar, points: ComplexArray, angles: FloatArray, weights: FloatArray, *, is_shift_free: bool
+) -> tuple[float, float]:
+    """The weighted rms and the largest distance, NaN where the linkage cannot be assembled at an angle.
+
+    Parameters
+    ----------
+    linkage
+        The four-bar.
+    points, angles, weights
+        Shape (n,); the angles are of the crank, rad.
+    is_shift_free
+        Whether the angles count from any direction, the best one; else from the line of the pivots.
+    """
+    from scipy.optimize import minimize_scalar
+
+    def distances(shift: float) -> FloatArray:
+        return np.asarray(np.abs(linkage.points(angles + shift) - points))
+
+    def square(shift: float) -> float:
+        total = float(np.average(distances(shift) ** 2, weights=weights))
+        return total if np.isfinite(total) else np.inf
+
+    shift = float(np.angle(linkage.rocker_pivot - linkage.crank_pivot))
+    if is_shift_free:
+        step = 2.0 * np.pi / _N_SHIFTS
+        tried = np.arange(_N_SHIFTS) * step
+        squares = [square(each) for each in tried]
+        shift = float(tried[int(np.argmin(squares))])
+        if np.isfinite(min(squares)):
+            shift = float(minimize_scalar(square, bounds=(shift - step, shift + step), options={"xatol": 1e-12}).x)
+    if not np.isfinite(square(shift)):
+        return np.nan, np.nan
+    return float(np.sqrt(square(shift))), float(distances(shift).max())
