@@ -12,36 +12,21 @@ import math
 
 from explore.base.compiling import LANES
 from explore.base.subroutines import subroutine
-from explore.model.points import (
-    ACCELERATION_SQUARE,
-    ACCELERATION_TERMS,
-    ACCELERATION_X,
-    ACCELERATION_Y,
-    CURVATURE,
-    CURVATURE_TERMS,
-    PLACES_SIZE,
-    POSITION_TERMS,
-    VELOCITY_SQUARE,
-    VELOCITY_TERMS,
-    VELOCITY_X,
-    VELOCITY_Y,
-    X,
-    Y,
-)
+from explore.model import points
 
 
 @subroutine(inlined=True)
 def fill_places(record, lane, places, first_parameter):
     """Fill the constants of the places of points, from the row `places` on, of one lane."""
-    for k in range(PLACES_SIZE):
+    for k in range(points.PLACES_SIZE):
         record[(places + k) * LANES + lane] = record[(first_parameter + k) * LANES + lane]
 
 
 @subroutine(inlined=True)
 def fill_place(out, first, lane, bx, by, rx, ry, terms):
     """Fill the position of a point, whose first row is `first`, from base point and r, and the size of its terms."""
-    out[(first + X) * LANES + lane], out[(first + Y) * LANES + lane] = bx + rx, by + ry
-    out[(first + POSITION_TERMS) * LANES + lane] = terms
+    out[(first + points.X) * LANES + lane], out[(first + points.Y) * LANES + lane] = bx + rx, by + ry
+    out[(first + points.POSITION_TERMS) * LANES + lane] = terms
 
 
 @subroutine(inlined=True)
@@ -52,16 +37,16 @@ def fill_rates(out, first, lane, bvx, bvy, bax, bay, rx, ry, rate, rate_of_rate,
     square, acceleration_square = vx * vx + vy * vy, ax * ax + ay * ay
     speed = math.sqrt(square)
     one_over_cube = 1.0 / (square * speed)
-    out[(first + VELOCITY_X) * LANES + lane], out[(first + VELOCITY_Y) * LANES + lane] = vx, vy
-    out[(first + VELOCITY_SQUARE) * LANES + lane] = square
-    out[(first + ACCELERATION_X) * LANES + lane], out[(first + ACCELERATION_Y) * LANES + lane] = ax, ay
-    out[(first + ACCELERATION_SQUARE) * LANES + lane] = acceleration_square
-    out[(first + CURVATURE) * LANES + lane] = (vx * ay - vy * ax) * one_over_cube
-    out[(first + VELOCITY_TERMS) * LANES + lane] = velocity_terms
-    out[(first + ACCELERATION_TERMS) * LANES + lane] = acceleration_terms
+    out[(first + points.VELOCITY_X) * LANES + lane], out[(first + points.VELOCITY_Y) * LANES + lane] = vx, vy
+    out[(first + points.VELOCITY_SQUARE) * LANES + lane] = square
+    out[(first + points.ACCELERATION_X) * LANES + lane], out[(first + points.ACCELERATION_Y) * LANES + lane] = ax, ay
+    out[(first + points.ACCELERATION_SQUARE) * LANES + lane] = acceleration_square
+    out[(first + points.CURVATURE) * LANES + lane] = (vx * ay - vy * ax) * one_over_cube
+    out[(first + points.VELOCITY_TERMS) * LANES + lane] = velocity_terms
+    out[(first + points.ACCELERATION_TERMS) * LANES + lane] = acceleration_terms
     # of the product by both factors, and of the cube by the velocity
     terms = 4.0 * velocity_terms * math.sqrt(acceleration_square) + speed * acceleration_terms
-    out[(first + CURVATURE_TERMS) * LANES + lane] = terms * one_over_cube
+    out[(first + points.CURVATURE_TERMS) * LANES + lane] = terms * one_over_cube
 
 
 @subroutine(fast=True, inlined=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import platform
 from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from hashlib import sha256
 from pathlib import Path
 from types import TracebackType
@@ -205,11 +205,36 @@ def _check_count(study: Study, most: int) -> None:
 def _front_attributes(study: Study) -> dict[str, Attribute]:
     """Attributes of a file that keeps the front, which depends on the objectives too."""
     objectives = [f"{objective.metric}:{objective.sense}" for objective in study.objectives]
-    identity = json.dumps(
-        {**json.loads(study.identity), "objectives": objectives}, sort_keys=True, separators=(",", ":")
-    )
-    own = {"keep": "front", "determines": identity, "request_sha256": sha256(identity.encode()).hexdigest()}
-    return {**study_attributes(study), **own}
+    content = {**json.loads(study.identity), "objectives": objectives}
+    return {**study_attributes(study), "keep": "front", **identity_attributes(content)}
+
+
+def digest_of(arrays: Mapping[str, Any]) -> str:
+    """SHA-256 of the values of columns, in the order of their names."""
+    values = sha256()
+    for name in sorted(arrays):
+        values.update(arrays[name].tobytes())
+    return values.hexdigest()
+
+
+def identity_attributes(content: Mapping[str, Any]) -> dict[str, Attribute]:
+    """The attributes of a results file that say what determines its columns."""
+    identity = json.dumps(content, sort_keys=True, separators=(",", ":"), allow_nan=False)
+    return {"request_sha256": sha256(identity.encode()).hexdigest(), "determines": identity}
+
+
+def write_at_once(
+    path: Path, columns: Sequence[Column], arrays: Arrays, attributes: Mapping[str, Attribute], *, restart: bool
+) -> None:
+    """Write designs whose columns are known, all but the index, as a results file; one that has them is left as it is.
+
+    Designs are numbered from 0.
+    """
+    count = len(next(iter(arrays.values())))
+    with AllDesignsWriter(path, tuple(columns), count, BLOCK_SIZE, attributes, restart=restart) as writer:
+        for number in writer.pending:
+            rows = slice(number * BLOCK_SIZE, (number + 1) * BLOCK_SIZE)
+            writer.commit(number, {name: values[rows] for name, values in arrays.items()})
 
 
 def study_attributes(study: Study) -> dict[str, Attribute]:

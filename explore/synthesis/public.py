@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass
-from hashlib import sha256
 from pathlib import Path
 
 import numpy as np
@@ -15,12 +14,10 @@ from explore.model.columns import Arrays, Attribute, Column
 from explore.model.progress import ReportProgress
 from explore.results.ranking.pareto import objectives_to_minimise
 from explore.results.ranking.spreading import spread_rows
-from explore.results.store.all_designs_writer import AllDesignsWriter
 from explore.results.store.open_results import open_results
 from explore.results.store.results import Results
-from explore.running.collectors import results_columns, study_attributes
+from explore.running.collectors import digest_of, identity_attributes, results_columns, study_attributes, write_at_once
 from explore.studies.config.study import Study
-from explore.studies.designs.spaces import BLOCK_SIZE
 from explore.synthesis.candidates import SOLUTION, Candidates
 from explore.synthesis.tasks.task_files import TaskFile, load_task
 
@@ -137,33 +134,26 @@ class CandidateRows:
 
     def write(self, path: Path, *, restart: bool = False) -> None:
         """Write the results file; one that has these candidates already is left as it is."""
-        with AllDesignsWriter(
-            path, self.columns, self.count, BLOCK_SIZE, self._attributes(), restart=restart
-        ) as writer:
-            for number in writer.pending:
-                rows = slice(number * BLOCK_SIZE, (number + 1) * BLOCK_SIZE)
-                writer.commit(number, {name: values[rows] for name, values in self.arrays.items()})
+        write_at_once(path, self.columns, self.arrays, self._attributes(), restart=restart)
 
     def _attributes(self) -> dict[str, Attribute]:
         """Attributes of the results file."""
-        values = sha256()
-        for name in sorted(self.arrays):
-            values.update(self.arrays[name].tobytes())
         objectives = [f"{objective.metric}:{objective.sense}" for objective in self.study.objectives]
         content = json.loads(self.study.identity)
         content |= {
             "objectives": objectives,
-            "sampling": {"method": "synthesis", "version": _VERSION, "sha256": values.hexdigest()},
+            "sampling": {"method": "synthesis", "version": _VERSION, "sha256": digest_of(self.arrays)},
         }
-        identity = json.dumps(content, sort_keys=True, separators=(",", ":"), allow_nan=False)
-        return study_attributes(self.study) | {
-            "request_sha256": sha256(identity.encode()).hexdigest(),
-            "determines": identity,
-            "sampler": "synthesis",
-            "label_sentences": json.dumps(self.candidates.sentences),
-            "task": self.task,
-            "tried": json.dumps(self.candidates.tried),
-        }
+        return (
+            study_attributes(self.study)
+            | identity_attributes(content)
+            | {
+                "sampler": "synthesis",
+                "label_sentences": json.dumps(self.candidates.sentences),
+                "task": self.task,
+                "tried": json.dumps(self.candidates.tried),
+            }
+        )
 
 
 def evaluate_candidates(study: Study, candidates: Candidates, task: str) -> CandidateRows:

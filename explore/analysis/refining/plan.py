@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 from dataclasses import dataclass
-from hashlib import sha256
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -20,7 +19,7 @@ from explore.results.ranking.pareto import objectives_to_minimise
 from explore.results.ranking.quality import REFERENCE_OFFSET
 from explore.results.ranking.rankings import Ranking, RankRequest, rank_source
 from explore.results.store.results import Results
-from explore.running.collectors import results_columns, study_attributes
+from explore.running.collectors import digest_of, identity_attributes, results_columns, study_attributes
 from explore.studies.config.study import Study
 from explore.studies.config.study_file import parse_study
 from explore.studies.designs.solved_lengths import SolvedSpace
@@ -95,9 +94,6 @@ class RefinementPlan:
     def attributes(self) -> dict[str, Attribute]:
         """Attributes of the results file; none of them differs between two runs."""
         objectives = [f"{objective.metric}:{objective.sense}" for objective in self.objectives]
-        values = sha256()
-        for name in sorted(self.start):
-            values.update(self.start[name].tobytes())
         content = json.loads(self.study.identity) | {
             "objectives": objectives,
             "block_size": self.size,
@@ -106,17 +102,18 @@ class RefinementPlan:
                 "version": _VERSION,
                 "seed": self.seed,
                 "start": len(self.start["design"]),
-                "sha256": values.hexdigest(),
+                "sha256": digest_of(self.start),
             },
         }
-        identity = json.dumps(content, sort_keys=True, separators=(",", ":"), allow_nan=False)
-        return study_attributes(self.study) | {
-            "request_sha256": sha256(identity.encode()).hexdigest(),
-            "determines": identity,
-            "sampler": "refinement",
-            "seed": self.seed,
-            "objectives": json.dumps(objectives),
-        }
+        return (
+            study_attributes(self.study)
+            | identity_attributes(content)
+            | {
+                "sampler": "refinement",
+                "seed": self.seed,
+                "objectives": json.dumps(objectives),
+            }
+        )
 
 
 def plan_refinement(

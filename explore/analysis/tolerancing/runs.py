@@ -11,7 +11,6 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from functools import partial
-from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -25,14 +24,13 @@ from explore.base.errors import ClusterError, ResultsError
 from explore.model.columns import Attribute, Column
 from explore.model.progress import ReportProgress
 from explore.model.quantities import Sense
-from explore.results.store.all_designs_writer import AllDesignsWriter
 from explore.results.store.open_results import open_results
 from explore.results.store.results import Results
 from explore.running.blocks import environment_of
 from explore.running.clusters import check_environment
+from explore.running.collectors import digest_of, identity_attributes, write_at_once
 from explore.running.tasks import run_tasks
 from explore.running.threads import LocalThreads
-from explore.studies.designs.spaces import BLOCK_SIZE
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -190,10 +188,7 @@ def write_toleranced(
     arrays = {c.name: np.ascontiguousarray(frame[c.name], dtype=c.dtype) for c in columns[1:-1]}
     arrays[PARENT] = frame.index.to_numpy().astype("<i8")
     stored = _attributes(source, arrays, attributes)
-    with AllDesignsWriter(path, columns, len(frame), BLOCK_SIZE, stored, restart=restart) as writer:
-        for number in writer.pending:
-            rows = slice(number * BLOCK_SIZE, (number + 1) * BLOCK_SIZE)
-            writer.commit(number, {name: values[rows] for name, values in arrays.items()})
+    write_at_once(path, columns, arrays, stored, restart=restart)
 
 
 def is_continued(path: Path, source: Results, attributes: Mapping[str, object]) -> bool:
@@ -220,16 +215,14 @@ def _content(source: Results, attributes: Mapping[str, object], digest: str) -> 
 
 def _attributes(source: Results, arrays: Mapping[str, Any], attributes: Mapping[str, object]) -> dict[str, Attribute]:
     """Attributes of the new results file."""
-    values = sha256()
-    for name in sorted(arrays):
-        values.update(arrays[name].tobytes())
-    old, content = source.attributes, _content(source, attributes, values.hexdigest())
-    identity = json.dumps(content, sort_keys=True, separators=(",", ":"), allow_nan=False)
+    old, content = source.attributes, _content(source, attributes, digest_of(arrays))
     senses: Mapping[str, Sense | None] = attributes["senses"]  # type: ignore[assignment]
-    return {name: old[name] for name in _KEPT if name in old} | {
-        "request_sha256": sha256(identity.encode()).hexdigest(),
-        "determines": identity,
-        "sampler": _SAMPLER,
-        "objectives": json.dumps(attributes["objectives"]),
-        "senses": json.dumps(source.senses | dict(senses)),
-    }
+    return (
+        {name: old[name] for name in _KEPT if name in old}
+        | identity_attributes(content)
+        | {
+            "sampler": _SAMPLER,
+            "objectives": json.dumps(attributes["objectives"]),
+            "senses": json.dumps(source.senses | dict(senses)),
+        }
+    )

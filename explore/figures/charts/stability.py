@@ -7,19 +7,7 @@ import textwrap
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from explore.figures.charts.style import (
-    BLUE,
-    BROWN,
-    GREEN,
-    INK,
-    MUTED,
-    ORANGE,
-    PURPLE,
-    RED,
-    SKY,
-    line_style,
-    new_figure,
-)
+from explore.figures.charts import style
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -29,14 +17,14 @@ if TYPE_CHECKING:
 
 #: Colour and letter of each verdict: reported failures are pale, silent ones strong.
 VERDICTS = {
-    "accurate": (GREEN, ""),
-    "inaccurate": (ORANGE, ""),
+    "accurate": (style.GREEN, ""),
+    "inaccurate": (style.ORANGE, ""),
     "correctly rejected": ("#d9dee3", "·"),
-    "reported failure": (SKY, "f"),
-    "raised": (BLUE, "e"),
-    "unreported NaN": (PURPLE, "N"),
-    "false success": (BROWN, "!"),
-    "wrong branch": (RED, "B"),
+    "reported failure": (style.SKY, "f"),
+    "raised": (style.BLUE, "e"),
+    "unreported NaN": (style.PURPLE, "N"),
+    "false success": (style.BROWN, "!"),
+    "wrong branch": (style.RED, "B"),
 }
 #: Number of letters of a line of a panel's label.
 _LABEL_WIDTH = 75
@@ -141,13 +129,13 @@ def _draw_panel(panel: Axes, name: str, lines: dict[str, pd.DataFrame]) -> None:
     panel.set_xlim(0, len(margins))
     panel.set_ylim(len(lines), 0)
     blocked = sum(margin > 0.0 for margin in margins)
-    panel.axvline(blocked, color=INK, lw=2)
+    panel.axvline(blocked, color=style.INK, lw=2)
     panel.set_xticks([])
     panel.set_yticks([y + 0.5 for y in range(len(lines))], list(lines), fontsize=7)
     panel.tick_params(length=0)
     panel.set_title(name, fontsize=9, loc="left", pad=3)
     for spine in panel.spines.values():
-        spine.set_color(MUTED)
+        spine.set_color(style.MUTED)
 
 
 def _cell(x: int, y: int, colour: str) -> Rectangle:
@@ -163,7 +151,7 @@ def _correct_digits(error: float) -> str:
 
 def _text_colour(colour: str) -> str:
     red, green, blue = (int(colour[k : k + 2], 16) for k in (1, 3, 5))
-    return INK if 0.3 * red + 0.6 * green + 0.1 * blue > 130 else "white"
+    return style.INK if 0.3 * red + 0.6 * green + 0.1 * blue > 130 else "white"
 
 
 def _margin_text(margin: float) -> str:
@@ -175,13 +163,13 @@ def _margin_text(margin: float) -> str:
 
 def turn_chart(rows: pd.DataFrame, singular_angles: Sequence[float], title: str) -> Figure:
     """Draw the error of every method over a turn on a logarithmic scale, and the singular positions, deg, as bars."""
-    figure = new_figure(9.5, 5.0)
+    figure = style.new_figure(9.5, 5.0)
     panel = figure.subplots()
     for angle in singular_angles:
-        panel.axvline(angle, color=MUTED, lw=5, alpha=0.35)
-        panel.text(angle, _TOP_ERROR, f" {angle:.2f}°", va="top", fontsize=8, color=INK)
+        panel.axvline(angle, color=style.MUTED, lw=5, alpha=0.35)
+        panel.text(angle, _TOP_ERROR, f" {angle:.2f}°", va="top", fontsize=8, color=style.INK)
     for name, line in rows.groupby("method", sort=False):
-        look = line_style(str(name))
+        look = style.line_style(str(name))
         errors = line["error"].clip(_SMALLEST_ERROR, _TOP_ERROR)
         panel.plot(line["crank_angle"], errors, color=look.colour, ls=look.style, lw=1.2, label=line["setting"].iloc[0])
         ended = errors.isna().to_numpy().nonzero()[0]

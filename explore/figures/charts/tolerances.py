@@ -9,20 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from explore.base.errors import RequestError
-from explore.figures.charts.style import (
-    BLUE,
-    BROWN,
-    GREEN,
-    INK,
-    MUTED,
-    ORANGE,
-    PURPLE,
-    RED,
-    SKY,
-    YELLOW,
-    new_figure,
-    write_heading,
-)
+from explore.figures.charts import style
 from explore.results.labels import unit_text
 
 if TYPE_CHECKING:
@@ -42,9 +29,9 @@ _REST_HEIGHT = 1.5
 #: Number of bins of a histogram.
 _N_BINS = 60
 #: Colours of parameters in turn.
-_COLOURS = (BLUE, ORANGE, GREEN, PURPLE, SKY, BROWN, YELLOW, MUTED)
+_COLOURS = (style.BLUE, style.ORANGE, style.GREEN, style.PURPLE, style.SKY, style.BROWN, style.YELLOW, style.MUTED)
 #: Colours on which text is white.
-_DARK = (BLUE, GREEN, BROWN)
+_DARK = (style.BLUE, style.GREEN, style.BROWN)
 
 
 def tolerance_chart(robustness: Robustness, design: int | None = None) -> Figure:
@@ -68,7 +55,7 @@ def tolerance_chart(robustness: Robustness, design: int | None = None) -> Figure
     senses = robustness.designs.attrs["senses"]
     rows, shares = robustness.metrics_of(number), robustness.by_dimension(number, "share")
     names = [name for name in rows if senses.get(name) or name in constraints]
-    figure = new_figure(9.0, _REST_HEIGHT + _ROW_HEIGHT * len(names))
+    figure = style.new_figure(9.0, _REST_HEIGHT + _ROW_HEIGHT * len(names))
     panels = figure.subplots(len(names), 2, squeeze=False, width_ratios=[1, 2])
     sample = robustness.sample(number)
     for (bar, histogram), name in zip(panels, names, strict=True):
@@ -77,12 +64,12 @@ def tolerance_chart(robustness: Robustness, design: int | None = None) -> Figure
         _draw_histogram(histogram, sample[name].dropna().to_numpy(), rows[name], constraints.get(name, {}))
     handles, labels = panels[0, 0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower left", ncols=len(labels), frameon=False)
-    panels[0, 0].set_title("share of the variance", fontsize=10, color=INK)
-    panels[0, 1].set_title(f"{len(sample):,} parts", fontsize=10, color=INK)
+    panels[0, 0].set_title("share of the variance", fontsize=10, color=style.INK)
+    panels[0, 1].set_title(f"{len(sample):,} parts", fontsize=10, color=style.INK)
     row = robustness.designs.loc[number].to_dict()
     widths = ", ".join(_width(t, robustness.units[t.parameter]) for t in robustness.tolerances)
     text = f"design {number}, yield {100 * row['yield_low']:.6g} to {100 * row['yield_high']:.6g} %, {widths}"
-    write_heading(figure, text, 90)
+    style.write_heading(figure, text, 90)
     return figure
 
 
@@ -104,11 +91,11 @@ def _draw_shares(panel: Axes, shares: Mapping[str, float]) -> None:
         colour = _COLOURS[k % len(_COLOURS)]
         panel.barh(0, width, left=start, height=0.6, color=colour, label=name)
         if width >= 12.0:
-            ink = "white" if colour in _DARK else INK
+            ink = "white" if colour in _DARK else style.INK
             panel.text(start + width / 2, 0, f"{width:.0f} %", ha="center", va="center", fontsize=8, color=ink)
         start += width
     if start == 0.0:
-        panel.text(50, 0, "undefined", ha="center", va="center", fontsize=8, color=MUTED)
+        panel.text(50, 0, "undefined", ha="center", va="center", fontsize=8, color=style.MUTED)
     panel.set(xlim=(0, 100), ylim=(-0.5, 0.5), yticks=[], xticks=[])
     for side in ("top", "right", "left", "bottom"):
         panel.spines[side].set_visible(False)
@@ -118,22 +105,22 @@ def _draw_histogram(
     panel: Axes, values: FloatArray, row: Mapping[str, Any], bounds: Mapping[str, float | None]
 ) -> None:
     if not len(values):
-        panel.text(0.5, 0.5, "no part moves", ha="center", va="center", color=MUTED, transform=panel.transAxes)
+        panel.text(0.5, 0.5, "no part moves", ha="center", va="center", color=style.MUTED, transform=panel.transAxes)
         panel.set(xticks=[], yticks=[])
         return
     counts, edges = np.histogram(values, _N_BINS)
     centres = (edges[1:] + edges[:-1]) / 2
     low, high = bounds.get("min"), bounds.get("max")
     is_missed = (centres < (-math.inf if low is None else low)) | (centres > (math.inf if high is None else high))
-    panel.bar(centres, counts, np.diff(edges), color=np.where(is_missed, RED, SKY).tolist())
-    panel.axvline(row["nominal"], color=INK, lw=1.0)
+    panel.bar(centres, counts, np.diff(edges), color=np.where(is_missed, style.RED, style.SKY).tolist())
+    panel.axvline(row["nominal"], color=style.INK, lw=1.0)
     for end in (row["low"], row["high"]):
-        panel.axvline(end, color=INK, lw=1.0, ls=":")
+        panel.axvline(end, color=style.INK, lw=1.0, ls=":")
     # The limit of a constraint far away would squeeze the histogram.
     left, right = panel.get_xlim()
     for bound in (low, high):
         if bound is not None and left - (right - left) < bound < right + (right - left):
-            panel.axvline(bound, color=RED, lw=1.4, ls="-.")
+            panel.axvline(bound, color=style.RED, lw=1.4, ls="-.")
     panel.set_yticks([])
     panel.ticklabel_format(axis="x", useOffset=False)
     panel.tick_params(axis="x", labelsize=8)
