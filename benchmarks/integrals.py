@@ -14,7 +14,7 @@ import numpy as np
 from timing import cpu_times
 
 from explore.evaluation.evaluate import evaluate_columns
-from explore.evaluation.integrals import integrate_window
+from explore.evaluation.known import integrate_window
 from explore.studies.request.names import find_mechanism
 from explore.studies.request.requests import make_request
 

@@ -22,11 +22,10 @@ import explore
 from explore.comparison.scenes import bundled_scenes, load_scene
 from explore.comparison.stability_cases import stability_case
 from explore.figures.charts.averages import averages_chart
-from explore.figures.charts.gear_starts import starts_chart
 from explore.figures.charts.mechanism import draw_mechanism
 from explore.figures.charts.pareto import draw_designs
 from explore.figures.charts.precision import overview_chart, scene_chart
-from explore.figures.charts.stability import stability_chart, turn_chart
+from explore.figures.charts.stability import stability_chart, starts_chart, turn_chart
 from explore.figures.charts.style import BLUE, INK, ORANGE, new_figure, save_figure
 from explore.figures.simulation import simulate_design
 

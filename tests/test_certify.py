@@ -21,8 +21,7 @@ from studies import box, sweep_text
 import explore
 from explore.analysis.certifying.balls import PRECISIONS
 from explore.analysis.certifying.certification import certify_designs
-from explore.analysis.certifying.designs import Design
-from explore.analysis.certifying.formulas import _BINARY, _UNARY
+from explore.analysis.certifying.designs import _BINARY, _UNARY, Design
 from explore.analysis.certifying.four_bar_shape import classify
 from explore.analysis.certifying.integration import integrate_over
 from explore.analysis.certifying.positions import full_turn

@@ -19,7 +19,7 @@ from explore.comparison.gear_starts import (
     solve_from_starts,
     solve_scalar_equation,
 )
-from explore.figures.charts.gear_starts import starts_chart
+from explore.figures.charts.stability import starts_chart
 
 COUNT = 300
 NAMES = ("k", "c0", "c1", "c2", "c3")

@@ -5,8 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from explore.comparison.levels import measure_level_costs
-from explore.comparison.method_precision import compare_methods
+from explore.comparison.method_precision import compare_methods, measure_level_costs
 from explore.comparison.methods.closed_form import ClosedForm
 from explore.comparison.methods.contract import Level, MotionRow, Task, method_label
 from explore.comparison.methods.registry import METHODS

@@ -6,7 +6,7 @@ from bounds import REFERENCE_ERROR, STROKES, References
 from exact_linkage import ExactLinkage
 
 import explore
-from explore.evaluation.integrals import integrate_window
+from explore.evaluation.known import integrate_window
 from explore.mechanisms.registry import MECHANISMS
 from explore.studies.request.names import make_window
 

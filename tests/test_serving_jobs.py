@@ -16,14 +16,13 @@ from studies import FEW, GOOD
 from waiting import wait_until
 
 from explore.base.errors import ConfigError, RequestError, ResultsError
-from explore.service.estimates import Estimates
 from explore.service.folder import Folder, State, check_name
 from explore.service.job_files import Kind, Refinement, read_job_file
 from explore.service.jobs import Job, append_event, read_events
 from explore.service.plans import Limits, check_limits, make_plan
 from explore.service.queue import Jobs, StateError, UnknownJobError
 from explore.service.runner import Runner, Work
-from explore.service.station import open_station
+from explore.service.station import Estimates, open_station
 from explore.synthesis.tasks.task_files import task_starter
 
 ROOT = Path(__file__).parents[1]

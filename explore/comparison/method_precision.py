@@ -1,15 +1,17 @@
-"""Error and cost of every method on a scene."""
+"""Error and cost of every method on a scene, and the cost of each level of the model."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from explore.comparison import slider_reference
+from explore.comparison.methods.closed_form import ClosedForm
 from explore.comparison.methods.contract import Capability, Level, Method, MotionRow, Outcome, Task, method_label
 from explore.comparison.methods.four_bar_loop import FOUR_BAR
 from explore.comparison.methods.geometry import geometric_outcome, solve_screened
@@ -122,3 +124,26 @@ def _seconds_per_design(method: Method, task: Task) -> float:
 
 def _largest(errors: FloatArray) -> float:
     return float(errors.max()) if len(errors) and not np.isnan(errors).all() else np.nan
+
+
+def measure_level_costs(scene: Scene) -> dict[str, Any]:
+    """Measure the CPU time per design of each level by the closed form.
+
+    Keys scene, needs (the level that the question of the scene needs), the names of the levels (s), and
+    full_cost_ratio: the cost of the highest level over that of the needed one.
+    """
+    designs = np.arange(max(BATCH_SIZE, len(scene.parameters))) % len(scene.parameters)
+    parameters, branch = scene.parameters[designs], scene.branch[designs]
+    angles = np.tile(np.linspace(0.0, 2.0 * np.pi, ANGLE_COUNT), (len(designs), 1))
+    columns = {**dict(zip(scene.loop.parameters, parameters.T, strict=True)), "branch": branch}
+    mechanism = scene.loop.mechanism
+    inputs = np.stack([columns.get(p.name, np.full(len(designs), p.default)) for p in mechanism.kernel_parameters])
+    geometry = partial(mechanism.evaluate_closed_form, inputs)
+    seconds = {Level.GEOMETRY: measure_cpu_seconds(geometry) / len(designs)}
+    for level in (Level.POSITIONS, Level.VELOCITIES, Level.ACCELERATIONS):
+        task = Task(parameters, branch, angles, level, loop=scene.loop)
+        seconds[level] = measure_cpu_seconds(partial(ClosedForm().solve, task)) / len(designs)
+    row: dict[str, Any] = {"scene": scene.name, "needs": scene.model.name.lower()}
+    row |= {level.name.lower(): value for level, value in seconds.items()}
+    row["full_cost_ratio"] = seconds[Level.ACCELERATIONS] / seconds[scene.model]
+    return row

@@ -1,8 +1,10 @@
-"""A design of results in words."""
+"""A design of results in words, and a summary of the file for programs."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
+
+from explore.results.store.results import Results
 
 if TYPE_CHECKING:
     from explore.results.store.results import Results
@@ -26,3 +28,18 @@ def with_status(results: Results, record: Record) -> Record:
     status, names = str(record["status"]), headings(results.scales, record)
     named = {names.get(name, name): value for name, value in record.items()}
     return {**named, "status_label": status, "status_sentence": results.status_sentences.get(status, "")}
+
+
+def summarise(results: Results) -> dict[str, Any]:
+    """What `explore show --json` prints, without the path."""
+    return {
+        "complete": results.is_complete,
+        "packed": results.is_packed,
+        "keep": results.keep,
+        "studied": results.n_studied,
+        "designs": results.n_designs,
+        "committed": results.n_committed,
+        "counts": results.counts,
+        "units": results.units,
+        "attributes": {key: value for key, value in results.attributes.items() if key != "determines"},
+    }

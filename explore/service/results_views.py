@@ -13,11 +13,10 @@ from explore.base.units.shown import read_shown_units
 from explore.figures.exporting.formats import export
 from explore.model.mechanism import Mechanism
 from explore.results.ranking.rankings import RankRequest, rank_source
-from explore.results.records import label_record, with_status
+from explore.results.records import label_record, summarise, with_status
 from explore.results.store.open_results import open_results
 from explore.results.store.results import Results
 from explore.results.store.study_units import given_units, units_of_study
-from explore.results.store.summaries import summarise
 from explore.results.store.table_words import with_labels, with_units
 from explore.studies.config.linkage import mechanism_of
 

@@ -7,7 +7,7 @@ from functools import cached_property
 
 from flint import acb, arb, fmpq_poly
 
-from explore.analysis.certifying import four_bar_clutch, four_bar_extremes, four_bar_integrals
+from explore.analysis.certifying import four_bar_extremes, four_bar_integrals
 from explore.analysis.certifying.balls import Enclosure, UnprovedError
 from explore.analysis.certifying.four_bar_integrals import SquareOfVelocity
 from explore.analysis.certifying.four_bar_motion import COUPLER, ROCKER, Linkage, State
@@ -202,7 +202,7 @@ class CrankRocker:
     def _driven_arc(self) -> Arc:
         """The part of the drive stroke in which one rocker drives the output."""
         clutch = next(window for window in self._request.mechanism.windows if window.kind == "clutch")
-        return four_bar_clutch.driven_arc(self._linkage, self._arc(clutch), 2 * arb.pi() / self._phases)
+        return four_bar_extremes.driven_arc(self._linkage, self._arc(clutch), 2 * arb.pi() / self._phases)
 
     # windows
 

@@ -1,18 +1,24 @@
-"""Where signals of a four-bar may have extremes: at roots of polynomials in the cosine of the crank.
+"""Where signals of a four-bar may have extremes, also behind clutches: roots of polynomials in the crank's cosine.
 
 Each signal changes where sin(theta) times a polynomial equals another polynomial times a power of w. Squares of both
 sides make one polynomial with rational coefficients; all its roots are isolated, those that solve the squares only are
 points of the motion too and change nothing.
+
+The output of several four-bars through one-way clutches is the largest of the rocker velocities, or rest. On the drive
+stroke the velocity rises to one peak and falls; that there is one only is proved by counting the zeros of the
+acceleration. Then the velocity and the same a period later, 2 pi/z, are equal at one angle before the peak, and from
+there the output follows one rocker for a period; where a stroke is shorter than a period it rests in between.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 
-from flint import arb, fmpq, fmpq_poly
+from flint import arb, ctx, fmpq, fmpq_poly
 
-from explore.analysis.certifying.four_bar_motion import Linkage, State
-from explore.analysis.certifying.positions import Position, other_coordinate, real_roots
+from explore.analysis.certifying.balls import UndecidedError
+from explore.analysis.certifying.four_bar_motion import ROCKER, Linkage, State
+from explore.analysis.certifying.positions import Arc, Position, other_coordinate, real_roots
 
 _U = fmpq_poly([0, 1])
 _HALF, _QUARTER = fmpq(1, 2), fmpq(1, 4)
@@ -71,3 +77,41 @@ def positions_at(linkage: Linkage, cosine: arb) -> Iterator[tuple[Position, Stat
         # tan of half the angle from 0, or from pi where the cosine is negative
         tangent = signed / (1 + cosine) if cosine.mid() > 0 else -signed / (1 - cosine)
         yield Position(0 if cosine.mid() > 0 else 1, tangent), linkage.state(cosine, signed)
+
+
+def peak(linkage: Linkage, stroke: Arc) -> arb:
+    """The angle in a stroke where the rocker is fastest, between the angles of the stroke's ends."""
+    peaks = []
+    for cosine in real_roots(turning_points_of_velocity(linkage, ROCKER)):
+        for position, state in positions_at(linkage, cosine):
+            if linkage.acceleration(ROCKER, state).contains(0) and stroke.holds(position.angle):
+                turns = ((stroke.start.angle - position.angle) / (2 * arb.pi())).ceil()
+                peaks.append(position.angle + 2 * arb.pi() * turns)
+    if len(peaks) != 1:
+        raise UndecidedError
+    return peaks[0]
+
+
+def driven_arc(linkage: Linkage, stroke: Arc, period: arb) -> Arc:
+    """The part of the drive stroke in which one rocker drives the output: a period, or all of a shorter stroke."""
+    if stroke.length < period:
+        return stroke
+    if not stroke.length > period:
+        raise UndecidedError
+    at_peak = peak(linkage, stroke)
+    low, high = stroke.start.angle.max(at_peak - period), (stroke.stop.angle - period).min(at_peak)
+    for _ in range(ctx.prec):
+        middle = ((low + high) / 2).mid()
+        gain = abs(_speed(linkage, middle + period)) - abs(_speed(linkage, middle))
+        if gain > 0:
+            low = middle
+        elif gain < 0:
+            high = middle
+        else:
+            break
+    crossing = low.union(high)
+    return Arc(Position.at_angle(crossing), Position.at_angle(crossing + period))
+
+
+def _speed(linkage: Linkage, angle: arb) -> arb:
+    return linkage.velocity(ROCKER, linkage.at(Position.at_angle(angle)))

@@ -47,8 +47,7 @@ def precision(
 def _compare_precision(names: Sequence[str], folder: Path, *, as_json: bool) -> None:
     """Compare methods and averaging rules on scenes, write tables and charts, and print a summary."""
     from explore.comparison.averaging_rules import AVERAGING_RULES
-    from explore.comparison.levels import measure_level_costs
-    from explore.comparison.method_precision import compare_methods
+    from explore.comparison.method_precision import compare_methods, measure_level_costs
     from explore.comparison.methods.registry import METHODS, methods_for
     from explore.comparison.rule_precision import compare_rules
     from explore.comparison.timing import describe_machine

@@ -60,7 +60,7 @@ def _command_of(results: Results) -> str:
 
 
 def _show_results(results: Results, *, as_json: bool) -> None:
-    from explore.results.store.summaries import summarise
+    from explore.results.records import summarise
 
     sentences = results.status_sentences
     if as_json:

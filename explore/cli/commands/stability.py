@@ -75,7 +75,7 @@ def _solve_gears(folder: Path, accuracy: float, *, as_json: bool) -> None:
     import pandas as pd
 
     from explore.comparison.gear_starts import GROWTH, SECTOR, START_COUNT, count_outcomes, solve_from_starts
-    from explore.figures.charts.gear_starts import starts_chart
+    from explore.figures.charts.stability import starts_chart
 
     announce_compiling()
     with atomic_files(folder) as place:

@@ -12,7 +12,7 @@ import numpy as np
 from explore.base.errors import RequestError
 from explore.figures.charts.linkages import crank_angles, draw_linkage, set_plane
 from explore.figures.charts.style import BLUE, GREEN, INK, MUTED, ORANGE, new_figure, write_heading
-from explore.figures.charts.target_points import draw_target
+from explore.figures.charts.targets import draw_target
 from explore.figures.simulation import SimulatedDesign, simulate_design
 from explore.model.points import drawn_name
 from explore.model.quantities import FloatArray

@@ -9,7 +9,7 @@ import numpy as np
 
 from explore.base.units.shown import Scale
 from explore.figures.charts.style import BLUE, GREEN, INK, MUTED, ORANGE, PURPLE, new_figure, write_heading
-from explore.figures.charts.target_points import draw_target
+from explore.figures.charts.targets import draw_target
 from explore.figures.simulation import SimulatedDesign, drawing_of, simulate_design
 from explore.model.drawing import Drawing, Pose, Profile
 from explore.model.quantities import FloatArray

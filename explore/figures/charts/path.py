@@ -9,8 +9,7 @@ import numpy as np
 from explore.figures.charts.bounds import draw_bounds
 from explore.figures.charts.mechanism import draw_guide, draw_pivot, label_axes
 from explore.figures.charts.style import BLUE, GREEN, INK, MUTED, ORANGE, PURPLE, RED, new_figure, write_heading
-from explore.figures.charts.target_points import draw_target
-from explore.figures.charts.targets import DrawnTarget, target_of
+from explore.figures.charts.targets import DrawnTarget, draw_target, target_of
 from explore.figures.charts.turn import set_turn_axis
 from explore.figures.simulation import SimulatedDesign, drawing_of, simulate_design
 from explore.model.drawing import Drawing
