@@ -193,7 +193,7 @@ def test_ranking_a_front_says_what_it_cannot_know(study, tmp_path):
 )
 def test_a_journal_with_foreign_records_is_refused(study, tmp_path, meta):
     with collectors.FrontCollector(study, tmp_path / "a.h5", restart=False) as kept:
-        kept.commit(runs.evaluate_block(study.request, study.space, 0, study.objectives))
+        kept.add(runs.evaluate_block(study.request, study.space, 0, study.objectives))
         front = runs.evaluate_block(study.request, study.space, 1, study.objectives).arrays
         kept._writer.append({"counts": {}, "tally": "{}", **meta}, front)
 
@@ -205,8 +205,8 @@ def test_a_block_that_is_in_the_journal_twice_counts_once(study, tmp_path):
     explore.sweep(study, tmp_path / "whole.h5", keep="front")
     with collectors.FrontCollector(study, tmp_path / "a.h5", restart=False) as kept:
         block = runs.evaluate_block(study.request, study.space, 0, study.objectives)
-        kept.commit(block)
-        kept.commit(block)
+        kept.add(block)
+        kept.add(block)
     sweep(study, tmp_path / "a.h5")
     assert digest(tmp_path / "a.h5") == digest(tmp_path / "whole.h5")
 
@@ -216,6 +216,6 @@ def test_designs_that_are_done_are_counted_by_block(study, tmp_path):
     with collectors.FrontCollector(study, tmp_path / "a.h5", restart=False) as kept:
         done = []
         for number in (1, 2, 0):
-            kept.commit(runs.evaluate_block(study.request, study.space, number, study.objectives))
+            kept.add(runs.evaluate_block(study.request, study.space, number, study.objectives))
             done.append(kept.n_committed)
     assert done == [BLOCK_SIZE, 151_200 - BLOCK_SIZE, 151_200]

@@ -8,7 +8,6 @@ from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from hashlib import sha256
 from pathlib import Path
-from types import TracebackType
 from typing import Any, Self
 
 import numpy as np
@@ -43,7 +42,7 @@ def row_bytes(study: Study) -> int:
     return sum(np.dtype(column.dtype).itemsize for column in results_columns(study))
 
 
-class AllDesignsCollector:
+class AllDesignsCollector(AllDesignsWriter):
     """Writes every design into the results file, block by block; a context manager that holds the file's lock.
 
     There are no objectives, so a worker returns its block whole; `sha256` is a hash of what determines the file.
@@ -54,41 +53,17 @@ class AllDesignsCollector:
     def __init__(self, study: Study, path: Path, *, restart: bool) -> None:
         _check_count(study, MOST_BYTES // row_bytes(study))
         columns, attributes = results_columns(study), study_attributes(study)
+        super().__init__(path, columns, study.space.n_designs, BLOCK_SIZE, attributes, restart=restart)
         self.sha256 = study.sha256
-        self._writer = AllDesignsWriter(path, columns, study.space.n_designs, BLOCK_SIZE, attributes, restart=restart)
-
-    def __enter__(self) -> Self:
-        self._writer.__enter__()
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self._writer.__exit__(kind, error, trace)
-
-    @property
-    def pending(self) -> Iterable[int]:
-        """Numbers of the pending blocks."""
-        return self._writer.pending
-
-    @property
-    def n_pending(self) -> int:
-        """Number of pending blocks."""
-        return self._writer.n_pending
 
     @property
     def n_damaged(self) -> int:
         """Number of blocks that are damaged, and therefore pending again."""
-        return len(self._writer.damaged)
+        return len(self.damaged)
 
-    @property
-    def n_committed(self) -> int:
-        """Number of designs in committed blocks."""
-        return self._writer.n_committed
-
-    def commit(self, block: BlockResult) -> None:
+    def add(self, block: BlockResult) -> None:
         """Make a block durable."""
-        self._writer.commit(block.number, block.arrays)
+        self.commit(block.number, block.arrays)
 
     def finish(self) -> None:
         """Do nothing: the file is complete when the last block is committed."""
@@ -130,10 +105,8 @@ class FrontCollector:
             raise
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self._writer.__exit__(kind, error, trace)
+    def __exit__(self, *error: Any) -> None:
+        self._writer.__exit__(*error)
 
     @property
     def pending(self) -> Iterable[int]:
@@ -156,7 +129,7 @@ class FrontCollector:
         missing = BLOCK_SIZE * len(self._done) - self._n_designs if self._done[-1] else 0
         return int(np.count_nonzero(self._done)) * BLOCK_SIZE - missing
 
-    def commit(self, block: BlockResult) -> None:
+    def add(self, block: BlockResult) -> None:
         """Make the Pareto set of a block durable."""
         meta = {"block": block.number, "counts": block.counts, "tally": block.tally.to_json()}
         self._writer.append(meta, block.arrays)
@@ -174,7 +147,7 @@ class FrontCollector:
         self._writer.finish(self._front, outcome)
 
     def _check_record(self, meta: Mapping[str, Any], arrays: Arrays) -> None:
-        """Raise unless a record has the form that `commit` writes; the journal may come from anywhere."""
+        """Raise unless a record has the form that `add` writes; the journal may come from anywhere."""
         number = meta.get("block")
         kinds = {column.name: np.dtype(column.dtype) for column in self._columns}
         if (

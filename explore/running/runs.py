@@ -135,7 +135,7 @@ class _Run:
 
     def _accept(self, number: int, block: BlockResult) -> None:
         self._environments.check(block.environment, f"that computed block {number}")
-        self._collector.commit(block)
+        self._collector.add(block)
         summary = self._summary
         summary.count(block)
         if self._progress is not None:

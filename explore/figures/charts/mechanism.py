@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from itertools import cycle
 from typing import TYPE_CHECKING, Any
 
@@ -83,22 +84,19 @@ def draw_mechanism(panel: Axes, simulated: SimulatedDesign) -> None:
     for profile, colour in zip(drawing.profiles, _PROFILES, strict=False):
         curve = profile_curve(turn, simulated.pose([0.0]), profile, drawing)
         panel.plot(*curve.T, color=colour, lw=2.2, label=profile.name)
-    for guide in drawing.guides:
-        draw_guide(panel, points[guide.point], guide.angle, size)
-    for pivot in drawing.pivots:
-        draw_pivot(panel, points[pivot][0], size)
+    draw_ground(panel, drawing, points, size)
     if (followed := simulated.path) is not None:
         draw_target(panel, np.array(followed.points), is_closed=followed.closed)
+    set_axes(panel, simulated.units.scale("mm"))
+
+
+def set_axes(panel: Axes, scale: Scale) -> None:
+    """Give the axes true proportions and a pale grid, and label them, which are in mm, at round numbers shown."""
+    from matplotlib.ticker import FuncFormatter, MaxNLocator
+
     panel.set_aspect("equal", adjustable="datalim")
     panel.margins(0.06)
     panel.grid(color=MUTED, alpha=0.2, lw=0.5)
-    label_axes(panel, simulated.units.scale("mm"))
-
-
-def label_axes(panel: Axes, scale: Scale) -> None:
-    """Label the axes, which are in mm, in the shown unit, at round numbers of it."""
-    from matplotlib.ticker import FuncFormatter, MaxNLocator
-
     factor = float(scale.factor)
 
     class RoundNumbers(MaxNLocator):
@@ -141,7 +139,15 @@ def _draw_stroke(panel: Axes, simulated: SimulatedDesign, point: str, span: tupl
                    arrowprops={"arrowstyle": "-|>", "color": GREEN, "lw": 2.0, "mutation_scale": 20})  # fmt: skip
 
 
-def draw_guide(panel: Axes, path: FloatArray, degrees: float, size: float) -> None:
+def draw_ground(panel: Axes, drawing: Drawing, points: Mapping[str, FloatArray], size: float) -> None:
+    """Draw guides along the paths of their points, and pivots."""
+    for guide in drawing.guides:
+        _draw_guide(panel, points[guide.point], guide.angle, size)
+    for pivot in drawing.pivots:
+        draw_pivot(panel, points[pivot][0], size)
+
+
+def _draw_guide(panel: Axes, path: FloatArray, degrees: float, size: float) -> None:
     """Draw a guide along the path of its point, a little longer, as a pair of lines."""
     along = np.array([np.cos(np.deg2rad(degrees)), np.sin(np.deg2rad(degrees))])
     across = np.array([-along[1], along[0]])

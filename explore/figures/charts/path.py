@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from explore.figures.charts.bounds import draw_bounds
-from explore.figures.charts.mechanism import draw_guide, draw_pivot, label_axes
+from explore.figures.charts.mechanism import draw_ground, set_axes
 from explore.figures.charts.style import BLUE, GREEN, INK, MUTED, ORANGE, PURPLE, RED, new_figure, write_heading
 from explore.figures.charts.targets import DrawnTarget, draw_target, target_of
 from explore.figures.charts.turn import set_turn_axis
@@ -73,15 +73,9 @@ def draw_on_target(panel: Axes, simulated: SimulatedDesign, target: DrawnTarget)
     path = points[target.point]
     panel.plot(*path.T, color=PURPLE, lw=1.8, zorder=3, label=f"path of {target.name}")
     _draw_links(panel, simulated, drawing, float(target.angles[0]))
-    for guide in drawing.guides:
-        draw_guide(panel, points[guide.point], guide.angle, size)
-    for pivot in drawing.pivots:
-        draw_pivot(panel, points[pivot][0], size)
+    draw_ground(panel, drawing, points, size)
     draw_target(panel, target.points, is_closed=target.is_closed)
-    panel.set_aspect("equal", adjustable="datalim")
-    panel.margins(0.06)
-    panel.grid(color=MUTED, alpha=0.2, lw=0.5)
-    label_axes(panel, simulated.units.scale("mm"))
+    set_axes(panel, simulated.units.scale("mm"))
 
 
 def _draw_links(panel: Axes, simulated: SimulatedDesign, drawing: Drawing, angle: float) -> None:

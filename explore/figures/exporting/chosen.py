@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -57,13 +58,10 @@ class DesignOfResults:
         results = self.results
         row, sections = results.design(self.number), results.sections
         values = {column.name: row[column.name] for column in results.columns if column.role == "parameter"}
-        places = coordinates(results.points, values)
-        of_points = {f"{point}_{axis}" for point in places for axis in COORDINATES}
         objectives = [text for text in results.objectives if text.partition(":")[0] not in results.given]
         parts: dict[str, object] = {
             **_mechanism_entries(mechanism_source(results)),
-            "parameters": {name: value for name, value in values.items() if name not in of_points},
-            "points": {point: dict(zip(COORDINATES, place, strict=True)) for point, place in places.items()},
+            **_value_entries(results.points, values),
             **({"target": results.target.to_content()} if results.target else {}),
             **{name: section for name, section in sections.items() if name not in _OF_MANY},
             "rank": {"metrics": objectives} if objectives else {},
@@ -71,6 +69,16 @@ class DesignOfResults:
         text = f"# Design {self.number} of {results.path.name}\n\n{format_toml(parts)}"
         parse_study(text, f"the study of design {self.number}", results.path.parent)
         return text
+
+
+def _value_entries(points: tuple[str, ...], values: Mapping[str, float]) -> dict[str, Any]:
+    """The sections of a study with these parameters, those of points apart."""
+    places = coordinates(points, values)
+    of_points = {f"{point}_{axis}" for point in places for axis in COORDINATES}
+    return {
+        "parameters": {name: value for name, value in values.items() if name not in of_points},
+        "points": {point: dict(zip(COORDINATES, place, strict=True)) for point, place in places.items()},
+    }
 
 
 def _mechanism_entries(source: str | Linkage) -> dict[str, object]:
@@ -121,10 +129,4 @@ class DesignOfParameters:
     @property
     def study(self) -> str:
         """The text of a study of this design alone."""
-        places = coordinates(self.points, self.parameters)
-        of_points = {f"{point}_{axis}" for point in places for axis in COORDINATES}
-        return Study(
-            mechanism=self.mechanism,
-            parameters={name: value for name, value in self.parameters.items() if name not in of_points},
-            points={point: dict(zip(COORDINATES, place, strict=True)) for point, place in places.items()} or None,
-        ).to_toml()
+        return Study(mechanism=self.mechanism, **_value_entries(self.points, self.parameters)).to_toml()

@@ -76,7 +76,7 @@ class AllDesignsWriter(SweepWriter):
         """Write one pending block and return when it is durable.
 
         `arrays` are all columns by name, each of shape (n,) and of exactly its column's dtype; "design" may be left
-        out. Called by `explore.running.collectors.AllDesignsCollector.commit`.
+        out. Called by `explore.running.collectors.AllDesignsCollector.add`.
         """
         ordered = self._check_block(number, arrays)
         start, stop = self._layout.row_range(number)

@@ -8,7 +8,6 @@ import re
 import socket
 import time
 from pathlib import Path
-from types import TracebackType
 from typing import Self
 
 from explore.base.errors import ResultsError
@@ -51,9 +50,7 @@ class LockFile:
             raise ResultsError(f"{reason}; choose another with `path`") from error
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         with contextlib.suppress(OSError):  # Windows does not remove a file that is open; it does no harm
             if self._is_removable and self._is_current(self._descriptor):  # it may have been removed and replaced
                 self.path.unlink()
