@@ -20,7 +20,7 @@ from PIL import Image
 
 import explore
 from explore.comparison.scenes import bundled_scenes, load_scene
-from explore.comparison.stability_cases import stability_case
+from explore.comparison.stability import stability_case
 from explore.figures.charts.averages import averages_chart
 from explore.figures.charts.mechanism import draw_mechanism
 from explore.figures.charts.pareto import draw_designs

@@ -5,14 +5,19 @@ import math
 import numpy as np
 import pytest
 
-from explore.comparison.method_precision import compare_methods, measure_level_costs
+from explore.comparison.method_precision import (
+    ROUNDING_ERROR,
+    closed_form_standing,
+    compare_methods,
+    fastest_settings,
+    measure_level_costs,
+)
 from explore.comparison.methods.closed_form import ClosedForm
 from explore.comparison.methods.contract import Level, MotionRow, Task, method_label
 from explore.comparison.methods.registry import METHODS
 from explore.comparison.reference import exact_statistics
 from explore.comparison.scenes import bundled_scenes, load_scene
 from explore.comparison.strokes import coefficient_of_variation, stroke_nodes
-from explore.comparison.summaries import ROUNDING_ERROR, closed_form_standing, fastest_settings
 from explore.comparison.timing import describe_machine, measure_cpu_seconds
 
 SETTINGS = [method_label(method) for settings in METHODS.values() for method in settings]

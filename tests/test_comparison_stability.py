@@ -10,8 +10,7 @@ from few_methods import only
 from explore.comparison.methods.contract import Outcome
 from explore.comparison.methods.geometry import geometric_outcome
 from explore.comparison.methods.registry import METHODS
-from explore.comparison.stability import map_stability, safe_margins, stability_runs, trace_turn
-from explore.comparison.stability_cases import stability_case
+from explore.comparison.stability import map_stability, safe_margins, stability_case, stability_runs, trace_turn
 from explore.comparison.verdicts import Verdict
 from explore.figures.charts.stability import stability_chart, turn_chart
 

@@ -14,7 +14,7 @@ from explore.model.quantities import Metric
 from explore.model.status import OwnStatus, Status
 from explore.model.window import Window
 from explore.studies.config.study_file import starter
-from explore.testing.drawn_designs import draw_designs
+from explore.testing.contract import draw_designs
 
 MECHANISM = MECHANISMS["crank-rocker"]
 RIG = MECHANISMS["test-rig"]

@@ -1,4 +1,4 @@
-"""The contract of a mechanism."""
+"""The contract of a mechanism: designs are drawn, and checks find broken promises."""
 
 from __future__ import annotations
 
@@ -6,17 +6,20 @@ from collections.abc import Mapping
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+import numpy as np
 import numpy.typing as npt
 
 from explore.mechanisms.registry import MECHANISMS
 from explore.model.columns import Arrays
 from explore.model.mechanism import Mechanism
+from explore.model.quantities import FloatArray, Parameter
+from explore.studies.config.study import Study
 from explore.studies.config.study_file import load_study, starter
+from explore.studies.designs.spaces import BLOCK_SIZE
 from explore.studies.request.parameters import parameter_columns
 from explore.testing.commands import failing_commands
 from explore.testing.derivatives import wrong_derivatives
 from explore.testing.drawing import broken_links
-from explore.testing.drawn_designs import draw_designs
 from explore.testing.extremes import wrong_extremes
 from explore.testing.invariance import changes_with_the_block, changes_with_units
 from explore.testing.statistics import wrong_statistics, wrong_zero_means
@@ -32,6 +35,8 @@ _CHECKS = (
     changes_with_the_block,
     broken_links,
 )
+#: Factor by which the range of drawn values exceeds the study's at each end.
+_WIDENING = 3.0
 
 
 def check_mechanism(
@@ -95,3 +100,34 @@ def check_mechanism(
         broken += failing_commands(mechanism.name, file)
     if broken:
         raise AssertionError("\n".join(f"{mechanism.name}: {sentence}" for sentence in broken))
+
+
+def draw_designs(study: Study, count: int, seed: int) -> Arrays:
+    """Draw designs around those of a study, (count,) by parameter.
+
+    A parameter with choices takes any of them. One that the study gives is drawn from a third of the study's smallest
+    value to three times its largest, uniformly in the logarithm, as far as the declaration allows. All others are at
+    their defaults.
+    """
+    random = np.random.default_rng(seed)
+    space = study.space
+    # the last design has the last value also of the axis that varies slowest
+    parts = space.designs(0, min(space.n_designs, BLOCK_SIZE)), space.designs(space.n_designs - 1, space.n_designs)
+    given = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+    return {
+        parameter.name: _draw(parameter, given.get(parameter.name), count, random)
+        for parameter in study.request.mechanism.parameters
+        if parameter.choices or parameter.name in given
+    }
+
+
+def _draw(parameter: Parameter, given: FloatArray | None, count: int, random: np.random.Generator) -> FloatArray:
+    """Draw values of one parameter, shape (count,)."""
+    if parameter.choices or given is None:
+        return random.choice(parameter.choices, count)
+    low, high = float(given.min()), float(given.max())
+    if low > 0.0:
+        values = np.exp(random.uniform(np.log(low / _WIDENING), np.log(high * _WIDENING), count))
+    else:
+        values = random.uniform(low, high, count)
+    return np.where(parameter.allows(values), values, random.choice(given, count))

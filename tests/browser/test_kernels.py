@@ -10,7 +10,7 @@ from browser.chromium import silent_page
 from browser.conftest import report_of
 from explore.mechanisms.registry import MECHANISMS
 from explore.studies.config.study_file import load_study, starter
-from explore.testing.drawn_designs import draw_designs
+from explore.testing.contract import draw_designs
 
 COUNT = 48
 ANGLES = np.concatenate([np.arange(0.0, 360.0, 15.0), [1e-7, 89.9999999, 179.9999999, 180.0000001, 725.0, -33.3]])

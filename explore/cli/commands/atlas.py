@@ -9,9 +9,9 @@ from typing import Annotated
 import typer
 
 from explore.base.errors import ResultsError
-from explore.cli.atlas_study import atlas_text
 from explore.cli.output import count_of, say
 from explore.cli.workers import EventPrinter, QuietOption, WorkerOptions, WorkersOption
+from explore.studies.config.study_file import atlas_text
 
 
 def atlas(

@@ -22,8 +22,8 @@ from explore.cli.tables import print_table
 if TYPE_CHECKING:
     import pandas as pd
 
+    from explore.comparison.method_precision import Standing
     from explore.comparison.scenes import Scene
-    from explore.comparison.summaries import Standing
 
 Rows = list[dict[str, Any]]
 #: Charts of all scenes together.
@@ -127,7 +127,7 @@ def _rows_of(rows: pd.DataFrame, scene: Scene) -> pd.DataFrame:
 
 
 def _print_standings(scenes: Sequence[Scene], motions: Rows) -> None:
-    from explore.comparison.summaries import closed_form_standing
+    from explore.comparison.method_precision import closed_form_standing
 
     lines = []
     for scene in scenes:
@@ -153,7 +153,7 @@ def _lead(own: Standing) -> str:
 
 
 def _print_fastest(scenes: Sequence[Scene], motions: Rows) -> None:
-    from explore.comparison.summaries import ACCURACIES, closed_form_standing, fastest_settings
+    from explore.comparison.method_precision import ACCURACIES, closed_form_standing, fastest_settings
 
     lines = []
     for scene in scenes:

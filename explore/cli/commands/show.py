@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from explore.base.errors import RequestError
-from explore.cli.atlas_study import atlas_text
 from explore.cli.options import JsonOption, ResultsArgument
 from explore.cli.output import count_of, number, print_json, say, shown_unit
 from explore.cli.paths import check_output, newest_results, refuse_overwriting
@@ -17,6 +16,7 @@ from explore.cli.table_files import write_table
 from explore.cli.tables import print_table
 from explore.cli.units import UnitsOption, open_shown
 from explore.results.records import Record, label_record, with_status
+from explore.studies.config.study_file import atlas_text
 
 if TYPE_CHECKING:
     from explore.results.store.results import Results

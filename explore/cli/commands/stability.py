@@ -17,7 +17,7 @@ from explore.cli.table_files import write_all
 from explore.cli.tables import print_table
 
 if TYPE_CHECKING:
-    from explore.comparison.stability_cases import StabilityCase
+    from explore.comparison.stability import StabilityCase
 
 Rows = list[dict[str, Any]]
 
@@ -43,8 +43,7 @@ def stability(
     """Map how near to a singular position each method of solving the motion stays accurate."""
     from explore.comparison.convergence import measure_orders
     from explore.comparison.methods.registry import methods_for
-    from explore.comparison.stability import map_stability, safe_margins, stability_runs, trace_turn
-    from explore.comparison.stability_cases import stability_case
+    from explore.comparison.stability import map_stability, safe_margins, stability_case, stability_runs, trace_turn
 
     folder = output or Path(f"results/stability-{mechanism}")
     if mechanism == "gears":

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from explore.comparison.methods.kernel_rows import kernel_rows, kernel_status
+from explore.comparison.methods.kernels import kernel_rows, kernel_status
 from explore.comparison.methods.vector_loop import UnknownAngle, UnknownLength, Vector, VectorLoop
 from explore.mechanisms.slider_crank import columns
 from explore.mechanisms.slider_crank.declaration import SLIDER_CRANK as MECHANISM

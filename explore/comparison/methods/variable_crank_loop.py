@@ -11,8 +11,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from explore.comparison.methods.kernel_rows import kernel_rows, kernel_status
-from explore.comparison.methods.kernels import fill_given_positions, given_position
+from explore.comparison.methods.kernels import fill_given_positions, given_position, kernel_rows, kernel_status
 from explore.comparison.methods.vector_loop import UnknownAngle, UnknownLength, Vector, VectorLoop
 from explore.mechanisms.variable_crank import columns
 from explore.mechanisms.variable_crank.declaration import VARIABLE_CRANK as MECHANISM

@@ -15,9 +15,8 @@ from explore.model.columns import Arrays
 from explore.model.progress import ReportProgress
 from explore.model.quantities import FloatArray
 from explore.results.ranking.exclusions import Exclusions
-from explore.results.ranking.limits import Limits
+from explore.results.ranking.limits import Limits, RankingCriteria, make_criteria
 from explore.results.ranking.rankings import criteria_of_table, report_each
-from explore.results.ranking.selection import RankingCriteria, make_criteria
 from explore.results.ranking.violations import find_margins, find_scales, is_measured, total_violations
 
 if TYPE_CHECKING:

@@ -15,11 +15,10 @@ from explore.base.units.shown import Scale
 from explore.model.columns import Arrays
 from explore.model.progress import ReportProgress
 from explore.model.request import Objective
-from explore.results.ranking.limits import Limits, parse_limits
+from explore.results.ranking.limits import Limits, RankingCriteria, make_criteria, parse_limits
 from explore.results.ranking.objectives import choose_objectives
 from explore.results.ranking.pareto import find_fronts
 from explore.results.ranking.quality import add_quality_columns
-from explore.results.ranking.selection import RankingCriteria, make_criteria
 from explore.results.ranking.tallies import Tally
 
 if TYPE_CHECKING:

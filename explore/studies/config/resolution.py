@@ -20,11 +20,11 @@ from explore.studies.config.linkage import Linkage, read_linkage
 from explore.studies.config.points import key_of_coordinate, read_points
 from explore.studies.config.remarks import study_remarks
 from explore.studies.config.schema import Evaluate, Rank, Sampling, SceneTable, StudyFile, read
-from explore.studies.config.targets import add_target_section
 from explore.studies.designs.solved_lengths import SolvedSpace
 from explore.studies.designs.spaces import BLOCK_SIZE, DesignSpace
 from explore.studies.request.names import find_mechanism
 from explore.studies.request.requests import RequestArguments, make_objective, resolve_request
+from explore.studies.request.targets import read_target
 from explore.studies.request.tolerances import resolve_tolerances
 
 #: The parameters that designs have by name, and whether any is not 0; None where they are wrong.
@@ -279,3 +279,15 @@ def _identity(request: Request, space: DesignSpace, linkage: Linkage | None) -> 
 def _window_content(window: Window) -> object:
     ends = {"from": float(window.start), "to": float(window.stop)}
     return ends if window.name == "interval" else window.name
+
+
+def add_target_section(
+    mechanism: Mechanism, section: Mapping[str, Any] | None, folder: Path, problems: Problems
+) -> Mechanism:
+    """The mechanism with the target of a study, a file of points in `folder`; each problem is appended with its key."""
+    if section is None:
+        return mechanism
+    own: Problems = []
+    target = read_target(mechanism, section, own, folder)
+    problems += [(("target", *key), reason) for key, reason in own]
+    return mechanism.with_target(target)

@@ -1,4 +1,4 @@
-"""Read study files, and the commented starter of each mechanism."""
+"""Read study files; the commented starter of each mechanism, and the study of an atlas."""
 
 from __future__ import annotations
 
@@ -18,6 +18,8 @@ from explore.studies.config.study import Study, make_study
 
 #: Folder of the studies of classic linkages.
 _LINKAGES = files("explore").joinpath("data/linkages")
+#: Line of the study with the number of curves.
+_COUNT = "count = 65536"
 
 
 def load_study(path: str | os.PathLike[str]) -> Study:
@@ -109,3 +111,9 @@ def _first_sentence(text: str) -> str:
     """The first sentence of the comment at the top of a study."""
     lines = [line[2:] for line in text.split("\n#\n")[0].split("\n")]
     return re.split(r"[.;](?:\s|$)", " ".join(lines), maxsplit=1)[0]
+
+
+def atlas_text(count: int) -> str:
+    """The study of an atlas of so many linkages."""
+    text = files("explore").joinpath("data/atlas.toml").read_text(encoding="utf-8")
+    return text.replace(_COUNT, f"count = {count}")

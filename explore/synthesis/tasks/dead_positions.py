@@ -15,7 +15,7 @@ from explore.model.quantities import FloatArray
 from explore.synthesis.candidates import SOLUTION, Candidates
 from explore.synthesis.dead_positions import DeadPositions, Family, find_best, find_ranges
 from explore.synthesis.tasks.contract import MOST_CANDIDATES, Task, TaskSections, TaskType
-from explore.synthesis.tasks.four_bars import FORMULAS, LENGTHS, FourBarBounds
+from explore.synthesis.tasks.placed_four_bars import FORMULAS, LENGTHS, FourBarBounds
 
 _FAMILY = Column(
     "family", "", "sense of the crank from the extended dead position in which it turns further", "bookkeeping",

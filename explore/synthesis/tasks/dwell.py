@@ -15,7 +15,7 @@ from explore.synthesis.candidates import SOLUTION, Candidates
 from explore.synthesis.dwell_fitting import DwellTask
 from explore.synthesis.dwell_search import N_DRAWN, N_STARTS, find_dwells
 from explore.synthesis.tasks.contract import Task, TaskSections, TaskType
-from explore.synthesis.tasks.four_bars import FORMULAS, LENGTHS, FourBarBounds
+from explore.synthesis.tasks.placed_four_bars import FORMULAS, LENGTHS, FourBarBounds
 
 POINT = "M"
 _MOST_CANDIDATES = 100

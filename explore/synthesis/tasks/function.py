@@ -21,7 +21,7 @@ from explore.synthesis.candidates import SOLUTION, Candidates
 from explore.synthesis.functions import FourBarGenerator, fit_four_bar, wrapped
 from explore.synthesis.laws import Law, chebyshev_points, formula_law, remarks_on_angles, table_law
 from explore.synthesis.tasks.contract import MOST_CANDIDATES, Task, TaskSections, TaskType
-from explore.synthesis.tasks.four_bars import FORMULAS, LENGTHS, FourBarBounds
+from explore.synthesis.tasks.placed_four_bars import FORMULAS, LENGTHS, FourBarBounds
 from explore.synthesis.tasks.sections import SectionReader
 from explore.synthesis.turning_generators import FoundGenerator, FunctionTask, find_turning_generators, is_same
 

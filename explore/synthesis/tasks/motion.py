@@ -20,9 +20,10 @@ from explore.synthesis.guidance import Pairs, PivotBox, find_pairs
 from explore.synthesis.pose_fits import FittedPoses, PoseBounds, fit_poses
 from explore.synthesis.poses import Poses
 from explore.synthesis.tasks.contract import Task, TaskSections, TaskType
-from explore.synthesis.tasks.four_bars import FORMULAS, LENGTHS
 from explore.synthesis.tasks.pivot_boxes import Box, pivot_bounds, read_box
 from explore.synthesis.tasks.placed_four_bars import (
+    FORMULAS,
+    LENGTHS,
     PARAMETERS,
     PASSAGE,
     POINT,

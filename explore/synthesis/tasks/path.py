@@ -16,10 +16,9 @@ from explore.studies.request.names import find_mechanism
 from explore.studies.request.path_order import remark_on_order
 from explore.studies.request.path_targets import read_path_target
 from explore.synthesis.tasks.contract import Task, TaskSections, TaskType
-from explore.synthesis.tasks.four_bars import FORMULAS, LENGTHS
 from explore.synthesis.tasks.path_search import PathSearch
 from explore.synthesis.tasks.pivot_boxes import pivot_bounds, read_box
-from explore.synthesis.tasks.placed_four_bars import PARAMETERS, PASSAGE, POINT, TIMED, read_passage
+from explore.synthesis.tasks.placed_four_bars import FORMULAS, LENGTHS, PARAMETERS, PASSAGE, POINT, TIMED, read_passage
 from explore.synthesis.tasks.sections import SectionReader
 
 #: Largest number of candidates before their cognates.

@@ -12,9 +12,17 @@ from explore.model.columns import Arrays, Column
 from explore.synthesis.candidates import SOLUTION, Candidates
 from explore.synthesis.defects import PASSES, SENTENCES
 from explore.synthesis.linkages import FourBar
-from explore.synthesis.tasks.four_bars import LENGTHS
 from explore.synthesis.tasks.sections import SectionReader
 
+LENGTHS = ("crank", "coupler", "rocker", "ground")
+#: Metrics of the studies of four-bars; a transmission angle far from 90 deg is equally bad on either side.
+FORMULAS = {
+    "transmission_angle_worst": {
+        "formula": "min(transmission_angle_min, 180 - transmission_angle_max)",
+        "unit": "deg",
+    },
+    "link_ratio": {"formula": f"max({', '.join(LENGTHS)}) / min({', '.join(LENGTHS)})", "unit": "1"},
+}
 #: Name of the point.
 POINT = "M"
 #: Parameters of the candidates.
@@ -28,12 +36,50 @@ PASSAGE = Column(
     "passage", "", "whether the crank takes the point through all points in their order", "bookkeeping", "|i1",
     dict(enumerate(SENTENCES)),
 )  # fmt: skip
-
+#: Column that tells proved linkages.
 _PROVED = Column("proved", "", "whether it is proved to exist", "bookkeeping", "|i1", {0: "not_proved", 1: "proved"})
+#: Columns of the distances at crank angles that a task gives.
 TIMED = (
     Column("timed_error_rms", "mm", "rms distance of the points to the path at their crank angles", "metric"),
     Column("timed_error_max", "mm", "largest distance of a point to the path at its crank angle", "metric"),
 )
+
+
+@dataclass(frozen=True)
+class FourBarBounds:
+    """Bounds on four-bars.
+
+    Attributes
+    ----------
+    transmission_angle_min
+        Of the least transmission angle or its supplement over the turn, deg.
+    link_ratio_max
+        Of the longest link over the shortest.
+    """
+
+    transmission_angle_min: float
+    link_ratio_max: float
+
+    @staticmethod
+    def read(bounds: SectionReader) -> FourBarBounds:
+        """Read both; a mistake is noted."""
+        return FourBarBounds(
+            bounds.number("transmission_angle_min", "deg", default=20.0, least=0.0, below=90.0),
+            bounds.number("link_ratio_max", "1", default=10.0, above=1.0),
+        )
+
+    @property
+    def angle(self) -> float:
+        """The bound on the transmission angle, rad."""
+        return float(np.radians(self.transmission_angle_min))
+
+    @property
+    def constraints(self) -> Mapping[str, Mapping[str, float]]:
+        """The bounds as constraints of a study."""
+        return {
+            "transmission_angle_worst": {"min": self.transmission_angle_min},
+            "link_ratio": {"max": self.link_ratio_max},
+        }
 
 
 @dataclass(frozen=True)
