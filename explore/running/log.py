@@ -53,7 +53,7 @@ class Log:
         # A log that cannot be written (full disk) must not stop the sweep.
         with contextlib.suppress(OSError):
             descriptor = open_regular(self.path, os.O_WRONLY | os.O_APPEND | os.O_CREAT)
-            with open(descriptor, "a", encoding="utf-8") as stream:  # noqa: PTH123 -- a descriptor, not a path
+            with os.fdopen(descriptor, "a", encoding="utf-8") as stream:
                 stream.write(line + "\n")
         if self._listener is not None:
             self._listener(event, facts)

@@ -120,7 +120,7 @@ class Access:
         for path, right in _token_files(folder):
             with new_file(path) as unfinished:
                 descriptor = os.open(unfinished, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
-                with open(descriptor, "w", encoding="ascii") as file:  # noqa: PTH123 -- a descriptor, not a path
+                with os.fdopen(descriptor, "w", encoding="ascii") as file:
                     file.write(f"{self._tokens[right]}\n")
 
     @staticmethod

@@ -24,7 +24,8 @@ _COUNTS = Turns(at_a_time=2, waiting=8)
 
 _Name = Annotated[str, Query(max_length=200)]
 _Where = Annotated[
-    list[Annotated[str, Query(max_length=1000)]], Query(max_length=40, description='Such as "swing_angle > 20".')
+    list[Annotated[str, Query(max_length=1000)]],
+    Query(default_factory=list, max_length=40, description='Such as "swing_angle > 20".'),
 ]
 _End = Annotated[float | None, Query(allow_inf_nan=False, description="End of the window, in the shown unit.")]
 _Bins = Annotated[int | None, Query(ge=1, le=512, description="Default: as fits the values.")]
@@ -56,7 +57,7 @@ def histograms(
     name: JobName,
     station: StationOf,
     columns: Annotated[str, Query(max_length=4000, description="Names, separated by commas.")],
-    where: _Where = [],  # noqa: B006 -- FastAPI copies it
+    where: _Where,
     bins: _Bins = None,
 ) -> Response:
     """Counts of up to 64 columns by bins of equal width; each column leaves out the conditions on itself.
@@ -73,7 +74,7 @@ def density(
     station: StationOf,
     x: _Name,
     y: _Name,
-    where: _Where = [],  # noqa: B006 -- FastAPI copies it
+    where: _Where,
     bins_x: _Bins = None,
     bins_y: _Bins = None,
     x_low: _End = None,
@@ -95,7 +96,7 @@ def points(
     station: StationOf,
     x: _Name,
     y: _Name,
-    where: _Where = [],  # noqa: B006 -- FastAPI copies it
+    where: _Where,
     x_low: _End = None,
     x_high: _End = None,
     y_low: _End = None,

@@ -173,7 +173,7 @@ def own_file(path: Path) -> Path:
 
 def read_regular(path: Path) -> bytes:
     """The content of a regular file; `ResultsError` if the path is a link or a pipe."""
-    with open(open_regular(path, os.O_RDONLY), "rb") as file:  # noqa: PTH123 -- a descriptor, not a path
+    with os.fdopen(open_regular(path, os.O_RDONLY), "rb") as file:
         return file.read()
 
 

@@ -129,7 +129,7 @@ def append_event(path: Path, event: str, facts: Mapping[str, Any]) -> None:
     """Append an event to a log durably, on a line of its own even after a line that a kill cut short."""
     line = json.dumps({"time": now(), "event": event, **facts}).encode() + b"\n"
     descriptor = open_regular(own_file(path), os.O_RDWR | os.O_APPEND | os.O_CREAT)
-    with open(descriptor, "r+b", buffering=0) as file:  # noqa: PTH123 -- a descriptor, not a path
+    with os.fdopen(descriptor, "r+b", buffering=0) as file:
         size = file.seek(0, os.SEEK_END)
         if size:
             file.seek(size - 1)

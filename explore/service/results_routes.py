@@ -77,10 +77,14 @@ def rank(
     name: JobName,
     station: StationOf,
     metric: Annotated[
-        list[_Text], Query(max_length=20, description="Once: order by it. Several times: the objectives.")
-    ] = [],  # noqa: B006 -- FastAPI copies it
+        list[_Text],
+        Query(default_factory=list, max_length=20, description="Once: order by it. Several times: the objectives."),
+    ],
+    limit: Annotated[
+        list[_Text],
+        Query(default_factory=list, max_length=50, description="METRIC=VALUE, METRIC>=VALUE, METRIC<=VALUE."),
+    ],
     where: Annotated[str | None, Query(max_length=2000, description='Such as "swing_angle > 20".')] = None,
-    limit: Annotated[list[_Text], Query(max_length=50, description="METRIC=VALUE, METRIC>=VALUE, METRIC<=VALUE.")] = [],  # noqa: B006
     fronts: Annotated[int, Query(ge=1, le=100)] = 1,
     quality: Annotated[bool, Query(description="Also knee, crowding distance, share of the hypervolume.")] = False,
     top: Annotated[int, Query(ge=1, le=10_000, description="Designs to list.")] = 100,

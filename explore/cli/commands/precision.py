@@ -6,6 +6,7 @@ import math
 from collections import Counter
 from collections.abc import Sequence
 from itertools import groupby
+from operator import itemgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -161,8 +162,9 @@ def _print_fastest(scenes: Sequence[Scene], motions: Rows) -> None:
         if closed_form_standing(rows) is None:
             continue
         heading = scene.name
-        for cells, goals in groupby(ACCURACIES, lambda goal: _fastest_cells(fastest_settings(rows, goal))):  # noqa: B023  # used at once
-            accuracies = [f"{goal:.0e}" for goal in goals]
+        fastest = [(_fastest_cells(fastest_settings(rows, goal)), f"{goal:.0e}") for goal in ACCURACIES]
+        for cells, goals in groupby(fastest, itemgetter(0)):
+            accuracies = [goal for _, goal in goals]
             lines.append([heading, " to ".join(dict.fromkeys((accuracies[0], accuracies[-1]))), *cells])
             heading = ""
     columns = [("scene", ""), ("accuracy", ""), ("fastest", ""), ("time", "per turn"), ("next", "times as long")]
