@@ -53,23 +53,11 @@ class ObservedOrder:
 
 
 def fit_order(steps: FloatArray, errors: FloatArray) -> ObservedOrder:
-    """Fit the order of a method to its errors at several step sizes.
+    """Fit the order of a method to its errors at several step sizes, (n,) each, or at anything proportional to these.
 
     The fit excludes errors that are NaN or 0, errors within 30 times the smallest, which rounding dominates, and the
     coarsest steps, where the error does not yet follow the power law: as many of them as minimise the standard error
-    of the slope.
-
-    Parameters
-    ----------
-    steps : (n,) array
-        Step sizes, or anything proportional to them, such as the reciprocal of the number of steps.
-    errors : (n,) array
-        Error at each step size.
-
-    Raises
-    ------
-    ValueError
-        If fewer than four points remain, or the last four have the same step size.
+    of the slope. Raises `ValueError` if fewer than four points remain, or the last four have the same step size.
     """
     steps, errors = np.asarray(steps, dtype=float), np.asarray(errors, dtype=float)
     is_usable = np.isfinite(errors) & (errors > 0.0)

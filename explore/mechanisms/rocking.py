@@ -70,10 +70,7 @@ def prepare(crank, coupler, rocker, ground, branch, constants, lane):
 def solve_limit_positions(crank, coupler, rocker, ground, branch, constants, lane):
     """Fill the limit positions of one lane; they are NaN where the rocker does not swing.
 
-    Returns
-    -------
-    tuple
-        Swing and mid-angle of the rocker, rad, and time ratio.
+    Return swing and mid-angle of the rocker, rad, and time ratio.
     """
     sum_of_all = exact_sum(crank, coupler, rocker, ground)
     less_crank = exact_sum(coupler, rocker, ground, -crank)

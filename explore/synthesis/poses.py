@@ -120,14 +120,11 @@ def _solve_pairs(
 def find_dyads(poses: Poses) -> list[Dyad]:
     """All real dyads of five poses, at most four.
 
-    The four equations are linear in (1, w, w') with coefficients linear in z and z'. Multiplied by 1, y and y^2,
-    with z = x + i y, they are twelve equations for twelve products of powers of y with (1, w, w'), a generalised
-    eigenvalue problem in x. Two of its six roots lie at infinity. Newton's method takes the others to the last digits.
-
-    Raises
-    ------
-    RequestError
-        If the poses are not five, two are alike, or all have the same angle, so that every point may be a pivot.
+    The four equations are linear in (1, w, w') with coefficients linear in z and z'. Multiplied by 1, y and y^2, with z
+    = x + i y, they are twelve equations for twelve products of powers of y with (1, w, w'), a generalised eigenvalue
+    problem in x. Two of its six roots lie at infinity. Newton's method takes the others to the last digits. Raises
+    `RequestError` if the poses are not five, two are alike, or all have the same angle, so that every point may be a
+    pivot.
     """
     if len(poses.points) != 5:
         raise RequestError(f"five poses determine the dyads, not {len(poses.points)}")

@@ -107,18 +107,8 @@ def _evaluated(task: TaskFile, candidates: Candidates) -> CandidateRows:
 class CandidateRows:
     """The candidates of a task, evaluated: the rows of a results file.
 
-    Attributes
-    ----------
-    study
-        The study whose designs they are.
-    candidates
-        The candidates, as the solver found them.
-    columns
-        The columns of the results file.
-    arrays
-        Their values by name, without the number of the design.
-    task
-        The text of the task.
+    The study whose designs they are; the candidates as the solver found them; the columns of the file, and their values
+    by name, without the number of the design; the text of the task.
     """
 
     study: Study

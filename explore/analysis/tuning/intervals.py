@@ -18,15 +18,10 @@ JUMP = "jump"
 
 @dataclass(frozen=True)
 class End:
-    """An end of an interval, or the place of a smallest or largest value.
+    """An end of an interval, or the place of a smallest or largest value: the parameter, and the metric there.
 
-    Attributes
-    ----------
-    parameter, value
-        The parameter, and the metric there.
-    cause
-        Empty where the metric meets its bound or has an extreme; else why the curve ends here: the label of a status,
-        `END_OF_RANGE` or `JUMP`.
+    The cause is empty where the metric meets its bound or has an extreme; else why the curve ends here: the label of a
+    status, `END_OF_RANGE` or `JUMP`.
     """
 
     parameter: float

@@ -21,14 +21,8 @@ Measures = tuple[FloatArray, ...]
 class TargetMeasure:
     """A measure of designs against a target, a function of their parameters.
 
-    Attributes
-    ----------
-    measures
-        A function of a module that `keep_last` decorates.
-    find, target
-        What it takes: the function of the mechanism, and the target.
-    row, unit
-        Number among the measures, and what it is multiplied by.
+    `measures` is a function of a module that `keep_last` decorates, which takes `find`, the function of the mechanism,
+    and the target. The row is the number among the measures, and the unit what it is multiplied by.
     """
 
     measures: Callable[[FindFunction, Any, tuple[FloatArray, ...]], Measures]

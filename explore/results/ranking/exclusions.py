@@ -20,16 +20,10 @@ MOST_LET_IN = 100
 class Exclusions:
     """Counts of the designs that miss constraints, as far as is known.
 
-    Attributes
-    ----------
-    combinations
-        Number of designs by the constraints that they miss, as metrics; none for those that miss none.
-    n_unmeasured
-        Number of designs whose distance from feasible is not known: those without a motion, and those of which a
-        constrained metric is undefined.
-    n_partly_known
-        Number of the designs in `combinations` that were screened before all constraints could be checked: they may
-        miss more.
+    `combinations` has numbers of designs by the constraints that they miss, as metrics, none for those that miss none.
+    `n_unmeasured` designs have no known distance from feasible: no motion, or a constrained metric that is undefined.
+    `n_partly_known` of those in `combinations` were screened before all constraints could be checked: they may miss
+    more.
     """
 
     combinations: Counter[tuple[str, ...]] = field(default_factory=Counter)

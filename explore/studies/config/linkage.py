@@ -170,16 +170,9 @@ def read_linkage(
 ) -> Linkage | None:
     """The linkage of a study, in its text or in a file that it names, valid only without problems.
 
-    Parameters
-    ----------
-    entry
-        The section [linkage], or the name of a file that has it.
-    entries
-        The section [parameters] of the study. A sketch in a file with such a section is of the values there.
-    folder
-        The folder that the name of the file is relative to.
-    problems, file_problems
-        The problems of the study and of the file are appended.
+    `entry` is the section [linkage], or the name of a file in `folder` that has it, and `entries` the section
+    [parameters] of the study; a sketch in a file with such a section is of the values there. The problems of both are
+    appended.
     """
     key: KeyPath = (SECTION,)
     if entry is None:
@@ -243,12 +236,8 @@ def inlined(text: str, linkage: Linkage | None) -> str:
 def mechanism_of(results: Results) -> Mechanism:
     """The mechanism of results, with their points and their target; its name is known while it is in use.
 
-    Raises
-    ------
-    RequestError
-        If this version does not have it.
-    ResultsError
-        If the study of the results does not describe their linkage.
+    Raises `RequestError` if this version does not have it, and `ResultsError` if the study of the results does not
+    describe their linkage.
     """
     return find_mechanism(mechanism_source(results), results.points, results.target)
 

@@ -91,13 +91,7 @@ def linkage_starters() -> dict[str, str]:
 
 
 def linkage_starter(name: str) -> str:
-    """The text of a commented study of a classic linkage, ready to run.
-
-    Raises
-    ------
-    RequestError
-        If there is none of that name.
-    """
+    """The text of a commented study of a classic linkage, ready to run; `RequestError` if there is none."""
     names = list(linkage_starters())
     if name not in names:
         known = f"available: {', '.join(names)}"

@@ -100,19 +100,10 @@ def find_limits(
 class _Circle:
     """The limit of a solution as one circle tells it.
 
-    Attributes
-    ----------
-    winding
-        Turns until the solution returned.
-    unknowns, lengths
-        Leading powers of s, times the winding number, of the unknowns and of the links' vectors.
-    homogeneous
-        The limit of (1, x, a, y, b) over the number that grows fastest, and of the hats alike.
-    limit
-        The limit of the unknowns; NaN where one is infinite.
-    left
-        The most that is left of a limit that the powers say is zero: of a link's vector, over its size on the circle,
-        and of the reciprocal of an unknown.
+    The turns until the solution returned, its `winding`; leading powers of s, times that, of the unknowns and of the
+    links' vectors; the limit of (1, x, a, y, b) over the number that grows fastest, and of the hats alike; that of the
+    unknowns, NaN where one is infinite. `left` is the most that is left of a limit that the powers say is zero: of a
+    link's vector, over its size on the circle, and of the reciprocal of an unknown.
     """
 
     winding: int

@@ -53,16 +53,9 @@ def step_paths(shapes, rays, scratch, points, lengths):
 def lay_at_angles(shapes, branches, rays, path, best, errors):
     """Lay the points of shapes at directions of the crank over those of a path by the best similarity.
 
-    Parameters
-    ----------
-    shapes, branches
-        Of the linkages, shapes (n, 6) and (n,).
-    rays
-        Unit vectors of the crank, a row a way to lay, shape (m, k).
-    path
-        Points less their mean, shape (k,).
-    best, errors
-        Receive the row that fits best, and the sum of squares that it leaves, shape (n,).
+    Shapes of linkages, (n, 6), and their branches, (n,); unit vectors of the crank, a row a way to lay, (m, k); points
+    of the path less their mean, (k,). `best` and `errors` receive the row that fits best, and the sum of squares that
+    it leaves, (n,).
     """
     curve, energy, count = np.empty(len(path), np.complex128), 0.0, len(path)
     for i in range(count):
@@ -129,19 +122,11 @@ def _fit_of_part(curve, place, step, path, images):
 def lay_parts(curves, lengths, path, shares, n_starts, least_span, best, chosen):
     """Lay parts of curves over an open path by the best similarity.
 
-    Parameters
-    ----------
-    curves, lengths
-        As `step_paths` fills them.
-    path
-        Points at equal steps of its length, less their mean, shape (k,).
-    shares, n_starts
-        Parts of the length, and how many starts of each are tried.
-    least_span
-        Angle that the crank turns at least over a part, rad.
-    best, chosen
-        Receive how much of the path's square is met, shape (n,), -1 where no part turns the crank so far, and the
-        numbers of share, start and image, (n, 3): as it is, mirrored, reversed, both.
+    The curves and lengths are as `step_paths` fills them, the path points at equal steps of its length, less their
+    mean, (k,). `shares` are parts of the length, of each of which so many starts are tried, and the crank turns at
+    least by `least_span`, rad, over a part. `best` receives how much of the path's square is met, (n,), -1 where no
+    part turns the crank so far, and `chosen` the numbers of share, start and image, (n, 3): as it is, mirrored,
+    reversed, both.
     """
     images, n = np.empty(4), curves.shape[1]
     for i in range(len(curves)):

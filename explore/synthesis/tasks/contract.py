@@ -82,16 +82,9 @@ class TaskSections:
 
 @dataclass(frozen=True)
 class TaskType:
-    """A type of task.
+    """A type of task: the word after ``task =``, and what its linkages do, for the list of types.
 
-    Attributes
-    ----------
-    name
-        The word after ``task =``.
-    summary
-        What its linkages do, for the list of types.
-    read
-        Makes a task of the sections, or returns None after it noted what is wrong with them.
+    `read` makes a task of the sections, or returns None after it noted what is wrong with them.
     """
 
     name: str

@@ -35,18 +35,9 @@ _Range = tuple[Family, tuple[float, float]]
 
 @dataclass(frozen=True)
 class _Search:
-    """The families, and what a linkage of them has to meet.
+    """The families of a swing and time ratio, and what a linkage of them has to meet; the ground in mm.
 
-    Attributes
-    ----------
-    task
-        Swing and time ratio.
-    ground
-        Length of the ground, mm.
-    bounds
-        What they have to meet.
-    count
-        Number of candidates; each range of the families has at least three, its ends and its best.
+    `count` is the number of candidates; each range of the families has at least three, its ends and its best.
     """
 
     task: DeadPositions

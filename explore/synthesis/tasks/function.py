@@ -52,24 +52,10 @@ _SENTENCES = {
 class _Search:
     """The function, and what a linkage has to meet.
 
-    Attributes
-    ----------
-    law
-        The function.
-    turns
-        What crank and rocker turn over the range, rad.
-    starts
-        Angles of crank and rocker at the start of the range, rad; None where they are free.
-    n_points
-        Precision points of the linkage with these starts.
-    ground
-        Length of the ground, mm.
-    bounds
-        Of the transmission angle and the ratio of links.
-    error_max
-        Of the output, rad; linkages that miss it are left out unless all do.
-    count
-        Largest number of candidates.
+    What crank and rocker turn over the range, and their angles at its start, rad, None where they are free; the number
+    of precision points of the linkage with these starts; the length of the ground, mm; bounds on the transmission angle
+    and the ratio of links; the largest error of the output, rad, which linkages may miss only where all do. `count` is
+    the largest number of candidates.
     """
 
     law: Law

@@ -58,24 +58,11 @@ _ALIKE = 0.1
 
 @dataclass(frozen=True)
 class _Search:
-    """The poses, and what a linkage has to meet.
+    """The poses, with points in mm, and what a linkage has to meet.
 
-    Attributes
-    ----------
-    poses
-        Points in mm.
-    transmission_angle_min
-        In rad.
-    size_ratio_max
-        Of the longest link over the size of the poses' points.
-    link_ratio_max
-        Of the longest link over the shortest.
-    boxes
-        Where "crank_pivot" and "rocker_pivot" may be.
-    must_pass
-        Whether the crank has to take the body through the poses in one motion and in order.
-    count
-        Number of candidates.
+    The least transmission angle, rad; the longest link over the size of the poses' points, and over the shortest; where
+    "crank_pivot" and "rocker_pivot" may be; whether the crank has to take the body through the poses in one motion and
+    in order. `count` is the number of candidates.
     """
 
     poses: Poses

@@ -40,26 +40,10 @@ _N_SHIFTS = 720
 class PathSearch:
     """What is searched: a path, and bounds on its four-bars.
 
-    Attributes
-    ----------
-    target
-        The path.
-    crank_angles, angles_from
-        As of `explore.synthesis.paths.search.PathTask`.
-    span_min, transmission_angle_min
-        In rad.
-    size_ratio_max
-        Of the longest link over the size of the path.
-    size_ratio_min
-        Of the shortest link over that size.
-    link_ratio_max
-        Of the longest link over the shortest.
-    boxes
-        Where "crank_pivot" and "rocker_pivot" may be.
-    count
-        Number of solutions, before their cognates.
-    is_exact
-        Whether all linkages exactly through nine points are found.
+    Crank angles and what they count from are as of `explore.synthesis.paths.search.PathTask`. The least turn of the
+    crank and transmission angle are in rad, sizes those of the longest and the shortest link over that of the path,
+    and `link_ratio_max` is the longest over the shortest. Then where "crank_pivot" and "rocker_pivot" may be, how many
+    solutions are kept before their cognates, and whether all linkages exactly through nine points are found.
     """
 
     target: PathTarget
@@ -193,14 +177,8 @@ def find_timed_errors(
 ) -> tuple[float, float]:
     """The weighted rms and the largest distance, NaN where the linkage cannot be assembled at an angle.
 
-    Parameters
-    ----------
-    linkage
-        The four-bar.
-    points, angles, weights
-        Shape (n,); the angles are of the crank, rad.
-    is_shift_free
-        Whether the angles count from any direction, the best one; else from the line of the pivots.
+    Points, angles of the crank, rad, and weights have shape (n,). If `is_shift_free` the angles count from any
+    direction, the best one; else from the line of the pivots.
     """
     from scipy.optimize import minimize_scalar
 

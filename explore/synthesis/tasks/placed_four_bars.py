@@ -47,15 +47,7 @@ TIMED = (
 
 @dataclass(frozen=True)
 class FourBarBounds:
-    """Bounds on four-bars.
-
-    Attributes
-    ----------
-    transmission_angle_min
-        Of the least transmission angle or its supplement over the turn, deg.
-    link_ratio_max
-        Of the longest link over the shortest.
-    """
+    """Bounds: least transmission angle or its supplement over the turn, deg, and the longest link over the shortest."""
 
     transmission_angle_min: float
     link_ratio_max: float
@@ -84,20 +76,11 @@ class FourBarBounds:
 
 @dataclass(frozen=True)
 class PlacedFourBar:
-    """A four-bar with a point that passes places of a task.
+    """A four-bar, in mm, with a point that passes places of a task.
 
-    Attributes
-    ----------
-    linkage
-        The four-bar, in mm.
-    solution, cognate
-        Number of the solution, from 1, and of its cognate: 0 for the linkage as found.
-    fate
-        How it passes the places: a fate of `explore.synthesis.defects`.
-    is_proved
-        Whether it is proved to exist; None where nothing is said of it.
-    timed_errors
-        The rms and the largest distance of places with crank angles to the point at these, mm; None for none.
+    The number of its solution, from 1, and of its cognate, 0 for the linkage as found; how it passes the places, a fate
+    of `explore.synthesis.defects`; whether it is proved to exist, None where nothing is said of it. `timed_errors` are
+    the rms and the largest distance of places with crank angles to the point at these, mm; None for none.
     """
 
     linkage: FourBar

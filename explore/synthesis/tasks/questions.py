@@ -31,14 +31,8 @@ _DEGREES = 10.0
 class TaskQuestion:
     """Metrics, bounds and objectives of the candidates of a task, among them those that only its solver measures.
 
-    Attributes
-    ----------
-    task
-        The task.
-    sections
-        The sections of a study that ask for them: those of the task's file over those of the task.
-    question
-        The same with all names resolved.
+    The sections of a study that ask for them, those of the task's file over those of the task, and the same with all
+    names resolved.
     """
 
     task: Task

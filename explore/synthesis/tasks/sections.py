@@ -15,17 +15,7 @@ _NO_NUMBER = math.nan
 
 
 class SectionReader:
-    """Reads a section of a task file key by key.
-
-    Parameters
-    ----------
-    name
-        Name of the section.
-    content
-        What the file has there.
-    problems
-        Each problem is appended with its key.
-    """
+    """Reads a section of a task file, with this name and content, key by key; notes each problem with its key."""
 
     def __init__(self, name: str, content: object, problems: Problems) -> None:
         self._name, self._problems = name, problems
@@ -65,16 +55,8 @@ class SectionReader:
     ) -> float:
         """A number in a unit, or a string with a unit; without a default it has to be there.
 
-        Parameters
-        ----------
-        key, unit
-            The key, and the unit of a number without one.
-        example
-            An entry, for the message that the key is missing.
-        default
-            The value where the key is missing.
-        above, least, below
-            Limits: the number is above one, at least one, and below one.
+        It is above one limit, at least one, and below one. The example is an entry for the message that the key is
+        missing.
         """
         entry = self.get(key)
         if entry is None:

@@ -43,18 +43,8 @@ _PER_CHORD = 10
 class _Search:
     """What is searched: a path, and bounds on its slider-cranks.
 
-    Attributes
-    ----------
-    target
-        The path.
-    pressure_angle_max
-        In deg.
-    size_ratio_max
-        Of the rod over the size of the path.
-    box
-        Where the crank's pivot may be, by coordinate; missing ones have the default.
-    count
-        Number of candidates.
+    The largest pressure angle, deg; the rod over the size of the path; where the crank's pivot may be, by coordinate;
+    missing ones have the default. `count` is the number of candidates.
     """
 
     target: PathTarget

@@ -31,20 +31,9 @@ _GIVEN = ("evaluate", "metrics", "constraints", "rank", "units", "tolerances")
 
 @dataclass(frozen=True)
 class TaskFile:
-    """A task, checked, with the text of its file.
+    """A task, checked, with the text of its file, the name of its type, and what is asked of its candidates.
 
-    Attributes
-    ----------
-    kind
-        The name of its type.
-    task
-        The solver, and what it asks of its candidates.
-    asked
-        What is asked of the candidates.
-    text
-        The text of the file.
-    remarks
-        What may not be meant, such as points of a path in a wrong order; a line with its key for each.
+    The remarks say what may not be meant, such as points of a path in a wrong order; a line with its key for each.
     """
 
     kind: str
