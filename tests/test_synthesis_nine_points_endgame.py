@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from explore.synthesis.nine_points.classes import N_CLASSES, cognate, distinct, keys
+from explore.synthesis.nine_points import endgame
+from explore.synthesis.nine_points.classes import N_CLASSES, cognate, distinct, keys, members
 from explore.synthesis.nine_points.endgame import (
     DEGENERATE,
     INFINITE,
@@ -17,7 +18,7 @@ from explore.synthesis.nine_points.endgame import (
 from explore.synthesis.nine_points.homotopy import follow, solve, start_system
 from explore.synthesis.nine_points.regularity import is_regular
 from explore.synthesis.nine_points.solving import find_all
-from explore.synthesis.nine_points.tracking import ARRIVED, FATE
+from explore.synthesis.nine_points.tracking import ARRIVED, FATE, N_SIDES
 
 ANGLES = np.arange(9) * 2 * np.pi / 9 + 0.1 * np.random.default_rng(1).normal(size=9)
 FREE = np.random.default_rng(5).normal(size=(4, 2)) @ [1, 1j]
@@ -108,6 +109,11 @@ def test_both_start_systems_lead_to_the_same_solutions():
     assert len(one.regular) == len(other.regular) == len(distinct(both, 1e-5)) == 1358
 
 
+def go_on(places, start, rates):
+    ends, facts = follow(places, start, rates, 1e-6, 2000, 1e-6)
+    return ends, facts[:, FATE] == ARRIVED
+
+
 def test_regular_paths_have_limits_too():
     # The endgame, of paths that need none: it must find where they arrive.
     solutions, start = start_system(0)
@@ -117,11 +123,6 @@ def test_regular_paths_have_limits_too():
     ends, facts = follow(near, parameters - last, last, 1e-6, 5000, 1e-12)
     arrived = (facts[:, FATE] == ARRIVED) & is_regular(ends, parameters)
     assert arrived.sum() > 35
-
-    def go_on(places, start, rates):
-        ends, facts = follow(places, start, rates, 1e-6, 2000, 1e-6)
-        return ends, facts[:, FATE] == ARRIVED
-
     limits = find_limits(near[arrived], parameters, last, go_on, SHRINKAGES[0])
     is_found = limits.fates == REGULAR
     assert is_found.sum() >= arrived.sum() - 1
@@ -130,6 +131,54 @@ def test_regular_paths_have_limits_too():
     assert ((limits.fates == LOST) | is_found).all()
     error = np.abs(keys(limits.solutions[is_found]) - keys(ends[arrived][is_found]))
     assert error.max() < 1e-5
+
+
+def test_paths_that_meet_at_infinity_have_one_limit():
+    # Cycles of a parabola's paths, of which some have their first turn at another one's other order of dyads, and one
+    # of a path alone, lost to its partners. The last two meet others on circles down to a radius of 1e-6.
+    across = np.linspace(-1.3, 1.4, 9) + 0.05 * np.random.default_rng(2).normal(size=9)
+    parameters = parameters_of(across + 1j * across**2)
+    solutions, start = start_system(0)
+    last = 0.05 * (parameters - start)
+    rows = np.array([190, 1181, 486, 462, 1401, 101, 134, 1299])
+    near, _ = follow(solutions[rows], start, parameters - last - start, 1e-7, 20_000, 1e-14)
+    limits = find_limits(near, parameters, last, go_on, SHRINKAGES[0])
+    assert limits.fates.tolist() == [INFINITE] * 5 + [LOST] + [INFINITE] * 2
+    assert limits.windings.tolist() == [6, 6, 6, 4, 4, 0, 4, 4]
+
+
+def test_turns_of_other_paths_and_members_lead_on(monkeypatch):
+    """Three branches of a cube root, of which two are known as other members of their classes, and two other paths."""
+    rng = np.random.default_rng(4)
+    centre, reach, alone, lost, elsewhere = rng.normal(size=(5, 8, 2)) @ [1, 1j]
+    angles = 2 * np.pi * np.linspace(0, 1, N_SIDES + 1)[:, None]
+    branches = [centre + reach * np.exp(1j * (angles + 2 * np.pi * k) / 3) for k in range(3)]
+    turns = np.array([
+        branches[0], members(branches[1])[4 * (N_SIDES + 1) :][: N_SIDES + 1],
+        alone + 0 * angles, members(branches[2])[N_SIDES + 1 :][: N_SIDES + 1],
+        lost + (elsewhere - lost) * angles,
+    ])  # fmt: skip
+    monkeypatch.setattr(endgame, "_lead", lambda *_: (turns, np.ones(5, dtype=bool)))
+    (three, samples), (one, own) = endgame._cycles(turns[:, 0], None, None)
+    assert (three.tolist(), one.tolist()) == ([0, 1, 3], [2])
+    assert samples == pytest.approx(np.concatenate([branch[:-1] for branch in branches]), rel=1e-9)
+    assert (own == alone).all()
+    # Where two paths have become one, nobody knows whose turn it is.
+    doubled = np.concatenate([turns, turns[:1]])
+    monkeypatch.setattr(endgame, "_lead", lambda *_: (doubled, np.ones(6, dtype=bool)))
+    assert [rows.tolist() for rows, _ in endgame._cycles(doubled[:, 0], None, None)] == [[2]]
+
+
+def test_a_cognate_goes_where_a_path_is_lost():
+    solutions = np.random.default_rng(4).normal(size=(3, 8, 2)) @ [1, 1j]
+    passable = [solutions[0], cognate(solutions[1]), cognate(cognate(solutions[2]))]
+
+    def way(some, start, rates):
+        return some + start, np.array([any(np.allclose(one, each) for each in passable) for one in some], dtype=bool)
+
+    found, arrived = endgame._lead(way, solutions, 0.0, 0.0)
+    assert arrived.all()
+    assert found == pytest.approx(solutions, rel=1e-12)
 
 
 def share_of_complete_sets(count, seed):

@@ -17,19 +17,37 @@ SAME = 1e-5
 
 @np.errstate(all="ignore")  # as of `keys`
 def cognate(solutions: ComplexArray) -> ComplexArray:
-    """The next of the three cognates of each solution, shape (n, 8); three steps lead back."""
+    """The next of the three cognates of each solution, shape (…, 8); three steps lead back."""
     found = np.empty_like(solutions)
     for o in (0, 1):
-        x, a, y, b = (solutions[:, k + o] for k in (0, 2, 4, 6))
-        found[:, o] = (x - a) * y / (x - y)
-        found[:, 2 + o] = (b * x - a * y) / (x - y)
-        found[:, 4 + o], found[:, 6 + o] = a - x, a
+        x, a, y, b = (solutions[..., k + o] for k in (0, 2, 4, 6))
+        found[..., o] = (x - a) * y / (x - y)
+        found[..., 2 + o] = (b * x - a * y) / (x - y)
+        found[..., 4 + o], found[..., 6 + o] = a - x, a
     return found
 
 
 def exchange(solutions: ComplexArray) -> ComplexArray:
     """The same linkages with their dyads in the other order."""
-    return solutions[:, [4, 5, 6, 7, 0, 1, 2, 3]]
+    return solutions[..., [4, 5, 6, 7, 0, 1, 2, 3]]
+
+
+def cognates(solutions: ComplexArray) -> list[ComplexArray]:
+    """The solutions and their two cognates."""
+    second = cognate(solutions)
+    return [solutions, second, cognate(second)]
+
+
+def members(solutions: ComplexArray) -> ComplexArray:
+    """The six members of each class, shape (6 n, …, 8): first the given ones, then their cognates."""
+    found = cognates(solutions)
+    return np.concatenate([*found, *(exchange(each) for each in found)])
+
+
+def combined(one: int, other: int) -> int:
+    """Which member is the member `one` of the member `other`, in the order of `members`."""
+    (is_exchanged, steps), (is_other_exchanged, other_steps) = divmod(one, 3), divmod(other, 3)
+    return 3 * (is_exchanged ^ is_other_exchanged) + ((-steps if is_other_exchanged else steps) + other_steps) % 3
 
 
 @np.errstate(all="ignore")  # solutions that were lost are NaN or overflow; they get no key
@@ -39,16 +57,19 @@ def keys(solutions: ComplexArray) -> FloatArray:
     Symmetric functions of the three pivots of a cognate triple, and the sums of x y over it; a difference of two keys
     is about the relative difference of the numbers where they are large.
     """
-    triple = [solutions, cognate(solutions)]
-    triple.append(cognate(triple[1]))
+    triple = cognates(solutions)
     invariants = []
     for o in (0, 1):
         first, second, third = (member[:, 2 + o] for member in triple)
         invariants += [first + second + third, first * second + second * third + third * first]
         invariants.append(np.sum([member[:, o] * member[:, 4 + o] for member in triple], axis=0))
-    table = np.array(invariants).T
-    sizes = np.abs(table)
-    table = table * (np.arcsinh(sizes) / np.maximum(sizes, 1e-30))
+    return compressed(np.array(invariants).T)
+
+
+def compressed(numbers: ComplexArray) -> FloatArray:
+    """Real and imaginary parts, shape (n, 2 k), of sizes x as arsinh x: differences of large numbers are relative."""
+    sizes = np.abs(numbers)
+    table = numbers * (np.arcsinh(sizes) / np.maximum(sizes, 1e-30))
     return np.hstack([table.real, table.imag])
 
 

@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 from importlib.resources import files
 from importlib.util import find_spec
-from itertools import product
 from os import cpu_count
 
 import numpy as np
@@ -18,7 +17,7 @@ from explore.model.quantities import FloatArray
 from explore.synthesis.linkages import ComplexArray
 from explore.synthesis.nine_points.classes import (
     SAME,
-    cognate,
+    cognates,
     distinct,
     is_degenerate,
     keys,
@@ -53,13 +52,13 @@ _ATTEMPTS: tuple[_Attempt, ...] = (
 _NEAR = 0.05
 #: Attempts at the last share of a path.
 _LAST_ATTEMPTS: tuple[_Attempt, ...] = tuple(
-    (wanted, member, 1_200, 1e-15) for wanted, member in ((1e-4, 0), (1e-5, 1), (1e-5, 2), (1e-5, 0))
+    (wanted, member, 1_200, 1e-15) for wanted, member in ((1e-4, 0), (1e-5, 1))
 )
 #: Attempts at paths that neither arrived nor were classified: in generic problems, to solutions beyond 1e5.
 _PATIENT_ATTEMPTS: tuple[_Attempt, ...] = tuple(
     (wanted, member, 4_000, 1e-18) for wanted in (1e-6, 3e-5, 1e-3, 1e-4) for member in (0, 1, 2)
 )
-#: Largest number of paths that are followed with more digits, a second or two for each: of a parabola 56.
+#: Largest number of paths that are followed with more digits, a second or two for each: of a parabola 45.
 _MOST_PRECISE = 60
 #: Number of paths of one task of a thread.
 _CHUNK = 32
@@ -156,8 +155,8 @@ def _follow_to(
     fates[rows[arrived]], windings[rows[arrived]] = REGULAR, 1
     rest = rows[~arrived]
     _tell(report, found)
-    for shrinkage, member in product(SHRINKAGES, _cognates(near)):
-        limits = find_limits(member[rest], parameters, last, _follow_on, shrinkage)
+    for shrinkage in SHRINKAGES:
+        limits = find_limits(near[rest], parameters, last, _follow_on, shrinkage)
         fates[rest], windings[rest], ends[rest] = limits.fates, limits.windings, limits.solutions
         rest = rest[limits.fates == LOST]
         _tell(report, found)
@@ -186,7 +185,7 @@ def _follow_far(
         _tell(report, ends)
         from explore.synthesis.nine_points.precise_tracking import follow_precisely
 
-        for member in _cognates(near[[row]]):
+        for member in cognates(near[[row]]):
             end = follow_precisely(member[0], start, rates)
             if end.solution is not None:
                 ends.solutions[row], ends.fates[row], ends.windings[row] = end.solution, REGULAR, 1
@@ -218,12 +217,6 @@ def _is_single_end(
     return single
 
 
-def _cognates(solutions: ComplexArray) -> list[ComplexArray]:
-    """The solutions and their two cognates."""
-    second = cognate(solutions)
-    return [solutions, second, cognate(second)]
-
-
 def _arrive(
     solutions: ComplexArray, start: ComplexArray, rates: ComplexArray, attempts: tuple[_Attempt, ...]
 ) -> tuple[ComplexArray, npt.NDArray[np.bool_]]:
@@ -232,7 +225,7 @@ def _arrive(
     A path that does not arrive, or arrives where another one does, is followed again with smaller steps and from other
     cognates, which lie elsewhere.
     """
-    members = _cognates(solutions)
+    members = cognates(solutions)
     found = np.full_like(solutions, np.nan)
     todo = np.arange(len(solutions))
     is_good = np.zeros(len(solutions), dtype=bool)

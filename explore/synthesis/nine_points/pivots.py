@@ -13,7 +13,7 @@ import numpy.typing as npt
 from explore.base.errors import RequestError
 from explore.synthesis.defects import MISSES, PASSES
 from explore.synthesis.linkages import ComplexArray
-from explore.synthesis.nine_points.classes import is_degenerate
+from explore.synthesis.nine_points.classes import compressed, is_degenerate
 from explore.synthesis.nine_points.equations import N_POINTS
 from explore.synthesis.nine_points.four_bars import distance_from_real, linkages_of
 from explore.synthesis.nine_points.homotopy import follow
@@ -133,9 +133,7 @@ def distinct_rows(solutions: ComplexArray) -> npt.NDArray[np.intp]:
     """Rows of the first of each set of equal solutions."""
     from scipy.spatial import cKDTree
 
-    sizes = np.abs(solutions)
-    compressed = solutions * (np.arcsinh(sizes) / np.maximum(sizes, 1e-30))
-    table = np.hstack([compressed.real, compressed.imag])
+    table = compressed(solutions)
     is_seen, kept = np.zeros(len(table), dtype=bool), []
     neighbours = cKDTree(table).query_ball_point(table, _SAME) if len(table) else []
     for row, near in enumerate(neighbours):

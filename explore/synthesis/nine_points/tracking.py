@@ -29,7 +29,7 @@ _HOPELESS = 20.0
 #: Error of the predictor over the wanted one beyond which a step is rejected after its correction.
 _TOO_LARGE = 5.0
 #: Correction below which it is the last.
-_CONVERGED = 1e-9
+_CONVERGED = 1e-7
 #: Correction whose square, times 100, is below it is the last; larger ones must shrink.
 _ROUNDING = 1e-11
 #: Largest number of corrections of a step.
@@ -44,10 +44,6 @@ _FIRST_STEP_OF_SIDE = 0.5
 _MOST_STEPS_OF_SIDE = 500
 #: Least step along a side.
 _LEAST_STEP_OF_SIDE = 1e-6
-#: Largest difference of each unknown of a solution that has come back, relative to the unknown.
-_BACK = 1e-5
-#: Largest difference of each unknown of a solution that has come back, relative to the largest unknown.
-_BACK_IN_GROUP = 1e-8
 
 
 @subroutine()
@@ -166,37 +162,23 @@ def track(solutions, start, rates, n_vectors, wanted, most_steps, least_step, fa
         _track(solutions[i], start, rates, n_vectors, wanted, _FIRST_STEP, most_steps, least_step, facts[i])
 
 
-@subroutine()
-def _is_back(z, origin):
-    """Whether a solution is where it was: each unknown to its own size or that of the largest of its kind."""
-    plain, hatted = 0.0, 0.0
-    for i in range(0, N_UNKNOWNS, 2):
-        plain, hatted = max(plain, magnitude(origin[i])), max(hatted, magnitude(origin[i + 1]))
-    for i in range(N_UNKNOWNS):
-        group = plain if i % 2 == 0 else hatted
-        if not magnitude(z[i] - origin[i]) < _BACK * magnitude(origin[i]) + _BACK_IN_GROUP * group:
-            return False
-    return True
-
-
 @compiled(
-    "void(complex128[:,::1], complex128[::1], complex128[::1], float64, complex128[:,:,::1], int64[::1])",
+    "void(complex128[:,::1], complex128[::1], complex128[::1], float64, complex128[:,:,::1], bool_[::1])",
     allocates=True,
 )
-def circle(solutions, target, rates, wanted, samples, turns):
-    """Lead solutions around the parameters `target`, from `target - rates` and back, until they return to themselves.
+def circle(solutions, target, rates, wanted, samples, arrived):
+    """Lead solutions around the parameters `target`, from `target - rates` and back, where another one may arrive.
 
-    `solutions` are of the problem `target - rates`, (n, 8). `samples` receives them on the way, at `N_SIDES` corners a
-    turn, and `turns` the number of turns, 0 where the way was lost, -1 where it is longer than `samples`.
+    `solutions` are of the problem `target - rates`, (n, 8). `samples`, (n, `N_SIDES` + 1, 8), receives them on the way
+    and where they arrive, and `arrived` whether they do.
     """
     z, facts = np.empty(N_UNKNOWNS, np.complex128), np.empty(N_FACTS)
     corner, side = np.empty(N_PARAMETERS, np.complex128), np.empty(N_PARAMETERS, np.complex128)
     for i in range(len(solutions)):
         z[:] = solutions[i]
-        turns[i] = -1
-        for k in range(samples.shape[1]):
-            samples[i, k] = z
-            angles = 2.0 * np.pi * (k % N_SIDES) / N_SIDES, 2.0 * np.pi * ((k + 1) % N_SIDES) / N_SIDES
+        samples[i, 0] = z
+        for k in range(N_SIDES):
+            angles = 2.0 * np.pi * k / N_SIDES, 2.0 * np.pi * ((k + 1) % N_SIDES) / N_SIDES
             here = complex(np.cos(angles[0]), np.sin(angles[0]))
             there = complex(np.cos(angles[1]), np.sin(angles[1]))
             for j in range(N_PARAMETERS):
@@ -205,9 +187,7 @@ def circle(solutions, target, rates, wanted, samples, turns):
             _track(
                 z, corner, side, N_POINTS, wanted, _FIRST_STEP_OF_SIDE, _MOST_STEPS_OF_SIDE, _LEAST_STEP_OF_SIDE, facts
             )
-            if facts[FATE] != ARRIVED:
-                turns[i] = 0
+            arrived[i] = facts[FATE] == ARRIVED
+            if not arrived[i]:
                 break
-            if (k + 1) % N_SIDES == 0 and _is_back(z, samples[i, 0]):
-                turns[i] = (k + 1) // N_SIDES
-                break
+            samples[i, k + 1] = z
