@@ -59,6 +59,14 @@ class Certificates:
         """Whether all solutions are proved, distinct, and known to be real or not."""
         return bool((self.is_proved & self.is_distinct & (self.is_real | self.is_not_real)).all())
 
+    def of(self, rows: npt.NDArray[np.intp]) -> Certificates:
+        """Those of some solutions, which need to differ from each other only."""
+        proved = self.is_proved[rows]
+        return Certificates(
+            self.centres[rows], self.radii[rows], proved, self.is_real[rows], self.is_not_real[rows],
+            _are_distinct(self.centres[rows], self.radii[rows], proved),
+        )  # fmt: skip
+
 
 def certify(solutions: ComplexArray, points: ComplexArray, size: float) -> Certificates:
     """Prove what can be proved of approximate solutions, from the first of the exact points in units of `size`."""
@@ -82,11 +90,9 @@ def certify(solutions: ComplexArray, points: ComplexArray, size: float) -> Certi
                 if found is not None:
                     centres[row], radii[row], real[row] = found
                     proved[row] = True
-        discs = Discs(centres, radii)
         gap = np.abs(centres.conj() - centres[:, HATS]) - (radii + radii[:, HATS]) * (1.0 + 8.0 * EPSILON)
         not_real = proved & (gap > 8.0 * EPSILON * np.abs(centres)).any(axis=1)
-        distinct = np.zeros(n, dtype=bool)
-        distinct[proved] = _are_distinct(discs[proved])
+        distinct = _are_distinct(centres, radii, proved)
     return Certificates(centres, radii, proved, real, not_real, distinct)
 
 
@@ -159,10 +165,11 @@ def _is_linkage(box: Discs, parameters: Discs) -> Bools:
     return np.asarray(good)
 
 
-def _are_distinct(solutions: Discs) -> Bools:
-    """Whether each solution is proved to be of another class than all others: some invariant of the class differs."""
-    n = len(solutions.centre)
-    undecided = ~np.eye(n, dtype=bool)
+@np.errstate(all="ignore")  # invariants of large solutions overflow, and prove nothing
+def _are_distinct(centres: ComplexArray, radii: FloatArray, is_proved: Bools) -> Bools:
+    """Whether each proved solution is proved to be of another class than all others: some invariant differs."""
+    solutions, rows = Discs(centres, radii)[is_proved], np.flatnonzero(is_proved)
+    first, second = np.triu_indices(len(rows), 1)
     for o in (0, 1):
         x, a, y, b = (solutions[:, k + o] for k in (0, 2, 4, 6))
         apart = (x - y).reciprocal()
@@ -175,7 +182,9 @@ def _are_distinct(solutions: Discs) -> Bools:
             x * y + other * (a - x) + last * (third - other),
         ]
         for value in invariants:
-            centre, radius = value.centre, value.radius
-            gaps = np.abs(centre[:, None] - centre) * (1.0 - 8.0 * EPSILON)
-            undecided &= ~(gaps > (radius[:, None] + radius) * (1.0 + 8.0 * EPSILON))
-    return np.asarray(~undecided.any(axis=1))
+            gaps = np.abs(value.centre[first] - value.centre[second]) * (1.0 - 8.0 * EPSILON)
+            is_apart = gaps > (value.radius[first] + value.radius[second]) * (1.0 + 8.0 * EPSILON)
+            first, second = first[~is_apart], second[~is_apart]
+    distinct = is_proved.copy()
+    distinct[rows[first]] = distinct[rows[second]] = False
+    return distinct

@@ -104,29 +104,29 @@ def find_all(points: ComplexArray, report: ReportProgress | None = None) -> Nine
         raise RequestError(f"points {one + 1} and {other + 1} are equal; remove one or move it")
     parameters = np.concatenate([vectors, vectors.conj()]).astype(np.complex128) / size
     systems = [solve(parameters, 0, report)]
-    if not systems[0].is_interrupted and certify(systems[0].regular, points, size).n_proved < N_CLASSES:
-        try:
-            systems.append(solve(parameters, 1, report))
-        except KeyboardInterrupt:
-            systems[0] = replace(systems[0], is_interrupted=True)
+    found = merge(systems, points, size)
+    if found.is_interrupted or found.certificates.n_proved == N_CLASSES:
+        return found
+    try:
+        systems.append(solve(parameters, 1, report))
+    except KeyboardInterrupt:
+        systems[0] = replace(systems[0], is_interrupted=True)
     return merge(systems, points, size)
 
 
 def merge(systems: Sequence[Ends], points: ComplexArray, size: float) -> NinePointSolutions:
     """What start systems say together of where all paths lead."""
-    found = np.concatenate([each.regular for each in systems])
-    certificates = certify(found, points, size)
+    certificates = certify(np.concatenate([each.regular for each in systems]), points, size)
     # The centres of proofs, where Newton's method led: two ends may be of one solution.
-    found = certificates.centres[np.argsort(~certificates.is_proved, kind="stable")]
-    found = found[distinct(found, SAME)]
-    certificates = certify(found, points, size)
+    order = np.argsort(~certificates.is_proved, kind="stable")
+    certificates = certificates.of(order[distinct(certificates.centres[order], SAME)])
     rooms = [N_CLASSES - certificates.n_proved - each.n_others for each in systems]
     # One system alone may take a path that is lost for one elsewhere.
     ends = systems[int(np.argmax(np.abs(rooms)))]
     # Where all paths are known, what is not proved is no solution.
-    if not any(rooms) and certificates.n_proved < len(found):
-        found = found[certificates.is_proved & certificates.is_distinct]
-        certificates = certify(found, points, size)
+    if not any(rooms):
+        certificates = certificates.of(np.flatnonzero(certificates.is_proved & certificates.is_distinct))
+    found = certificates.centres
     real = np.flatnonzero(distance_from_real(found) < _REAL)
     linkages = [linkage for row in real for linkage in linkages_of(found[row], points[0], size)]
     n_singular, n_degenerate, n_infinite = (ends.count(fate) for fate in (SINGULAR, DEGENERATE, INFINITE))
