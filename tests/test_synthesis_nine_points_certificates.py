@@ -126,13 +126,3 @@ def test_what_is_not_proved():
     zero_link = found.solutions[rows[:1]].copy()
     zero_link[:, [0, 1]] = 0.0
     assert not certify(zero_link, points, size).is_proved.any()
-
-
-def test_singular_solutions_are_not_proved():
-    free = np.random.default_rng(5).normal(size=(4, 2)) @ [1, 1j]
-    points = np.concatenate([free, free.conj(), [0.3]])
-    found = find_all(points)
-    assert len(found.singular) > 0
-    proof = certify(found.singular, points, size_of(points))
-    assert not proof.is_proved.any()
-    assert certify(found.solutions, points, size_of(points)).is_complete

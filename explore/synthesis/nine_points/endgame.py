@@ -57,6 +57,7 @@ _BACK = 1e-5
 _BACK_IN_GROUP = 1e-8
 #: Number of solutions of one task of a thread.
 _CHUNK = 4
+
 Bools = npt.NDArray[np.bool_]
 #: Function that follows solutions from one set of parameters to another.
 Follow = Callable[[ComplexArray, ComplexArray, ComplexArray], tuple[ComplexArray, Bools]]

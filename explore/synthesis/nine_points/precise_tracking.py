@@ -2,11 +2,13 @@
 
 A solution of a thousand times the size of the points, or a billion, has the points in its last digits, of which double
 precision has too few. Such paths are followed in numbers of `PRECISION` bits. The predictor is the polynomial through
-the last solutions on the path, the corrector Newton's method; the first correction measures the predictor's error.
+the last solutions on the path, the corrector Newton's method; the first correction measures the predictor's error. Near
+its end a solution is a sum of powers of what is left of the path, so the polynomial is one of the logarithm of that.
 """
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -20,23 +22,23 @@ from explore.synthesis.nine_points.regularity import determinant_terms, evaluate
 #: Precision of all numbers, 96 digits, of which the largest solutions lose more than thirty, bits.
 PRECISION = 320
 #: Largest number of solutions that the predictor's polynomial passes.
-_MOST_KNOTS = 9
+_MOST_KNOTS = 12
 #: Largest first correction of a step, relative.
 _WANTED = 1e-8
 #: Correction that ends the corrections of a step, relative.
 _CONVERGED = 1e-26
 #: Largest number of corrections of a step.
 _N_CORRECTIONS = 4
-#: First step along a path.
+#: First step along a path, of the logarithm.
 _FIRST_STEP = 1e-4
-#: Least step along a path.
-_LEAST_STEP = 1e-20
+#: Least step along a path, of the logarithm.
+_LEAST_STEP = 1e-10
 #: Largest number of steps along a path.
 _MOST_STEPS = 3_000
-#: Share of a path that is left where it ends, a few hundred roundings of the points.
-_LEFT = 2.0**-40
-#: Share of a path that is left where growth is measured from.
-_LEFT_BEFORE = 2.0**-30
+#: Logarithm at the end of a path, where 2^-40 of it is left, a few hundred roundings of the points.
+_LAST = 40.0 * math.log(2.0)
+#: Logarithm where growth is measured from.
+_LATE = 30.0 * math.log(2.0)
 #: Least growth of a solution that goes to infinity; one of the power 1 / 8 grows by 2.4.
 _GROWTH = 1.5
 #: Largest relative change of a solution over the rest of the path for its limit to be known.
@@ -86,26 +88,26 @@ class _Path:
 
     def follow(self, place: list[Any]) -> tuple[list[Any] | None, float]:
         """The solution near time 1 that one at time 0 leads to, None if the way is lost; how it grew at last."""
-        times, places = [acb(0)], [place]
-        time, step, size_before = 0.0, _FIRST_STEP, 0.0
+        logarithms, places = [acb(0)], [place]
+        now, step, size_before = 0.0, _FIRST_STEP, 0.0
         for _ in range(_MOST_STEPS):
-            then = min(time + step, 1.0 - _LEFT)
+            then = min(now + step, _LAST)
             moment = acb(then)
             found, error = self.correct(
-                _extrapolate(times, places, moment), moment, _N_CORRECTIONS, _CONVERGED, _WANTED
+                _extrapolate(logarithms, places, moment), 1 - (-moment).exp(), _N_CORRECTIONS, _CONVERGED, _WANTED
             )
             if found is None:
                 step *= 0.3
                 if step < _LEAST_STEP:
                     break
                 continue
-            if not size_before and 1.0 - then <= _LEFT_BEFORE:
+            if not size_before and then >= _LATE:
                 size_before = _size(found)
-            if then == 1.0 - _LEFT:
+            if then == _LAST:
                 return found, _size(found) / size_before
-            time = then
-            times, places = [*times, moment][-_MOST_KNOTS:], [*places, found][-_MOST_KNOTS:]
-            step *= min(2.0, max(0.5, 0.8 * (_WANTED / max(error, 1e-60)) ** (1.0 / len(times))))
+            now = then
+            logarithms, places = [*logarithms, moment][-_MOST_KNOTS:], [*places, found][-_MOST_KNOTS:]
+            step *= min(2.0, max(0.5, 0.8 * (_WANTED / max(error, 1e-60)) ** (1.0 / len(logarithms))))
         return None, 0.0
 
     def correct(
@@ -145,12 +147,12 @@ class _Path:
         return False
 
 
-def _extrapolate(times: list[Any], places: list[list[Any]], then: Any) -> list[Any]:
-    """The polynomial through solutions, at a later time, by Lagrange's formula."""
+def _extrapolate(logarithms: list[Any], places: list[list[Any]], then: Any) -> list[Any]:
+    """The polynomial through solutions, later, by Lagrange's formula."""
     weights = []
-    for i, own in enumerate(times):
+    for i, own in enumerate(logarithms):
         weight = acb(1)
-        for k, other in enumerate(times):
+        for k, other in enumerate(logarithms):
             if k != i:
                 weight *= (then - other) / (own - other)
         weights.append(weight.mid())
