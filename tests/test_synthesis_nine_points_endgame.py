@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from explore.synthesis.nine_points import endgame
+from explore.synthesis.nine_points import endgame, homotopy
 from explore.synthesis.nine_points.certificates import certify
 from explore.synthesis.nine_points.classes import N_CLASSES, cognate, distinct, keys, members
 from explore.synthesis.nine_points.endgame import (
@@ -14,6 +14,7 @@ from explore.synthesis.nine_points.endgame import (
     REGULAR,
     SHRINKAGES,
     SINGULAR,
+    Limits,
     find_limits,
 )
 from explore.synthesis.nine_points.homotopy import follow, solve, start_system
@@ -94,6 +95,17 @@ def reflected(solutions, points):
     plain, hatted = moved[0::2], moved[1::2]
     assert abs(origin.conj() - points[row + 1] / scale) < 1e-12
     return np.stack([value for pair in zip(hatted, plain, strict=True) for value in pair], axis=1)
+
+
+def test_limits_that_solve_no_equation_are_lost(monkeypatch):
+    def anywhere(solutions, *_):
+        count = len(solutions)
+        return Limits(np.full(count, REGULAR), np.ones(count, dtype=np.int64), solutions)
+
+    monkeypatch.setattr(homotopy, "find_limits", anywhere)
+    monkeypatch.setattr(homotopy, "_MOST_PRECISE", 0)
+    ends = solve(parameters_of(SYMMETRIC), 0)
+    assert (ends.count(REGULAR), ends.count(LOST)) == (1358, N_CLASSES - 1358)
 
 
 @pytest.mark.slow

@@ -127,8 +127,10 @@ def solve(parameters: ComplexArray, number: int, report: ReportProgress | None =
     except KeyboardInterrupt:
         found = replace(found, is_interrupted=True)
     fates[(fates == REGULAR) & ~is_regular(ends, parameters)] = SINGULAR
-    polished, _ = follow(ends[fates == REGULAR], parameters, np.zeros_like(parameters), 1e-6, 10, 1e-3)
-    ends[fates == REGULAR] = polished
+    regular = np.flatnonzero(fates == REGULAR)
+    ends[regular], facts = follow(ends[regular], parameters, np.zeros_like(parameters), 1e-6, 10, 1e-3)
+    # Circles around several paths to infinity may have a limit that solves no equation.
+    fates[regular[facts[:, FATE] != ARRIVED]] = LOST
     fates[_is_repeated(ends, fates == REGULAR)] = LOST
     if not found.is_interrupted:
         unclear = (fates == LOST) | _is_single_end(ends, fates == SINGULAR, windings)
