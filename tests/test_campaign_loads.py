@@ -35,7 +35,7 @@ GROOVE_REQUESTS = {
 }
 
 
-#: Designs that were found outside their bounds, with a window, a metric and its value by `exact_loads`.
+#: Designs that were found outside their bounds, with a window, a metric, its value in many digits, and its size.
 FOUND = (
     # power for 0.028 deg at a dead centre
     ("slider-crank", {
@@ -50,6 +50,27 @@ FOUND = (
         "speed": 3.90628100583467, "rod_inertia": 3.680645787793719e-4, "rod_centroid": -0.22676796225185458,
         "stiffness": 1857.2525057144112,
     }, "cycle", "positive_power_mean", 1.584381090617515, 3.9413),
+    # an extreme at 0.09 % of a reversal from its end, whose slope five samples do not tell
+    ("variable-crank", {
+        "rod": 1463.2258961785892, "slider_speed": 986.6401869422025, "speed": 9.034065863059226,
+        "reversal_time": 1.9819115311976676e-09, "blend_order": 3,
+    }, "cycle", "crank_rate_peak", 986.64017445198836213, 986.64),
+    # at 0.04 %, 1.8e-13 below the end: far from a bracket's middle it was hidden by rounding
+    ("variable-crank", {
+        "rod": 195.65760052747274, "slider_speed": 54.101957131393505, "speed": 1.53017032228017,
+        "reversal_time": 9.018011803487938e-10, "blend_order": 3,
+    }, "inner_to_outer", "groove_pressure_angle_max", 34.016791885511121708, 34.0167),
+    # a last step that is small by chance, from points that are not near enough
+    ("variable-crank", {
+        "rod": 443.4392628932239, "speed": 9.905581078103946, "slider_speed": 193.50725235278696,
+        "reversal_time": 0.0026425529451765445, "blend_order": 3, "mass": 1.2656920004857595,
+        "opposing_force": 1.4190093048379537, "stiffness": 118.17988782416754, "damping": 0.14275968924426152,
+        "rod_inertia": 0.0002652915626231122, "pin_mass": 0.44868199817466625, "disc_centroid": 3.4984867347341346,
+    }, {"from": 116, "to": 241}, "thrust_min", -5.042896084251845, 403.29),
+    # 1e-12 deg, shorter than the least step of the search
+    ("crank-rocker", {
+        "crank": 50.0, "coupler": 171.4341743061304, "rocker": 133.91733647639305, "ground": 163.62548246172335,
+    }, {"from": "40.64 deg", "to": "40.640000000001 deg"}, "coupler_acceleration_min", 0.34429071443908706, 0.34429),
     # ground of 30,000 rockers
     ("crank-rocker", {
         "crank": 22.2, "coupler": 2999991.8, "rocker": 100.0, "ground": 3e6, "branch": -1.0, "speed": 7.7,

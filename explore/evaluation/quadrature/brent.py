@@ -18,7 +18,7 @@ _MOST_STEPS = 60
 _LAST_STEP = 3e-8
 # A vertex errs by the product times third over second derivative, and far points may give a small step by chance.
 #: Largest product of the best point's distances from the other two at the last step, over the resolution's square.
-_NEAREST = 3e-7
+_NEAREST = 1e-10
 #: Smallest ratio of a step to the one before: a vertex that is nearer to the best point is a coincidence.
 _SHRINKAGE = 1e-4
 
@@ -68,10 +68,14 @@ def _propose(state, resolutions):
         stays = (low < best + least_step) & (best + least_step < high)
         least_step = least_step if stays else -least_step
         step = least_step if abs(step) < least else step
+        # A least step may be longer than the bracket, beyond which the signal may have another law.
+        trial = best + step
+        trial = low if trial < low else trial
+        trial = high if trial > high else trial
         is_active = state[ACTIVE + lane] != 0.0
         state[PREVIOUS + lane] = before if is_active else previous
         state[STEP + lane] = step if is_active else state[STEP + lane]
-        state[TRIAL + lane] = best + step if is_active else best
+        state[TRIAL + lane] = trial if is_active else best
 
 
 @subroutine(no_alias=True)

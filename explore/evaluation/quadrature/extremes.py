@@ -8,9 +8,12 @@ from explore.evaluation.quadrature.brent import (
     ACTIVE,
     AT_BEST,
     AT_SECOND,
+    AT_THIRD,
     BEST,
     BRENT_ROWS,
     SECOND,
+    STEP,
+    THIRD,
     TRIAL,
     fill_trial_tangents,
     minimise,
@@ -23,16 +26,14 @@ from explore.evaluation.quadrature.tiles import TILE_CENTRE, TILE_HALF, TILE_SCA
 _DROP_MARGIN = 8.0
 #: Slope at an end, over curvature times distance to the next sample, below which the extreme may be inside.
 _DOUBTFUL = 0.1
-#: Distance of a look inside from the end, over the distance to the next sample, at first.
-_LOOK = 0.02
-#: Distances of looks inside, one after the other, for extremes that are ever nearer to the end.
-_LOOKS = (_LOOK, _LOOK * _LOOK)
+#: Distances of looks inside from an end, over the distance to the next sample: extremes may be ever nearer to it.
+_LOOKS = tuple(8.0**-k for k in range(1, 7))
 #: Value of ACTIVE of a lane whose candidate is an end of the panel.
 AT_END = 2.0
 
-# Rows of the state after those of Brent's method: least sample, next sample to look at, result, values of the looks.
-LEAST, NEXT, RESULT, AT_LOOK, AT_SECOND_LOOK = ((BRENT_ROWS + row) * LANES for row in range(5))
-STATE_SIZE = (BRENT_ROWS + 5) * LANES
+# Rows of the state after those of Brent's method: least sample, next sample to look at, result.
+LEAST, NEXT, RESULT = ((BRENT_ROWS + row) * LANES for row in range(3))
+STATE_SIZE = (BRENT_ROWS + 3) * LANES
 
 
 @subroutine(inlined=True)
@@ -48,9 +49,10 @@ def _abscissa(table, row, count, j):
 
 @subroutine()
 def _slope_at_end(signals, rows, row, lane, sign, count, side, table, rule):
-    """Slope and curvature of ``sign * signal`` at an end of the panel, inwards, in abscissas, by five samples.
+    """Least slope and curvature of ``sign * signal`` at an end of the panel, inwards, in abscissas, by five samples.
 
-    `side` is 0 for the first end and 1 for the last.
+    `side` is 0 for the first end and 1 for the last. What five samples change in the slope of four is at least what
+    more would.
     """
     # Newton's divided differences at the samples x_0 … x_4, and the derivatives of the interpolant at x_0 = 0.
     x0 = x1 = x2 = x3 = x4 = 0.0
@@ -73,7 +75,7 @@ def _slope_at_end(signals, rows, row, lane, sign, count, side, table, rule):
     d02, d13, d24 = (d12 - d01) / (x2 - x0), (d23 - d12) / (x3 - x1), (d34 - d23) / (x4 - x2)
     d03, d14 = (d13 - d02) / (x3 - x0), (d24 - d13) / (x4 - x1)
     d04 = (d14 - d03) / (x4 - x0)
-    slope = d01 - x1 * (d02 - x2 * (d03 - x3 * d04))
+    slope = d01 - x1 * (d02 - x2 * (d03 - x3 * d04)) - x1 * x2 * x3 * abs(d04)
     curvature = 2.0 * (d02 - (x1 + x2) * d03 + (x1 * x2 + x1 * x3 + x2 * x3) * d04)
     return slope, curvature
 
@@ -104,6 +106,7 @@ def _choose_end(shape, state, lane, j, inner, value, neighbour):
     direction = shape[TILE_HALF + lane] if j == 0 else -shape[TILE_HALF + lane]
     end = shape[TILE_CENTRE + lane] - direction
     state[BEST + lane], state[AT_BEST + lane] = end, value
+    state[STEP + lane] = direction * inner
     state[SECOND + lane], state[AT_SECOND + lane] = end + direction * inner, neighbour
     state[ACTIVE + lane] = AT_END
 
@@ -171,17 +174,15 @@ def find_minimum(
             return
         if at_end:
             for look in _LOOKS:
-                for k in range(3):
-                    for lane in range(LANES):
-                        _look_inside(state, lane, k, look)
-                    fill_trial_tangents(shape, state, tangents)
-                    fill(constants, tangents, anchor, law, variant, 1, needs, signals)
-                    for lane in range(LANES):
-                        value = sign * signals[row * LANES + lane]
-                        if state[ACTIVE + lane] == AT_END and k < 2:
-                            state[(AT_LOOK if k == 0 else AT_SECOND_LOOK) + lane] = value
-                        elif state[ACTIVE + lane] == AT_END:
-                            _start_at_end(state, lane, value, look)
+                for lane in range(LANES):
+                    is_at_end = state[ACTIVE + lane] == AT_END
+                    state[TRIAL + lane] = state[BEST + lane] + (look * state[STEP + lane] if is_at_end else 0.0)
+                fill_trial_tangents(shape, state, tangents)
+                fill(constants, tangents, anchor, law, variant, 1, needs, signals)
+                for lane in range(LANES):
+                    _take_look(state, lane, state[TRIAL + lane], sign * signals[row * LANES + lane])
+            for lane in range(LANES):
+                _take_look(state, lane, state[BEST + lane], state[AT_BEST + lane])
             for lane in range(LANES):
                 state[ACTIVE + lane] = 1.0 if state[ACTIVE + lane] == 1.0 else 0.0
         minimise(fill, constants, shape, anchor, law, variant, needs, row, sign, state, tangents, signals)
@@ -190,44 +191,17 @@ def find_minimum(
 
 
 @subroutine()
-def _look_inside(state, lane, k, look):
-    """Fill the trial point of one lane: two looks inside, then the vertex of the parabola through them and the end.
-
-    Rounding hides the difference of a look that is much nearer, and few samples do not tell the slope at the end well.
-    Where the parabola rises from the end, the end again.
-    """
-    end, step = state[BEST + lane], look * (state[SECOND + lane] - state[BEST + lane])
+def _take_look(state, lane, place, value):
+    """Start Brent's method of a lane at its last look, if that is below the end and not above this one, ever nearer."""
     if state[ACTIVE + lane] != AT_END:
-        state[TRIAL + lane] = end
-    elif k < 2:
-        state[TRIAL + lane] = end + (k + 1) * step
-    else:
-        first, second = (
-            state[AT_LOOK + lane] - state[AT_BEST + lane],
-            state[AT_SECOND_LOOK + lane] - state[AT_BEST + lane],
-        )
-        slope, curvature = 2.0 * first - 0.5 * second, second - 2.0 * first
-        if slope >= 0.0:
-            state[TRIAL + lane] = end
-        else:
-            vertex = -slope / curvature if curvature > 0.0 else 0.5 / look
-            state[TRIAL + lane] = end + min(vertex, 0.5 / look) * step
-
-
-@subroutine()
-def _start_at_end(state, lane, value, look):
-    """Start Brent's method between an end and its neighbour, if one of the three points inside is below the end."""
-    end, at_end, inside = state[BEST + lane], state[AT_BEST + lane], state[TRIAL + lane]
-    neighbour, at_neighbour = state[SECOND + lane], state[AT_SECOND + lane]
-    # A signal that bends more and more may rise before the vertex of the parabola.
-    if state[AT_LOOK + lane] < value:
-        inside, value = end + look * (neighbour - end), state[AT_LOOK + lane]
-    if state[AT_SECOND_LOOK + lane] < value:
-        inside, value = end + 2.0 * look * (neighbour - end), state[AT_SECOND_LOOK + lane]
-    if value >= at_end:
         return
-    previous = 2.0 * (neighbour - end)
-    if end < neighbour:
-        start_lane(state, lane, end, inside, neighbour, at_end, value, at_neighbour, previous)
+    best, at_best, outer, at_outer = (
+        state[SECOND + lane], state[AT_SECOND + lane], state[THIRD + lane], state[AT_THIRD + lane]
+    )  # fmt: skip
+    if value < at_best or at_best >= state[AT_BEST + lane]:
+        state[THIRD + lane], state[AT_THIRD + lane] = best, at_best
+        state[SECOND + lane], state[AT_SECOND + lane] = place, value
+    elif place < outer:
+        start_lane(state, lane, place, best, outer, value, at_best, at_outer, 2.0 * (outer - place))
     else:
-        start_lane(state, lane, neighbour, inside, end, at_neighbour, value, at_end, previous)
+        start_lane(state, lane, outer, best, place, at_outer, at_best, value, 2.0 * (outer - place))

@@ -186,7 +186,7 @@ _EXTENDED = Mechanism(
         "clutch": (*_CLOSED_NAMES, *_CLUTCH_DEFAULTS),
     },
     objectives=("cv", "swing_angle:max", "transmission_angle_min:max"),
-    kernel_version="4",
+    kernel_version="5",
     n_constants=ExtendedRow.STATUS,
     rows=ExtendedRow,
     signal_rows=EXTENDED_SIGNAL_ROWS,

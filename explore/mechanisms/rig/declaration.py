@@ -95,7 +95,7 @@ _EXTENDED = Mechanism(
     ),
     default_metrics={"": (*(metric.name for metric in _METRICS), *_SAMPLED_DEFAULTS)},
     objectives=("pin_force_peak", "velocity_thd", "size"),
-    kernel_version="3",
+    kernel_version="4",
     n_constants=ExtendedRow.STATUS,
     rows=ExtendedRow,
     signal_rows=columns.EXTENDED_SIGNAL_ROWS,
