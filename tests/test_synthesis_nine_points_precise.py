@@ -7,7 +7,7 @@ from explore.synthesis.linkages import FourBar
 from explore.synthesis.nine_points import homotopy, precise_tracking
 from explore.synthesis.nine_points.certificates import certify
 from explore.synthesis.nine_points.classes import N_CLASSES, distinct
-from explore.synthesis.nine_points.endgame import LOST
+from explore.synthesis.nine_points.endgame import DEGENERATE, LOST
 from explore.synthesis.nine_points.homotopy import follow, solve, start_system
 from explore.synthesis.nine_points.precise_tracking import follow_precisely
 from explore.synthesis.nine_points.report import find_linkages
@@ -85,6 +85,14 @@ def test_more_digits_lead_where_double_precision_does():
     precise = np.array([follow_precisely(place, start, rates).solution for place in near])
     # the condition of the solutions, times the rounding of double precision
     assert np.abs(precise - ends).max() < 1e-10 * np.abs(ends).max()
+
+
+def test_what_more_digits_lead_to_may_have_a_link_that_is_a_point(monkeypatch):
+    solution = np.array([1 + 2j, 1 - 2j, 3, 3, 1 + 2j, 1 - 2j, 4j, -4j])
+    monkeypatch.setattr(precise_tracking, "follow_precisely", lambda *_: precise_tracking.PreciseEnd(solution))
+    ends = homotopy.Ends(np.full((2, 8), np.nan, complex), np.full(2, LOST), np.zeros(2, dtype=np.int64))
+    homotopy._follow_far(np.ones((2, 8), complex), np.array([1]), solution, solution, ends, None)
+    assert ends.fates.tolist() == [LOST, DEGENERATE]
 
 
 def test_singular_limits_stay_singular():

@@ -24,6 +24,7 @@ from explore.synthesis.nine_points.classes import (
     residuals,
 )
 from explore.synthesis.nine_points.endgame import (
+    DEGENERATE,
     INFINITE,
     LOST,
     REGULAR,
@@ -64,6 +65,8 @@ _MOST_PRECISE = 60
 _CHUNK = 32
 #: Largest relative residual of a solution.
 _RESIDUAL = 1e-5
+#: Largest length, relative to the linkage, of a link that is a point.
+_DEGENERATE = 1e-11
 #: Distance of keys of limits of paths that meet.
 _MEET = 1e-4
 
@@ -131,6 +134,7 @@ def solve(parameters: ComplexArray, number: int, report: ReportProgress | None =
     ends[regular], facts = follow(ends[regular], parameters, np.zeros_like(parameters), 1e-6, 10, 1e-3)
     # Circles around several paths to infinity may have a limit that solves no equation.
     fates[regular[facts[:, FATE] != ARRIVED]] = LOST
+    fates[(fates == REGULAR) & is_degenerate(ends, _DEGENERATE)] = DEGENERATE
     fates[_is_repeated(ends, fates == REGULAR)] = LOST
     if not found.is_interrupted:
         unclear = (fates == LOST) | _is_single_end(ends, fates == SINGULAR, windings)
@@ -190,7 +194,9 @@ def _follow_far(
         for member in cognates(near[[row]]):
             end = follow_precisely(member[0], start, rates)
             if end.solution is not None:
-                ends.solutions[row], ends.fates[row], ends.windings[row] = end.solution, REGULAR, 1
+                is_point = is_degenerate(end.solution[None], _DEGENERATE)[0]
+                fate = DEGENERATE if is_point else REGULAR
+                ends.solutions[row], ends.fates[row], ends.windings[row] = end.solution, fate, 1
             elif end.is_infinite:
                 ends.solutions[row], ends.fates[row], ends.windings[row] = np.nan, INFINITE, 0
             else:
@@ -234,7 +240,7 @@ def _arrive(
     for wanted, member, most_steps, least_step in attempts:
         found[todo], facts = follow(members[member][todo], start, rates, wanted, most_steps, least_step)
         arrived = facts[:, FATE] == ARRIVED
-        good = arrived & ~is_degenerate(found[todo], 1e-11) & (residuals(found[todo], start + rates) < _RESIDUAL)
+        good = arrived & ~is_degenerate(found[todo], _DEGENERATE) & (residuals(found[todo], start + rates) < _RESIDUAL)
         is_good[todo] = good & np.isfinite(keys(found[todo])).all(axis=1)
         repeated = _is_repeated(found, is_good)
         todo = np.flatnonzero(~is_good | repeated)
