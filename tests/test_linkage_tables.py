@@ -145,7 +145,7 @@ def test_expressions_have_a_largest_size(tmp_path):
     assert found == "9: linkage.links.crank.A: has 1,001 characters, but a formula has at most 1,000; split it"
     points = ", ".join(f'P{n} = ["{"+".join(["r"] * 400)}", "r"]' for n in range(20))
     (found,) = problems_of(tmp_path, FOUR_BAR.replace("B = 90", f"B = 90, {points}"))
-    assert found.endswith("numbers, names and operators in its coordinates; at most 10,000 are possible")
+    assert found.endswith("numbers, names and operators in its coordinates; at most 1,000 are possible")
 
 
 @pytest.mark.parametrize("name", DYADS)
