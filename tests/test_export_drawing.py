@@ -12,7 +12,7 @@ from ezdxf import units
 import explore
 from explore.figures.exporting.chosen import DesignOfParameters
 from explore.figures.exporting.dimensions import dimensions
-from explore.figures.exporting.dxf import write_dxf
+from explore.figures.exporting.dxf import _add, write_dxf
 from explore.figures.exporting.shapes import Arc, Distance, Text
 from explore.figures.exporting.sheet import draw_sheet
 from explore.figures.exporting.svg import document as svg_document
@@ -122,6 +122,12 @@ def test_texts_and_titles_of_svg_are_escaped():
     text = element(Text("text", np.zeros(2), words), 1.0)
     root = ET.fromstring(svg_document(words, np.zeros(2), np.ones(2), 1.0, text).encode())
     assert [root.find(f"{SVG}{tag}").text for tag in ("title", "text")] == [words, words]
+
+
+def test_texts_of_dxf_have_carets():
+    space = ezdxf.new().modelspace()
+    _add(space, Text("text", np.zeros(2), "gravity 9.81 m/s^2"), 1.0)
+    assert [text.plain_text() for text in space] == ["gravity 9.81 m/s^2"]
 
 
 def exact_groove(angles):

@@ -80,7 +80,8 @@ def _add(space: Modelspace, shape: Shape, height: float) -> None:
         spline.knots = shape.knots
         spline.control_points = np.column_stack([shape.controls, np.zeros(len(shape.controls))])
     elif isinstance(shape, Text):
-        space.add_text(shape.text, height=height, dxfattribs=look).set_placement(shape.place)
+        text = shape.text.replace("^", "^ ")  # a caret begins the code of a control character
+        space.add_text(text, height=height, dxfattribs=look).set_placement(shape.place)
     elif isinstance(shape, (Distance, Angle)):
         _add_dimension(space, shape, look)
     elif len(shape.points) == 2:
