@@ -159,7 +159,7 @@ def test_random_points_are_never_complete_with_a_wrong_count(count, monkeypatch)
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", DEGENERATE)
 def test_degenerate_points_are_never_complete_with_a_wrong_count(kind, monkeypatch):
-    """205 sets. Of CPU, symmetric points take 3 to 15 s, a conic up to 70 s, a line 50 s."""
+    """205 sets. Of CPU, most take 3 to 8 s, a circle, a line and a hyperbola 12 to 25 s, a parabola 40 s."""
     rng, (draw, count) = np.random.default_rng(26), DEGENERATE[kind]
     for _ in range(count):
         assert not is_wrong(draw(rng), monkeypatch)
