@@ -208,10 +208,11 @@ def _following(starts: ComplexArray, ends: ComplexArray) -> npt.NDArray[np.intp]
     """The start where each end is; -1 where it is at none, or two paths have become one there."""
     from scipy.spatial import cKDTree
 
-    usable = np.flatnonzero(np.isfinite(starts).all(axis=1))
+    table = compressed(starts)
+    usable = np.flatnonzero(np.isfinite(table).all(axis=1))
     if not len(usable):
         return np.full(len(ends), -1)
-    near = usable[cKDTree(compressed(starts[usable])).query(compressed(ends), 2)[1]]
+    near = usable[cKDTree(table[usable]).query(compressed(ends), 2)[1]]
     sizes, gaps = np.abs(starts[near]), np.abs(ends[:, None] - starts[near])
     largest = np.concatenate([sizes[..., k::2].max(axis=-1, keepdims=True) for k in (0, 1)], axis=-1)
     wanted = _BACK * sizes + _BACK_IN_GROUP * np.tile(largest, N_UNKNOWNS // 2)
