@@ -19,6 +19,13 @@ REFERENCE = json.loads((Path(__file__).parent / "reference" / "linkages.json").r
 NO_DYADS = ("scotch-yoke", "stephenson-2")
 #: Cases whose crank does not turn fully.
 PARTIAL = ("peaucellier", "scott-russell")
+#: A four-bar of four lengths.
+FOUR_BAR = {
+    "driver": "crank",
+    "frame": {"O": [0, 0], "C": ["r4", 0]},
+    "links": {"crank": {"O": 0, "A": "r1"}, "coupler": {"A": 0, "B": "r2"}, "rocker": {"C": 0, "B": "r3"}},
+    "branch": {"B": "left of A C"},
+}
 CASES = {case["name"]: case for case in REFERENCE["cases"] if case["name"] not in NO_DYADS}
 
 

@@ -14,7 +14,7 @@ from explore.evaluation.derived import Derivation
 from explore.evaluation.known import KnownStatistics, evaluate_known
 from explore.evaluation.sampled import SampledStatistics, sample_metrics
 from explore.model.columns import Arrays
-from explore.model.mechanism import ClosedFormResult
+from explore.model.mechanism import ClosedFormResult, Mechanism
 from explore.model.quantities import (
     AnyMetric,
     DerivedMetric,
@@ -26,6 +26,7 @@ from explore.model.quantities import (
 )
 from explore.model.request import Request
 from explore.model.status import Status
+from explore.model.window import Window
 
 BoolArray = npt.NDArray[np.bool_]
 _Indices = npt.NDArray[np.intp]
@@ -59,6 +60,8 @@ def evaluate_kinematics(
     """
     mechanism = request.kernel
     result = mechanism.evaluate_closed_form(geometry)
+    if request.interval and mechanism.takes_interval:
+        _move_over_interval(mechanism, geometry, request.interval, result)
     closed = {metric.name: result.metrics[k] for k, metric in enumerate(mechanism.metrics)}
     has_stroke = np.ones(len(result.status), dtype=np.bool_)
     for code, own in mechanism.statuses.items():
@@ -86,6 +89,17 @@ def evaluate_kinematics(
     if is_screened.any():
         _remove_samples(request, known, kinematics, is_screened, inverse, speed)
     return kinematics
+
+
+def _move_over_interval(mechanism: Mechanism, geometry: FloatArray, interval: Window, closed: ClosedFormResult) -> None:
+    """Take those geometries that lack a turn by their motion over an interval, if it has one."""
+    codes = [code for code, own in mechanism.statuses.items() if own.lacks_turn]
+    stuck = np.flatnonzero(np.isin(closed.status, codes))
+    if len(stuck):
+        part = mechanism.evaluate_closed_form(geometry[:, stuck], interval)
+        moves = part.status == Status.OK
+        closed.status[stuck[moves]] = Status.OK
+        closed.constants[:, stuck[moves]] = part.constants[:, moves]
 
 
 def _screen(request: Request, closed: dict[str, FloatArray], status: npt.NDArray[np.int8]) -> None:

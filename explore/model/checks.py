@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterator
 from dataclasses import fields
 
-from explore.model.declaration import ANCHORS, Declaration, own_row
+from explore.model.declaration import ANCHORS, INTERVAL_ROWS, Declaration, own_row
 from explore.model.drawing_checks import check_drawing
 from explore.model.name_checks import check_names, repeated, unknown_names
 from explore.model.points import MOST_POINTS, POINT_ROWS, SLOT_ROWS
@@ -72,6 +72,7 @@ def _columns(declaration: Declaration) -> Iterator[str]:
     names = [
         *(parameter.name for parameter in declaration.kernel_parameters if parameter.affects != "point"),
         *(map(str.lower, SLOT_ROWS) if has_slots else ()),
+        *(map(str.lower, INTERVAL_ROWS) if declaration.takes_interval else ()),
         *(metric.name for metric in declaration.metrics),
     ]
     for position, name in enumerate(names, declaration.n_constants + 1):

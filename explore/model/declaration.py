@@ -19,6 +19,10 @@ from explore.model.window import Window
 ANCHORS = ("anchor", "opposite")
 
 
+#: Rows of a record for the interval that a mechanism is to move over in place of the turn: start and length, rad.
+INTERVAL_ROWS = ("INTERVAL_START", "INTERVAL_LENGTH")
+
+
 def own_row(name: str) -> str:
     """The name of a row of a parameter whose name a user chose."""
     return f"parameter {name}"
@@ -79,6 +83,10 @@ class Declaration:
         Number of constants, the first ones, that `fill` reads; 0 for all.
     keeps_constants
         Whether the constants of all designs are kept for sampling, because it takes longer to compute them twice.
+    takes_interval
+        Whether `close` can also fill status and constants of a motion over an interval in place of the turn, for
+        statuses that lack a turn: it reads the rows `INTERVAL_ROWS`, a length of 0 for the turn. The constants are
+        kept.
     noise_row
         Row of the constant by which rounding errors in velocities are amplified; -1 for none.
     phases_row
@@ -139,6 +147,7 @@ class Declaration:
     quadrature: Quadrature = field(default_factory=Adaptive)
     n_fill_constants: int = 0
     keeps_constants: bool = False
+    takes_interval: bool = False
     noise_row: int = -1
     phases_row: int = -1
     variant_row: int = -1
@@ -240,8 +249,9 @@ class Declaration:
 
     @property
     def any_metric(self) -> str:
-        """Name of a metric, one that needs no samples if there is one."""
-        return self.metrics[0].name if self.metrics else f"{self.signals[0].name}_mean"
+        """Name of a metric that needs no strokes, one that needs no samples if there is one."""
+        closed = [metric.name for metric in self.metrics if not metric.needs_stroke]
+        return closed[0] if closed else f"{self.signals[0].name}_mean"
 
     def derivative(self, signal: Signal) -> Signal | None:
         """The signal that is declared as the derivative of this one, or of the one whose row it shares."""

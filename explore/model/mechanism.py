@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Hashable, Iterable
 from dataclasses import dataclass, replace
 
@@ -20,6 +21,7 @@ from explore.model.points import (
 )
 from explore.model.quantities import FloatArray, GivenMetric, Signal
 from explore.model.targets import Target
+from explore.model.window import Window
 
 
 @dataclass(frozen=True)
@@ -66,8 +68,9 @@ class Mechanism(Declaration):
         window between two half-tangents from the anchor, ``starts[lane]`` and ``stops[lane]``, or over the full turn
         where both are half a turn off. A bound is NaN where there is no closed form. None where there is no function.
     specialise
-        ``specialise(names)`` is the same mechanism with a kernel that fills the signals of these names and no others.
-        None for a mechanism whose kernel is written by hand.
+        ``specialise(names, needs_stroke=...)`` is the same mechanism with a kernel that fills the signals and metrics
+        of these names and no others, and strokes only if they are needed. None for a mechanism whose kernel is written
+        by hand.
     origin
         What the mechanism was made from, if it is not registered by name.
     """
@@ -77,7 +80,7 @@ class Mechanism(Declaration):
     disturbed_fill: Callable[..., None] | None = None
     integrals: Callable[..., None] | None = None
     extended: Mechanism | None = None
-    specialise: Callable[[frozenset[str]], Mechanism] | None = None
+    specialise: Callable[..., Mechanism] | None = None
     origin: Hashable = None
 
     def __post_init__(self) -> None:
@@ -101,9 +104,9 @@ class Mechanism(Declaration):
             return self
         return self.extended
 
-    def for_signals(self, names: Iterable[str]) -> Mechanism:
-        """The mechanism with a kernel for signals of these names; itself where it has one kernel for all."""
-        return self.specialise(frozenset(names)) if self.specialise else self
+    def for_signals(self, names: Iterable[str], *, needs_stroke: bool = False) -> Mechanism:
+        """The mechanism with a kernel for signals and metrics of these names; itself where it has one for all."""
+        return self.specialise(frozenset(names), needs_stroke=needs_stroke) if self.specialise else self
 
     def with_points(self, points: tuple[str, ...]) -> Mechanism:
         """The mechanism with points of its floating link: their parameters, signals, panels, paths, and overall size.
@@ -150,12 +153,16 @@ class Mechanism(Declaration):
         extended = self.extended.with_given(metrics) if self.extended else None
         return replace(self, given=metrics, extended=extended) if metrics else self
 
-    def evaluate_closed_form(self, parameters: FloatArray) -> ClosedFormResult:
+    def evaluate_closed_form(self, parameters: FloatArray, interval: Window | None = None) -> ClosedFormResult:
         """Evaluate the closed form for `kernel_parameters` (p, n), in declared units.
 
-        The result has constants if they are to be kept.
+        The result has constants if they are to be kept. A mechanism that takes an interval is to move over that, in
+        place of the turn.
         """
-        return self._close(parameters, self.n_constants if self.keeps_constants else 0)
+        if interval is not None:
+            ends = [math.radians(interval.start), math.radians(interval.length)]
+            parameters = np.vstack([parameters, np.repeat(np.array(ends)[:, None], parameters.shape[1], axis=1)])
+        return self._close(parameters, self.n_constants if self.keeps_constants or self.takes_interval else 0)
 
     def constants(self, parameters: FloatArray) -> FloatArray:
         """The constants of designs, shape (k, n); see `evaluate_closed_form`."""

@@ -96,6 +96,12 @@ class Request:
         return tuple(metric for metric in self.derived if isinstance(metric.formula.function, Expression))
 
     @cached_property
+    def interval(self) -> Window | None:
+        """The explicit interval that all statistics are over; None where there are others, or none."""
+        windows = {metric.window for metric in self.sampled}
+        return self.window if windows == {self.window} and self.window.kind == "interval" else None
+
+    @cached_property
     def needs_stroke(self) -> bool:
         """Whether a metric exists only where the output rocks."""
         windows = (self.window, *(metric.window for metric in self.sampled))

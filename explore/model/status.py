@@ -33,15 +33,17 @@ OWN_CODES = (*range(2, 6), *range(20, 128))
 
 @dataclass(frozen=True)
 class OwnStatus:
-    """A status that a mechanism declares: a reason why designs of it have no motion, or no strokes.
+    """A status that a mechanism declares: a reason why designs of it have no motion, no turn, or no strokes.
 
     The label is the word in tables and files, the sentence the meaning. With `lacks_strokes` the motion exists but has
-    no strokes, so that a request that needs none is computed.
+    no strokes, so that a request that needs none is computed. With `lacks_turn` it may
+    exist over an interval.
     """
 
     label: str
     sentence: str
     lacks_strokes: bool = False
+    lacks_turn: bool = False
 
 
 _STATUS_SENTENCES = {

@@ -5,32 +5,36 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from enum import IntEnum
-from functools import lru_cache
-
-import numpy as np
+from functools import lru_cache, partial
 
 from explore.mechanisms.linkages.drawing import draw_linkage, linkage_panels
 from explore.mechanisms.linkages.equations import Equations
 from explore.mechanisms.linkages.graph import Number
+from explore.mechanisms.linkages.lane_text import DISTANCE_ROW, GREATEST_ROW, LEAST_ROW
+from explore.mechanisms.linkages.metrics import CLOSED_METRICS, REACH_NAMES, declare_formulas
 from explore.mechanisms.linkages.modules import load_module
 from explore.mechanisms.linkages.signals import Quantity, find_quantities
-from explore.mechanisms.linkages.source import DISTANCE_ROW, Source, write_source
+from explore.mechanisms.linkages.source import Source, write_source
+from explore.mechanisms.linkages.statuses import declare_statuses
 from explore.mechanisms.linkages.steps import find_steps
 from explore.mechanisms.linkages.table import LinkageTable
-from explore.model.declaration import own_row
+from explore.mechanisms.linkages.turning import ROUNDING
+from explore.model.declaration import INTERVAL_ROWS, own_row
 from explore.model.mechanism import Mechanism
 from explore.model.quadrature import Located
-from explore.model.quantities import FloatArray, Formula, Parameter, Signal
-from explore.model.status import OwnStatus
+from explore.model.quantities import Parameter, Signal
 from explore.model.window import Window
 
-#: Code of the status of a crank that the first joint blocks.
-FIRST_STATUS = 20
 #: Version of the equations and of what follows from them; raised when a number changes.
-_VERSION = "2"
+_VERSION = "3"
 
+_STROKES = ("forward", "backward")
 _WINDOWS = (
     Window("cycle", "the full turn", "turn", needs_stroke=False),
+    Window("drive", "the stroke that works (setting `drive`)", "drive"),
+    Window("return", "the other stroke", "return"),
+    Window(_STROKES[0], "from the output's least place or angle to its greatest", "arc", ("least", "greatest")),
+    Window(_STROKES[1], "from the output's greatest place or angle to its least", "arc", ("greatest", "least")),
     Window("interval", "an explicit interval of crank angles, { from = 0, to = 90 }", "interval", needs_stroke=False),
 )
 SPEED = Parameter("speed", "rad/s", "constant crank velocity", default=1.0, scales_speed=True)
@@ -49,22 +53,28 @@ def linkage_mechanism(table: LinkageTable) -> Mechanism:
     TableError
         If the table cannot be solved; see `steps.find_steps`.
     """
-    return _specialise(table, None)
+    return _specialise(table, None, needs_stroke=True)
 
 
 @lru_cache(_MOST_KEPT)
-def _specialise(table: LinkageTable, names: frozenset[str] | None) -> Mechanism:
-    """The mechanism with a kernel for the signals of these names, or for all; see `Mechanism.specialise`."""
+def _specialise(table: LinkageTable, names: frozenset[str] | None, *, needs_stroke: bool) -> Mechanism:
+    """The mechanism with a kernel for the signals and metrics of these names, or for all; see `Mechanism.specialise`.
+
+    Only with `needs_stroke` it looks for strokes, and without names or with one of `REACH_NAMES` for the intervals at
+    which designs assemble that do not turn.
+    """
     equations = Equations(table, find_steps(table))
     quantities = find_quantities(equations)
+    tells_reach = names is None or not names.isdisjoint(REACH_NAMES)
     wanted = [each for each in quantities if names is None or each.signal.name in names]
     others = [each for each in quantities if each not in wanted]
     rows = _Layout.of(equations, wanted, others)
     signals = tuple(rows.signals[each.signal.name] for each in quantities)
-    full = _declare(table, equations, quantities, signals, rows.outputs)
+    declare = partial(_declare, needs_stroke=needs_stroke, tells_reach=tells_reach)
+    full = declare(table, equations, quantities, signals, rows.outputs)
     if not others:
         return full
-    return _declare(table, equations, wanted, signals, rows.outputs[: rows.first_rows], full)
+    return declare(table, equations, wanted, signals, rows.outputs[: rows.first_rows], full)
 
 
 @dataclass(frozen=True)
@@ -73,8 +83,8 @@ class _Kernels:
 
     table: LinkageTable
 
-    def __call__(self, names: frozenset[str]) -> Mechanism:
-        return _specialise(self.table, names)
+    def __call__(self, names: frozenset[str], *, needs_stroke: bool) -> Mechanism:
+        return _specialise(self.table, names, needs_stroke=needs_stroke)
 
 
 @dataclass
@@ -108,46 +118,57 @@ def _declare(
     signals: tuple[Signal, ...],
     outputs: Sequence[Number],
     extended: Mechanism | None = None,
+    *,
+    needs_stroke: bool,
+    tells_reach: bool,
 ) -> Mechanism:
     """The mechanism whose kernel fills some of the signals; `extended` fills all."""
     links = [each.link for each in filled if each.link]
     joints = list(dict.fromkeys(factor.joint for factor in equations.factors))
-    source = write_source(equations, outputs, links, joints, FIRST_STATUS)
+    mover, axis = (table.output, "") if table.output else _last_mover(table)
+    output, change = f"{mover}_velocity{axis}", f"{mover}_acceleration{axis}"
+    rate = _rate_of(equations, output, change) if needs_stroke else ()
+    source = write_source(equations, outputs, links, joints, rate, tells_reach=tells_reach)
     module = load_module(source.text)
     parameters = tuple(
         Parameter(p.name, p.unit, p.meaning or p.name.replace("_", " "), p.default, p.lower, p.upper)
         for p in table.parameters
     )
     names = [signal.name for signal in signals]
-    mover, axis = (table.output, "") if table.output else _last_mover(table)
-    output = f"{mover}_velocity{axis}"
-    defaults = [f"{output}_rms", f"{output}_peak", f"{mover}_acceleration{axis}_peak"]
-    transmission = _transmission_angle(names)
-    if transmission:
-        defaults.insert(0, transmission.name)
+    formulas = declare_formulas(table, signals, mover, axis)
+    defaults = [f"{output}_rms", f"{output}_peak", f"{change}_peak"]
+    if any(formula.name == "transmission_angle_min" for formula in formulas):
+        defaults.insert(0, "transmission_angle_min")
     return Mechanism(
         name=f"linkage-{table.digest[:12]}",
         summary="a planar linkage that a table describes",
         parameters=(*parameters, SPEED),
         signals=signals,
-        metrics=(),
-        formulas=(transmission,) if transmission else (),
+        metrics=CLOSED_METRICS,
+        formulas=formulas,
         windows=_WINDOWS,
+        strokes=_STROKES,
+        drives=("slow", "fast", *_STROKES),
+        marks={"least": LEAST_ROW, "greatest": GREATEST_ROW},
         default_window="cycle",
         output_signals={"": output},
-        zero_mean=frozenset((name, "cycle") for name in names if _returns(name, table)),
+        zero_mean=frozenset(
+            [(name, "cycle") for name in names if _returns(name, table)]
+            + [(change, window) for window in ("drive", "return", *_STROKES)]
+        ),
         default_metrics={"": tuple(defaults)},
         objectives=tuple(defaults[:1] + defaults[-1:]),
         kernel_version=f"{_VERSION}-{table.digest[:16]}",
         quadrature=Located(DISTANCE_ROW),
         n_constants=source.n_constants,
         keeps_constants=True,
+        takes_interval=True,
         rows=_record_rows(source, [p.name for p in parameters]),
         signal_rows=len(outputs),
         close=module.close,
         fill=module.fill,
         disturbed_fill=module.disturbed_fill,
-        statuses=_statuses(joints, {factor.joint for factor in equations.factors if factor.of_lines}),
+        statuses=declare_statuses(joints, {factor.joint for factor in equations.factors if factor.of_lines}),
         drawing=draw_linkage(table),
         panels=linkage_panels(table, signals),
         extended=extended,
@@ -169,32 +190,16 @@ def _slides(table: LinkageTable) -> set[str]:
 
 def _record_rows(source: Source, parameters: Sequence[str]) -> type[IntEnum]:
     first = source.n_constants + 1
-    rows = {own_row(name): row for row, name in enumerate(parameters, first)}
+    names = [*map(own_row, parameters), *INTERVAL_ROWS, *(metric.name.upper() for metric in CLOSED_METRICS)]
+    rows = {name: row for row, name in enumerate(names, first)}
     return IntEnum("LinkageRow", {"STATUS": source.n_constants, **rows})  # type: ignore[return-value]  # a type
 
 
-def _statuses(joints: Sequence[str], of_lines: set[str]) -> dict[int, OwnStatus]:
-    """Two statuses for each joint, blocked and too close to tell, and that of a turn that was not decided."""
-    statuses = {}
-    for k, joint in enumerate(joints):
-        statuses[FIRST_STATUS + 2 * k] = OwnStatus(
-            f"crank_blocked_at_{joint}", f"the crank cannot turn fully: {joint} is out of reach at some crank angles"
-        )
-        statuses[FIRST_STATUS + 2 * k + 1] = (
-            OwnStatus(
-                f"parallel_lines_at_{joint}",
-                f"the two lines that place {joint} become parallel, or nearly so, at a crank angle: it has no place",
-            )
-            if joint in of_lines
-            else OwnStatus(
-                f"change_point_at_{joint}",
-                f"two assemblies of {joint} meet at a crank angle, or are nearer to each other than rounding tells",
-            )
-        )
-    statuses[FIRST_STATUS + 2 * len(joints)] = OwnStatus(
-        "turn_not_decided", "whether the crank turns fully was not decided: joints are close to their limits too often"
-    )
-    return statuses
+def _rate_of(equations: Equations, rate: str, change: str) -> tuple[Number, ...]:
+    """The rate of the output, its slope by the angle, and the rounding error of both, for `reversals`."""
+    by_name = {each.signal.name: each for each in find_quantities(equations)}
+    size = equations.size if by_name[rate].signal.unit.startswith("mm") else equations.graph.constant(1.0)
+    return by_name[rate].number, by_name[change].number, size * equations.condition.sqrt() * ROUNDING
 
 
 def _returns(name: str, table: LinkageTable) -> bool:
@@ -203,25 +208,3 @@ def _returns(name: str, table: LinkageTable) -> bool:
     slots = {f"{slot.name}_{rate}" for slot in table.slots for rate in ("velocity", "acceleration")}
     links = {f"{link.name}_acceleration" for link in table.links}
     return name.endswith(rates) or name in slots or name in links
-
-
-def _transmission_angle(names: Sequence[str]) -> Formula | None:
-    """The smallest transmission angle over all joints and the turn, each folded to at most 90 deg."""
-    joints = [name for name in names if name.endswith("_transmission_angle")]
-    if not joints:
-        return None
-    return Formula(
-        "transmission_angle_min",
-        "deg",
-        "smallest transmission angle of all joints over the turn, or its supplement if that is smaller",
-        "max",
-        tuple(f"{joint}_{extreme}_cycle" for joint in joints for extreme in ("min", "max")),
-        _fold,
-        selects_one=True,
-    )
-
-
-def _fold(*extremes: FloatArray) -> FloatArray:
-    """The least of all minima and of 180 deg less each maximum."""
-    smallest = np.minimum.reduce(extremes[::2])
-    return np.asarray(np.minimum(smallest, 180.0 - np.maximum.reduce(extremes[1::2])))

@@ -16,6 +16,7 @@ in its slot, v apart, at the distance e across: v (+- sqrt(D - e^2) - i e)/D in 
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from functools import reduce
 
 from explore.mechanisms.linkages.driver_distance import DriverDistance, Input, find_distance
 from explore.mechanisms.linkages.expressions import read_expression
@@ -114,6 +115,11 @@ class Equations:
         self._drive_pin()
         for step in self.steps:
             self._take(step)
+
+    @property
+    def condition(self) -> Number:
+        """Square of what errors of lengths are amplified by, over those of places and directions: the largest."""
+        return reduce(larger, [*self._conditions.values(), *self._conditions_of_links.values()])
 
     def slot_position(self, slot: Slot) -> Series:
         """The place of the pin from the first end of a slot towards the second, mm."""

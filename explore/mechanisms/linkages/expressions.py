@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+
+import numpy as np
 
 from explore.mechanisms.linkages.graph import Graph, Number
 from explore.mechanisms.linkages.table import Coordinate
+from explore.model.quantities import FloatArray
 
 #: Functions of one value, by their names in formulas; sines, cosines and tangents take degrees.
 _FUNCTIONS = ("sin", "cos", "tan", "log", "exp")
@@ -55,6 +58,25 @@ def _combined(operation: str, first: Number, second: Number) -> Number:
     return first.call({"**": "power", "min": "minimum", "max": "maximum"}.get(operation, operation), second)
 
 
+def evaluate_coordinate(coordinate: Coordinate, columns: Mapping[str, FloatArray]) -> FloatArray:
+    """A coordinate of designs with these parameters, each of shape (n,); of shape () where it takes none of them."""
+    stack: list[FloatArray] = []
+    with np.errstate(all="ignore"):
+        for operation, operand in coordinate.steps:
+            if operation == "number":
+                stack.append(np.array(operand))
+            elif operation == "input":
+                stack.append(columns[coordinate.names[int(operand)]])
+            elif operation in _OF_ARRAYS:
+                function = _OF_ARRAYS[operation]
+                operands = [stack.pop() for _ in range(function.nin)]
+                stack.append(function(*operands[::-1]))
+            else:
+                second = np.array(0.0) if operation in _FUNCTIONS else stack.pop()
+                stack.append(np.asarray(_OF_NUMBERS(operation, stack.pop(), second), dtype=np.float64))
+    return stack.pop()
+
+
 def evaluate_function(function: str, x: float, y: float = 0.0) -> float:
     """A function of a formula; angles in degrees, exact at multiples of 90 deg; NaN where it is undefined."""
     try:
@@ -78,3 +100,12 @@ def _evaluate(function: str, x: float, y: float) -> float:
     }  # fmt: skip
     of_one: dict[str, Callable[[float], float]] = {"log": math.log, "exp": math.exp}
     return of_two[function](x, y) if function in of_two else of_one[function](x)
+
+
+#: Operations of whole columns.
+_OF_ARRAYS: dict[str, np.ufunc] = {
+    "+": np.add, "-": np.subtract, "*": np.multiply, "/": np.divide, "negate": np.negative, "sqrt": np.sqrt,
+    "abs": np.abs,
+}  # fmt: skip
+#: The other ones, number after number.
+_OF_NUMBERS = np.frompyfunc(evaluate_function, 3, 1)

@@ -11,7 +11,7 @@ from explore.mechanisms.linkages.table import FRAME
 from explore.model.quantities import Signal
 
 #: Beginning of the names of inputs for the middle of a link's range (rad, ":0"), its cosine (":1") and sine (":2").
-REFERENCE = "#reference:"
+REFERENCE = "@reference:"
 
 
 @dataclass(frozen=True)

@@ -15,10 +15,13 @@ SPEED = "speed"
 #: Endings of the signals of points, links, slots and joints.
 _SIGNALS = ("x", "y", "velocity", "acceleration", "curvature", "angle", "position")
 #: Endings of statistics of signals, of windows, and of columns that results add.
-_OTHERS = (*STATISTICS, "drive", "return", "cycle", "interval", "margin", "label")
+_OTHERS = (*STATISTICS, "drive", "return", "forward", "backward", "cycle", "interval", "margin", "label")
+#: Beginnings of names of metrics.
+_PREFIXES = ("envelope_", "assembles_")
 #: Names of metrics, windows and columns that are whole.
 _WHOLE = (
-    *OUTPUT_STATISTICS, "time_ratio", "swing_angle", "stroke", "footprint", "cycle", "drive", "return", "interval",
+    *OUTPUT_STATISTICS, "time_ratio", "swing_angle", "stroke", "footprint", "cycle", "drive", "return", "forward",
+    "backward", "interval", "assembly_intervals",
     "design", "nodes", "error", "feasible", "status", "front", "results", "knee", "crowding", "hypervolume_share",
     "alike", "transmission_angle",
 )  # fmt: skip
@@ -40,4 +43,5 @@ def reason_against(name: str) -> str:
     if ending in (*_SIGNALS, *_OTHERS):
         kind = "signals" if ending in _SIGNALS else "other columns"
         return f"names that end with _{ending} are of {kind}; choose another"
-    return "names that begin with envelope_ are of metrics; choose another" if name.startswith("envelope_") else ""
+    prefix = next((each for each in _PREFIXES if name.startswith(each)), "")
+    return f"names that begin with {prefix} are of metrics; choose another" if prefix else ""

@@ -10,7 +10,7 @@ from explore.base.errors import KeyPath, Problems, RequestError
 from explore.base.suggest import format_value, suggestion
 from explore.base.units.quantities import quantity
 from explore.model.mechanism import Mechanism
-from explore.model.quantities import AnyMetric, DerivedMetric, GivenMetric, Metric, Sense
+from explore.model.quantities import AnyMetric, DerivedMetric, GivenMetric, Metric, SampledMetric, Sense
 from explore.model.request import Constraint, Objective, Request
 from explore.model.window import Window
 from explore.results.ranking.objectives import read_objective
@@ -85,7 +85,8 @@ def make_request(
 def resolve_request(mechanism: Mechanism, arguments: RequestArguments) -> tuple[Request, Problems]:
     """The request, and each problem with its key; the request is valid only without problems."""
     request, problems = _resolve(mechanism, arguments)
-    specialised = mechanism.for_signals(metric.signal.name for metric in request.sampled)
+    names = [part.signal.name if isinstance(part, SampledMetric) else part.name for part in request.parts]
+    specialised = mechanism.for_signals(names, needs_stroke=request.needs_stroke)
     return (request, problems) if problems or specialised is mechanism else _resolve(specialised, arguments)
 
 

@@ -1,0 +1,64 @@
+"""Statuses of designs of a linkage: two for each joint, and those of a turn and of strokes that are not there."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+
+from explore.model.status import OwnStatus
+
+#: Code of a design that assembles at no crank angle.
+CANNOT_ASSEMBLE = 2
+#: Code of a design whose output does not turn back exactly twice.
+NO_STROKES = 5
+#: Code of a design of which it is not decided whether its crank turns.
+TURN_NOT_DECIDED = 20
+#: Code of a design of which it is not decided where its output turns back.
+STROKES_NOT_DECIDED = 21
+#: Code of a crank that the first joint blocks.
+_FIRST_JOINT = 22
+
+
+def blocked_at(joint: int) -> int:
+    """Code of a crank that a joint blocks; the next one is that of assemblies of it that are too close to tell."""
+    return _FIRST_JOINT + 2 * joint
+
+
+def declare_statuses(joints: Sequence[str], of_lines: Collection[str]) -> dict[int, OwnStatus]:
+    """The statuses by code; those in `of_lines` are joints of two lines."""
+    statuses = {
+        CANNOT_ASSEMBLE: OwnStatus("cannot_assemble", "some joint is out of reach at every crank angle"),
+        NO_STROKES: OwnStatus(
+            "no_strokes",
+            "the output does not turn back exactly twice in a turn: only the window 'cycle' and intervals are defined",
+            lacks_strokes=True,
+        ),
+        TURN_NOT_DECIDED: OwnStatus(
+            "turn_not_decided",
+            "whether the crank turns fully was not decided: joints are close to their limits too often",
+            lacks_turn=True,
+        ),
+        STROKES_NOT_DECIDED: OwnStatus(
+            "strokes_not_decided",
+            "how often the output turns back was not decided: it comes to rest, or nearly so, at a crank angle",
+            lacks_strokes=True,
+        ),
+    }
+    for k, joint in enumerate(joints):
+        statuses[blocked_at(k)] = OwnStatus(
+            f"crank_blocked_at_{joint}",
+            f"the crank cannot turn fully: {joint} is out of reach at some crank angles",
+            lacks_turn=True,
+        )
+        label, sentence = (
+            (
+                f"parallel_lines_at_{joint}",
+                f"the two lines that place {joint} become parallel, or nearly so, at a crank angle: it has no place",
+            )
+            if joint in of_lines
+            else (
+                f"change_point_at_{joint}",
+                f"two assemblies of {joint} meet at a crank angle, or are nearer to each other than rounding tells",
+            )
+        )
+        statuses[blocked_at(k) + 1] = OwnStatus(label, sentence, lacks_turn=True)
+    return statuses

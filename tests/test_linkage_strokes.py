@@ -1,0 +1,162 @@
+"""Strokes of linkages, the crank angles at which blocked ones assemble, and their size, by other roads."""
+
+import math
+
+import mpmath
+import numpy as np
+import pytest
+from linkage_cases import CASES, PARTIAL, columns, evaluate_graph, linkage_of, scattered, trace, values_of
+
+import explore
+from explore import Linkage
+from explore.mechanisms.linkages.metrics import REACH_NAMES
+from explore.studies.request.requests import make_request
+
+#: Outputs that turn back exactly twice, and the name of the metric of how far they move.
+ROCKING = {
+    "crank-shaper": ("ram_position", "stroke"), "slider-crank": ("guide_position", "stroke"),
+    "watt-2": ("output_angle", "swing_angle"), "oscillating-cylinder": ("cylinder_position", "stroke"),
+}  # fmt: skip
+
+
+def label(row):
+    return row.attrs["labels"]["status"][row["status"].iloc[0]]
+
+
+def reversals(linkage, parameters, rate):
+    """Crank angles (rad, 30 digits) where a rate changes its sign, by dense sampling and bisection of the graph."""
+    equations = trace(linkage)
+    slot = next((slot for slot in equations.table.slots if f"{slot.name}_position" == rate), None)
+    if slot:
+        number = equations.slot_position(slot).terms[1]
+    else:
+        cosine, sine = equations.directions[rate.removesuffix("_angle")]
+        number = cosine.terms[0] * sine.terms[1] - sine.terms[0] * cosine.terms[1]
+
+    def value(angle):
+        return evaluate_graph([number], parameters, angle)[0]
+
+    with mpmath.workdps(30):
+        angles = [2 * mpmath.pi * (k + mpmath.mpf("0.31")) / 90 for k in range(91)]
+        signs = [value(angle) > 0 for angle in angles]
+        found = []
+        for k in range(90):
+            if signs[k] != signs[k + 1]:
+                found.append((mpmath.findroot(value, (angles[k], angles[k + 1]), solver="anderson"), signs[k + 1]))
+    return found
+
+
+@pytest.mark.parametrize("name", ROCKING)
+def test_strokes_equal_roots_of_thirty_digits(name):
+    """Ends of strokes, time ratio and means over strokes to 1e-12; the range equals the reference's."""
+    case, (position, moves) = CASES[name], ROCKING[name]
+    linkage = linkage_of(case)
+    (least,), (greatest,) = (
+        [angle for angle, rises in reversals(linkage, case["parameters"], position) if rises == wanted]
+        for wanted in (True, False)
+    )
+    forward = float((greatest - least) % (2 * mpmath.pi))
+    rate = f"{position.rpartition('_')[0]}_velocity"
+    metrics = ["time_ratio", moves, f"{rate}_mean_forward", f"{rate}_mean_backward", f"{rate}_mean_drive"]
+    row = explore.evaluate(linkage, values_of(case), metrics=metrics, tolerance=1e-12).iloc[0]
+    ratio = max(forward, 2 * math.pi - forward) / min(forward, 2 * math.pi - forward)
+    assert row["time_ratio"] == pytest.approx(ratio, rel=1e-12)
+    if "time_ratio" in case.get("published", {}):
+        assert row["time_ratio"] == pytest.approx(float(case["published"]["time_ratio"]), rel=1e-12)
+    extremes = case["turn"].get(position)
+    moved = row[moves] if moves == "stroke" else math.radians(row[moves])
+    if extremes:
+        assert row[moves] == pytest.approx(float(extremes["max"]) - float(extremes["min"]), rel=1e-12)
+    assert row[f"{rate}_mean_forward"] == pytest.approx(moved / forward, rel=1e-11)
+    assert row[f"{rate}_mean_backward"] == pytest.approx(-moved / (2 * math.pi - forward), rel=1e-11)
+    if ratio > 1.0 + 1e-9:
+        slow = "forward" if forward > math.pi else "backward"
+        assert row[f"{rate}_mean_drive"] == row[f"{rate}_mean_{slow}"]
+
+
+def test_an_output_that_turns_fully_has_no_strokes():
+    case = CASES["whitworth"]
+    content = linkage_of(case).content | {"output": "lever"}
+    row = explore.evaluate(Linkage(content), values_of(case), metrics=["time_ratio"])
+    assert label(row) == "no_strokes"
+    assert math.isnan(row["time_ratio"].iloc[0])
+    row = explore.evaluate(linkage_of(case), values_of(case), metrics=["time_ratio"]).iloc[0]
+    assert row["time_ratio"] == pytest.approx(float(case["published"]["time_ratio"]), rel=1e-12)
+
+
+RESTING = {
+    "driver": "crank", "output": "arm",
+    "frame": {"O": [0, 0], "C": [100, 0], "D": [160, 0]},
+    "links": {"crank": {"O": 0, "A": "r"}, "arm": {"C": 0, "P": 50}, "stay": {"D": 0, "P": 40},
+              "rod": {"A": 0, "B": 90}, "rocker": {"C": 0, "B": 70}},
+    "branch": {"P": "left of C D", "B": "left of A C"},
+}  # fmt: skip
+
+
+def test_an_output_that_rests_is_not_decided():
+    row = explore.evaluate(Linkage(RESTING), {"r": 30.0}, metrics=["time_ratio"])
+    assert label(row) == "strokes_not_decided"
+    assert label(explore.evaluate(Linkage(RESTING), {"r": 30.0}, metrics=["rocker_velocity_max"])) == "ok"
+
+
+@pytest.mark.parametrize(
+    "name", ["watt-2", *(pytest.param(name, marks=pytest.mark.slow) for name in ("jansen", "klann", "toggle-press"))]
+)
+def test_how_often_random_outputs_turn_back_is_counted(name):
+    """Against 4,096 samples of the rate, which tell the number unless two zeros are nearer than that."""
+    linkage, designs = linkage_of(CASES[name]), scattered(CASES[name], 400, np.random.default_rng(4), 0.2)
+    request = make_request(linkage.mechanism, metrics=["time_ratio"], window="cycle")
+    kernel, output = request.kernel, request.mechanism.output_signals[""]
+    labels = [kernel.status_labels[code] for code in kernel.evaluate_closed_form(columns(kernel, designs)).status]
+    moving = [k for k, each in enumerate(labels) if each in ("ok", "no_strokes", "strokes_not_decided")][:60]
+    assert "ok" in labels
+    assert labels.count("strokes_not_decided") == 0
+    for k in moving:
+        values = {key: column[k] for key, column in designs.items()}
+        rate = explore.simulate(linkage, values, angles=np.arange(4096) * 360.0 / 4096)[output].to_numpy()
+        count = np.count_nonzero((rate > 0.0) != (np.roll(rate, 1) > 0.0))
+        assert (count == 2) == (labels[k] == "ok"), (name, values)
+
+
+@pytest.mark.parametrize("name", PARTIAL)
+def test_a_blocked_linkage_moves_over_an_interval(name):
+    """Statistics over the interval of the reference to 1e-12 of the size of the signal."""
+    case = CASES[name]
+    linkage, (start, stop) = linkage_of(case), case["interval_deg"]
+    declared = {signal.name: signal for signal in linkage.mechanism.signals}
+    wanted = {
+        f"{signal}_{statistic}": (float(value), signal)
+        for signal, statistics in case["interval"].items()
+        for statistic, value in statistics.items()
+        if signal in declared and statistic in declared[signal].statistics
+    }
+    assert len(wanted) >= 12
+    window = {"from": start, "to": stop}
+    row = explore.evaluate(linkage, values_of(case), metrics=list(wanted), window=window, tolerance=1e-12)
+    assert label(row) == "ok"
+    for metric, (expected, signal) in wanted.items():
+        size = max(abs(float(value)) for value in case["interval"][signal].values() if not isinstance(value, list))
+        assert row[metric].iloc[0] == pytest.approx(expected, abs=1e-12 * max(size, 1.0)), metric
+    beyond = explore.evaluate(linkage, values_of(case), metrics=list(wanted)[:1], window={"from": 0, "to": 180})
+    assert label(beyond).startswith(("crank_blocked_at_", "change_point_at_"))
+
+
+def test_a_linkage_that_assembles_nowhere():
+    linkage = linkage_of(CASES["slider-crank"])
+    row = explore.evaluate(linkage, {"r": 10.0, "l": 20.0, "e": 50.0}, metrics=["guide_velocity_rms", REACH_NAMES[0]])
+    assert label(row) == "cannot_assemble"
+    assert row[REACH_NAMES[0]].iloc[0] == 0
+
+
+def test_the_size_is_that_of_all_places_of_all_points():
+    case = CASES["crank-shaper"]
+    linkage = linkage_of(case)
+    row = explore.evaluate(linkage, values_of(case), metrics=["footprint", "envelope_width", "envelope_height"]).iloc[0]
+    motion = explore.simulate(linkage, values_of(case), angles=np.arange(0.0, 360.0, 0.05))
+    frame = {"O": (0.0, 0.0), "C": (0.0, -120.0)}
+    sides = []
+    for axis, k in (("x", 0), ("y", 1)):
+        places = [motion[f"{point}_{axis}"] for point in "ADS"] + [np.array([place[k]]) for place in frame.values()]
+        sides.append(max(map(np.max, places)) - min(map(np.min, places)))
+    assert [row["envelope_width"], row["envelope_height"]] == pytest.approx(sides, rel=1e-6)
+    assert row["footprint"] == pytest.approx(row["envelope_width"] * row["envelope_height"], rel=1e-12)
