@@ -16,6 +16,7 @@ from scipy.io import loadmat
 
 import explore
 from explore.base.errors import RequestError, ResultsError
+from explore.base.units.shown import read_shown_units
 from explore.cli.commands.export import ENDINGS
 from explore.figures.exporting import frames
 from explore.figures.exporting.chosen import DesignOfParameters
@@ -118,6 +119,15 @@ def test_csv_has_the_motion_to_the_last_bit_with_units(wiper):
         (180.0 + 60.0 * np.cos(angle)).to_numpy(), abs=1e-12
     )
     assert table["rocker joint y [mm]"].to_numpy() == pytest.approx((60.0 * np.sin(angle)).to_numpy(), abs=1e-12)
+
+
+def test_a_drawing_notes_speeds_as_the_study_gives_them_and_lengths_in_mm(tmp_path):
+    (tmp_path / "a.toml").write_text(STUDIES["points"])
+    results = explore.sweep(explore.load_study(tmp_path / "a.toml"), tmp_path / "a.h5", workers=1)
+    explore.export(results.in_units(read_shown_units({"length": "in"})), tmp_path / "a.svg", design=0)
+    rocker = f"rocker {results.design(0)['rocker']:.10g} mm"
+    texts = {text.text for text in ET.parse(tmp_path / "a.svg").iter(f"{SVG}text")}
+    assert {"speed 40 rpm", rocker} < texts, texts
 
 
 def test_hdf5_has_the_motion_with_units_and_meanings(wiper):

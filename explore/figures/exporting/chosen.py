@@ -17,6 +17,7 @@ from explore.model.points import COORDINATES, coordinates
 from explore.model.status import Status
 from explore.results.queries import choose_design
 from explore.results.store.results import Results
+from explore.results.store.study_units import given_units
 from explore.running.motions import mark_angles
 from explore.running.public import simulate
 from explore.studies.config.linkage import Linkage, mechanism_source
@@ -49,8 +50,9 @@ class DesignOfResults:
 
     @cached_property
     def simulated(self) -> SimulatedDesign:
-        """Its motion, with the drive stroke of its study."""
-        return simulate_design(self.results, self.number)
+        """Its motion, with the drive stroke of its study, and speeds that the study gives in rpm shown so."""
+        results = self.results
+        return simulate_design(results.in_units(results.shown_units.with_given(given_units(results))), self.number)
 
     @property
     def study(self) -> str:

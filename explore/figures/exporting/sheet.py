@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 
 from explore.base.errors import RequestError
+from explore.base.units.shown import Scale
 from explore.figures.exporting import symbols
 from explore.figures.exporting.dimensions import dimensions, reach
 from explore.figures.exporting.shapes import (
@@ -187,8 +188,11 @@ def _notes(simulated: SimulatedDesign, angle: float, shapes: list[Shape], height
     deviations = [shape.deviation for shape in shapes if isinstance(shape, Spline)]
     if deviations:
         about.append(f"splines within {max(deviations):.1g} mm of the exact curves")
+    # At 1:1 lengths are mm in the notes as in the drawing.
+    own = {p.name: Scale(p.unit, p.unit) for p in mechanism.parameters}
+    scales = own | simulated.units.scales({p.name: p.unit for p in mechanism.parameters if p.unit != "mm"})
     items = [
-        f"{p.name.replace('_', ' ')} {simulated.parameters[p.name]:.10g} {'' if p.unit == '1' else p.unit}".rstrip()
+        _parameter(p.name, simulated.parameters[p.name], scales[p.name])
         for p in mechanism.parameters
         if p.name in simulated.parameters and simulated.parameters[p.name] != p.default
     ]
@@ -198,3 +202,8 @@ def _notes(simulated: SimulatedDesign, angle: float, shapes: list[Shape], height
         for line, text in enumerate(column):
             yield Text("text", np.array([left, top - (line + 1.3) * _LEADING * height]), text)
         left += max(_width(f"{text}   ", height) for text in column)
+
+
+def _parameter(name: str, value: float, scale: Scale) -> str:
+    """A parameter with its value in the shown unit."""
+    return f"{name.replace('_', ' ')} {scale.show(value):.10g} {'' if scale.shown == '1' else scale.shown}".rstrip()
