@@ -11,7 +11,6 @@ import typer
 from explore.base.errors import ResultsError
 from explore.cli.output import count_of, say
 from explore.cli.workers import EventPrinter, QuietOption, WorkerOptions, WorkersOption
-from explore.studies.config.study_file import atlas_text
 
 
 def atlas(
@@ -27,7 +26,7 @@ def atlas(
 ) -> None:
     """Compute coupler curves of crank-rockers of all proportions, as results that all other commands read."""
     from explore.running.runs import run_study
-    from explore.studies.config.study_file import parse_study
+    from explore.studies.config.study_file import atlas_text, parse_study
 
     study = parse_study(atlas_text(count), "atlas.toml", Path())
     path = output or Path("results") / "atlas.h5"

@@ -16,7 +16,6 @@ from explore.cli.table_files import write_table
 from explore.cli.tables import print_table
 from explore.cli.units import UnitsOption, open_shown
 from explore.results.records import Record, label_record, with_status
-from explore.studies.config.study_file import atlas_text
 
 if TYPE_CHECKING:
     from explore.results.store.results import Results
@@ -54,6 +53,8 @@ def show(
 
 def _command_of(results: Results) -> str:
     """The command that continues results."""
+    from explore.studies.config.study_file import atlas_text
+
     if results.config == atlas_text(results.n_studied):
         return f"atlas --count {results.n_studied}"
     return _COMMANDS.get(str(results.attributes.get("sampler")), "sweep")
