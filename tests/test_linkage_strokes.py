@@ -9,6 +9,7 @@ from linkage_cases import CASES, PARTIAL, columns, evaluate_graph, linkage_of, s
 
 import explore
 from explore import Linkage
+from explore.evaluation.evaluate import compile_kernels
 from explore.mechanisms.linkages.metrics import REACH_NAMES
 from explore.studies.request.requests import make_request
 
@@ -139,6 +140,14 @@ def test_a_blocked_linkage_moves_over_an_interval(name):
         assert row[metric].iloc[0] == pytest.approx(expected, abs=1e-12 * max(size, 1.0)), metric
     beyond = explore.evaluate(linkage, values_of(case), metrics=list(wanted)[:1], window={"from": 0, "to": 180})
     assert label(beyond).startswith(("crank_blocked_at_", "change_point_at_"))
+
+
+@pytest.mark.parametrize("name", ["crank-shaper", "watt-2"])
+def test_a_design_of_no_numbers_ends(name):
+    """No halving decides a factor that is no number: the rounds are bounded. Kernels are compiled by such a design."""
+    linkage = linkage_of(CASES[name])
+    request = make_request(linkage.mechanism, metrics=["transmission_angle_min"], window="cycle")
+    compile_kernels(request)
 
 
 def test_a_linkage_that_assembles_nowhere():

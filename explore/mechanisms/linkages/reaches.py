@@ -21,6 +21,8 @@ MOST_BORDERS = 32
 NARROWEST = 2e-16
 #: Narrowest cell that is halved, rad: no interval or gap that is wider is missed.
 _FINEST = 1e-8
+#: Largest number of rounds of halving: a factor that is 0 all over an interval, or no number, is decided by none.
+MOST_ROUNDS = 4096
 #: Largest start of an interval, deg: a start that rounding puts before 360 deg is at 0.
 _LARGEST_START = 360.0 - 1e-11
 #: Type of an array of numbers.

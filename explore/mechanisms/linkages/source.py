@@ -98,7 +98,9 @@ def close(record):
             stuck = verdicts[lane] < 0.0 or record[STATUS * LANES + lane] == TURN_NOT_DECIDED
             if stuck and is_turn and (TELLS_REACH or node < 0):
                 waiting, found = cell.collect_cells(values, ROWS, FACTORS, FUNCTIONS, start, length, lane, cells), 0
-                while waiting > 0 and waiting < cell.MOST_CELLS - LANES:
+                rounds = 0
+                while waiting > 0 and waiting < cell.MOST_CELLS - LANES and rounds < reach.MOST_ROUNDS:
+                    rounds += 1
                     taken = cell.place_middles(cells, FACTORS, waiting, tangents, anchors)
                     check(tile, tangents, anchors, middles)
                     waiting, found = reach.halve_borders(
