@@ -41,9 +41,9 @@ def other_package(folder, what):
         return copy, ["has other versions", f"explore 9.8.7 there, {explore.__version__} here", "make them equal"]
     declaration = copy / "explore" / "mechanisms" / "crank_rocker" / "declaration.py"
     text = declaration.read_text()
-    declaration.write_text(text.replace('kernel_version="4"', 'kernel_version="77"'))
+    declaration.write_text(text.replace('kernel_version="5"', 'kernel_version="77"'))
     assert declaration.read_text() != text
-    return copy, ["has other versions", "kernel crank-rocker 77 there, crank-rocker 4 here", "make them equal"]
+    return copy, ["has other versions", "kernel crank-rocker 77 there, crank-rocker 5 here", "make them equal"]
 
 
 @pytest.mark.parametrize("what", ["version", pytest.param("kernel", marks=pytest.mark.slow)])
