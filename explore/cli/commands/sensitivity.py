@@ -61,7 +61,12 @@ def sensitivity(
     from explore.results.store.open_results import open_results
 
     plan = plan_sensitivity(open_results(path), metric, evaluations, seed)
-    table = plan.table(_evaluate(plan, WorkerOptions(workers, processes, scheduler)))
+    found = _evaluate(plan, WorkerOptions(workers, processes, scheduler))
+    try:
+        table = plan.table(found)
+    except KeyboardInterrupt:
+        say("interrupted; nothing was written", "yellow")
+        raise typer.Exit(130) from None
     if as_json:
         print_json({**table.attrs, "indices": table.to_dict(orient="records")})
     else:
