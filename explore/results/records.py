@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from explore.results.store.results import Results
-
 if TYPE_CHECKING:
     from explore.results.store.results import Results
 
