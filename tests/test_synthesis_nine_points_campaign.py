@@ -163,3 +163,11 @@ def test_degenerate_points_are_never_complete_with_a_wrong_count(kind, monkeypat
     rng, (draw, count) = np.random.default_rng(26), DEGENERATE[kind]
     for _ in range(count):
         assert not is_wrong(draw(rng), monkeypatch)
+
+
+def test_an_end_taken_for_no_linkage_leaves_the_search_incomplete(monkeypatch):
+    """Random points of which a solution has so short a link that it counts as none: a third system proves it."""
+    rng = np.random.default_rng(25)
+    points = [plane(rng, 9) for _ in range(241)]
+    assert not is_wrong(points[240], monkeypatch)
+    assert not find_all(points[240]).is_complete

@@ -82,9 +82,10 @@ class NinePointSolutions:
         """Whether it is known where all paths lead, so that no other isolated linkage exists.
 
         Each regular solution is the end of one path. With 1442 that are proved to differ there is no other; with fewer,
-        two start systems have to leave no room for one.
+        two start systems have to leave no room for one. An end at a linkage with a link that seems to be a point may be
+        a linkage with a short one.
         """
-        return self.is_consistent and not self.n_lost and not self.is_interrupted
+        return self.is_consistent and not (self.n_lost or self.n_degenerate or self.is_interrupted)
 
 
 def find_all(points: ComplexArray, report: ReportProgress | None = None) -> NinePointSolutions:
