@@ -135,14 +135,14 @@ def solve(parameters: ComplexArray, number: int, report: ReportProgress | None =
     # Circles around several paths to infinity may have a limit that solves no equation.
     fates[regular[facts[:, FATE] != ARRIVED]] = LOST
     fates[(fates == REGULAR) & is_degenerate(ends, _DEGENERATE)] = DEGENERATE
-    fates[_is_repeated(ends, fates == REGULAR)] = LOST
+    fates[is_repeated(ends, fates == REGULAR)] = LOST
     if not found.is_interrupted:
         unclear = (fates == LOST) | _is_single_end(ends, fates == SINGULAR, windings)
         try:
             _follow_far(near, np.flatnonzero(is_near & unclear), parameters - last, last, found, report)
         except KeyboardInterrupt:
             found = replace(found, is_interrupted=True)
-        fates[_is_repeated(ends, fates == REGULAR)] = LOST
+        fates[is_repeated(ends, fates == REGULAR)] = LOST
     return found
 
 
@@ -242,7 +242,7 @@ def _arrive(
         arrived = facts[:, FATE] == ARRIVED
         good = arrived & ~is_degenerate(found[todo], _DEGENERATE) & (residuals(found[todo], start + rates) < _RESIDUAL)
         is_good[todo] = good & np.isfinite(keys(found[todo])).all(axis=1)
-        repeated = _is_repeated(found, is_good)
+        repeated = is_repeated(found, is_good)
         todo = np.flatnonzero(~is_good | repeated)
         if not len(todo):
             break
@@ -281,7 +281,7 @@ def follow(
     return ends, facts
 
 
-def _is_repeated(found: ComplexArray, is_good: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
+def is_repeated(found: ComplexArray, is_good: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
     """Whether another path arrived at the same class: one of both changed over to the other."""
     from scipy.spatial import cKDTree
 

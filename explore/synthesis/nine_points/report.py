@@ -55,7 +55,7 @@ class NinePointReport:
         lost = "are lost or lead to what is not proved" if solutions.n_unproved else "are lost"
         others = [
             (solutions.n_singular, "to singular solutions"),
-            (solutions.n_degenerate, "to linkages with a link that is a point, or too short to tell"),
+            (solutions.n_degenerate, "to linkages with a link that is a point"),
             (solutions.n_infinite, "to infinity"),
             (solutions.n_lost, f"{lost}, so that linkages may be missing"),
         ]

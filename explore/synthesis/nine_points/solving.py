@@ -13,10 +13,10 @@ from explore.model.progress import ReportProgress
 from explore.synthesis.linkages import ComplexArray, FourBar
 from explore.synthesis.nine_points.certificates import Certificates, certify
 from explore.synthesis.nine_points.classes import N_CLASSES, SAME, distinct
-from explore.synthesis.nine_points.endgame import DEGENERATE, INFINITE, SINGULAR
+from explore.synthesis.nine_points.endgame import DEGENERATE, INFINITE, LOST, REGULAR, SINGULAR
 from explore.synthesis.nine_points.equations import N_POINTS
 from explore.synthesis.nine_points.four_bars import distance_from_real, linkages_of
-from explore.synthesis.nine_points.homotopy import Ends, solve
+from explore.synthesis.nine_points.homotopy import Ends, has_more_digits, is_repeated, solve
 
 #: Largest relative distance of hats from conjugates in real solutions.
 _REAL = 1e-6
@@ -82,10 +82,10 @@ class NinePointSolutions:
         """Whether it is known where all paths lead, so that no other isolated linkage exists.
 
         Each regular solution is the end of one path. With 1442 that are proved to differ there is no other; with fewer,
-        two start systems have to leave no room for one. An end at a linkage with a link that seems to be a point may be
-        a linkage with a short one.
+        two start systems have to leave no room for one, and more digits to tell short links from points.
         """
-        return self.is_consistent and not (self.n_lost or self.n_degenerate or self.is_interrupted)
+        is_known = has_more_digits() or not self.n_degenerate
+        return self.is_consistent and is_known and not (self.n_lost or self.is_interrupted)
 
 
 def find_all(points: ComplexArray, report: ReportProgress | None = None) -> NinePointSolutions:
@@ -104,12 +104,12 @@ def find_all(points: ComplexArray, report: ReportProgress | None = None) -> Nine
         one, other = sorted(np.argwhere(gaps == gaps.min())[0].tolist())
         raise RequestError(f"points {one + 1} and {other + 1} are equal; remove one or move it")
     parameters = np.concatenate([vectors, vectors.conj()]).astype(np.complex128) / size
-    systems = [solve(parameters, 0, report)]
+    systems = [_with_short_links(solve(parameters, 0, report), points, size)]
     found = merge(systems, points, size)
     if found.is_interrupted or found.certificates.n_proved == N_CLASSES:
         return found
     try:
-        systems.append(solve(parameters, 1, report))
+        systems.append(_with_short_links(solve(parameters, 1, report), points, size))
     except KeyboardInterrupt:
         systems[0] = replace(systems[0], is_interrupted=True)
     return merge(systems, points, size)
@@ -135,3 +135,12 @@ def merge(systems: Sequence[Ends], points: ComplexArray, size: float) -> NinePoi
         points, size, found, certificates, real, ends.singular, n_singular, n_degenerate, n_infinite,
         any(each.is_interrupted for each in systems), min(rooms) >= 0, tuple(linkages),
     )  # fmt: skip
+
+
+def _with_short_links(ends: Ends, points: ComplexArray, size: float) -> Ends:
+    """The ends, of which those at a link that seems to be a point are regular where a linkage is proved there."""
+    rows = np.flatnonzero((ends.fates == DEGENERATE) & np.isfinite(ends.solutions).all(axis=1))
+    fates = ends.fates.copy()
+    fates[rows[certify(ends.solutions[rows], points, size).is_proved]] = REGULAR
+    fates[is_repeated(ends.solutions, fates == REGULAR)] = LOST
+    return replace(ends, fates=fates)
