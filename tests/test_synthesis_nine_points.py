@@ -31,7 +31,7 @@ def test_derivatives_against_complex_differences():
 
     z, parameters, rates = random(8), random(16), random(16)
     jacobian, values, by_time = np.empty((8, 8), complex), np.empty(8, complex), np.empty(8, complex)
-    linearise(z, parameters, rates, 8, jacobian, values, by_time)
+    linearise(z, parameters, rates, jacobian, values, by_time)
 
     def relative_values(z, parameters):
         """Equations that are not divided by their derivatives, by the terms of Cramer's rule."""
@@ -59,7 +59,7 @@ def test_equations_in_plain_arithmetic_are_those_in_compiled_code():
     rng = np.random.default_rng(17)
     z, parameters = (rng.normal(size=(2, count)).T @ [1.0, 1.0j] for count in (8, 16))
     jacobian, values, by_time = np.empty((8, 8), complex), np.empty(8, complex), np.empty(8, complex)
-    linearise(z, parameters, np.zeros(16, complex), 8, jacobian, values, by_time)
+    linearise(z, parameters, np.zeros(16, complex), jacobian, values, by_time)
     for j in range(8):
         value, row, _ = evaluate(z, parameters[j], parameters[8 + j])
         scale = max(abs(slope.real) + abs(slope.imag) for slope in row)

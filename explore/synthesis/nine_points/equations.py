@@ -22,10 +22,6 @@ N_UNKNOWNS, N_POINTS, N_PARAMETERS = 8, 8, 16
 HATS = [1, 0, 3, 2, 5, 4, 7, 6]
 #: Largest relative distance of hats from conjugates in candidates for real solutions.
 NEARLY_REAL = 1e-6
-#: Place of the pivot a among the unknowns.
-A = 2
-#: Place of the pivot b among the unknowns.
-B = 6
 #: Smallest size of the terms of an equation.
 _TINY = 1e-300
 
@@ -37,28 +33,13 @@ def magnitude(z):
 
 
 @subroutine()
-def prescribe(z, parameters, rates, n_vectors, jacobian, values, by_time):
-    """The equations that prescribed pivots leave: in the place of d_7 is a, and in that of d_5 is b."""
-    for j in range(n_vectors, N_POINTS, 2):
-        pivot = A if j == N_POINTS - 2 else B
-        for hat in range(2):
-            row, k = j + hat, j + hat * N_POINTS
-            for column in range(N_UNKNOWNS):
-                jacobian[row, column] = 0.0
-            jacobian[row, pivot + hat] = 1.0
-            values[row], by_time[row] = z[pivot + hat] - parameters[k], -rates[k]
-
-
-@subroutine()
-def linearise(z, parameters, rates, n_vectors, jacobian, values, by_time):
+def linearise(z, parameters, rates, jacobian, values, by_time):
     """Fill the equations' derivatives by the unknowns, their values, and their rates for those of the parameters.
 
-    Each equation is divided by its largest derivative. `n_vectors` is the number of points after the first: 8, or 6
-    with the pivot a prescribed, or 4 with both.
+    Each equation is divided by its largest derivative.
     """
-    prescribe(z, parameters, rates, n_vectors, jacobian, values, by_time)
     x, xh, a, ah, y, yh, b, bh = z[0], z[1], z[2], z[3], z[4], z[5], z[6], z[7]
-    for j in range(n_vectors):
+    for j in range(N_POINTS):
         d, dh = parameters[j], parameters[N_POINTS + j]
         a_left, a_right, b_left, b_right = ah - dh, a - d, bh - dh, b - d
         a1, b1, c1 = a_left * x, a_right * xh, d * (ah - xh) + dh * (a_right - x)

@@ -32,7 +32,6 @@ from explore.synthesis.nine_points.endgame import (
     SINGULAR,
     find_limits,
 )
-from explore.synthesis.nine_points.equations import N_POINTS
 from explore.synthesis.nine_points.regularity import is_regular
 from explore.synthesis.nine_points.tracking import ARRIVED, FATE, N_FACTS, track
 
@@ -265,7 +264,6 @@ def follow(
     wanted: float,
     most_steps: int,
     least_step: float,
-    n_vectors: int = N_POINTS,
 ) -> tuple[ComplexArray, FloatArray]:
     """Follow solutions on all cores; see `track`."""
     ends = np.ascontiguousarray(solutions)
@@ -274,7 +272,7 @@ def follow(
 
     def run(first: int) -> None:
         part = slice(first, first + _CHUNK)
-        track(ends[part], start, rates, n_vectors, wanted, most_steps, least_step, facts[part])
+        track(ends[part], start, rates, wanted, most_steps, least_step, facts[part])
 
     with ThreadPoolExecutor(cpu_count()) as pool:
         list(pool.map(run, range(0, len(ends), _CHUNK)))

@@ -8,7 +8,7 @@ import numpy as np
 
 from explore.base.compiling import compiled
 from explore.base.subroutines import subroutine
-from explore.synthesis.nine_points.equations import N_PARAMETERS, N_POINTS, N_UNKNOWNS, eliminate, linearise, magnitude
+from explore.synthesis.nine_points.equations import N_PARAMETERS, N_UNKNOWNS, eliminate, linearise, magnitude
 
 # What became of a path.
 ARRIVED, TOO_MANY_STEPS, STEP_TOO_SMALL, NOT_CONVERGED = range(4)
@@ -67,21 +67,21 @@ def _relative_size(step, z):
 
 
 @subroutine()
-def _slope(z, time, start, rates, n_vectors, parameters, jacobian, values, slope):
+def _slope(z, time, start, rates, parameters, jacobian, values, slope):
     """The derivative of a solution by the time; the ratio of pivots."""
     _place(time, start, rates, parameters)
-    linearise(z, parameters, rates, n_vectors, jacobian, values, slope)
+    linearise(z, parameters, rates, jacobian, values, slope)
     for i in range(N_UNKNOWNS):
         slope[i] = -slope[i]
     return eliminate(jacobian, slope)
 
 
 @subroutine()
-def _correct(z, parameters, rates, n_vectors, jacobian, values, unused, wanted):
+def _correct(z, parameters, rates, jacobian, values, unused, wanted):
     """Newton's method; whether it converged, the first correction, and the ratio of pivots."""
     first, before, pivots = 0.0, 0.0, 0.0
     for k in range(_N_CORRECTIONS):
-        linearise(z, parameters, rates, n_vectors, jacobian, values, unused)
+        linearise(z, parameters, rates, jacobian, values, unused)
         pivots = eliminate(jacobian, values)
         for i in range(N_UNKNOWNS):
             z[i] -= values[i]
@@ -99,7 +99,7 @@ def _correct(z, parameters, rates, n_vectors, jacobian, values, unused, wanted):
 
 
 @subroutine(allocates=True)
-def _track(z, start, rates, n_vectors, wanted, first_step, most_steps, least_step, facts):
+def _track(z, start, rates, wanted, first_step, most_steps, least_step, facts):
     """Follow one solution from time 0 to 1, in place."""
     jacobian = np.empty((N_UNKNOWNS, N_UNKNOWNS), np.complex128)
     slopes = np.empty((4, N_UNKNOWNS), np.complex128)
@@ -115,17 +115,17 @@ def _track(z, start, rates, n_vectors, wanted, first_step, most_steps, least_ste
         is_last = time + step >= 1.0 - 1e-14
         h = 1.0 - time if is_last else step
         if not has_slope:
-            _slope(z, time, start, rates, n_vectors, parameters, jacobian, values, slopes[0])
+            _slope(z, time, start, rates, parameters, jacobian, values, slopes[0])
             has_slope = True
         for k in range(1, 4):
             share = h if k == 3 else 0.5 * h
             for i in range(N_UNKNOWNS):
                 trial[i] = z[i] + share * slopes[k - 1, i]
-            _slope(trial, time + share, start, rates, n_vectors, parameters, jacobian, values, slopes[k])
+            _slope(trial, time + share, start, rates, parameters, jacobian, values, slopes[k])
         for i in range(N_UNKNOWNS):
             change = slopes[0, i] + 2.0 * slopes[1, i] + 2.0 * slopes[2, i] + slopes[3, i]
             trial[i] = z[i] + change * (h / 6.0)
-        converged, error, ratio = _correct(trial, parameters, rates, n_vectors, jacobian, values, unused, wanted)
+        converged, error, ratio = _correct(trial, parameters, rates, jacobian, values, unused, wanted)
         if converged and error <= _TOO_LARGE * wanted:
             z[:] = trial
             time = 1.0 if is_last else time + h
@@ -138,7 +138,7 @@ def _track(z, start, rates, n_vectors, wanted, first_step, most_steps, least_ste
     if fate == ARRIVED:
         _place(1.0, start, rates, parameters)
         for _ in range(_N_CORRECTIONS):
-            linearise(z, parameters, rates, n_vectors, jacobian, values, unused)
+            linearise(z, parameters, rates, jacobian, values, unused)
             pivots = eliminate(jacobian, values)
             if not _relative_size(values, z) < 1e-6:
                 fate = NOT_CONVERGED
@@ -149,17 +149,16 @@ def _track(z, start, rates, n_vectors, wanted, first_step, most_steps, least_ste
 
 
 @compiled(
-    "void(complex128[:,::1], complex128[::1], complex128[::1], int64, float64, int64, float64, float64[:,::1])",
+    "void(complex128[:,::1], complex128[::1], complex128[::1], float64, int64, float64, float64[:,::1])",
     allocates=True,
 )
-def track(solutions, start, rates, n_vectors, wanted, most_steps, least_step, facts):
+def track(solutions, start, rates, wanted, most_steps, least_step, facts):
     """Follow solutions, in place, from parameters `start` to `start + rates`.
 
-    `n_vectors` is that of `linearise`, `wanted` the relative error of the predictor; `facts` receives fate, parameter
-    reached, steps and pivots of each.
+    `wanted` is the relative error of the predictor; `facts` receives fate, parameter reached, steps and pivots of each.
     """
     for i in range(len(solutions)):
-        _track(solutions[i], start, rates, n_vectors, wanted, _FIRST_STEP, most_steps, least_step, facts[i])
+        _track(solutions[i], start, rates, wanted, _FIRST_STEP, most_steps, least_step, facts[i])
 
 
 @compiled(
@@ -184,9 +183,7 @@ def circle(solutions, target, rates, wanted, samples, arrived):
             for j in range(N_PARAMETERS):
                 corner[j] = target[j] - rates[j] * here
                 side[j] = rates[j] * (here - there)
-            _track(
-                z, corner, side, N_POINTS, wanted, _FIRST_STEP_OF_SIDE, _MOST_STEPS_OF_SIDE, _LEAST_STEP_OF_SIDE, facts
-            )
+            _track(z, corner, side, wanted, _FIRST_STEP_OF_SIDE, _MOST_STEPS_OF_SIDE, _LEAST_STEP_OF_SIDE, facts)
             arrived[i] = facts[FATE] == ARRIVED
             if not arrived[i]:
                 break
