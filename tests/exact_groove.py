@@ -95,7 +95,8 @@ class ExactGroove(Loaded):
         velocity = sense * self.travel * w * share
         acceleration = -self.travel * w**2 * slope
         out, around = (angle.cos(), angle.sin()), (-angle.sin(), angle.cos())
-        root = (self.rod**2 - (x * angle.sin()) ** 2).sqrt()
+        height = x * angle.sin()
+        root = (self.rod**2 - height * height).sqrt()
         crank = x * out[0] + (root if bool(folded > self.regular_angle) else -root)
         pin = crank * out[0], crank * out[1]
         span = x - pin[0], -pin[1]
@@ -120,7 +121,7 @@ class ExactGroove(Loaded):
         gravity, w = self["gravity"], self.speed
         arm = self["rod_centroid"] * span[0], self["rod_centroid"] * span[1]
         centroid_velocity = _plus(pin_velocity, _turned(arm), turning)
-        centroid = _plus(_plus(pin_acceleration, _turned(arm), spinning), arm, -(turning**2))
+        centroid = _plus(_plus(pin_acceleration, _turned(arm), spinning), arm, -turning * turning)
         of_rod = self["rod_mass"] * centroid[0], self["rod_mass"] * (centroid[1] + gravity)
         of_pin = self["pin_mass"] * pin_acceleration[0], self["pin_mass"] * (pin_acceleration[1] + gravity)
         centre = self["disc_centroid"] / 1000
@@ -153,7 +154,7 @@ class ExactGroove(Loaded):
             "crank_pin_force": _dot(at_pin, at_pin).sqrt(), "slider_pin_force": _dot(at_slider, at_slider).sqrt(),
             "disc_pivot_force": _dot(at_disc, at_disc).sqrt(), "drive_torque": power / w, "drive_power": power,
             "positive_power": power if bool(power > 0) else arb(0),
-            # without abs() and powers, which have no digits of a velocity of 0
+            # without abs(), which has no digits of a velocity of 0
             "friction_power": (friction + self["opposing_force"]) * sense * velocity
             + self["damping"] * velocity * velocity,
         }  # fmt: skip

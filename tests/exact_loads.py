@@ -47,7 +47,10 @@ def _turned(a):
 
 
 class Loaded:
-    """What both mechanisms share: a design's values, and statistics of signals that `at` gives for an angle."""
+    """What all mechanisms share: a design's values, and statistics of signals that `at` gives for an angle.
+
+    `at` has squares as products: a power of a number whose ball has 0 in it is not a number.
+    """
 
     cornering = ("drive_torque",)
 
@@ -80,7 +83,7 @@ class Loaded:
                     values = self._at(theta, sense)
                     for name in signals:
                         totals[name][0] += weight * values[name]
-                        totals[name][1] += weight * values[name] ** 2
+                        totals[name][1] += weight * values[name] * values[name]
         for name in signals:
             samples[name] = [float(total / length) for total in totals[name]] + [
                 self._extreme(pieces, name, sign) for sign in (1, -1)
@@ -212,21 +215,21 @@ class ExactFourBar(Loaded):
         diagonal = _plus(pivot, ab, -1)
         square = _dot(diagonal, diagonal)
         along = (square + r2**2 - r3**2) / (2 * square)
-        across = self["branch"] * (r2**2 / square - along**2).sqrt()
+        across = self["branch"] * (r2**2 / square - along * along).sqrt()
         bc = _plus((along * diagonal[0], along * diagonal[1]), _turned(diagonal), across)
         dc = _plus(bc, diagonal, -1)
         # velocities: w T(ab) + w2 T(bc) = w3 T(dc), T a quarter turn
         area = _cross(bc, dc)
         w2, w3 = -w * _cross(ab, dc) / area, -w * _cross(ab, bc) / area
-        right = _plus((w**2 * ab[0], w**2 * ab[1]), bc, w2**2)
-        right = _plus(right, dc, -(w3**2))  # = a2 T(bc) - a3 T(dc)
+        right = _plus((w**2 * ab[0], w**2 * ab[1]), bc, w2 * w2)
+        right = _plus(right, dc, -w3 * w3)  # = a2 T(bc) - a3 T(dc)
         a2, minus_a3 = self._solve(_turned(bc), _turned(dc), right)
         a3 = -minus_a3
         gravity = (arb(0), self["gravity"])
 
         def inertial(mass, base, vector, rate, acceleration):
             """Mass times the acceleration of a centroid, less that of gravity."""
-            total = _plus(_plus(base, _turned(vector), acceleration), vector, -(rate**2))
+            total = _plus(_plus(base, _turned(vector), acceleration), vector, -rate * rate)
             return mass * (total[0] + gravity[0]), mass * (total[1] + gravity[1])
 
         zero = (arb(0), arb(0))
@@ -259,7 +262,7 @@ class ExactFourBar(Loaded):
             "coupler_force": _dot(fc, bc) / r2, "rocker_axial_force": _dot(fc, dc) / r3,
             "rocker_moment": _cross(dc, fc),
             "drive_torque": torque, "power": power, "positive_power": power if bool(power > 0) else arb(0),
-            "friction_power": self["opposing_torque"] * abs(w3) + self["damping"] * w3**2,
+            "friction_power": self["opposing_torque"] * abs(w3) + self["damping"] * w3 * w3,
             **{f"pin_force_{pin}": _dot(f, f).sqrt() for pin, f in zip("abcd", (fa, fb, fc, fd), strict=True)},
         }  # fmt: skip
 
@@ -296,18 +299,18 @@ class ExactSliderCrank(Loaded):
         r, rod, offset, w = self["crank"] / 1000, self["rod"] / 1000, self["offset"] / 1000, self["speed"]
         pin = r * theta.cos(), r * theta.sin()
         h = pin[1] - offset
-        y = (rod**2 - h**2).sqrt()
+        y = (rod**2 - h * h).sqrt()
         span = y, -h
         turning = -w * pin[0] / y
         pin_velocity, pin_acceleration = (-w * pin[1], w * pin[0]), (-(w**2) * pin[0], -(w**2) * pin[1])
         velocity = pin_velocity[0] + turning * h
         # the slider stays on its line
-        spinning = (-pin_acceleration[1] - turning**2 * h) / y
-        acceleration = pin_acceleration[0] + spinning * h - turning**2 * y
+        spinning = (-pin_acceleration[1] - turning * turning * h) / y
+        acceleration = pin_acceleration[0] + spinning * h - turning * turning * y
         gravity, mass, rod_mass = self["gravity"], self["mass"], self["rod_mass"]
         arm = self["rod_centroid"] * span[0], self["rod_centroid"] * span[1]
         centroid_velocity = _plus(pin_velocity, _turned(arm), turning)
-        centroid = _plus(_plus(pin_acceleration, _turned(arm), spinning), arm, -(turning**2))
+        centroid = _plus(_plus(pin_acceleration, _turned(arm), spinning), arm, -turning * turning)
         f2 = rod_mass * centroid[0], rod_mass * (centroid[1] + gravity)
         crank_arm = self["crank_centroid"] * pin[0], self["crank_centroid"] * pin[1]
         f1 = (
@@ -334,7 +337,8 @@ class ExactSliderCrank(Loaded):
         return {
             "thrust": thrust, "guide_force": guide, "drive_torque": power / w, "drive_power": power,
             "positive_power": power if bool(power > 0) else arb(0),
-            "friction_power": (friction + self["opposing_force"]) * abs(velocity) + self["damping"] * velocity**2,
+            "friction_power": (friction + self["opposing_force"]) * abs(velocity)
+            + self["damping"] * velocity * velocity,
             "crank_pivot_force": _dot(fa, fa).sqrt(), "crank_pin_force": _dot(fb, fb).sqrt(),
             "slider_pin_force": _dot(fc, fc).sqrt(),
         }  # fmt: skip

@@ -260,6 +260,7 @@ def ratios(family, seed, count):
         window, place = draw_window(rng)
         truth = exact(design).statistics(place, tuple(requests))
         for name, statistics in requests.items():
+            assert np.isfinite(truth[name]).all(), (name, window, design)
             mean, square, low, high = truth[name]
             if square == 0.0:
                 continue
