@@ -9,6 +9,8 @@ from explore.model.quantities import Metric, Parameter, Signal
 from explore.model.window import Window
 
 NAMES = ("peak", "corner", "step", "polynomial", "wave", "constant")
+#: Row of a signal that is nothing but rounding errors of terms up to 1; and number of all rows.
+ROUNDING, ROWS = 6, 7
 
 
 class Row(IntEnum):
@@ -33,13 +35,14 @@ def fill(constants, tangents, anchor, _law, _variant, count, _needs, out):
     for j in range(count):
         for lane in range(LANES):
             angle = math.pi * anchor + 2.0 * math.atan(tangents[j * LANES + lane]) - constants[lane]
-            sine, at = math.sin(0.5 * angle), 6 * j * LANES + lane
+            sine, at = math.sin(0.5 * angle), ROWS * j * LANES + lane
             out[at] = 1.0 / (constants[LANES + lane] + 2.0 * sine * sine)
             out[at + LANES] = abs(sine)
             out[at + 2 * LANES] = 1.0 if math.sin(angle) > 0.0 else 0.0
             out[at + 3 * LANES] = 1.0 + math.cos(angle) + 0.3 * math.cos(2.0 * angle)
             out[at + 4 * LANES] = math.cos(constants[2 * LANES + lane] * angle)
             out[at + 5 * LANES] = 0.3
+            out[at + ROUNDING * LANES] = (1.0 + sine) - 1.0 - sine
 
 
 SHAPES = Mechanism(
@@ -63,7 +66,7 @@ SHAPES = Mechanism(
     kernel_version="1",
     n_constants=Row.STATUS,
     rows=Row,
-    signal_rows=len(NAMES),
+    signal_rows=ROWS,
     close=close,
     fill=fill,
     default_window="cycle",

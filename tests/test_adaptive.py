@@ -4,14 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from shapes_mechanism import NAMES, SHAPES
+from shapes_mechanism import NAMES, ROUNDING, SHAPES
 from toy_mechanism import PEAK, WRONG_PEAK
 
 from explore.evaluation import sampled
 from explore.evaluation.evaluate import evaluate_columns
 from explore.mechanisms.registry import MECHANISMS
 from explore.model.quadrature import Adaptive
-from explore.model.quantities import DerivedMetric, SampledMetric
+from explore.model.quantities import DerivedMetric, SampledMetric, Signal
 from explore.model.status import Status
 from explore.studies.request.requests import make_request
 from explore.testing.subject import COMPUTED, Subject
@@ -96,6 +96,20 @@ def test_smooth_signals_need_no_halving():
     for name in ("polynomial", "constant"):
         _, columns = relative_error(name, MOMENTS, shapes(3), 1e-12)
         assert (columns["nodes"] == 2 * 16 * 18).all()
+
+
+@pytest.mark.parametrize(
+    ("at", "order", "is_computed"), [("wave", 60, True), ("wave", 400, False), ("rounding", 1, True)]
+)
+def test_more_zeros_than_panels_are_cut_at_have_no_bound(at, order, is_computed):
+    """A corner or a pulse may stand between those that are not found; but zeros of rounding errors are none."""
+    signals = [replace(signal, has_corners=True, corners_at=at) for signal in SHAPES.signals if signal.name == "corner"]
+    others = [signal for signal in SHAPES.signals if signal.name != "corner"]
+    rounding = Signal("rounding", "1", "rounding", ROUNDING, 1, terms_row=NAMES.index("constant"))
+    mechanism = replace(SHAPES, signals=(*signals, *others, rounding))
+    columns = evaluate(mechanism, shapes(3, order), ["corner_mean"], 1e-6)
+    assert (columns["status"] == (Status.OK if is_computed else Status.TOLERANCE_NOT_MET)).all()
+    assert (np.isfinite(columns["error"]) == is_computed).all()
 
 
 def test_a_corner_within_an_interval():

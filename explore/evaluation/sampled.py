@@ -211,7 +211,7 @@ def _loop_arguments(
     singular = [*singularities, *[(-1, -1)] * (MOST_SINGULARITIES - len(singularities))]
     singular_rows, singular_anchors = np.array(singular, dtype=np.int64).T.copy()
     cornering = [signal for signal in mechanism.signals if signal.name in corners]
-    corner_rows = np.array([signal.row for signal in cornering], dtype=np.int64)
+    corner_rows = np.array([(signal.row, signal.terms_row) for signal in cornering], dtype=np.int64).reshape(-1, 2)
     needs = tables.needs.copy()
     for signal in cornering:
         needs |= signal.needs

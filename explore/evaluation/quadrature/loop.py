@@ -64,14 +64,14 @@ def _demands(tables, w):
 
 
 @subroutine(allocates=True)
-def _open_window(fill, sizes, tables, w, begin, n_designs, demands, rare, work, tile, sums):
+def _open_window(fill, sizes, tables, w, begin, here, demands, error, rare, work, tile, sums):
     """Fill the panels of a window of the designs of the chunk from `begin` on, as many as fit; one, if adaptive.
 
     Return the first design that is left, the numbers of panels, stride and panels to sample, and whether some are whole
-    turns.
+    turns. The error of a design with more corners than its panels are cut at is infinite.
     """
     until, count, stride = add_panels(
-        work.constants, sizes.n_constants, begin, begin + 1 if tables.is_adaptive else n_designs, tables.windows[w],
+        work.constants, sizes.n_constants, begin, begin + 1 if tables.is_adaptive else len(here), tables.windows[w],
         tables.intervals[w], tables.breaks, tables.singular_rows, sizes.variant_row, work.panels, work.first_panel,
         work.panel_count, work.owner, work.positions,
     )  # fmt: skip
@@ -90,7 +90,8 @@ def _open_window(fill, sizes, tables, w, begin, n_designs, demands, rare, work, 
         if tables.is_adaptive:
             uncut = count
             if len(tables.corner_rows) > 0:
-                count = cut_at_zeros(fill, sizes, tables.needs[w], tables.corner_rows, work, tile, count)
+                count, is_missed = cut_at_zeros(fill, sizes, tables.needs[w], tables.corner_rows, work, tile, count)
+                error[here[begin]] = math.inf if is_missed else error[here[begin]]
             count = cut_panels(work, sums, sizes.rows, count, uncut)
             return until, count, stride, count, False
     _, powers, pole_order, headroom = demands
@@ -153,7 +154,7 @@ def _sample_window(
     demands = _demands(tables, w)
     ends, powers, pole_order, _ = demands
     until, count, stride, n_todo, has_turns = _open_window(
-        fill, sizes, tables, w, begin, len(here), demands, rare, work, tile, sums
+        fill, sizes, tables, w, begin, here, demands, error, rare, work, tile, sums
     )
     n = until - begin
     regular, per_design = begin == 0 and stride > 1 and until == len(here), count // n

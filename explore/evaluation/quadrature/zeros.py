@@ -13,6 +13,7 @@ import math
 from explore.base.compiling import LANES
 from explore.base.subroutines import subroutine
 from explore.evaluation.quadrature.adaptive import place_part
+from explore.evaluation.quadrature.bounds import ROUNDING
 from explore.evaluation.quadrature.chunks import gather_constants
 from explore.evaluation.quadrature.panels import ANCHOR, CENTRE, HALF, LAW, LENGTH, SCALE, VARIANT
 from explore.evaluation.quadrature.tiles import NODE_CAPACITY
@@ -21,7 +22,7 @@ from explore.evaluation.quadrature.tiles import NODE_CAPACITY
 _FEWEST_TILES = 16
 #: Number of tiles of samples per length in t, where all singularities are at least pi/2 off the real axis.
 _TILES_PER_LENGTH = 2.0
-#: Largest number of zeros of one panel; a signal with more is rounding.
+#: Largest number of zeros of one panel.
 _MOST_ZEROS = 64
 #: Number of cuts of a bracket from a length of 1 to below rounding.
 _MOST_CUTS = 14
@@ -84,14 +85,19 @@ def _find_crossing(fill, needs, row, panels, k, low, high, at_low, best, at_high
 
 @subroutine()
 def _insert(panels, k, position, zeros, count):
-    """Insert a zero into the ascending positions of others, unless it is one of them or an end; return their number."""
+    """Insert a zero into the ascending positions of others, unless it is one of them or an end; return their number.
+
+    It is `_MOST_ZEROS` + 1 where there is no room.
+    """
     at = count
     while at > 0 and zeros[at - 1] > position:
         at -= 1
     before, after = zeros[at - 1] if at > 0 else -1.0, zeros[at] if at < count else 1.0
     least = _SHORTEST * (1.0 + abs(panels[CENTRE + k] + panels[HALF + k] * position))
-    if count == _MOST_ZEROS or min(position - before, after - position) * panels[HALF + k] < least:
+    if count > _MOST_ZEROS or min(position - before, after - position) * panels[HALF + k] < least:
         return count
+    if count == _MOST_ZEROS:
+        return count + 1
     for i in range(count, at, -1):
         zeros[i] = zeros[i - 1]
     zeros[at] = position
@@ -99,8 +105,11 @@ def _insert(panels, k, position, zeros, count):
 
 
 @subroutine()
-def _collect_zeros(fill, needs, rows, row, panels, k, count, tile):
-    """Add the zeros of a row on panel k to the first `count` of the positions in the tile's state."""
+def _sample_row(fill, needs, rows, row, terms_row, noise, panels, k, tile):
+    """Fill samples of a row on panel k and bounds of their rounding errors; return the number of the last sample.
+
+    Where the size of its terms is not known, a row is rounded like its largest sample.
+    """
     tiles = min(max(_FEWEST_TILES, math.ceil(2.0 * _TILES_PER_LENGTH * panels[HALF + k])), NODE_CAPACITY)
     last = tiles * LANES - 1
     for j in range(last + 1):
@@ -108,10 +117,28 @@ def _collect_zeros(fill, needs, rows, row, panels, k, count, tile):
         tile.tangents[j] = 0.5 * panels[SCALE + k] * (growth - 1.0 / growth)
     anchor, law, variant = int(panels[ANCHOR + k]), int(panels[LAW + k]), int(panels[VARIANT + k])
     fill(tile.constants, tile.tangents, anchor, law, variant, tiles, needs, tile.signals)
-    values = tile.weights
+    values, roundings, largest = tile.weights, tile.roots, 0.0
     for j in range(last + 1):
         values[j] = tile.signals[(j // LANES * rows + row) * LANES + j % LANES]
+        largest = max(largest, abs(values[j]))
     for j in range(last + 1):
+        terms = tile.signals[(j // LANES * rows + terms_row) * LANES + j % LANES] if terms_row >= 0 else largest
+        roundings[j] = ROUNDING * (1.0 + noise * (1.0 + noise)) * terms
+    return last
+
+
+@subroutine()
+def _collect_zeros(fill, needs, rows, row, terms_row, noise, panels, k, count, tile):
+    """Add the zeros of a row on panel k to the first `count` of the positions in the tile's state.
+
+    Return their number, `_MOST_ZEROS` + 1 if there are more that are not rounding.
+    """
+    last = _sample_row(fill, needs, rows, row, terms_row, noise, panels, k, tile)
+    values, roundings = tile.weights, tile.roots
+    for j in range(last + 1):
+        is_rounding = max(abs(values[max(j - 1, 0)]), abs(values[j]), abs(values[min(j + 1, last)])) <= roundings[j]
+        if count > _MOST_ZEROS or (count == _MOST_ZEROS and is_rounding):
+            continue
         before, here = 2.0 * max(j - 1, 0) / last - 1.0, 2.0 * j / last - 1.0
         after = 2.0 * min(j + 1, last) / last - 1.0
         sign = 1.0 if values[j] > 0.0 else -1.0
@@ -139,8 +166,11 @@ def _angle(panels, k, position):
 
 @subroutine()
 def cut_at_zeros(fill, sizes, needs, corner_rows, work, tile, count):
-    """Cut the panels of a window of one design at the zeros of rows; return the number of panels."""
-    panels, zeros, number = work.panels, tile.state, count
+    """Cut the panels of a window of one design at the zeros of rows.
+
+    Return the number of panels, and whether a panel has more zeros than it is cut at.
+    """
+    panels, zeros, number, is_missed = work.panels, tile.state, count, False
     for lane in range(LANES):
         tile.lane_designs[lane] = work.owner[0]
     gather_constants(
@@ -149,7 +179,10 @@ def cut_at_zeros(fill, sizes, needs, corner_rows, work, tile, count):
     for k in range(count):
         found = 0
         for i in range(len(corner_rows)):
-            found = _collect_zeros(fill, needs, sizes.rows, corner_rows[i], panels, k, found, tile)
+            row, terms_row = corner_rows[i, 0], corner_rows[i, 1]
+            found = _collect_zeros(fill, needs, sizes.rows, row, terms_row, work.noise[0], panels, k, found, tile)
+        if found > _MOST_ZEROS:
+            found, is_missed = _MOST_ZEROS, True
         centre, half, end, at_end = panels[CENTRE + k], panels[HALF + k], 1.0, _angle(panels, k, 1.0)
         for i in range(found, -1, -1):  # the first part replaces the panel
             begin, to = zeros[i - 1] if i > 0 else -1.0, number if i > 0 else k
@@ -159,4 +192,4 @@ def cut_at_zeros(fill, sizes, needs, corner_rows, work, tile, count):
             end, at_end, number = begin, at_begin, number + (1 if i > 0 else 0)
             if i > 0:
                 panels[CENTRE + k], panels[HALF + k] = centre, half
-    return number
+    return number, is_missed
