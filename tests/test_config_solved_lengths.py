@@ -4,6 +4,7 @@ import json
 import math
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from simple_slider import SIMPLE_SLIDER
 from studies import GOOD
@@ -104,9 +105,19 @@ def test_a_length_may_be_negative_where_its_range_says_so(load, problems):
         assert problem == "study.toml:4: parameters.rod.min: must be greater than 0 mm, got -5"
         (problem,) = problems(SLIDER_STUDY.replace("rod = [120, 150]\n", ""))
         assert problem == "study.toml:2: parameters: missing rod; a simple-slider needs crank, rod"
+
+
+def test_a_mechanism_whose_loops_are_not_declared_needs_bounds(load, problems):
+    """Any metric and parameter then, found among values between the bounds; here beside the mechanism's own road."""
+    bounded = SLIDER_STUDY.replace("105", "105, min = -60, max = 60")
+    with MECHANISMS.including(SIMPLE_SLIDER):
+        expected = load(bounded).space.designs(0, 2)["offset"]
     with MECHANISMS.including(replace(SIMPLE_SLIDER, loop_lengths=())):
         (problem,) = problems(SLIDER_STUDY)
-        assert problem.endswith("cannot be solved for; a simple-slider can be solved for no parameter")
+        assert problem.endswith("offset: needs bounds between which values are tried, such as min = 10, max = 100")
+        np.testing.assert_allclose(load(bounded).space.designs(0, 2)["offset"], expected, rtol=1e-12)
+        open_form = bounded.replace('"stroke", value = 105', '"position_peak_to_peak_cycle", value = 105')
+        np.testing.assert_allclose(load(open_form).space.designs(0, 2)["offset"], expected, rtol=1e-9)
 
 
 SOLVABLE = ", ".join(metric.name for metric in MECHANISMS["crank-rocker"].metrics[1:])

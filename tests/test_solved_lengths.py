@@ -3,6 +3,7 @@
 import hashlib
 import json
 import pickle
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -26,11 +27,11 @@ from explore.studies.designs.spaces import (
     Table,
     TableAxis,
 )
+from explore.studies.request.requests import make_request
 
 REFERENCE = json.loads((Path(__file__).parent / "reference" / "test_rig_sizing.json").read_text())
 FACTS = REFERENCE["design_facts"]
 MECHANISM = MECHANISMS["crank-rocker"]
-METRICS = {metric.name: metric for metric in MECHANISM.metrics}
 LOOP = MECHANISM.loop_lengths
 
 
@@ -38,9 +39,8 @@ def solved(name, metric, value, **others):
     """The length of one design or many, from the others in mm; bounds as `low` and `high`."""
     bounds = {key: others.pop(key) for key in ("low", "high") if key in others}
     arrays = np.broadcast_arrays(*[np.atleast_1d(np.asarray(v, float)) for v in others.values()])
-    return solve(
-        MECHANISM, SolvedLength(name, METRICS[metric], value, **bounds), dict(zip(others, arrays, strict=True))
-    )
+    request = make_request(MECHANISM, metrics=[metric])
+    return solve(SolvedLength(name, request, value, **bounds), dict(zip(others, arrays, strict=True)))
 
 
 def metric_of(name, **lengths):
@@ -131,7 +131,7 @@ def test_against_the_quadratic_equation(name):
 @settings(max_examples=60, deadline=None)
 @given(
     st.sampled_from(LOOP),
-    st.sampled_from([name for name, metric in METRICS.items() if not metric.labels]),
+    st.sampled_from([metric.name for metric in MECHANISM.metrics if not metric.labels]),
     st.tuples(st.floats(0.02, 0.5), st.floats(0.3, 3.0), st.floats(0.3, 3.0), st.floats(0.3, 3.0)),
     st.integers(0, 2**32),
 )
@@ -194,10 +194,9 @@ def test_a_design_does_not_depend_on_its_neighbours():
 
 def slider(name, metric, value, low=-np.inf, high=np.inf, **others):
     """A length of slider-cranks, from the others in mm; an offset that is not given is at its default, 0."""
-    target = next(each for each in SIMPLE_SLIDER.metrics if each.name == metric)
     arrays = np.broadcast_arrays(*[np.atleast_1d(np.asarray(v, float)) for v in others.values()])
-    solved_length = SolvedLength(name, target, value, low, high)
-    return solve(SIMPLE_SLIDER, solved_length, dict(zip(others, arrays, strict=True)))
+    solved_length = SolvedLength(name, make_request(SIMPLE_SLIDER, metrics=[metric]), value, low, high)
+    return solve(solved_length, dict(zip(others, arrays, strict=True)))
 
 
 def stroke(crank, rod, offset):
@@ -246,7 +245,7 @@ def test_lengths_that_are_not_given_have_their_default():
     assert rod == pytest.approx(82.5, rel=1e-13)
 
 
-SWING = SolvedLength("crank", METRICS["swing_angle"], 20.0)
+SWING = SolvedLength("crank", make_request(MECHANISM, metrics=["swing_angle"]), 20.0)
 ROCKER, GROUND = ListedAxis("rocker", (595.0,)), ListedAxis("ground", (751.0,))
 SPACES = [
     Grid.over((ListedAxis("coupler", (460.0, 600.0)), ListedAxis("rocker", (300.0, 500.0)), GROUND)),
@@ -260,7 +259,7 @@ SPACES = [
 
 @pytest.mark.parametrize("free", SPACES, ids=lambda space: space.method)
 def test_spaces_of_all_kinds(free):
-    space = SolvedSpace.over(free, SWING, MECHANISM)
+    space = SolvedSpace.over(free, SWING)
     assert (space.n_designs, space.method, space.seed, space.swept_parameters) == (
         free.n_designs,
         free.method,
@@ -274,7 +273,7 @@ def test_spaces_of_all_kinds(free):
         assert list(block) == [axis.name for axis in space.axes]
         for name, values in whole.items():
             np.testing.assert_array_equal(block[name], values)
-        np.testing.assert_array_equal(whole["crank"], solve(MECHANISM, SWING, free.block(number).columns))
+        np.testing.assert_array_equal(whole["crank"], solve(SWING, free.block(number).columns))
     np.testing.assert_array_equal(space.designs(1, 3)["crank"], space.designs(0, 4)["crank"][1:3])
     assert np.isfinite(space.designs(0, 4)["crank"]).any()
 
@@ -349,7 +348,7 @@ ground = 751
     designs = study.space.designs(0, 30)
     good = np.isfinite(designs["crank"])
     assert good.sum() == 25
-    assert solve(study.request.mechanism, study.space.solved_length, designs).tobytes() == designs["crank"].tobytes()
+    assert solve(study.space.solved_length, designs).tobytes() == designs["crank"].tobytes()
     found = {}
     for k in np.flatnonzero(good):
         lengths = {name: float(values[k]) for name, values in designs.items()}
@@ -396,3 +395,20 @@ def test_the_command_line_reports_unreachable_designs(tmp_path, monkeypatch):
     for options in ([], ["--x", "crank"]):
         code, out, err = call("plot", "map", *options, "-o", "map.svg")
         assert code == 0, err
+
+
+@pytest.mark.parametrize("share", [0.5, 1e-2, 1e-5, 1e-9])
+def test_between_bounds_up_to_the_border_of_the_motion(share):
+    """Cranks whose stroke is that of one shorter than the longest that turns by a share, where no loop is declared."""
+    rods, offsets = np.array([120.0, 150.0, 90.0]), np.array([10.0, -40.0, 25.0])
+    longest = rods - np.abs(offsets)
+    known = (1.0 - share) * longest
+    columns = {"crank": known, "rod": rods, "offset": offsets}
+    with MECHANISMS.including(SIMPLE_SLIDER):
+        strokes = explore.evaluate("simple-slider", columns, metrics=["stroke"], window="cycle")["stroke"]
+    request = make_request(replace(SIMPLE_SLIDER, loop_lengths=()), metrics=["stroke"])
+    for k, stroke in enumerate(strokes):
+        design = {name: values[k : k + 1] for name, values in columns.items() if name != "crank"}
+        (crank,) = solve(SolvedLength("crank", request, stroke, 1.0, 300.0), design)
+        assert crank == pytest.approx(known[k], rel=1e-12)
+        assert np.isnan(solve(SolvedLength("crank", request, 2.0 * rods[k], 1.0, 300.0), design)).all()

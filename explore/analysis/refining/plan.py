@@ -203,7 +203,7 @@ def space_of(study: Study, parameters: Arrays) -> DesignSpace:
     axes = tuple(TableAxis(name, values) for name, values in parameters.items())
     table = Table(axes, len(axes[0].values))
     space = study.space
-    return SolvedSpace.over(table, space.solved_length, space.mechanism) if isinstance(space, SolvedSpace) else table
+    return SolvedSpace.over(table, space.solved_length) if isinstance(space, SolvedSpace) else table
 
 
 def growth(plan: RefinementPlan, ranking: Ranking) -> float | None:

@@ -100,7 +100,7 @@ def read_space(
         return None
     else:
         space = _grid(axes, problems) if method == "grid" else _sample(axes, sampling, problems)
-    return space if solved is None or space is None else SolvedSpace.over(space, solved, mechanism)
+    return space if solved is None or space is None else SolvedSpace.over(space, solved)
 
 
 def _sample(axes: tuple[Axis, ...], sampling: Sampling, problems: Problems) -> Sample:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import Any
 
@@ -9,12 +10,15 @@ from explore.base.errors import KeyPath, Problems, RequestError
 from explore.base.suggest import format_value, suggestion
 from explore.base.units.quantities import quantity
 from explore.model.mechanism import Mechanism
-from explore.model.quantities import Metric
+from explore.model.quantities import AnyMetric, GivenMetric, Metric
+from explore.model.request import Request
+from explore.model.window import Window
 from explore.studies.config.axes import is_solved
 from explore.studies.config.schema import SolveTable, read
 from explore.studies.designs.spaces import SolvedLength
 from explore.studies.request.names import find_metric, make_window
 from explore.studies.request.parameters import read_value
+from explore.studies.request.requests import make_request, refuse_label
 
 
 def read_solved_length(mechanism: Mechanism, entries: Mapping[str, Any], problems: Problems) -> SolvedLength | None:
@@ -25,9 +29,11 @@ def read_solved_length(mechanism: Mechanism, entries: Mapping[str, Any], problem
         if name not in declared or not is_solved(entry):  # `read_axes` reports unknown names
             continue
         path = ("parameters", name)
-        if name not in mechanism.loop_lengths:
-            solvable = ", ".join(mechanism.loop_lengths) or "no parameter"
+        if mechanism.loop_lengths and name not in mechanism.loop_lengths:
+            solvable = ", ".join(mechanism.loop_lengths)
             problems.append((path, f"cannot be solved for; a {mechanism.name} can be solved for {solvable}"))
+        elif mechanism.parameter(name).choices:
+            problems.append((path, "is one of a few choices, which cannot be solved for"))
         elif lengths:
             problems.append((path, "another length is already solved for; one prescribed value determines one length"))
         else:
@@ -42,7 +48,8 @@ def _solved_length(
     if table is None:
         return None
     try:
-        metric = _find_metric(mechanism, table.solve)
+        request = _request(mechanism, table.solve)
+        metric = request.metrics[0]
     except RequestError as error:
         problems.append(((*path, "solve"), str(error)))
         return None
@@ -59,27 +66,43 @@ def _solved_length(
     low, high = numbers["min"], numbers["max"]
     if low >= high:
         problems.append((path, f"min = {low:g} must be below max = {high:g}"))
-    return SolvedLength(name, metric, numbers["value"], low, high) if len(problems) == before else None
+    if not (mechanism.loop_lengths or math.isfinite(high - low)):
+        problems.append((path, "needs bounds between which values are tried, such as min = 10, max = 100"))
+    return SolvedLength(name, request, numbers["value"], low, high) if len(problems) == before else None
 
 
-def _find_metric(mechanism: Mechanism, name: str) -> Metric:
-    """The closed-form metric of that name; a `RequestError` has the reason alone why it cannot be solved for."""
-    candidates = {metric.name: metric for metric in mechanism.metrics if not metric.labels}
+def _request(mechanism: Mechanism, name: str) -> Request:
+    """The request for the metric of that name; a `RequestError` has the reason alone why it cannot be solved for."""
+    window = make_window(mechanism, None)
+    if mechanism.loop_lengths:
+        _check_closed_form(mechanism, name, window)
+    metric = find_metric(mechanism, name, window)
+    refuse_label(metric, "solved for")
+    if isinstance(metric, GivenMetric):
+        raise RequestError(f"{name} comes with the designs, so it cannot be solved for")
+    return make_request(mechanism, metrics=[name])
+
+
+def _check_closed_form(mechanism: Mechanism, name: str, window: Window) -> None:
+    """Raise where the name is that of no closed-form metric."""
+    candidates = [metric.name for metric in mechanism.metrics if not metric.labels]
     if name in candidates:
-        return candidates[name]
+        return
     solvable = ", ".join(candidates)
     if any(metric.name == name for metric in mechanism.metrics):
         raise RequestError(f"{name} is a label, not a quantity; available: {solvable}")
     try:
-        find_metric(mechanism, name, make_window(mechanism, None))
+        find_metric(mechanism, name, window)
     except RequestError:
         raise RequestError(f"unknown metric {format_value(name)}; {suggestion(name, candidates)}") from None
     raise RequestError(f"{name} is not a closed-form metric; only these can be solved for: {solvable}")
 
 
-def _read_target(metric: Metric, entry: object) -> float:
+def _read_target(metric: AnyMetric, entry: object) -> float:
     """The prescribed value, in the metric's unit."""
     value = quantity(entry, metric.unit)
+    if not isinstance(metric, Metric):
+        return value
     unit = "" if metric.unit == "1" else f" {metric.unit}"
     if value < metric.lower:
         raise RequestError(f"{metric.name} is at least {metric.lower:g}{unit}, got {format_value(entry)}")

@@ -1,4 +1,4 @@
-"""Solve for a length of the loop: the smallest at which a closed-form metric has a prescribed value."""
+"""Solve for a length: the smallest at which a metric has a prescribed value."""
 
 from __future__ import annotations
 
@@ -13,14 +13,16 @@ import numpy.typing as npt
 
 from explore.evaluation.evaluate import LARGEST_PARAMETER, SMALLEST_PARAMETER, evaluate_columns
 from explore.model.columns import Arrays
-from explore.model.mechanism import Mechanism
 from explore.model.quantities import FloatArray, Parameter
-from explore.model.request import Request
 from explore.model.status import Status
 from explore.studies.designs.spaces import DesignSpace, SolvedLength
 
 #: Number of lengths evaluated between two flattened loops, where a metric has at most one extremum.
 _SCAN_POINTS = 9
+#: Number of lengths evaluated between the bounds of a mechanism whose flattened loops are not known.
+_N_LENGTHS = 33
+#: Number of halvings of the interval in which a design begins to have a motion.
+_N_HALVINGS = 50
 #: Longest length that is tried where none flattens the loop, in sums of the other lengths.
 _LONGEST = 1e6
 #: Largest error, relative to the prescribed value or to 1, of a metric that touches the value without crossing it.
@@ -39,18 +41,15 @@ _Indices = npt.NDArray[np.intp]
 class SolvedSpace(DesignSpace):
     """The designs of another space with one length added: the solution, or NaN where there is none."""
 
-    mechanism: Mechanism
     base: DesignSpace
     solved_length: SolvedLength
 
     @staticmethod
-    def over(base: DesignSpace, solved_length: SolvedLength, mechanism: Mechanism) -> SolvedSpace:
+    def over(base: DesignSpace, solved_length: SolvedLength) -> SolvedSpace:
         """The designs of `base` with the length added in its declared place."""
-        order = [parameter.name for parameter in mechanism.axis_order]
+        order = [parameter.name for parameter in solved_length.request.mechanism.axis_order]
         axes = tuple(sorted((*base.axes, solved_length), key=lambda axis: order.index(axis.name)))
-        return SolvedSpace(
-            axes, base.n_designs, base.method, base.seed, mechanism=mechanism, base=base, solved_length=solved_length
-        )
+        return SolvedSpace(axes, base.n_designs, base.method, base.seed, base=base, solved_length=solved_length)
 
     def space_for_block(self, number: int) -> SolvedSpace:
         """A space that can compute this block and is small when pickled, to send to a worker."""
@@ -59,7 +58,7 @@ class SolvedSpace(DesignSpace):
     def designs(self, start: int, stop: int) -> Arrays:
         """Parameters of the designs start … stop - 1 by name, each of shape (stop - start,)."""
         columns = self.base.designs(start, stop)
-        columns[self.solved_length.name] = solve(self.mechanism, self.solved_length, columns)
+        columns[self.solved_length.name] = solve(self.solved_length, columns)
         return {axis.name: columns[axis.name] for axis in self.axes}
 
     def unreachable(self, columns: Arrays) -> npt.NDArray[np.bool_]:
@@ -67,27 +66,68 @@ class SolvedSpace(DesignSpace):
         return np.isnan(columns[self.solved_length.name])
 
 
-def solve(mechanism: Mechanism, solved: SolvedLength, columns: Arrays) -> FloatArray:
+def solve(solved: SolvedLength, columns: Arrays) -> FloatArray:
     """Solve for the smallest length at which each design has a motion and the prescribed value.
 
     The columns are the other parameters by name, each of shape (n,); those with a default may be missing. A length (n,)
-    is NaN where there is none within the bounds.
+    is NaN where there is none within the bounds. Chandrupatla's method finds roots to the last bit.
+    """
+    mechanism = solved.request.mechanism
+    parameter = mechanism.parameter(solved.name)
+    lowest = max(solved.low, float(np.nextafter(parameter.lower, math.inf)))
+    highest = min(solved.high, parameter.upper)
+    if mechanism.loop_lengths:
+        return _solve_loop(solved, columns, lowest, highest)
+    n = len(next(iter(columns.values())))
+    difference, designs = _difference(solved, columns), np.arange(n)
+    lengths = np.tile(np.linspace(lowest, highest, _N_LENGTHS)[:, None], (1, n))
+    differences = np.array([difference(row, designs) for row in lengths])
+    between = _between(difference, lengths, np.isfinite(differences), designs)
+    scan = _interleaved(lengths, between)
+    differences = _interleaved(differences, np.array([difference(row, designs) for row in between]))
+    return _smallest_root(difference, scan, differences, designs, max(abs(solved.value), 1.0))
+
+
+def _between(
+    difference: _Difference, lengths: FloatArray, moves: npt.NDArray[np.bool_], designs: _Indices
+) -> FloatArray:
+    """One length between any two of a scan: the last with a motion where only one of both has one, else the middle."""
+    between = 0.5 * (lengths[1:] + lengths[:-1])
+    rows, columns = np.nonzero(moves[1:] != moves[:-1])
+    is_first = moves[rows, columns]
+    inner, outer = lengths[rows + ~is_first, columns], lengths[rows + is_first, columns]
+    for _ in range(_N_HALVINGS):
+        middle = 0.5 * (inner + outer)
+        is_inner = np.isfinite(difference(middle, designs[columns]))
+        inner, outer = np.where(is_inner, middle, inner), np.where(is_inner, outer, middle)
+    between[rows, columns] = inner
+    return between
+
+
+def _interleaved(rows: FloatArray, between: FloatArray) -> FloatArray:
+    """The rows in turn, the first and last from `rows`."""
+    both = np.empty((len(rows) + len(between), rows.shape[1]))
+    both[::2], both[1::2] = rows, between
+    return both
+
+
+def _solve_loop(solved: SolvedLength, columns: Arrays, lowest: float, highest: float) -> FloatArray:
+    """The lengths of a mechanism of one loop.
 
     Where one length equals a signed sum of the others the loop is flattened. Flattened loops divide the range of the
     length into intervals. In each, in ascending order, the difference between the metric and its prescribed value is
     evaluated at a few lengths. A change of sign brackets a root. A minimum of the difference's size before the first
-    change of sign is a root or brackets one. Chandrupatla's method finds the root to the last bit.
+    change of sign is a root or brackets one.
     """
+    mechanism = solved.request.mechanism
     parameter, n = mechanism.parameter(solved.name), len(next(iter(columns.values())))
     others = [
         _usable(other, columns[other.name] if other.name in columns else np.full(n, other.default))
         for other in map(mechanism.parameter, mechanism.loop_lengths)
         if other is not parameter
     ]
-    lowest = max(solved.low, float(np.nextafter(parameter.lower, math.inf)))
-    highest = min(solved.high, parameter.upper)
     lengths, total = np.full(n, np.nan), np.sum(np.abs(others), axis=0)
-    difference = _difference(mechanism, solved, columns)
+    difference = _difference(solved, columns)
     for (lower, lower_clearance), (upper, upper_clearance) in pairwise(_interval_ends(others, parameter.lower < 0.0)):
         low, high = np.maximum(lower + lower_clearance, lowest), np.minimum(upper - upper_clearance, highest)
         unsolved = np.flatnonzero(np.isnan(lengths) & (low < high))
@@ -97,7 +137,8 @@ def solve(mechanism: Mechanism, solved: SolvedLength, columns: Arrays) -> FloatA
         if len(unsolved):
             scale = max(abs(solved.value), 1.0)
             scan = _scan(low[unsolved], high[unsolved], total[unsolved])
-            lengths[unsolved] = _smallest_root(difference, scan, unsolved, scale)
+            differences = np.array([difference(row, unsolved) for row in scan])
+            lengths[unsolved] = _smallest_root(difference, scan, differences, unsolved, scale)
     return lengths
 
 
@@ -126,11 +167,10 @@ def _scan(low: FloatArray, high: FloatArray, total: FloatArray) -> FloatArray:
 _Difference = Callable[..., FloatArray]
 
 
-def _difference(mechanism: Mechanism, solved: SolvedLength, columns: Arrays) -> _Difference:
+def _difference(solved: SolvedLength, columns: Arrays) -> _Difference:
     """A function of lengths and indices of designs: metric minus prescribed value, NaN where there is no motion."""
-    window = next(window for window in mechanism.windows if window.name == mechanism.default_window)
-    request = Request(mechanism, (solved.metric,), (), window, mechanism.default_drive, 1e-9)
-    moving = [Status.OK, *(code for code, status in mechanism.statuses.items() if status.lacks_strokes)]
+    request, statuses = solved.request, solved.request.mechanism.statuses
+    moving = [Status.OK, *(code for code, status in statuses.items() if status.lacks_strokes)]
 
     def difference(lengths: FloatArray, designs: _Indices) -> FloatArray:
         inputs = {name: values[designs] for name, values in columns.items()} | {solved.name: lengths}
@@ -170,11 +210,12 @@ def _interval_ends(others: list[FloatArray], is_signed: bool) -> list[tuple[Floa
     )
 
 
-def _smallest_root(difference: _Difference, lengths: FloatArray, designs: _Indices, scale: float) -> FloatArray:
+def _smallest_root(
+    difference: _Difference, lengths: FloatArray, differences: FloatArray, designs: _Indices, scale: float
+) -> FloatArray:
     """Smallest root of each design's difference within a scan, where it is smooth; NaN where there is none."""
     from scipy.optimize.elementwise import find_root
 
-    differences = np.array([difference(row, designs) for row in lengths])
     differences[np.abs(differences) <= _TOUCHING_TOLERANCE * scale] = 0.0
     sign_changes = np.sign(differences[1:]) * np.sign(differences[:-1]) <= 0.0
     at, has_change = sign_changes.argmax(axis=0), np.asarray(sign_changes.any(axis=0))

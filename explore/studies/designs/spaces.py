@@ -11,7 +11,8 @@ import numpy as np
 import numpy.typing as npt
 
 from explore.model.columns import Arrays, Block
-from explore.model.quantities import FloatArray, Metric
+from explore.model.quantities import AnyMetric, FloatArray
+from explore.model.request import Request
 from explore.studies.designs.samplers import SAMPLERS
 
 #: Number of designs of a block; constant, because the bytes of a results file must not depend on the machine.
@@ -125,17 +126,22 @@ class TableAxis:
 class SolvedLength:
     """A length that follows from the other parameters and the prescribed value of a metric, the same in all designs.
 
-    The bounds `low` and `high` are inclusive. A solved length is not swept, and 0 in few designs: `varies`,
-    `has_nonzero`.
+    The request asks for that metric alone. The bounds `low` and `high` are inclusive. A solved length is not swept, and
+    0 in few designs: `varies`, `has_nonzero`.
     """
 
     name: str
-    metric: Metric
+    request: Request
     value: float
     low: float = 0.0
     high: float = math.inf
     varies = False
     has_nonzero = True
+
+    @property
+    def metric(self) -> AnyMetric:
+        """The metric that has the prescribed value."""
+        return self.request.metrics[0]
 
 
 #: Axis that a study file can define.

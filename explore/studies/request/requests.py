@@ -34,7 +34,7 @@ def make_objective(source: Request | tuple[Mechanism, Window], text: str) -> Obj
         if name in {parameter.name for parameter in mechanism.parameters}:
             return None
         metric = find_metric(mechanism, name, window, formulas)
-        _refuse_label(metric, "ranked")
+        refuse_label(metric, "ranked")
         if isinstance(metric, GivenMetric) and metric.column.role != "metric":
             raise RequestError(f"{name} can be bounded, but not ranked")
         return metric.sense
@@ -42,7 +42,8 @@ def make_objective(source: Request | tuple[Mechanism, Window], text: str) -> Obj
     return read_objective(text, default_sense)
 
 
-def _refuse_label(metric: AnyMetric, use: str) -> None:
+def refuse_label(metric: AnyMetric, use: str) -> None:
+    """Raise for a label, which is no quantity."""
     if isinstance(metric, Metric) and metric.labels:
         raise RequestError(f"{metric.name} is a label, not a quantity, so it cannot be {use}")
 
@@ -168,7 +169,7 @@ def _constraints(
             continue  # a formula with a mistake of its own
         try:
             metric = known.find(name)
-            _refuse_label(metric, "constrained")
+            refuse_label(metric, "constrained")
         except RequestError as error:
             problems.append((("constraints", name), str(error)))
             continue
