@@ -181,10 +181,22 @@ def _above(values: FloatArray, largest: FloatArray) -> FloatArray:
     Beside a corner the coefficients fall with the square of their order, and so does what follows the last ones.
     """
     coefficients = values @ _TRANSFORM.T
-    tails = np.abs(coefficients[:, :, -_TAIL:]).sum(axis=2)
-    highest = (coefficients @ _ON_GRID.T).max(axis=2) + _NODES / _TAIL * tails
-    highest[_has_jump(values, coefficients)] = -np.inf
+    follows = _NODES / _TAIL * np.abs(coefficients[:, :, -_TAIL:]).sum(axis=2)
+    is_candidate = (_upper_bounds(coefficients) + follows > largest[:, None]) & ~_has_jump(values, coefficients)
+    highest = _highest_on_grid(coefficients, is_candidate) + follows
     return np.asarray(np.maximum(highest.max(axis=1) - largest, 0.0))
+
+
+def _upper_bounds(coefficients: FloatArray) -> FloatArray:
+    """Numbers that no series exceeds on its panel, shape (s, p): no Legendre polynomial exceeds 1."""
+    return np.asarray(coefficients[:, :, 0] + np.abs(coefficients[:, :, 1:]).sum(axis=2))
+
+
+def _highest_on_grid(coefficients: FloatArray, is_candidate: npt.NDArray[np.bool_]) -> FloatArray:
+    """Largest values of series at the points of the grid, shape (s, p); -inf on panels that are no candidates."""
+    highest = np.full(is_candidate.shape, -np.inf)
+    highest[is_candidate] = (coefficients[is_candidate] @ _ON_GRID.T).max(axis=1)
+    return highest
 
 
 def _change_beside_jumps(panels: Panels) -> FloatArray:
@@ -222,18 +234,18 @@ def _statistics(panels: Panels) -> Statistics:
     mean = (weights * values).sum(axis=(1, 2))
     variance = (weights * (values - mean[:, None, None]) ** 2).sum(axis=(1, 2))
     power_mean = (weights * np.abs(values) ** (10.0 / 3.0)).sum(axis=(1, 2)) ** 0.3
-    coefficients = values @ _TRANSFORM.T
-    jumps = _has_jump(values, coefficients)
-    return Statistics(mean, variance, -_largest(-coefficients, jumps), _largest(coefficients, jumps), power_mean)
+    jumps = _has_jump(values, values @ _TRANSFORM.T)
+    return Statistics(mean, variance, -_largest(-values, jumps), _largest(values, jumps), power_mean)
 
 
-def _largest(coefficients: FloatArray, jumps: npt.NDArray[np.bool_]) -> FloatArray:
+def _largest(values: FloatArray, jumps: npt.NDArray[np.bool_]) -> FloatArray:
     """Largest values of the signals from their series on the panels without jumps, shape (s,)."""
-    on_grid = coefficients @ _ON_GRID.T
-    on_grid[jumps] = -np.inf
-    best = np.argsort(on_grid.max(axis=2), axis=1)[:, -_REFINED:]
+    coefficients = values @ _TRANSFORM.T
+    at_nodes = np.where(jumps[:, :, None], -np.inf, values).max(axis=(1, 2))
+    highest = _highest_on_grid(coefficients, (_upper_bounds(coefficients) >= at_nodes[:, None]) & ~jumps)
+    best = np.argsort(highest, axis=1)[:, -_REFINED:]
     series = np.take_along_axis(coefficients, best[:, :, None], axis=1)
-    x = _GRID[np.take_along_axis(on_grid, best[:, :, None], axis=1).argmax(axis=2)]
+    x = _GRID[(series @ _ON_GRID.T).argmax(axis=2)]
     # Newton's method for a root of the slope, where the signal bends down.
     for _ in range(4):
         polynomials = legendre.legvander(x, _NODES - 1)
@@ -241,4 +253,4 @@ def _largest(coefficients: FloatArray, jumps: npt.NDArray[np.bool_]) -> FloatArr
         x = np.clip(x - np.where(bend < 0.0, slope / np.where(bend < 0.0, bend, 1.0), 0.0), -1.0, 1.0)
     refined = (legendre.legvander(x, _NODES - 1) * series).sum(axis=2)
     refined[np.take_along_axis(jumps, best, axis=1)] = -np.inf
-    return np.asarray(np.maximum(refined.max(axis=1), on_grid.max(axis=(1, 2))))
+    return np.asarray(np.maximum(np.maximum(refined.max(axis=1), highest.max(axis=1)), at_nodes))
