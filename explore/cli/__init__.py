@@ -5,7 +5,10 @@ import io
 import sys
 import warnings
 from collections.abc import Iterator
+from functools import cache
 from typing import Any
+
+from typer.main import get_command
 
 from explore.base.errors import ConfigError, DoubtfulInputWarning, ExploreError, RequestError
 from explore.cli.application import app
@@ -42,12 +45,18 @@ def _saying_doubts() -> Iterator[None]:
         yield
 
 
+@cache
+def _command() -> Any:
+    """The command `explore`; made once in a process, as that takes 30 ms, longer than most of what it does."""
+    return get_command(app)
+
+
 def main() -> None:
     """Run the command line; an error is one line on stderr, never a traceback."""
     _prepare_streams()
     try:
         with _saying_doubts():
-            app()
+            _command()()
     except (ConfigError, RequestError) as error:
         complain(name_options(str(error)))
         sys.exit(2)
